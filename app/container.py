@@ -54,11 +54,10 @@ from app.services.history.shift_report import ShiftReports
 from app.services.live.access import Access
 from app.services.live.alarms import Alarms
 from app.services.live.changes import Changes, Topic
-from app.services.live.clearing import Clearing
-from app.services.live.gaps import Downtime
-from app.services.live.holds import Holds
+from app.services.live.downtime import Downtime
+from app.services.live.holds import Clearing, Holds
 from app.services.live.mission_parameters import MissionParameters
-from app.services.live.questions import Questions
+from app.services.live.prompts import Prompts
 from app.services.live.snapshots import Snapshots
 from app.services.live.tablet import Tablet, machine_id
 from app.services.live.tablet_zone import TabletZone, tablet_zone
@@ -212,7 +211,7 @@ class Container:
             lambda: repositories.robots.of_one_machine(db.read()), self.changes, Topic.ROBOTS
         )
         self.engine.add_chore("Comparing serial numbers", SameMachine(of_one_machine, self.alarms).tick)
-        self.questions = Questions(self.snapshots, self.alarms, self.changes, self.catalogue.robot)
+        self.prompts = Prompts(self.snapshots, self.alarms, self.changes, self.catalogue.robot)
         self.engine.add_chore("Reading the public holidays", self._read_holidays)
         self.runner = Runner(db, self.engine, clock, self.alarms)
         self.mission_actions = MissionActionsReader(db, self.catalogue, self.snapshots, self.make_client, clock)
@@ -229,7 +228,7 @@ class Container:
             make_client=self.make_client,
             parameters=self.parameters,
             leave_paused=lambda robot_id: self.check_ups.leave_paused(robot_id),
-            answered=self.questions.answered,
+            answered=self.prompts.answered,
         )
         self.check_ups = CheckUps(
             db,

@@ -16,7 +16,7 @@ from app.domain.models import InvalidInput, Mission, Overlap, ReasonCode, Robot,
 from app.services.catalogue.pausing import Pausing
 from app.services.history.kpi import KpiFilter
 from app.services.history.shift_report import ReportPeriod
-from app.services.live.gaps import Gap
+from app.services.live.downtime import Gap
 from tests.support.clock import VirtualClock
 from tests.support.planner import insert_due
 

@@ -12,7 +12,7 @@ from app.container import Container
 from app.database.connection import Database
 from app.domain.models import Mission, Robot, Schedule
 from app.services.catalogue.configuration import import_configuration
-from app.services.live.tablet_zone import LOCALTIME, NOTE, TabletZone, WindowsZone, read_registry, tablet_zone
+from app.services.live.tablet_zone import LOCALTIME, TIMEZONE_FILE, TabletZone, WindowsZone, read_registry, tablet_zone
 from tests.support.clock import VirtualClock
 from tests.support.zone_files import file_of_rule, put, zone_file
 
@@ -59,7 +59,7 @@ def machine(tmp_path):
     ],
 )
 def test_the_link_counts_and_not_the_note_that_is_not_kept_up(machine, target):
-    machine.link(LOCALTIME, target).file(NOTE, "Etc/UTC\n")
+    machine.link(LOCALTIME, target).file(TIMEZONE_FILE, "Etc/UTC\n")
     assert machine.zone() == TabletZone("Europe/Helsinki", LOCALTIME, True)
 
 
@@ -70,8 +70,8 @@ def test_a_link_to_a_link(machine):
 
 
 def test_links_in_a_circle_say_nothing(machine):
-    machine.link(LOCALTIME, "other").link("/etc/other", "localtime").file(NOTE, "Europe/Helsinki\n")
-    assert machine.zone() == TabletZone("Europe/Helsinki", NOTE, False)
+    machine.link(LOCALTIME, "other").link("/etc/other", "localtime").file(TIMEZONE_FILE, "Europe/Helsinki\n")
+    assert machine.zone() == TabletZone("Europe/Helsinki", TIMEZONE_FILE, False)
 
 
 @pytest.mark.parametrize("others", [[], ["Europe/Helsinki", "Europe/Mariehamn", "Europe/Riga", "UTC"]])
@@ -127,7 +127,7 @@ def test_a_copy_is_compared_with_the_systems_own_data_first(machine):
     [("Europe/Helsinki\n", True), ("# the zone\nEurope/Mariehamn\n", True), ("Etc/UTC\n", False)],
 )
 def test_the_note_tells_zones_apart_that_equal_a_copy(machine, note, is_certain):
-    machine.file(LOCALTIME, zone_file("Europe/Helsinki")).file(NOTE, note)
+    machine.file(LOCALTIME, zone_file("Europe/Helsinki")).file(TIMEZONE_FILE, note)
     zone = machine.zone()
     assert zone.is_certain is is_certain
     assert zone.name == (note.split()[-1] if is_certain else "Europe/Helsinki")

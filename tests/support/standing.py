@@ -15,7 +15,7 @@ from app.screens.home.facts import HomeFacts
 from app.services.dispatch.observation import Observation
 from app.services.live.alarms import alarm_of
 from app.services.live.changes import Changes
-from app.services.live.questions import Questions
+from app.services.live.prompts import Prompts
 from app.services.live.snapshots import Snapshots
 from tests.support.clock import VirtualClock
 from tests.support.home_facts import ago
@@ -43,7 +43,7 @@ def issues_of(facts: HomeFacts) -> OpenIssues:
     """With those of its robots that nobody has acknowledged, and its holds."""
     raised, changes, robots = Raised(facts), Changes(), {robot.id: robot for robot in facts.robots}
     snapshots = Snapshots(changes)
-    Questions(snapshots, raised, changes, robots.get)
+    Prompts(snapshots, raised, changes, robots.get)
     shared: Any = SimpleNamespace(
         clock=VirtualClock(ago()), snapshots=snapshots, alarms=raised, settings=lambda: facts.settings
     )

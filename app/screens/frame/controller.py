@@ -336,7 +336,7 @@ class FrameController:
 
     def _decide(self, moves_here: bool) -> None:
         tablet = self._services.tablet
-        self._work(tablet.move_here if moves_here else tablet.look_only)
+        self._work(tablet.move_here if moves_here else tablet.view_only)
 
     def _answer(self, robot_id: int) -> None:
         """Ask the robot's question here."""

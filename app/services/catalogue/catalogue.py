@@ -201,7 +201,7 @@ class Catalogue:
         if self.parameters is None:
             return None
         known = self.parameters.known(robot.id, guid)
-        return known if known is not None else self.parameters.known_of_any(guid)
+        return known if known is not None else self.parameters.known_from_any(guid)
 
     # ------------------------------------------------------------------ groups and places
     def save_group(self, group: Group) -> Group:

@@ -19,7 +19,7 @@ from app.domain.clock import EARLIEST, Clock, ClockReading
 from app.domain.message import Message, message
 from app.services.dispatch.timing import CLOCKS_AGREE, FIRST_DOUBT, REPORTED_STEP
 from app.services.live.alarms import Alarms
-from app.services.live.gaps import EVER, HEARTBEAT_EVERY, NOTEWORTHY, Downtime, Gap
+from app.services.live.downtime import HEARTBEAT_EVERY, SHORTEST_ABSENCE, UNKNOWN_START, Downtime, Gap
 from app.services.live.holds import Holds
 
 log = logging.getLogger(__name__)
@@ -122,16 +122,16 @@ class ClockGuard:
         now, mono = self._clock.now(), self._clock.monotonic()
         self._notice_step(now, mono)
         self._last = (now, mono)
-        self._holds.clock_was_judged(now, mono)
+        self._holds.clock_checked(now, mono)
         problem = self._problem(readings, can_ask, now, mono)
         if self._doubt is None:
             self._beat(now, mono)
             self._report_absence(now)
             if self._went_back:
-                self._downtime.forget_beyond(now)
+                self._downtime.forget_future(now)
             return Judgement(True, self._absent_since, self._went_back, self._step, self._wrong)
         if problem is not None:
-            self._holds.distrust_clock(problem)
+            self._holds.doubt_clock(problem)
             if problem is not UNPROVEN and not self._doubt.has_alarm:
                 self._doubt.has_alarm = True
                 self._alarms.raise_("clock_implausible", "clock", problem=problem)
@@ -161,7 +161,7 @@ class ClockGuard:
         doubt = self._doubt = _Doubt(now, min(said_at, self._clock.monotonic()), jump_s)
         if jump_s:
             doubt.begin_anew(self._clock.monotonic())
-        self._holds.distrust_clock(UNPROVEN)
+        self._holds.doubt_clock(UNPROVEN)
         return doubt
 
     def _end_doubt(self, now: datetime, wrong: Span | None) -> None:
@@ -176,10 +176,12 @@ class ClockGuard:
         if doubt is not None and (doubt.has_alarm or was_wrong):
             self._downtime.add(Gap(min(doubt.since, now), now, clock=True))
             self._absent_since = self._absent_since or min(doubt.since, now)
-        if doubt is not None and not was_wrong and timedelta(seconds=doubt.jump_s) >= NOTEWORTHY:  # the tablet slept
+        if (
+            doubt is not None and not was_wrong and timedelta(seconds=doubt.jump_s) >= SHORTEST_ABSENCE
+        ):  # the tablet slept
             self._away(doubt.since, now)
         self._went_back = True  # perhaps before this run
-        self._holds.distrust_clock(None)
+        self._holds.doubt_clock(None)
         self._alarms.clear("clock_implausible", "clock")
 
     def _problem(self, readings: Readings, can_ask: bool, now: datetime, mono: float) -> Message | None:
@@ -290,7 +292,7 @@ class ClockGuard:
             self._doubt.move(now - timedelta(seconds=step), step)
         elif step > self._shortest_doubtful():
             self._begin_doubt(self._last[0], step)
-        elif step >= NOTEWORTHY.total_seconds():
+        elif step >= SHORTEST_ABSENCE.total_seconds():
             self._away(self._last[0], now)
         else:
             self._alarms.raise_("clock_stepped", "clock", seconds=round(step))
@@ -306,8 +308,8 @@ class ClockGuard:
         began = now - timedelta(seconds=self._clock.monotonic() - self._started_at)
         self._started_at = None
         if self._last_heartbeat is None:
-            self._downtime.add(Gap(EVER, began))  # a run before may have ended before its first heartbeat
-            self._absent_since = EVER
+            self._downtime.add(Gap(UNKNOWN_START, began))  # a run before may have ended before its first heartbeat
+            self._absent_since = UNKNOWN_START
         elif self._last_heartbeat < EARLIEST <= now:  # by a wrong clock: nothing tells for how long it was off
             self._downtime.add(Gap(self._last_heartbeat, began, clock=True))
             self._absent_since = self._last_heartbeat
@@ -316,7 +318,7 @@ class ClockGuard:
 
     def _away(self, start: datetime, end: datetime) -> None:
         self._downtime.add(Gap(start, end))
-        if end - start >= NOTEWORTHY:
+        if end - start >= SHORTEST_ABSENCE:
             self._absent_since = start if self._absent_since is None else min(self._absent_since, start)
             self._unreported = Gap(min(start, self._unreported.start) if self._unreported else start, end)
             log.warning(
@@ -326,7 +328,7 @@ class ClockGuard:
     def _report_absence(self, now: datetime) -> None:
         """Once the clock is trusted: one that was wrong when the absence was noticed shows a wrong end."""
         gap = self._unreported
-        if gap is not None and (end := min(gap.end, now)) - gap.start >= NOTEWORTHY:
+        if gap is not None and (end := min(gap.end, now)) - gap.start >= SHORTEST_ABSENCE:
             zone = self._settings.load(self._db.read()).timezone
             restored_at = self._settings.restored_at(self._db.read())
             is_forgotten = (

@@ -15,9 +15,8 @@ from app.domain.models import Settings
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.restored_starts import RestoredStarts
 from app.services.live.alarms import Alarms
-from app.services.live.clearing import Clearing
-from app.services.live.gaps import Downtime
-from app.services.live.holds import Holds
+from app.services.live.downtime import Downtime
+from app.services.live.holds import Clearing, Holds
 from app.services.live.mission_parameters import MissionParameters
 from app.services.live.snapshots import Snapshots
 from app.services.live.tablet import Tablet

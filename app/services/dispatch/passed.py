@@ -8,7 +8,7 @@ from datetime import datetime, timedelta
 from itertools import pairwise
 
 from app.domain.models import Schedule
-from app.services.live.gaps import Downtime, Gap
+from app.services.live.downtime import Downtime, Gap
 from app.services.planning.recurrence import next_occurrence, passed_occurrences
 from app.services.planning.working_days import WorkingCalendar
 

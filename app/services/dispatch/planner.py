@@ -40,7 +40,7 @@ from app.services.dispatch.passed import MOMENT, Passed, passed
 from app.services.dispatch.timing import LONGEST_WAIT
 from app.services.live.alarms import Alarms
 from app.services.live.changes import NO_ROBOT, Changes, Topic
-from app.services.live.gaps import EVER, Downtime, Gap
+from app.services.live.downtime import UNKNOWN_START, Downtime, Gap
 from app.services.planning.first_due import first_due
 from app.services.planning.recurrence import next_occurrence, passed_occurrences
 from app.services.planning.working_days import WorkingCalendar, working_calendar
@@ -187,7 +187,7 @@ class Planner:
             now, settings = self._clock.now(), self._settings.load(c)
             calendar, spans = working_calendar(c, settings), [wrong] if wrong else []
             if now >= EARLIEST:
-                spans.append((EVER, EARLIEST))
+                spans.append((UNKNOWN_START, EARLIEST))
             changed = {
                 schedule.id: schedule for span in spans for schedule in self._schedules.changed_between(c, *span)
             }
@@ -479,7 +479,7 @@ class _RowMaker:
     def missed(self, planned_at: datetime, gap: Gap | None) -> Execution:
         code = ReasonCode.CLOCK_IMPLAUSIBLE if gap and gap.clock else ReasonCode.APP_DOWN
         details: dict[str, Any] = (
-            {"start": gap.start.isoformat(), "end": gap.end.isoformat()} if gap and gap.start > EVER else {}
+            {"start": gap.start.isoformat(), "end": gap.end.isoformat()} if gap and gap.start > UNKNOWN_START else {}
         )
         return self.ended(
             planned_at, Reason(code, {**details, "problem": gap.problem} if gap and gap.problem else details)

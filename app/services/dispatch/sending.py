@@ -183,7 +183,7 @@ class Sending:
     def _is_wanted(self, intent: Execution, plan_version: int) -> bool:
         """``plan_version``: of the plan that the intent was written from."""
         is_changed = plan_version != self._s.plan_version()
-        may_go = not intent.held and self._clock.now() < intent.closes_at and not self._s.clearing.keeps_back(intent)
+        may_go = not intent.held and self._clock.now() < intent.closes_at and not self._s.clearing.blocks(intent)
         return may_go and not (is_changed and self._is_taken_back(intent))
 
     def _is_taken_back(self, intent: Execution) -> bool:

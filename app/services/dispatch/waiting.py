@@ -43,7 +43,7 @@ class Waiting:
             self._ledger.end(
                 row, rules.when_window_closed(row, self._s.downtime.overlaps(row.planned_at, row.closes_at))
             )
-        elif self._s.clearing.keeps_back(row):
+        elif self._s.clearing.blocks(row):
             self._later(row, RECHECK)
         elif row.held:
             self._waits(row, Wait.HOLD)

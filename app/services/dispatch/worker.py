@@ -288,7 +288,7 @@ class RobotWorker:
                 self._s.db.read(), self.robot.id, self._clock.now() + SOON
             ):
                 if self._s.parameters.to_send(self.robot.id, guid, mission, entered) is None:
-                    self._s.parameters.learn_for_starts(self.robot.id, guid, self._client)
+                    self._s.parameters.ask_for_start(self.robot.id, guid, self._client)
 
     def _staggered(self, pause: float) -> float:
         """About ``pause``, different for each robot, so that robots polled or sent to in one moment are not read in one moment again and

@@ -73,10 +73,10 @@ class Access:
         self._db, self._settings, self._clock, self._changes, self._alarms = db, settings, clock, changes, alarms
         self._wrong: int = settings.get(db.read(), WRONG_PINS, 0)
         self._closed_until = clock.monotonic() + _wait_after(self._wrong)
-        self._known: dict[str, Any] | None = None
-        self._is_known = False  # whether ``_known`` is what is stored
+        self._cached: dict[str, Any] | None = None
+        self._is_cached = False  # whether ``_cached`` is what is stored
         self._trying = threading.Lock()
-        changes.subscribe(self._forget)
+        changes.subscribe(self._invalidate)
         self._warn()  # a restored backup knows nothing of it
 
     def is_set(self) -> bool:
@@ -101,16 +101,16 @@ class Access:
     def check(self, pin: str) -> Verdict:
         """One try after the other, each of some 50 ms. During the waiting time a right one is refused, too."""
         with self._trying:
-            return self._judge(pin)
+            return self._check(pin)
 
-    def _judge(self, pin: str) -> Verdict:
+    def _check(self, pin: str) -> Verdict:
         if (wait_s := self.wait_s()) > 0:
             return Verdict(False, 0, wait_s)
         stored = self._stored()
         if stored is None or hmac.compare_digest(
             _hash(pin, bytes.fromhex(stored["salt"]), stored).hex(), stored["hash"]
         ):
-            self._forgive()
+            self._reset()
             return Verdict(True)
         self._wrong += 1
         wait_s = _wait_after(self._wrong)
@@ -130,7 +130,7 @@ class Access:
         if self._wrong >= ALARM_AFTER:
             self._alarms.raise_(*_ALARM, tries=ALARM_AFTER)
 
-    def _forgive(self) -> None:
+    def _reset(self) -> None:
         """Who knows the PIN, or needs none, was no guesser."""
         if self._wrong:
             self._wrong, self._closed_until = 0, self._clock.monotonic()
@@ -138,17 +138,17 @@ class Access:
             self._alarms.clear(*_ALARM)
 
     def _stored(self) -> dict[str, Any] | None:
-        if not self._is_known:
-            self._known, self._is_known = self._settings.get(self._db.read(), PIN), True
-        return self._known
+        if not self._is_cached:
+            self._cached, self._is_cached = self._settings.get(self._db.read(), PIN), True
+        return self._cached
 
-    def _forget(self, topic: Topic, _about: int | None) -> None:
+    def _invalidate(self, topic: Topic, _about: int | None) -> None:
         if topic is Topic.SETTINGS:
-            self._is_known = False
+            self._is_cached = False
 
     def _put(self, value: dict[str, Any] | None) -> None:
         self._db.write(lambda c: self._settings.put(c, PIN, value))
-        self._forgive()
+        self._reset()
         self._changes.publish(Topic.SETTINGS)
 
 

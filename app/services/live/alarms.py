@@ -161,7 +161,7 @@ ZONE_GUESSED = (
 )  # code and key; as long as it is active, the time zone was not chosen by a person
 
 
-class _Known(dict[str, Any]):
+class _Details(dict[str, Any]):
     def __missing__(self, key: str) -> str:
         return "–"
 
@@ -176,7 +176,7 @@ def alarm_sentence(alarm: Alarm, translate: Translate = lambda text: text) -> st
     if isinstance(count := details.get("count"), int):
         details["count"] = writing.count(count, translate)
     return translate(text).format_map(
-        _Known({name: _rendered(value, zone, translate) for name, value in details.items()})
+        _Details({name: _rendered(value, zone, translate) for name, value in details.items()})
     )
 
 
@@ -188,18 +188,18 @@ def _rendered(value: Any, zone: str, translate: Translate) -> Any:
     return clipped(stored_sentence(value, zone, translate) if is_reason else render(value, translate), LONGEST_SHOWN)
 
 
-def _short(value: Any) -> Any:
+def _clipped(value: Any) -> Any:
     """A detail without the endless texts that a robot may send."""
     if isinstance(value, Mapping):
-        return {name: _short(part) for name, part in value.items()}
+        return {name: _clipped(part) for name, part in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_short(part) for part in value]
+        return [_clipped(part) for part in value]
     return clipped(value, LONGEST_DETAIL) if isinstance(value, str) else value
 
 
 def alarm_of(code: str, key: str, now: datetime, details: Mapping[str, Any]) -> Alarm:
     """A new one, of a code in SENTENCES."""
-    short = {name: _short(value) for name, value in details.items()}
+    short = {name: _clipped(value) for name, value in details.items()}
     return Alarm(code, key, SENTENCES[code][0], now, short, last_at=now, cleared_at=now if code in EVENTS else None)
 
 

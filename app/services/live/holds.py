@@ -1,11 +1,12 @@
-"""Holds: nothing is sent to any robot, or to one. Set by the operator, or because the clock can't be trusted."""
+"""Holds: nothing is sent to any robot, or to one. Set by the operator, because of the clock, or while a queue is cleared."""
 
 from __future__ import annotations
 
 import logging
 import sqlite3
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
 
@@ -15,7 +16,7 @@ from app.database.robots import RobotRepository
 from app.domain.activity import CLOCK_STEP_S
 from app.domain.clock import Clock
 from app.domain.message import Message, render
-from app.domain.models import InvalidInput
+from app.domain.models import Execution, InvalidInput
 from app.services.live.changes import Changes, Topic
 
 LONGEST_REASON = 200  # characters
@@ -52,7 +53,7 @@ class Holds:
         self._clock_problem: Message | None = None
         self._is_clock_confirmed = False
         self.is_copy: Message | None = None  # why nothing may be sent from this tablet
-        self._judged_at: tuple[datetime, float] | None = None
+        self._clock_checked_at: tuple[datetime, float] | None = None
         self._stored: list[StoredHold] = []
         self.reload()
 
@@ -63,14 +64,14 @@ class Holds:
 
     def active(self, robot_id: int | None = None) -> Hold | None:
         """The hold that applies to this robot now (None: the one of all robots)."""
-        return self._own() or next((hold for hold in self.current() if hold.robot_id in (None, robot_id)), None)
+        return self._tablet_hold() or next((hold for hold in self.current() if hold.robot_id in (None, robot_id)), None)
 
     def all_active(self) -> list[Hold]:
         """The tablet's own, if there is one, and those that an operator set."""
-        own = self._own()
+        own = self._tablet_hold()
         return [*([own] if own else ()), *self.current()]
 
-    def _own(self) -> Hold | None:
+    def _tablet_hold(self) -> Hold | None:
         now, mono = self._clock.now(), self._clock.monotonic()
         with self._lock:
             if self.is_copy is not None:
@@ -78,8 +79,9 @@ class Holds:
             if self._clock_problem is not None:
                 return Hold(render(self._clock_problem), clock=True)
             if (
-                self._judged_at is not None
-                and abs((now - self._judged_at[0]).total_seconds() - (mono - self._judged_at[1])) > CLOCK_STEP_S
+                self._clock_checked_at is not None
+                and abs((now - self._clock_checked_at[0]).total_seconds() - (mono - self._clock_checked_at[1]))
+                > CLOCK_STEP_S
             ):
                 return Hold(clock=True)  # it has moved, or the tablet slept, and that has not been judged yet
         return None
@@ -153,15 +155,15 @@ class Holds:
         def work(c: sqlite3.Connection) -> tuple[str, str, Sequence[StoredHold]]:
             robot = None if robot_id is None else RobotRepository().get(c, robot_id)
             before = [hold for hold in self._repository.all(c) if hold.robot_id == robot_id]
-            return f"robot {robot.name!r}" if robot else "all robots", _told(before), change(c, before)
+            return f"robot {robot.name!r}" if robot else "all robots", _in_words(before), change(c, before)
 
         held, before, stored = self._db.write(work)
-        if before != (now := _told(stored)):
+        if before != (now := _in_words(stored)):
             log.info("hold of %s: %s → %s", held, before, now)
         self._reloaded()
         return stored
 
-    def distrust_clock(self, problem: Message | None) -> None:
+    def doubt_clock(self, problem: Message | None) -> None:
         """Nothing is sent while the clock is not plausible; None when it is again."""
         with self._lock:
             if problem == self._clock_problem:
@@ -169,9 +171,9 @@ class Holds:
             self._clock_problem = problem
         self._changes.publish(Topic.HOLDS)
 
-    def clock_was_judged(self, now: datetime, mono: float) -> None:
+    def clock_checked(self, now: datetime, mono: float) -> None:
         """At that time, wall and monotonic."""
-        self._judged_at = (now, mono)
+        self._clock_checked_at = (now, mono)
 
     @property
     def clock_problem(self) -> Message | None:
@@ -199,7 +201,42 @@ class Holds:
         self._changes.publish(Topic.HOLDS)
 
 
-def _told(holds: Sequence[StoredHold]) -> str:
+class Cleared:
+    """What is to go: ``rows`` are ids, whichever robot has them by now."""
+
+    def __init__(self, robot_id: int) -> None:
+        self.robot_id, self.rows = robot_id, frozenset[int]()
+
+
+class Clearing:
+    """Until the robot has answered nothing is sent to it, nor what was to go to it to another robot, and what becomes of its items is not
+    judged. Read by every worker at every try."""
+
+    def __init__(self, changes: Changes) -> None:
+        self._changes, self._lock = changes, threading.Lock()
+        self._now: tuple[Cleared, ...] = ()
+
+    @contextmanager
+    def of(self, robot_id: int) -> Iterator[Cleared]:
+        """Its queue is being cleared as long as this is open."""
+        cleared = Cleared(robot_id)
+        with self._lock:
+            self._now = (*self._now, cleared)
+        try:
+            yield cleared
+        finally:
+            with self._lock:
+                self._now = tuple(each for each in self._now if each is not cleared)
+            self._changes.publish(Topic.EXECUTIONS)  # what was blocked goes on
+
+    def is_of(self, robot_id: int) -> bool:
+        return any(each.robot_id == robot_id for each in self._now)
+
+    def blocks(self, row: Execution) -> bool:
+        return any(row.robot_id == each.robot_id or row.id in each.rows for each in self._now)
+
+
+def _in_words(holds: Sequence[StoredHold]) -> str:
     return (
         "".join(
             f"until {hold.until.isoformat(timespec='minutes') if hold.until else 'it is released'}"

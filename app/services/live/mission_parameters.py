@@ -29,17 +29,17 @@ from app.services.live.snapshots import Snapshots
 
 log = logging.getLogger(__name__)
 
-HOLDS_FOR = 300.0  # s for which a screen does not ask again; an integrator may edit the mission
-HOLDS_FOR_STARTS = (
+VALID_FOR = 300.0  # s for which a screen does not ask again; an integrator may edit the mission
+VALID_FOR_STARTS = (
     10.0  # s for which the name of a position still means the same one; asked within these before an instant
 )
-ANSWERED_WITHIN = 10.0  # s for all robots that are asked before something is saved
-ASKED_TOGETHER = 16  # robots
+ANSWER_TIMEOUT = 10.0  # s for all robots that are asked before something is saved
+ROBOTS_AT_ONCE = 16
 
-Said = dict[tuple[int, str], Sequence[MissionParameter]]  # by robot and guid
+Answers = dict[tuple[int, str], Sequence[MissionParameter]]  # by robot and guid
 
 
-class _Kept(NamedTuple):
+class _Answer(NamedTuple):
     """What a robot said (``parameters`` None: it does not say) at a time of the monotonic clock, when it was on that map. What is only read
     from the database was said before all times."""
 
@@ -60,34 +60,34 @@ class MissionParameters:
         self._db, self._clock, self._make_client, self._snapshots = db, clock, make_client, snapshots
         self._stored = MissionParameterRepository()
         self._lock = threading.Lock()
-        self._kept: dict[tuple[int, str], _Kept] = {}
+        self._answers: dict[tuple[int, str], _Answer] = {}
         changes.subscribe(self._forget)
 
     # ------------------------------------------------------------------ what is known
-    def _of(self, robot_id: int, guid: str) -> _Kept:
+    def _of(self, robot_id: int, guid: str) -> _Answer:
         with self._lock:
-            kept = self._kept.get((robot_id, guid))
+            kept = self._answers.get((robot_id, guid))
         if kept is None:
-            kept = _Kept(self._stored.get(self._db.read(), robot_id, guid))
+            kept = _Answer(self._stored.get(self._db.read(), robot_id, guid))
             with self._lock:
-                kept = self._kept.setdefault((robot_id, guid), kept)
+                kept = self._answers.setdefault((robot_id, guid), kept)
         return kept
 
     def known(self, robot_id: int, guid: str) -> Sequence[MissionParameter] | None:
         """As the robot has said, however long ago; None: it has not."""
         return self._of(robot_id, guid).parameters
 
-    def known_of_any(self, guid: str) -> Sequence[MissionParameter] | None:
+    def known_from_any(self, guid: str) -> Sequence[MissionParameter] | None:
         """As any robot has said, but for the positions, which each robot has its own of."""
         found = self._stored.of_any(self._db.read(), guid)
         return found and tuple(
             replace(each, choices=(), on_other_maps=()) if each.is_position else each for each in found
         )
 
-    def lately(self, robot_id: int, guid: str) -> Sequence[MissionParameter] | None:
+    def recent(self, robot_id: int, guid: str) -> Sequence[MissionParameter] | None:
         """As the robot has said within the last minutes."""
         kept = self._of(robot_id, guid)
-        return kept.parameters if self._clock.monotonic() - kept.at < HOLDS_FOR else None
+        return kept.parameters if self._clock.monotonic() - kept.at < VALID_FOR else None
 
     def to_send(self, robot_id: int, guid: str, mission: str, entered: Mapping[str, Any]) -> Mapping[str, Any] | None:
         """The values as the robot wants them: positions by their guid, choices by their value; as they were ``entered`` where it does not
@@ -96,7 +96,7 @@ class MissionParameters:
         if not entered:
             return {}
         kept = self._of(robot_id, guid)
-        is_recent = self._clock.monotonic() - kept.at <= HOLDS_FOR_STARTS
+        is_recent = self._clock.monotonic() - kept.at <= VALID_FOR_STARTS
         if kept.parameters is None:
             return dict(entered) if is_recent else None
         if has_position_by_name(kept.parameters, entered) and not (is_recent and kept.map_id == self._map_of(robot_id)):
@@ -113,7 +113,7 @@ class MissionParameters:
         """A robot may be another machine now: what the database still has holds."""
         if topic is Topic.ROBOTS:
             with self._lock:
-                self._kept.clear()
+                self._answers.clear()
 
     # ------------------------------------------------------------------ asking
     def learn(self, robot_id: int, guid: str, client: RobotClient) -> Sequence[MissionParameter] | None:
@@ -121,23 +121,23 @@ class MissionParameters:
         map_id = self._map_of(
             robot_id
         )  # as it is known before: should it have changed since, names are asked for again
-        found = _asked(client, guid)
+        found = _ask_client(client, guid)
         self._keep({(robot_id, guid): found}, map_id)
         return found
 
-    def learn_for_starts(self, robot_id: int, guid: str, client: RobotClient) -> Sequence[MissionParameter] | None:
+    def ask_for_start(self, robot_id: int, guid: str, client: RobotClient) -> Sequence[MissionParameter] | None:
         """Ask the robot. None: it does not say, or not to this user: it judges for itself. Raises RobotError where it can't be asked."""
         try:
             return self.learn(robot_id, guid, client)
         except RobotError as error:
-            if not _does_not_say(error):
+            if not _is_unsupported(error):
                 raise
             self.keep({(robot_id, guid): None})
             return None
 
     def refusal(self, start: Execution, robot_id: int, client: RobotClient) -> Reason | None:
         """Ask the robot what the mission needs; returns why it would refuse these values. Raises RobotError where it can't be asked."""
-        found = self.learn_for_starts(robot_id, start.mission_guid, client)
+        found = self.ask_for_start(robot_id, start.mission_guid, client)
         try:
             if found is not None:
                 values_for(start.mission, found, start.parameters)
@@ -145,63 +145,63 @@ class MissionParameters:
             return Reason(ReasonCode.REFUSED, {"problem": problem.message})
         return None
 
-    def keep(self, said: Mapping[tuple[int, str], Sequence[MissionParameter] | None]) -> None:
+    def keep(self, answers: Mapping[tuple[int, str], Sequence[MissionParameter] | None]) -> None:
         """What robots have just said; None: one was asked and does not say."""
-        self._keep(said, None)
+        self._keep(answers, None)
 
-    def _keep(self, said: Mapping[tuple[int, str], Sequence[MissionParameter] | None], map_id: str | None) -> None:
+    def _keep(self, answers: Mapping[tuple[int, str], Sequence[MissionParameter] | None], map_id: str | None) -> None:
         now = self._clock.monotonic()
-        new = {key: found for key, found in said.items() if found is not None and found != self._of(*key).parameters}
+        new = {key: found for key, found in answers.items() if found is not None and found != self._of(*key).parameters}
         with self._lock:
-            self._kept |= {key: _Kept(found, now, map_id) for key, found in said.items()}
+            self._answers |= {key: _Answer(found, now, map_id) for key, found in answers.items()}
         if new:
             try:
                 self._db.write(lambda c: self._stored.put(c, new), patient=True)
             except DatabaseError as problem:  # it is asked again when it is needed
                 log.info("What a mission asks for could not be stored: %s", problem)
 
-    def ask(self, wanted: Sequence[tuple[Robot, Sequence[str]]], within: float = ANSWERED_WITHIN) -> Said:
+    def ask(self, wanted: Sequence[tuple[Robot, Sequence[str]]], within: float = ANSWER_TIMEOUT) -> Answers:
         """What these robots say of missions (guids), many at a time, and nothing of those that don't answer ``within`` so many seconds. One
         that is silent, or is known to be, is not asked further. Keeps nothing: they need not be configured yet."""
-        said, end = Said(), time.monotonic() + within
+        answers, end = Answers(), time.monotonic() + within
         left = [(robot, guids) for robot, guids in wanted if self._may_answer(robot)]
 
         def work() -> None:
             while left:
                 with suppress(IndexError):  # another one was quicker
-                    self._ask_robot(*left.pop(0), said, end)
+                    self._ask_robot(*left.pop(0), answers, end)
 
         threads = [
             threading.Thread(target=work, name="mission parameters", daemon=True)
-            for _ in range(min(ASKED_TOGETHER, len(left)))
+            for _ in range(min(ROBOTS_AT_ONCE, len(left)))
         ]
         for thread in threads:
             thread.start()
         for thread in threads:
             thread.join(max(0.0, end - time.monotonic()))
-        return dict(said)
+        return dict(answers)
 
     def _may_answer(self, robot: Robot) -> bool:
         may = (Connection.UNKNOWN, Connection.CONNECTED, Connection.SLOW)
         return robot.enabled and not robot.needs_password and self._snapshots.get(robot.id).connection in may
 
-    def _ask_robot(self, robot: Robot, guids: Sequence[str], said: Said, end: float) -> None:
+    def _ask_robot(self, robot: Robot, guids: Sequence[str], answers: Answers, end: float) -> None:
         try:
             with closing(self._make_client(robot)) as client:
                 for guid in guids:
                     if time.monotonic() > end:
                         return
                     try:
-                        if (found := _asked(client, guid)) is not None:
-                            said[robot.id, guid] = found
+                        if (found := _ask_client(client, guid)) is not None:
+                            answers[robot.id, guid] = found
                     except RobotError as error:
-                        if not _does_not_say(error):
+                        if not _is_unsupported(error):
                             raise
         except (RobotError, InvalidInput) as error:
             log.info("What missions ask for was not said by %r: %s", robot.name, error)
 
 
-def _does_not_say(error: RobotError) -> bool:
+def _is_unsupported(error: RobotError) -> bool:
     """Whether the robot itself has answered, only not with what a mission asks for: it lacks the mission or the question, or this user may
     not read it. One that is busy may say it soon."""
     return isinstance(error, Refusal | NotAMir | Unreadable) and not isinstance(
@@ -209,7 +209,7 @@ def _does_not_say(error: RobotError) -> bool:
     )
 
 
-def _asked(client: RobotClient, guid: str) -> Sequence[MissionParameter] | None:
+def _ask_client(client: RobotClient, guid: str) -> Sequence[MissionParameter] | None:
     found = client.parameters(guid)
     if found is None or not any(parameter.is_position for parameter in found):
         return found and tuple(found)

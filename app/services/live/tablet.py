@@ -61,7 +61,7 @@ class Tablet:
         self.move = stored_move(self._settings, self._db.read())
         if self.is_copy:
             log.warning("This data directory was copied from another tablet: nothing is sent from here")
-        self._holds.is_copy = IS_LOOKED_AT if self.is_looked_at else IS_COPY if self.is_copy else None
+        self._holds.is_copy = IS_LOOKED_AT if self.is_view_only else IS_COPY if self.is_copy else None
 
     @property
     def is_copy(self) -> bool:
@@ -69,7 +69,7 @@ class Tablet:
         return None not in (home, self._machine) and home != self._machine
 
     @property
-    def is_looked_at(self) -> bool:
+    def is_view_only(self) -> bool:
         return self.is_copy and self._settings.get(self._db.read(), LOOKED_AT) == self._machine
 
     def move_here(self) -> bool:
@@ -90,7 +90,7 @@ class Tablet:
         self._holds.announce()
         return True
 
-    def look_only(self) -> None:
+    def view_only(self) -> None:
         """The old tablet goes on: nothing is ever sent from here."""
         if self.is_copy:
             self._db.write(lambda c: self._settings.put(c, LOOKED_AT, self._machine))

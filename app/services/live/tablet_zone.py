@@ -22,13 +22,13 @@ from zoneinfo import ZoneInfo
 
 from app.domain.clock import EARLIEST, zone_names
 
-LOCALTIME, NOTE = "/etc/localtime", "/etc/timezone"
+LOCALTIME, TIMEZONE_FILE = "/etc/localtime", "/etc/timezone"
 DIRECTORY = "/usr/share/zoneinfo"
 MOST_LINKS = 40
 LARGEST_FILE = 100_000  # bytes; the longest histories have 4,000
 STEP = timedelta(days=4, hours=7)  # between the moments at which zones are compared
-SETTLED = timedelta(days=730)  # zone data of different ages agree on what is longer ago
-AGREE = 0.9  # of the moments a file shows the time of the zone whose name it has, or that name is wrong
+SETTLED_AFTER = timedelta(days=730)  # zone data of different ages agree on what is longer ago
+LEAST_AGREEMENT = 0.9  # of the moments a file shows the time of the zone whose name it has, or that name is wrong
 
 
 @dataclass(frozen=True)
@@ -86,12 +86,12 @@ def tablet_zone(
     """The zone of the machine whose files are below ``root``. Raises nothing."""
     finder = _Finder(root, _country(environ), max(EARLIEST, now or datetime.now(UTC)))
     variable, windows = environ.get("TZ", "").strip().removeprefix(":"), registry()
-    if variable and (found := finder.of_variable(variable)):
+    if variable and (found := finder.from_variable(variable)):
         return found
     found = (
-        (windows and of_windows(windows, finder))
-        or finder.of_file(LOCALTIME, LOCALTIME)
-        or finder.of_note()
+        (windows and from_windows(windows, finder))
+        or finder.from_file(LOCALTIME, LOCALTIME)
+        or finder.from_timezone_file()
         or NOT_KNOWN
     )
     if (
@@ -107,14 +107,14 @@ def _country(environ: Mapping[str, str]) -> str:
     return next((locale.rpartition("_")[2] for locale in locales if "_" in locale), "")
 
 
-def of_windows(windows: WindowsZone, finder: _Finder) -> TabletZone:
+def from_windows(windows: WindowsZone, finder: _Finder) -> TabletZone:
     """Windows has one zone for several countries; the region tells them apart."""
     from icalendar.timezone.windows_to_olson import WINDOWS_TO_OLSON  # takes a while, and only Windows needs it
 
     name = WINDOWS_TO_OLSON.get(windows.key)
     if name not in zone_names():
         return NOT_KNOWN
-    names = finder.matching(ZoneInfo(name), finder.coming(), with_words=True)
+    names = finder.matching(ZoneInfo(name), finder.coming_year(), with_words=True)
     places = [place for place in _places().values() if place.name in names]
     there = [place for place in places if place.country == windows.country] or places
     is_known = not there or name in [place.name for place in there if place.country == windows.country]
@@ -127,31 +127,31 @@ class _Finder:
         self._root, self._country, self._now = root, country, now
 
     # ------------------------------------------------------------------ where it is said
-    def of_variable(self, text: str) -> TabletZone | None:
+    def from_variable(self, text: str) -> TabletZone | None:
         """A name, a path, or a rule such as EET-2EEST,M3.5.0/3,M10.5.0/4; None where it is none of them."""
         if (name := text.removeprefix("posix/").removeprefix("right/")) in zone_names():
             return TabletZone(name, "TZ", True)
         if text.startswith("/"):
-            return self.of_file(text, "TZ")
-        rule = _zone_of(_file_of_rule(text))
-        return None if rule is None else self._named(rule, "TZ", self.coming())
+            return self.from_file(text, "TZ")
+        rule = _zone_of(_file_from_rule(text))
+        return None if rule is None else self._closest(rule, "TZ", self.coming_year())
 
-    def of_file(self, path: str, source: str) -> TabletZone | None:
+    def from_file(self, path: str, source: str) -> TabletZone | None:
         """A link has the name of what it leads to, unless another file lies there, as in a container."""
         steps = list(self._steps(path))
         name = next((name for step in steps if (name := _name_in(step))), "")
         zone = _zone_of(self._content(steps[-1]))
-        past = self._moments(datetime(1970, 1, 1, tzinfo=UTC), self._now - SETTLED)
+        past = self._moments(datetime(1970, 1, 1, tzinfo=UTC), self._now - SETTLED_AFTER)
         if name and (zone is None or _mostly_agree(zone, ZoneInfo(name), past)):
             return TabletZone(name, source, True)
-        return None if zone is None else self._named(zone, source, past)
+        return None if zone is None else self._closest(zone, source, past)
 
-    def of_note(self) -> TabletZone | None:
+    def from_timezone_file(self) -> TabletZone | None:
         """The clock itself shows UTC then, so it is not certain."""
-        return TabletZone(name, NOTE, False) if (name := self._note()) else None
+        return TabletZone(name, TIMEZONE_FILE, False) if (name := self._noted_name()) else None
 
-    def _note(self) -> str:
-        lines = (self._content(NOTE) or b"").decode("ascii", errors="replace").split("\n")
+    def _noted_name(self) -> str:
+        lines = (self._content(TIMEZONE_FILE) or b"").decode("ascii", errors="replace").split("\n")
         return next((name for line in lines if (name := line.partition("#")[0].strip()) in zone_names()), "")
 
     def _steps(self, path: str) -> Iterator[str]:
@@ -174,15 +174,15 @@ class _Finder:
         return self._root / path.lstrip("/")
 
     # ------------------------------------------------------------------ which of the known ones it is
-    def _named(self, zone: ZoneInfo, source: str, moments: list[datetime]) -> TabletZone | None:
+    def _closest(self, zone: ZoneInfo, source: str, moments: list[datetime]) -> TabletZone | None:
         """The known zone that shows the same times at these moments. None where none does."""
         if not (found := self.matching(zone, moments, with_words=True)):
             lately = self.matching(zone, self._moments(self._now - timedelta(days=365), self._now))
             return TabletZone(self._best(lately), source, False) if lately else None
         found = {
-            name for name in found if self._agree(zone, name, self._moments(self._now - SETTLED, self._now))
+            name for name in found if self._agree(zone, name, self._moments(self._now - SETTLED_AFTER, self._now))
         } or found
-        if (note := self._note()) in found:
+        if (note := self._noted_name()) in found:
             return TabletZone(note, source, True)
         return TabletZone(self._best(found), source, len(found & _places().keys()) <= 1)
 
@@ -197,11 +197,11 @@ class _Finder:
         """Names of the zones that show the same time, ``with_words`` also the same abbreviation of it (EET), as the system's own data say,
         or those of the app."""
         moments = _with_changes(moments, zone)
-        wanted = [_seen(moment, zone, with_words) for moment in moments]
+        wanted = [_local_time(moment, zone, with_words) for moment in moments]
 
         def all_agree(other: ZoneInfo | None) -> bool:
             return other is not None and all(
-                _seen(moment, other, with_words) == seen for moment, seen in zip(moments, wanted, strict=True)
+                _local_time(moment, other, with_words) == seen for moment, seen in zip(moments, wanted, strict=True)
             )
 
         found = {name for name in zone_names() if all_agree(_zone_of(self._content(f"{DIRECTORY}/{name}")))}
@@ -211,9 +211,9 @@ class _Finder:
         return found or {name for name in zone_names() if all_agree(ZoneInfo(name))}
 
     def _agree(self, zone: ZoneInfo, name: str, moments: list[datetime]) -> bool:
-        return all(_seen(moment, zone) == _seen(moment, ZoneInfo(name)) for moment in moments)
+        return all(_local_time(moment, zone) == _local_time(moment, ZoneInfo(name)) for moment in moments)
 
-    def coming(self) -> list[datetime]:
+    def coming_year(self) -> list[datetime]:
         return self._moments(self._now, self._now + timedelta(days=365))
 
     @staticmethod
@@ -222,10 +222,12 @@ class _Finder:
 
 
 def _mostly_agree(zone: ZoneInfo, other: ZoneInfo, moments: list[datetime]) -> bool:
-    return sum(_seen(moment, zone) == _seen(moment, other) for moment in moments) > AGREE * len(moments)
+    return sum(_local_time(moment, zone) == _local_time(moment, other) for moment in moments) > LEAST_AGREEMENT * len(
+        moments
+    )
 
 
-def _seen(moment: datetime, zone: ZoneInfo, with_words: bool = False) -> tuple[timedelta | None, str | None]:
+def _local_time(moment: datetime, zone: ZoneInfo, with_words: bool = False) -> tuple[timedelta | None, str | None]:
     local = moment.astimezone(zone)
     return local.utcoffset(), local.tzname() if with_words else None
 
@@ -235,7 +237,7 @@ def _with_changes(moments: list[datetime], zone: ZoneInfo) -> list[datetime]:
     around = [
         [low + number * timedelta(hours=1) for number in range(STEP // timedelta(hours=1))]
         for low, high in pairwise(moments)
-        if _seen(low, zone) != _seen(high, zone)
+        if _local_time(low, zone) != _local_time(high, zone)
     ]
     return [*moments, *chain.from_iterable(around)]
 
@@ -254,7 +256,7 @@ def _zone_of(content: bytes | None) -> ZoneInfo | None:
         return None
 
 
-def _file_of_rule(rule: str) -> bytes | None:
+def _file_from_rule(rule: str) -> bytes | None:
     """As a file of zone data (RFC 9636) without a history has it. None where that can't hold it."""
     if not rule.isascii() or "\n" in rule:
         return None

@@ -45,8 +45,7 @@ from app.services.catalogue.parameter_check import Checked, check
 from app.services.dispatch.engine import Engine
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.moves import Move
-from app.services.live.clearing import Clearing
-from app.services.live.holds import Holds
+from app.services.live.holds import Clearing, Holds
 from app.services.live.mission_parameters import MissionParameters
 
 log = logging.getLogger(__name__)
@@ -169,7 +168,7 @@ class Operator:
             or row.state is not State.WAITING
             or row.robot_id is not None
             or row.held
-            or (self._clearing.keeps_back(row))
+            or (self._clearing.blocks(row))
         ):
             raise InvalidInput("robot", "it does not wait for a robot any more")
         if robot_id not in self._group(row.group_id).members:

@@ -28,7 +28,7 @@ log = logging.getLogger(__name__)
 
 LOOK_EVERY = 60.0  # s
 ASK_AGAIN_AFTER = 600.0  # s, a robot that told nothing
-HOLDS_FOR = 12 * 3600.0  # s for which what was told holds: an integrator may edit a mission, or move a position
+VALID_FOR = 12 * 3600.0  # s for which what was told holds: an integrator may edit a mission, or move a position
 
 
 class _Told(NamedTuple):
@@ -125,7 +125,7 @@ class MissionActionsReader:
         return [(robot, guids) for robot, guids in wanted if guids]
 
     def _knows(self, guid: str) -> bool:
-        return guid in self._told and self._clock.monotonic() - self._told[guid].at < HOLDS_FOR
+        return guid in self._told and self._clock.monotonic() - self._told[guid].at < VALID_FOR
 
     def _is_behind(self) -> bool:
         told = self._charging()

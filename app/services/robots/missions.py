@@ -69,7 +69,7 @@ class RobotMissions:
 
     def parameters(self, robot_id: int, guid: str) -> Sequence[MissionParameter]:
         """What has to be given when this mission is queued. Raises RobotError, or InvalidInput when the robot has been removed."""
-        if (lately := self._parameters.lately(robot_id, guid)) is not None:
+        if (lately := self._parameters.recent(robot_id, guid)) is not None:
             return lately
         with self._client(robot_id) as client:
             return self._parameters.learn(robot_id, guid, client) or ()

@@ -73,7 +73,7 @@ def test_a_directory_that_is_looked_at_only_sends_nothing(site, plan, copy_of):
     plan("2026-11-23T06:05")
     site.run(30)
     other = copy_of(site)
-    other.container.tablet.look_only()
+    other.container.tablet.view_only()
     other.run(1500)
     assert sent_at(site) == []
 
@@ -117,14 +117,14 @@ def test_the_other_tablet_is_found_though_its_mission_was_over_before_the_robot_
     assert "two_tablets" in alarms(other)
 
 
-@pytest.mark.parametrize("is_looked_at", [False, True])
-def test_a_mission_run_by_hand_on_a_copy_is_refused_and_says_why(site, plan, copy_of, is_looked_at):
+@pytest.mark.parametrize("is_view_only", [False, True])
+def test_a_mission_run_by_hand_on_a_copy_is_refused_and_says_why(site, plan, copy_of, is_view_only):
     """Nothing is ever sent from here: nor does it wait until the plan moves here."""
     schedule = plan("2026-11-23T06:05")
     site.run(30)
     other = copy_of(site)
-    if is_looked_at:
-        other.container.tablet.look_only()
+    if is_view_only:
+        other.container.tablet.view_only()
     with pytest.raises(InvalidInput, match="another tablet"):
         other.container.operator.run_now(schedule.robot_id, schedule.mission_id)
     assert other.executions() == []

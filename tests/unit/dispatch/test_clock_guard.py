@@ -16,7 +16,7 @@ from app.services.dispatch.observation import ClockReading
 from app.services.dispatch.timing import FIRST_DOUBT
 from app.services.live.alarms import Alarms
 from app.services.live.changes import Changes
-from app.services.live.gaps import Downtime
+from app.services.live.downtime import Downtime
 from app.services.live.holds import Holds
 from tests.support.clock import VirtualClock
 

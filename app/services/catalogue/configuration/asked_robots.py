@@ -11,7 +11,7 @@ from app.domain.robot import MissionParameter
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.configuration.document import Item, at
 from app.services.catalogue.parameter_check import Checked
-from app.services.live.mission_parameters import ANSWERED_WITHIN, Said
+from app.services.live.mission_parameters import ANSWER_TIMEOUT, Answers
 
 Wanted = Sequence[tuple[Robot, Sequence[str]]]
 
@@ -27,7 +27,7 @@ class MoreToAsk(Exception):
 class AskedRobots:
     def __init__(self, catalogue: Catalogue) -> None:
         self._catalogue = catalogue
-        self._said = Said()
+        self._said = Answers()
         self._robots: dict[int, Robot] = {}  # those that were asked, as they are in the file
         self._asked: set[tuple[int, str]] = set()
         self._known: dict[tuple[int, str], Sequence[MissionParameter] | None] = {}  # until more is said
@@ -55,7 +55,7 @@ class AskedRobots:
 
     def ask(self, more: MoreToAsk) -> None:
         self._known.clear()
-        self._until = self._until or time.monotonic() + ANSWERED_WITHIN
+        self._until = self._until or time.monotonic() + ANSWER_TIMEOUT
         self._robots |= {robot.id: robot for robot, _guids in more.wanted}
         self._asked |= {(robot.id, guid) for robot, guids in more.wanted for guid in guids}
         if self._catalogue.parameters is not None:

@@ -9,8 +9,8 @@ from datetime import UTC, datetime, timedelta
 from app.domain.message import Message
 
 HEARTBEAT_EVERY = 15.0  # s; a power cut is known to about this precision
-EVER = datetime(1, 1, 1, tzinfo=UTC)  # the start of a gap of which nothing tells when it began
-NOTEWORTHY = timedelta(seconds=60)  # a shorter gap is a restart or a slow moment, not an absence
+UNKNOWN_START = datetime(1, 1, 1, tzinfo=UTC)  # the start of a gap of which nothing tells when it began
+SHORTEST_ABSENCE = timedelta(seconds=60)  # a shorter gap is a restart or a slow moment, not an absence
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Downtime:
         with self._lock:
             self._gaps = [*self._gaps, gap][-self.KEPT :]
 
-    def forget_beyond(self, now: datetime) -> None:
+    def forget_future(self, now: datetime) -> None:
         """The clock has been set back: what it showed since says nothing about times still to come."""
         with self._lock:
             self._gaps = [replace(gap, end=min(gap.end, now)) for gap in self._gaps if gap.start < now]
@@ -50,7 +50,10 @@ class Downtime:
             return [
                 edge
                 for gap in self._gaps
-                for edge in (gap.start - timedelta(microseconds=1) if gap.start > EVER else EVER, gap.end)
+                for edge in (
+                    gap.start - timedelta(microseconds=1) if gap.start > UNKNOWN_START else UNKNOWN_START,
+                    gap.end,
+                )
             ]
 
     def overlaps(self, start: datetime, end: datetime) -> bool:
