@@ -20,8 +20,8 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from app.services.allocation.belief import weight
-from app.services.allocation.decide import decide
+from app.services.allocation.choose import choose
+from app.services.allocation.situation import weight
 from tests.benchmarks.hall.day import CALM, ROUGH, Day, Trouble, figures
 from tests.benchmarks.hall.policies import NO_METRES, POLICIES, NearestIdle, ThisApp
 from tests.benchmarks.hall.site import HOUR, Learned, Run, Site, run_time
@@ -138,7 +138,7 @@ def _decision(seed: int, robots: int, due: int, prepare: Callable[[Day], Any]) -
     ]
     situation = ThisApp().situation(day, runs)
     begun = time.process_time()
-    decide(situation)
+    choose(situation)
     return (time.process_time() - begun) * 1000
 
 

@@ -89,7 +89,7 @@ GROUP_MUTANTS = (
     ),
     Mutant(
         "what matters least goes first",
-        "services.allocation.decide:_Board._rank",
+        "services.allocation.choose:_Assignment._rank",
         "-start.priority",
         "start.priority",
         "of higher priority waited",
@@ -100,8 +100,8 @@ GROUP_MUTANTS = (
     Mutant(
         "some robots are never free",
         "services.dispatch.group_state:GroupState._member",
-        "free = out is None and",
-        "free = robot.id % 2 == 0 and out is None and",
+        "free = ineligible is None and",
+        "free = robot.id % 2 == 0 and ineligible is None and",
         "is free and",
         CALM,
         seed=3,
@@ -109,7 +109,7 @@ GROUP_MUTANTS = (
     ),
     Mutant(
         "kept for whatever is planned",
-        "services.allocation.decide:_Board._looking_ahead",
+        "services.allocation.choose:_Assignment._best_after_delays",
         "return best if least <= behind else None",
         "return None",
         "is free and",

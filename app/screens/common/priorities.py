@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from app.i18n import _
-from app.services.allocation.belief import CRITICAL, HIGH, LOW, NORMAL
+from app.services.allocation.situation import CRITICAL, HIGH, LOW, NORMAL
 
 LEVELS = (LOW, NORMAL, HIGH, CRITICAL)
 

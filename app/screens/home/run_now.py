@@ -17,7 +17,7 @@ from app.screens.common.options import Option
 from app.screens.common.robot_appearance import is_old
 from app.screens.common.start_now import is_stopped, why_not
 from app.screens.home.facts import HomeFacts
-from app.services.allocation.belief import CRITICAL, HIGH
+from app.services.allocation.situation import CRITICAL, HIGH
 from app.services.live.holds import Hold
 from app.services.robots.commands import Operator
 

@@ -18,8 +18,8 @@ from app.screens.common.options import Option
 from app.screens.common.priorities import word
 from app.screens.home.facts import HomeFacts
 from app.screens.home.lists import trigger_words
-from app.services.allocation.belief import HIGH, Out
-from app.services.allocation.decide import AHEAD, LAST_CALL
+from app.services.allocation.choose import AHEAD, LAST_CALL
+from app.services.allocation.situation import HIGH, Ineligible
 
 SHOWN = 2  # on Home; all of them in a dialog
 ON_THE_WAY = timedelta(seconds=2)  # after which it is said that a start is being sent
@@ -131,7 +131,7 @@ def _without_those_tried(row: Execution) -> dict[str, Any]:
     robots = [
         each
         for each in row.wait_details.get("robots", ())
-        if not (isinstance(each, dict) and each.get("out") == Out.TRIED)
+        if not (isinstance(each, dict) and each.get("out") == Ineligible.TRIED)
     ]
     return {**row.wait_details, "robots": robots}
 

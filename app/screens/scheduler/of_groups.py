@@ -11,7 +11,7 @@ from app.screens.common.priorities import LEVELS, level, word
 from app.screens.common.robot_appearance import off_word
 from app.screens.scheduler.draft import Target
 from app.screens.scheduler.facts import SchedulerFacts
-from app.services.allocation.belief import NORMAL
+from app.services.allocation.situation import NORMAL
 
 FINISH_BY = (15, 30, 60, 120, 240)  # min
 

@@ -16,7 +16,7 @@ from app.database.group_starts import GroupStartRepository
 from app.database.groups import GroupRepository
 from app.domain import rules
 from app.domain.models import Execution, Group, Reason, ReasonCode, Robot, Wait
-from app.services.allocation.decide import LAST_CALL, Decision, decide
+from app.services.allocation.choose import LAST_CALL, Decision, choose
 from app.services.dispatch.context import Context
 from app.services.dispatch.group_state import GroupState, UsualDurations
 from app.services.dispatch.moves import Move, taken_back
@@ -143,7 +143,7 @@ class Allocator:
             {row.id: row for row in rows},
         )
         waits, bound, into_queue, plan_version = list[Move](), list[Move](), set[int](), self._s.plan_version()
-        for decision in decide(state.situation(rows, groups)):
+        for decision in choose(state.situation(rows, groups)):
             row = by_id[decision.start.id]
             if decision.too_late and row.finish_by is not None:
                 self._ledger.end(row, Reason(ReasonCode.FINISH_BY, {"finish_by": row.finish_by.isoformat()}))
@@ -186,7 +186,7 @@ class Allocator:
 
     def _waiting_for_robot(self, row: Execution, decision: Decision, state: GroupState) -> list[Move]:
         """What it waits for, where that is something new."""
-        if decision.full is not None and (full := self._ledger.full_place(row)) is not None:
+        if decision.full_place is not None and (full := self._ledger.full_place(row)) is not None:
             return self._ledger.moves.waiting(row, Wait.PLACE, **state.describe_occupant(full))
         return self._ledger.moves.waiting(row, Wait.ROBOT, group=row.robot_group, **state.choice(decision))
 

@@ -17,9 +17,18 @@ from app.domain.clock import midnight
 from app.domain.drain import Drain
 from app.domain.models import Connection, DurationEstimate, Execution, Group, HandOver, Mission, Robot, Schedule
 from app.domain.robot import QueueItem, QueueState, RobotStatus, Spot, Stop, straight_way
-from app.services.allocation import estimates
-from app.services.allocation.belief import Coming, Member, Out, Situation, Start
-from app.services.allocation.decide import AHEAD, Decision, Option, Why
+from app.services.allocation.choose import AHEAD, Advantage, Decision, Option
+from app.services.allocation.situation import (
+    FEW_RUNS,
+    UNKNOWN_S,
+    Ineligible,
+    Member,
+    PlannedStart,
+    Situation,
+    Start,
+    remaining_duration,
+    run_duration,
+)
 from app.services.dispatch.availability import at_work, can_work, is_free
 from app.services.dispatch.context import Context
 from app.services.dispatch.worker import RobotWorker
@@ -97,7 +106,7 @@ class GroupState:
             experience.stops(),
             lacks,
         )
-        self._takes: dict[tuple[int, str, bool], float | None] = {}
+        self._run_durations: dict[tuple[int, str, bool], float | None] = {}
         self._spots: dict[int, Spot | None] = {}  # of each robot when it is free
         self._missions: dict[tuple[int, str], Mission | None] = {}
         self._of_group: dict[str, DurationEstimate | None] = {}
@@ -115,10 +124,14 @@ class GroupState:
     def situation(self, rows: Iterable[Execution], groups: Mapping[int, Group]) -> Situation:
         starts = [self._start(row, groups[row.group_id or 0]) for row in rows]
         return Situation(
-            self.members, starts, self.takes, self._coming(groups), {room.place: room.left for room in self._room}
+            self.members,
+            starts,
+            self.duration,
+            self._planned_starts(groups),
+            {room.place: room.left for room in self._room},
         )
 
-    def _coming(self, groups: Mapping[int, Group]) -> list[Coming]:
+    def _planned_starts(self, groups: Mapping[int, Group]) -> list[PlannedStart]:
         """The next start of each schedule, where these robots may get it."""
         missions = {mission.id: mission.name for mission in self._configured}
         found = []
@@ -140,8 +153,8 @@ class GroupState:
     # ------------------------------------------------------------------ robots
     def _member(self, worker: RobotWorker) -> Member:
         robot, status, queue = worker.robot, self._status(worker), self._s.snapshots.get(worker.robot.id).queue
-        rows, out = self._executions.open_for(self._c, robot.id), self._out(worker)
-        seems_free = out is None and is_free(status, queue, rows)
+        rows, ineligible = self._executions.open_for(self._c, robot.id), self._ineligible(worker)
+        seems_free = ineligible is None and is_free(status, queue, rows)
         if seems_free:
             self._seem_free.add(robot.id)
         self._spots[robot.id] = (
@@ -156,7 +169,7 @@ class GroupState:
             drain=self._drains.get(robot.id, Drain()).per_hour,
             hours=self._hours.get(robot.id, 0.0),
             failures=self._failures.get(robot.id, 0),
-            out=out,
+            ineligible=ineligible,
         )
 
     def _status(self, worker: RobotWorker) -> RobotStatus | None:
@@ -170,18 +183,18 @@ class GroupState:
         )
         return worker.seen.fresh_status or (snapshot.status if is_known else None)
 
-    def _out(self, worker: RobotWorker) -> Out | None:
+    def _ineligible(self, worker: RobotWorker) -> Ineligible | None:
         robot, snapshot = worker.robot, self._s.snapshots.get(worker.robot.id)
         if not robot.enabled or robot.needs_password:
-            return Out.OFF
+            return Ineligible.OFF
         if self._s.holds.active(robot.id) or self._s.clearing.is_of(robot.id):
-            return Out.HELD
+            return Ineligible.HELD
         if snapshot.connection is Connection.WRONG_ROBOT:
-            return Out.WRONG_ROBOT
+            return Ineligible.WRONG_ROBOT
         status = self._status(worker)
         if status is None:
-            return Out.SILENT
-        return None if can_work(status) else Out.STOPPED
+            return Ineligible.SILENT
+        return None if can_work(status) else Ineligible.STOPPED
 
     def _free_s(self, robot: Robot, open_ones: Sequence[Execution]) -> float:
         """What is left of what runs, and all of what is pending, whoever put it there; and what of ours is not there yet."""
@@ -192,14 +205,12 @@ class GroupState:
             estimate = self._lasts(robot.id, item.mission_id or "")
             if item.state is QueueState.EXECUTING:
                 row = by_item.get(item.id)
-                left += estimates.remaining(estimate, -self._seconds(row.started_at) if row and row.started_at else 0.0)
+                left += remaining_duration(estimate, -self._seconds(row.started_at) if row and row.started_at else 0.0)
             else:
-                left += estimates.takes(estimate, None)
+                left += run_duration(estimate, None)
         seen = {item.id for item in queue}
         return left + sum(
-            estimates.takes(self._lasts(robot.id, row.mission_guid), None)
-            for row in open_ones
-            if row.queue_id not in seen
+            run_duration(self._lasts(robot.id, row.mission_guid), None) for row in open_ones if row.queue_id not in seen
         )
 
     def _ends_at(self, queue: Sequence[QueueItem], open_ones: Sequence[Execution]) -> Spot | None:
@@ -214,14 +225,14 @@ class GroupState:
     def _lasts(self, robot_id: int, guid: str) -> DurationEstimate | None:
         """Of whatever is in a robot's queue: by its own runs, by those of its group where it had few, or as typed."""
         own, mission = self._usual(robot_id, guid), self._by_guid.get(guid)
-        if mission is None or (own is not None and own.runs >= estimates.FEW_RUNS):
+        if mission is None or (own is not None and own.runs >= FEW_RUNS):
             return own
         return self._pooled(mission.name) or expected(own, mission)
 
     # ------------------------------------------------------------------ starts
     def _start(self, row: Execution, group: Group) -> Start:
         is_barred = {
-            int(key): Out.TRIED
+            int(key): Ineligible.TRIED
             for key, each in row.tried.items()
             if each.get("is_for_good") or to_instant(each["at"]) <= self._now < to_instant(each["until"])
         }  # unless set back
@@ -241,20 +252,24 @@ class GroupState:
             [room.place for room in self._room if row.mission in room.missions],
         )
 
-    def _lacking(self, mission: str, members: Sequence[int]) -> dict[int, Out]:
+    def _lacking(self, mission: str, members: Sequence[int]) -> dict[int, Ineligible]:
         """Robots whose list of missions, as read a while ago, does not have it; where no other could do it, they are asked all the same."""
-        usable = [robot_id for robot_id in members if robot_id in self.members and self.members[robot_id].out is None]
+        usable = [
+            robot_id for robot_id in members if robot_id in self.members and self.members[robot_id].ineligible is None
+        ]
         own = {robot_id: found for robot_id in usable if (found := self.mission(robot_id, mission))}
         lacking = {robot_id for robot_id, found in own.items() if self._lacks(robot_id, found.guid)}
-        return dict.fromkeys(lacking, Out.LACKS_MISSION) if lacking != own.keys() else {}
+        return dict.fromkeys(lacking, Ineligible.LACKS_MISSION) if lacking != own.keys() else {}
 
-    def _planned(self, schedule: Schedule, at: datetime, mission: str, members: Sequence[int]) -> Coming:
-        lasts = [seconds for robot_id in members if (seconds := self.takes(robot_id, mission, slow=True)) is not None]
-        return Coming(
+    def _planned(self, schedule: Schedule, at: datetime, mission: str, members: Sequence[int]) -> PlannedStart:
+        lasts = [
+            seconds for robot_id in members if (seconds := self.duration(robot_id, mission, slow=True)) is not None
+        ]
+        return PlannedStart(
             mission,
             tuple(members),
             self._seconds(at),
-            max(lasts, default=estimates.UNKNOWN_S),
+            max(lasts, default=UNKNOWN_S),
             schedule.priority,
             is_fixed=schedule.robot_id is not None,
         )
@@ -266,22 +281,22 @@ class GroupState:
             self._missions[key] = self._s.missions.for_robot(self._c, name, robot_id)
         return self._missions[key]
 
-    def takes(self, robot_id: int, mission: str, *, slow: bool = False) -> float | None:
+    def duration(self, robot_id: int, mission: str, *, slow: bool = False) -> float | None:
         """Seconds; None: it lacks the mission."""
         key = robot_id, mission, slow
-        if key not in self._takes:
+        if key not in self._run_durations:
             meant = self.mission(robot_id, mission)
-            self._takes[key] = (
+            self._run_durations[key] = (
                 None
                 if meant is None
-                else estimates.takes(
+                else run_duration(
                     expected(self._usual(robot_id, meant.guid), meant),
                     self._pooled(mission),
                     self._way(robot_id, meant),
                     slow=slow,
                 )
             )
-        return self._takes[key]
+        return self._run_durations[key]
 
     def _way(self, robot_id: int, mission: Mission) -> float | None:
         """Straight to its first stop, from where the robot will be when it is free, in m."""
@@ -317,19 +332,23 @@ class GroupState:
                 | ({"failures": member.failures} if member.failures else {})
                 | self._unfit(decision, option)
             )
-            if option.robot_id == decision.robot_id and (why := decision.why):
-                robots[-1] |= {"why": why} | ({"done": self._in(option.done_s)} if why == Why.SOONEST else {})
+            if option.robot_id == decision.robot_id and (advantage := decision.advantage):
+                robots[-1] |= {"why": advantage} | (
+                    {"done": self._in(option.done_s)} if advantage == Advantage.SOONEST else {}
+                )
         if robots and decision.robot_id is not None and "why" not in robots[0] and _is_farther(*robots):
-            robots[0] |= {"why": Why.EQUAL}
-        for robot_id, out in decision.out[: MOST_TOLD - len(robots)]:
+            robots[0] |= {"why": Advantage.EQUAL}
+        for robot_id, why_not in decision.ineligible[: MOST_TOLD - len(robots)]:
             member = self.members[robot_id]
-            tells_battery = out in (Out.LOW_BATTERY, Out.TOO_LITTLE_BATTERY) and member.battery is not None
+            tells_battery = (
+                why_not in (Ineligible.LOW_BATTERY, Ineligible.TOO_LITTLE_BATTERY) and member.battery is not None
+            )
             robots.append(
-                {"robot": member.name, "out": str(out)}
+                {"robot": member.name, "out": str(why_not)}
                 | ({"battery": round(member.battery or 0.0)} if tells_battery else {})
             )
-        more = len(decision.options) + len(decision.out) - len(robots)
-        kept = decision.kept_for
+        more = len(decision.options) + len(decision.ineligible) - len(robots)
+        kept = decision.waits_for_planned
         return {
             "robots": robots,
             **({"more": more} if more else {}),
@@ -338,7 +357,7 @@ class GroupState:
         }
 
     def _unfit(self, decision: Decision, option: Option) -> dict[str, Any]:
-        """Why a robot that seems free was not chosen, though nothing keeps it from having starts. Told of a choice only, as metres are."""
+        """Why a robot that seems free was not chosen, though nothing keeps it from having starts. Only of a choice, as metres are."""
         if decision.robot_id is None:
             return {}
         if option.robot_id in self._seem_free and not option.is_free:
@@ -346,7 +365,7 @@ class GroupState:
         return {"late": True} if decision.is_too_late(option) else {}
 
     def _metres(self, robot_id: int, decision: Decision) -> dict[str, int]:
-        """Told of a choice; while it waits that would only be written anew each time a robot moves."""
+        """Only of a choice: while it waits that would be written again each time a robot moves."""
         meant = self.mission(robot_id, decision.start.mission) if decision.robot_id is not None else None
         metres = None if meant is None else self.approach(robot_id, meant)
         return {} if metres is None else {"metres": round(metres)}
@@ -357,7 +376,7 @@ class GroupState:
         return {
             "place": full.name,
             "robot": full.robot,
-            "until": self._in(estimates.remaining(self._usual(full.robot_id, full.mission_guid), elapsed)),
+            "until": self._in(remaining_duration(self._usual(full.robot_id, full.mission_guid), elapsed)),
         }
 
     def _in(self, seconds: float) -> str:

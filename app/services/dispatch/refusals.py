@@ -14,7 +14,7 @@ from app.domain.message import Message, message
 from app.domain.models import Execution, Reason, ReasonCode, Robot, Settings
 from app.mir.client import RobotClient
 from app.mir.errors import NotAMir, Refusal, Rejected, RobotError, RobotFault, Unauthorized, Unreadable
-from app.services.allocation.belief import Out
+from app.services.allocation.situation import Ineligible
 from app.services.dispatch.moves import is_other_machine
 
 log = logging.getLogger(__name__)
@@ -73,7 +73,7 @@ def tried_here(
     robot: Robot,
     settings: Settings,
     now: datetime,
-    out: Out,
+    out: Ineligible,
     problem: Message,
     reason: Reason | None,
     *,
@@ -83,7 +83,7 @@ def tried_here(
     often, for good. With the floor and serial number of the first time that it may have come (``may_come``): what was ever sent to that
     machine lies above."""
     before = row.tried.get(str(robot.id), {})
-    tries = before.get("tries", 0) + (out is Out.TRIED)
+    tries = before.get("tries", 0) + (out is Ineligible.TRIED)
     is_for_good = reason is not None or tries > settings.retry_limit
     until = row.closes_at if is_for_good else now + timedelta(seconds=rules.back_off(max(tries, 1), settings))
     is_first = before.get("floor") is None or is_other_machine(row, before.get("serial"))

@@ -28,7 +28,7 @@ from app.domain.models import Execution, Reason, ReasonCode, State, Trigger, Wai
 from app.domain.robot import QueueItem
 from app.mir.client import RobotClient
 from app.mir.errors import AnotherRobot, Delivery, NotWanted, RobotError, Unauthorized, Unnumbered
-from app.services.allocation.belief import Out
+from app.services.allocation.situation import Ineligible
 from app.services.dispatch.attempt import Attempt, Attempts, Phase, intent_of
 from app.services.dispatch.availability import can_work
 from app.services.dispatch.context import Context
@@ -265,7 +265,7 @@ class Sending:
                 return False
             if not rules.battery_allows(battery := status.battery_percentage, minimum):
                 if may_go_elsewhere:
-                    self._give_back([row], Out.LOW_BATTERY)
+                    self._give_back([row], Ineligible.LOW_BATTERY)
                     return False
                 self._ledger.waits(row, Wait.BATTERY, battery=battery, minimum=minimum)
                 self._later(row, RECHECK)
@@ -346,7 +346,7 @@ class Sending:
     def _give_back(
         self,
         rows: Sequence[Execution],
-        out: Out = Out.TRIED,
+        out: Ineligible = Ineligible.TRIED,
         *,
         problem: Message = "",
         reason: Reason | None = None,
@@ -359,7 +359,7 @@ class Sending:
             tried = tried_here(row, self._seen.robot, settings, now, out, problem, reason, may_come=may_come)
             moves.append(
                 self._ledger.moves.given_back(
-                    row, self._robot_id, tried, is_attempt=out is Out.TRIED, may_come=may_come
+                    row, self._robot_id, tried, is_attempt=out is Ineligible.TRIED, may_come=may_come
                 )
             )
             self.attempts.pop(row.id, None)

@@ -8,7 +8,7 @@ from datetime import datetime
 from app.domain import rules
 from app.domain.models import Execution, HandOver, Reason, ReasonCode, Robot, State, Trigger, Wait
 from app.domain.robot import RobotStatus
-from app.services.allocation.decide import LAST_CALL
+from app.services.allocation.choose import LAST_CALL
 from app.services.dispatch.availability import is_free
 from app.services.dispatch.context import Context
 from app.services.dispatch.timing import EARLY_RECHECK, INTENT_LEAD, RECHECK

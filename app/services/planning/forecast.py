@@ -13,9 +13,8 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import NamedTuple
 
-from app.services.allocation.belief import Coming, Member, Out, Situation, Start, Takes
-from app.services.allocation.decide import AHEAD, LAST_CALL, decide
-from app.services.allocation.estimates import UNKNOWN_S
+from app.services.allocation.choose import AHEAD, LAST_CALL, choose
+from app.services.allocation.situation import UNKNOWN_S, Duration, Ineligible, Member, PlannedStart, Situation, Start
 
 HOUR = 3600.0
 MOST_LAID = (
@@ -54,7 +53,7 @@ class Site:
     it now."""
 
     names: Mapping[int, str]
-    takes: Takes
+    duration: Duration
     free: Mapping[int, float] = field(default_factory=dict)
     hours: Mapping[int, float] = field(default_factory=dict)
     held: Mapping[int, Sequence[tuple[float, float]]] = field(default_factory=dict)
@@ -106,7 +105,7 @@ class _Course:
         self._next = 0  # of the places
         self._waiting: list[int] = []
         self._found: dict[int, Found] = {}
-        self._coming: dict[tuple[str, tuple[int, ...]], float] = {}
+        self._slow_durations: dict[tuple[str, tuple[int, ...]], float] = {}
         self._laid = 0
         self._leave = defaultdict[str, list[float]](list)  # until when who is at a place is there
         for name, ends in site.at_places.items():
@@ -146,7 +145,7 @@ class _Course:
         each = self._wanted[place]
         if each.fixed:
             robot_id = each.members[0]
-            self._put(place, robot_id, each.at, self._site.takes(robot_id, each.mission) or UNKNOWN_S, in_time=True)
+            self._put(place, robot_id, each.at, self._site.duration(robot_id, each.mission) or UNKNOWN_S, in_time=True)
         else:
             insort(self._waiting, place)
 
@@ -169,7 +168,7 @@ class _Course:
             return  # as no robot of it is free
         self._laid += len(self._waiting)
         gone = set(last_calls)
-        for decision in decide(self._situation(now, last_calls)):
+        for decision in choose(self._situation(now, last_calls)):
             if decision.robot_id is not None:
                 gone.add(decision.start.id)
                 lasts = next(option.lasts_s for option in decision.options if option.robot_id == decision.robot_id)
@@ -194,13 +193,13 @@ class _Course:
                 self._free[robot_id] <= now,
                 max(0.0, self._free[robot_id] - now),
                 hours=self._hours[robot_id],
-                out=self._out(robot_id, now),
+                ineligible=self._ineligible(robot_id, now),
             )
             for robot_id in robots
         }
-        coming = list(self._protected(now, robots, min(start.priority for start in starts)))
+        planned = list(self._protected(now, robots, min(start.priority for start in starts)))
         room = self._room_left(now, {name for start in starts for name in start.places})
-        return Situation(members, starts, self._site.takes, coming, room)
+        return Situation(members, starts, self._site.duration, planned, room)
 
     def _room_left(self, now: float, places: Iterable[str]) -> dict[str, int]:
         for name in places:
@@ -222,25 +221,29 @@ class _Course:
             places=each.places,
         )
 
-    def _out(self, robot_id: int, now: float) -> Out | None:
-        return Out.HELD if any(since <= now < until for since, until in self._site.held.get(robot_id, ())) else None
+    def _ineligible(self, robot_id: int, now: float) -> Ineligible | None:
+        return (
+            Ineligible.HELD if any(since <= now < until for since, until in self._site.held.get(robot_id, ())) else None
+        )
 
-    def _protected(self, now: float, robots: Iterable[int], least: int) -> Iterator[Coming]:
+    def _protected(self, now: float, robots: Iterable[int], least: int) -> Iterator[PlannedStart]:
         """Of the next minutes, what may matter more than a start of that priority."""
         for number in range(self._next, len(self._places)):
             each = self._wanted[self._places[number]]
             if each.at > now + AHEAD:
                 return
             if (each.fixed or each.priority > least) and not set(each.members).isdisjoint(robots):
-                yield Coming(each.mission, each.members, each.at - now, self._slow(each), each.priority, each.fixed)
+                yield PlannedStart(
+                    each.mission, each.members, each.at - now, self._slow(each), each.priority, each.fixed
+                )
 
     def _slow(self, each: Wanted) -> float:
         key = each.mission, each.members
-        if key not in self._coming:
+        if key not in self._slow_durations:
             lasts = [
                 seconds
                 for robot_id in each.members
-                if (seconds := self._site.takes(robot_id, each.mission, slow=True)) is not None
+                if (seconds := self._site.duration(robot_id, each.mission, slow=True)) is not None
             ]
-            self._coming[key] = max(lasts, default=UNKNOWN_S)
-        return self._coming[key]
+            self._slow_durations[key] = max(lasts, default=UNKNOWN_S)
+        return self._slow_durations[key]

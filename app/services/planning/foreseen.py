@@ -19,8 +19,8 @@ from app.domain import rules
 from app.domain.choice import KEEPS_NO_ROBOT
 from app.domain.clock import midnight
 from app.domain.models import Execution, Group, HandOver, Mission, Robot, Schedule, Settings, State, Trigger
-from app.services.allocation import estimates
-from app.services.allocation.decide import AHEAD
+from app.services.allocation.choose import AHEAD
+from app.services.allocation.situation import remaining_duration, run_duration
 from app.services.planning.forecast import Found, Site, Wanted, forecast
 from app.services.planning.known import Known, quick
 from app.services.planning.planned import PlannedRun
@@ -189,7 +189,7 @@ class Foreseen:
         busy, at_places = self._busy() if is_now else ({}, {})
         return Site(
             {robot_id: self._robots[robot_id].name for robot_id in self.shared},
-            self._known.takes,
+            self._known.duration,
             busy,
             self._hours() if is_now else {},
             self._held(),
@@ -217,8 +217,8 @@ class Foreseen:
     def _left(self, row: Execution, robot_id: int) -> float:
         usual = self._known.usual(robot_id, Mission(row.mission, row.mission_guid))
         if row.state is State.EXECUTING and row.started_at is not None:
-            return max(0.0, estimates.remaining(usual, (self._now - row.started_at).total_seconds()))
-        return estimates.takes(usual, None)
+            return max(0.0, remaining_duration(usual, (self._now - row.started_at).total_seconds()))
+        return run_duration(usual, None)
 
     def _hours(self) -> Mapping[int, float]:
         today = midnight(self._now.astimezone(self._zone).date(), self._zone)

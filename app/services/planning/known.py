@@ -9,7 +9,7 @@ from math import ceil
 from app.database.durations import DurationRepository
 from app.database.missions import MissionRepository
 from app.domain.models import DurationEstimate, Group, Mission, Robot
-from app.services.allocation import estimates
+from app.services.allocation.situation import run_duration
 from app.services.planning.durations import expected, pooled
 from app.services.planning.seen import NOTHING_SEEN, Seen
 
@@ -25,7 +25,7 @@ class Known:
                 self._peers[robot_id] = tuple(sorted({*self._peers.get(robot_id, ()), *group.members}))
         self._usual: dict[tuple[int, str], DurationEstimate | None] = {}
         self._pooled: dict[tuple[str, tuple[int, ...]], DurationEstimate | None] = {}
-        self._takes: dict[tuple[int, str, bool], float | None] = {}
+        self._run_durations: dict[tuple[int, str, bool], float | None] = {}
 
     def mission(self, name: str, robot_id: int) -> Mission | None:
         """The robot's own, else the one for all robots; None: it has none of that name."""
@@ -53,19 +53,19 @@ class Known:
         """On a robot, or on whichever of a group."""
         return self.usual(target.id, mission) if isinstance(target, Robot) else self.of_any(mission, target.members)
 
-    def takes(self, robot_id: int, mission: str, *, slow: bool = False) -> float | None:
+    def duration(self, robot_id: int, mission: str, *, slow: bool = False) -> float | None:
         """As the decision code estimates it, in seconds; None: the robot lacks the mission."""
         key = robot_id, mission, slow
-        if key not in self._takes:
+        if key not in self._run_durations:
             meant = self.mission(mission, robot_id)
-            self._takes[key] = (
+            self._run_durations[key] = (
                 None
                 if meant is None or not self.has(robot_id, mission)
-                else estimates.takes(
+                else run_duration(
                     self.usual(robot_id, meant), self.of_any(meant, self._peers.get(robot_id, (robot_id,))), slow=slow
                 )
             )
-        return self._takes[key]
+        return self._run_durations[key]
 
     def _learned(self, robot_id: int, guid: str) -> DurationEstimate | None:
         key = robot_id, guid

@@ -16,7 +16,7 @@ from app.database.schedules import ScheduleRepository, Skip
 from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
 from app.domain.models import DurationEstimate, Group, Mission, Place, Robot, Schedule
-from app.services.allocation.decide import AHEAD
+from app.services.allocation.choose import AHEAD
 from app.services.planning.foreseen import Foreseen
 from app.services.planning.known import Known, quick
 from app.services.planning.plan_conflicts import Shared, place_warning, plan_conflicts

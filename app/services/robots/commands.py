@@ -39,7 +39,7 @@ from app.mir.client import RobotClient
 from app.mir.credentials import normalise_fingerprint, token_for
 from app.mir.errors import Delivery, RobotError
 from app.mir.fingerprint import presented_fingerprint
-from app.services.allocation.belief import HIGH
+from app.services.allocation.situation import HIGH
 from app.services.catalogue import validation
 from app.services.catalogue.parameter_check import Checked, check
 from app.services.dispatch.engine import Engine

@@ -9,8 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from app.services.allocation.belief import CRITICAL, NORMAL, weight
-from app.services.allocation.estimates import remaining
+from app.services.allocation.situation import CRITICAL, NORMAL, remaining_duration, weight
 from tests.benchmarks.hall.site import HOUR, MINUTE, Learned, Machine, Mission, Place, Run, Site, run_time, way
 
 POLL_S = 2.0  # between looks at a robot that matters
@@ -180,7 +179,7 @@ class Day:
         seconds, place = 0.0, robot.place
         if robot.running is not None:
             mission = robot.running[0]
-            seconds = remaining(self.learned.estimate(robot.number, mission), self.now - robot.began)
+            seconds = remaining_duration(self.learned.estimate(robot.number, mission), self.now - robot.began)
             place = mission.last
         elif robot.drives_to_charger:
             seconds, place = 30.0, self.site.charger

@@ -5,8 +5,8 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
-from app.services.allocation.belief import Coming, Member, Out, Situation, Start
-from app.services.allocation.decide import AHEAD, LAST_CALL, decide
+from app.services.allocation.choose import AHEAD, LAST_CALL, choose
+from app.services.allocation.situation import Ineligible, Member, PlannedStart, Situation, Start
 from tests.benchmarks.hall.day import MINIMUM, Day, Robot
 from tests.benchmarks.hall.site import HOUR, Run
 
@@ -117,7 +117,7 @@ class ThisApp(Rule):
         runs = {run.id: run for run in day.waiting if not run.is_fixed and run.not_before <= day.now}
         if not runs:
             return
-        for decision in decide(self.situation(day, runs.values())):
+        for decision in choose(self.situation(day, runs.values())):
             if decision.robot_id is not None:
                 day.send(runs[decision.start.id], day.robots[decision.robot_id])
 
@@ -141,7 +141,7 @@ class ThisApp(Rule):
                 day.level(robot),
                 8.0,
                 robot.busy / HOUR,
-                Out.SILENT if robot.known_silent else Out.STOPPED if robot.known_error else None,
+                Ineligible.SILENT if robot.known_silent else Ineligible.STOPPED if robot.known_error else None,
             )
             for robot in day.robots
         }
@@ -155,13 +155,13 @@ class ThisApp(Rule):
                 run.closes - day.now,
                 minimum_battery=MINIMUM,
                 keep_free=self._keep_free,
-                tried={number: Out.TRIED for number, until in run.barred.items() if until > day.now},
+                tried={number: Ineligible.TRIED for number, until in run.barred.items() if until > day.now},
             )
             for run in runs
         ]
         coming = (
             [
-                Coming(
+                PlannedStart(
                     str(run.mission.number),
                     (run.home,) if run.is_fixed and run.home is not None else everybody,
                     run.planned - day.now,

@@ -12,8 +12,7 @@ from dataclasses import dataclass, field
 from statistics import median
 
 from app.domain.models import DurationEstimate
-from app.services.allocation.belief import CRITICAL, HIGH, LOW, NORMAL
-from app.services.allocation.estimates import takes
+from app.services.allocation.situation import CRITICAL, HIGH, LOW, NORMAL, run_duration
 
 MINUTE, HOUR = 60.0, 3600.0
 WIDTH, DEPTH = 100.0, 60.0  # of the hall, with one aisle along its middle and every place on a spur of it
@@ -215,7 +214,7 @@ class Learned:
 
     def takes(self, robot: int, mission: Mission, place: Place, *, slow: bool = False) -> float:
         way_m = math.dist(place, mission.first) if self._positions else None
-        return takes(self._known[robot, mission.number], None, way_m, slow=slow)
+        return run_duration(self._known[robot, mission.number], None, way_m, slow=slow)
 
     def estimate(self, robot: int, mission: Mission) -> DurationEstimate:
         return self._known[robot, mission.number]

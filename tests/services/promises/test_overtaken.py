@@ -150,16 +150,16 @@ def test_a_robot_that_is_switched_on_a_moment_before_gets_the_run_now_of_its_gro
 def late_edit(hall, monkeypatch, **changes):
     """An edit that is made while the allocator decides about the start."""
     schedule = next(each for each in hall.container.repositories.schedules.all(hall.container.db.read()))
-    decide = allocator.decide
+    choose = allocator.choose
 
     def and_then(situation):
-        decisions = decide(situation)
+        decisions = choose(situation)
         if any(each.too_late for each in decisions):
-            monkeypatch.setattr(allocator, "decide", decide)
+            monkeypatch.setattr(allocator, "choose", choose)
             hall.container.catalogue.save_schedule(replace(schedule, **changes))
         return decisions
 
-    monkeypatch.setattr(allocator, "decide", and_then)
+    monkeypatch.setattr(allocator, "choose", and_then)
 
 
 @pytest.mark.parametrize("by", [None, 60])

@@ -9,10 +9,33 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.domain.models import DurationEstimate
-from app.services.allocation.belief import CRITICAL, HIGH, LOW, NORMAL, Coming, Member, Out, Situation, Start, weight
-from app.services.allocation.decide import EVEN, FAILED, LAST_CALL, MOST_FAILED, PATIENCE, RESERVE, Why, decide
-from app.services.allocation.delay import delay
-from app.services.allocation.estimates import SHORTEST_S, UNKNOWN_S, remaining, takes
+from app.services.allocation.choose import (
+    EVEN,
+    FAILED,
+    LAST_CALL,
+    MOST_FAILED,
+    PATIENCE,
+    RESERVE,
+    Advantage,
+    choose,
+    delay,
+)
+from app.services.allocation.situation import (
+    CRITICAL,
+    HIGH,
+    LOW,
+    NORMAL,
+    SHORTEST_S,
+    UNKNOWN_S,
+    Ineligible,
+    Member,
+    PlannedStart,
+    Situation,
+    Start,
+    remaining_duration,
+    run_duration,
+    weight,
+)
 
 AINO, SISU, VEIKKO = Member(1, "Aino"), Member(2, "Sisu"), Member(3, "Veikko")
 ALL = (1, 2, 3)
@@ -26,8 +49,8 @@ def lasts(robot_id: int, mission: str, *, slow: bool = False) -> float:
     return 400.0 if slow else 300.0
 
 
-def situation(*starts: Start, robots=(AINO, SISU, VEIKKO), takes=lasts, coming=()) -> Situation:
-    return Situation({robot.id: robot for robot in robots}, starts, takes, coming)
+def situation(*starts: Start, robots=(AINO, SISU, VEIKKO), duration=lasts, planned=()) -> Situation:
+    return Situation({robot.id: robot for robot in robots}, starts, duration, planned)
 
 
 def start(number: int = 1, **values) -> Start:
@@ -35,7 +58,7 @@ def start(number: int = 1, **values) -> Start:
 
 
 def given_to(*args, **values) -> dict[int, int | None]:
-    return {decision.start.id: decision.robot_id for decision in decide(situation(*args, **values))}
+    return {decision.start.id: decision.robot_id for decision in choose(situation(*args, **values))}
 
 
 # ---------------------------------------------------------------------- to whom
@@ -44,42 +67,42 @@ def test_of_equals_the_one_that_ran_less_and_then_the_first_by_name():
     assert given_to(start(), robots=(replace(AINO, hours=1.0), SISU, VEIKKO)) == {1: SISU.id}
     assert given_to(
         start(),
-        takes=lambda robot_id, mission, slow=False: 300.0 + 2 * EVEN * (robot_id == 2),
+        duration=lambda robot_id, mission, slow=False: 300.0 + 2 * EVEN * (robot_id == 2),
         robots=(replace(AINO, hours=1.0), SISU, replace(VEIKKO, hours=3.0)),
     ) == {1: AINO.id}
 
 
 @pytest.mark.parametrize(
-    ("robots", "seconds", "coming", "why"),
+    ("robots", "seconds", "planned", "why"),
     [
         ((AINO, SISU), {}, (), None),
         ((AINO, busy(SISU, 9.0)), {}, (), None),
-        ((AINO, SISU), {1: 299.0}, (), Why.SOONEST),
-        ((AINO, replace(SISU, hours=0.5)), {}, (), Why.LESS_RUN),
-        ((AINO, replace(SISU, hours=2.0)), {1: 310.0}, (), Why.LESS_RUN),
+        ((AINO, SISU), {1: 299.0}, (), Advantage.SOONEST),
+        ((AINO, replace(SISU, hours=0.5)), {}, (), Advantage.LESS_RUN),
+        ((AINO, replace(SISU, hours=2.0)), {1: 310.0}, (), Advantage.LESS_RUN),
         (
             (AINO, replace(SISU, hours=0.5)),
             {},
-            (Coming("Shift bus", (1,), 60.0, 300.0, CRITICAL, is_fixed=True),),
-            Why.AHEAD,
+            (PlannedStart("Shift bus", (1,), 60.0, 300.0, CRITICAL, is_fixed=True),),
+            Advantage.AHEAD,
         ),
     ],
 )
-def test_why_the_chosen_one_of_several_that_are_free(robots, seconds, coming, why):
-    [decision] = decide(
+def test_why_the_chosen_one_of_several_that_are_free(robots, seconds, planned, why):
+    [decision] = choose(
         situation(
             start(),
             robots=robots,
-            takes=lambda robot_id, *_args, slow=False: seconds.get(robot_id, 300.0),
-            coming=coming,
+            duration=lambda robot_id, *_args, slow=False: seconds.get(robot_id, 300.0),
+            planned=planned,
         )
     )
     assert decision.robot_id is not None
-    assert decision.why == why
+    assert decision.advantage == why
 
 
 def test_a_robot_that_gets_another_start_in_the_same_moment_is_free_no_more():
-    first, second = decide(situation(start(1), start(2), robots=(AINO, SISU)))
+    first, second = choose(situation(start(1), start(2), robots=(AINO, SISU)))
     assert (first.robot_id, second.robot_id) == (AINO.id, SISU.id)
     assert [(option.robot_id, option.is_free, option.taken_by) for option in second.options] == [
         (SISU.id, True, ""),
@@ -89,14 +112,14 @@ def test_a_robot_that_gets_another_start_in_the_same_moment_is_free_no_more():
 
 def test_one_that_could_not_be_done_in_time_there_leaves_nothing_to_what_is_planned():
     hours = replace(AINO, hours=3.0)
-    [decision] = decide(
+    [decision] = choose(
         situation(
             start(finish_s=305.0),
             robots=(hours, SISU, replace(VEIKKO, hours=4.0)),
-            takes=lambda robot_id, *_args, slow=False: {1: 300.0, 2: 310.0, 3: 290.0}[robot_id],
+            duration=lambda robot_id, *_args, slow=False: {1: 300.0, 2: 310.0, 3: 290.0}[robot_id],
         )
     )
-    assert (decision.robot_id, decision.why) == (AINO.id, Why.LESS_RUN)
+    assert (decision.robot_id, decision.advantage) == (AINO.id, Advantage.LESS_RUN)
     assert [option.robot_id for option in decision.options if decision.is_too_late(option)] == [SISU.id]
 
 
@@ -104,8 +127,8 @@ def test_a_busy_robot_is_waited_for_only_if_it_is_done_much_sooner():
     def fast_aino(robot_id, mission, slow=False):
         return 100.0 if robot_id == AINO.id else 100.0 + PATIENCE + 60.0
 
-    assert given_to(start(), robots=(busy(AINO, 59.0), SISU), takes=fast_aino) == {1: None}
-    assert given_to(start(), robots=(busy(AINO, 61.0), SISU), takes=fast_aino) == {1: SISU.id}
+    assert given_to(start(), robots=(busy(AINO, 59.0), SISU), duration=fast_aino) == {1: None}
+    assert given_to(start(), robots=(busy(AINO, 61.0), SISU), duration=fast_aino) == {1: SISU.id}
 
 
 def test_hours_run_never_have_a_start_wait_for_another_robot():
@@ -125,7 +148,7 @@ def test_a_robot_that_failed_is_taken_after_those_that_are_free(times):
     assert given_to(
         start(),
         robots=(failed(AINO, times), far_and_tired),
-        takes=lambda robot_id, *_args, slow=False: 300.0 + 100.0 * (robot_id == SISU.id),
+        duration=lambda robot_id, *_args, slow=False: 300.0 + 100.0 * (robot_id == SISU.id),
     ) == {1: SISU.id}
 
 
@@ -143,11 +166,11 @@ def test_of_those_that_failed_the_one_that_did_so_less_often():
 
 def test_with_no_other_it_gets_every_start():
     assert given_to(start(), robots=(failed(AINO, 1000),)) == {1: AINO.id}
-    assert given_to(start(), robots=(failed(AINO, 1000), replace(SISU, out=Out.HELD))) == {1: AINO.id}
+    assert given_to(start(), robots=(failed(AINO, 1000), replace(SISU, ineligible=Ineligible.HELD))) == {1: AINO.id}
     assert given_to(start(finish_s=301.0), robots=(failed(AINO, 3), busy(SISU, 60.0))) == {1: AINO.id}
-    soon = Coming("Shift bus", ALL, 60.0, 300.0, CRITICAL)
-    assert given_to(start(), robots=(failed(AINO, 3),), coming=(soon,)) == given_to(
-        start(), robots=(AINO,), coming=(soon,)
+    soon = PlannedStart("Shift bus", ALL, 60.0, 300.0, CRITICAL)
+    assert given_to(start(), robots=(failed(AINO, 3),), planned=(soon,)) == given_to(
+        start(), robots=(AINO,), planned=(soon,)
     )
 
 
@@ -159,14 +182,14 @@ def test_a_busy_robot_is_waited_for_rather_but_not_for_ever():
 
 def test_failures_are_no_other_reason_for_the_choice():
     """Sisu would be done later than Aino, which failed, and ran no less than Veikko, which is farther away."""
-    [decision] = decide(
+    [decision] = choose(
         situation(
-            start(), robots=(failed(AINO), SISU, VEIKKO), takes=lambda robot_id, *_args, slow=False: 100.0 * robot_id
+            start(), robots=(failed(AINO), SISU, VEIKKO), duration=lambda robot_id, *_args, slow=False: 100.0 * robot_id
         )
     )
-    assert (decision.robot_id, decision.why) == (SISU.id, None)
-    [decision] = decide(situation(start(), robots=(failed(AINO), SISU, replace(VEIKKO, hours=1.0))))
-    assert (decision.robot_id, decision.why) == (SISU.id, Why.LESS_RUN)
+    assert (decision.robot_id, decision.advantage) == (SISU.id, None)
+    [decision] = choose(situation(start(), robots=(failed(AINO), SISU, replace(VEIKKO, hours=1.0))))
+    assert (decision.robot_id, decision.advantage) == (SISU.id, Advantage.LESS_RUN)
 
 
 def test_what_is_laid_on_a_robot_is_there_for_the_next_start():
@@ -187,24 +210,28 @@ def test_the_most_important_chooses_first_then_who_is_in_a_hurry_then_who_waits_
 @pytest.mark.parametrize(
     ("robot", "why"),
     [
-        (replace(AINO, out=Out.SILENT), Out.SILENT),
-        (replace(AINO, battery=None), Out.LOW_BATTERY),
-        (replace(AINO, battery=19.9), Out.LOW_BATTERY),
-        (replace(AINO, battery=20.0, drain=200.0), Out.TOO_LITTLE_BATTERY),
+        (replace(AINO, ineligible=Ineligible.SILENT), Ineligible.SILENT),
+        (replace(AINO, battery=None), Ineligible.LOW_BATTERY),
+        (replace(AINO, battery=19.9), Ineligible.LOW_BATTERY),
+        (replace(AINO, battery=20.0, drain=200.0), Ineligible.TOO_LITTLE_BATTERY),
     ],
 )
 def test_a_robot_that_cannot_is_passed_by_and_it_is_said_why(robot, why):
-    [decision] = decide(situation(start(minimum_battery=20.0), robots=(robot, replace(SISU, battery=80.0))))
-    assert (decision.robot_id, list(decision.out)) == (SISU.id, [(AINO.id, why)])
+    [decision] = choose(situation(start(minimum_battery=20.0), robots=(robot, replace(SISU, battery=80.0))))
+    assert (decision.robot_id, list(decision.ineligible)) == (SISU.id, [(AINO.id, why)])
 
 
 def test_a_robot_that_lacks_the_mission_or_has_refused_it_is_passed_by():
-    [decision] = decide(
+    [decision] = choose(
         situation(
-            start(tried={2: Out.TRIED}), takes=lambda robot_id, mission, slow=False: 300.0 if robot_id > 1 else None
+            start(tried={2: Ineligible.TRIED}),
+            duration=lambda robot_id, mission, slow=False: 300.0 if robot_id > 1 else None,
         )
     )
-    assert (decision.robot_id, list(decision.out)) == (VEIKKO.id, [(1, Out.LACKS_MISSION), (2, Out.TRIED)])
+    assert (decision.robot_id, list(decision.ineligible)) == (
+        VEIKKO.id,
+        [(1, Ineligible.LACKS_MISSION), (2, Ineligible.TRIED)],
+    )
 
 
 def test_so_much_battery_is_left_when_a_run_ends():
@@ -220,12 +247,12 @@ def test_before_its_window_closes_a_start_goes_into_the_queue_of_the_one_that_is
     robots = (busy(AINO, 900.0), busy(SISU, 200.0))
     two = replace(start(), members=(1, 2))
     assert given_to(replace(two, closes_s=LAST_CALL + 0.1), robots=robots) == {1: None}
-    [decision] = decide(situation(replace(two, closes_s=LAST_CALL), robots=robots))
+    [decision] = choose(situation(replace(two, closes_s=LAST_CALL), robots=robots))
     assert (decision.robot_id, decision.is_last_call) == (SISU.id, True)
 
 
 def test_what_has_to_be_done_by_then_is_not_begun_when_it_cannot_be():
-    [decision] = decide(situation(start(finish_s=299.0)))
+    [decision] = choose(situation(start(finish_s=299.0)))
     assert (decision.robot_id, decision.too_late) == (None, True)
     assert given_to(start(finish_s=300.0)) == {1: 1}
 
@@ -242,8 +269,8 @@ def test_robots_are_kept_free_for_what_matters_more():
 
 
 # ---------------------------------------------------------------------- looking ahead
-def coming(seconds: float, members=ALL, priority: int = CRITICAL, *, is_fixed: bool = False) -> Coming:
-    return Coming("Shift bus", members, seconds, 300.0, priority, is_fixed)
+def planned_start(seconds: float, members=ALL, priority: int = CRITICAL, *, is_fixed: bool = False) -> PlannedStart:
+    return PlannedStart("Shift bus", members, seconds, 300.0, priority, is_fixed)
 
 
 def test_in_a_group_of_one_robot_an_equal_start_later_keeps_it_from_nothing():
@@ -252,67 +279,81 @@ def test_in_a_group_of_one_robot_an_equal_start_later_keeps_it_from_nothing():
 
     alone = replace(start(), members=(1,))
     for is_fixed, robot_id in ((False, AINO.id), (True, None)):
-        later = coming(120.0, (1,), alone.priority, is_fixed=is_fixed)
-        assert given_to(alone, robots=(AINO,), takes=long_ones, coming=[later]) == {1: robot_id}
+        later = planned_start(120.0, (1,), alone.priority, is_fixed=is_fixed)
+        assert given_to(alone, robots=(AINO,), duration=long_ones, planned=[later]) == {1: robot_id}
 
 
 def test_the_last_free_robot_is_kept_for_what_matters_more():
     """The shift bus at 06:55 must not wait because a low one took the last robot at 06:53."""
     robots = (AINO, busy(SISU, 1800.0), busy(VEIKKO, 1800.0))
-    [decision] = decide(situation(start(priority=LOW), robots=robots, coming=[coming(120.0)]))
-    assert (decision.robot_id, decision.kept_for) == (None, coming(120.0))
-    assert given_to(start(priority=LOW), robots=robots, coming=[coming(500.0)]) == {1: AINO.id}  # done before
-    assert given_to(start(priority=CRITICAL), robots=robots, coming=[coming(120.0)]) == {
+    [decision] = choose(situation(start(priority=LOW), robots=robots, planned=[planned_start(120.0)]))
+    assert (decision.robot_id, decision.waits_for_planned) == (None, planned_start(120.0))
+    assert given_to(start(priority=LOW), robots=robots, planned=[planned_start(500.0)]) == {1: AINO.id}  # done before
+    assert given_to(start(priority=CRITICAL), robots=robots, planned=[planned_start(120.0)]) == {
         1: AINO.id
     }  # no less important
-    assert given_to(start(priority=LOW, closes_s=1.0), robots=robots, coming=[coming(120.0)]) == {1: AINO.id}
+    assert given_to(start(priority=LOW, closes_s=1.0), robots=robots, planned=[planned_start(120.0)]) == {1: AINO.id}
 
 
 def test_a_fixed_start_is_protected_whatever_its_priority():
     two = replace(start(priority=HIGH), members=(1, 2))
-    assert given_to(two, robots=(AINO, SISU), coming=[coming(60.0, (AINO.id,), LOW, is_fixed=True)]) == {1: SISU.id}
+    assert given_to(two, robots=(AINO, SISU), planned=[planned_start(60.0, (AINO.id,), LOW, is_fixed=True)]) == {
+        1: SISU.id
+    }
 
 
 def test_delay_leaves_the_robot_that_is_free_last_in_time_to_what_comes():
     free = {1: 0.0, 2: 100.0, 3: 500.0}
-    assert delay([coming(120.0), coming(120.0)], free) == 0.0
-    assert delay([coming(120.0)] * 3, free) == weight(CRITICAL) * 300.0
-    assert delay([coming(120.0, (3,), NORMAL, is_fixed=True)], free) == 380.0
+    assert delay([planned_start(120.0), planned_start(120.0)], free) == 0.0
+    assert delay([planned_start(120.0)] * 3, free) == weight(CRITICAL) * 300.0
+    assert delay([planned_start(120.0, (3,), NORMAL, is_fixed=True)], free) == 380.0
 
 
 # ---------------------------------------------------------------------- estimates
 def test_what_is_left_of_a_run_comes_from_the_longer_ones():
     known = DurationEstimate(200.0, 300.0, (100.0, 200.0, 300.0))
-    assert [remaining(known, elapsed) for elapsed in (0.0, 150.0, 250.0, 400.0)] == [200.0, 100.0, 50.0, 30.0]
-    assert remaining(DurationEstimate(600.0, 600.0, typed=True), 200.0) == 400.0
-    assert (remaining(None, 100.0), remaining(None, 1e6)) == (200.0, 45.0)
+    assert [remaining_duration(known, elapsed) for elapsed in (0.0, 150.0, 250.0, 400.0)] == [200.0, 100.0, 50.0, 30.0]
+    assert remaining_duration(DurationEstimate(600.0, 600.0, typed=True), 200.0) == 400.0
+    assert (remaining_duration(None, 100.0), remaining_duration(None, 1e6)) == (200.0, 45.0)
 
 
 def test_a_few_runs_of_one_robot_say_less_than_those_of_its_group():
     own, group = DurationEstimate(100.0, 100.0, (100.0,) * 2), DurationEstimate(250.0, 280.0, (250.0,) * 9)
     typed = DurationEstimate(60.0, 60.0, typed=True)
-    assert (takes(own, group), takes(own, group, slow=True), takes(own, None), takes(None, None)) == (
+    assert (
+        run_duration(own, group),
+        run_duration(own, group, slow=True),
+        run_duration(own, None),
+        run_duration(None, None),
+    ) == (
         250.0,
         280.0,
         100.0,
         UNKNOWN_S,
     )
-    assert (takes(typed, group), takes(typed, None, 900.0)) == (60.0, 60.0)
+    assert (run_duration(typed, group), run_duration(typed, None, 900.0)) == (60.0, 60.0)
 
 
 def test_a_farther_way_than_usual_takes_longer_where_both_are_known():
     known = DurationEstimate(100.0, 130.0, (100.0,) * 5, (10.0, 20.0, 90.0))
     few, unknown = replace(known, ways_m=(70.0, 70.0)), replace(known, ways_m=())
-    assert (takes(known, None, 40.0), takes(known, None, 40.0, slow=True), takes(known, None, 10.0)) == (
+    assert (
+        run_duration(known, None, 40.0),
+        run_duration(known, None, 40.0, slow=True),
+        run_duration(known, None, 10.0),
+    ) == (
         130.0,
         160.0,
         85.0,
     )
-    assert takes(replace(known, ways_m=(900.0,) * 3), None, 0.0) == SHORTEST_S
-    assert (takes(known, None), takes(few, None, 40.0), takes(unknown, few, 40.0), takes(None, None, 40.0)) == (
-        100.0,
-    ) * 3 + (UNKNOWN_S,)
-    assert (takes(few, known, 40.0), takes(None, known, 40.0)) == (130.0, 130.0)
+    assert run_duration(replace(known, ways_m=(900.0,) * 3), None, 0.0) == SHORTEST_S
+    assert (
+        run_duration(known, None),
+        run_duration(few, None, 40.0),
+        run_duration(unknown, few, 40.0),
+        run_duration(None, None, 40.0),
+    ) == (100.0,) * 3 + (UNKNOWN_S,)
+    assert (run_duration(few, known, 40.0), run_duration(None, known, 40.0)) == (130.0, 130.0)
 
 
 # ---------------------------------------------------------------------- any situation
@@ -325,7 +366,7 @@ members = st.builds(
     st.none() | st.floats(0, 100),
     st.floats(0, 30),
     st.floats(0, 12),
-    st.none() | st.sampled_from(Out),
+    st.none() | st.sampled_from(Ineligible),
 )
 starts = st.builds(
     Start,
@@ -337,11 +378,11 @@ starts = st.builds(
     st.floats(0, 900),
     st.none() | st.floats(-60, 900),
     st.none() | st.floats(0, 100),
-    st.dictionaries(st.integers(1, 4), st.sampled_from(Out)),
+    st.dictionaries(st.integers(1, 4), st.sampled_from(Ineligible)),
     st.integers(0, 3),
 )
 comings = st.builds(
-    Coming,
+    PlannedStart,
     st.just("Bus"),
     st.sets(st.integers(1, 4), min_size=1).map(tuple),
     st.floats(0, 600),
@@ -360,7 +401,7 @@ def test_only_who_can_gets_a_start_and_a_free_robot_at_most_one(robots, waiting,
         replace(robot, id=number, free_s=0.0 if robot.is_free else robot.free_s)
         for number, robot in enumerate(robots, 1)
     ]
-    found = decide(situation(*waiting, robots=robots, coming=sorted(later, key=lambda each: each.planned_s)))
+    found = choose(situation(*waiting, robots=robots, planned=sorted(later, key=lambda each: each.planned_s)))
     assert sorted(decision.start.id for decision in found) == sorted(each.id for each in waiting)
     by_id = {robot.id: robot for robot in robots}
     given_now = [decision for decision in found if decision.robot_id is not None]
@@ -368,17 +409,19 @@ def test_only_who_can_gets_a_start_and_a_free_robot_at_most_one(robots, waiting,
         robot, wanted = by_id[decision.robot_id], decision.start
         assert robot.id in wanted.members
         assert robot.id not in wanted.tried
-        assert robot.out is None
+        assert robot.ineligible is None
         assert wanted.minimum_battery is None or robot.battery >= wanted.minimum_battery
         assert robot.is_free or decision.is_last_call
     usual = [decision.robot_id for decision in given_now if not decision.is_last_call]
     assert len(usual) == len(set(usual))
-    assert found == decide(situation(*waiting, robots=robots, coming=sorted(later, key=lambda each: each.planned_s)))
+    assert found == choose(situation(*waiting, robots=robots, planned=sorted(later, key=lambda each: each.planned_s)))
 
 
-@pytest.mark.parametrize("elsewhere", [(), (Coming("Elsewhere", (9,), 1.0, 300.0, CRITICAL, is_fixed=True),)])
+@pytest.mark.parametrize("elsewhere", [(), (PlannedStart("Elsewhere", (9,), 1.0, 300.0, CRITICAL, is_fixed=True),)])
 def test_what_is_planned_for_other_robots_keeps_none_of_these(elsewhere):
     """And it is told for which start a robot is kept."""
-    own = Coming("Own", (AINO.id,), 20.0, 300.0, NORMAL, is_fixed=True)
-    [decision] = decide(situation(start(members=(AINO.id,)), robots=(AINO, Member(9, "Zed")), coming=(*elsewhere, own)))
-    assert (decision.robot_id, decision.kept_for) == (None, own)
+    own = PlannedStart("Own", (AINO.id,), 20.0, 300.0, NORMAL, is_fixed=True)
+    [decision] = choose(
+        situation(start(members=(AINO.id,)), robots=(AINO, Member(9, "Zed")), planned=(*elsewhere, own))
+    )
+    assert (decision.robot_id, decision.waits_for_planned) == (None, own)

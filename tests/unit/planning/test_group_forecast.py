@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.services.allocation.belief import Member, Situation, Start
-from app.services.allocation.decide import AHEAD, decide
+from app.services.allocation.choose import AHEAD, choose
+from app.services.allocation.situation import Member, Situation, Start
 from app.services.planning.forecast import Site, Wanted, forecast
 from tests.support.examples import examples
 
@@ -227,7 +227,7 @@ def test_each_choice_is_the_one_of_the_decision_code_at_that_moment(plan, last):
         for robot_id in HALL
     }
     start = Start(0, wanted[-1].mission, HALL, wanted[-1].priority)
-    [decision] = decide(Situation(members, [start], of(lasts).takes))
+    [decision] = choose(Situation(members, [start], of(lasts).duration))
     mine = found[len(wanted) - 1]
     if decision.robot_id is None:
         assert mine.begins > 9000.0

@@ -1,32 +1,31 @@
 """Which start goes to which robot now. Pure: the same situation gives the same decisions.
 
-All that waits is laid on the robots, the most important first, each where its score is least:
+Every waiting start is assigned in turn, the most important first, each to the robot with the lowest score:
 
     seconds until it would be done there + PATIENCE where the robot is busy
     + EVEN for each hour that it ran today more than the one of them that ran least, but no more than PATIENCE
     + FAILED for each start that it failed since its last success, up to MOST_FAILED of them
     + the delay that this brings to planned starts that are its own or matter more, in seconds of this one's weight
 
-What comes to lie on a free robot is given to it; what comes to lie on a busy one keeps its place there and waits. One at a time to the best
+A start assigned to a free robot is sent to it; one assigned to a busy robot keeps its place there and waits. One at a time to the best
 robot is within a factor of three of whatever could be known (Gerkey and Matarić 2004 on single-task robots and online assignment); the
 constants were measured in simulated days, ``tests/benchmarks/bench_allocation.py``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from bisect import bisect_right, insort
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
 
-from app.services.allocation.belief import HIGH, Coming, Member, Out, Situation, Start, weight
-from app.services.allocation.delay import delay
+from app.services.allocation.situation import HIGH, Ineligible, Member, PlannedStart, Situation, Start, weight
 
 PATIENCE = 120.0  # s by which a busy robot has to be done sooner than a free one, to be waited for
 EVEN = 30.0  # s for each hour run today
-FAILED = (
-    300.0  # s for each failure in a row: a free robot that did not fail is taken before it, a busy one soon done too
-)
+# s for each failure in a row: a free robot that did not fail is taken before it, a busy one soon done too
+FAILED = 300.0
 MOST_FAILED = 3  # failures that count: with no other robot it still gets every start
 AHEAD = 600.0  # s within which planned starts are protected
 LAST_CALL = 5.0  # s before its window closes a start goes into a queue after all
@@ -35,8 +34,8 @@ IN_A_HURRY = 300.0  # s to the latest start that can still be done in time
 
 
 class Option(NamedTuple):
-    """A robot that could take a start: when it would be done, and its score, both in s. ``taken_by``: the mission of a more important start
-    that has just been laid on it."""
+    """A robot that could take a start: when it would be done, and its score, both in s. ``taken_by``: the mission of a more
+    important start that has just been assigned to it."""
 
     score: float
     robot_id: int
@@ -47,7 +46,7 @@ class Option(NamedTuple):
     taken_by: str = ""
 
 
-class Why(StrEnum):
+class Advantage(StrEnum):
     """What a robot had over others that were free."""
 
     SOONEST = "soonest"  # it will be done before they would be
@@ -58,60 +57,60 @@ class Why(StrEnum):
 
 @dataclass(frozen=True)
 class Decision:
-    """``robot_id``: who gets it now; None: nobody yet. ``options`` best first; ``out`` says why the other robots are none. ``kept_for``: it
-    waits so that this planned start is on time. ``too_late``: no robot can have it done any more by when it has to be. ``full``: a place
-    without room for it, for which it waits without keeping a robot from others."""
+    """``robot_id``: the robot that gets it now; None: none yet. ``options``: best first. ``ineligible``: why the other robots are
+    none. ``waits_for_planned``: it waits so that this planned start is on time. ``too_late``: no robot can finish it in time any
+    more. ``full_place``: a place without room for it, for which it waits without keeping a robot from others."""
 
     start: Start
     robot_id: int | None = None
     options: Sequence[Option] = ()
-    out: Sequence[tuple[int, Out]] = ()
-    kept_for: Coming | None = None
+    ineligible: Sequence[tuple[int, Ineligible]] = ()
+    waits_for_planned: PlannedStart | None = None
     is_last_call: bool = False
     too_late: bool = False
-    full: str | None = None
+    full_place: str | None = None
 
     @property
-    def why(self) -> Why | None:
+    def advantage(self) -> Advantage | None:
         """What the chosen robot has over others that are free; None: nothing, or no other is."""
         chosen = next((option for option in self.options if option.robot_id == self.robot_id), None)
         others = [option for option in self.options if option.is_free and option is not chosen]
         if chosen is None or not others:
             return None
         if chosen.done_s < min(other.done_s for other in others):
-            return Why.SOONEST
+            return Advantage.SOONEST
         if not chosen.is_free:
             return None
         peers = [other for other in others if other.failures <= chosen.failures and not self.is_too_late(other)]
         if not peers or chosen.done_s < min(peer.done_s for peer in peers):
             return None  # how often each of the others failed is in its own text
         least = min(peer.score for peer in peers)
-        return Why.LESS_RUN if chosen.score < least else Why.AHEAD if chosen.score > least else None
+        return Advantage.LESS_RUN if chosen.score < least else Advantage.AHEAD if chosen.score > least else None
 
     def is_too_late(self, option: Option) -> bool:
         """Whether it could not be done there by when it has to be."""
         return self.start.finish_s is not None and option.done_s > self.start.finish_s
 
 
-def decide(situation: Situation) -> list[Decision]:
-    """A decision for each start, in the order in which they are laid on the robots."""
-    return list(_Board(situation).lay())
+def choose(situation: Situation) -> list[Decision]:
+    """A decision for each start, in the order in which they are assigned."""
+    return list(_Assignment(situation).choose_all())
 
 
-class _Board:
-    """The robots as they would be with what has been laid on them so far."""
+class _Assignment:
+    """The robots as they would be with the starts assigned to them so far."""
 
     def __init__(self, situation: Situation) -> None:
         self._situation = situation
-        usable = [robot for robot in situation.robots.values() if robot.out is None]
+        usable = [robot for robot in situation.robots.values() if robot.ineligible is None]
         self._free_s = {robot.id: robot.free_s for robot in usable}
         self._idle = {robot.id for robot in usable if robot.is_free}
         self._room = dict(situation.room)
-        self._laid: dict[int, str] = {}  # missions that have been laid on robots, by robot
+        self._missions: dict[int, str] = {}  # the first mission assigned to each robot
 
-    def lay(self) -> Iterator[Decision]:
+    def choose_all(self) -> Iterator[Decision]:
         for start in sorted(self._situation.starts, key=self._rank):
-            yield self._decide(start)
+            yield self._choose(start)
 
     def _rank(self, start: Start) -> tuple[float, ...]:
         return -start.priority, not self._is_in_a_hurry(start), start.planned_s, start.id
@@ -119,53 +118,53 @@ class _Board:
     def _is_in_a_hurry(self, start: Start) -> bool:
         return start.finish_s is not None and start.finish_s - self._shortest(start) < IN_A_HURRY
 
-    def _can_none(self, start: Start) -> bool:
+    def _is_impossible(self, start: Start) -> bool:
         """Whether it could not be done in time even by the fastest of all its robots that began now."""
         return start.finish_s is not None and start.finish_s < self._shortest(start)
 
     def _shortest(self, start: Start) -> float:
         """Seconds that it takes at least, whatever its robots are doing."""
         lasts = [
-            self._situation.takes(robot_id, start.mission)
+            self._situation.duration(robot_id, start.mission)
             for robot_id in start.members
             if robot_id in self._situation.robots
         ]
         return min((seconds for seconds in lasts if seconds is not None), default=0.0)
 
     # ------------------------------------------------------------------ one start
-    def _decide(self, start: Start) -> Decision:
-        options, out = self._options(start)
+    def _choose(self, start: Start) -> Decision:
+        options, ineligible = self._options(start)
         if (full := next((place for place in start.places if self._room.get(place, 1) <= 0), None)) is not None:
-            return Decision(start, None, options, out, full=full)
+            return Decision(start, None, options, ineligible, full_place=full)
         if not options:
-            return Decision(start, out=out)
+            return Decision(start, ineligible=ineligible)
         is_last_call = start.closes_s <= LAST_CALL
         in_time = [option for option in options if start.finish_s is None or option.done_s <= start.finish_s]
         if not in_time:
-            return Decision(start, None, options, out, too_late=is_last_call or self._can_none(start))
+            return Decision(start, None, options, ineligible, too_late=is_last_call or self._is_impossible(start))
         may_go = not self._idle.isdisjoint(start.members) or start.at_once  # else it waits whatever is planned
         protected = (
             []
             if is_last_call or not may_go
-            else [each for each in self._situation.coming if each.is_fixed or each.priority > start.priority]
+            else [each for each in self._situation.planned if each.is_fixed or each.priority > start.priority]
         )
         first = next((each for each in protected if not set(each.members).isdisjoint(start.members)), None)
-        best = self._looking_ahead(start, in_time, protected, first) if first is not None else in_time[0]
+        best = self._best_after_delays(start, in_time, protected, first) if first is not None else in_time[0]
         if best is None:
-            return Decision(start, None, options, out, kept_for=first)
-        is_given = is_last_call or start.at_once or (best.is_free and self._may_use_one_more(start))
+            return Decision(start, None, options, ineligible, waits_for_planned=first)
+        is_assigned = is_last_call or start.at_once or (best.is_free and self._may_use_one_more(start))
         self._idle.discard(best.robot_id)
-        self._laid.setdefault(best.robot_id, start.mission)
+        self._missions.setdefault(best.robot_id, start.mission)
         self._free_s[best.robot_id] = best.done_s
-        if is_given:
+        if is_assigned:
             self._room.update({place: self._room[place] - 1 for place in start.places if place in self._room})
-        return Decision(start, best.robot_id if is_given else None, options, out, is_last_call=is_last_call)
+        return Decision(start, best.robot_id if is_assigned else None, options, ineligible, is_last_call=is_last_call)
 
     def _may_use_one_more(self, start: Start) -> bool:
         return start.priority >= HIGH or len(self._idle.intersection(start.members)) > start.keep_free
 
-    def _options(self, start: Start) -> tuple[list[Option], list[tuple[int, Out]]]:
-        options, out = [], []
+    def _options(self, start: Start) -> tuple[list[Option], list[tuple[int, Ineligible]]]:
+        options, ineligible = [], []
         fewest = min(
             (self._situation.robots[robot_id].hours for robot_id in start.members if robot_id in self._free_s),
             default=0.0,
@@ -174,27 +173,27 @@ class _Board:
             robot = self._situation.robots.get(robot_id)
             if robot is None:
                 continue  # it has just been removed
-            if (why := robot.out or start.tried.get(robot_id) or _too_low(robot, start)) is not None:
-                out.append((robot_id, why))
+            if (why := robot.ineligible or start.tried.get(robot_id) or _too_low(robot, start)) is not None:
+                ineligible.append((robot_id, why))
                 continue
-            lasts = self._situation.takes(robot_id, start.mission)
+            lasts = self._situation.duration(robot_id, start.mission)
             if lasts is None:
-                out.append((robot_id, Out.LACKS_MISSION))
+                ineligible.append((robot_id, Ineligible.LACKS_MISSION))
             elif robot.battery is not None and robot.battery - lasts / 3600 * robot.drain < RESERVE:
-                out.append((robot_id, Out.TOO_LITTLE_BATTERY))
+                ineligible.append((robot_id, Ineligible.TOO_LITTLE_BATTERY))
             else:
                 done, is_free = self._free_s[robot_id] + lasts, robot_id in self._idle
                 even = min(EVEN * (robot.hours - fewest), PATIENCE)  # never a reason to wait for another robot
                 failed = FAILED * min(robot.failures, MOST_FAILED)
                 score = done + (0.0 if is_free else PATIENCE) + even + failed
                 options.append(
-                    Option(score, robot_id, done, lasts, is_free, robot.failures, self._laid.get(robot_id, ""))
+                    Option(score, robot_id, done, lasts, is_free, robot.failures, self._missions.get(robot_id, ""))
                 )
         options.sort(key=lambda option: (option.score, self._situation.robots[option.robot_id].name))
-        return options, out
+        return options, ineligible
 
-    def _looking_ahead(
-        self, start: Start, options: Sequence[Option], protected: Sequence[Coming], first: Coming
+    def _best_after_delays(
+        self, start: Start, options: Sequence[Option], protected: Sequence[PlannedStart], first: PlannedStart
     ) -> Option | None:
         """The option that is best with what it delays; None: going after ``first``, which comes for the same robots, is better than every
         one."""
@@ -204,7 +203,7 @@ class _Board:
             if option.score >= least:  # whatever it delays, it can't get better
                 break
             kept = self._free_s[option.robot_id]
-            slow = self._situation.takes(option.robot_id, start.mission, slow=True) or option.lasts_s
+            slow = self._situation.duration(option.robot_id, start.mission, slow=True) or option.lasts_s
             self._free_s[option.robot_id] = kept + max(slow, option.lasts_s)
             total = option.score + (delay(protected, self._free_s) - before) / weight(start.priority)
             self._free_s[option.robot_id] = kept
@@ -214,6 +213,28 @@ class _Board:
         return best if least <= behind else None
 
 
-def _too_low(robot: Member, start: Start) -> Out | None:
+def _too_low(robot: Member, start: Start) -> Ineligible | None:
     wanted = start.minimum_battery
-    return Out.LOW_BATTERY if wanted is not None and (robot.battery is None or robot.battery < wanted) else None
+    return Ineligible.LOW_BATTERY if wanted is not None and (robot.battery is None or robot.battery < wanted) else None
+
+
+def delay(planned: Sequence[PlannedStart], free_s: Mapping[int, float]) -> float:
+    """By how much planned starts would come late because of what robots get now, in weighted seconds. ``free_s``: when each robot
+    that can be used is free. A start for several robots gets, of those free in time, the one that is free last: it leaves the others
+    to earlier starts."""
+    total = 0.0
+    of_groups: dict[tuple[int, ...], list[float]] = {}
+    for start in planned:
+        if start.is_fixed:
+            total += start.weight * max(0.0, free_s.get(start.members[0], 0.0) - start.planned_s)
+            continue
+        times = of_groups.get(start.members)
+        if times is None:
+            times = of_groups[start.members] = sorted(
+                free_s[robot_id] for robot_id in start.members if robot_id in free_s
+            )
+        if times:
+            begins = max(times.pop(max(0, bisect_right(times, start.planned_s) - 1)), start.planned_s)
+            total += start.weight * (begins - start.planned_s)
+            insort(times, begins + start.lasts_s)
+    return total

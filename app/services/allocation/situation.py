@@ -1,20 +1,28 @@
-"""What a decision rests on: the robots of a group as they are believed to be, the starts that wait, and those that are still to come.
+"""What a decision rests on: the robots of a group as far as they are known, the starts that wait, and those that are still to come.
 
 Times are seconds from the moment of the decision: of what has passed they are negative.
 """
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
+from statistics import median
 from typing import Protocol
 
 from app.domain.drain import USUAL
+from app.domain.models import DurationEstimate
 
 LOW, NORMAL, HIGH, CRITICAL = -1, 0, 1, 2
 _WEIGHTS = (0.5, 1.0, 3.0, 10.0)
+UNKNOWN_S = 300.0  # of a mission of which nothing is known
+FEW_RUNS = 3  # fewer on one robot say less than those of its whole group
+OVERDUE = 0.15  # of the usual time are left when a run has lasted longer than every one before
+SECONDS_PER_METRE = 1.5  # of the straight way to the first stop: a third of detour, at 0.9 m/s
+SHORTEST_S = 20.0
 
 
 def weight(priority: int) -> float:
@@ -22,7 +30,7 @@ def weight(priority: int) -> float:
     return _WEIGHTS[max(LOW, min(priority, CRITICAL)) - LOW]
 
 
-class Out(StrEnum):
+class Ineligible(StrEnum):
     """Why a robot gets nothing at present."""
 
     OFF = "off"  # switched off, or without its password
@@ -40,7 +48,7 @@ class Out(StrEnum):
 class Member:
     """A robot. ``free_s``: until it has nothing more to do. ``is_free``: Ready, with nothing of anybody in its queue, as read a moment ago.
     ``battery`` in %, ``drain`` in % per hour of running, ``hours`` that it ran today, ``failures`` since its
-    last success; ``out`` whatever the start."""
+    last success; ``ineligible`` whatever the start."""
 
     id: int
     name: str
@@ -49,7 +57,7 @@ class Member:
     battery: float | None = None
     drain: float = USUAL
     hours: float = 0.0
-    out: Out | None = None
+    ineligible: Ineligible | None = None
     failures: int = 0
 
 
@@ -67,14 +75,14 @@ class Start:
     closes_s: float = 900.0
     finish_s: float | None = None
     minimum_battery: float | None = None
-    tried: Mapping[int, Out] = field(default_factory=dict)
+    tried: Mapping[int, Ineligible] = field(default_factory=dict)
     keep_free: int = 0
     at_once: bool = False
     places: Collection[str] = ()
 
 
 @dataclass(frozen=True)
-class Coming:
+class PlannedStart:
     """A start that is planned within the next minutes. ``is_fixed``: to one robot, by a schedule of its own; a group of one robot is a
     group."""
 
@@ -90,7 +98,7 @@ class Coming:
         return weight(self.priority)
 
 
-class Takes(Protocol):
+class Duration(Protocol):
     """Seconds that a mission takes on a robot from where that will be when it is free; None: it lacks the mission."""
 
     def __call__(self, robot_id: int, mission: str, *, slow: bool = False) -> float | None: ...
@@ -102,6 +110,31 @@ class Situation:
 
     robots: Mapping[int, Member]
     starts: Sequence[Start]
-    takes: Takes
-    coming: Sequence[Coming] = ()  # in order of time, at most AHEAD s away
+    duration: Duration
+    planned: Sequence[PlannedStart] = ()  # in order of time, at most AHEAD s away
     room: Mapping[str, int] = field(default_factory=dict)  # how many more may use each place
+
+
+def run_duration(
+    own: DurationEstimate | None, of_group: DurationEstimate | None, way_m: float | None = None, *, slow: bool = False
+) -> float:
+    """A whole run: of this robot's runs if there are enough, else of the group's, else as typed. ``way_m``: straight to the mission's first
+    stop; None: not known. ``slow``: what nine of ten runs stay under."""
+    known = own if own is not None and (own.typed or own.runs >= FEW_RUNS) else of_group or own
+    if known is None:
+        return UNKNOWN_S
+    usual_way = next(
+        (median(each.ways_m) for each in (known, of_group) if each is not None and len(each.ways_m) >= FEW_RUNS), None
+    )
+    more = 0.0 if way_m is None or usual_way is None else (way_m - usual_way) * SECONDS_PER_METRE
+    return max(SHORTEST_S, (known.slow_s if slow else known.median_s) + more)
+
+
+def remaining_duration(estimate: DurationEstimate | None, elapsed_s: float) -> float:
+    """What is left of a run: the mean over the earlier ones that lasted longer than it has so far."""
+    if estimate is None:
+        return max(UNKNOWN_S - elapsed_s, UNKNOWN_S * OVERDUE)
+    longer = estimate.samples_s[bisect_right(estimate.samples_s, elapsed_s) :] or (
+        (estimate.median_s,) if elapsed_s < estimate.median_s else ()
+    )
+    return sum(longer) / len(longer) - elapsed_s if longer else estimate.median_s * OVERDUE
