@@ -23,7 +23,7 @@ from app.domain.models import Connection, Robot, Settings
 from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
-from app.mir.pace import Pace
+from app.mir.transport import Pace
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.pausing import Pausing
 from app.services.catalogue.preview import Forecasts

@@ -30,8 +30,8 @@ from app.domain.robot import (
     RobotState,
     RobotStatus,
 )
-from app.mir import orders, parse
 from app.mir import parameters as mission_parameters
+from app.mir import parse, robot_vocabulary
 from app.mir.address import Address
 from app.mir.credentials import Token
 from app.mir.errors import (
@@ -48,19 +48,18 @@ from app.mir.errors import (
     Unreadable,
 )
 from app.mir.http import HttpTransport
-from app.mir.mission_queue import NOT_OFFERED, QueueReader
-from app.mir.own_words import as_defined
-from app.mir.pace import OF_ALL, OF_READS, OF_STATUS, Pace
+from app.mir.mission_queue import UNSUPPORTED, QueueReader
+from app.mir.robot_vocabulary import in_mir_words
 from app.mir.texts import clean, resolve
-from app.mir.transport import API, Response, Timeouts, Transport
+from app.mir.transport import API, OF_ALL, OF_READS, OF_STATUS, Pace, Response, Timeouts, Transport
 
 LARGEST_OBJECT = 256 * 1024  # bytes of an answer about one thing: a status, a queue item, an error
 MOST_MISSIONS = 2000  # sites have tens to hundreds
 LARGEST_MISSIONS = 1024 * 1024  # bytes of their list, three times what so many need
-COMPARED_FOR = (
+VERIFIED_FOR = (
     10.0  # s for which a compared serial number lets credentials go out, while the connection it came over is open
 )
-COMPARED_WITHOUT = 2.0  # the same where that connection was closed as soon as the answer was there
+VERIFIED_WITHOUT = 2.0  # the same where that connection was closed as soon as the answer was there
 
 T = TypeVar("T")
 
@@ -89,17 +88,17 @@ class RobotClient:
     ) -> None:
         self.address, self._serial_number, self.identified_by = address, serial_number, identified_by
         self.has_default_password = token.is_published_default
-        self._compared_at, self._compared_over = -math.inf, object()
+        self._verified_at, self._verified_over = -math.inf, object()
         self._has_answered = False  # as HTTP
         self._clock = clock
         self.timeouts = self._usual_timeouts = timeouts or Timeouts()
         self._transport = transport or HttpTransport(address, token, certificate_sha256)
-        self.give_way: Callable[[], None] = lambda: (
+        self.on_pause: Callable[[], None] = lambda: (
             None
         )  # called between the many requests that reading a queue may take
         self._queue, self.pace = QueueReader(self._entries, self._next_item), pace or Pace(clock)
-        self._known = NOTHING_KNOWN
-        self.rely_on(profile)
+        self._profile = NOTHING_KNOWN
+        self.use_profile(profile)
 
     def close(self) -> None:
         """Let go of the connection; a later call opens a new one."""
@@ -116,15 +115,15 @@ class RobotClient:
     @serial_number.setter
     def serial_number(self, known: str | None) -> None:
         if known != self._serial_number:
-            self._serial_number, self._compared_at = known, -math.inf
+            self._serial_number, self._verified_at = known, -math.inf
 
-    def rely_on(self, known: RobotProfile | None) -> None:
+    def use_profile(self, known: RobotProfile | None) -> None:
         """What a check-up has found of the robot as it is now; None: nothing."""
         known = known or NOTHING_KNOWN
-        if known != self._known:
-            self._known, self.pace.rest = known, known.rest
+        if known != self._profile:
+            self._profile, self.pace.rest = known, known.rest
             self.timeouts = self._usual_timeouts.at_least(known.timeout_s)
-            self._queue.rely_on(known)
+            self._queue.use_profile(known)
 
     def status(self) -> RobotStatus:
         """How the robot is, asked without credentials; with them only where it gives no status else (401).
@@ -136,7 +135,7 @@ class RobotClient:
         return self._ask_status()
 
     def _ask_status(self) -> RobotStatus:
-        began, self._compared_at = self._clock(), -math.inf
+        began, self._verified_at = self._clock(), -math.inf
         answer, is_open = self._answer_of_status()
         status = self._status(answer, self._clock() - began)
         self._check_serial_number(status)
@@ -144,7 +143,7 @@ class RobotClient:
             self._check_may_be_hidden()
         shown = IdentifiedBy.SERIAL_NUMBER if is_open and status.serial_number else IdentifiedBy.ADDRESS
         self.identified_by = IdentifiedBy.CERTIFICATE if self.address.is_secure else shown
-        self._compared_at, self._compared_over = self._clock(), self._transport.kept()
+        self._verified_at, self._verified_over = self._clock(), self._transport.kept()
         return status
 
     def _answer_of_status(self) -> tuple[Response, bool]:
@@ -163,14 +162,14 @@ class RobotClient:
     def _check_serial_number(self, status: RobotStatus, code: str = "") -> None:
         expected, found = self.serial_number, status.serial_number
         if expected and found and found != expected:
-            self._compared_at = -math.inf
+            self._verified_at = -math.inf
             raise AnotherRobot(code=code, address=self.address.netloc, expected=expected, found=found)
 
-    def _is_compared(self) -> bool:
+    def _is_verified(self) -> bool:
         """Whether credentials may go out: the known serial number was shown a moment ago, or on a connection that has been open since."""
         kept = self._transport.kept()
-        lasts = COMPARED_FOR if kept and kept is self._compared_over else COMPARED_WITHOUT
-        return kept is not False and self._clock() - self._compared_at <= lasts
+        lasts = VERIFIED_FOR if kept and kept is self._verified_over else VERIFIED_WITHOUT
+        return kept is not False and self._clock() - self._verified_at <= lasts
 
     def _check_may_be_hidden(self) -> None:
         """Whoever takes a robot's place could hide its serial number to get the credentials. A certificate can't be hidden."""
@@ -238,7 +237,7 @@ class RobotClient:
         try:
             return self._get(url.removeprefix(API), read, largest=None)
         except Refusal as error:
-            if error.status not in NOT_OFFERED:
+            if error.status not in UNSUPPORTED:
                 raise
             return None
 
@@ -260,19 +259,21 @@ class RobotClient:
         sent.
         """
         try:
-            body = orders.order(mission_guid, description, text, priority, parameters or {})
+            body = robot_vocabulary.order(mission_guid, description, text, priority, parameters or {})
         except (TypeError, ValueError, RecursionError):
             raise Rejected(
                 status=400, reason=message("a parameter can't be written as JSON"), address=self.address.netloc
             ) from None
         answer = self._request("POST", "/mission_queue", json=body, is_wanted=is_wanted)
-        if problem := orders.problem_of(answer, self._known):
+        if problem := robot_vocabulary.order_problem(answer, self._profile):
             raise problem.at(self.address.netloc)
         return self._read(answer, parse.queue_id)
 
     def queue_item(self, queue_id: int) -> QueueItem:
         """Raises Rejected with status 404 when the robot has no such item (any more)."""
-        item = self._get(f"/mission_queue/{queue_id}", lambda found: parse.queue_item(as_defined(found, self._known)))
+        item = self._get(
+            f"/mission_queue/{queue_id}", lambda found: parse.queue_item(in_mir_words(found, self._profile))
+        )
         self._queue.saw(item)
         return item
 
@@ -353,13 +354,13 @@ class RobotClient:
         return self._read(self._request("GET", path, query=query), read, largest)
 
     def _entries(self, method: str, path: str, query: Mapping[str, str], json: Any) -> list[parse.Object]:
-        self.give_way()
+        self.on_pause()
         answer = self._request(method, path, query=query, json=json)
         entries = self._read(answer, lambda found: parse.objects(found, message("the mission queue")), None)
-        return [as_defined(entry, self._known) for entry in entries]
+        return [in_mir_words(entry, self._profile) for entry in entries]
 
     def _next_item(self, queue_id: int) -> QueueItem:
-        self.give_way()
+        self.on_pause()
         return self.queue_item(queue_id)
 
     def _put_status(self, body: Mapping[str, Any]) -> RobotStatus | None:
@@ -410,14 +411,14 @@ class RobotClient:
             if at_once:
                 self.pace.count()
             else:
-                self.pace.wait(OF_READS if is_read else OF_ALL, self.give_way if is_read else lambda: None)
-            self._compare(at_once)
+                self.pace.wait(OF_READS if is_read else OF_ALL, self.on_pause if is_read else lambda: None)
+            self._verify(at_once)
             return self._send(method, path, query=query, json=json, is_wanted=is_wanted)
 
         return _again_if_stale(send)
 
-    def _compare(self, at_once: bool) -> None:
-        if self.serial_number and not self._is_compared():
+    def _verify(self, at_once: bool) -> None:
+        if self.serial_number and not self._is_verified():
             try:
                 if at_once:
                     self.pace.count()
@@ -449,7 +450,7 @@ class RobotClient:
                 with_credentials=with_credentials,
             )
         except RobotError as error:
-            self._compared_at = -math.inf  # what answers next may be another machine
+            self._verified_at = -math.inf  # what answers next may be another machine
             if type(error) is ConnectionLost and not (self._has_answered or self.address.is_secure):
                 error = ConnectionLost(code="lost_over_http")
             raise error.at(self.address.netloc) from None

@@ -23,7 +23,7 @@ MOST_ITEMS = 5000  # read in one call
 MOST_SINGLE_READS = 100  # asked for one by one in one call, where the robot's lists are short
 LONGEST_STEP = 2**20  # between two numbers that are tried
 MISSING_IN_A_ROW = 5  # numbers: items may have been deleted
-NOT_OFFERED = (400, 404, 405, 410, 501)  # how a robot may answer a feature that it doesn't have
+UNSUPPORTED = (400, 404, 405, 410, 501)  # how a robot may answer a feature that it doesn't have
 
 Ask = Callable[[str, str, Mapping[str, str], Any], list[parse.Object]]
 Wanted = Callable[[parse.Object], bool]
@@ -46,7 +46,7 @@ class QueueReader:
         self._is_complete = True  # and what was read then is all that was looked for
         self._climbed = 0  # highest id seen, where it doesn't sort
 
-    def rely_on(self, known: RobotProfile) -> None:
+    def use_profile(self, known: RobotProfile) -> None:
         self._has_search, words = known.has_search, known.item_states
         own = [word for word, state in words.items() if state in OPEN_STATES]
         is_whole = {words[word] for word in own} == set(OPEN_STATES)
@@ -173,7 +173,7 @@ class QueueReader:
         try:
             entries = list(self._pages("POST", "/mission_queue/search", {"filters": [filter_]}, wanted, floor))
         except Refusal as error:
-            if error.status not in NOT_OFFERED:
+            if error.status not in UNSUPPORTED:
                 raise
             self._has_search = self._has_search or False
             return None

@@ -21,7 +21,7 @@ from app.domain.models import Execution, Mission, Robot, State
 from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
-from app.mir.pace import Pace
+from app.mir.transport import Pace
 from app.services.dispatch import messages
 from app.services.dispatch.engine import Engine
 from app.services.dispatch.timing import LONGEST_WAIT

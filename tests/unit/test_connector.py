@@ -11,6 +11,6 @@ def test_all_clients_of_a_robot_share_its_pace_also_those_of_before_its_first_ch
     make, robot = Connector(), Robot("R1", "http://r1")
     worker = make(robot)
     checked_up = replace(robot, profile=RobotProfile(None, None, rest=Rest(8, 10.0)))
-    worker.rely_on(checked_up.known)
+    worker.use_profile(checked_up.known)
     assert make(checked_up).pace is worker.pace
     assert make(replace(robot, address="http://r2")).pace is not worker.pace

@@ -10,7 +10,7 @@ from app.domain.message import Message, message
 from app.domain.robot import QueueState
 from app.mir import parse
 from app.mir.errors import Refusal, Unauthorized
-from app.mir.own_words import CANCELLED, USER_REQUEST
+from app.mir.robot_vocabulary import CANCELLED, USER_REQUEST
 from app.mir.texts import clean, resolve
 from app.services.check_up.look import Look, why
 from app.services.check_up.trial import FIRST, LONGEST_WORD, Item, Seen, Sign

@@ -11,7 +11,7 @@ from app.domain.message import Message, message
 from app.domain.robot import IdentifiedBy, Identity, RobotState, RobotStatus
 from app.mir import parse
 from app.mir.errors import RobotError, Unauthorized
-from app.mir.mission_queue import NOT_OFFERED
+from app.mir.mission_queue import UNSUPPORTED
 from app.mir.probe import Answer
 from app.mir.texts import clean
 from app.services.check_up import pace
@@ -159,7 +159,7 @@ def _offers(look: Look, path: str) -> bool | None:
     answer = look.probe.get(path)
     if answer.is_good:
         return True
-    return False if answer.status in NOT_OFFERED else None
+    return False if answer.status in UNSUPPORTED else None
 
 
 def _certificate(look: Look) -> None:

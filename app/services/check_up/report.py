@@ -14,7 +14,7 @@ from zoneinfo import ZoneInfo
 
 from app.domain.check_up import Finding, Level, Report, RobotProfile, Topic
 from app.domain.message import Message, message, render
-from app.mir.own_words import USER_REQUEST
+from app.mir.robot_vocabulary import USER_REQUEST
 
 Language = Callable[[str], str]  # a text in it, from English
 

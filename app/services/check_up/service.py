@@ -26,8 +26,8 @@ from app.domain.models import InvalidInput, Robot, Settings
 from app.domain.robot import Identity
 from app.mir.client import RobotClient
 from app.mir.errors import RobotError
-from app.mir.pace import Pace
 from app.mir.probe import PATIENT, Probe
+from app.mir.transport import Pace
 from app.services.check_up import trial as trials
 from app.services.check_up.look import Look, NotWanted
 from app.services.check_up.reading import read_robot

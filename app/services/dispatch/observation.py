@@ -84,7 +84,7 @@ class Observation:
             self.invalidate_status()
         self._robot = robot
         self._client.serial_number, self._client.identified_by = robot.serial_number, robot.identified_by
-        self._client.rely_on(robot.known)
+        self._client.use_profile(robot.known)
 
     @property
     def known(self) -> RobotProfile | None:

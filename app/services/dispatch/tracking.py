@@ -11,7 +11,7 @@ from app.domain.models import Execution, Reason, ReasonCode, State
 from app.domain.robot import QueueItem, QueueState, straight_way
 from app.mir.client import RobotClient
 from app.mir.errors import Rejected, RobotError, RobotFault, Unreadable
-from app.mir.orders import as_kept
+from app.mir.robot_vocabulary import as_stored
 from app.services.dispatch.context import Context
 from app.services.dispatch.draining import Draining
 from app.services.dispatch.duplicates import Duplicates
@@ -28,7 +28,7 @@ MANY = 3  # open executions that are asked for in one request instead of one eac
 
 
 class Tracking:
-    """One robot's accepted executions. Raises RobotError when the robot can't be asked: rows stay open. ``give_way`` is called between two
+    """One robot's accepted executions. Raises RobotError when the robot can't be asked: rows stay open. ``on_pause`` is called between two
     requests, so that what falls due meanwhile need not wait for all of them."""
 
     def __init__(
@@ -37,10 +37,10 @@ class Tracking:
         context: Context,
         observation: Observation,
         duplicates: Duplicates,
-        give_way: Callable[[], None],
+        on_pause: Callable[[], None],
     ) -> None:
         self._client, self._s, self._ledger = client, context, context.ledger
-        self._seen, self._duplicates, self._give_way = observation, duplicates, give_way
+        self._seen, self._duplicates, self._give_way = observation, duplicates, on_pause
         self._draining, self._stops = Draining(context, observation), StopRepository()
         self._missing_since: dict[
             int, float
@@ -175,7 +175,7 @@ class Tracking:
 def why_aborted(row: Execution, item: QueueItem) -> Reason:
     """Cancelled by a person, or failed with the robot's message; where its final word is unknown, with that word. A robot that writes no
     message leaves there what it was sent."""
-    words = "" if item.message == as_kept(row.label) else item.message
+    words = "" if item.message == as_stored(row.label) else item.message
     if row.cancel_code:
         return Reason(row.cancel_code)
     if item.state is QueueState.UNKNOWN:

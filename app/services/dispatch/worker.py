@@ -51,7 +51,7 @@ class RobotWorker:
         self._duplicates = Duplicates(client, context, self.seen)
         self._sending = Sending(client, context, self.seen, self._duplicates, self._is_still_idle)
         self._tracking = Tracking(client, context, self.seen, self._duplicates, self._give_way)
-        client.give_way = self._give_way
+        client.on_pause = self._give_way
         self._idle = IdleWatch()
         self._watched = self._sought = False
         self._recoveries = itertools.count(1)

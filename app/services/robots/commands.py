@@ -38,7 +38,7 @@ from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import normalise_fingerprint, token_for
 from app.mir.errors import Delivery, RobotError
-from app.mir.fingerprint import presented_fingerprint
+from app.mir.http import presented_fingerprint
 from app.services.allocation.situation import HIGH
 from app.services.catalogue import validation
 from app.services.catalogue.parameter_check import Checked, check

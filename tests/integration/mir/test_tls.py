@@ -24,7 +24,7 @@ from app.mir.errors import (
     TimedOut,
     Unreachable,
 )
-from app.mir.fingerprint import presented_fingerprint
+from app.mir.http import presented_fingerprint
 from app.mir.transport import Timeouts
 from tests.integration.mir.servers import HEAD, Conversation, Server, closed_port
 from tests.unit.mir.answers import MISSION, STATUS

@@ -151,7 +151,7 @@ def test_open_and_newer_items_are_found_whatever_the_robot_knows(
 def test_a_list_that_ends_early_hides_nothing(features: dict[str, Any], profile: RobotProfile | None) -> None:
     """What is wanted is found, or it is said that it can't be; a start that is not found is sent again."""
     robot = client(QueueTransport(history(600), **features))
-    robot.rely_on(profile)
+    robot.use_profile(profile)
     assert [found.id for found in robot.items_after(595)] == [596, 597, 598, 599, 600]
     known: dict[int, QueueItem | None] = {}
     for _n in range(5):
@@ -171,13 +171,13 @@ def test_a_list_that_ends_early_hides_nothing(features: dict[str, Any], profile:
 def test_where_pages_are_known_to_be_short_or_whole_no_request_is_wasted() -> None:
     transport = QueueTransport([entry for entry in history(600) if entry["id"] not in (501, 551)], page_limit=50)
     robot = client(transport)
-    robot.rely_on(RobotProfile(None, None, page_limit=50))
+    robot.use_profile(RobotProfile(None, None, page_limit=50))
     assert len(robot.items_after(551)) == 49
     assert len(robot.open_items()) == 0
     assert len(transport.requests) == 2
     whole = QueueTransport([entry for entry in history(600) if entry["id"] != 501])
     robot = client(whole)
-    robot.rely_on(RobotProfile(None, None, page_limit=0, has_search=True))
+    robot.use_profile(RobotProfile(None, None, page_limit=0, has_search=True))
     assert len(robot.items_after(500)) == 99
     assert whole.requests == ["POST /mission_queue/search"]
 

@@ -10,7 +10,7 @@ from responses import RequestsMock
 from app.domain.check_up import Rest
 from app.domain.robot import RobotState
 from app.mir.client import RobotClient
-from app.mir.pace import OF_ALL, Pace
+from app.mir.transport import OF_ALL, Pace
 from tests.unit.mir.answers import STATUS
 
 API = "http://robot.test/api/v2.0.0"

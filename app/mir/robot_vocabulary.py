@@ -1,4 +1,4 @@
-"""What is sent to put a mission on a robot's queue, and what counts as taken."""
+"""How a mission is ordered, and how robots word queue items: as MiR defines them, or in other words that a check-up has found."""
 
 from __future__ import annotations
 
@@ -6,14 +6,32 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from app.domain.check_up import RobotProfile
+from app.domain.check_up import NOTHING_KNOWN, RobotProfile
 from app.domain.message import message
 from app.mir import parse
 from app.mir.errors import Unnumbered, Unreadable
-from app.mir.texts import resolve
+from app.mir.texts import clean, resolve
 from app.mir.transport import Response
 
 LONGEST_DESCRIPTION = 200  # characters of message and description (MiR's REST definition 3.5.4)
+CANCELLED = "Cancelled"  # of ``item_states``: one that a person has ended
+USER_REQUEST = "Aborted - User Request"  # the message of an item that a person has ended, in the robot's language en_US
+
+
+def in_mir_words(item: Any, known: RobotProfile) -> Any:
+    """The item with its description, state and message as MiR's definition has them; anything else as it is."""
+    if known is NOTHING_KNOWN or not isinstance(item, dict):
+        return item
+    own: parse.Object = {}
+    if known.token_field and known.token_field in item:
+        own["description"] = item[known.token_field]
+    state = known.item_states.get(clean(item.get("state"), 40))
+    is_cancelled = state == CANCELLED
+    if state:
+        own["state"] = "Aborted" if is_cancelled else state
+    if known.cancelled_message and own.get("state", item.get("state")) == "Aborted":
+        is_cancelled |= resolve(item.get("message")).casefold().startswith(known.cancelled_message.casefold())
+    return item | own | ({"message": USER_REQUEST} if is_cancelled else {})
 
 
 def order(mission_guid: str, description: str, text: str, priority: int, parameters: Mapping[str, Any]) -> parse.Object:
@@ -29,12 +47,12 @@ def order(mission_guid: str, description: str, text: str, priority: int, paramet
     return body
 
 
-def as_kept(text: str) -> str:
+def as_stored(text: str) -> str:
     """The message of an item in which the robot has written nothing: the text that was sent with it, as it comes back."""
     return resolve(text[:LONGEST_DESCRIPTION])
 
 
-def problem_of(answer: Response, known: RobotProfile) -> Unreadable | None:
+def order_problem(answer: Response, known: RobotProfile) -> Unreadable | None:
     """Why an answer of success does not say that the mission was taken, or under which number. Only 201 does, unless the robot is known to
     answer otherwise."""
     if answer.status not in (201, known.order_status):
