@@ -17,7 +17,7 @@ from app.process import terminal
 
 if TYPE_CHECKING:  # imported late, so that --help needs nothing
     from app.process.data_directory import DataDirectory
-    from app.process.headless import DemoFleet
+    from app.process.host import DemoFleet
 
 
 class _Parser(argparse.ArgumentParser):
@@ -150,7 +150,7 @@ def _check(options: argparse.Namespace) -> None:
 
 def _start(options: argparse.Namespace) -> int:
     from app.process.data_directory import DataDirectory
-    from app.process.watching import open_more_files
+    from app.process.host import open_more_files
 
     open_more_files()
     if options.demo:
@@ -168,9 +168,9 @@ def _start(options: argparse.Namespace) -> int:
 
 def _schedule(options: argparse.Namespace, directory: DataDirectory, robots: DemoFleet | None) -> int:
     if options.headless:
-        from app.process.headless import run
+        from app.process.host import run_headless
 
-        return run(directory, demo_robots=robots)
+        return run_headless(directory, demo_robots=robots)
     from app.window.window import run as run_window
 
     return int(run_window(directory, demo_robots=robots, kiosk=options.kiosk))

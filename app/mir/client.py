@@ -255,7 +255,7 @@ class RobotClient:
         """Put a mission at the end of the robot's queue; returns the id of its item. Only 201, or what the robot is known to answer, counts
         as accepted; without an integer id that raises Unnumbered.
 
-        ``is_wanted`` is asked when the connection stands: the tablet may have slept meanwhile. If not, raises NotWanted, and nothing was
+        ``is_wanted`` is asked when the connection stands: the tablet may have slept before that. If not, raises NotWanted, and nothing was
         sent.
         """
         try:
@@ -278,7 +278,7 @@ class RobotClient:
         return item
 
     def open_items(self) -> list[QueueItem]:
-        """Everything pending or executing, whoever put it there, by ascending id."""
+        """Everything pending or executing, of the app and of others, by ascending id."""
         return self._queue.open_items()
 
     def items_after(
@@ -300,7 +300,7 @@ class RobotClient:
         self._request("DELETE", f"/mission_queue/{queue_id}", at_once=True)
 
     def clear_queue(self) -> None:
-        """Abort everything pending and executing, whoever put it there."""
+        """Abort everything pending and executing, of the app and of others."""
         self._request("DELETE", "/mission_queue", at_once=True)
 
     # ------------------------------------------------------------------ the robot

@@ -1,4 +1,4 @@
-"""The robot's credential. MiR wants ``Basic base64(user:hex sha256(password))``: whoever has that header value needs no password, so it is
+"""The robot's credential. MiR wants ``Basic base64(user:hex sha256(password))``: with that header value no password is needed, so it is
 a secret like one."""
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Token:
 
     @classmethod
     def from_header(cls, header: str) -> Token:
-        """From the stored header value; an empty one is the token of nobody. Raises InvalidInput when it is no such value."""
+        """From the stored header value; an empty one is the token of no user. Raises InvalidInput when it is no such value."""
         if header:
             scheme, _, encoded = header.partition(" ")
             try:

@@ -70,7 +70,7 @@ _lookups: dict[tuple[str, int], Future[list[Any]]] = {}  # the last one of each 
 
 
 def resolve(host: str, port: int, seconds: float) -> list[Any]:
-    """As ``getaddrinfo``, but with a deadline, so in a thread for names: one for each, however often it is asked for meanwhile.
+    """As ``getaddrinfo``, but with a deadline, so in a thread for names: one for each, however often it is asked for.
 
     Raises TimeoutError when it takes longer, OSError or UnicodeError when there is no such name.
     """
@@ -142,7 +142,7 @@ class RobotConnection(HTTPConnection):
     place: Any = None  # where it was connected last, as ``resolve`` gives it: a name may mean another machine each time
 
     def begin(self, timeouts: Timeouts, is_wanted: Callable[[], bool] | None = None, only: Any = None) -> None:
-        """A new request; its time counts from now. Connects again if the robot has hung up meanwhile: to the place ``only``, or wherever
+        """A new request; its time counts from now. Connects again if the robot has hung up since: to the place ``only``, or wherever
         its name leads."""
         self._is_wanted, self.timeouts, self.ends, self._only = (
             is_wanted,
@@ -300,7 +300,7 @@ class HttpTransport:
         # Their names need no other case.
         request.headers = cast(Any, self._headers | (self._credentials if with_credentials else {}) | headers)
         connection = self._reading if method == "GET" else self._writing
-        # To the machine whose status was read last, whatever its name means by now.
+        # To the machine whose status was read last, whatever its name means now.
         connection.begin(timeout, is_wanted, self._reading.place if with_credentials else None)
         try:
             return self._once(request, connection)

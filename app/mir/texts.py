@@ -1,8 +1,8 @@
 """Texts from robots, cleaned before they are shown or stored, and without credentials, should a robot have sent some back.
 
 Every text of a robot, whatever request it answers, gets out of here by ``clean``. The credential of a robot user is the SHA-256 sum of the
-password, in 64 hexadecimal digits after the user name and a colon, and all of that in base64: both are recognised by their form, whoever
-they belong to, with whatever is between their characters that is not shown. What a robot takes apart or writes in other ways passes.
+password, in 64 hexadecimal digits after the user name and a colon, and all of that in base64: both are recognised by their form, whichever
+user they belong to, with whatever is between their characters that is not shown. What a robot takes apart or writes in other ways passes.
 """
 
 from __future__ import annotations

@@ -1,18 +1,29 @@
-"""The directory where everything lives: database, backups, logs, lock, inbox; readable by its owner only."""
+"""The directory where everything lives: database, backups, logs, lock, inbox; readable by its owner only.
+
+One process at a time schedules on it, by a lock of the operating system, which a killed process loses by itself.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import os
 import stat
+import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO
 
 import platformdirs
 
-from app.container import DATABASE_NAME
-from app.failures import BadInput
+from app.container import DATABASE_NAME, Container
+from app.database.backups import restore
+from app.database.connection import Database, DatabaseDamaged, DatabaseRefused, DatabaseUnavailable
+from app.database.errors import DatabaseError
+from app.database.files import NO_LINK
+from app.domain.clock import SystemClock
+from app.failures import BadInput, Failure
 from app.process.log_file import FILE_NAME as LOG_NAME
+from app.services.catalogue.stored import problem_in
 
 _OURS = (DATABASE_NAME, "scheduler.lock")
 _DIRECTORIES = ("backups", "inbox", "logs", "maps")
@@ -60,8 +71,8 @@ class DataDirectory:
 
 
 def _refuse_shared(path: Path) -> None:
-    """What others can put there would be read as ours, and a link be followed to a file of this user. A directory of root in which nobody
-    else can write is none of these: data that was mounted, for one."""
+    """What others can put there would be read as ours, and a link be followed to a file of this user. A directory of root in which no other
+    user can write is none of these: data that was mounted, for one."""
     found = path.stat()
     if os.name != "posix":
         return
@@ -90,3 +101,126 @@ def refuse_own_file(path: Path) -> None:
         name = path.relative_to(directory).parts[0]
         if (name.startswith(_OURS) or name in _DIRECTORIES) and any((directory / ours).exists() for ours in _OURS):
             raise BadInput(f"{path} belongs to the data of the app; give another file to write to")
+
+
+COMMAND = "a command in "  # a holder that serves no commands and ends soon
+
+
+class AlreadyRunning(Exception):
+    """Another process schedules on this data directory."""
+
+    def __init__(self, directory: Path, holder: str) -> None:
+        self.holder = holder
+        super().__init__(f"{directory} is in use by {holder}; close it first")
+
+
+class InstanceLock:
+    def __init__(self, directory: Path) -> None:
+        self._directory = directory
+        self.path = directory / "scheduler.lock"
+        self._file: IO[str] | None = None
+        self.is_held_by_command = False
+
+    def acquire(self, *, serves: bool = True) -> None:
+        """Take the lock and write down who holds it: a process that ``serves`` commands, or a command. Raises AlreadyRunning, and BadInput
+        when there is no way to lock."""
+        try:
+            descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT | NO_LINK, 0o600)
+        except OSError as error:
+            raise BadInput(
+                f"{self.path} can't be opened: {error.strerror}; remove it, or choose another --data-dir"
+            ) from None
+        file = os.fdopen(descriptor, "r+", encoding="utf-8")
+        if not _lock(file):
+            holder = file.read(200).strip() or "another process"
+            file.close()
+            raise AlreadyRunning(self._directory, holder)
+        file.seek(0)
+        file.truncate()
+        file.write(f"{'' if serves else COMMAND}process {os.getpid()} ({Path(sys.argv[0]).name or 'python'})")
+        file.flush()
+        self._file = file
+
+    def try_acquire(self) -> bool:
+        """As a command does that will end soon; ``is_held_by_command`` says by whom it is held otherwise."""
+        try:
+            self.acquire(serves=False)
+        except AlreadyRunning as error:
+            self.is_held_by_command = error.holder.startswith(COMMAND)
+            return False
+        return True
+
+    @property
+    def is_in_place(self) -> bool:
+        """Whether the file that is locked is still the one in the directory: else another process can lock that."""
+        try:
+            return self._file is not None and os.path.samestat(os.fstat(self._file.fileno()), os.stat(self.path))
+        except FileNotFoundError:
+            return False
+
+    def release(self) -> None:
+        if self._file:
+            self._file.seek(0)
+            self._file.truncate()
+            self._file.close()  # closing gives the lock back
+            self._file = None
+
+
+if sys.platform == "win32":
+    import msvcrt
+
+    _FAR = 1 << 30  # a byte beyond the text, so that the holder's name stays readable
+
+    def _lock(file: IO[str]) -> bool:
+        file.seek(_FAR)
+        try:
+            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+        except OSError:
+            return False
+        finally:
+            file.seek(0)
+        return True
+else:
+    import fcntl
+
+    def _lock(file: IO[str]) -> bool:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            return False
+        return True
+
+
+def open_container(directory: DataDirectory, *, with_window: bool = False) -> Container:
+    """Open for writing; the caller holds the lock. Raises BadInput or Failure."""
+    try:
+        return Container.open(directory.path, with_window=with_window)
+    except (DatabaseDamaged, DatabaseRefused) as error:
+        raise BadInput(str(error)) from error
+    except DatabaseUnavailable as error:
+        raise Failure(str(error)) from error
+
+
+def open_for_reading(directory: DataDirectory) -> Database:
+    """Open beside a running app; nothing is written. Raises BadInput or Failure."""
+    try:
+        return Database.open_for_reading(directory.database)
+    except (DatabaseDamaged, DatabaseRefused) as error:
+        raise BadInput(str(error)) from error
+    except DatabaseUnavailable as error:
+        raise Failure(str(error)) from error
+
+
+def restore_backup(directory: DataDirectory, backup: Path) -> Path | None:
+    """Returns where the former database is kept, None when there was none. Raises BadInput with one sentence."""
+    lock = InstanceLock(directory.path)
+    try:
+        lock.acquire()
+    except AlreadyRunning as error:
+        raise BadInput(str(error)) from None
+    try:
+        return restore(backup, directory.database, SystemClock().now(), problem_in)
+    except DatabaseError as error:
+        raise BadInput(error.text) from error
+    finally:
+        lock.release()

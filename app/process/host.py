@@ -1,32 +1,46 @@
-"""The process that schedules on a data directory: holds the lock, runs the loop, serves the inbox. Used with a window and headless."""
+"""The process that schedules on a data directory, with a window or headless: holds the lock, runs the loop, serves the inbox, and watches
+that its lock stays in place and that it may open enough files.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import logging
+import queue
+import signal
+import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from typing import Any
 
 from app import NAME, __version__
-from app.container import Container
+from app.container import CachedUntilChanged, Container
 from app.failures import BadInput
-from app.process.data_directory import DataDirectory
+from app.process import log_file
+from app.process.data_directory import AlreadyRunning, DataDirectory, InstanceLock, open_container
 from app.process.demo import furnish
 from app.process.inbox import Inbox
-from app.process.lock import AlreadyRunning, InstanceLock
-from app.process.opening import open_container
 from app.process.requests import handlers
-from app.process.watching import watch
+from app.process.terminal import say_in_passing
 from app.services.files.daily_backup import DailyBackup
+from app.services.live.alarms import Alarms
+from app.services.live.changes import Topic
 
 log = logging.getLogger(__name__)
+
+FILES_OF_THE_APP = 100  # open at a time: database, log, commands, check-ups, the window
+FILES_OF_A_ROBOT = 3  # its connection, and two of its thread's to the database
+
+Details = Mapping[str, Any]
+DemoFleet = tuple[Sequence[tuple[str, str]], Mapping[str, str]]  # names and addresses of robots, guids of missions
 
 
 @contextmanager
 def host(
     directory: DataDirectory,
     *,
-    demo: tuple[Sequence[tuple[str, str]], Mapping[str, str]] | None = None,
+    demo: DemoFleet | None = None,
     with_window: bool = False,
 ) -> Iterator[Container]:
     """Open the data and schedule until the block ends. Raises BadInput when another process does, or when the database is damaged."""
@@ -56,3 +70,102 @@ def host(
             log.info("stopped")
     finally:
         lock.release()
+
+
+def run_headless(directory: DataDirectory, demo_robots: DemoFleet | None = None) -> int:
+    """Returns the exit code, 0, after a stop was asked for."""
+    # Not an Event: its lock may be held by the very wait that the signal interrupts, which would then never return.
+    stop: queue.SimpleQueue[int] = queue.SimpleQueue()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda number, _frame: stop.put(number))
+    try:
+        log_file.start(directory.logs, stderr=True)
+        with host(directory, demo=demo_robots) as container:
+            if stop.empty():
+                _say_ready(container, stop)
+            _wait_for(stop, container)
+            if damage := container.runner.damage:
+                raise BadInput(damage.text)
+    except Exception:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.SIG_DFL)  # its error is printed next, perhaps to a terminal that stands still
+        raise
+    return 0
+
+
+def _wait_for(stop: queue.SimpleQueue[int], container: Container) -> None:
+    """Until a signal, or the database is found damaged. Waits at most a second at a time: a signal that arrives just before a wait begins
+    does not end it."""
+    while container.runner.damage is None:
+        with contextlib.suppress(queue.Empty):
+            stop.get(timeout=1.0)
+            return
+
+
+def _say_ready(container: Container, stop: queue.SimpleQueue[int]) -> None:
+    """Once every robot has answered its first poll, or 5 s after the start (docs/interfaces.md)."""
+    deadline = container.clock.monotonic() + 5.0
+    while not container.engine.is_ready and container.clock.monotonic() < deadline and stop.empty():
+        time.sleep(0.02)
+    say_in_passing("ready")
+
+
+def watch(container: Container, lock: InstanceLock) -> None:
+    """The lock, and how many files may be open, before there are too many of them. Each problem is an alarm while it lasts."""
+    robots = CachedUntilChanged(
+        lambda: sum(robot.enabled for robot in container.catalogue.robots()), container.changes, Topic.ROBOTS
+    )
+    for name, code, find in (
+        ("Watching the lock", "lock_lost", lambda: None if lock.is_in_place else {"path": str(lock.path)}),
+        ("Counting open files", "too_few_files", lambda: too_few_files(robots(), most_open_files())),
+    ):
+        chore = _alarm_while(container.alarms, code, find)
+        chore()
+        container.engine.add_chore(name, chore)
+
+
+def _alarm_while(alarms: Alarms, code: str, find: Callable[[], Details | None]) -> Callable[[], None]:
+    """A chore that raises the alarm when ``find`` returns its details, and ends it when that returns None."""
+    last: list[Details | None] = []
+
+    def chore() -> None:
+        now = find()
+        if last == [now]:
+            return
+        if now is None:
+            alarms.clear(code, "app")
+        else:
+            alarms.raise_(code, "app", **now)
+        last[:] = [now]
+
+    return chore
+
+
+def too_few_files(robots: int, allowed: int | None) -> Details | None:
+    """Details of the alarm where that many robots need more open files than are ``allowed`` (None: any number)."""
+    needed = FILES_OF_THE_APP + FILES_OF_A_ROBOT * robots
+    return (
+        {"robots": robots, "needed": needed, "allowed": allowed} if allowed is not None and needed > allowed else None
+    )
+
+
+if sys.platform == "win32":
+
+    def open_more_files() -> None:
+        """Windows has no such limit."""
+
+    def most_open_files() -> int | None:
+        return None
+else:
+    import contextlib
+    import resource
+
+    def open_more_files() -> None:
+        """As many as the system lets this process have: a robot needs three, and 1,024 are usual."""
+        _soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+        with contextlib.suppress(ValueError, OSError):  # some systems say there is no limit, and have one
+            resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
+
+    def most_open_files() -> int | None:
+        soft, _hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+        return None if soft == resource.RLIM_INFINITY else soft

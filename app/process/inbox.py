@@ -16,8 +16,10 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from app.container import Container
 from app.database.files import NO_LINK
-from app.failures import BadInput
+from app.failures import BadInput, Failure
+from app.process.data_directory import DataDirectory, InstanceLock, open_container
 
 log = logging.getLogger(__name__)
 
@@ -27,6 +29,7 @@ Handler = Callable[[Mapping[str, Any]], Mapping[str, Any] | None]  # None: not y
 LEFT_FOR = (
     60.0  # s that a file without a request may lie there: one that is being written, or an answer that is fetched
 )
+WAIT_FOR_COMMAND = 0.1  # s between looks whether another command has ended
 _IN_THE_WAY = "{} is not a directory: remove it"
 _SUFFIXES = (".request", ".content", ".draft", ".answer", ".withdrawn")
 
@@ -35,7 +38,7 @@ class NoAnswer(Exception):
     """The running app did not answer in time."""
 
 
-class HolderGone(NoAnswer):
+class HolderEnded(NoAnswer):
     """The process that held the data directory ended without an answer. The request is withdrawn; it may have been begun."""
 
 
@@ -50,8 +53,8 @@ class Interrupted(Exception):
 class Inbox:
     """The running app's side: ``tick`` looks for requests and answers them.
 
-    ``since``: when this app began, in s since the epoch. What lies there and is older was asked of one that is gone, and so is who asked.
-    Looked at once, here: a clock that is set back later must not make new requests look old.
+    ``since``: when this app began, in s since the epoch. Older requests were meant for an app that has ended, as have their commands.
+    Decided once, here: a clock that is set back later must not make new requests look old.
     """
 
     def __init__(self, data_dir: Path, handlers: Mapping[str, Handler], since: float = 0.0) -> None:
@@ -61,7 +64,7 @@ class Inbox:
         for name in self._files():
             path = self._directory / name
             if path.suffix in _SUFFIXES and path.stat().st_mtime < since:
-                log.warning("%s was left by a command that is gone, and is not carried out", name)
+                log.warning("%s was left by a command that has ended, and is not carried out", name)
                 path.unlink(missing_ok=True)
 
     def tick(self) -> None:
@@ -85,7 +88,7 @@ class Inbox:
         left = {name for name in names if name.endswith(_SUFFIXES) and f"{name.partition('.')[0]}.request" not in names}
         self._seen = {name: self._seen.get(name, now) for name in left}
         for name in [name for name, since in self._seen.items() if now - since > LEFT_FOR]:
-            log.warning("%s was left by a command that is gone, and is deleted", name)
+            log.warning("%s was left by a command that has ended, and is deleted", name)
             (self._directory / name).unlink(missing_ok=True)
 
     def _take(self, path: Path) -> None:
@@ -96,7 +99,7 @@ class Inbox:
         except Exception as error:  # the answer reports it; the app goes on
             log.exception("The request %s could not be served", path.name)
             answer = {"exit": 1, "error": f"the running app could not do it: {type(error).__name__}"}
-        if answer is not None and path.exists():  # else nobody waits any more, who would take the answer away
+        if answer is not None and path.exists():  # else no command waits for the answer
             _write(path.with_suffix(".answer"), json.dumps(answer).encode())
             path.unlink(missing_ok=True)
 
@@ -106,7 +109,7 @@ def ask(
     kind: str,
     *,
     timeout: float,
-    holder_is_gone: Callable[[], bool],
+    has_holder_ended: Callable[[], bool],
     content: bytes | None = None,
     put_back_within: float = 0.0,
     **request: Any,
@@ -114,7 +117,7 @@ def ask(
     """The command's side: hand a request over, with bytes that the handler finds in the file ``request["content"]``, and wait for the
     answer.
 
-    ``timeout`` in seconds bounds the whole wait. Raises NoAnswer when it passes, HolderGone when the other process ended first. A command
+    ``timeout`` in seconds bounds the whole wait. Raises NoAnswer when it passes, HolderEnded when the other process ended first. A command
     that is interrupted withdraws its request, and waits ``put_back_within`` s for the app to end what it has begun: then it raises
     Interrupted.
     """
@@ -128,13 +131,13 @@ def ask(
         path.with_suffix(".content").unlink(missing_ok=True)
         raise BadInput(f"{directory} can't be written: {error.strerror}; nothing was changed") from error
     try:
-        return _answer_to(path, timeout, holder_is_gone)
+        return _answer_to(path, timeout, has_holder_ended)
     except KeyboardInterrupt:
         if not put_back_within:
             raise
         withdrawn(path).touch()
         try:
-            answer = _answer_to(path, put_back_within, holder_is_gone)
+            answer = _answer_to(path, put_back_within, has_holder_ended)
         except NoAnswer:
             answer = None
         raise Interrupted(answer) from None
@@ -143,19 +146,68 @@ def ask(
             path.with_suffix(suffix).unlink(missing_ok=True)
 
 
+def here_or_by_the_running_app(
+    directory: DataDirectory,
+    here: Callable[[Container], dict[str, Any]],
+    kind: str,
+    timeout: float,
+    *,
+    is_taken_over: bool = True,
+    **request: Any,
+) -> dict[str, Any]:
+    """Do it in this process when no other one holds the data directory, else ask the one that does.
+
+    A command that holds it serves no other and is waited for. When an app ends without an answer, this process tries again: what is asked
+    for must come to the same when it is done twice. What lasts long is not ``is_taken_over``: the app could not be started again
+    in that time. Raises NoAnswer when an app that runs on does not answer within ``timeout`` s, or ends and is not followed.
+    """
+    while True:
+        lock = InstanceLock(directory.path)
+        if lock.try_acquire():
+            try:
+                container = open_container(directory)
+                try:
+                    return here(container)
+                finally:
+                    container.db.close()
+            finally:
+                lock.release()
+        if lock.is_held_by_command:
+            time.sleep(WAIT_FOR_COMMAND)
+            continue
+        try:
+            return ask(directory.path, kind, timeout=timeout, has_holder_ended=lambda: _is_free(directory), **request)
+        except HolderEnded:
+            if not is_taken_over:
+                raise
+
+
+def _is_free(directory: DataDirectory) -> bool:
+    """Whether no process holds the data directory at this moment."""
+    probe = InstanceLock(directory.path)
+    free = probe.try_acquire()
+    probe.release()
+    return free
+
+
+def raise_for(answer: dict[str, Any]) -> None:
+    if error := answer.get("error"):
+        raise BadInput(error) if answer.get("exit") == 2 else Failure(error)
+
+
 def withdrawn(request: Path) -> Path:
     """The file that marks the request as withdrawn."""
     return request.with_suffix(".withdrawn")
 
 
-def _answer_to(path: Path, timeout: float, holder_is_gone: Callable[[], bool]) -> dict[str, Any]:
+def _answer_to(path: Path, timeout: float, has_holder_ended: Callable[[], bool]) -> dict[str, Any]:
     answer, deadline = path.with_suffix(".answer"), time.monotonic() + timeout
     while time.monotonic() < deadline:
         if answer.exists():
             return dict(json.loads(answer.read_text(encoding="utf-8")))
         # An app that was started at once takes the request away, which was asked of the one before.
-        if (holder_is_gone() or not path.exists()) and not answer.exists():
-            raise HolderGone("the app that was running ended before it answered")
+        if (has_holder_ended() or not path.exists()) and not answer.exists():
+            raise HolderEnded("the app that was running ended before it answered")
         time.sleep(0.05)
     raise NoAnswer(f"the running app did not answer within {timeout:.0f} s")
 

@@ -13,7 +13,7 @@ import threading
 from typing import NoReturn, TextIO
 
 from app.failures import BadInput
-from app.process.log_sink import Write, unbuffered
+from app.process.log_file import Write, unbuffered
 
 log = logging.getLogger(__name__)
 

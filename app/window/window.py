@@ -20,9 +20,8 @@ from app.database.errors import DatabaseDamaged
 from app.failures import BadInput, Failure
 from app.i18n import SOURCE_LANGUAGE
 from app.process import log_file
-from app.process.data_directory import DataDirectory
+from app.process.data_directory import DataDirectory, restore_backup
 from app.process.host import host
-from app.process.restoring import restore_backup
 from app.window.display import display_size
 from app.window.garbage import Garbage, share_one_heap
 from app.window.pace import IN_USE, slow_at_rest

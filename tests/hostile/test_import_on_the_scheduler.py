@@ -107,7 +107,7 @@ def test_the_scheduler_goes_on_while_it_serves_an_import(container):
         container.db.path.parent,
         "import",
         timeout=60,
-        holder_is_gone=lambda: False,
+        has_holder_ended=lambda: False,
         path="gone.json",
         content=document([{} for _ in range(1000)]),
     )

@@ -18,9 +18,9 @@ from app.domain.models import Alarm, Group, Priority, Robot, State
 from app.domain.reasons import sentence, waiting_sentence
 from app.i18n import translation
 from app.mir.errors import CertificateMismatch, CertificateProblem, SerialNumberHidden, Unreachable
-from app.process import watching
-from app.process.lock import InstanceLock
-from app.process.watching import watch
+from app.process import host
+from app.process.data_directory import InstanceLock
+from app.process.host import watch
 from app.services.files.daily_backup import DailyBackup
 from app.services.live.access import ALARM_AFTER
 from app.services.live.alarms import SENTENCES, alarm_sentence
@@ -346,7 +346,7 @@ def lock_lost(site, plan):
 
 
 def too_few_files(site, plan):
-    site.container.alarms.raise_("too_few_files", "app", **watching.too_few_files(robots=400, allowed=1024))
+    site.container.alarms.raise_("too_few_files", "app", **host.too_few_files(robots=400, allowed=1024))
 
 
 def zone_guessed(site, plan):

@@ -12,7 +12,7 @@ import pytest
 
 import mir_sim
 from app.failures import Failure
-from app.process import commands, waiting
+from app.process import run_now_command
 from app.process.data_directory import DataDirectory
 from tests.support.process import PATIENCE, ROOT, configuration_of, environment, prepared, running, wait_for
 
@@ -25,7 +25,7 @@ def fleet():
 
 @pytest.fixture(autouse=True)
 def often(monkeypatch):
-    monkeypatch.setattr(waiting, "SAID_EVERY", 0.5)
+    monkeypatch.setattr(run_now_command, "SAID_EVERY", 0.5)
 
 
 def silent(configuration):
@@ -37,7 +37,7 @@ def silent(configuration):
 
 def run(directory, configuration):
     robot, mission = configuration["robots"][0]["name"], configuration["missions"][0]["name"]
-    commands._run_now(DataDirectory(directory), robot, mission, [])
+    run_now_command.run(DataDirectory(directory), robot, mission, [])
 
 
 def test_it_says_that_the_robot_is_silent(tmp_path, fleet, capsys):
@@ -69,9 +69,9 @@ def test_what_is_taken_at_once_waits_for_nothing(tmp_path, fleet, capsys):
 
 NOTES_THAT_IT_WAITS = """
 import sys, pathlib, main
-from app.process import waiting
-say, noted = waiting.complain, pathlib.Path(sys.argv.pop())
-waiting.complain, waiting.SAID_EVERY = lambda text: (noted.touch(), say(text)), 0.2
+from app.process import run_now_command
+say, noted = run_now_command.complain, pathlib.Path(sys.argv.pop())
+run_now_command.complain, run_now_command.SAID_EVERY = lambda text: (noted.touch(), say(text)), 0.2
 sys.exit(main.main(sys.argv[1:]))"""
 
 

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from app.database.connection import Database, DatabaseUnavailable
-from app.process.lock import InstanceLock
-from app.process.watching import too_few_files
+from app.process.data_directory import InstanceLock
+from app.process.host import too_few_files
 from tests.support.process import PATIENCE, ROOT, command, configuration_of, environment, prepared, running, wait_for
 
 LOG = Path("logs", "amr-scheduler.log")

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from app.process import log_file
-from app.process.log_sink import Sink
+from app.process.log_file import Sink
 
 
 @contextmanager

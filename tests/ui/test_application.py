@@ -20,8 +20,7 @@ from app.domain.message import render
 from app.domain.models import Robot, Schedule, State
 from app.failures import BadInput
 from app.i18n import translation, translator
-from app.process import restoring
-from app.process.data_directory import DataDirectory
+from app.process.data_directory import DataDirectory, restore_backup
 from app.screens.rescue import Damage
 from app.services.live.changes import Topic
 from app.widgets.buttons import CommandButton
@@ -167,7 +166,7 @@ def test_a_damaged_database_is_a_screen_with_a_restore_button(tmp_path, ui, by):
     opened = []
 
     def restore():
-        restoring.restore_backup(directory, damage.backup)
+        restore_backup(directory, damage.backup)
         opened.append(Container.open(tmp_path, with_window=True))
         return opened[0]
 
@@ -242,7 +241,7 @@ def going_back(tmp_path):
         opened[-1].close()
         problem = None
         try:
-            restoring.restore_backup(DataDirectory(tmp_path), path)
+            restore_backup(DataDirectory(tmp_path), path)
         except BadInput as error:
             problem = error
         opened.append(Container.open(tmp_path, with_window=True))

@@ -12,13 +12,13 @@ import pytest
 
 from app.failures import BadInput
 from app.process import inbox as inboxes
-from app.process.inbox import HolderGone, Inbox, Interrupted, ask
-from app.process.lock import AlreadyRunning, InstanceLock
+from app.process.data_directory import AlreadyRunning, InstanceLock
+from app.process.inbox import HolderEnded, Inbox, Interrupted, ask
 
 
 def test_only_one_process_holds_a_directory_and_a_killed_one_loses_it(tmp_path):
     code = (
-        "import sys, pathlib; from app.process.lock import InstanceLock; lock = InstanceLock(pathlib.Path(sys.argv[1]));"
+        "import sys, pathlib; from app.process.data_directory import InstanceLock; lock = InstanceLock(pathlib.Path(sys.argv[1]));"
         "lock.acquire(); print('held', flush=True); sys.stdin.read()"
     )
     with subprocess.Popen(
@@ -50,7 +50,7 @@ def served(tmp_path, handlers, **request):
     thread = threading.Thread(target=serve)
     thread.start()
     try:
-        return ask(tmp_path, "greet", timeout=10, holder_is_gone=lambda: False, **request)
+        return ask(tmp_path, "greet", timeout=10, has_holder_ended=lambda: False, **request)
     finally:
         done.set()
         thread.join()
@@ -75,8 +75,8 @@ def test_a_handler_that_fails_is_an_answer_too(tmp_path):
 
 
 def test_nobody_answers_when_the_app_is_gone(tmp_path):
-    with pytest.raises(HolderGone, match="ended"):
-        ask(tmp_path, "greet", timeout=10, holder_is_gone=lambda: True)
+    with pytest.raises(HolderEnded, match="ended"):
+        ask(tmp_path, "greet", timeout=10, has_holder_ended=lambda: True)
     assert list((tmp_path / "inbox").iterdir()) == []
 
 
@@ -86,7 +86,7 @@ def test_a_full_disk_is_said_and_leaves_no_draft(tmp_path, monkeypatch):
 
     monkeypatch.setattr(os, "replace", full)
     with pytest.raises(BadInput, match=r"can't be written: No space left on device; nothing was changed"):
-        ask(tmp_path, "greet", timeout=10, holder_is_gone=lambda: False)
+        ask(tmp_path, "greet", timeout=10, has_holder_ended=lambda: False)
     assert list((tmp_path / "inbox").iterdir()) == []
 
 
@@ -108,8 +108,8 @@ def test_an_app_that_was_started_at_once_is_asked_anew(tmp_path):
 
     app = threading.Thread(target=begin)
     app.start()
-    with pytest.raises(HolderGone):
-        ask(tmp_path, "greet", timeout=1.0, holder_is_gone=is_gone)
+    with pytest.raises(HolderEnded):
+        ask(tmp_path, "greet", timeout=1.0, has_holder_ended=is_gone)
     app.join()
 
 
@@ -122,7 +122,7 @@ def test_who_is_interrupted_learns_within_a_bound_what_became_of_it(tmp_path):
         return False
 
     with pytest.raises(Interrupted) as end:
-        ask(tmp_path, "greet", timeout=10.0, holder_is_gone=interrupt, put_back_within=0.2)
+        ask(tmp_path, "greet", timeout=10.0, has_holder_ended=interrupt, put_back_within=0.2)
     assert end.value.answer is None
     assert list((tmp_path / "inbox").iterdir()) == []
 
@@ -146,7 +146,7 @@ def test_bytes_are_handed_over_privately_and_do_not_stay(tmp_path):
     inbox, ends = Inbox(tmp_path, {"look": look}), threading.Event()
     app = threading.Thread(target=lambda: [inbox.tick() for _ in iter(lambda: ends.wait(0.01), True)])
     app.start()
-    ask(tmp_path, "look", timeout=10, holder_is_gone=lambda: False, content=b"secret")
+    ask(tmp_path, "look", timeout=10, has_holder_ended=lambda: False, content=b"secret")
     ends.set()
     app.join()
     assert seen == [(b"secret", 0o600)]
@@ -218,7 +218,7 @@ def test_a_file_in_the_place_of_the_inbox_is_one_sentence(tmp_path):
     (tmp_path / "inbox").write_text("in the way")
     for meets_it in (
         lambda: Inbox(tmp_path, {}),
-        lambda: ask(tmp_path, "greet", timeout=10, holder_is_gone=lambda: False),
+        lambda: ask(tmp_path, "greet", timeout=10, has_holder_ended=lambda: False),
     ):
         with pytest.raises(BadInput, match="inbox is not a directory: remove it"):
             meets_it()

@@ -9,7 +9,7 @@ import threading
 
 import pytest
 
-from app.process.log_sink import MOST_WAITING, RotatingFile, Sink, unbuffered
+from app.process.log_file import MOST_WAITING, RotatingFile, Sink, unbuffered
 
 WITHIN = 20.0
 
@@ -143,7 +143,7 @@ def test_older_files_stay_while_no_new_one_can_be_opened(tmp_path, monkeypatch):
     file = RotatingFile(tmp_path / "log", most=4, kept=2)
     (tmp_path / "log.1").write_bytes(b"older")
     file.write(b"full")
-    monkeypatch.setattr("app.process.log_sink.os.open", refuse)
+    monkeypatch.setattr("app.process.log_file.os.open", refuse)
     for _line in range(5):
         with pytest.raises(OSError, match="No space"):
             file.write(b"lost")
@@ -155,7 +155,7 @@ def test_a_file_that_can_not_be_renamed_is_written_on(tmp_path, monkeypatch):
     file = RotatingFile(tmp_path / "log", most=4, kept=2)
     (tmp_path / "log.1").write_bytes(b"older")
     file.write(b"full")
-    monkeypatch.setattr("app.process.log_sink.os.replace", refuse)
+    monkeypatch.setattr("app.process.log_file.os.replace", refuse)
     for _line in range(5):
         file.write(b"+")
     assert (tmp_path / "log").read_bytes() == b"full+++++"

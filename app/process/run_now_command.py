@@ -1,0 +1,192 @@
+"""``--run-now``: starts one mission exactly once, in this process or by the running app, and says what it waits for."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import shlex
+import sqlite3
+import threading
+import time
+import uuid
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
+from typing import Any
+
+from app.container import Container
+from app.database.executions import ExecutionRepository
+from app.domain.models import Execution, InvalidInput, State
+from app.domain.reasons import waiting_sentence
+from app.failures import BadInput, Failure
+from app.mir.errors import RobotError
+from app.process.data_directory import DataDirectory, open_for_reading
+from app.process.inbox import NoAnswer, here_or_by_the_running_app, raise_for
+from app.process.requests import MORE_THAN_A_WINDOW, outcome, run_now
+from app.process.terminal import complain, say
+from app.services.dispatch.worker import RobotWorker
+
+HEARD_WITHIN = 1.0  # s for the robots of a group to answer before one of them is chosen
+SAID_EVERY = 10.0  # s between two sentences about what it waits for
+
+
+def run(directory: DataDirectory, robot: str, mission: str, assignments: Sequence[str]) -> int:
+    """``assignments``: parameters as NAME=VALUE. Returns the exit code. Raises BadInput or Failure."""
+    parameters = dict(_parameter(text) for text in assignments)
+    token = str(
+        uuid.uuid4()
+    )  # of this command: in whichever process, and however often it is tried, the mission runs once
+    with _progress_on_stderr(directory, token):
+        try:
+            answer = here_or_by_the_running_app(
+                directory,
+                lambda container: _submit(container, robot, mission, parameters, token),
+                "run_now",
+                MORE_THAN_A_WINDOW,
+                robot=robot,
+                mission=mission,
+                parameters=parameters,
+                token=token,
+            )
+        except NoAnswer as error:
+            answer = _accepted_or_not(directory, token, error)
+    raise_for(answer)
+    say(" ".join([*([answer["robot"]] if "robot" in answer else []), str(answer["queue_id"])]))
+    return 0
+
+
+def _accepted_or_not(directory: DataDirectory, token: str, error: NoAnswer) -> dict[str, Any]:
+    """The running app did not answer in time: whether it has accepted the request, so that the mission may still start."""
+    where = f"see Logs in the app, or python main.py --data-dir {shlex.quote(str(directory.path))} --export-log -"
+    try:
+        db = open_for_reading(directory)
+        try:
+            execution = ExecutionRepository().by_token(db.read(), token)
+        finally:
+            db.close()
+    except (Failure, sqlite3.Error):
+        return {"exit": 1, "error": f"{error}; the mission may still start: {where}"}
+    if execution is None:
+        return {
+            "exit": 1,
+            "error": f"{error} and had not accepted the mission, so it will not start: give the command again",
+        }
+    if execution.state in (State.WAITING, State.SUBMITTING):
+        which = f"{execution.mission} on {execution.robot or execution.robot_group}"
+        return {"exit": 1, "error": f"{error}; {which} may still start, now or when the app runs again: {where}"}
+    return outcome(execution)
+
+
+def _parameter(text: str) -> tuple[str, Any]:
+    name, sign, value = text.partition("=")
+    if not sign or not name:
+        raise BadInput(f"--parameter {text!r} is not NAME=VALUE")
+    try:
+        number = json.loads(value)
+    except ValueError:
+        return name, value
+    return name, number if isinstance(number, int | float) else value
+
+
+def _submit(
+    container: Container, robot_name: str, mission_name: str, parameters: dict[str, Any], token: str
+) -> dict[str, Any]:
+    """The same exactly-once path as in the running app, for this one execution only, which an app that has ended may have begun."""
+    if (hold := container.holds.active()) is not None and hold.is_copy:
+        raise BadInput(f"{hold.reason}: with --move-here this machine starts its missions")
+    execution = container.ledger.by_token(token)
+    if execution is None:
+        try:
+            execution = run_now(container, robot_name, mission_name, parameters, token)
+        except InvalidInput as error:
+            raise BadInput(str(error)) from None
+    group = next((group for group in container.catalogue.groups() if group.id == execution.group_id), None)
+    robot_ids = group.members if group is not None else (execution.robot_id,)
+    workers = {
+        robot.id: container.make_worker(robot) for robot in container.catalogue.robots() if robot.id in robot_ids
+    }
+    readers = {key: _Reader(worker) for key, worker in workers.items()}
+    try:
+        while (workers or execution.robot_id is None) and execution.state in (State.WAITING, State.SUBMITTING):
+            wait = _go_on(container, readers, execution)
+            execution = container.ledger.get(execution.id) or execution
+            if execution.state in (State.WAITING, State.SUBMITTING):
+                container.clock.sleep(min(wait, 1.0))
+    finally:
+        for reader in readers.values():
+            reader.join()
+            reader.worker.close()
+    return outcome(execution)
+
+
+def _go_on(container: Container, readers: Mapping[int, _Reader], execution: Execution) -> float:
+    """One round for it; returns the seconds until the next."""
+    if execution.robot_id is None:
+        for reader in readers.values():
+            reader.read()
+        end = time.monotonic() + HEARD_WITHIN
+        for reader in readers.values():
+            reader.join(max(0.0, end - time.monotonic()))
+        container.allocator.advance({key: reader.worker for key, reader in readers.items()}, only=execution.id)
+        bound = container.ledger.get(execution.id)
+        if bound is None or bound.robot_id is None:
+            return 1.0
+        execution = bound
+    its_reader = readers.get(execution.robot_id or 0)
+    if its_reader is None:
+        return 1.0
+    its_reader.join()  # two threads never use one connection
+    return its_reader.worker.start_only(execution.id)
+
+
+class _Reader:
+    """Reads one robot of a group on a thread of its own: one that hangs holds up none of the others."""
+
+    def __init__(self, worker: RobotWorker) -> None:
+        self.worker = worker
+        self._thread: threading.Thread | None = None
+
+    @property
+    def is_reading(self) -> bool:
+        return self._thread is not None and self._thread.is_alive()
+
+    def read(self) -> None:
+        if not self.is_reading:
+            self._thread = threading.Thread(target=self._run, name=f"read-{self.worker.robot.name}", daemon=True)
+            self._thread.start()
+
+    def join(self, seconds: float | None = None) -> None:
+        if self._thread is not None:
+            self._thread.join(seconds)
+
+    def _run(self) -> None:
+        with contextlib.suppress(RobotError):
+            self.worker.seen.read_status()
+
+
+@contextmanager
+def _progress_on_stderr(directory: DataDirectory, token: str) -> Iterator[None]:
+    """What the start with this token waits for; by a thread of its own, as stderr may stand still."""
+    is_over = threading.Event()
+    threading.Thread(target=_say, args=(directory, token, is_over), name="waiting", daemon=True).start()
+    try:
+        yield
+    finally:
+        is_over.set()
+
+
+def _say(directory: DataDirectory, token: str, is_over: threading.Event) -> None:
+    while not is_over.wait(SAID_EVERY):
+        if text := _waits_for(directory, token):
+            complain(text)
+
+
+def _waits_for(directory: DataDirectory, token: str) -> str:
+    try:
+        with closing(open_for_reading(directory)) as db:
+            start = ExecutionRepository().by_token(db.read(), token)
+    except (Failure, sqlite3.Error):
+        return ""
+    if start is None:
+        return "waiting for the process that uses the data directory"
+    sentence = waiting_sentence(start)
+    return sentence and f"{start.mission} on {start.robot or start.robot_group}: {sentence}"
