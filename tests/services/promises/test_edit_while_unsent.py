@@ -1,0 +1,487 @@
+"""What is edited or taken back while its start waits or is in doubt: it is sent as it is defined then, once, or not at all."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, timedelta
+
+import pytest
+
+from app.database.rehearsal import Rehearsal
+from app.domain.models import Connection, HandOver, Overlap, Place
+from app.services.catalogue import configuration
+from app.services.dispatch import allocator
+from app.services.dispatch.ledger import Ledger
+from mir_sim import MISSIONS
+from tests.services.story import *
+
+BOTH = ("robot", "group")
+IN_DOUBT = [post(LOST), 306]
+FLAT = [battery(12), plan(battery=30), 360, waits(BATTERY)]
+ALL_HELD = [hold(name) for name in ("R1", "R2", "R3")]
+GIVEN_TO_R1 = [plan(window=60, battery=30), down(), 300.5, give("R1"), up()]
+RESTING = [do(lambda s: s.add_mission("Home")), set_up(poll_interval_seconds=120), rest()]
+TAKEN_BACK = (
+    (robot_off(), REMOVED),
+    (delete(), CHANGED),
+    (off(), CHANGED),
+    (pause(), PAUSED),
+    (delete("mission"), CHANGED),
+    (edit(at="24T06:05"), CHANGED),
+    (delete("robot"), REMOVED),
+)
+
+test_taken_back = told(
+    Story(
+        "in doubt: it is not sent again and says so",
+        [plan(), IN_DOUBT],
+        each(*([act, 600, runs(0), ends(end), tries(1)] for act, end in TAKEN_BACK)),
+        sent(300),
+    ),
+    Story(
+        "between two tries: it is not tried again",
+        [plan(), down("R1"), 301],
+        each(*([act, up(), 600, ends(end)] for act, end in TAKEN_BACK)),
+        [sent(), runs(0)],
+    ),
+    Story(
+        "moved in the quiet time it runs at its new time only",
+        [plan(), IN_DOUBT, edit(at="06:20"), 1200, sent(300, 1200), ends(CHANGED, DONE), tries(1, 1)],
+    ),
+    Story(
+        "moved while it waits it runs at its new time only",
+        [FLAT, edit(at="06:10"), battery(80), 600, sent(600), ends(CHANGED, DONE), tries(0, 1)],
+    ),
+    Story(
+        "a hold holds a second try too",
+        [plan(), IN_DOUBT, hold(), 300, sent(300), release(), 300, ends(DONE), tries(2)],
+    ),
+    Story(
+        "what a robot does when it is switched off is followed to its end",
+        [plan(), 320, items("Executing"), robot_off()],
+        each([], off_for()),
+        [300, items("Done"), ends(DONE), tries(1)],
+    ),
+    Story(
+        "what did arrive is followed to its end",
+        [plan(), post(ANSWER_LOST), 300.5],
+        each(robot_off(), delete(), delete("mission")),
+        each([], off_for()),
+        [600, sent(300), items("Done"), ends(DONE), tries(1)],
+    ),
+)
+
+test_edited = told(
+    Story(
+        "a lower minimum lets what waits for it go",
+        each(plan(battery=30), plan(battery=30, rule="FREQ=DAILY")),
+        [battery(12), 360, waits(BATTERY), edit(battery=5), 300, ends(DONE), tries(1), runs(1)],
+    ),
+    Story(
+        "renamed it goes on waiting",
+        each(plan(battery=30), plan(battery=30, rule="FREQ=DAILY")),
+        [battery(12), 360, edit(name="New"), 60, waits(BATTERY), true(lambda s: s.row("New"))],
+        [battery(80), 300, ends(DONE), tries(1)],
+    ),
+    Story(
+        "it runs the mission, with the priority, that its schedule has now",
+        [do(lambda s: s.add_mission("Home")), FLAT, edit(mission_id=2, priority=3), battery(80), 300],
+        [
+            did("Home"),
+            true(lambda s: s.items()[0].priority == 3),
+            ends(DONE),
+            true(lambda s: s.row().mission == "Home"),
+        ],
+    ),
+    Story(
+        "a longer window keeps it longer",
+        each([FLAT, edit(window=60)], [set_up(start_window_minutes=3), FLAT, set_up(start_window_minutes=60)]),
+        [900, battery(80), 300, ends(DONE)],
+    ),
+    Story(
+        "in doubt, with its robot gone, a longer window counts",
+        [plan(window=5), IN_DOUBT, down("R1"), edit(window=60), 600, up(), 600, ends(DONE)],
+    ),
+    Story(
+        "in the quiet time: the second try is what is defined then",
+        do(lambda s: s.add_mission("Home")),
+        each([plan(), post(LOST)], [plan(priority=1), post(ERROR_BEFORE)]),
+        [306, edit(mission_id=2, priority=3, window=60, name="New")],
+        each([], off_for()),
+        [600, did("Home"), true(lambda s: s.all_items()[0].priority == 3), ends(DONE), tries(2)],
+        true(lambda s: (s.row().mission, s.row().closes_at - s.row().planned_at) == ("Home", timedelta(minutes=60))),
+    ),
+    Story(
+        "in doubt a group's start goes to any robot as it is defined then",
+        [do(lambda s: s.add_mission("Home")), plan(window=30), IN_DOUBT, edit(mission_id=2, priority=3), 600],
+        [
+            did("Home"),
+            true(lambda s: s.items()[0].priority == 3),
+            ends(DONE),
+            true(lambda s: s.row().mission == "Home"),
+        ],
+        on="group",
+        robots=3,
+    ),
+    Story(
+        "what did arrive stays what it is",
+        [do(lambda s: s.add_mission("Home")), plan(), post(ANSWER_LOST), 306, edit(mission_id=2), 600],
+        [did("Deliver"), ends(DONE), true(lambda s: s.row().mission == "Deliver")],
+    ),
+    Story(
+        "a moment before its instant",
+        [do(lambda s: s.add_mission("Home")), plan(), later(299.9, states(SUBMITTING), edit(mission_id=2)), 400],
+        [did("Home"), sent(300), ends(DONE), tries(1)],
+    ),
+    Story(
+        "after the clock was set back, though by that it is older",
+        [do(lambda s: s.add_mission("Home")), plan(window=60), IN_DOUBT, clock(-30), 1, edit(mission_id=2), 900],
+        did("Home"),
+    ),
+    Story(
+        "a higher minimum, while the robot is read for it, counts",
+        [plan(window=60), others_go_on(), down("R1"), 310, up(), meets("GET", "/status", SLOW, 8.0)],
+        [during("GET", later(3.0, edit(battery=100))), 90, sent(), waits(BATTERY)],
+        stays_open=True,
+    ),
+    Story(
+        "a shorter window while the connection is made: it is not sent",
+        battery(12),
+        each(
+            [plan(window=60, battery=30), 900, while_posting(edit(window=1))],
+            [set_up(start_window_minutes=60), plan(battery=30), 900, while_posting(set_up(start_window_minutes=1))],
+        ),
+        [battery(90), 60, runs(0)],
+    ),
+    Story(
+        "nothing was sent of it: away and back it is there again",
+        plan(window=60, battery=30),
+        each(
+            [battery(12), 330],
+            [down("R1"), 330],
+            [299.9, down("R1"), 30.1],
+            [post(REFUSED), 300.3],
+            [post(REFUSED, count=2), 304],
+        ),
+        each([off(), on()], [off(), 3, on()], [edit(at="06:50"), 3, edit(at="06:05")]),
+        [up(), battery(90), 300, runs(1)],
+    ),
+    Story(
+        "what found no connection is there again on another robot",
+        plan(window=60),
+        each([post(REFUSED), 300.3, tries(1)], [post(REFUSED, count=2), 304, tries(2)]),
+        [edit(robot_id=2), 300, runs(1)],
+        robots=2,
+    ),
+    Story(
+        "a group's that found no connection is there again",
+        [robot_off("R2", "R3"), plan(window=60), post(REFUSED), 300.3, tries(1), states(WAITING)],
+        [off(), on(), 300, runs(1)],
+        on="group",
+        robots=3,
+    ),
+    Story(
+        "what a person ends ends though it was edited in that moment",
+        [FLAT, meets("DELETE", "/mission_queue", SLOW, 3.0), during("DELETE", edit(window=60)), clear_queue()],
+        states(State.CANCELLED),
+    ),
+    Story(
+        "too late, or to be done by then, edited a moment before",
+        each(
+            [plan(window=30, finish_by=10), ALL_HELD, later(590, edit(finish_by=None))],
+            [plan(window=30, finish_by=10), ALL_HELD, later(590, edit(finish_by=60))],
+            [plan(window=10), ALL_HELD, later(899, edit(window=60))],
+        ),
+        [later(1000, release()), 1500, states(COMPLETED)],
+        on="group",
+        robots=3,
+    ),
+)
+
+test_a_mission_edited = told(
+    Story(
+        "what waits or is in doubt follows it",
+        [plan()],
+        each([post(LOST), 301], [post(REFUSED), 301]),
+        [mission(does="Home"), 600, did("Home"), ends(DONE)],
+    ),
+    Story(
+        "what waits or is in doubt takes the robot's own one",
+        plan(window=60, battery=30),
+        each([battery(12), 306], IN_DOUBT),
+        [own_mission(), 3, battery(90), 900, did("Home")],
+    ),
+    Story(
+        "the robot's own one was a mistake and is deleted while its start waits",
+        [own_mission(), battery(12), plan(battery=30, mission_id=2), 360, delete("own mission"), battery(80), 300],
+        did("Deliver"),
+    ),
+    Story(
+        "an own one is entered or deleted a moment before",
+        each(
+            [plan(), later(299.9, states(SUBMITTING), own_mission()), 400, did("Home")],
+            [
+                own_mission(),
+                plan(mission_id=2),
+                later(299.9, states(SUBMITTING), delete("own mission")),
+                400,
+                did("Deliver"),
+            ],
+        ),
+    ),
+    Story(
+        "a start of a group follows it to another name",
+        plan(window=60),
+        each(
+            [IN_DOUBT, mission(name="Bring")], [down(), 300.5, give("R1"), up(), mission(name="Bring"), robot_off("R1")]
+        ),
+        [900, ends(DONE), true(lambda s: s.row().mission == "Bring")],
+        on="group",
+        robots=3,
+    ),
+    Story(
+        "what a person gave to a robot follows it",
+        [GIVEN_TO_R1, battery(12), 30, waits(BATTERY), mission(does="Home"), battery(90), 600, did("Home")],
+        on="group",
+        robots=3,
+    ),
+    Story(
+        "what a person gave to a robot does not run one that was deleted",
+        [own_mission(), plan(window=60, battery=30), battery(12), 310, give("R1"), 30, delete("own mission")],
+        [battery(80, "R1"), 60, did("Deliver"), 300],
+        on="group",
+        robots=3,
+    ),
+    Story(
+        "what a person gave to a robot follows an edit while its request is made",
+        [do(lambda s: s.add_mission("Home")), plan(window=60), down(), 300.5, give("R1"), up()],
+        [while_posting(states(SUBMITTING), edit(mission_id=2)), 600],
+        [ends(DONE), did("Home"), true(lambda s: s.row().mission == "Home")],
+        on="group",
+        robots=3,
+    ),
+    Story(
+        "a start waits for no battery once its mission needs none",
+        [set_up(minimum_battery_percent=30), battery(12), plan(window=60), 306, states(WAITING)],
+        [mission(on_low_battery=True), 600, states(COMPLETED)],
+        on=BOTH,
+    ),
+)
+
+test_an_idle_mission_edited = told(
+    Story(
+        "not sent yet, it follows its mission",
+        RESTING,
+        each([post(LOST)], [post(REFUSED)]),
+        [until(lambda s: s.executions() and s.row().attempts), runs(0)],
+        each(
+            [mission("Home", does="Deliver"), 1200, did("Deliver")],
+            [
+                own_mission("Deliver", "Home"),
+                1200,
+                true(lambda s: GUIDS["Home"] not in [i.mission_id for i in s.items()]),
+            ],
+        ),
+    ),
+    Story(
+        "of a mission that was deleted nothing is sent",
+        [RESTING, own_mission(MISSIONS[-1].name, "Home")],
+        each([post(LOST)], [post(REFUSED)]),
+        [until(lambda s: s.executions() and s.row().attempts), runs(0), delete("own mission"), 1200],
+        true(lambda s: MISSIONS[-1].guid not in [item.mission_id for item in s.items()]),
+    ),
+    Story(
+        "another one is sent in the same rest where the first never was there",
+        RESTING,
+        each([post(LOST)], [post(REFUSED)]),
+        [until(lambda s: s.executions() and s.row().attempts), rest("Deliver"), 1800, did("Deliver")],
+    ),
+    Story(
+        "it comes in the same rest when its rule or mission is there again",
+        RESTING,
+        each([post(LOST)], [post(REFUSED)]),
+        until(lambda s: s.executions() and s.row().attempts),
+        each([rest(enabled=False), 5, rest()], [delete("Home"), undo()]),
+        [1800, items("Done")],
+    ),
+    Story(
+        "overtaken after a lost request it raises no alarm",
+        [RESTING, post(LOST), until(lambda s: s.network.posts()), later(60, stranger()), 300],
+        [not_raised(), true(lambda s: [row.reason.code for row in s.executions()] == [ReasonCode.OVERLAP])],
+    ),
+)
+
+test_a_robot_edited = told(
+    Story(
+        "switched on while its answer is slow it gets what is due then",
+        [others_go_on(), plan("before", "06:04")],
+        each(
+            [plan(window=60), 245, robot_off(), 50, later(4.5, robot_on())],
+            [245, robot_off(), 50, later(4.5, robot_on(), run_now())],
+        ),
+        each([], meets("GET", "/mission_queue/1", SLOW, 8.0)),
+        [600, runs(2)],
+    ),
+    Story(
+        "switched on a moment before it gets the Run now of its group",
+        [60, robot_off("R1", "R2", "R3"), 60, robot_on("R1"), run_now(), 300, states(COMPLETED)],
+        on="group",
+        robots=3,
+    ),
+    Story(
+        "switched on while its answer is slow it gets the start of its group",
+        [others_go_on(), plan(window=30), later(280, do(lambda s: s.container.operator.run_now(1, 1))), 292],
+        [robot_off("R1", "R2", "R3"), later(4.0, meets("GET", "*", SLOW, 8.0, robot="R1"))],
+        [
+            during("GET", later(1.0, robot_on("R1"))),
+            16,
+            true(lambda s: s.robot("R1").enabled and s.row("A").state.is_open),
+        ],
+        [900, true(lambda s: s.row("A").state is COMPLETED)],
+        on="group",
+        robots=3,
+    ),
+    Story(
+        "hundreds that wait for a dead one keep no other waiting",
+        [[plan(f"S{number}", on=1) for number in range(100)], plan("B", on=2), down("R1"), 299.95],
+        true(lambda s: [(row.schedule, row.state) for row in s.executions()] == [("B", SUBMITTING)]),
+        robots=2,
+        stays_open=True,
+    ),
+    Story(
+        "what runs is followed where the queue can't be read",
+        [plan(), 300.5, meets("POST", "/mission_queue/search", Fate.PAGE, count=1000), 120, ends(DONE)],
+        true(lambda s: s.container.snapshots.get(1).connection is Connection.NOT_A_ROBOT),
+    ),
+    Story(
+        "a place that a mission is said to use a moment before counts",
+        [
+            do(
+                lambda s: (
+                    s.add_mission("Home"),
+                    s.container.catalogue.edit(lambda e: e.save_place(Place("Dock", 1, (2,)))),
+                )
+            )
+        ],
+        [plan("A", "06:04", mission_id=2), plan("B", on=2, window=60)],
+        later(242, do(lambda s: s.container.operator.pause(1))),
+        later(299.9, do(lambda s: s.container.catalogue.edit(lambda e: e.use_places(s.mission(), [1])))),
+        [303, did("Home"), do(lambda s: s.container.operator.resume(1)), 60, did("Home", "Deliver"), 200],
+        robots=2,
+    ),
+    Story(
+        "a start that is on its way is not skipped, and no other in its place",
+        [plan(rule="FREQ=HOURLY"), 299.9],
+        refused(do(lambda s: s.container.pausing.skip_next(1, instant("06:05").replace(tzinfo=UTC))), "has passed"),
+        [60, runs(1), states(EXECUTING)],
+        stays_open=True,
+    ),
+    Story(
+        "undo brings back what waited beside one that runs",
+        do(lambda s: s.container.catalogue.save_robot(replace(s.robot("R1"), hand_over=HandOver.WHEN_FREE))),
+        plan(window=60, every=5, overlap=Overlap.QUEUE),
+        each(
+            [303, robot_pauses(), 357, states(EXECUTING, WAITING)],
+            [299, hold(), 2, keep(), release(), 302, robot_pauses(), 57, states(WAITING, EXECUTING)],
+        ),
+        [do(lambda s: s.noted.append([row.state for row in s.executions()])), edit(overlap=Overlap.SKIP)],
+        [delete(), undo(), true(lambda s: [row.state for row in s.executions()] == s.noted[-1])],
+        stays_open=True,
+    ),
+)
+
+
+# ---------------------------------------------------------------------- between a decision and what carries it out
+def just_after(monkeypatch, owner, name, act):
+    """Once, when that was called."""
+    usual = getattr(owner, name)
+
+    def and_then(*given, **named):
+        found = usual(*given, **named)
+        if act(found):
+            monkeypatch.setattr(owner, name, usual)
+        return found
+
+    monkeypatch.setattr(owner, name, and_then)
+
+
+@pytest.fixture
+def group(tmp_path):
+    group = Stage(tmp_path, "group", 3)
+    yield group
+    group.switch_off()
+
+
+@pytest.mark.parametrize(
+    "taken_back", [off(), delete(), edit(at="09:05"), edit(at="09:05", group_id=None, robot_id=2)], ids=str
+)
+def test_taken_back_after_its_robot_was_deleted_it_is_not_sent_to_another(group, monkeypatch, taken_back):
+    """The intent is on the disk, and the worker has not closed yet."""
+    play(group, plan(window=30))
+    just_after(monkeypatch, Ledger, "bind", lambda rows: [play(group, states(SUBMITTING), delete("robot"), taken_back)])
+    play(group, 600, sent())
+
+
+def test_a_mission_edited_between_intent_and_request_leaves_as_it_is_then(group, monkeypatch):
+    play(group, plan(window=30))
+    just_after(monkeypatch, Ledger, "bind", lambda rows: [play(group, states(SUBMITTING), mission(does="Home"))])
+    play(group, 330, did("Home"))
+
+
+@pytest.mark.parametrize("by", [None, 60])
+def test_a_time_to_be_done_by_that_is_put_off_while_it_is_decided_counts(group, monkeypatch, by):
+    play(group, plan(window=30, finish_by=10), ALL_HELD, later(900, release()))
+
+    def put_off(decisions):
+        return any(each.too_late for each in decisions) and [play(group, edit(finish_by=by))]
+
+    just_after(monkeypatch, allocator, "choose", put_off)
+    play(group, 1500, states(COMPLETED))
+
+
+def test_a_window_that_is_made_longer_while_it_is_ended_counts(group, monkeypatch):
+    play(group, plan(window=10), ALL_HELD, later(1000, release()))
+    end = Ledger.end
+
+    def after_the_edit(ledger, row, reason):
+        monkeypatch.setattr(Ledger, "end", end)
+        play(group, edit(window=60))
+        return end(ledger, row, reason)
+
+    monkeypatch.setattr(Ledger, "end", after_the_edit)
+    play(group, 1500, states(COMPLETED))
+
+
+@pytest.mark.parametrize("on", ["robot", "group"])
+def test_of_what_nothing_wants_no_intent_is_written(tmp_path, on):
+    """Whatever may have left the row waiting."""
+    s = Stage(tmp_path, on, 1)
+    play(s, battery(12), plan(battery=30, window=60), 330, states(WAITING))
+    s.container.db.write(lambda c: c.execute("DELETE FROM schedules"))
+    if on == "robot":
+        ledger = s.container.ledger
+        assert ledger.make([ledger.moves.begun(s.row(), s.robot("R1"), 0)]) == []
+        assert ledger.get(s.row().id).state is WAITING
+    play(s, battery(90), 120, runs(0))
+    s.switch_off()
+
+
+@pytest.mark.parametrize("what", ["priority", "tried"])
+def test_what_happens_to_a_start_while_an_import_is_rehearsed_stays(group, monkeypatch, what):
+    play(group, set_up(start_window_minutes=60))
+    if what == "priority":
+        play(group, plan(battery=30), battery(12), 330)
+    else:
+        play(group, robot_off("R2", "R3"), plan(), post(LOST), 391, states(SUBMITTING))
+
+    def act(_closed):
+        if what == "priority":
+            group.container.operator.prioritise(group.row().id, 50)
+        else:
+            group.run_until(lambda: bool(group.row().tried), within=100)
+        return True
+
+    just_after(monkeypatch, Rehearsal, "close", act)
+    content = b'{"format": "amr-scheduler/1", "settings": {"start_window_minutes": 45}}'
+    configuration.import_configuration(group.container.catalogue, content)
+    assert group.row().priority == 50 if what == "priority" else group.row().tried
