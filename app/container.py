@@ -13,9 +13,8 @@ from app.database.backups import newest_good_backup
 from app.database.calendar import CalendarRepository
 from app.database.connection import Database, DatabaseDamaged
 from app.database.executions import ExecutionRepository
-from app.database.holds import HoldRepository
 from app.database.missions import MissionRepository
-from app.database.robots import RobotRepository
+from app.database.robots import HoldRepository, RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain.clock import Clock, SystemClock
@@ -25,9 +24,9 @@ from app.mir.client import RobotClient
 from app.mir.credentials import Token
 from app.mir.transport import Pace
 from app.services.catalogue.catalogue import Catalogue
+from app.services.catalogue.database_check import problem_in
 from app.services.catalogue.pausing import Pausing
 from app.services.catalogue.preview import Forecasts
-from app.services.catalogue.stored import problem_in
 from app.services.check_up.service import CheckUps
 from app.services.dispatch.allocator import Allocator
 from app.services.dispatch.availability import can_work, is_charging
@@ -41,9 +40,7 @@ from app.services.dispatch.runner import Runner
 from app.services.dispatch.same_machine import SameMachine
 from app.services.dispatch.worker import RobotWorker
 from app.services.files.calendar_import import CalendarFiles
-from app.services.files.check_up_files import CheckUpFiles
 from app.services.files.exports import DataFiles
-from app.services.files.log_export import LogExport
 from app.services.files.plan_export import PlanFiles
 from app.services.history.group_kpi import GroupFigures
 from app.services.history.kpi import Kpis
@@ -247,8 +244,6 @@ class Container:
         self.suggestions = Suggestions(db, clock, self._may_have)
         self.pausing = Pausing(db, clock, self.changes)
         self.files = DataFiles(db, self.catalogue, clock)
-        self.log_files = LogExport(db, self.catalogue, clock)
-        self.check_up_files = CheckUpFiles(db, self.catalogue, clock)
         self.plan_files = PlanFiles(db, self.catalogue, clock, self.plan)
         self.calendar_files = CalendarFiles(db, self.catalogue, clock)
         self.shift_reports = ShiftReports(db, clock)

@@ -12,7 +12,7 @@ from datetime import UTC, datetime
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from app.database.soundness import YEARS
+from app.database.value_checks import YEARS
 from app.domain.check_up import Finding, LeftBehind, Level, Report, Rest, RobotProfile, Topic
 from app.domain.message import Message, is_message
 from app.domain.robot import QueueState

@@ -24,8 +24,7 @@ from app.database.errors import (
     translated,
 )
 from app.database.migrations import migrate
-from app.database.schema import APPLICATION_ID, MIGRATIONS
-from app.database.sqlite import configured
+from app.database.schema import APPLICATION_ID, MIGRATIONS, configured
 from app.database.writer import InlineWriter, ThreadedWriter, Writer
 from app.domain.clock import Clock, SystemClock
 from app.domain.message import Message, message, message_of_system

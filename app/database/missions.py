@@ -1,13 +1,23 @@
-"""Missions: names for the robots' guids, for all robots or for one whose guid differs."""
+"""Missions: names for the robots' guids, for all robots or for one whose guid differs; and what is known of each guid: what it
+asks for, where it drives to, how long it took.
+
+How long the newest completed runs took on each robot, and from how far away they began, is kept by triggers of the database, in
+the statement that completes one, apart from the history, which may be pruned to nothing.
+"""
 
 from __future__ import annotations
 
+import json
 import sqlite3
-from collections.abc import Collection
-from dataclasses import replace
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import asdict, replace
+from math import ceil
+from statistics import median
+from typing import Any, NamedTuple
 
 from app.database.values import placeholders
-from app.domain.models import Mission
+from app.domain.models import DurationEstimate, Mission
+from app.domain.robot import MissionParameter, Spot, Stop
 
 
 class MissionRepository:
@@ -124,3 +134,134 @@ def _mission(row: sqlite3.Row) -> Mission:
         bool(row["on_low_battery"]),
         bool(row["charges"]),
     )
+
+
+class MissionParameterRepository:
+    """What missions ask for when they are queued, as each robot said when it was asked last."""
+
+    def get(self, c: sqlite3.Connection, robot_id: int, guid: str) -> Sequence[MissionParameter] | None:
+        """None: the robot has not said it, or what is stored can't be used."""
+        return _read(
+            c.execute(
+                "SELECT parameters FROM mission_parameters WHERE robot_id = ? AND mission_guid = ?", (robot_id, guid)
+            ).fetchone()
+        )
+
+    def of_any(self, c: sqlite3.Connection, guid: str) -> Sequence[MissionParameter] | None:
+        """As any robot has said: the same guid is the same mission."""
+        return _read(
+            c.execute("SELECT parameters FROM mission_parameters WHERE mission_guid = ? LIMIT 1", (guid,)).fetchone()
+        )
+
+    def put(self, c: sqlite3.Connection, said: Mapping[tuple[int, str], Sequence[MissionParameter]]) -> None:
+        """By robot and guid, in the place of what was said before. Nothing is kept of a robot that has been removed, nor of a mission that
+        is not configured."""
+        c.executemany(
+            """INSERT INTO mission_parameters (robot_id, mission_guid, parameters) SELECT id, ?, ? FROM robots WHERE id = ?
+                         ON CONFLICT DO UPDATE SET parameters = excluded.parameters""",
+            [
+                (guid, json.dumps([asdict(parameter) for parameter in parameters]), robot_id)
+                for (robot_id, guid), parameters in said.items()
+            ],
+        )
+        c.execute("DELETE FROM mission_parameters WHERE mission_guid NOT IN (SELECT guid FROM missions)")
+
+
+def _read(row: sqlite3.Row | None) -> Sequence[MissionParameter] | None:
+    try:
+        return None if row is None else tuple(map(_parameter, json.loads(row[0])))
+    except (ValueError, TypeError, LookupError, AttributeError, RecursionError):
+        return None
+
+
+def _parameter(found: dict[str, Any]) -> MissionParameter:
+    for name in ("name", "label", "type", "sets", "unit"):
+        if not isinstance(found[name], str):
+            raise TypeError(name)
+    for name in ("minimum", "maximum"):
+        found[name] = None if found[name] is None else float(found[name])
+    return MissionParameter(
+        **{
+            **found,
+            **{
+                name: tuple((value, str(label)) for value, label in found[name])
+                for name in ("choices", "on_other_maps")
+            },
+        }
+    )
+
+
+class StopRepository:
+    """Positions that missions drive to: the same guid is the same mission, on whichever robot it is."""
+
+    def of(self, c: sqlite3.Connection, mission_guid: str) -> tuple[Stop, ...]:
+        """In order; empty also where no robot has told them."""
+        return tuple(
+            map(_stop, c.execute("SELECT * FROM mission_stops WHERE mission_guid = ? ORDER BY number", (mission_guid,)))
+        )
+
+    def all(self, c: sqlite3.Connection) -> dict[str, tuple[Stop, ...]]:
+        """Of missions that drive anywhere."""
+        found: dict[str, tuple[Stop, ...]] = {}
+        for row in c.execute("SELECT * FROM mission_stops ORDER BY mission_guid, number"):
+            found[row["mission_guid"]] = (*found.get(row["mission_guid"], ()), _stop(row))
+        return found
+
+    def keep(self, c: sqlite3.Connection, told: Mapping[str, Sequence[Stop]]) -> None:
+        """Instead of what was known of these missions; of missions that are not configured any more nothing is."""
+        c.executemany("DELETE FROM mission_stops WHERE mission_guid = ?", [(guid,) for guid in told])
+        c.executemany(
+            "INSERT INTO mission_stops VALUES (?, ?, ?, ?, ?, ?, ?)",
+            [
+                (guid, number, stop.position, stop.name, *(stop.spot or (None, None, None)))
+                for guid, stops in told.items()
+                for number, stop in enumerate(stops)
+            ],
+        )
+        c.execute("DELETE FROM mission_stops WHERE mission_guid NOT IN (SELECT guid FROM missions)")
+
+
+def _stop(row: sqlite3.Row) -> Stop:
+    is_known = None not in (row["map_id"], row["x"], row["y"])
+    return Stop(row["position"], row["name"], Spot(row["map_id"], row["x"], row["y"]) if is_known else None)
+
+
+class RunDuration(NamedTuple):
+    """One row as it is stored."""
+
+    robot_id: int
+    mission_guid: str
+    ended_at: str
+    execution_id: int
+    duration_s: float
+    approach_m: float | None = None
+
+
+class DurationRepository:
+    """How long runs took."""
+
+    def usual(self, c: sqlite3.Connection, robot_id: int, mission_guid: str) -> DurationEstimate | None:
+        """Of the newest 20 completed runs of at most a day of that mission on that robot; None when there is none. P90 by nearest rank."""
+        rows = c.execute(
+            "SELECT duration_s, approach_m FROM run_durations WHERE robot_id = ? AND mission_guid = ?",
+            (robot_id, mission_guid),
+        ).fetchall()
+        lasted, ways = sorted(row[0] for row in rows), sorted(row[1] for row in rows if row[1] is not None)
+        return (
+            DurationEstimate(median(lasted), lasted[ceil(0.9 * len(lasted)) - 1], tuple(lasted), tuple(ways))
+            if lasted
+            else None
+        )
+
+    # ------------------------------------------------------------------ a robot that is removed takes its own with it
+    def of_robot(self, c: sqlite3.Connection, robot_id: int) -> list[RunDuration]:
+        return [
+            RunDuration(*row)
+            for row in c.execute(
+                f"SELECT {', '.join(RunDuration._fields)} FROM run_durations WHERE robot_id = ?", (robot_id,)
+            )
+        ]
+
+    def put_back(self, c: sqlite3.Connection, runs: Iterable[RunDuration]) -> None:
+        """What such a robot had, when it is there again."""
+        c.executemany(f"INSERT INTO run_durations ({', '.join(RunDuration._fields)}) VALUES (?, ?, ?, ?, ?, ?)", runs)

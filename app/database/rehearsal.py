@@ -8,8 +8,8 @@ from typing import Any
 
 from app.database.robots import COLUMNS as ROBOT
 from app.database.schedules import COLUMNS as SCHEDULE
+from app.database.schema import configured
 from app.database.settings import NAMES
-from app.database.sqlite import configured
 
 _TABLES = (
     "settings",

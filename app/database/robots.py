@@ -1,14 +1,15 @@
-"""Robots and their idle rules."""
+"""Robots, their idle rules, and holds."""
 
 from __future__ import annotations
 
 import sqlite3
 from collections.abc import Collection
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from datetime import datetime
 from typing import NamedTuple
 
 from app.database.check_ups import profile_of
-from app.database.values import placeholders
+from app.database.values import placeholders, to_instant, to_optional_instant, to_optional_text, to_text
 from app.domain.drain import Drain, Used
 from app.domain.models import HandOver, IdleRule, Robot
 from app.domain.robot import IdentifiedBy
@@ -195,3 +196,43 @@ def _robot(row: sqlite3.Row) -> Robot:
     return Robot(
         id=row["id"], idle=idle, **values, profile=None if row["profile"] is None else profile_of(row["profile"])
     )
+
+
+@dataclass(frozen=True)
+class StoredHold:
+    """Nothing is sent to the robot (None: to any) until ``until`` (None: until it is released)."""
+
+    started_at: datetime
+    reason: str = ""
+    until: datetime | None = None
+    robot_id: int | None = None
+    id: int = 0
+
+
+class HoldRepository:
+    """Holds of all robots or of one, as the operator set them; they survive a restart."""
+
+    def all(self, c: sqlite3.Connection) -> list[StoredHold]:
+        """Oldest first, expired ones included."""
+        return [
+            StoredHold(
+                to_instant(row["started_at"]),
+                row["reason"],
+                to_optional_instant(row["until"]),
+                row["robot_id"],
+                row["id"],
+            )
+            for row in c.execute("SELECT * FROM holds ORDER BY id")
+        ]
+
+    def add(self, c: sqlite3.Connection, hold: StoredHold) -> StoredHold:
+        """Returns it with its id; one that is given (of a robot whose removal is undone) is kept."""
+        cursor = c.execute(
+            "INSERT INTO holds (id, robot_id, reason, started_at, until) VALUES (?, ?, ?, ?, ?)",
+            (hold.id or None, hold.robot_id, hold.reason, to_text(hold.started_at), to_optional_text(hold.until)),
+        )
+        return replace(hold, id=cursor.lastrowid or 0)
+
+    def remove(self, c: sqlite3.Connection, robot_id: int | None) -> None:
+        """The hold of that robot, or (None) the one of all robots."""
+        c.execute("DELETE FROM holds WHERE robot_id IS ?", (robot_id,))

@@ -38,9 +38,8 @@ from app.process.requests import (
 from app.process.terminal import say
 from app.services.catalogue import configuration
 from app.services.check_up.service import moves
+from app.services.files.file_access import draft_of, open_in_place, read_file, without_links
 from app.services.files.history_export import write_history
-from app.services.files.reading import read_file
-from app.services.files.shared_places import draft_of, open_in_place, without_links
 
 CHANGED_WITHIN = 120.0  # s for the running app to carry out a change: several times what the largest import takes
 CHECKED_UP_WITHIN = 3600.0  # s for the running app to check a robot up: with a long mission that is tried three times

@@ -23,7 +23,7 @@ from app.database.files import NO_LINK
 from app.domain.clock import SystemClock
 from app.failures import BadInput, Failure
 from app.process.log_file import FILE_NAME as LOG_NAME
-from app.services.catalogue.stored import problem_in
+from app.services.catalogue.database_check import problem_in
 
 _OURS = (DATABASE_NAME, "scheduler.lock")
 _DIRECTORIES = ("backups", "inbox", "logs", "maps")

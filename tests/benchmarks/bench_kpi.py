@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from app.database.connection import Database
-from app.database.durations import DurationRepository
 from app.database.executions import ExecutionFilter, ExecutionRepository
+from app.database.missions import DurationRepository
 from app.database.settings import SettingsRepository
 from app.domain.models import Execution, Reason, ReasonCode, State, Trigger
 from app.services.history.kpi import KpiFilter, Kpis

@@ -13,7 +13,7 @@ from app.failures import BadInput
 from app.i18n import translation
 from app.process.commands import export_target
 from app.process.data_directory import DataDirectory
-from app.services.files.shared_places import draft_of, open_in_place, without_links
+from app.services.files.file_access import draft_of, open_in_place, without_links
 from tests.support.process import configuration_of, is_one_line, prepared, run
 
 

@@ -15,9 +15,9 @@ import pytest
 from app.container import Container
 from app.database import backups
 from app.database.connection import DatabaseDamaged, DatabaseRefused
-from app.database.group_starts import GroupStartRepository, Watch
+from app.database.group_executions import GroupExecutionRepository, Watch
 from app.database.schema import APPLICATION_ID, MIGRATIONS
-from app.database.soundness import LARGEST, tables
+from app.database.value_checks import LARGEST, tables
 from app.domain import rules
 from app.domain.check_up import LeftBehind, Report, RobotProfile
 from app.domain.message import render
@@ -25,7 +25,7 @@ from app.domain.models import DayException, Group, IdleRule, Mission, Place, Rob
 from app.domain.robot import Pose
 from app.mir import parse
 from app.mir.errors import Unreadable
-from app.services.catalogue.stored import problem_in
+from app.services.catalogue.database_check import problem_in
 from tests.support.process import is_one_line, run
 
 NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)
@@ -207,7 +207,7 @@ def sound(tmp_path_factory) -> Path:
     catalogue.save_schedule(
         Schedule("G", None, mission.id, datetime(2026, 11, 23, 6), "UTC", "FREQ=DAILY", group_id=group.id)
     )
-    container.db.write(lambda c: GroupStartRepository().watch(c, Watch(1, bad.id, 0, NOW)))
+    container.db.write(lambda c: GroupExecutionRepository().watch(c, Watch(1, bad.id, 0, NOW)))
     catalogue.save_days(DayException("Inventory", NOW.date(), NOW.date()))
     container.alarms.raise_("backup_failed", "backup", problem="x")
     container.ledger.add(rules.one_off(Trigger.MANUAL, bad, mission, container.settings(), NOW, "token"))

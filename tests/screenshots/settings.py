@@ -11,7 +11,7 @@ from kivy.factory import Factory
 from app.container import Container
 from app.database.backups import back_up
 from app.database.connection import Database
-from app.database.stops import StopRepository
+from app.database.missions import StopRepository
 from app.domain.models import Connection, Group, HandOver, Mission, Place, Robot, Schedule
 from app.domain.robot import IdentifiedBy, Identity, MissionInfo, RobotState, RobotStatus, Stop
 from app.i18n import _, ngettext

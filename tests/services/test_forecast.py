@@ -26,7 +26,7 @@ from app.domain.models import (
 )
 from app.services.catalogue.pausing import Pausing
 from app.services.catalogue.preview import ConcernCode, Forecasts
-from app.services.files.log_export import LogExport
+from app.services.files.exports import DataFiles
 from app.services.planning.overlaps import ASSUMED_S
 from tests.support.clock import VirtualClock
 from tests.support.planner import insert_due
@@ -381,13 +381,13 @@ def test_the_preview_names_the_skipped_starts_that_would_run_again(container):
 def test_the_export_has_what_the_filter_lets_through_and_says_where_it_went(container, tmp_path):
     usually(container, "guid-kits", 400.0)
     usually(container, "guid-empties", 900.0, robot_id=2)
-    export = LogExport(container.db, container.catalogue, container.clock, tmp_path / "Documents")
+    export = DataFiles(container.db, container.catalogue, container.clock, tmp_path / "Documents")
     (tmp_path / "Documents").mkdir()
-    path, count = export.export(ExecutionFilter(robot_ids=(2,)))
+    path, count = export.export_runs(ExecutionFilter(robot_ids=(2,)))
     assert (path.parent, path.suffix, count) == (tmp_path / "Documents", ".csv", 1)
     with path.open(newline="", encoding="utf-8") as file:
         assert [row["mission_guid"] for row in csv.DictReader(file)] == ["guid-empties"]
-    again, _count = export.export(ExecutionFilter())
+    again, _count = export.export_runs(ExecutionFilter())
     assert again != path
 
 

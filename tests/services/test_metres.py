@@ -7,8 +7,7 @@ from datetime import timedelta
 
 import pytest
 
-from app.database.durations import DurationRepository
-from app.database.stops import StopRepository
+from app.database.missions import DurationRepository, StopRepository
 from app.domain import choice
 from app.domain.models import HandOver, State
 from app.domain.robot import Spot, Stop

@@ -9,7 +9,7 @@ from threading import Event
 
 import pytest
 
-from app.database.mission_parameters import MissionParameterRepository
+from app.database.missions import MissionParameterRepository
 from app.domain.models import InvalidInput, Mission, ReasonCode, State
 from app.domain.reasons import sentence
 from app.domain.robot import MissionParameter

@@ -80,7 +80,7 @@ GROUP_MUTANTS = (
     ),
     Mutant(
         "a place has room for all",
-        "database.group_starts:GroupStartRepository._at_place",
+        "database.group_executions:GroupExecutionRepository._at_place",
         "(place_id, but,",
         "(-1, but,",
         "at a place for",

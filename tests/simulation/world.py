@@ -19,7 +19,7 @@ from zoneinfo import ZoneInfo
 
 from app.database.backups import restore
 from app.database.errors import DatabaseError
-from app.database.stops import StopRepository
+from app.database.missions import StopRepository
 from app.domain.models import Group, Overlap, Place, Schedule
 from app.domain.robot import Spot, Stop
 from mir_sim import MISSIONS as MISSIONS_OF_ROBOTS

@@ -16,7 +16,7 @@ from app.screens.common.name_order import by_name
 from app.screens.logs.view import Filters, Period, UsualSeconds, period_end, period_start
 from app.services.catalogue.catalogue import Catalogue
 from app.services.dispatch.ledger import Ledger
-from app.services.files.log_export import LogExport
+from app.services.files.exports import DataFiles
 from app.services.history.group_kpi import GroupFigures
 from app.services.history.kpi import Kpis
 from app.services.history.robot_states import RobotStates
@@ -41,7 +41,7 @@ class LogsServices:
     holds: Holds
     kpis: Kpis
     ledger: Ledger
-    log_files: LogExport
+    files: DataFiles
     operator: Operator
     robot_missions: RobotMissions
     robot_states: RobotStates

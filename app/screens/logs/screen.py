@@ -442,13 +442,13 @@ class LogsViewModel(ViewModel):
 
         def write(for_excel: bool, directory: Path) -> None:
             self._write(
-                "exporting", lambda: self._services.log_files.export(wanted, directory, for_excel=for_excel), said
+                "exporting", lambda: self._services.files.export_runs(wanted, directory, for_excel=for_excel), said
             )
 
         self._shell.dialogs.choose(
             self.export_text,
             view.table_options(),
-            lambda for_excel: choose_place(self._shell, self._services.log_files, partial(write, for_excel)),
+            lambda for_excel: choose_place(self._shell, self._services.files, partial(write, for_excel)),
         )
 
     def choose_report(self) -> None:
@@ -463,7 +463,7 @@ class LogsViewModel(ViewModel):
 
         def work(key: str, directory: Path) -> tuple[ShiftReport, Path]:
             report = make(key)
-            return report, services.log_files.write_page(report_page.page(report, given), directory)
+            return report, services.files.write_text(report_page.page(report, given), "report", ".html", directory)
 
         def write(key: str, directory: Path) -> None:
             self._write(
@@ -476,7 +476,7 @@ class LogsViewModel(ViewModel):
         self._shell.dialogs.choose(
             _("Shift report, {robot}").format(robot=robot),
             view.report_options(),
-            lambda key: choose_place(self._shell, services.log_files, partial(write, key)),
+            lambda key: choose_place(self._shell, services.files, partial(write, key)),
         )
 
     def _write(

@@ -234,24 +234,29 @@ class CheckUp(EventDispatcher):
         self.shows_all = not self.shows_all
 
     def save_page(self) -> None:
-        report, zone, files = self._report, self._zone, self._context.services.check_up_files
+        report, zone, files = self._report, self._zone, self._context.services.files
         if report is not None:
             self._save(
                 "saving_page",
-                lambda directory: files.write_page(check_up_page.page(report, zone), report.robot, directory),
+                lambda directory: files.write_text(
+                    check_up_page.page(report, zone), f"check-up {report.robot}", ".html", directory
+                ),
             )
 
     def save_file(self) -> None:
-        report, zone, files = self._report, self._zone, self._context.services.check_up_files
+        report, zone, files = self._report, self._zone, self._context.services.files
         if report is not None:
             self._save(
-                "saving_file", lambda directory: files.write_profile(document(report, zone), report.robot, directory)
+                "saving_file",
+                lambda directory: files.write_text(
+                    document(report, zone), f"check-up {report.robot}", ".json", directory
+                ),
             )
 
     def _save(self, busy: str, work: Callable[[Path], Path]) -> None:
         """Ask where to, write a file there and say where it is; the property ``busy`` is True while it is written."""
         if not getattr(self, busy) and not self._presses.is_same(busy):
-            choose_place(self._context.shell, self._context.services.check_up_files, partial(self._write, busy, work))
+            choose_place(self._context.shell, self._context.services.files, partial(self._write, busy, work))
 
     def _write(self, busy: str, work: Callable[[Path], Path], directory: Path) -> None:
         setattr(self, busy, True)

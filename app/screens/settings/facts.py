@@ -14,7 +14,6 @@ from app.screens.common.name_order import by_name
 from app.services.catalogue.catalogue import Catalogue
 from app.services.check_up.service import CheckUps
 from app.services.files.calendar_import import CalendarFiles
-from app.services.files.check_up_files import CheckUpFiles
 from app.services.files.exports import Backup, DataFiles
 from app.services.live.access import Access
 from app.services.live.snapshots import Snapshots
@@ -40,7 +39,6 @@ class SettingsServices:
     robot_missions: RobotMissions
     proposed_places: ProposedPlaces
     check_ups: CheckUps
-    check_up_files: CheckUpFiles
     files: DataFiles
     calendar_files: CalendarFiles
 

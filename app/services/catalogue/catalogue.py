@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 from app.database.calendar import CalendarRepository
 from app.database.connection import Database
 from app.database.executions import ExecutionRepository
-from app.database.group_starts import GroupStartRepository
+from app.database.group_executions import GroupExecutionRepository
 from app.database.groups import GroupRepository, PlaceRepository
 from app.database.missions import MissionRepository
 from app.database.rehearsal import Rehearsal
@@ -68,7 +68,7 @@ class Catalogue:
 
     def waiting_for(self, group_id: int) -> int:
         """How many starts of a group no robot has yet: deleting the group cancels them."""
-        return GroupStartRepository().count_waiting(self._db.read(), group_id)
+        return GroupExecutionRepository().count_waiting(self._db.read(), group_id)
 
     def places(self) -> list[Place]:
         """In order of name."""

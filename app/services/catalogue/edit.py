@@ -22,7 +22,7 @@ from app.domain.models import (
     Trigger,
 )
 from app.mir.credentials import token_for
-from app.services.catalogue import made_names, told, validation
+from app.services.catalogue import change_log, generated_names, validation
 from app.services.catalogue.group_edit import GroupEdit
 from app.services.catalogue.schedule_edit import ScheduleEdit
 from app.services.catalogue.undo import Removed
@@ -55,7 +55,9 @@ class Edit(GroupEdit, ScheduleEdit):
             self.settings = self._settings.save(self.c, **changes)
             self.topics.add(Topic.SETTINGS)
             wanted = sorted(changes.keys() - _NO_NEWS)
-            if line := told.differences(told.parts(before, wanted), told.parts(self.settings, wanted)):
+            if line := change_log.differences(
+                change_log.parts(before, wanted), change_log.parts(self.settings, wanted)
+            ):
                 self.notes.append(f"settings changed: {line}")
         if _days_off(self.settings) != _days_off(before):
             self._plan_anew()
@@ -146,10 +148,10 @@ class Edit(GroupEdit, ScheduleEdit):
                 self.days.update(self.c, exception)
                 saved.append(exception)
                 if stored != exception:
-                    self.notes.append(f"{told.days(stored)} → {told.days(exception)}")
+                    self.notes.append(f"{change_log.days(stored)} → {change_log.days(exception)}")
             else:
                 saved.append(self.days.add(self.c, exception))
-                self.notes.append(f"{told.days(exception)} added")
+                self.notes.append(f"{change_log.days(exception)} added")
         self.days_changed()
         return saved
 
@@ -160,7 +162,7 @@ class Edit(GroupEdit, ScheduleEdit):
         )
         for exception in removed.days:
             self.days.remove(self.c, exception.id)
-            self.notes.append(f"{told.days(exception)} removed")
+            self.notes.append(f"{change_log.days(exception)} removed")
         self.days_changed()
         return removed
 
@@ -220,9 +222,9 @@ class Edit(GroupEdit, ScheduleEdit):
             self.notes.append(f"robot {robot.name!r} added, at {robot.address}")
         else:
             self.robots.update(self.c, robot)
-            if changed := told.change_of_robot(stored, robot):
+            if changed := change_log.change_of_robot(stored, robot):
                 self.notes.append(f"robot {stored.name!r} changed: {changed}")
-            made_names.follow_robot(self, stored.name, robot)
+            generated_names.follow_robot(self, stored.name, robot)
             if stored.enabled and not robot.enabled:
                 reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": stored.name})
                 self._give_back(robot.id)
@@ -259,11 +261,11 @@ class Edit(GroupEdit, ScheduleEdit):
 
     def _note_idle(self, robot: Robot, before: IdleRule | None) -> None:
         old, new = (
-            told.of_idle_rule(rule, self.missions.get(self.c, rule.mission_id) if rule else None)
+            change_log.of_idle_rule(rule, self.missions.get(self.c, rule.mission_id) if rule else None)
             for rule in (before, robot.idle)
         )
         if old != new:
-            self.notes.append(f"idle automation of robot {robot.name!r}: {told.differences(old, new)}")
+            self.notes.append(f"idle automation of robot {robot.name!r}: {change_log.differences(old, new)}")
 
     def set_idle_rule(self, robot_id: int, rule: IdleRule | None) -> Robot:
         """None: no idle automation."""
@@ -343,9 +345,11 @@ class Edit(GroupEdit, ScheduleEdit):
         else:
             self.missions.update(self.c, mission)
             was_only = None if stored.robot_id is None else self.the_robot(stored.robot_id)
-            changed = told.differences(told.of_mission(stored, was_only), told.of_mission(mission, only))
+            changed = change_log.differences(
+                change_log.of_mission(stored, was_only), change_log.of_mission(mission, only)
+            )
             self.notes.append(f"mission {stored.name!r} changed: {changed}")
-            made_names.follow_mission(self, stored.name, mission)
+            generated_names.follow_mission(self, stored.name, mission)
             if mission.robot_id is None:
                 self.executions.follow_mission(self.c, stored, mission)
             self.follow_definition(self.schedules.for_mission(self.c, mission.id))

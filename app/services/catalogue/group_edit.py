@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
 from app.domain.models import Execution, Group, InvalidInput, Mission, Place, Reason, ReasonCode
-from app.services.catalogue import made_names, validation
+from app.services.catalogue import generated_names, validation
 from app.services.catalogue.transaction import Transaction
 from app.services.catalogue.undo import Removed
 from app.services.live.changes import Topic
@@ -29,7 +29,7 @@ class GroupEdit(Transaction):
             group = self.groups.add(self.c, group)
         else:
             self.groups.update(self.c, group)
-            made_names.follow_robot(self, stored.name, group)
+            generated_names.follow_robot(self, stored.name, group)
             for robot_id in set(stored.members) - set(group.members):
                 self._give_back(robot_id, group.id)
         self.notes.append(

@@ -22,7 +22,7 @@ from app.database.settings import SettingsRepository
 from app.domain import rules
 from app.domain.clock import Clock
 from app.domain.models import InvalidInput, Reason, ReasonCode, Schedule
-from app.services.catalogue import told
+from app.services.catalogue import change_log
 from app.services.live.changes import Changes, Topic
 from app.services.planning.first_due import first_due
 from app.services.planning.plan import MOMENT
@@ -92,7 +92,7 @@ class Pausing:
             return schedule
 
         schedule = self._write(work)
-        log.info("schedule %r: the start at %s is not skipped any more", schedule.name, told.moment(instant))
+        log.info("schedule %r: the start at %s is not skipped any more", schedule.name, change_log.moment(instant))
 
     def pause(self, schedule_id: int, until: datetime) -> Schedule:
         """Skip every start before ``until`` (aware), also what waits of the schedule. Raises InvalidInput for a time that has passed."""
@@ -127,7 +127,10 @@ class Pausing:
     @staticmethod
     def _paused(before: Schedule, until: datetime | None) -> Schedule:
         log.info(
-            "schedule %r changed: paused until %s → %s", before.name, told.shown(before.paused_until), told.shown(until)
+            "schedule %r changed: paused until %s → %s",
+            before.name,
+            change_log.shown(before.paused_until),
+            change_log.shown(until),
         )
         return replace(before, paused_until=until)
 
@@ -186,5 +189,5 @@ def _nothing_to_skip() -> InvalidInput:
 
 
 def _told_skipped(schedule: Schedule, at: datetime) -> datetime:
-    log.info("schedule %r: the start at %s is skipped", schedule.name, told.moment(at))
+    log.info("schedule %r: the start at %s is skipped", schedule.name, change_log.moment(at))
     return at

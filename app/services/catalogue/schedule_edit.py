@@ -9,7 +9,7 @@ from datetime import datetime, timedelta
 from app.domain import names
 from app.domain.models import Group, InvalidInput, Mission, Robot, Schedule, State
 from app.domain.rules import token_of
-from app.services.catalogue import told, validation
+from app.services.catalogue import change_log, validation
 from app.services.catalogue.transaction import Transaction
 from app.services.catalogue.undo import Removed, Switched
 from app.services.live.changes import Topic
@@ -57,8 +57,8 @@ class ScheduleEdit(Transaction):
             schedule = self.schedules.add(self.c, replace(schedule, next_at=self.first_due(schedule, calendar)))
         else:
             was_on, ran = self.target_of(stored), self.the_mission(stored.mission_id)
-            changed = told.differences(
-                told.of_schedule(stored, was_on, ran), told.of_schedule(schedule, target, mission)
+            changed = change_log.differences(
+                change_log.of_schedule(stored, was_on, ran), change_log.of_schedule(schedule, target, mission)
             )
             self.notes.append(f"schedule {stored.name!r} changed: {changed}")
             schedule = self._replan(stored, schedule, calendar)

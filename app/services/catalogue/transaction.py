@@ -10,13 +10,11 @@ from datetime import datetime
 from app.database.alarms import AlarmRepository
 from app.database.calendar import CalendarRepository
 from app.database.check_ups import CheckUpRepository
-from app.database.durations import DurationRepository
 from app.database.executions import ExecutionRepository
-from app.database.group_starts import GroupStartRepository
+from app.database.group_executions import GroupExecutionRepository
 from app.database.groups import GroupRepository, PlaceRepository
-from app.database.holds import HoldRepository
-from app.database.missions import MissionRepository
-from app.database.robots import RobotRepository
+from app.database.missions import DurationRepository, MissionRepository
+from app.database.robots import HoldRepository, RobotRepository
 from app.database.schedules import ScheduleRepository, Skip
 from app.database.settings import SettingsRepository
 from app.domain import names
@@ -38,7 +36,7 @@ class Transaction:
     def __post_init__(self) -> None:
         self.robots, self.missions, self.schedules = RobotRepository(), MissionRepository(), ScheduleRepository()
         self.executions, self._settings, self.holds = ExecutionRepository(), SettingsRepository(), HoldRepository()
-        self.groups, self.places, self.group_starts = GroupRepository(), PlaceRepository(), GroupStartRepository()
+        self.groups, self.places, self.group_starts = GroupRepository(), PlaceRepository(), GroupExecutionRepository()
         self.durations, self.check_ups = DurationRepository(), CheckUpRepository()
         self.days, self._alarms = CalendarRepository(), AlarmRepository()
         self.settings = self._settings.load(self.c)

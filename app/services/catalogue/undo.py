@@ -8,11 +8,10 @@ from datetime import datetime
 from typing import TYPE_CHECKING
 
 from app.database.check_ups import StoredCheckUp
-from app.database.durations import RunDuration
 from app.database.executions import UNBOUND
-from app.database.group_starts import Watch
-from app.database.holds import StoredHold
-from app.database.robots import Accepted
+from app.database.group_executions import Watch
+from app.database.missions import RunDuration
+from app.database.robots import Accepted, StoredHold
 from app.database.schedules import Skip
 from app.domain import names
 from app.domain.drain import Drain
@@ -31,7 +30,7 @@ from app.domain.models import (
     State,
     Trigger,
 )
-from app.services.catalogue import told, validation
+from app.services.catalogue import change_log, validation
 from app.services.live.changes import Topic
 from app.services.planning.wanted import changed_since, why_unwanted
 
@@ -193,7 +192,7 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
     if removed.days:
         for exception in removed.days:
             edit.days.add(edit.c, exception)
-            edit.notes.append(f"{told.days(exception)} put back")
+            edit.notes.append(f"{change_log.days(exception)} put back")
         edit.days_changed()
         return missed
     edit.topics |= {Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.HOLDS, Topic.EXECUTIONS}

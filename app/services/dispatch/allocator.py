@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
-from app.database.group_starts import GroupStartRepository
+from app.database.group_executions import GroupExecutionRepository
 from app.database.groups import GroupRepository
 from app.domain import rules
 from app.domain.models import Execution, Group, Reason, ReasonCode, Robot, Wait
@@ -32,7 +32,7 @@ class Allocator:
 
     def __init__(self, context: Context, lacks: Callable[[int, str], bool] = lambda robot_id, guid: False) -> None:
         self._s, self._ledger, self._clock, self._lacks = context, context.ledger, context.clock, lacks
-        self._starts, self._groups = GroupStartRepository(), GroupRepository()
+        self._starts, self._groups = GroupExecutionRepository(), GroupRepository()
         self._waiting = Waiting(context, None, self._later)
         self._usual_durations = UsualDurations(context)
         self._look_at = math.inf  # on the monotonic clock: one that waits can go on then

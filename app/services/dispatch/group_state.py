@@ -8,10 +8,9 @@ from datetime import datetime, timedelta
 from typing import Any
 from zoneinfo import ZoneInfo
 
-from app.database.durations import DurationRepository
 from app.database.executions import ExecutionRepository
-from app.database.group_starts import FullPlace, GroupStartRepository
-from app.database.stops import StopRepository
+from app.database.group_executions import FullPlace, GroupExecutionRepository
+from app.database.missions import DurationRepository, StopRepository
 from app.database.values import to_instant
 from app.domain.clock import midnight
 from app.domain.drain import Drain
@@ -113,7 +112,7 @@ class GroupState:
         self._configured = self._s.missions.all(self._c)
         self._by_guid = {mission.guid: mission for mission in self._configured}
         self._all, self._seem_free = tuple(sorted(members)), set[int]()
-        self._room = GroupStartRepository().room(self._c)
+        self._room = GroupExecutionRepository().room(self._c)
         self.robots = {key: workers[key].robot for key in self._all if key in workers}
         self._drains, self._failures = (
             context.robots.drains(self._c, self._all),

@@ -14,7 +14,7 @@ from typing import Any
 
 from app.database.connection import Database
 from app.database.executions import ExecutionFilter, ExecutionRepository, Unsent
-from app.database.group_starts import FullPlace, GroupStartRepository, Watched
+from app.database.group_executions import FullPlace, GroupExecutionRepository, Watched
 from app.database.robots import Accepted, RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
@@ -46,7 +46,7 @@ class Ledger:
     ) -> None:
         self._db, self._executions, self._settings = db, executions, settings
         self._clock, self._changes, self._alarms, self._robots = clock, changes, alarms, RobotRepository()
-        self._starts, self._schedules, self.moves = GroupStartRepository(), ScheduleRepository(), Moves(clock)
+        self._starts, self._schedules, self.moves = GroupExecutionRepository(), ScheduleRepository(), Moves(clock)
         self.grew = True  # rows ended since the history was last held to its limit
 
     # ------------------------------------------------------------------ reading

@@ -8,7 +8,7 @@ from datetime import datetime, timedelta
 from typing import Any
 
 from app.database.executions import UNBOUND
-from app.database.group_starts import Watch
+from app.database.group_executions import Watch
 from app.domain.clock import Clock
 from app.domain.drain import Used
 from app.domain.message import Message

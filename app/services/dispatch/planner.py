@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from app.database.connection import Database
 from app.database.executions import ExecutionRepository
-from app.database.group_starts import GroupStartRepository
+from app.database.group_executions import GroupExecutionRepository
 from app.database.groups import GroupRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
@@ -296,7 +296,7 @@ class Planner:
             self._executions.open_of_schedules(c, no_overlap),
             self._schedules.skips(c, [schedule.id for schedule in schedules]),
             self._schedules.skips(c, [schedule.id for schedule in schedules], held=True),
-            GroupStartRepository().with_places(c),
+            GroupExecutionRepository().with_places(c),
             ready,
             self._uncertain_through(),
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 
-from app.database.stops import StopRepository
+from app.database.missions import StopRepository
 from app.domain.message import Message, message
 from app.domain.models import Execution, Reason, ReasonCode, State
 from app.domain.robot import QueueItem, QueueState, straight_way

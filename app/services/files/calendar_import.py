@@ -15,7 +15,7 @@ from app.services.catalogue.edit import Edit
 from app.services.files import ics
 from app.services.files.calendar_days import Found, FoundDays, LeftOut, read_days
 from app.services.files.exports import DataFiles
-from app.services.files.reading import read_file
+from app.services.files.file_access import read_file
 
 
 @dataclass(frozen=True)

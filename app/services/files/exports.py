@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -18,17 +19,17 @@ import platformdirs
 from app.database.backups import BACKUPS, NOT_RESTORED, back_up, backups_of, problem_of
 from app.database.connection import Database
 from app.database.errors import DatabaseError
+from app.database.executions import ExecutionFilter
 from app.domain.clock import Clock
 from app.domain.message import Message, message_of_system
 from app.domain.models import InvalidInput
 from app.services.catalogue import configuration
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.configuration.importing import DeletesRuns
-from app.services.catalogue.stored import problem_in
+from app.services.catalogue.database_check import problem_in
+from app.services.files.file_access import draft_of, read_file, without_links
 from app.services.files.history_export import write_history
 from app.services.files.places import Place, PlaceKind, mounted
-from app.services.files.reading import read_file
-from app.services.files.shared_places import draft_of, without_links
 
 
 @dataclass(frozen=True)
@@ -82,6 +83,20 @@ class DataFiles:
         """Write every execution as CSV. Returns the file."""
         with self._new_file(path, ".csv") as (target, file):
             write_history(self._db.read(), file, for_excel=for_excel)
+        return target
+
+    def export_runs(
+        self, wanted: ExecutionFilter, directory: Path | None = None, *, for_excel: bool = False
+    ) -> tuple[Path, int]:
+        """Write the executions that a filter lets through as CSV. Returns the new file and how many it has."""
+        with self._new_file(str(self.suggested("amr-scheduler-log", ".csv", directory)), ".csv") as (target, file):
+            return target, write_history(self._db.read(), file, wanted, for_excel=for_excel)
+
+    def write_text(self, text: str, name: str, suffix: str, directory: Path | None = None) -> Path:
+        """Write a new file, named after the words of ``name``. Returns it."""
+        stem = "-".join(["amr-scheduler", *re.findall(r"\w+", name.lower())])  # a name is no path
+        with self._new_file(str(self.suggested(stem, suffix, directory)), suffix) as (target, file):
+            file.write(text.encode("utf-8", "replace").decode())
         return target
 
     # ------------------------------------------------------------------ in

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 
 from app.database.connection import Database
-from app.database.durations import DurationRepository
 from app.database.executions import Elsewhere, ExecutionFilter, ExecutionRepository, PageKey
-from app.database.missions import MissionRepository
+from app.database.missions import DurationRepository, MissionRepository
 from app.database.schedules import ScheduleRepository
 from app.domain.models import DurationEstimate, Execution
 from app.services.planning.durations import expected

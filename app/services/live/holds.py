@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from datetime import datetime
 
 from app.database.connection import Database
-from app.database.holds import HoldRepository, StoredHold
-from app.database.robots import RobotRepository
+from app.database.robots import HoldRepository, RobotRepository, StoredHold
 from app.domain.activity import CLOCK_STEP_S
 from app.domain.clock import Clock
 from app.domain.message import Message, render

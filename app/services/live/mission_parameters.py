@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 from app.database.connection import Database
 from app.database.errors import DatabaseError
-from app.database.mission_parameters import MissionParameterRepository
+from app.database.missions import MissionParameterRepository
 from app.domain.clock import Clock
 from app.domain.models import Connection, Execution, InvalidInput, Reason, ReasonCode, Robot
 from app.domain.parameters import has_position_by_name, values_for

@@ -12,9 +12,9 @@ from zoneinfo import ZoneInfo
 
 from app.database.activities import ActivityRepository
 from app.database.executions import ExecutionRepository
-from app.database.group_starts import GroupStartRepository
+from app.database.group_executions import GroupExecutionRepository
 from app.database.groups import PlaceRepository
-from app.database.holds import HoldRepository
+from app.database.robots import HoldRepository
 from app.domain import rules
 from app.domain.choice import KEEPS_NO_ROBOT
 from app.domain.clock import midnight
@@ -161,7 +161,7 @@ class Foreseen:
 
     def _waiting(self) -> Iterator[Wanted]:
         """What waits for a robot already."""
-        for row in GroupStartRepository().unbound(self._c):
+        for row in GroupExecutionRepository().unbound(self._c):
             if (
                 (group := self._groups.get(row.group_id or 0)) is not None
                 and not row.held

@@ -6,8 +6,7 @@ import sqlite3
 from collections.abc import Iterable, Sequence
 from math import ceil
 
-from app.database.durations import DurationRepository
-from app.database.missions import MissionRepository
+from app.database.missions import DurationRepository, MissionRepository
 from app.domain.models import DurationEstimate, Group, Mission, Robot
 from app.services.allocation.situation import run_duration
 from app.services.planning.durations import expected, pooled

@@ -13,9 +13,8 @@ from typing import NamedTuple
 
 from app.database.connection import Database
 from app.database.errors import DatabaseError
-from app.database.missions import MissionRepository
+from app.database.missions import MissionRepository, StopRepository
 from app.database.robots import RobotRepository
-from app.database.stops import StopRepository
 from app.domain.clock import Clock
 from app.domain.models import Connection, InvalidInput, Robot
 from app.domain.robot import ENTRIES, Stop

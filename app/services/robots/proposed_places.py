@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 from app.database.connection import Database
 from app.database.groups import PlaceRepository
-from app.database.missions import MissionRepository
+from app.database.missions import MissionRepository, StopRepository
 from app.database.robots import RobotRepository
 from app.database.settings import DECLINED_PLACES, SettingsRepository
-from app.database.stops import StopRepository
 from app.domain.models import Mission
 
 FEWEST = 2  # missions, and robots

@@ -6,7 +6,7 @@ import pytest
 
 from app.database.connection import Database
 from app.services.catalogue.catalogue import Catalogue
-from app.services.files.check_up_files import CheckUpFiles
+from app.services.files.exports import DataFiles
 from app.services.live.changes import Changes
 from tests.support.clock import VirtualClock
 
@@ -25,8 +25,10 @@ def test_both_files_lie_where_people_look_and_are_named_after_the_robot(tmp_path
     clock, documents = VirtualClock(), tmp_path / "Documents"
     documents.mkdir()
     db = Database.open(tmp_path / "amr-scheduler.db", clock=clock, threaded=False, durable=False)
-    files = CheckUpFiles(db, Catalogue(db, clock, Changes()), clock, documents)
-    assert files.write_page("<p>", robot) == documents / f"amr-scheduler-{stem}-2026-11-23.html"
-    assert files.write_page("<p>", robot) == documents / f"amr-scheduler-{stem}-2026-11-23-2.html"
-    assert files.write_profile("{}", robot) == documents / f"amr-scheduler-{stem}-2026-11-23.json"
+    files = DataFiles(db, Catalogue(db, clock, Changes()), clock, documents)
+    assert files.write_text("<p>", f"check-up {robot}", ".html") == documents / f"amr-scheduler-{stem}-2026-11-23.html"
+    assert (
+        files.write_text("<p>", f"check-up {robot}", ".html") == documents / f"amr-scheduler-{stem}-2026-11-23-2.html"
+    )
+    assert files.write_text("{}", f"check-up {robot}", ".json") == documents / f"amr-scheduler-{stem}-2026-11-23.json"
     db.close()

@@ -12,7 +12,7 @@ from app.domain.message import render
 from app.mir.errors import ConnectionLost
 from app.mir.probe import Probe
 from app.mir.transport import Response
-from app.services.catalogue.stored import problem_in
+from app.services.catalogue.database_check import problem_in
 from app.services.check_up.trying import MINUTES
 from mir_sim import MISSIONS, deviant
 from tests.services.check_up.test_reading import ODD, SIMULATED

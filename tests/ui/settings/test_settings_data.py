@@ -13,7 +13,7 @@ import pytest
 
 from app.screens.settings import files
 from app.screens.settings.files import FileRow
-from app.services.files import exports, places, reading
+from app.services.files import exports, file_access, places
 from app.widgets.buttons import ChoiceChip, CommandButton, Segment
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import FormField, PickField
@@ -291,7 +291,7 @@ def dead_share(stick, tmp_path, monkeypatch) -> Iterator[Path]:
     def read(path: Path):
         if share in path.parents:
             back.wait(300)
-        return reading.read_file(path)
+        return file_access.read_file(path)
 
     monkeypatch.setattr(files, "found_in", listed)
     monkeypatch.setattr(exports, "read_file", read)

@@ -7,7 +7,7 @@ from datetime import datetime
 
 import pytest
 
-from app.database.stops import StopRepository
+from app.database.missions import StopRepository
 from app.domain.models import Group, HandOver, Mission, Robot, Schedule
 from app.domain.robot import Stop
 from app.screens.settings.groups import GroupDialog, GroupMissions, GroupPanel, MissionTableRow

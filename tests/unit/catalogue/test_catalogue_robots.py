@@ -7,7 +7,7 @@ from datetime import date
 
 import pytest
 
-from app.database.holds import HoldRepository, StoredHold
+from app.database.robots import HoldRepository, StoredHold
 from app.domain.models import (
     DayException,
     InvalidInput,

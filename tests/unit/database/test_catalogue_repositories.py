@@ -9,9 +9,8 @@ from datetime import UTC, datetime, time, timedelta
 import pytest
 
 from app.database.alarms import AlarmRepository
-from app.database.holds import HoldRepository, StoredHold
 from app.database.missions import MissionRepository
-from app.database.robots import Accepted, RobotRepository
+from app.database.robots import Accepted, HoldRepository, RobotRepository, StoredHold
 from app.database.schedules import Progress, ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.database.values import to_text

@@ -7,8 +7,8 @@ from datetime import timedelta
 import pytest
 
 from app.database.connection import Database
-from app.database.durations import DurationRepository
 from app.database.executions import ExecutionRepository
+from app.database.missions import DurationRepository
 from app.database.robots import RobotRepository
 from app.database.schema import _RUN_DURATIONS, _WAYS, MIGRATIONS
 from app.domain.models import OPEN_STATES, Robot, State

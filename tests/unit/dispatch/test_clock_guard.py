@@ -8,7 +8,7 @@ import pytest
 
 from app.database.alarms import AlarmRepository
 from app.database.connection import Database
-from app.database.holds import HoldRepository
+from app.database.robots import HoldRepository
 from app.database.settings import CLOCK_CONFIRMED_AT, SettingsRepository
 from app.database.values import to_text
 from app.services.dispatch.clock_guard import ClockGuard, Judgement

@@ -14,7 +14,7 @@ from app.database.connection import Database
 from app.domain.models import InvalidInput, Mission, Robot
 from app.services.catalogue.catalogue import Catalogue
 from app.services.files import exports as data_files
-from app.services.files import places, reading
+from app.services.files import file_access, places
 from app.services.files.about import components
 from app.services.files.exports import DataFiles
 from app.services.files.places import PlaceKind
@@ -125,7 +125,7 @@ def test_what_cannot_be_imported_is_reported(files, tmp_path, monkeypatch):
         == f"there is no file {tmp_path / 'Documents' / 'missing.json'}"
     )
     assert "can't be read" in refused(files, "import_configuration", tmp_path / "Documents")
-    monkeypatch.setattr(reading, "LARGEST_FILE", 10)
+    monkeypatch.setattr(file_access, "LARGEST_FILE", 10)
     (tmp_path / "Documents" / "big.json").write_text("x" * 11, encoding="utf-8")
     assert refused(files, "import_configuration", "big.json").endswith("is larger than 5 MiB")
 

@@ -18,7 +18,7 @@ from app.services.catalogue import parameter_check, validation
 from app.services.catalogue.catalogue import Catalogue, Edit
 from app.services.catalogue.configuration.asked_robots import AskedRobots, MoreToAsk
 from app.services.catalogue.configuration.document import Document, Item, at, check_new, read
-from app.services.catalogue.configuration.unnamed import Unnamed
+from app.services.catalogue.generated_names import Unnamed
 from app.services.catalogue.parameter_check import Checked
 
 # Written in some 200 ms, while nobody else can write.

@@ -51,7 +51,7 @@ class Room(NamedTuple):
     left: int
 
 
-class GroupStartRepository:
+class GroupExecutionRepository:
     # ------------------------------------------------------------------ waiting for a robot
     def unbound(self, c: sqlite3.Connection) -> list[Execution]:
         """What waits for a robot of a group, oldest first."""

@@ -18,12 +18,11 @@ from app.database.check_ups import CheckUpRepository
 from app.database.errors import primary_code
 from app.database.executions import ExecutionFilter, ExecutionRepository
 from app.database.groups import GroupRepository, PlaceRepository
-from app.database.holds import HoldRepository
 from app.database.missions import MissionRepository
-from app.database.robots import RobotRepository
+from app.database.robots import HoldRepository, RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import CLOCK_CONFIRMED_AT, DECLINED_PLACES, WRONG_PINS, SettingsRepository
-from app.database.soundness import FULL, YEARS, tables, unusable, wrong_number
+from app.database.value_checks import FULL, YEARS, tables, unusable, wrong_number
 from app.database.values import to_optional_instant
 from app.domain.message import Message, message
 from app.domain.models import OPEN_STATES, InvalidInput

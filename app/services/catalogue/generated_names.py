@@ -1,0 +1,98 @@
+"""Schedule names that the app generates: "<mission> on <robot>", with a number when that is taken. They change when the mission or
+the robot is renamed; those that a person typed stay. Schedules of a file that have no name get one.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from app.domain import names
+from app.domain.models import Group, Mission, Robot, Schedule
+from app.services.catalogue.transaction import Transaction
+from app.services.live.changes import Topic
+
+Made = tuple[str, str]  # the names of a mission and of a robot
+
+
+def follow_robot(edit: Transaction, old: str, robot: Robot | Group) -> None:
+    """``old``: the name that it, or the group, had."""
+    if robot.name != old:
+        missions = {mission.id: mission.name for mission in edit.missions.all(edit.c)}
+        of_target = edit.schedules.for_robot if isinstance(robot, Robot) else edit.schedules.for_group
+        schedules = of_target(edit.c, robot.id)
+        _follow(
+            edit,
+            schedules,
+            {
+                schedule.id: ((missions[schedule.mission_id], old), (missions[schedule.mission_id], robot.name))
+                for schedule in schedules
+            },
+        )
+
+
+def follow_mission(edit: Transaction, old: str, mission: Mission) -> None:
+    """``old``: the name that it had."""
+    if mission.name != old:
+        schedules = edit.schedules.for_mission(edit.c, mission.id)
+        targets = {schedule.id: edit.target_of(schedule).name for schedule in schedules}
+        _follow(edit, schedules, {id_: ((old, name), (mission.name, name)) for id_, name in targets.items()})
+
+
+def _follow(edit: Transaction, schedules: Sequence[Schedule], made_of: Mapping[int, tuple[Made, Made]]) -> None:
+    """``made_of``: what the names are made of, before and now, by id of the schedule. Numbered ones keep their order."""
+    taken, free = edit.schedules.names(edit.c), dict[Made, Iterator[str]]()
+    for schedule in sorted(schedules, key=lambda schedule: (len(schedule.name), schedule.name)):
+        before, now = made_of[schedule.id]
+        if names.is_of_schedule(schedule.name, *before) and not names.is_of_schedule(schedule.name, *now):
+            name = next(name for name in free.setdefault(now, names.of_schedule(*now)) if name not in taken)
+            edit.schedules.update(edit.c, replace(schedule, name=name))
+            edit.notes.append(f"schedule {schedule.name!r} changed: name {schedule.name!r} → {name!r}")
+            edit.topics.add(Topic.SCHEDULES)
+
+
+class Unnamed:
+    """The unnamed schedules of one mission on one robot. ``names`` are tried in that order; ``taken`` are those that the file uses, to
+    which the caller adds each one given; ``stored`` finds a schedule by name. Each name is looked up once, however many there are."""
+
+    def __init__(self, names: Iterator[str], taken: set[str], stored: Callable[[str], Schedule | None]) -> None:
+        self._names, self._taken, self._stored = names, taken, stored
+        self._free = ""  # the first name that nothing has
+        self._passed: list[Schedule] = []  # stored under the names before it
+        self._found: dict[
+            tuple[str, ...], tuple[list[int], dict[tuple[object, ...], deque[str]]]
+        ] = {}  # by the keys that are given
+
+    def name_of(self, values: Mapping[str, Any]) -> str:
+        """The name of the stored schedule that has these values: importing a file twice must not plan everything twice. Else a free one."""
+        while not self._free or self._free in self._taken:
+            self._advance()
+        keys = tuple(values)
+        (seen,), found = entry = self._found.setdefault(keys, ([0], {}))
+        for schedule in self._passed[seen:]:
+            found.setdefault(_comparable({key: getattr(schedule, key) for key in keys}), deque()).append(schedule.name)
+        entry[0][0] = len(self._passed)
+        same = found.get(_comparable(values), deque())
+        while same:
+            if (name := same.popleft()) not in self._taken:
+                return name
+        return self._free
+
+    def _advance(self) -> None:
+        name = next(self._names)
+        if name in self._taken:
+            return
+        stored = self._stored(name)
+        if stored is None:
+            self._free = name
+        else:
+            self._passed.append(stored)
+
+
+def _comparable(values: Mapping[str, Any]) -> tuple[object, ...]:
+    return tuple(
+        json.dumps(value, sort_keys=True) if isinstance(value, Mapping) else value for value in values.values()
+    )
