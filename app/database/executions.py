@@ -24,7 +24,6 @@ UNBOUND: dict[str, Any] = {
     "robot": "",
     "bound_at": None,
     "choice": {},
-    "approach_m": None,
     "queue_floor": None,
     "robot_address": None,
     "robot_serial": None,

@@ -234,7 +234,6 @@ class RunDuration(NamedTuple):
     ended_at: str
     execution_id: int
     duration_s: float
-    approach_m: float | None = None
 
 
 class DurationRepository:
@@ -243,15 +242,10 @@ class DurationRepository:
     def usual(self, c: sqlite3.Connection, robot_id: int, mission_guid: str) -> DurationEstimate | None:
         """Of the newest 20 completed runs of at most a day of that mission on that robot; None when there is none. P90 by nearest rank."""
         rows = c.execute(
-            "SELECT duration_s, approach_m FROM run_durations WHERE robot_id = ? AND mission_guid = ?",
-            (robot_id, mission_guid),
-        ).fetchall()
-        lasted, ways = sorted(row[0] for row in rows), sorted(row[1] for row in rows if row[1] is not None)
-        return (
-            DurationEstimate(median(lasted), lasted[ceil(0.9 * len(lasted)) - 1], tuple(lasted), tuple(ways))
-            if lasted
-            else None
+            "SELECT duration_s FROM run_durations WHERE robot_id = ? AND mission_guid = ?", (robot_id, mission_guid)
         )
+        lasted = tuple(sorted(row[0] for row in rows))
+        return DurationEstimate(median(lasted), lasted[ceil(0.9 * len(lasted)) - 1], lasted) if lasted else None
 
     # ------------------------------------------------------------------ a robot that is removed takes its own with it
     def of_robot(self, c: sqlite3.Connection, robot_id: int) -> list[RunDuration]:
@@ -264,4 +258,4 @@ class DurationRepository:
 
     def put_back(self, c: sqlite3.Connection, runs: Iterable[RunDuration]) -> None:
         """What such a robot had, when it is there again."""
-        c.executemany(f"INSERT INTO run_durations ({', '.join(RunDuration._fields)}) VALUES (?, ?, ?, ?, ?, ?)", runs)
+        c.executemany(f"INSERT INTO run_durations ({', '.join(RunDuration._fields)}) VALUES (?, ?, ?, ?, ?)", runs)

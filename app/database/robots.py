@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 from app.database.check_ups import profile_of
 from app.database.values import placeholders, to_instant, to_optional_instant, to_optional_text, to_text
-from app.domain.drain import Drain, Used
 from app.domain.models import HandOver, IdleRule, Robot
 from app.domain.robot import IdentifiedBy
 
@@ -81,7 +80,7 @@ class RobotRepository:
             (robot.id, robot.serial_number),
         )
         c.execute(
-            """UPDATE robots SET drain_runs = 0, drain_percent = 0, drain_hours = 0, failures = 0
+            """UPDATE robots SET failures = 0
                      WHERE id = ? AND serial_number <> coalesce(?, '')""",
             (robot.id, robot.serial_number),
         )
@@ -129,24 +128,6 @@ class RobotRepository:
 
     def note_idle(self, c: sqlite3.Connection, robot_id: int, queue_id: int | None) -> None:
         c.execute("UPDATE robots SET idle_queue_id = ? WHERE id = ?", (queue_id, robot_id))
-
-    def drains(self, c: sqlite3.Connection, ids: Collection[int]) -> dict[int, Drain]:
-        """What these use of their batteries, by id."""
-        rows = c.execute(
-            f"SELECT id, drain_runs, drain_percent, drain_hours FROM robots WHERE id IN ({placeholders(ids)})", (*ids,)
-        )
-        return {row[0]: Drain(*row[1:]) for row in rows}
-
-    def note_used(self, c: sqlite3.Connection, robot_id: int, serial_number: str | None, run: Used) -> None:
-        """By one more run, of the machine with this serial number; of another one nothing is noted."""
-        if (drain := self.drains(c, [robot_id]).get(robot_id)) is not None:
-            self.put_drain(c, robot_id, serial_number, drain.after(run))
-
-    def put_drain(self, c: sqlite3.Connection, robot_id: int, serial_number: str | None, drain: Drain) -> None:
-        c.execute(
-            "UPDATE robots SET drain_runs = ?, drain_percent = ?, drain_hours = ? WHERE id = ? AND serial_number IS ?",
-            (drain.runs, drain.percent, drain.hours, robot_id, serial_number),
-        )
 
     def failures(self, c: sqlite3.Connection, ids: Collection[int]) -> dict[int, int]:
         """How many starts these failed since their last success, by id."""

@@ -279,9 +279,6 @@ class DurationEstimate:
     median_s: float
     slow_s: float
     samples_s: tuple[float, ...] = ()  # each of them, shortest first
-    ways_m: tuple[
-        float, ...
-    ] = ()  # straight, to the mission's first stop, of those of which that is known; shortest first
     typed: bool = False
 
     @property
@@ -331,7 +328,6 @@ class Execution:
     bound_at: datetime | None = None  # when its robot was chosen
     choice: Mapping[str, Any] = field(default_factory=dict)  # why that robot, or why none yet: codes and numbers
     tried: Mapping[str, Any] = field(default_factory=dict)  # by a robot's id: what became of it there
-    approach_m: float | None = None  # straight way from the robot to the mission's first place when it was chosen
     robot_address: str | None = None  # where it was sent to, and the serial number of the machine there
     robot_serial: str | None = None
     submitted_at: datetime | None = None

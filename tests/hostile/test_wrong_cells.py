@@ -165,11 +165,6 @@ WRONG = {
     "a check-up that took no time": ("check_ups", checked_up("report", took_s=float("nan"))),
     "a check-up at the end of time": ("check_ups", checked_up("report", began_at="9999-12-31T23:59:59-12:00")),
     "a mission that was left elsewhere": ("check_ups", checked_up("left_behind", mission="../users/admin")),
-    "a way without end": ("executions", "UPDATE executions SET approach_m = 9e999"),
-    "a way of less than nothing": (
-        "run_durations",
-        "INSERT INTO run_durations VALUES (1, 'g', '2026-11-23T06:00:00Z', 1, 60.0, -1.0)",
-    ),
     "a stop without end": (
         "mission_stops",
         "INSERT INTO mission_stops VALUES ('guid-1', 1, 'p', 'P', NULL, 9e999, 0.0)",

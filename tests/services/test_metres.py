@@ -7,9 +7,9 @@ from datetime import timedelta
 
 import pytest
 
-from app.database.missions import DurationRepository, StopRepository
+from app.database.missions import StopRepository
 from app.domain import choice
-from app.domain.models import HandOver, State
+from app.domain.models import HandOver
 from app.domain.robot import Spot, Stop
 from mir_sim.motion import Pose
 from mir_sim.world import BY_NAME, MAP_GUID
@@ -96,13 +96,6 @@ def test_where_a_position_is_asked_for_or_not_told_nothing_is_known_of_it(hall):
     assert stops(hall) == (DELIVER[0], Stop(LINE.guid))
 
 
-def test_how_far_away_a_run_began_is_learned_with_the_robot_of_whichever_kind_it_is(hall):
-    hall.learn_stops()
-    experienced(hall)
-    [*ways] = DurationRepository().usual(hall.container.db.read(), hall.robot("R2").id, GUIDS["Deliver"]).ways_m
-    assert ways == pytest.approx([7.0, 27.9, 27.9], abs=2.5)
-
-
 def test_the_nearer_of_two_robots_comes_and_says_so(hall):
     hall.learn_stops()
     experienced(hall)
@@ -110,11 +103,8 @@ def test_the_nearer_of_two_robots_comes_and_says_so(hall):
     row = planned(hall)
     assert (row.robot, told(row)) == (
         "R2",
-        "R2: free now, 7 m away, will be done soonest, about 06:12; R1: free now, 28 m away",
+        "R2: free now, 7 m away, will be done soonest, about 06:13; R1: free now, 28 m away",
     )
-    assert row.approach_m == pytest.approx(7.0)
-    hall.run(200)
-    assert 7.0 in DurationRepository().usual(hall.container.db.read(), hall.robot("R2").id, GUIDS["Deliver"]).ways_m
 
 
 def test_a_nearer_robot_that_gets_another_start_is_said_to(hall):
@@ -131,7 +121,7 @@ def test_without_positions_the_first_comes_and_nothing_is_said_of_metres(hall):
     experienced(hall)
     put(hall, R2=NEAR)
     row = planned(hall)
-    assert (row.robot, told(row), row.approach_m) == ("R1", "R1: free now, has run less today; R2: free now", None)
+    assert (row.robot, told(row)) == ("R1", "R1: free now, has run less today; R2: free now")
 
 
 def test_on_another_map_no_way_is_known(hall):
@@ -150,26 +140,12 @@ def at_once(hall):
     hall.container.catalogue.edit(lambda edit: edit.save_group(replace(hall.group, hand_over=HandOver.AT_ONCE)))
 
 
-def test_of_what_waits_in_a_queue_the_way_is_that_at_its_beginning(hall):
-    hall.learn_stops()
-    at_once(hall)
-    put(hall, R2=NEAR)
-    hall.hold("R1")
-    hall.run(5)
-    hall.container.operator.run_now(hall.robot("R2").id, 1)
-    hall.run(2)
-    row = planned(hall, minutes=1)
-    assert (row.robot, row.approach_m, row.state) == ("R2", None, State.QUEUED)
-    hall.run(300)
-    assert hall.run_of().approach_m == pytest.approx(12.0, abs=2.5)  # from line 1 to the warehouse
-
-
 def test_where_a_robot_says_nonsense_of_its_position_it_is_not_known(hall):
     hall.learn_stops()
     experienced(hall)
     put(hall, R1=Pose(1e308, -1e308, 0.0), R2=Pose(20_000.0, 0.0, 0.0))
     row = planned(hall)
-    assert (row.robot, told(row), row.approach_m) == ("R1", "R1: free now, has run less today; R2: free now", None)
+    assert (row.robot, told(row)) == ("R1", "R1: free now, has run less today; R2: free now")
 
 
 def test_a_busy_robot_comes_from_where_its_last_mission_ends(hall):
@@ -186,11 +162,11 @@ def test_a_busy_robot_comes_from_where_its_last_mission_ends(hall):
     assert (hall.run_of().robot, "m away" in told(hall.run_of())) == ("R2", False)
 
 
-def test_a_start_that_is_given_back_has_no_way_until_another_robot_has_it(hall):
+def test_a_start_that_is_given_back_tells_the_way_of_the_robot_that_has_it_then(hall):
     hall.learn_stops()
     put(hall, R1=NEAR, R2=FAR)
     hall.run(5)
     hall.network.down |= {"R1"}
     hall.plan()
     hall.run(310)
-    assert (hall.run_of().robot, round(hall.run_of().approach_m)) == ("R2", 28)
+    assert (hall.run_of().robot, hall.run_of().choice["robots"][0]) == ("R2", {"robot": "R2", "metres": 28})

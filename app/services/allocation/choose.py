@@ -29,6 +29,7 @@ FAILED = 300.0
 MOST_FAILED = 3  # failures that count: with no other robot it still gets every start
 AHEAD = 600.0  # s within which planned starts are protected
 LAST_CALL = 5.0  # s before its window closes a start goes into a queue after all
+DRAIN = 10.0  # % of battery for each hour of running: a full one lasts a day's shift
 RESERVE = 8.0  # % of battery that has to be left when a run ends
 IN_A_HURRY = 300.0  # s to the latest start that can still be done in time
 
@@ -179,7 +180,7 @@ class _Assignment:
             lasts = self._situation.duration(robot_id, start.mission)
             if lasts is None:
                 ineligible.append((robot_id, Ineligible.LACKS_MISSION))
-            elif robot.battery is not None and robot.battery - lasts / 3600 * robot.drain < RESERVE:
+            elif robot.battery is not None and robot.battery - lasts / 3600 * DRAIN < RESERVE:
                 ineligible.append((robot_id, Ineligible.TOO_LITTLE_BATTERY))
             else:
                 done, is_free = self._free_s[robot_id] + lasts, robot_id in self._idle

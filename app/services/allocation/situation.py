@@ -10,10 +10,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
-from statistics import median
 from typing import Protocol
 
-from app.domain.drain import USUAL
 from app.domain.models import DurationEstimate
 
 LOW, NORMAL, HIGH, CRITICAL = -1, 0, 1, 2
@@ -22,7 +20,6 @@ UNKNOWN_S = 300.0  # of a mission of which nothing is known
 FEW_RUNS = 3  # fewer on one robot say less than those of its whole group
 OVERDUE = 0.15  # of the usual time are left when a run has lasted longer than every one before
 SECONDS_PER_METRE = 1.5  # of the straight way to the first stop: a third of detour, at 0.9 m/s
-SHORTEST_S = 20.0
 
 
 def weight(priority: int) -> float:
@@ -47,7 +44,7 @@ class Ineligible(StrEnum):
 @dataclass(frozen=True)
 class Member:
     """A robot. ``free_s``: until it has nothing more to do. ``is_free``: Ready, with nothing of anybody in its queue, as read a moment ago.
-    ``battery`` in %, ``drain`` in % per hour of running, ``hours`` that it ran today, ``failures`` since its
+    ``battery`` in %, ``hours`` that it ran today, ``failures`` since its
     last success; ``ineligible`` whatever the start."""
 
     id: int
@@ -55,7 +52,6 @@ class Member:
     is_free: bool = True
     free_s: float = 0.0
     battery: float | None = None
-    drain: float = USUAL
     hours: float = 0.0
     ineligible: Ineligible | None = None
     failures: int = 0
@@ -116,18 +112,13 @@ class Situation:
 
 
 def run_duration(
-    own: DurationEstimate | None, of_group: DurationEstimate | None, way_m: float | None = None, *, slow: bool = False
+    own: DurationEstimate | None, of_group: DurationEstimate | None, farther_m: float = 0.0, *, slow: bool = False
 ) -> float:
-    """A whole run: of this robot's runs if there are enough, else of the group's, else as typed. ``way_m``: straight to the mission's first
-    stop; None: not known. ``slow``: what nine of ten runs stay under."""
+    """A whole run: of this robot's runs if there are enough, else of the group's, else as typed. ``farther_m``: by how much its way to
+    the mission's first stop is longer than that of the nearest robot. ``slow``: what nine of ten runs stay under."""
     known = own if own is not None and (own.typed or own.runs >= FEW_RUNS) else of_group or own
-    if known is None:
-        return UNKNOWN_S
-    usual_way = next(
-        (median(each.ways_m) for each in (known, of_group) if each is not None and len(each.ways_m) >= FEW_RUNS), None
-    )
-    more = 0.0 if way_m is None or usual_way is None else (way_m - usual_way) * SECONDS_PER_METRE
-    return max(SHORTEST_S, (known.slow_s if slow else known.median_s) + more)
+    usual = UNKNOWN_S if known is None else known.slow_s if slow else known.median_s
+    return usual + farther_m * SECONDS_PER_METRE
 
 
 def remaining_duration(estimate: DurationEstimate | None, elapsed_s: float) -> float:

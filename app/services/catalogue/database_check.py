@@ -4,7 +4,6 @@ program wrote into it) would otherwise end all scheduling as soon as it is met."
 from __future__ import annotations
 
 import itertools
-import math
 import sqlite3
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, replace
@@ -226,8 +225,6 @@ def _executions(c: sqlite3.Connection) -> None:
     repository = ExecutionRepository()
     found = [*repository.open_all(c), *repository.page(c, ExecutionFilter(), None, LATEST)]
     _check_instants(found)
-    for each in found:
-        _require(each.approach_m is None or 0 <= each.approach_m < math.inf, f"approach_m {each.approach_m}")
     _check_objects(
         *itertools.chain.from_iterable((each.parameters, each.wait_details, each.choice, each.tried) for each in found)
     )
@@ -270,7 +267,6 @@ _CHECKS: Mapping[str, Callable[[sqlite3.Connection], None]] = {
     "skips": _skips,
     "watches": _watches,
     "mission_stops": lambda c: _lengths(c, "mission_stops", "abs(x)", "abs(y)"),
-    "run_durations": lambda c: _lengths(c, "run_durations", "approach_m"),
     "check_ups": CheckUpRepository().check,
     "calendar_days": _calendar,
     "holds": _holds,

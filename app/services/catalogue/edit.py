@@ -293,7 +293,6 @@ class Edit(GroupEdit, ScheduleEdit):
             robot,
             self.robots.last_accepted(self.c, robot_id),
             self.robots.idle_queue_id(self.c, robot_id),
-            self.robots.drains(self.c, [robot_id])[robot_id],
             self.durations.of_robot(self.c, robot_id),
             check_up=self.check_ups.stored(self.c, robot_id),
             schedules=schedules,

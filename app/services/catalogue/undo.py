@@ -14,7 +14,6 @@ from app.database.missions import RunDuration
 from app.database.robots import Accepted, StoredHold
 from app.database.schedules import Skip
 from app.domain import names
-from app.domain.drain import Drain
 from app.domain.models import (
     DayException,
     Execution,
@@ -47,7 +46,6 @@ class Removed:
     robot: Robot | None = None
     accepted: Accepted | None = None  # by that robot, last
     idle_queue_id: int | None = None  # of that robot
-    drain: Drain | None = None  # of that robot
     durations: Sequence[RunDuration] = ()  # of that robot
     check_up: StoredCheckUp | None = None  # of that robot
     missions: Sequence[Mission] = ()
@@ -117,8 +115,6 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
         edit.notes.append(f"robot {removed.robot.name!r} put back")
         if removed.accepted is not None:
             edit.robots.note_accepted(edit.c, removed.robot.id, removed.accepted)
-        if removed.drain is not None:
-            edit.robots.put_drain(edit.c, removed.robot.id, removed.robot.serial_number, removed.drain)
         edit.durations.put_back(edit.c, removed.durations)
         if removed.check_up is not None:
             edit.check_ups.put_back(edit.c, removed.robot.id, removed.check_up)

@@ -157,7 +157,6 @@ class Allocator:
                         mission.guid,
                         state.choice(decision),
                         self._intent_floor(row, workers[decision.robot_id], mission.guid),
-                        state.approach(decision.robot_id, mission),
                     )
                 )
                 if decision.is_last_call or decision.start.at_once:

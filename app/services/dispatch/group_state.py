@@ -13,7 +13,6 @@ from app.database.group_executions import FullPlace, GroupExecutionRepository
 from app.database.missions import DurationRepository, StopRepository
 from app.database.values import to_instant
 from app.domain.clock import midnight
-from app.domain.drain import Drain
 from app.domain.models import Connection, DurationEstimate, Execution, Group, HandOver, Mission, Robot, Schedule
 from app.domain.robot import QueueItem, QueueState, RobotStatus, Spot, Stop, straight_way
 from app.services.allocation.choose import AHEAD, Advantage, Decision, Option
@@ -106,6 +105,7 @@ class GroupState:
             lacks,
         )
         self._run_durations: dict[tuple[int, str, bool], float | None] = {}
+        self._nearest: dict[str, float] = {}  # of each mission, the shortest way of a robot to its first stop, in m
         self._spots: dict[int, Spot | None] = {}  # of each robot when it is free
         self._missions: dict[tuple[int, str], Mission | None] = {}
         self._of_group: dict[str, DurationEstimate | None] = {}
@@ -114,10 +114,7 @@ class GroupState:
         self._all, self._seem_free = tuple(sorted(members)), set[int]()
         self._room = GroupExecutionRepository().room(self._c)
         self.robots = {key: workers[key].robot for key in self._all if key in workers}
-        self._drains, self._failures = (
-            context.robots.drains(self._c, self._all),
-            context.robots.failures(self._c, self._all),
-        )
+        self._failures = context.robots.failures(self._c, self._all)
         self.members = {key: self._member(workers[key]) for key in self.robots}
 
     def situation(self, rows: Iterable[Execution], groups: Mapping[int, Group]) -> Situation:
@@ -165,7 +162,6 @@ class GroupState:
             is_free=seems_free and worker.seen.fresh_status is not None,
             free_s=0.0 if seems_free else self._free_s(robot, at_work(rows, status)),
             battery=None if status is None else status.battery_percentage,
-            drain=self._drains.get(robot.id, Drain()).per_hour,
             hours=self._hours.get(robot.id, 0.0),
             failures=self._failures.get(robot.id, 0),
             ineligible=ineligible,
@@ -291,7 +287,7 @@ class GroupState:
                 else run_duration(
                     expected(self._usual(robot_id, meant.guid), meant),
                     self._pooled(mission),
-                    self._way(robot_id, meant),
+                    self._farther(robot_id, meant),
                     slow=slow,
                 )
             )
@@ -302,9 +298,14 @@ class GroupState:
         stops = self._stops.get(mission.guid)
         return straight_way(self._spots.get(robot_id), stops[0].spot) if stops else None
 
-    def approach(self, robot_id: int, mission: Mission) -> float | None:
-        """The same, of a robot that is free."""
-        return self._way(robot_id, mission) if robot_id in self._seem_free else None
+    def _farther(self, robot_id: int, mission: Mission) -> float:
+        """By how much its way is longer than the nearest robot's, in m; 0 where that is not known."""
+        if mission.name not in self._nearest:
+            usable = [each for each, member in self.members.items() if member.ineligible is None]
+            ways = [self._way(each, found) for each in usable if (found := self.mission(each, mission.name))]
+            self._nearest[mission.name] = min((way for way in ways if way is not None), default=0.0)
+        way = self._way(robot_id, mission)
+        return 0.0 if way is None else max(0.0, way - self._nearest[mission.name])
 
     def _pooled(self, mission: str) -> DurationEstimate | None:
         if mission not in self._of_group:
@@ -366,7 +367,7 @@ class GroupState:
     def _metres(self, robot_id: int, decision: Decision) -> dict[str, int]:
         """Only of a choice: while it waits that would be written again each time a robot moves."""
         meant = self.mission(robot_id, decision.start.mission) if decision.robot_id is not None else None
-        metres = None if meant is None else self.approach(robot_id, meant)
+        metres = None if meant is None else self._way(robot_id, meant)
         return {} if metres is None else {"metres": round(metres)}
 
     def describe_occupant(self, full: FullPlace) -> dict[str, Any]:

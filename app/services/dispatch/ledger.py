@@ -227,8 +227,6 @@ class Ledger:
                 self._robots.note_idle(c, made.robot_id, made.queue_id)
         if made and move.watch is not None:
             self._starts.watch(c, move.watch)
-        if made and move.used is not None and made.robot_id is not None:
-            self._robots.note_used(c, made.robot_id, made.robot_serial, move.used)
         if made and move.went_well is not None and move.execution.robot_id is not None:
             self._robots.note_outcome(c, move.execution.robot_id, move.went_well)
         return made

@@ -10,7 +10,6 @@ from typing import Any
 from app.database.executions import UNBOUND
 from app.database.group_executions import Watch
 from app.domain.clock import Clock
-from app.domain.drain import Used
 from app.domain.message import Message
 from app.domain.models import Execution, Reason, ReasonCode, Robot, State, Wait
 from app.domain.robot import QueueItem
@@ -31,7 +30,6 @@ class Move:
     columns: Mapping[str, Any]
     watch: Watch | None = None
     needs_room: bool = False  # at the places that its mission uses; else it is not made
-    used: Used | None = None  # of its robot's battery, where that is known
     went_well: bool | None = None  # its robot has completed it, or failed it; None: neither
 
     @property
@@ -130,11 +128,9 @@ class Moves:
         mission_guid: str,
         choice: Mapping[str, Any],
         intent_floor: int | None = None,
-        approach_m: float | None = None,
     ) -> Move:
         """A robot of its group is chosen. What was ever sent to it lies above the floor of the first time, on the machine of that time.
-        ``intent_floor``: it was never there, and is about to be sent; the highest queue id known of that robot. ``approach_m``: straight
-        way to the mission's first stop, of a robot that goes there at once."""
+        ``intent_floor``: it was never there, and is about to be sent; the highest queue id known of that robot."""
         before = execution.tried.get(str(robot.id), {})
         columns: dict[str, Any] = {
             "robot_id": robot.id,
@@ -142,7 +138,6 @@ class Moves:
             "mission_guid": mission_guid,
             "bound_at": self._clock.now(),
             "choice": choice,
-            "approach_m": approach_m,
             "wait": Wait.DUE,
             "wait_details": {},
             "queue_floor": before.get("floor"),
@@ -214,7 +209,7 @@ class Moves:
             self.ended(execution, reason, (execution.state,)), watch=self.watch(execution, execution.robot_id)
         )
 
-    def started(self, execution: Execution, robot_delay_s: float | None, approach_m: float | None) -> Move:
+    def started(self, execution: Execution, robot_delay_s: float | None) -> Move:
         return Move(
             execution,
             (State.QUEUED,),
@@ -222,13 +217,10 @@ class Moves:
                 "state": State.EXECUTING,
                 "started_at": self._clock.now(),
                 "robot_delay_s": robot_delay_s,
-                "approach_m": approach_m,
             },
         )
 
-    def completed(
-        self, execution: Execution, duration_s: float | None, robot_delay_s: float | None, used: Used | None = None
-    ) -> Move:
+    def completed(self, execution: Execution, duration_s: float | None, robot_delay_s: float | None) -> Move:
         """Seen done; a fast one is first seen so, and then began about now."""
         now = self._clock.now()
         return Move(
@@ -241,7 +233,6 @@ class Moves:
                 "robot_delay_s": robot_delay_s,
                 "started_at": execution.started_at or now,
             },
-            used=used,
             went_well=True,
         )
 

@@ -44,9 +44,6 @@ WATCHED_FOR = (
     600.0  # that a robot is searched for a request that was given up, and once more when it answers after that
 )
 UNSEARCHED_AT_MOST = 3600.0  # that such searches may fail on a robot that answers otherwise, before they end
-UNSEEN_AT_MOST = (
-    60.0  # from when a run is last seen executing until it is seen done, to say what it used of the battery
-)
 LIVE_EVERY = 2.0  # between reads of a robot on screen, or with something of ours
 SLOW_ANSWER = 2.0  # from here on an answer is shown as slow
 IN_PART_AT_MOST = 60.0  # that a robot tells its status but not its queue, until that is an alarm

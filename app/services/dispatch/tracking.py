@@ -5,15 +5,13 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 
-from app.database.missions import StopRepository
 from app.domain.message import Message, message
 from app.domain.models import Execution, Reason, ReasonCode, State
-from app.domain.robot import QueueItem, QueueState, straight_way
+from app.domain.robot import QueueItem, QueueState
 from app.mir.client import RobotClient
 from app.mir.errors import Rejected, RobotError, RobotFault, Unreadable
 from app.mir.robot_vocabulary import as_stored
 from app.services.dispatch.context import Context
-from app.services.dispatch.draining import Draining
 from app.services.dispatch.duplicates import Duplicates
 from app.services.dispatch.ledger import seconds_between
 from app.services.dispatch.moves import WITH_THE_ROBOT, Move
@@ -23,7 +21,6 @@ from app.services.dispatch.timing import GONE_FOR
 log = logging.getLogger(__name__)
 
 USER_REQUEST = "aborted - user request"  # the message of a cancellation in the robot's language en_US
-JUST_BEGUN = 3.0  # s from the beginning of a run, in which a robot has hardly moved
 MANY = 3  # open executions that are asked for in one request instead of one each
 
 
@@ -41,7 +38,6 @@ class Tracking:
     ) -> None:
         self._client, self._s, self._ledger = client, context, context.ledger
         self._seen, self._duplicates, self._give_way = observation, duplicates, on_pause
-        self._draining, self._stops = Draining(context, observation), StopRepository()
         self._missing_since: dict[
             int, float
         ] = {}  # queue ids that the robot does not seem to have (any more), on the monotonic clock
@@ -64,7 +60,6 @@ class Tracking:
         ids = {queue_id for _row, queue_id in accepted}
         self._missing_since = {key: since for key, since in self._missing_since.items() if key in ids}
         self._unreadable &= ids
-        self._draining.forget_all_but({row.id for row, _queue_id in accepted})
 
     def give_up_moved(self, serial_number: str | None) -> list[Execution]:
         """Another machine answers, and the address was changed since some were accepted: what became of these can't be asked any more.
@@ -143,12 +138,10 @@ class Tracking:
         delay = seconds_between(item.ordered, item.started)
         duration = seconds_between(item.started, item.finished)
         if item.state is QueueState.DONE:
-            return [self._ledger.moves.completed(row, duration, delay, self._draining.saw_completed(row))]
-        if item.state is QueueState.EXECUTING:
-            self._draining.saw_executing(row)
+            return [self._ledger.moves.completed(row, duration, delay)]
         moves = []
         if item.state is not QueueState.PENDING and row.state is State.QUEUED and item.started is not None:
-            moves.append(self._ledger.moves.started(row, delay, self._approach(row, delay)))
+            moves.append(self._ledger.moves.started(row, delay))
         is_unknown = item.state is QueueState.UNKNOWN
         if not is_unknown:
             self._missing_since.pop(item.id, None)
@@ -160,16 +153,6 @@ class Tracking:
             wanted = self._ledger.get(row.id) or row  # a person may have cancelled it meanwhile
             moves.append(self._ledger.moves.ended(row, why_aborted(wanted, item), duration_s=duration))
         return moves
-
-    def _approach(self, row: Execution, delay: float | None) -> float | None:
-        """Straight way to the mission's first stop: as it was when its robot was chosen, or as it is when the run has only just begun.
-        ``delay``: from when the robot took it to when it began."""
-        status = self._seen.fresh_status
-        if row.approach_m is not None or status is None or row.submitted_at is None or delay is None:
-            return row.approach_m
-        seen_after = (self._s.clock.now() - row.submitted_at).total_seconds() - delay - self._seen.age
-        stops = self._stops.of(self._s.db.read(), row.mission_guid) if abs(seen_after) <= JUST_BEGUN else ()
-        return straight_way(status.spot, stops[0].spot) if stops else None
 
 
 def why_aborted(row: Execution, item: QueueItem) -> Reason:

@@ -69,8 +69,7 @@ def pooled(estimates: Sequence[DurationEstimate]) -> DurationEstimate | None:
     samples = sorted(seconds for each in estimates for seconds in each.samples_s)
     if not samples:
         return None
-    ways = sorted(metres for each in estimates for metres in each.ways_m)
-    return DurationEstimate(percentile(samples, 50) or 0.0, percentile(samples, 90) or 0.0, tuple(samples), tuple(ways))
+    return DurationEstimate(percentile(samples, 50) or 0.0, percentile(samples, 90) or 0.0, tuple(samples))
 
 
 def percentile(ordered: Sequence[float], percent: float) -> float | None:

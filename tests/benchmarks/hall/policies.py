@@ -139,7 +139,6 @@ class ThisApp(Rule):
                 day.is_idle(robot),
                 believed[robot.number][0],
                 day.level(robot),
-                8.0,
                 robot.busy / HOUR,
                 Ineligible.SILENT if robot.known_silent else Ineligible.STOPPED if robot.known_error else None,
             )

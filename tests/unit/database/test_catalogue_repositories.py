@@ -14,7 +14,6 @@ from app.database.robots import Accepted, HoldRepository, RobotRepository, Store
 from app.database.schedules import Progress, ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.database.values import to_text
-from app.domain.drain import Drain, Used
 from app.domain.models import Alarm, Between, IdleRule, Mission, Overlap, Priority, Robot, Schedule, Settings
 from app.domain.robot import IdentifiedBy
 from tests.unit.database.conftest import NOON
@@ -266,29 +265,6 @@ def test_what_dispatch_has_to_know_of_a_robot_outlives_an_edit(db, robot):
     assert known() == (Accepted(41, "token"), 40)
     db.write(lambda c: ROBOTS.note_idle(c, robot.id, None))
     assert known() == (Accepted(41, "token"), None)
-
-
-def test_what_runs_use_of_a_battery_is_kept_with_the_robot_until_another_machine_takes_its_place(db):
-    """A run of the machine before it says nothing about the new one."""
-    robot = db.write(lambda c: ROBOTS.add(c, Robot("A", "http://a", serial_number="1")))
-    shy = db.write(lambda c: ROBOTS.add(c, Robot("B", "http://b")))
-
-    def drains():
-        return ROBOTS.drains(db.read(), (robot.id, shy.id, 99))
-
-    assert drains() == {robot.id: Drain(), shy.id: Drain()}
-    for serial_number in ("1", "2", None):
-        db.write(lambda c, number=serial_number: ROBOTS.note_used(c, robot.id, number, Used(4.0, 0.5)))
-        db.write(lambda c, number=serial_number: ROBOTS.note_used(c, shy.id, number, Used(1.0, 0.25)))
-    db.write(lambda c: ROBOTS.note_used(c, 99, None, Used(4.0, 0.5)))
-    assert drains() == {robot.id: Drain(1, 4.0, 0.5), shy.id: Drain(1, 1.0, 0.25)}
-    for edited in (replace(robot, name="C", address="http://c"), replace(shy, serial_number="3")):  # the same machines
-        db.write(lambda c, edited=edited: ROBOTS.update(c, edited))
-    assert [drain.runs for drain in drains().values()] == [1, 1]
-    db.write(lambda c: ROBOTS.update(c, replace(robot, serial_number="2")))
-    assert [drain.runs for drain in drains().values()] == [0, 1]
-    db.write(lambda c: ROBOTS.update(c, replace(shy, serial_number=None)))  # which one is not known any more
-    assert drains() == {robot.id: Drain(), shy.id: Drain()}
 
 
 def test_finding_the_due_ones_reads_an_index_and_never_the_table(db):

@@ -10,7 +10,7 @@ from app.database.connection import Database
 from app.database.executions import ExecutionRepository
 from app.database.missions import DurationRepository
 from app.database.robots import RobotRepository
-from app.database.schema import _RUN_DURATIONS, _WAYS, MIGRATIONS
+from app.database.schema import _RUN_DURATIONS, MIGRATIONS
 from app.domain.models import OPEN_STATES, Robot, State
 from tests.support.stored import bring_over
 from tests.unit.database.conftest import NOON
@@ -34,10 +34,6 @@ def ran(db, row):
         db.write(work)
 
     return run
-
-
-def ways(db):
-    return DURATIONS.usual(db.read(), 1, "guid").ways_m
 
 
 def usual(db, robot_id=1, guid="guid"):
@@ -89,30 +85,6 @@ def test_those_that_come_as_rows_of_the_history_count_too(db, ran, row):
     rows = [row(state=State.COMPLETED, ended_at=NOON, duration_s=float(seconds)) for seconds in range(40)]
     db.write(lambda c: EXECUTIONS.add_many(c, rows))
     assert usual(db) == tuple(float(seconds) for seconds in range(20, 40))
-
-
-def test_from_how_far_away_they_began_is_kept_where_it_is_known(db, ran, row):
-    for metres in (30.0, None, 10.0):
-        ran(60.0, approach_m=metres)
-    assert ways(db) == (10.0, 30.0)
-    db.write(lambda c: EXECUTIONS.add(c, row(state=State.COMPLETED, ended_at=NOON, duration_s=60.0, approach_m=20.0)))
-    kept = DURATIONS.of_robot(db.read(), 1)
-    db.write(lambda c: ROBOTS.remove(c, 1))
-    db.write(lambda c: (ROBOTS.add(c, Robot("Aino", "http://a", id=1)), DURATIONS.put_back(c, kept)))
-    assert (ways(db), len(usual(db))) == ((10.0, 20.0, 30.0), 4)
-
-
-def test_of_those_of_before_it_is_not_known(tmp_path, clock, row, db):
-    path = tmp_path / "a.db"
-    old = Database.open(path, clock=clock, migrations=MIGRATIONS[: MIGRATIONS.index(_WAYS)])
-    old.write(lambda c: c.execute("INSERT INTO robots (id, name, address) VALUES (1, 'Aino', 'http://a')"))
-    db.write(lambda c: EXECUTIONS.add(c, row(state=State.COMPLETED, ended_at=NOON, duration_s=60.0)))
-    bring_over(db, old)
-    old.close()
-    new = Database.open(path, clock=clock)
-    new.write(lambda c: EXECUTIONS.add(c, row(state=State.COMPLETED, ended_at=NOON, duration_s=70.0, approach_m=5.0)))
-    assert (usual(new), ways(new)) == ((60.0, 70.0), (5.0,))
-    new.close()
 
 
 def test_they_go_with_their_robot_and_come_back_with_it(db, ran):

@@ -12,9 +12,7 @@ from app.database import connection, migrations
 from app.database.backups import BACKUPS, problem_of
 from app.database.connection import Database, DatabaseRefused, DatabaseUnavailable
 from app.database.missions import MissionRepository
-from app.database.robots import RobotRepository
 from app.database.schema import (
-    _DRAIN,
     _NO_DECISION_READS_HISTORY,
     _SKIPPED_AHEAD,
     _TYPED_DURATIONS,
@@ -22,7 +20,6 @@ from app.database.schema import (
     MIGRATIONS,
 )
 from app.database.settings import SettingsRepository
-from app.domain.drain import Drain
 
 ADD_A_TABLE = "CREATE TABLE extra (id INTEGER PRIMARY KEY) STRICT;"
 
@@ -240,16 +237,6 @@ def test_what_decisions_read_from_the_history_before_is_kept_beside_what_they_ar
     robots = c.execute("SELECT last_queue_id, last_token, idle_queue_id FROM robots ORDER BY id").fetchall()
     assert [tuple(row) for row in robots] == [(12, "2026-11-23T06", 14), (None, None, None)]
     assert [row[0] for row in c.execute("SELECT DISTINCT revoked FROM executions")] == [None]
-    db.close()
-
-
-def test_of_robots_of_before_it_is_not_known_what_they_use(tmp_path, clock):
-    path = tmp_path / "a.db"
-    old = Database.open(path, clock=clock, migrations=MIGRATIONS[: MIGRATIONS.index(_DRAIN)])
-    old.write(lambda c: c.execute("INSERT INTO robots (id, name, address) VALUES (1, 'Aino', 'http://a')"))
-    old.close()
-    db = Database.open(path, clock=clock)
-    assert RobotRepository().drains(db.read(), [1]) == {1: Drain()}
     db.close()
 
 
