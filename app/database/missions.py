@@ -1,7 +1,7 @@
 """Missions: names for the robots' guids, for all robots or for one whose guid differs; and what is known of each guid: what it
 asks for, where it drives to, how long it took.
 
-How long the newest completed runs took on each robot, and from how far away they began, is kept by triggers of the database, in
+How long the newest completed runs took on each robot is kept by triggers of the database, in
 the statement that completes one, apart from the history, which may be pruned to nothing.
 """
 

@@ -184,7 +184,7 @@ class Day:
         elif robot.drives_to_charger:
             seconds, place = 30.0, self.site.charger
         for mission, _run in robot.queue:
-            seconds += self.learned.takes(robot.number, mission, place)
+            seconds += self.learned.takes(robot.number, mission)
             place = mission.last
         return (seconds or (0.0 if robot.seen_idle else POLL_S / 2)), place
 

@@ -77,7 +77,7 @@ class EarliestCompletion(WhenDue):
     def choose(self, day: Day, run: Run, robots: Sequence[Robot]) -> Robot:
         def done(robot: Robot) -> float:
             seconds, place = day.free_in(robot)
-            return seconds + day.learned.takes(robot.number, run.mission, place)
+            return seconds + day.learned.takes(robot.number, run.mission, day.learned.way(place, run.mission))
 
         return min(robots, key=lambda robot: (done(robot), robot.number))
 
@@ -103,7 +103,10 @@ class FirstIdle(WhenIdle):
 
 class NearestIdle(WhenIdle):
     def choose(self, day: Day, run: Run, robots: Sequence[Robot]) -> Robot:
-        return min(robots, key=lambda robot: (day.learned.takes(robot.number, run.mission, robot.place), robot.number))
+        def done(robot: Robot) -> float:
+            return day.learned.takes(robot.number, run.mission, day.learned.way(robot.place, run.mission))
+
+        return min(robots, key=lambda robot: (done(robot), robot.number))
 
 
 class ThisApp(Rule):
@@ -130,7 +133,10 @@ class ThisApp(Rule):
         missions = {str(mission.number): mission for mission in day.site.missions}
 
         def takes(robot_id: int, mission: str, *, slow: bool = False) -> float:
-            return day.learned.takes(robot_id, missions[mission], believed[robot_id][1], slow=slow)
+            wanted = missions[mission]
+            ways = [day.learned.way(place, wanted) for _free_s, place in believed]
+            nearest = min((ways[robot.number] for robot in day.robots if not robot.is_known_down), default=0.0)
+            return day.learned.takes(robot_id, wanted, max(0.0, ways[robot_id] - nearest), slow=slow)
 
         robots = {
             robot.number: Member(

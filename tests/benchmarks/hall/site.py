@@ -199,28 +199,27 @@ class Learned:
         self._known: dict[tuple[int, int], DurationEstimate] = {}
         for mission in site.missions:
             factor = 1 + error * rng.choice((-1, 1)) if error else 1.0
-            of_all: list[tuple[float, float]] = []
+            of_all: list[float] = []
             for machine in site.machines:
                 begins = [rng.choice(site.places) for _ in range(20)]
-                seen = [
-                    (run_time(rng, mission, machine, place) * factor, math.dist(place, mission.first))
-                    for place in begins
-                ]
+                seen = [run_time(rng, mission, machine, place) * factor for place in begins]
                 of_all += seen[:3]
                 if rng.random() < share:
                     self._known[machine.number, mission.number] = _known(seen)
             for machine in site.machines:
                 self._known.setdefault((machine.number, mission.number), _known(of_all))
 
-    def takes(self, robot: int, mission: Mission, place: Place, *, slow: bool = False) -> float:
-        way_m = math.dist(place, mission.first) if self._positions else None
-        return run_duration(self._known[robot, mission.number], None, way_m, slow=slow)
+    def way(self, place: Place, mission: Mission) -> float:
+        """Straight to its first place, in m; without positions they are all alike."""
+        return math.dist(place, mission.first) if self._positions else 0.0
+
+    def takes(self, robot: int, mission: Mission, farther_m: float = 0.0, *, slow: bool = False) -> float:
+        return run_duration(self._known[robot, mission.number], None, farther_m, slow=slow)
 
     def estimate(self, robot: int, mission: Mission) -> DurationEstimate:
         return self._known[robot, mission.number]
 
 
-def _known(seen: Sequence[tuple[float, float]]) -> DurationEstimate:
-    lasted = tuple(sorted(seconds for seconds, _ in seen))
-    ways = tuple(sorted(metres for _, metres in seen))
-    return DurationEstimate(median(lasted), lasted[math.ceil(0.9 * len(lasted)) - 1], lasted, ways)
+def _known(seen: Sequence[float]) -> DurationEstimate:
+    lasted = tuple(sorted(seen))
+    return DurationEstimate(median(lasted), lasted[math.ceil(0.9 * len(lasted)) - 1], lasted)
