@@ -24,7 +24,7 @@ from app.mir.client import RobotClient
 from app.mir.credentials import Token
 from app.mir.transport import Pace
 from app.services.catalogue.catalogue import Catalogue
-from app.services.catalogue.database_check import problem_in
+from app.services.catalogue.database_check import find_problem
 from app.services.catalogue.pausing import Pausing
 from app.services.catalogue.preview import Forecasts
 from app.services.check_up.service import CheckUps
@@ -260,9 +260,9 @@ class Container:
         """Open (or begin) the database in this directory. Raises what Database.open raises, and DatabaseDamaged for values in it that can't
         be used: met later, they would end all scheduling."""
         db = Database.open(data_dir / DATABASE_NAME)
-        if problem := problem_in(db.read()):
+        if problem := find_problem(db.read()):
             db.close()
-            raise DatabaseDamaged(db.path, problem, backup=newest_good_backup(db.path, problem_in))
+            raise DatabaseDamaged(db.path, problem, backup=newest_good_backup(db.path, find_problem))
         container = cls(db, clock, make_client=make_client, with_window=with_window, machine=machine_id())
         container.first_start()
         return container
@@ -302,7 +302,7 @@ class Container:
         self.tablet.begin()
         for line in self.catalogue.edit(lambda edit: edit.take_known_zones(self._find_zone)):
             log.warning("At the start %s", line)
-        if count := self.catalogue.edit(lambda edit: edit.follow_rules()):
+        if count := self.catalogue.edit(lambda edit: edit.replan_outdated()):
             log.warning(
                 "The rules or the time zone data are others than before: %d schedules were planned again", count
             )

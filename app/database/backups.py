@@ -210,11 +210,11 @@ def _copied(backup: Path, part: Path, check: Check | None) -> Message | None:
 
 def _ready(path: Path) -> Path:
     """The copy of a backup that is whole, checked, and to take the place of the database."""
-    return files.beside_of(path, ".to-restore")
+    return files.sibling(path, ".to-restore")
 
 
 def _part(path: Path) -> Path:
-    return files.beside_of(path, ".restore")
+    return files.sibling(path, ".restore")
 
 
 def is_restoring(path: Path) -> bool:
@@ -266,7 +266,7 @@ def _note_restore(file: Path, former: Path, now: datetime) -> None:
 
 def _wrong_pins(database: Path) -> int:
     """How many were entered in a row; 0 where that can't be read."""
-    is_whole = not files.size_of(files.beside_of(database, "-wal"))  # then nothing has to be created beside it
+    is_whole = not files.size_of(files.sibling(database, "-wal"))  # then nothing has to be created beside it
     try:
         with contextlib.closing(
             sqlite3.connect(f"{database.as_uri()}?mode=ro{'&immutable=1' * is_whole}", uri=True)

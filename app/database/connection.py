@@ -109,7 +109,7 @@ class Database:
             _check_identity(db.read(), path, len(MIGRATIONS))
             version = db.read().execute("PRAGMA user_version").fetchone()[0]
         except sqlite3.Error as error:
-            wal = files.beside_of(path, "-wal")
+            wal = files.sibling(path, "-wal")
             if primary_code(error) in (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY) and files.size_of(wal):
                 raise DatabaseUnavailable(
                     "The newest changes lie in {path}, which can't be read where nothing can be written: copy the "
@@ -200,8 +200,8 @@ def _is_immutable(path: Path) -> bool:
     (sqlite.org/wal.html, "Read-Only Databases"). Where an app has been killed they are there already."""
     return (
         not os.access(path.parent, os.W_OK)
-        and not files.beside_of(path, "-shm").exists()
-        and files.size_of(files.beside_of(path, "-wal")) == 0
+        and not files.sibling(path, "-shm").exists()
+        and files.size_of(files.sibling(path, "-wal")) == 0
     )
 
 
@@ -262,7 +262,7 @@ def _has_backups(path: Path) -> bool:
 
 def _is_lost(path: Path) -> bool:
     """Whether a database that was here is missing: an empty one must not replace it."""
-    return files.size_of(path) == 0 and (_has_backups(path) or files.size_of(files.beside_of(path, "-wal")) > 0)
+    return files.size_of(path) == 0 and (_has_backups(path) or files.size_of(files.sibling(path, "-wal")) > 0)
 
 
 def _keep_aside(path: Path, problem: Message, clock: Clock) -> DatabaseDamaged:

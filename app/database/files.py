@@ -38,7 +38,7 @@ def make_private(path: Path) -> None:
             sync_directory(path.parent)
         for side in SIDES:
             with contextlib.suppress(FileNotFoundError):
-                beside = beside_of(path, side)
+                beside = sibling(path, side)
                 if _CAN_SET_MODES and beside.stat().st_mode & 0o077:
                     beside.chmod(FILE_MODE)
     except OSError as error:
@@ -47,7 +47,7 @@ def make_private(path: Path) -> None:
         ) from error
 
 
-def beside_of(path: Path, ending: str) -> Path:
+def sibling(path: Path, ending: str) -> Path:
     return path.with_name(path.name + ending)
 
 
@@ -89,14 +89,14 @@ def set_aside(path: Path, label: str, now: datetime) -> Path | None:
     stem = f"{path.name}.{label}-{now:%Y%m%dT%H%M%SZ}"
     target, number = path.with_name(stem), 1
     while any(
-        beside_of(target, side).exists() and beside_of(path, side).exists() for side in SIDES
+        sibling(target, side).exists() and sibling(path, side).exists() for side in SIDES
     ):  # else it is being carried on
         number += 1
         target = path.with_name(f"{stem}-{number}")
     moved = False
     for side in SIDES:
         with contextlib.suppress(FileNotFoundError):
-            beside_of(path, side).rename(beside_of(target, side))
+            sibling(path, side).rename(sibling(target, side))
             moved = True
     sync_directory(path.parent)
     return target if moved else None
@@ -104,7 +104,7 @@ def set_aside(path: Path, label: str, now: datetime) -> Path | None:
 
 # ---------------------------------------------------------------------- the mark of a damaged database
 def _mark(path: Path) -> Path:
-    return beside_of(path, ".damaged")
+    return sibling(path, ".damaged")
 
 
 _NOTHING = "-"

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from app.database.executions import OPEN, execution_of, stored_values
 from app.database.values import placeholders, to_instant, to_optional_instant, to_text
-from app.domain.choice import KEEPS_NO_ROBOT
+from app.domain.choice import LEAVES_ROBOT_FREE
 from app.domain.models import Execution
 
 # What a choice rests on.
@@ -97,8 +97,8 @@ class GroupExecutionRepository:
             WHERE e.id = ? AND e.state = 'waiting' AND e.robot_id IS NULL AND e.cancel_code IS NULL AND e.revoked IS NULL AND NOT e.held
                 AND {" AND ".join(f"e.{name} IS ?" for name in read)} AND r.id = ? AND r.enabled AND NOT r.needs_password
                 AND (? OR NOT EXISTS (SELECT 1 FROM executions WHERE robot_id = r.id AND {OPEN} AND trigger <> 'idle'
-                                      AND NOT (state = 'waiting' AND wait IN ({placeholders(KEEPS_NO_ROBOT)}))))""",
-            (execution.id, *read.values(), robot_id, into_queue, *KEEPS_NO_ROBOT),
+                                      AND NOT (state = 'waiting' AND wait IN ({placeholders(LEAVES_ROBOT_FREE)}))))""",
+            (execution.id, *read.values(), robot_id, into_queue, *LEAVES_ROBOT_FREE),
         ).fetchone()
         return found is not None and self.full_place(c, execution) is None
 
@@ -156,10 +156,10 @@ class GroupExecutionRepository:
                 SELECT name FROM mission_places JOIN missions ON missions.id = mission_id WHERE place_id = ?))
             SELECT id, robot, robot_id, mission_guid, started_at FROM executions INDEXED BY executions_open
             WHERE {OPEN} AND robot_id IS NOT NULL AND (state <> 'waiting' OR group_id IS NOT NULL) AND id <> ?
-                AND NOT (state = 'waiting' AND wait IN ({placeholders(KEEPS_NO_ROBOT)}))
+                AND NOT (state = 'waiting' AND wait IN ({placeholders(LEAVES_ROBOT_FREE)}))
                 AND (mission IN (SELECT name FROM here) OR mission_guid IN (SELECT guid FROM here))
             ORDER BY planned_at, id""",
-            (place_id, but, *KEEPS_NO_ROBOT),
+            (place_id, but, *LEAVES_ROBOT_FREE),
         ).fetchall()
 
     # ------------------------------------------------------------------ given up

@@ -146,14 +146,14 @@ class ScheduleRepository:
             "INSERT OR REPLACE INTO skips (schedule_id, planned_at) VALUES (?, ?)", (schedule_id, to_text(instant))
         )
 
-    def keep_back(self, c: sqlite3.Connection, schedule_id: int, instant: datetime) -> None:
+    def hold(self, c: sqlite3.Connection, schedule_id: int, instant: datetime) -> None:
         """Unless it is left out."""
         c.execute(
             "INSERT OR IGNORE INTO skips (schedule_id, planned_at, held) VALUES (?, ?, 1)",
             (schedule_id, to_text(instant)),
         )
 
-    def take_again(self, c: sqlite3.Connection, schedule_id: int, instant: datetime) -> None:
+    def unskip(self, c: sqlite3.Connection, schedule_id: int, instant: datetime) -> None:
         """A start is not left out, or kept back, after all."""
         c.execute("DELETE FROM skips WHERE schedule_id = ? AND planned_at = ?", (schedule_id, to_text(instant)))
 

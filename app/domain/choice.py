@@ -18,7 +18,7 @@ from app.domain.reasons import known_zone, stored_sentence
 from app.domain.writing import Translate
 
 MOST_SHOWN = 4  # robots of a sentence; of more, how many
-KEEPS_NO_ROBOT = (
+LEAVES_ROBOT_FREE = (
     Wait.HOLD,
     Wait.BATTERY,
     Wait.LATE_START,
@@ -49,14 +49,14 @@ _WHY: Mapping[str, str] = MappingProxyType(
 )
 
 
-def is_persons(choice: Mapping[str, Any]) -> bool:
+def is_by_operator(choice: Mapping[str, Any]) -> bool:
     """A person has given the start to its robot, which therefore gets it as it would a start of its own: stopped, low, or busy."""
     return choice.get("by") == "person"
 
 
-def is_for_any(row: Execution) -> bool:
+def may_change_robot(row: Execution) -> bool:
     """Whether another robot may get it instead: one of a group, of which no person has chosen its robot."""
-    return row.group_id is not None and not is_persons(row.choice)
+    return row.group_id is not None and not is_by_operator(row.choice)
 
 
 def chosen(
@@ -66,7 +66,7 @@ def chosen(
     robots = _robots(choice)
     if not robots:
         return ""
-    if is_persons(choice):
+    if is_by_operator(choice):
         return translate("{robot}: chosen by a person").format(robot=robots[0]["robot"])
     first = _queued(robots[0], zone, translate) if choice.get("last_call") else _why(robots[0], zone, translate)
     if not whole:
@@ -75,7 +75,7 @@ def chosen(
     return "; ".join([first, *others, *_more(choice, robots, translate)])
 
 
-def moved_on(tried: Mapping[str, Any], robot: str, translate: Translate = lambda text: text) -> str:
+def earlier_robots(tried: Mapping[str, Any], robot: str, translate: Translate = lambda text: text) -> str:
     """Of a start of a group: robots that had it before and did not take it, and who has it now; empty where there were none."""
     parts = []
     for each in tried.values():

@@ -350,9 +350,9 @@ class Execution:
         return self.schedule or self.mission
 
     @property
-    def given_name(self) -> str:
+    def own_name(self) -> str:
         """Its schedule's, where a person has given one; "" where that says what it does where."""
-        return names.given_to_schedule(self.schedule, self.mission, self.robot_group or self.robot)
+        return names.own_schedule_name(self.schedule, self.mission, self.robot_group or self.robot)
 
 
 class Connection(StrEnum):

@@ -85,7 +85,7 @@ def is_of_schedule(name: str, mission: str, robot: str) -> bool:
     return name in (_of_schedule(mission, robot, 1), _of_schedule(mission, robot, int(number)) if is_numbered else "")
 
 
-def given_to_schedule(name: str, mission: str, robot: str) -> str:
+def own_schedule_name(name: str, mission: str, robot: str) -> str:
     """``name`` as a person has given it; "" where ``of_schedule`` makes it: its number would read as part of the robot's name."""
     return "" if is_of_schedule(name, mission, robot) else name
 

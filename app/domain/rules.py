@@ -146,13 +146,13 @@ def ended(execution: Execution, reason: Reason, now: datetime) -> Execution:
 
 
 # ---------------------------------------------------------------------- what becomes of one that waits
-def left_out(robot: str, now: datetime) -> dict[str, Any]:
+def excluded_robot(robot: str, now: datetime) -> dict[str, Any]:
     """Of ``Execution.tried``: a robot that is not to get this start of its group."""
     at = now.isoformat()
     return {"robot": robot, "out": "tried", "tries": 0, "at": at, "until": at, "is_for_good": True, "floor": None}
 
 
-def is_left_out(tried: Mapping[str, Any], robot_id: int) -> bool:
+def is_excluded(tried: Mapping[str, Any], robot_id: int) -> bool:
     """Whether it is such a robot: nothing was tried there."""
     there = tried.get(str(robot_id), {})
     return bool(there.get("is_for_good")) and not there.get("tries")
@@ -195,11 +195,11 @@ def after_failed_attempt(execution: Execution, settings: Settings, problem: Mess
     return None
 
 
-def when_overtaken(idle: Execution, now: datetime) -> Reason:
+def reason_overtaken(idle: Execution, now: datetime) -> Reason:
     """Why an idle mission was not sent before its robot was used, or something else was planned."""
     if idle.wait in (Wait.DUE, Wait.RETRY):  # nothing had held it up
         return Reason(ReasonCode.OVERLAP, {"idle": True})
-    return when_window_closed(replace(idle, closes_at=now), app_was_down=False)
+    return reason_window_closed(replace(idle, closes_at=now), app_was_down=False)
 
 
 def is_listed_later(execution: Execution) -> bool:
@@ -207,7 +207,7 @@ def is_listed_later(execution: Execution) -> bool:
     return LISTED_LATER.items() <= execution.wait_details.items()
 
 
-def when_window_closed(execution: Execution, app_was_down: bool) -> Reason:
+def reason_window_closed(execution: Execution, app_was_down: bool) -> Reason:
     """Why an execution that was still waiting when its start window closed was not sent."""
     until = execution.closes_at.isoformat()
     match execution.wait:

@@ -23,7 +23,7 @@ from app.database.files import NO_LINK
 from app.domain.clock import SystemClock
 from app.failures import BadInput, Failure
 from app.process.log_file import FILE_NAME as LOG_NAME
-from app.services.catalogue.database_check import problem_in
+from app.services.catalogue.database_check import find_problem
 
 _OURS = (DATABASE_NAME, "scheduler.lock")
 _DIRECTORIES = ("backups", "inbox", "logs", "maps")
@@ -219,7 +219,7 @@ def restore_backup(directory: DataDirectory, backup: Path) -> Path | None:
     except AlreadyRunning as error:
         raise BadInput(str(error)) from None
     try:
-        return restore(backup, directory.database, SystemClock().now(), problem_in)
+        return restore(backup, directory.database, SystemClock().now(), find_problem)
     except DatabaseError as error:
         raise BadInput(error.text) from error
     finally:

@@ -25,7 +25,7 @@ from app.domain.models import DayException, Group, IdleRule, Mission, Place, Rob
 from app.domain.robot import Pose
 from app.mir import parse
 from app.mir.errors import Unreadable
-from app.services.catalogue.database_check import problem_in
+from app.services.catalogue.database_check import find_problem
 from tests.support.process import is_one_line, run
 
 NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)
@@ -224,7 +224,7 @@ def test_one_wrong_cell_is_refused_before_anything_is_changed(sound, tmp_path, t
     backup = spoilt(sound, tmp_path / "backup.db", statement)
     target = tmp_path / "data" / "amr-scheduler.db"
     with pytest.raises(DatabaseRefused, match=f"its table {table} has a value that can't be used"):
-        backups.restore(backup, target, NOW, problem_in)
+        backups.restore(backup, target, NOW, find_problem)
     assert not target.exists()
 
 
@@ -237,7 +237,7 @@ def test_nor_is_scheduled_with_a_database_that_has_one(sound, tmp_path, table, s
         Container.open(tmp_path)
     assert refused.value.backup == good
     assert database.exists()
-    backups.restore(good, database, NOW, problem_in)
+    backups.restore(good, database, NOW, find_problem)
     Container.open(tmp_path).close()
 
 
@@ -253,7 +253,7 @@ def test_a_text_that_is_no_text(sound, tmp_path):
     with pytest.raises(DatabaseDamaged, match="its table robots has a value"):
         Container.open(tmp_path)
     with pytest.raises(DatabaseRefused, match="it is damaged; nothing was changed"):
-        backups.restore(spoilt(sound, tmp_path / "backup.db", statement), database, NOW, problem_in)
+        backups.restore(spoilt(sound, tmp_path / "backup.db", statement), database, NOW, find_problem)
 
 
 def test_a_start_says_so_in_one_line(sound, tmp_path):
@@ -294,10 +294,10 @@ def test_backups_of_every_version_are_read(tmp_path, version):
             INSERT INTO robots (name, address) VALUES ('R', 'http://127.0.0.1:9');
             INSERT INTO settings VALUES ('poll_interval_seconds', '30');"""
         )
-    assert backups.problem_of(old, check=problem_in) is None
+    assert backups.problem_of(old, check=find_problem) is None
     with closing(sqlite3.connect(old)) as connection, connection:
         connection.execute("UPDATE settings SET value = '0'")
-    assert "table settings" in render(backups.problem_of(old, check=problem_in))
+    assert "table settings" in render(backups.problem_of(old, check=find_problem))
 
 
 # ---------------------------------------------------------------------- what only grows, or is only counted
@@ -339,7 +339,7 @@ GROWN = {
 def test_nor_is_one_restored_with_what_can_not_be_reckoned_with(sound, tmp_path, table, statement):
     backup = spoilt(sound, tmp_path / "backup.db", statement)
     with pytest.raises(DatabaseRefused, match=f"its table {table} has a value that can't be used"):
-        backups.restore(backup, tmp_path / "data" / "amr-scheduler.db", NOW, problem_in)
+        backups.restore(backup, tmp_path / "data" / "amr-scheduler.db", NOW, find_problem)
 
 
 SPANS = ("2026-11-23T06:00:00.000000Z", "2026-11-23T07:00:00.000000Z", "idle")
@@ -391,10 +391,10 @@ def test_no_number_is_restored_to_which_nothing_can_be_added(full, tmp_path, tab
         is_last = " AND ".join(f"{row[1]} IS ?" for row in c.execute(f"PRAGMA table_info({table})"))
         assert c.execute(f"UPDATE {table} SET {column} = ? WHERE {is_last}", (number, *last)).rowcount == 1
     if table == "ended_days":
-        backups.restore(backup, target, NOW, problem_in)
+        backups.restore(backup, target, NOW, find_problem)
     else:
         with pytest.raises(DatabaseRefused):
-            backups.restore(backup, target, NOW, problem_in)
+            backups.restore(backup, target, NOW, find_problem)
 
 
 def test_what_is_restored_may_grow_and_is_still_opened(full, tmp_path):
@@ -402,13 +402,13 @@ def test_what_is_restored_may_grow_and_is_still_opened(full, tmp_path):
     backup = spoilt(full, tmp_path / "backup.db", f"UPDATE robots SET drain_runs = {LARGEST}, failures = {LARGEST}")
     spoilt_more = spoilt(backup, tmp_path / "more.db", f"UPDATE sqlite_sequence SET seq = {LARGEST}")
     database = tmp_path / "data" / "amr-scheduler.db"
-    backups.restore(spoilt_more, database, NOW, problem_in)
+    backups.restore(spoilt_more, database, NOW, find_problem)
     spoilt(database, database, "UPDATE robots SET drain_runs = drain_runs + 1, failures = failures + 1")
     Container.open(tmp_path / "data").close()
 
 
 def test_all_of_these_are_restored_with_what_they_should_hold(full, tmp_path):
-    backups.restore(full, tmp_path / "amr-scheduler.db", NOW, problem_in)
+    backups.restore(full, tmp_path / "amr-scheduler.db", NOW, find_problem)
     with closing(sqlite3.connect(tmp_path / "amr-scheduler.db")) as c:
         assert all(c.execute(f"SELECT count(*) FROM {table}").fetchone()[0] for table in tables(c))
 
@@ -424,7 +424,7 @@ def test_all_of_these_are_restored_with_what_they_should_hold(full, tmp_path):
     ],
 )
 def test_what_is_only_counted_is_counted_again_so_that_runs_can_end(full, tmp_path, wrong):
-    backups.restore(spoilt(full, tmp_path / "backup.db", wrong), tmp_path / "amr-scheduler.db", NOW, problem_in)
+    backups.restore(spoilt(full, tmp_path / "backup.db", wrong), tmp_path / "amr-scheduler.db", NOW, find_problem)
     with closing(sqlite3.connect(tmp_path / "amr-scheduler.db")) as c:
         assert c.execute("SELECT number, starts FROM ended_days").fetchall() == [(1, 1)]
         c.execute(f"UPDATE executions SET state = 'completed', ended_at = '{SPANS[1]}', duration_s = 60.0")

@@ -261,10 +261,10 @@ def skip(s, at=None):
 
 
 @step
-def take_again(s):
+def unskip(s):
     """What was skipped last, or the start that was cancelled last, runs after all."""
     last = s.noted[-1]
-    s.container.pausing.take_again(s.schedule().id, getattr(last, "planned_at", last), must_run=True)
+    s.container.pausing.unskip(s.schedule().id, getattr(last, "planned_at", last), must_run=True)
 
 
 @step

@@ -125,7 +125,7 @@ def test_days_off(app, told):
 
 def test_pauses_and_skips(app, told):
     skipped = app.pausing.skip_next(1)
-    app.pausing.take_again(1, skipped)
+    app.pausing.unskip(1, skipped)
     app.pausing.pause(1, datetime(2026, 11, 25, tzinfo=UTC))
     app.pausing.resume(1)
     at, end = "2026-11-23T06:30+00:00", "2026-11-25T00:00+00:00"

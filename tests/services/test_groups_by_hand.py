@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from app.domain.choice import chosen, moved_on, stuck, stuck_since
+from app.domain.choice import chosen, earlier_robots, stuck, stuck_since
 from app.domain.models import Group, InvalidInput, Place, ReasonCode, State, Wait
 from tests.support.groups import Hall
 from tests.support.network import QUEUE, Fate
@@ -170,8 +170,8 @@ def test_a_start_that_moved_on_says_from_where(hall):
     hall.run(30)
     run = hall.run_of()
     assert run.robot == "R2"
-    assert moved_on(run.tried, run.robot).endswith("; given to R2")
-    assert moved_on(run.tried, run.robot).startswith("R1: r1 refused the connection")
+    assert earlier_robots(run.tried, run.robot).endswith("; given to R2")
+    assert earlier_robots(run.tried, run.robot).startswith("R1: r1 refused the connection")
 
 
 def given(hall, operator):

@@ -159,7 +159,7 @@ def test_nothing_runs_within_a_pause_and_every_start_has_one_row(
 # ---------------------------------------------------------------------- a skip is undone
 def test_a_skip_that_is_undone_runs_and_leaves_no_row(plant):
     at = plant.skipping.skip_next(plant.daily.id)
-    plant.skipping.take_again(plant.daily.id, at)
+    plant.skipping.unskip(plant.daily.id, at)
     assert (plant.rows(), plant.stored().next_at) == ([], at)
     plant.go_to(at + timedelta(seconds=1))
     assert [row.state for row in plant.rows()] == [State.WAITING]
@@ -180,13 +180,13 @@ def test_a_skip_of_a_start_that_the_plan_has_passed_over_is_not_undone(plant):
     plant.clock.step(-30 * 3600)
     before = plant.rows()
     with pytest.raises(InvalidInput, match="passed"):
-        plant.skipping.take_again(plant.daily.id, at)
+        plant.skipping.unskip(plant.daily.id, at)
     assert plant.rows() == before
 
 
 def test_of_two_skips_only_one_is_undone(plant):
     first, second = (plant.skipping.skip_next(plant.daily.id) for _ in range(2))
-    plant.skipping.take_again(plant.daily.id, second)
+    plant.skipping.unskip(plant.daily.id, second)
     assert plant.stored().next_at == second
     assert [row.planned_at for row in plant.rows()] == [first]
 
@@ -195,14 +195,14 @@ def test_a_skip_whose_time_has_passed_stays(plant):
     at = plant.skipping.skip_next(plant.daily.id)
     plant.go_to(at + timedelta(minutes=1))
     with pytest.raises(InvalidInput, match="passed"):
-        plant.skipping.take_again(plant.daily.id, at)
+        plant.skipping.unskip(plant.daily.id, at)
     assert [row.state for row in plant.rows()] == [State.SKIPPED]
 
 
 def test_undoing_a_skip_leaves_a_schedule_off_that_was_switched_off_meanwhile(plant):
     at = plant.skipping.skip_next(plant.daily.id)
     plant.container.catalogue.set_schedule_enabled(plant.daily.id, False)
-    plant.skipping.take_again(plant.daily.id, at)
+    plant.skipping.unskip(plant.daily.id, at)
     assert plant.stored().next_at is None
 
 
@@ -249,7 +249,7 @@ def test_a_later_start_is_skipped_and_only_that_one(plant, tmp_path):
 
 def test_a_later_skip_that_is_undone_runs(plant):
     plant.skipping.skip(plant.daily.id, at(24))
-    plant.skipping.take_again(plant.daily.id, at(24))
+    plant.skipping.unskip(plant.daily.id, at(24))
     assert (plant.rows(), planned(plant), plant.stored().next_at) == ([], [23, 24, 25], at(23))
     plant.go_to(at(24) + timedelta(seconds=1))
     assert at(24) in [row.planned_at for row in plant.rows()]
@@ -258,7 +258,7 @@ def test_a_later_skip_that_is_undone_runs(plant):
 def test_undoing_a_later_skip_leaves_a_start_that_is_due_just_now(plant):
     plant.skipping.skip(plant.daily.id, at(24))
     plant.clock.step((at(23) + timedelta(seconds=1) - plant.clock.now()).total_seconds())  # and not planned yet
-    plant.skipping.take_again(plant.daily.id, at(24))
+    plant.skipping.unskip(plant.daily.id, at(24))
     insert_due(plant.container)
     assert [(row.planned_at, row.state) for row in plant.rows()] == [(at(23), State.WAITING)]
 
@@ -268,7 +268,7 @@ def test_after_a_later_skip_comes_up_it_is_passed_over_by_the_next_one(plant):
     assert plant.skipping.skip_next(plant.daily.id) == at(23)
     assert (plant.stored().next_at, planned(plant)) == (at(25), [25, 26, 27])
     assert [row.planned_at for row in plant.rows()] == [at(23), at(24)]
-    plant.skipping.take_again(plant.daily.id, at(23))
+    plant.skipping.unskip(plant.daily.id, at(23))
     assert (plant.stored().next_at, planned(plant)) == (at(23), [23, 25, 26])
 
 
@@ -279,7 +279,7 @@ def test_skip_next_skips_the_one_that_would_run(plant):
     assert plant.stored().next_at == at(25)
     assert plant.skipping.skip_next(plant.daily.id) == at(25)
     assert planned(plant, 2) == [26, 27]
-    plant.skipping.take_again(plant.daily.id, at(25))
+    plant.skipping.unskip(plant.daily.id, at(25))
     assert planned(plant) == [25, 26, 27]
 
 
@@ -312,7 +312,7 @@ def test_a_one_time_start_that_is_skipped_is_over(plant):
     nine = datetime(2026, 11, 24, 9, 0, tzinfo=UTC)
     plant.skipping.skip(once.id, nine)
     assert plant.container.repositories.schedules.get(plant.container.db.read(), once.id).next_at is None
-    plant.skipping.take_again(once.id, nine)
+    plant.skipping.unskip(once.id, nine)
     assert plant.container.repositories.schedules.get(plant.container.db.read(), once.id).next_at == nine
 
 
@@ -330,7 +330,7 @@ def test_whatever_is_skipped_and_taken_again_each_start_has_one_row_and_runs_exa
             plant.skipping.skip(plant.daily.id, day)
             skipped.add(day)
         elif action == "again" and day in ahead:
-            plant.skipping.take_again(plant.daily.id, day)
+            plant.skipping.unskip(plant.daily.id, day)
             skipped.discard(day)
         elif action == "next" and to_run:
             assert plant.skipping.skip_next(plant.daily.id) == to_run[0]
@@ -359,7 +359,7 @@ def test_a_skipped_start_that_would_not_run_all_the_same_is_not_planned_again(pl
     plant.skipping.skip(plant.daily.id, at)
     plant.container.catalogue.save_schedule(replace(plant.stored(), **change))
     with pytest.raises(InvalidInput, match=why):
-        plant.skipping.take_again(plant.daily.id, at, must_run=True)
+        plant.skipping.unskip(plant.daily.id, at, must_run=True)
     assert (plant.daily.id, at) in plant.container.repositories.schedules.skips(
         plant.container.db.read(), [plant.daily.id]
     )
@@ -370,9 +370,9 @@ def test_a_skipped_start_of_a_pause_is_not_planned_again_before_the_pause_is_end
     plant.skipping.skip(plant.daily.id, at)
     plant.skipping.pause(plant.daily.id, datetime(2026, 11, 30, tzinfo=UTC))
     with pytest.raises(InvalidInput, match="this schedule is paused beyond that start: resume it first"):
-        plant.skipping.take_again(plant.daily.id, at, must_run=True)
+        plant.skipping.unskip(plant.daily.id, at, must_run=True)
     plant.skipping.resume(plant.daily.id)
-    plant.skipping.take_again(plant.daily.id, at, must_run=True)
+    plant.skipping.unskip(plant.daily.id, at, must_run=True)
     assert plant.container.plan.next(2)[1].at == at
 
 
@@ -411,6 +411,6 @@ def test_a_start_skipped_ahead_counts_on_the_day_it_was_planned_for_and_not_befo
 
 def test_a_skip_taken_back_leaves_no_figure_behind(plant):
     at = plant.skipping.skip_next(plant.daily.id)
-    plant.skipping.take_again(plant.daily.id, at)
+    plant.skipping.unskip(plant.daily.id, at)
     plant.clock.step(timedelta(days=1).total_seconds())
     assert (plant.container.kpis.adherence().planned, plant.container.kpis.per_day()) == (0, [])

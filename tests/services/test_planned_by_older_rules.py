@@ -45,9 +45,7 @@ def restarted(
     """The next instant after a start on what an older version has stored."""
     saved = site.container.catalogue.save_schedule(schedule)
     site.container.db.write(lambda c: [skip(site, c, saved, at) for at in skipped])
-    site.container.db.write(
-        lambda c: [site.container.repositories.schedules.keep_back(c, saved.id, at) for at in kept_back]
-    )
+    site.container.db.write(lambda c: [site.container.repositories.schedules.hold(c, saved.id, at) for at in kept_back])
     values = [each and each.isoformat(timespec="microseconds") for each in (next_at, planned_through, changed_at)]
     site.container.db.write(
         lambda c: c.execute("UPDATE schedules SET next_at = ?, planned_through = ?, changed_at = ?", values)
@@ -128,7 +126,7 @@ def test_several_skipped_starts_in_a_row_stay_so(site):
 
 def test_a_skip_that_moved_can_be_undone(site):
     restarted(site, every_eight_hours(), at(13), at(-3), skipped=[at(5)])
-    site.container.pausing.take_again(1, at(6))
+    site.container.pausing.unskip(1, at(6))
     site.run(4 * 3600)
     assert started(site) == ([at(6)], [])
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from app.domain.clock import Clock
 from app.domain.models import Execution, Group, Mission, Robot, Schedule
-from app.domain.names import given_to_schedule
+from app.domain.names import own_schedule_name
 from app.domain.parameters import IDENTIFIER
 from app.domain.robot import MissionParameter
 from app.i18n import _
@@ -57,7 +57,7 @@ class Given:
 
     def schedule(self, schedule: Schedule, mission: Mission, target: Robot | Group) -> str:
         """What a person calls it: the name given to it, else what it does where."""
-        return given_to_schedule(schedule.name, mission.name, target.name) or _("{mission} on {robot}").format(
+        return own_schedule_name(schedule.name, mission.name, target.name) or _("{mission} on {robot}").format(
             mission=self.mission(mission, schedule.parameters), robot=target.name
         )
 

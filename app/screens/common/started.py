@@ -32,7 +32,7 @@ def outcome(execution: Execution, given: Given) -> Words | None:
     if execution.state is State.CANCELLED or execution.cancel_code is not None:
         return None
     names = {"mission": given.run(execution), "robot": execution.robot or execution.robot_group}
-    passed = choice.moved_on(execution.tried, execution.robot, _)
+    passed = choice.earlier_robots(execution.tried, execution.robot, _)
     if execution.state is State.WAITING and execution.wait is not Wait.DUE:
         words = waiting_words(execution, execution.timezone)
         if execution.robot_id is None:

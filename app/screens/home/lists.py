@@ -213,7 +213,7 @@ def trigger_words(execution: Execution) -> str:
             return _("Run now")
         case Trigger.IDLE:
             return _("Idle automation")
-    return execution.given_name or _("Schedule")
+    return execution.own_name or _("Schedule")
 
 
 _WAIT_ICONS = {

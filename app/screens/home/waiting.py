@@ -110,7 +110,7 @@ def waits_for(row: Execution, settings: Settings) -> str:
     """What it waits for, what each robot is doing, and when it goes into a queue at the latest."""
     zone = settings.timezone
     parts = [waiting_words(row, zone)]
-    passed = choice.moved_on(row.tried, row.robot, _)
+    passed = choice.earlier_robots(row.tried, row.robot, _)
     if row.wait is Wait.ROBOT and (
         told := choice.awaited(_without_those_tried(row) if passed else row.wait_details, zone, _)
     ):
@@ -167,5 +167,5 @@ def kept_for(facts: HomeFacts, robot: Robot, now: datetime) -> str:
     )
     if run is None:
         return ""
-    name = names.given_to_schedule(run.schedule.name, run.mission.name, run.whose) or facts.given.start(run)
+    name = names.own_schedule_name(run.schedule.name, run.mission.name, run.whose) or facts.given.start(run)
     return _("Kept for {name} at {time}").format(name=name, time=formats.clock_time(run.at, facts.settings.timezone))

@@ -418,7 +418,7 @@ def _planned_note(execution: Execution, elsewhere: Elsewhere | None) -> str:
     """Whether it is the last of several, what started it, of which group any robot could take it, and instead of whose start a person
     wanted it."""
     last = _("the last of {n}").format(n=writing.count(execution.starts, _)) if execution.starts > 1 else ""
-    started_by = execution.given_name or execution_appearance.trigger_word(execution.trigger)
+    started_by = execution.own_name or execution_appearance.trigger_word(execution.trigger)
     instead = (
         _("instead of the start on {robot}").format(robot=elsewhere.robot)
         if elsewhere and elsewhere.other == execution.id

@@ -75,7 +75,7 @@ class ScheduleActions:
             lambda _at: self._was_skipped(schedule, at),
         )
 
-    def take_again(self, schedule: Schedule, at: datetime) -> None:
+    def unskip(self, schedule: Schedule, at: datetime) -> None:
         """What was skipped is started after all."""
         text = _("The start of {name} is planned again: {time}").format(
             name=self._name(schedule), time=self._time(schedule, at)
@@ -83,7 +83,7 @@ class ScheduleActions:
         pausing = self._services.pausing
         self._act(
             schedule.id,
-            lambda: pausing.take_again(schedule.id, at, must_run=True),
+            lambda: pausing.unskip(schedule.id, at, must_run=True),
             lambda _none: self._shell.offer_undo(
                 text, lambda: pausing.skip(schedule.id, at), self._done, about=_about(schedule.id, at)
             ),
@@ -127,7 +127,7 @@ class ScheduleActions:
             name=self._name(schedule), time=self._time(schedule, at)
         )
         self._shell.offer_undo(
-            text, lambda: self._services.pausing.take_again(schedule.id, at), self._done, about=_about(schedule.id, at)
+            text, lambda: self._services.pausing.unskip(schedule.id, at), self._done, about=_about(schedule.id, at)
         )
 
     def _time(self, schedule: Schedule, at: datetime) -> str:

@@ -175,7 +175,7 @@ class SchedulerFacts:
             return ""
         target, mission = self.target(schedule), self.mission(schedule.mission_id)
         return (
-            names.given_to_schedule(schedule.name, mission.name, target.name) if target and mission else schedule.name
+            names.own_schedule_name(schedule.name, mission.name, target.name) if target and mission else schedule.name
         )
 
     @property

@@ -152,7 +152,7 @@ class OnTimeline(ViewModel):
 
     def _take_again(self, schedule_id: int, at: datetime) -> None:
         if (schedule := self._facts.schedule(schedule_id)) is not None:
-            self.actions.take_again(schedule, at)
+            self.actions.unskip(schedule, at)
 
     def _give(self, execution: Execution) -> None:
         facts = self._facts

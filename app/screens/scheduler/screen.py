@@ -85,7 +85,7 @@ class SchedulerViewModel(OnTimeline):
             self._started.follow,
             lambda number: next((one for one in self._facts.past if one.id == number), None),
         )
-        self.form = FormModel(services, shell, saved=self._saved, skip=self.actions.skip, again=self.actions.take_again)
+        self.form = FormModel(services, shell, saved=self._saved, skip=self.actions.skip, again=self.actions.unskip)
         self.advice = AdviceModel(services, shell, lambda: self._facts, self.form.begin, self._refresher.request)
         self.listed = ScheduleList(shell, services.clock.now)
         self._given = GivenNames(services.robot_missions, services.clock, shell, self._refresher.request)

@@ -38,7 +38,7 @@ LONGEST_TEXT = 100_000  # characters in a cell of it
 _FORGIVEN = ("timezone", "language", "theme", "holiday_country", "holiday_subdivision")
 
 
-def problem_in(c: sqlite3.Connection) -> Message | None:
+def find_problem(c: sqlite3.Connection) -> Message | None:
     """What can't be used, with the table it is in; None: nothing. Of the history only what is open and the newest is read."""
     for table, check in itertools.chain(_CHECKS.items(), _of_numbers(c)):
         try:

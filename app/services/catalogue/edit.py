@@ -60,12 +60,12 @@ class Edit(GroupEdit, ScheduleEdit):
             ):
                 self.notes.append(f"settings changed: {line}")
         if _days_off(self.settings) != _days_off(before):
-            self._plan_anew()
+            self._replan_schedules()
         if _of_starts(self.settings) != _of_starts(before):
             found = (
                 self.schedules.get(self.c, schedule_id) for schedule_id in self.executions.schedules_with_unsent(self.c)
             )
-            self.follow_definition(filter(None, found))  # of a deleted one something may be in doubt
+            self.update_waiting(filter(None, found))  # of a deleted one something may be in doubt
         return self.settings
 
     def take_known_zones(self, find_zone: Callable[[], TabletZone]) -> list[str]:
@@ -120,7 +120,7 @@ class Edit(GroupEdit, ScheduleEdit):
             self._alarms.acknowledge(self.c, guessed.id, self.now)
             self.topics.add(Topic.ALARMS)
 
-    def _plan_anew(self) -> None:
+    def _replan_schedules(self) -> None:
         """What is due already stays due; a one-time schedule runs whatever the working days are."""
         self._calendar = None
         calendar = self.calendar
@@ -168,7 +168,7 @@ class Edit(GroupEdit, ScheduleEdit):
 
     def days_changed(self) -> None:
         self.topics.add(Topic.CALENDAR)
-        self._plan_anew()
+        self._replan_schedules()
 
     # ------------------------------------------------------------------ robots
     def save_robot(
@@ -224,7 +224,7 @@ class Edit(GroupEdit, ScheduleEdit):
             self.robots.update(self.c, robot)
             if changed := change_log.change_of_robot(stored, robot):
                 self.notes.append(f"robot {stored.name!r} changed: {changed}")
-            generated_names.follow_robot(self, stored.name, robot)
+            generated_names.rename_for_robot(self, stored.name, robot)
             if stored.enabled and not robot.enabled:
                 reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": stored.name})
                 self._give_back(robot.id)
@@ -348,10 +348,10 @@ class Edit(GroupEdit, ScheduleEdit):
                 change_log.of_mission(stored, was_only), change_log.of_mission(mission, only)
             )
             self.notes.append(f"mission {stored.name!r} changed: {changed}")
-            generated_names.follow_mission(self, stored.name, mission)
+            generated_names.rename_for_mission(self, stored.name, mission)
             if mission.robot_id is None:
                 self.executions.follow_mission(self.c, stored, mission)
-            self.follow_definition(self.schedules.for_mission(self.c, mission.id))
+            self.update_waiting(self.schedules.for_mission(self.c, mission.id))
             if stored.guid != mission.guid:
                 self._take_back_idle_of(mission.id)
         self.prefer_own(mission)
@@ -368,7 +368,7 @@ class Edit(GroupEdit, ScheduleEdit):
 
     def _use_instead(self, old_id: int, new_id: int, robot_id: int) -> None:
         self.schedules.use_instead(self.c, old_id, new_id, robot_id)
-        self.follow_definition(self.schedules.for_mission(self.c, new_id))
+        self.update_waiting(self.schedules.for_mission(self.c, new_id))
         robot = self.the_robot(robot_id)
         if robot.idle and robot.idle.mission_id == old_id:
             self.robots.update(self.c, replace(robot, idle=replace(robot.idle, mission_id=new_id)))

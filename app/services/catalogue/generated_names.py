@@ -18,13 +18,13 @@ from app.services.live.changes import Topic
 Made = tuple[str, str]  # the names of a mission and of a robot
 
 
-def follow_robot(edit: Transaction, old: str, robot: Robot | Group) -> None:
+def rename_for_robot(edit: Transaction, old: str, robot: Robot | Group) -> None:
     """``old``: the name that it, or the group, had."""
     if robot.name != old:
         missions = {mission.id: mission.name for mission in edit.missions.all(edit.c)}
         of_target = edit.schedules.for_robot if isinstance(robot, Robot) else edit.schedules.for_group
         schedules = of_target(edit.c, robot.id)
-        _follow(
+        _rename(
             edit,
             schedules,
             {
@@ -34,15 +34,15 @@ def follow_robot(edit: Transaction, old: str, robot: Robot | Group) -> None:
         )
 
 
-def follow_mission(edit: Transaction, old: str, mission: Mission) -> None:
+def rename_for_mission(edit: Transaction, old: str, mission: Mission) -> None:
     """``old``: the name that it had."""
     if mission.name != old:
         schedules = edit.schedules.for_mission(edit.c, mission.id)
         targets = {schedule.id: edit.target_of(schedule).name for schedule in schedules}
-        _follow(edit, schedules, {id_: ((old, name), (mission.name, name)) for id_, name in targets.items()})
+        _rename(edit, schedules, {id_: ((old, name), (mission.name, name)) for id_, name in targets.items()})
 
 
-def _follow(edit: Transaction, schedules: Sequence[Schedule], made_of: Mapping[int, tuple[Made, Made]]) -> None:
+def _rename(edit: Transaction, schedules: Sequence[Schedule], made_of: Mapping[int, tuple[Made, Made]]) -> None:
     """``made_of``: what the names are made of, before and now, by id of the schedule. Numbered ones keep their order."""
     taken, free = edit.schedules.names(edit.c), dict[Made, Iterator[str]]()
     for schedule in sorted(schedules, key=lambda schedule: (len(schedule.name), schedule.name)):

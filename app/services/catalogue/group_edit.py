@@ -29,7 +29,7 @@ class GroupEdit(Transaction):
             group = self.groups.add(self.c, group)
         else:
             self.groups.update(self.c, group)
-            generated_names.follow_robot(self, stored.name, group)
+            generated_names.rename_for_robot(self, stored.name, group)
             for robot_id in set(stored.members) - set(group.members):
                 self._give_back(robot_id, group.id)
         self.notes.append(

@@ -68,7 +68,7 @@ class Pausing:
 
         return _told_skipped(*self._write(work))
 
-    def take_again(self, schedule_id: int, instant: datetime, *, must_run: bool = False) -> None:
+    def unskip(self, schedule_id: int, instant: datetime, *, must_run: bool = False) -> None:
         """Undo the skip of that start (UTC). Raises InvalidInput when its time has passed, and where it ``must_run`` also when it would not
         all the same: the schedule is off, paused till then or has another rule by now."""
 
@@ -82,7 +82,7 @@ class Pausing:
                 raise InvalidInput("schedule", "this schedule is paused beyond that start: resume it first")
             if must_run and next_occurrence(schedule, instant - MOMENT, self._calendar(c)) != instant:
                 raise InvalidInput("schedule", "this schedule has no such start any more")
-            self._schedules.take_again(c, schedule_id, instant)
+            self._schedules.unskip(c, schedule_id, instant)
             self._executions.drop_skipped(c, schedule_id, instant)
             if self._executions.has_instant(c, schedule_id, instant):
                 raise InvalidInput("schedule", "this start may have been sent already")

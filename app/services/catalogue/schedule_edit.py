@@ -64,7 +64,7 @@ class ScheduleEdit(Transaction):
             schedule = self._replan(stored, schedule, calendar)
             self.schedules.update(self.c, schedule)
             self.change_waiting(schedule, target, mission)
-            self._decide_anew(schedule)
+            self._choose_again(schedule)
         self.topics.add(Topic.SCHEDULES)
         return schedule
 
@@ -74,7 +74,7 @@ class ScheduleEdit(Transaction):
         self.save_schedule(replace(schedule, enabled=on))
         return before
 
-    def follow_rules(self) -> int:
+    def replan_outdated(self) -> int:
         """At a start: what was planned by other rules (those of an older version) or with other zone data is planned again, each start in
         the place of the nearest one. Returns of how many schedules."""
         outdated = [
@@ -117,9 +117,9 @@ class ScheduleEdit(Transaction):
                 new = self._nearest(schedule, old)
                 if new == old or (through is not None and old <= through):
                     continue
-                self.schedules.take_again(self.c, schedule.id, old)
+                self.schedules.unskip(self.c, schedule.id, old)
                 if held:
-                    self.schedules.keep_back(self.c, schedule.id, new)
+                    self.schedules.hold(self.c, schedule.id, new)
                 else:
                     self.schedules.skip(self.c, schedule.id, new)
                     self._move_skipped_row(schedule, old, new)
@@ -181,13 +181,13 @@ class ScheduleEdit(Transaction):
                 self.executions.change(self.c, row.id, (row.state,), **columns)
                 self.topics.add(Topic.EXECUTIONS)
 
-    def _decide_anew(self, schedule: Schedule) -> None:
+    def _choose_again(self, schedule: Schedule) -> None:
         """Which robot of its group gets what waits; before what else is as the schedule says."""
         for row in self.unsent_of([schedule]) if schedule.group_id is not None else ():
             self.executions.change(self.c, row.id, (State.WAITING,), priority=schedule.priority)
             self.executions.unbind(self.c, row.id)
 
-    def follow_definition(self, schedules: Iterable[Schedule]) -> None:
+    def update_waiting(self, schedules: Iterable[Schedule]) -> None:
         """What waits of these, whose mission or settings were changed."""
         for schedule in schedules:
             self.change_waiting(schedule, self.target_of(schedule), self.the_mission(schedule.mission_id))

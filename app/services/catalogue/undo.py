@@ -169,10 +169,10 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
         for instant in [instant for schedule_id, instant in removed.skips if schedule_id == schedule.id]:
             edit.schedules.skip(edit.c, schedule.id, instant)
         for instant in [instant for schedule_id, instant in removed.kept_back if schedule_id == schedule.id]:
-            edit.schedules.keep_back(edit.c, schedule.id, instant)
+            edit.schedules.hold(edit.c, schedule.id, instant)
         for row in removed.starts:
             if row.schedule_id == schedule.id and row.state is State.WAITING and row.held and row.planned_at > through:
-                edit.schedules.keep_back(edit.c, schedule.id, row.planned_at)
+                edit.schedules.hold(edit.c, schedule.id, row.planned_at)
         edit.executions.make_room_after(edit.c, schedule.id, through, edit.now)
         edit.schedules.advance(edit.c, schedule.id, edit.first_due(schedule, calendar))
     together = {start.planned_at for start in removed.starts}
@@ -323,7 +323,7 @@ def wait_again(edit: Edit, execution_id: int) -> None:
         raise InvalidInput("robot", "{robot} is switched off in Settings", robot=robot.name)
     if row.schedule_id is not None:
         edit.the_schedule(row.schedule_id)
-        edit.schedules.take_again(edit.c, row.schedule_id, row.planned_at)
+        edit.schedules.unskip(edit.c, row.schedule_id, row.planned_at)
     if why_unwanted(edit.c, row) is not None:
         raise InvalidInput("schedule", "its schedule has been changed since")
     if _has_made_way(edit, row):
@@ -336,9 +336,9 @@ def wait_again(edit: Edit, execution_id: int) -> None:
 def _plan_again(edit: Edit, row: Execution, schedule_id: int) -> None:
     """Its instant is still to come, and is not left out any more."""
     schedule = edit.the_schedule(schedule_id)
-    edit.schedules.take_again(edit.c, schedule_id, row.planned_at)
+    edit.schedules.unskip(edit.c, schedule_id, row.planned_at)
     if row.held:
-        edit.schedules.keep_back(edit.c, schedule_id, row.planned_at)
+        edit.schedules.hold(edit.c, schedule_id, row.planned_at)
     edit.executions.drop_skipped(edit.c, schedule_id, row.planned_at)
     if edit.executions.has_instant(edit.c, schedule_id, row.planned_at):
         raise InvalidInput("execution", "this start may have been sent already")

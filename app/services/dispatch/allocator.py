@@ -103,7 +103,7 @@ class Allocator:
     def _has_no_robot(self, row: Execution, group: Group | None, robots: Mapping[int, Robot]) -> Reason | None:
         """Why none of these can ever get it; None: one can."""
         members = [robots[key] for key in group.members if key in robots] if group is not None else []
-        others = [robot for robot in members if not rules.is_left_out(row.tried, robot.id)]
+        others = [robot for robot in members if not rules.is_excluded(row.tried, robot.id)]
         if not any(robot.enabled for robot in others):
             which = "removed" if group is None else "group" if others == members else "others"
             return Reason(ReasonCode.ROBOT_REMOVED, {which: row.robot_group})

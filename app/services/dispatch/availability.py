@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from app.domain.activity import activity_of
-from app.domain.choice import KEEPS_NO_ROBOT
+from app.domain.choice import LEAVES_ROBOT_FREE
 from app.domain.models import Execution, State, Trigger
 from app.domain.robot import QueueItem, RobotState, RobotStatus
 
@@ -32,7 +32,7 @@ def at_work(rows: Iterable[Execution], status: RobotStatus | None) -> list[Execu
         row
         for row in rows
         if not (row.trigger is Trigger.IDLE and is_charging(status))
-        and not (row.state is State.WAITING and row.wait in KEEPS_NO_ROBOT)
+        and not (row.state is State.WAITING and row.wait in LEAVES_ROBOT_FREE)
     ]
 
 

@@ -96,14 +96,14 @@ class Duplicates:
             raise
         return item.description == last.token
 
-    def why_uncertain(self, row: Execution, is_taken: bool, is_for_any: bool) -> Message:
+    def why_uncertain(self, row: Execution, is_taken: bool, may_change_robot: bool) -> Message:
         """Why it may be on the robot, or may have been, though it is not found there; "": it certainly is not. ``is_taken``: the robot has
-        said that it took it. ``is_for_any``: another robot would get it."""
+        said that it took it. ``may_change_robot``: another robot would get it."""
         if is_taken:
             return message("it took it, but its queue does not show it")
         if row.queue_floor and (self._client.highest_queue_id() or 0) < row.queue_floor:
             return message("its queue was reset")
-        if is_for_any and not self._would_be_seen():
+        if may_change_robot and not self._would_be_seen():
             return message("its queue does not show whether it came")
         return ""
 

@@ -172,7 +172,7 @@ class Planner:
         self._schedules.advance_all(c, progress)
         for row in added:
             if row.held and row.schedule_id is not None:  # the row says so by now
-                self._schedules.take_again(c, row.schedule_id, row.planned_at)
+                self._schedules.unskip(c, row.schedule_id, row.planned_at)
         if len(added) < len(rows):
             log.info("%d occurrences are in the ledger already", len(rows) - len(added))
         batch.note(added)

@@ -22,7 +22,7 @@ from typing import Any
 from app.database.executions import Unsent
 from app.database.values import to_text
 from app.domain import rules
-from app.domain.choice import is_for_any
+from app.domain.choice import may_change_robot
 from app.domain.message import Message, message
 from app.domain.models import Execution, Reason, ReasonCode, State, Trigger, Wait
 from app.domain.robot import QueueItem
@@ -167,7 +167,7 @@ class Sending:
         ):
             return False
         is_charged = rules.battery_allows(status.battery_percentage, intent.minimum_battery_percent)
-        return is_charged and (can_work(status) or not is_for_any(intent))
+        return is_charged and (can_work(status) or not may_change_robot(intent))
 
     def _taken_back(self, row: Execution) -> Reason | None:
         """Why it must not be sent (again). ``row`` was read a moment ago."""
@@ -196,7 +196,7 @@ class Sending:
 
     def _is_own(self, row: Execution) -> bool:
         """Whether it waits for this robot, and for no other."""
-        return row.group_id is None or (not is_for_any(row) and self._ledger.may_get(row))
+        return row.group_id is None or (not may_change_robot(row) and self._ledger.may_get(row))
 
     def _release(self, intents: Sequence[Execution]) -> None:
         """Intents of which nothing was sent wait again, or end where they were taken back."""
@@ -255,7 +255,7 @@ class Sending:
         """Whether it can be sent once those ``before`` it are; else it waits, or the robot has it, or it has ended."""
         try:
             status, minimum = self._seen.recent_status(), row.minimum_battery_percent
-            may_go_elsewhere = is_for_any(row)
+            may_go_elsewhere = may_change_robot(row)
             if self._seen.contradicts_clock:  # soon everything is held back, where the whole app runs
                 self._ledger.waits(row, Wait.CLOCK)
                 self._later(row, RECHECK)
@@ -276,7 +276,7 @@ class Sending:
             if row.trigger is Trigger.IDLE:
                 self._start(before)
                 if not self._is_still_idle(row):
-                    self._ledger.end(row, rules.when_overtaken(row, self._clock.now()))
+                    self._ledger.end(row, rules.reason_overtaken(row, self._clock.now()))
                     self._ledger.forget_idle(self._robot_id)  # it may begin anew
                     return False
             if self._seen.highest is None:
@@ -473,7 +473,9 @@ class Sending:
                 in_doubt = max(0.0, self._clock.monotonic() - attempt.in_doubt_since)
                 self._found(row, found, self._clock.now() - timedelta(seconds=in_doubt))
                 return
-            if quiet_left <= 0 and (problem := self._duplicates.why_uncertain(row, attempt.is_taken, is_for_any(row))):
+            if quiet_left <= 0 and (
+                problem := self._duplicates.why_uncertain(row, attempt.is_taken, may_change_robot(row))
+            ):
                 self._give_up(row, problem)
                 return
         except RobotError as error:

@@ -41,7 +41,7 @@ class Waiting:
             self._ledger.end(row, taken_back)
         elif now >= row.closes_at:
             self._ledger.end(
-                row, rules.when_window_closed(row, self._s.downtime.overlaps(row.planned_at, row.closes_at))
+                row, rules.reason_window_closed(row, self._s.downtime.overlaps(row.planned_at, row.closes_at))
             )
         elif self._s.clearing.blocks(row):
             self._later(row, RECHECK)

@@ -26,7 +26,7 @@ from app.domain.models import InvalidInput
 from app.services.catalogue import configuration
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.configuration.importing import DeletesRuns
-from app.services.catalogue.database_check import problem_in
+from app.services.catalogue.database_check import find_problem
 from app.services.files.file_access import draft_of, read_file, without_links
 from app.services.files.history_export import write_history
 from app.services.files.places import Place, PlaceKind, mounted
@@ -135,7 +135,7 @@ class DataFiles:
 
     def check_backup(self, path: Path) -> None:
         """Raises InvalidInput when this file can't be restored."""
-        if problem := problem_of(path, check=problem_in):
+        if problem := problem_of(path, check=find_problem):
             raise InvalidInput("path", NOT_RESTORED, path=path, problem=problem)
 
     # ------------------------------------------------------------------ inside

@@ -90,7 +90,7 @@ def write_plan(file: TextIO, runs: Iterable[PlannedRun], install_id: str, now: d
 
 def _description(run: PlannedRun) -> str:
     """Mission and robot, or group, are in the summary."""
-    name = names.given_to_schedule(run.schedule.name, run.mission.name, run.whose)
+    name = names.own_schedule_name(run.schedule.name, run.mission.name, run.whose)
     return ": ".join(filter(None, (name, sentences.sentence(run.schedule))))
 
 

@@ -16,7 +16,7 @@ from app.database.group_executions import GroupExecutionRepository
 from app.database.groups import PlaceRepository
 from app.database.robots import HoldRepository
 from app.domain import rules
-from app.domain.choice import KEEPS_NO_ROBOT
+from app.domain.choice import LEAVES_ROBOT_FREE
 from app.domain.clock import midnight
 from app.domain.models import Execution, Group, HandOver, Mission, Robot, Schedule, Settings, State, Trigger
 from app.services.allocation.choose import AHEAD
@@ -212,7 +212,7 @@ class Foreseen:
         """Nobody waits for the end of what has a robot charge while it is idle, nor of what waits for something else than its robot."""
         if row.trigger is Trigger.IDLE and self._seen.charges(robot_id):
             return False
-        return row.state is not State.WAITING or row.wait not in KEEPS_NO_ROBOT
+        return row.state is not State.WAITING or row.wait not in LEAVES_ROBOT_FREE
 
     def _left(self, row: Execution, robot_id: int) -> float:
         usual = self._known.usual(robot_id, Mission(row.mission, row.mission_guid))

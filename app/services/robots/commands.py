@@ -215,7 +215,7 @@ class Operator:
         mission = self._missions.for_robot(self._db.read(), row.mission, robot_id or row.robot_id)
         if mission is None:
             raise InvalidInput("mission", "{robot} has no mission {mission}", robot=target.name, mission=row.mission)
-        barred = {str(row.robot_id): rules.left_out(row.robot, self._clock.now())} if robot_id is None else {}
+        barred = {str(row.robot_id): rules.excluded_robot(row.robot, self._clock.now())} if robot_id is None else {}
         return self._start(target, mission, row.parameters, token, max(HIGH, row.priority), barred, instead_of=row)
 
     def _start(

@@ -12,7 +12,7 @@ from app.domain.message import render
 from app.mir.errors import ConnectionLost
 from app.mir.probe import Probe
 from app.mir.transport import Response
-from app.services.catalogue.database_check import problem_in
+from app.services.catalogue.database_check import find_problem
 from app.services.check_up.trying import MINUTES
 from mir_sim import MISSIONS, deviant
 from tests.services.check_up.test_reading import ODD, SIMULATED
@@ -244,7 +244,7 @@ def test_what_a_robot_calls_things_has_bounds(tmp_path):
     assert len(report.profile.cancelled_message or "") <= 200
     robot.container.db.close()
     robot.open()
-    assert problem_in(robot.container.db.read()) is None
+    assert find_problem(robot.container.db.read()) is None
     assert robot.check_ups.report(robot.id) == report
 
 
@@ -300,4 +300,4 @@ def test_what_is_stored_of_short_pages_can_be_read_again(tmp_path, limit):
     known = robot.container.catalogue.robot(robot.id).known
     assert known is not None
     assert known.page_limit == (limit if limit > 1 else None)
-    assert problem_in(robot.container.db.read()) is None
+    assert find_problem(robot.container.db.read()) is None

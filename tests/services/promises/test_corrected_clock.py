@@ -126,7 +126,7 @@ def test_a_skip_is_undone_in_ordinary_life(tmp_path, where, change, limit):
     hall.run(30)
     CHANGES[change](hall, schedule)
     hall.run(30)
-    hall.container.pausing.take_again(schedule.id, at, must_run=True)
+    hall.container.pausing.unskip(schedule.id, at, must_run=True)
     hall.run(700)
     assert sent_at(hall) == [600], outcomes(hall)
 
@@ -336,7 +336,7 @@ def test_that_both_have_it_is_told_after_the_first_has_been_given_up(hall):
 
 
 def test_the_undo_of_a_cancel_passes_over_nothing_that_is_due_just_then(tmp_path):
-    """As Pausing.take_again takes care of."""
+    """As Pausing.unskip takes care of."""
     hall = Hall(tmp_path, robots=1)
     hall.plan(
         "A",

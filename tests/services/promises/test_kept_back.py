@@ -59,7 +59,7 @@ def test_what_was_cancelled_by_a_clock_ahead_runs_when_it_is_started_after_all(o
     )
     facts, now = read(services, Window()), one.clock.now()
     assert [facts.may_start_after_all(each, now) for each in facts.past if each.id == row.id] == [True]
-    one.container.pausing.take_again(schedule.id, row.planned_at, must_run=True)
+    one.container.pausing.unskip(schedule.id, row.planned_at, must_run=True)
     each_start_leaves(one, 4 * 3600)
 
 
@@ -82,7 +82,7 @@ def test_what_was_tried_and_then_kept_back_too_long_runs_when_it_is_started_afte
     one.run(300)
     put_right(one, HOURS)
     one.run(60)
-    one.container.pausing.take_again(schedule.id, row.planned_at, must_run=True)
+    one.container.pausing.unskip(schedule.id, row.planned_at, must_run=True)
     each_start_leaves(one, 4 * 3600)
 
 

@@ -144,7 +144,7 @@ def test_it_can_be_skipped_and_that_taken_back(tmp_path, where):
     hall, schedule = kept_back(tmp_path, where=where)
     assert hall.container.pausing.skip_next(schedule.id) == AT
     hall.run(2)
-    hall.container.pausing.take_again(schedule.id, AT, must_run=True)
+    hall.container.pausing.unskip(schedule.id, AT, must_run=True)
     hall.run(600)
     assert len(hall.items()) == 1, outcomes(hall)  # the last word on it
 

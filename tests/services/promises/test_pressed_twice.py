@@ -232,7 +232,7 @@ def test_skip_skips_the_start_that_was_seen_though_an_earlier_one_is_there_by_no
     pausing = site.container.pausing
     first = pausing.skip_next(schedule.id, schedule.next_at)
     seen = next_of(site, schedule)
-    pausing.take_again(schedule.id, first)
+    pausing.unskip(schedule.id, first)
     assert pausing.skip_next(schedule.id, seen) == seen
     assert next_of(site, schedule) == first
     with pytest.raises(InvalidInput, match="skipped already"):

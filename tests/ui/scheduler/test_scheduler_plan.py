@@ -114,7 +114,7 @@ def test_a_start_that_is_planned_again_is_not_said_to_be_skipped(screen, contain
     schedule = named(container, KITS, "Aino")
     screen.plan.actions.skip(schedule, schedule.next_at)
     settle(screen, ui)
-    screen.plan.actions.take_again(schedule, schedule.next_at)
+    screen.plan.actions.unskip(schedule, schedule.next_at)
     settle(screen, ui)
     (said,) = screen.shell.snackbars.texts
     assert "is planned again" in said

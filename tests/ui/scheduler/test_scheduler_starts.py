@@ -74,7 +74,7 @@ def test_skipping_and_taking_back_have_one_place_on_the_card(screen, container, 
 def test_a_start_that_was_planned_again_by_mistake_is_skipped_again_by_undo(screen, container, ui):
     schedule = named(container, KITS, "Aino")
     at = container.pausing.skip_next(schedule.id)
-    screen.plan.actions.take_again(schedule, at)
+    screen.plan.actions.unskip(schedule, at)
     settle(screen, ui)
     assert at in [run.at for run in container.plan.next(20) if run.schedule.id == schedule.id]
     ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))

@@ -198,7 +198,7 @@ def test_a_restore_that_ends_anywhere_is_finished_or_was_never_begun(
 ):
     """The process dies before (or after) each step that changes a file: nothing sound is called damaged, and nothing is lost."""
     backup, before, seen = newest_good_backup(backed_up), backed_up.read_bytes(), set()
-    files.beside_of(backed_up, "-wal").write_bytes(b"")
+    files.sibling(backed_up, "-wal").write_bytes(b"")
     if is_damaged:
         garbage(backed_up)
         with pytest.raises(DatabaseDamaged):
@@ -223,7 +223,7 @@ def test_a_restore_that_ends_anywhere_is_finished_or_was_never_begun(
         else:
             found = "backup" if SETTINGS.restored_at(db.read()) else "former"
             db.close()
-            assert not files.beside_of(backed_up, ".restore").exists()
+            assert not files.sibling(backed_up, ".restore").exists()
             kept = data / "amr-scheduler.db.before-restore-20261123T120000Z"
         seen.add(found)
         if found != "former":
@@ -259,7 +259,7 @@ def die_after(patched: pytest.MonkeyPatch, left: int, is_done: bool) -> None:
 
 
 def test_an_export_beside_an_interrupted_restore_says_so(backed_up):
-    files.copy_private(newest_good_backup(backed_up), files.beside_of(backed_up, ".to-restore"))
+    files.copy_private(newest_good_backup(backed_up), files.sibling(backed_up, ".to-restore"))
     with pytest.raises(DatabaseUnavailable, match=r"A restore was interrupted .*: start the app once"):
         Database.open_for_reading(backed_up)
 

@@ -84,7 +84,7 @@ def test_retry_limit_n_allows_one_and_n_attempts(limit, attempts, ends):
     ],
 )
 def test_a_closed_window_ends_with_what_held_the_execution(execution, was_down, code, state):
-    reason = rules.when_window_closed(execution, was_down)
+    reason = rules.reason_window_closed(execution, was_down)
     assert (reason.code, reason.state) == (code, state)
 
 
