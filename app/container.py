@@ -58,8 +58,8 @@ from app.services.live.prompts import Prompts
 from app.services.live.snapshots import Snapshots
 from app.services.live.tablet import Tablet, machine_id
 from app.services.live.tablet_zone import TabletZone, tablet_zone
+from app.services.planning.durations import LiveRobots
 from app.services.planning.plan import Plan
-from app.services.planning.seen import Seen
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 from app.services.robots.commands import ClientFactory, Operator
 from app.services.robots.maps import RobotMaps
@@ -136,7 +136,9 @@ class Container:
         self.catalogue = Catalogue(db, clock, self.changes, self.parameters)
         self.kpis = Kpis(db, clock)
         self.group_figures, self.promises = GroupFigures(db, clock), PromiseFigures(db, clock)
-        seen = Seen(self._is_out, lambda robot_id: is_charging(self.snapshots.get(robot_id).status), self._may_have)
+        live = LiveRobots(
+            self._is_unavailable, lambda robot_id: is_charging(self.snapshots.get(robot_id).status), self._may_have
+        )
         self.plan = Plan(
             db,
             schedules=repositories.schedules,
@@ -145,7 +147,7 @@ class Container:
             executions=repositories.executions,
             settings=repositories.settings,
             clock=clock,
-            seen=seen,
+            live=live,
         )
         planner = Planner(
             db,
@@ -240,7 +242,7 @@ class Container:
         self.maps = RobotMaps(db.path.parent / MAPS, self.catalogue.robot, self.make_client, clock)
         self.proposed_places = ProposedPlaces(db)
         self.robot_states = RobotStates(db)
-        self.forecasts = Forecasts(db, clock, seen)
+        self.forecasts = Forecasts(db, clock, live)
         self.suggestions = Suggestions(db, clock, self._may_have)
         self.pausing = Pausing(db, clock, self.changes)
         self.files = DataFiles(db, self.catalogue, clock)
@@ -267,7 +269,7 @@ class Container:
         container.first_start()
         return container
 
-    def _is_out(self, robot_id: int) -> bool:
+    def _is_unavailable(self, robot_id: int) -> bool:
         """Whether a robot is known to be silent or stopped."""
         seen = self.snapshots.get(robot_id)
         if seen.connection not in (Connection.UNKNOWN, Connection.CONNECTED, Connection.SLOW):

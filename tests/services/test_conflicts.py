@@ -12,8 +12,8 @@ from app.database.connection import Database
 from app.domain import conflicts
 from app.domain.models import Execution, Group, Mission, Overlap, Place, Robot, Schedule, State, Trigger
 from app.services.catalogue.preview import ConcernCode, Forecasts
+from app.services.planning.durations import LiveRobots
 from app.services.planning.plan import Plan
-from app.services.planning.seen import Seen
 from tests.support.clock import VirtualClock
 
 ZONE = "Europe/Helsinki"
@@ -294,9 +294,9 @@ def test_the_end_of_a_crowd_that_is_not_over_when_the_plan_ends_is_not_told():
 
 
 # ---------------------------------------------------------------------- what none of a group's robots has
-def seen(missing):
+def live(missing):
     """As if each robot's list of missions had been read; ``missing``: the robots without "Kits", by id."""
-    return Seen(has=lambda robot_id, guid: guid != "guid-kits" or robot_id not in missing)
+    return LiveRobots(has_mission=lambda robot_id, guid: guid != "guid-kits" or robot_id not in missing)
 
 
 def plan_of(container, missing):
@@ -309,7 +309,7 @@ def plan_of(container, missing):
         executions=repositories.executions,
         settings=repositories.settings,
         clock=container.clock,
-        seen=seen(missing),
+        live=live(missing),
     )
 
 
@@ -320,12 +320,12 @@ def plan_of(container, missing):
 def test_a_mission_that_no_robot_of_the_group_has_is_told_by_the_form_and_in_the_plan(container, missing, off, is_told):
     if off is not None:
         container.catalogue.set_robot_enabled(off, False)
-    concerns = Forecasts(container.db, container.clock, seen(missing)).of(draft()).concerns
+    concerns = Forecasts(container.db, container.clock, live(missing)).of(draft()).concerns
     told = [concern.details for concern in concerns if concern.code is ConcernCode.MISSION_MISSING]
     assert told == ([{"mission": "Kits", "group": "Hall 1"}] if is_told else [])
     plan(container)
     [run] = plan_of(container, missing).next(1)
-    assert (run.lacking, run.begins_at is None) == (is_told, is_told)
+    assert (run.lacks_mission, run.begins_at is None) == (is_told, is_told)
 
 
 def test_the_robot_that_is_foreseen_has_the_mission(container):

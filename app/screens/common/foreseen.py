@@ -25,7 +25,7 @@ def label(run: PlannedRun, words: str) -> str:
 
 def lack(run: PlannedRun) -> str:
     """In a few words, that no robot can do it, as far as is known."""
-    return _("no robot of the group has the mission") if run.lacking else ""
+    return _("no robot of the group has the mission") if run.lacks_mission else ""
 
 
 def silence(run: PlannedRun, connection: Connection | None) -> str:
@@ -37,7 +37,7 @@ def sentence(run: PlannedRun) -> str:
     """What is known of the robot beforehand; empty where it is fixed."""
     if run.group is None:
         return ""
-    if run.lacking:
+    if run.lacks_mission:
         return _("No robot of {group} has the mission {mission}").format(group=run.group.name, mission=run.mission.name)
     if run.begins_at is None:
         return _("No robot of {group} is foreseen to be free in its start window. It is decided at its time.").format(

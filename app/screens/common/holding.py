@@ -55,7 +55,7 @@ def hold_for(
 
 def hold_of_run(holds: Sequence[Hold], run: PlannedRun, robots: Iterable[Robot]) -> Hold | None:
     """What keeps a planned start from being sent at its instant: of a group's from all of its robots; or a person, that one alone."""
-    return Hold() if run.kept_back else hold_for(holds, run.robot.id, run.group, robots, run.at)
+    return Hold() if run.held else hold_for(holds, run.robot.id, run.group, robots, run.at)
 
 
 def held_until(hold: Hold | None, closes_at: datetime) -> datetime | None:

@@ -27,11 +27,10 @@ from app.domain.clock import Clock
 from app.domain.models import DurationEstimate, Group, Mission, Robot, Schedule, Settings
 from app.services.catalogue import validation
 from app.services.planning.contention import Contention
-from app.services.planning.known import Known
+from app.services.planning.durations import NO_LIVE_ROBOTS, LiveRobots, MissionDurations
 from app.services.planning.overlaps import RunConflict, conflicts, free_shift
 from app.services.planning.plan import MOMENT
 from app.services.planning.recurrence import Occurrence, next_occurrence, occurrences
-from app.services.planning.seen import NOTHING_SEEN, Seen
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
 LOOKS_BACK = 30  # days, for low batteries
@@ -85,8 +84,8 @@ class Forecast:
 
 
 class Forecasts:
-    def __init__(self, db: Database, clock: Clock, seen: Seen = NOTHING_SEEN) -> None:
-        self._db, self._clock, self._seen = db, clock, seen
+    def __init__(self, db: Database, clock: Clock, live: LiveRobots = NO_LIVE_ROBOTS) -> None:
+        self._db, self._clock, self._live = db, clock, live
         self._schedules, self._robots, self._missions = ScheduleRepository(), RobotRepository(), MissionRepository()
         self._executions, self._settings = ExecutionRepository(), SettingsRepository()
 
@@ -119,8 +118,8 @@ class Forecasts:
                 and next_occurrence(draft, at - MOMENT, calendar) == at
             )
         )
-        known = Known(c, GroupRepository().all(c), self._seen)
-        usual = known.of(target, mission) if mission and target else None
+        durations = MissionDurations(c, GroupRepository().all(c), self._live)
+        usual = durations.usual_on(target, mission) if mission and target else None
         concerns: list[Concern] = []
         if robot is not None and not robot.enabled:
             concerns.append(Concern(ConcernCode.ROBOT_OFF, details={"robot": robot.name}))
@@ -128,7 +127,7 @@ class Forecasts:
             concerns.append(
                 Concern(ConcernCode.MISSION_MISSING, details={"mission": mission.name, "robot": robot.name})
             )
-        if mission is not None and isinstance(target, Group) and self._is_lacking(c, known, target, mission.name):
+        if mission is not None and isinstance(target, Group) and self._is_lacking(c, durations, target, mission.name):
             concerns.append(
                 Concern(ConcernCode.MISSION_MISSING, details={"mission": mission.name, "group": target.name})
             )
@@ -153,7 +152,7 @@ class Forecasts:
         if passed_over := tuple(_closed_days(draft, starts, begins, calendar)):
             concerns.append(Concern(ConcernCode.CLOSED_DAYS, details={"days": passed_over}))
         concerns += _clock_changes(starts, draft.timezone)
-        contention = Contention(c, known, draft, mission, usual, starts, calendar, skips)
+        contention = Contention(c, durations, draft, mission, usual, starts, calendar, skips)
         near = contention.of_its_robot()
         behind = list(contention.behind(near))
         told = {(conflict.details["schedule_id"], conflict.details["start"], conflict.at) for conflict in behind}
@@ -172,14 +171,14 @@ class Forecasts:
         shift = free_shift(starts, usual, near, self._clock.now(), contention.has_room) if can_shift else None
         return Forecast(starts, usual, tuple(concerns), None if shift is None else draft.start + shift, skipped)
 
-    def _is_lacking(self, c: sqlite3.Connection, known: Known, group: Group, mission: str) -> bool:
+    def _is_lacking(self, c: sqlite3.Connection, durations: MissionDurations, group: Group, mission: str) -> bool:
         """Whether none of its robots that are switched on has the mission."""
         members = [
             robot.id
             for robot in self._robots.all(c)
             if robot.id in group.members and robot.enabled and not robot.needs_password
         ]
-        return bool(members) and not any(known.has(robot_id, mission) for robot_id in members)
+        return bool(members) and not any(durations.has(robot_id, mission) for robot_id in members)
 
     def _low_battery(self, c: sqlite3.Connection, draft: Schedule, settings: Settings) -> Iterator[Concern]:
         """The robot's battery was too low lately around the same time of day."""

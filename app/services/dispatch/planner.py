@@ -41,7 +41,7 @@ from app.services.dispatch.timing import LONGEST_WAIT
 from app.services.live.alarms import Alarms
 from app.services.live.changes import NO_ROBOT, Changes, Topic
 from app.services.live.downtime import UNKNOWN_START, Downtime, Gap
-from app.services.planning.first_due import first_due
+from app.services.planning.planned import first_due
 from app.services.planning.recurrence import next_occurrence, passed_occurrences
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 

@@ -14,8 +14,8 @@ from app.database.schedules import ScheduleRepository, Skip
 from app.domain.conflicts import ConflictCode
 from app.domain.models import DurationEstimate, Group, Mission, Place, Robot, Schedule
 from app.services.planning.crowds import CROWDED, HOUR, Demand, Span, joined, load
-from app.services.planning.known import Known
-from app.services.planning.overlaps import ASSUMED_S, Near, Other, lasts, nearby
+from app.services.planning.durations import MissionDurations
+from app.services.planning.overlaps import ASSUMED_S, Neighbours, OtherSchedule, lasts, neighbours
 from app.services.planning.planned import Conflict
 from app.services.planning.recurrence import Occurrence
 from app.services.planning.working_days import WorkingCalendar
@@ -42,7 +42,7 @@ class Contention:
     def __init__(
         self,
         c: sqlite3.Connection,
-        known: Known,
+        durations: MissionDurations,
         draft: Schedule,
         mission: Mission | None,
         usual: DurationEstimate | None,
@@ -50,19 +50,19 @@ class Contention:
         calendar: WorkingCalendar,
         skips: Collection[Skip],
     ) -> None:
-        self._c, self._known, self._draft, self._mission, self._usual = c, known, draft, mission, usual
+        self._c, self._durations, self._draft, self._mission, self._usual = c, durations, draft, mission, usual
         self._starts, self._calendar, self._skips = starts, calendar, skips
         self._schedules = ScheduleRepository()
         self._robots = {robot.id: robot for robot in RobotRepository().all(c)}
         self._groups = {group.id: group for group in GroupRepository().all(c)}
         self._lasts = timedelta(seconds=usual.median_s if usual else ASSUMED_S)
         self._rooms: list[_Room] = []
-        self._of_robot, self._of_group = dict[int, list[Near]](), dict[int, list[Near]]()
+        self._of_robot, self._of_group = dict[int, list[Neighbours]](), dict[int, list[Neighbours]]()
         self._joined = dict[tuple[int, int, bool], list[Span]]()
 
     # ------------------------------------------------------------------ one robot
-    def of_its_robot(self) -> list[Near]:
-        """Near each start: what others want of its robot; nothing where any of several may take it."""
+    def of_its_robot(self) -> list[Neighbours]:
+        """Neighbours each start: what others want of its robot; nothing where any of several may take it."""
         if (robot := self._only_robot()) is None:
             return [() for _ in self._starts]
         near = self._near_robot(robot.id)
@@ -73,19 +73,19 @@ class Contention:
             for of_robot, of_group in zip(near, self._near_group(self._draft.group_id), strict=True)
         ]
 
-    def _near_robot(self, robot_id: int) -> list[Near]:
+    def _near_robot(self, robot_id: int) -> list[Neighbours]:
         """It may be in many groups."""
         if (found := self._of_robot.get(robot_id)) is None:
             found = self._of_robot[robot_id] = self._near(self._schedules.for_robot(self._c, robot_id))
         return found
 
-    def _near_group(self, group_id: int) -> list[Near]:
+    def _near_group(self, group_id: int) -> list[Neighbours]:
         if (found := self._of_group.get(group_id)) is None:
             found = self._of_group[group_id] = self._near(self._schedules.for_group(self._c, group_id))
         return found
 
-    def _near(self, schedules: Iterable[Schedule]) -> list[Near]:
-        return nearby(self._starts, self._usual, self._others(schedules), self._calendar)
+    def _near(self, schedules: Iterable[Schedule]) -> list[Neighbours]:
+        return neighbours(self._starts, self._usual, self._others(schedules), self._calendar)
 
     def _spans_of_robot(self, robot_id: int, number: int, slow: bool, own: Span | None) -> list[Span]:
         """When it is wanted near a start, together with the draft's own run where that is on it."""
@@ -103,11 +103,11 @@ class Contention:
     def _usable(self, group: Group | None) -> list[int]:
         return [robot_id for robot_id in group.members if self._robots[robot_id].enabled] if group else []
 
-    def _others(self, schedules: Iterable[Schedule]) -> list[Other]:
+    def _others(self, schedules: Iterable[Schedule]) -> list[OtherSchedule]:
         """Those that are on and still to come, but for the one that the draft replaces."""
         found = []
         for schedule in schedules:
-            mission = self._known.missions[schedule.mission_id]
+            mission = self._durations.missions[schedule.mission_id]
             target = self._robots.get(schedule.robot_id or 0) or self._groups.get(schedule.group_id or 0)
             if (
                 schedule.enabled
@@ -116,16 +116,16 @@ class Contention:
                 and target is not None
             ):
                 found.append(
-                    Other(
+                    OtherSchedule(
                         schedule,
                         mission.name,
-                        self._known.of(target, mission),
+                        self._durations.usual_on(target, mission),
                         {at for skipped, at in self._skips if skipped == schedule.id},
                     )
                 )
         return found
 
-    def behind(self, near: Sequence[Near]) -> Iterator[Conflict]:
+    def behind(self, near: Sequence[Neighbours]) -> Iterator[Conflict]:
         """A run that nine times of ten still goes on when one that matters more is planned on its only robot."""
         robot = self._only_robot()
         if robot is None or self._mission is None:
@@ -182,17 +182,17 @@ class Contention:
     def places(self) -> Iterator[Conflict]:
         """Places that the mission uses, and that are full then, or wanted for most of an hour."""
         for place in PlaceRepository().all(self._c):
-            names = {self._known.missions[mission_id].name for mission_id in place.missions}
+            names = {self._durations.missions[mission_id].name for mission_id in place.missions}
             if self._mission is not None and self._mission.name in names:
                 same = [
                     schedule
-                    for mission in self._known.missions.values()
+                    for mission in self._durations.missions.values()
                     if mission.name in names
                     for schedule in self._schedules.for_mission(self._c, mission.id)
                 ]
                 yield from self._of_place(place, self._near(same))
 
-    def _of_place(self, place: Place, near: Sequence[Near]) -> Iterator[Conflict]:
+    def _of_place(self, place: Place, near: Sequence[Neighbours]) -> Iterator[Conflict]:
         def spans(number: int, own: Span | None, slow: bool) -> list[Span]:
             return [*_spans(near[number], slow), *([] if own is None else [own])]
 
@@ -239,7 +239,7 @@ class Contention:
         return all(room.slowly[number].most(begins, ends) < room.most for room in self._rooms)
 
 
-def _spans(near: Near, slow: bool) -> Iterator[Span]:
+def _spans(near: Neighbours, slow: bool) -> Iterator[Span]:
     for other, begins in near:
         long = lasts(other.usual) if slow else timedelta(seconds=other.usual.median_s if other.usual else ASSUMED_S)
         yield Span(begins, begins + long)

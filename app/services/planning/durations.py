@@ -1,15 +1,19 @@
-"""How long a mission takes: an estimate for the next run, and a comparison by day with what it took before the period. Pure functions."""
+"""How long missions take on robots: an estimate for the next run, and a comparison by day with what they took before the period."""
 
 from __future__ import annotations
 
 import math
+import sqlite3
 from bisect import bisect_left
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from datetime import date
 from itertools import pairwise
+from math import ceil
 
-from app.domain.models import DurationEstimate, Mission
+from app.database.missions import DurationRepository, MissionRepository
+from app.domain.models import DurationEstimate, Group, Mission, Robot
+from app.services.allocation.situation import run_duration
 
 MOST_MISSIONS = 5  # that are looked at
 DURATIONS_OF = 5_000  # newest completed runs of a mission in the period
@@ -56,10 +60,10 @@ class Trend:
         return self.usual is not None and self.median_s < self.usual.p10_s
 
 
-def expected(learned: DurationEstimate | None, mission: Mission | None) -> DurationEstimate | None:
+def expected(measured: DurationEstimate | None, mission: Mission | None) -> DurationEstimate | None:
     """How long the next run will take: as the runs on that robot did or, without any, as a person typed it; None: not known."""
-    if learned is not None or mission is None or mission.usual_minutes is None:
-        return learned
+    if measured is not None or mission is None or mission.usual_minutes is None:
+        return measured
     seconds = mission.usual_minutes * 60.0
     return DurationEstimate(seconds, seconds, typed=True)
 
@@ -109,3 +113,88 @@ def trend(
     return Trend(
         guid, mission, count, percentile(sorted(seconds for _, seconds in ordered), 50) or 0.0, band(before), medians
     )
+
+
+@dataclass(frozen=True)
+class LiveRobots:
+    """What is known of robots besides the database, by their ids: whether one is silent or stopped, whether it charges and may be sent
+    elsewhere, and whether it has a mission, by its guid."""
+
+    is_unavailable: Callable[[int], bool] = lambda _robot_id: False
+    is_charging: Callable[[int], bool] = lambda _robot_id: False
+    has_mission: Callable[[int, str], bool] = lambda _robot_id, _guid: True
+
+
+NO_LIVE_ROBOTS = LiveRobots()
+
+
+class MissionDurations:
+    """What a mission's name means on each robot, and how long it takes there: read once, to answer one question."""
+
+    def __init__(self, c: sqlite3.Connection, groups: Iterable[Group] = (), live: LiveRobots = NO_LIVE_ROBOTS) -> None:
+        self._c, self._live, self._durations = c, live, DurationRepository()
+        self.missions = {mission.id: mission for mission in MissionRepository().all(c)}
+        self._by_name = {(mission.name, mission.robot_id): mission for mission in self.missions.values()}
+        self._peers: dict[int, tuple[int, ...]] = {}  # robots of a robot's groups
+        for group in groups:
+            for robot_id in group.members:
+                self._peers[robot_id] = tuple(sorted({*self._peers.get(robot_id, ()), *group.members}))
+        self._usual: dict[tuple[int, str], DurationEstimate | None] = {}
+        self._pooled: dict[tuple[str, tuple[int, ...]], DurationEstimate | None] = {}
+        self._run_durations: dict[tuple[int, str, bool], float | None] = {}
+
+    def mission(self, name: str, robot_id: int) -> Mission | None:
+        """The robot's own, else the one for all robots; None: it has none of that name."""
+        return self._by_name.get((name, robot_id)) or self._by_name.get((name, None))
+
+    def has(self, robot_id: int, name: str) -> bool:
+        """Whether a robot can be given that mission, as far as is known."""
+        meant = self.mission(name, robot_id)
+        return meant is not None and self._live.has_mission(robot_id, meant.guid)
+
+    def usual(self, robot_id: int, mission: Mission) -> DurationEstimate | None:
+        """Of that mission on that robot, or as typed."""
+        return expected(self._measured(robot_id, mission.guid), mission)
+
+    def usual_of_any(self, mission: Mission, members: Sequence[int]) -> DurationEstimate | None:
+        """Of the runs of all these robots together, or as typed."""
+        key = mission.name, tuple(members)
+        if key not in self._pooled:
+            own = [(robot_id, self.mission(mission.name, robot_id)) for robot_id in members]
+            found = [self._measured(robot_id, meant.guid) for robot_id, meant in own if meant is not None]
+            self._pooled[key] = pooled([each for each in found if each is not None])
+        return expected(self._pooled[key], mission)
+
+    def usual_on(self, target: Robot | Group, mission: Mission) -> DurationEstimate | None:
+        """On a robot, or on whichever of a group."""
+        return (
+            self.usual(target.id, mission) if isinstance(target, Robot) else self.usual_of_any(mission, target.members)
+        )
+
+    def duration(self, robot_id: int, mission: str, *, slow: bool = False) -> float | None:
+        """As the decision code estimates it, in seconds; None: the robot lacks the mission."""
+        key = robot_id, mission, slow
+        if key not in self._run_durations:
+            meant = self.mission(mission, robot_id)
+            self._run_durations[key] = (
+                None
+                if meant is None or not self.has(robot_id, mission)
+                else run_duration(
+                    self.usual(robot_id, meant),
+                    self.usual_of_any(meant, self._peers.get(robot_id, (robot_id,))),
+                    slow=slow,
+                )
+            )
+        return self._run_durations[key]
+
+    def _measured(self, robot_id: int, guid: str) -> DurationEstimate | None:
+        key = robot_id, guid
+        if key not in self._usual:
+            self._usual[key] = self._durations.usual(self._c, robot_id, guid)
+        return self._usual[key]
+
+
+def fast_s(estimate: DurationEstimate | None) -> float | None:
+    """What nine of ten runs took at least; None where none was measured."""
+    samples = estimate.samples_s if estimate else ()
+    return samples[len(samples) - ceil(0.9 * len(samples))] if samples else None

@@ -22,7 +22,7 @@ MOST_LAID = (
 )
 
 
-class Wanted(NamedTuple):
+class ForecastStart(NamedTuple):
     """A start to come. ``fixed``: on its only member, at its instant, as schedules of one robot are. ``places``: those that it uses."""
 
     at: float
@@ -37,7 +37,7 @@ class Wanted(NamedTuple):
     places: tuple[str, ...] = ()
 
 
-class Found(NamedTuple):
+class ForecastSlot(NamedTuple):
     """A robot for a start. ``in_time``: it is free within the start's window, and not only asked at the last call."""
 
     robot_id: int
@@ -47,7 +47,7 @@ class Found(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Site:
+class ForecastSite:
     """Robots by id: their names, when each is free, hours run on the day on which the forecast begins, and from when to when it is held.
     ``days``: where the next days begin, in order. ``room``: how many may be at each place; ``at_places``: until when those are that have
     it now."""
@@ -62,15 +62,15 @@ class Site:
     at_places: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
 
-def forecast(wanted: Sequence[Wanted], site: Site) -> dict[int, Found]:
+def forecast(wanted: Sequence[ForecastStart], site: ForecastSite) -> dict[int, ForecastSlot]:
     """What each of these starts, in order of time, gets, by its place among them; nothing for those that get no robot."""
-    found: dict[int, Found] = {}
+    found: dict[int, ForecastSlot] = {}
     for places, robots in _apart(wanted):
-        found.update(_Course(wanted, places, robots, site).run())
+        found.update(_Simulation(wanted, places, robots, site).run())
     return found
 
 
-def _apart(wanted: Sequence[Wanted]) -> Iterator[tuple[list[int], tuple[int, ...]]]:
+def _apart(wanted: Sequence[ForecastStart]) -> Iterator[tuple[list[int], tuple[int, ...]]]:
     """Starts, by their numbers, and robots that have to be looked at together: those of groups that share robots, or places with others."""
     leader: dict[int, int] = {}
 
@@ -94,24 +94,26 @@ def _apart(wanted: Sequence[Wanted]) -> Iterator[tuple[list[int], tuple[int, ...
         yield those, tuple(sorted(robot_id for robot_id in leader if led_by(robot_id) == first))
 
 
-class _Course:
+class _Simulation:
     """Time passes from one instant to the next at which something can be decided."""
 
-    def __init__(self, wanted: Sequence[Wanted], places: Sequence[int], robots: Sequence[int], site: Site) -> None:
+    def __init__(
+        self, wanted: Sequence[ForecastStart], places: Sequence[int], robots: Sequence[int], site: ForecastSite
+    ) -> None:
         self._wanted, self._places, self._site = wanted, places, site
         self._free = {robot_id: site.free.get(robot_id, -inf) for robot_id in robots}
         self._hours = {robot_id: site.hours.get(robot_id, 0.0) for robot_id in robots}
         self._days = list(site.days)
         self._next = 0  # of the places
         self._waiting: list[int] = []
-        self._found: dict[int, Found] = {}
+        self._found: dict[int, ForecastSlot] = {}
         self._slow_durations: dict[tuple[str, tuple[int, ...]], float] = {}
         self._laid = 0
         self._leave = defaultdict[str, list[float]](list)  # until when who is at a place is there
         for name, ends in site.at_places.items():
             self._leave[name] += ends
 
-    def run(self) -> dict[int, Found]:
+    def run(self) -> dict[int, ForecastSlot]:
         now = -inf
         while (self._next < len(self._places) or self._waiting) and self._laid < MOST_LAID:
             now = self._next_instant(now)
@@ -153,7 +155,7 @@ class _Course:
         begins = max(now, self._free[robot_id])
         self._free[robot_id] = begins + lasts
         self._hours[robot_id] += lasts / HOUR
-        self._found[place] = Found(robot_id, begins, begins + lasts, in_time)
+        self._found[place] = ForecastSlot(robot_id, begins, begins + lasts, in_time)
         for name in self._wanted[place].places:
             self._leave[name].append(begins + lasts)
 
@@ -237,7 +239,7 @@ class _Course:
                     each.mission, each.members, each.at - now, self._slow(each), each.priority, each.fixed
                 )
 
-    def _slow(self, each: Wanted) -> float:
+    def _slow(self, each: ForecastStart) -> float:
         key = each.mission, each.members
         if key not in self._slow_durations:
             lasts = [

@@ -16,11 +16,11 @@ from app.services.planning.working_days import WorkingCalendar
 ASSUMED_S = 300.0  # length of a run whose duration is not known
 STEP = timedelta(minutes=5)  # between the times that are tried when a free one is searched for
 FURTHEST = timedelta(hours=4)
-NEAR = 16  # runs of a schedule that are stepped through one by one before the search is restarted at the wanted time
+STEPPED = 16  # runs of a schedule that are stepped through one by one before the search is restarted at the wanted time
 
 
 @dataclass(frozen=True)
-class Other:
+class OtherSchedule:
     """Another schedule of the robot, and how long its runs take."""
 
     schedule: Schedule
@@ -38,7 +38,7 @@ class RunConflict:
     """Two runs at one time. ``likely`` is the share of runs that took long enough for it, None where that is not known."""
 
     at: datetime  # UTC, of the draft's start
-    other: Other
+    other: OtherSchedule
     begins: datetime
     likely: float | None
 
@@ -54,12 +54,15 @@ def lasts(usual: DurationEstimate | None) -> timedelta:
     return timedelta(seconds=usual.slow_s if usual else ASSUMED_S)
 
 
-Near = Sequence[tuple[Other, datetime]]  # runs of others, by when they begin
+Neighbours = Sequence[tuple[OtherSchedule, datetime]]  # runs of others, by when they begin
 
 
-def nearby(
-    starts: Sequence[Occurrence], usual: DurationEstimate | None, others: Sequence[Other], calendar: WorkingCalendar
-) -> list[Near]:
+def neighbours(
+    starts: Sequence[Occurrence],
+    usual: DurationEstimate | None,
+    others: Sequence[OtherSchedule],
+    calendar: WorkingCalendar,
+) -> list[Neighbours]:
     """For each start, earliest first: the runs of others as far around it as it may be shifted."""
     beyond = FURTHEST + lasts(usual)
     walks = [(other, FURTHEST + other.lasts, _Walk(other.schedule, calendar)) for other in others]
@@ -90,7 +93,7 @@ class _Walk:
         while self._next is not None and self._next < end:
             if self._next > after:
                 self._found.append(self._next)
-            elif (passed := passed + 1) > NEAR:
+            elif (passed := passed + 1) > STEPPED:
                 self._following = self._after(after)
             self._next = next(self._following, None)
         return self._found
@@ -100,7 +103,7 @@ class _Walk:
 
 
 def conflicts(
-    starts: Sequence[Occurrence], usual: DurationEstimate | None, near: Sequence[Near]
+    starts: Sequence[Occurrence], usual: DurationEstimate | None, near: Sequence[Neighbours]
 ) -> Iterator[RunConflict]:
     """Earliest first, at most one for each start: with the run that is in progress then, else with the first that begins before it ends."""
     mine = lasts(usual)
@@ -127,7 +130,7 @@ HasRoom = Callable[[int, datetime, datetime], bool]  # for a start, by its numbe
 def free_shift(
     starts: Sequence[Occurrence],
     usual: DurationEstimate | None,
-    near: Sequence[Near],
+    near: Sequence[Neighbours],
     now: datetime,
     has_room: HasRoom | None = None,
 ) -> timedelta | None:

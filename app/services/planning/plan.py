@@ -17,17 +17,15 @@ from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
 from app.domain.models import DurationEstimate, Group, Mission, Place, Robot, Schedule
 from app.services.allocation.choose import AHEAD
-from app.services.planning.foreseen import Foreseen
-from app.services.planning.known import Known, quick
+from app.services.planning.durations import NO_LIVE_ROBOTS, LiveRobots, MissionDurations, fast_s
+from app.services.planning.group_forecast import GroupForecast
 from app.services.planning.plan_conflicts import Shared, place_warning, plan_conflicts
-from app.services.planning.planned import Conflict, Planned, PlannedRun, at_instant, marked, nobody
+from app.services.planning.planned import MOMENT, Conflict, Planned, PlannedRun, copy_at, unassigned_robot, with_holds
 from app.services.planning.recurrence import Occurrence, occurrences
-from app.services.planning.seen import NOTHING_SEEN, Seen
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
 __all__ = ["LONGEST_RUN", "MOMENT", "MOST", "Conflict", "Plan", "Planned", "PlannedRun"]
 
-MOMENT = timedelta(microseconds=1)
 MOST = 100_000  # occurrences in one span: what takes half a second and 30 MB
 WEEK = timedelta(days=7)
 LONGEST_RUN = timedelta(hours=12)  # of a run that is still under way when a span begins
@@ -44,10 +42,10 @@ class Plan:
         executions: ExecutionRepository,
         settings: SettingsRepository,
         clock: Clock,
-        seen: Seen = NOTHING_SEEN,
+        live: LiveRobots = NO_LIVE_ROBOTS,
     ) -> None:
         self._db, self._schedules, self._robots, self._missions = db, schedules, robots, missions
-        self._executions, self._settings, self._clock, self._seen = executions, settings, clock, seen
+        self._executions, self._settings, self._clock, self._live = executions, settings, clock, live
 
     def between(self, start: datetime, end: datetime, most: int = MOST) -> Planned:
         """Occurrences of enabled schedules in [start, end), and before it those whose runs will still be under way then; nothing before
@@ -56,7 +54,7 @@ class Plan:
         now = self._clock.now()
         start = max(start, now)
         reading = _Reading(self, start, now, end)
-        foreseen, last = reading.foreseen, reading.before or end
+        forecast, last = reading.forecast, reading.before or end
         streams = [
             takewhile(lambda run: run.at < last, (run for run in stream if run.at >= now))
             for stream in reading.streams(start, now)
@@ -71,10 +69,10 @@ class Plan:
         runs.sort(key=_order)
         known_until = min(more.values(), default=last)
         conflicts = reading.conflicts(runs, start, known_until)
-        if foreseen is not None:
+        if forecast is not None:
             runs = [
                 run
-                for run in foreseen.of(runs, known_until)
+                for run in forecast.of(runs, known_until)
                 if run.at < end and (run.at >= start or _reaches(run, start))
             ]
         return Planned(
@@ -94,10 +92,10 @@ class Plan:
         reading = _Reading(self, now, now)
         ahead = heapq.merge(*reading.streams(), key=_order)
         runs = list(islice(ahead, count))
-        if not runs or reading.foreseen is None:
+        if not runs or reading.forecast is None:
             return runs
         last = runs[-1].at + timedelta(seconds=AHEAD)
-        return reading.foreseen.of([*runs, *takewhile(lambda run: run.at < last, ahead)], last)[:count]
+        return reading.forecast.of([*runs, *takewhile(lambda run: run.at < last, ahead)], last)[:count]
 
     def place_warning(self, place: Place) -> Conflict | None:
         """The hour of the next week in which a place, saved or not, is wanted most, where that is for more than 70 % of it."""
@@ -131,10 +129,10 @@ class _Reading:
         self._robots = {robot.id: robot for robot in plan._robots.all(c) if robot.enabled}
         used = {schedule.group_id for schedule in self._schedules if schedule.enabled and schedule.group_id is not None}
         self._groups = {group.id: group for group in GroupRepository().all(c) if group.id in used} if used else {}
-        self._known = Known(c, self._groups.values(), plan._seen)
+        self._durations = MissionDurations(c, self._groups.values(), plan._live)
         self._skips, self._kept_back = plan._schedules.skips_from(c, now), plan._schedules.skips_from(c, now, held=True)
-        self.foreseen = (
-            Foreseen(c, self._known, self._groups, self._robots, settings, now, start, plan._seen)
+        self.forecast = (
+            GroupForecast(c, self._durations, self._groups, self._robots, settings, now, start, plan._live)
             if self._groups
             else None
         )
@@ -144,37 +142,39 @@ class _Reading:
         begins), or as long before it as its run may take, but not before ``earliest``."""
         streams: list[Iterator[PlannedRun]] = []
         for schedule in self._schedules:
-            mission, target = self._known.missions.get(schedule.mission_id), self._target(schedule)
+            mission, target = self._durations.missions.get(schedule.mission_id), self._target(schedule)
             if not schedule.enabled or schedule.next_at is None or target is None or mission is None:
                 continue
-            usual, begin = self._known.of(target, mission), start
-            if start is not None and self.foreseen is not None and self.foreseen.concerns(schedule):
-                begin = min(start, self.foreseen.origin)
+            usual, begin = self._durations.usual_on(target, mission), start
+            if start is not None and self.forecast is not None and self.forecast.concerns(schedule):
+                begin = min(start, self.forecast.origin)
             if begin is not None and usual is not None:
                 begin = max(begin - min(timedelta(seconds=usual.slow_s), LONGEST_RUN), earliest or begin)
             is_lacking = (
                 isinstance(target, Group)
-                and self.foreseen is not None
-                and self.foreseen.is_lacking(target, mission.name)
+                and self.forecast is not None
+                and self.forecast.is_lacking(target, mission.name)
             )
             runs = _runs(schedule, target, mission, usual, self._calendar, begin, is_lacking)
-            streams.append(run for run in marked(runs, self._kept_back) if (run.schedule.id, run.at) not in self._skips)
+            streams.append(
+                run for run in with_holds(runs, self._kept_back) if (run.schedule.id, run.at) not in self._skips
+            )
         return streams
 
     def conflicts(self, runs: Sequence[PlannedRun], start: datetime, last: datetime) -> list[Conflict]:
         """Of these runs, in order of time, that are planned from ``start`` (with groups from where the forecast begins) to ``last``."""
         places = {
-            place.id: (place.name, place.most, frozenset(self._known.missions[one].name for one in place.missions))
+            place.id: (place.name, place.most, frozenset(self._durations.missions[one].name for one in place.missions))
             for place in PlaceRepository().all(self._c)
         }
-        members = self.foreseen.members if self.foreseen else {}
-        since = min(start, self.foreseen.origin) if self.foreseen else start
+        members = self.forecast.members if self.forecast else {}
+        since = min(start, self.forecast.origin) if self.forecast else start
         return plan_conflicts(
             runs, Shared({key: (group, members[key]) for key, group in self._groups.items()}, places), since, last
         )
 
     def _target(self, schedule: Schedule) -> Robot | Group | None:
-        """None where nobody of it is switched on."""
+        """None where unassigned_robot of it is switched on."""
         if schedule.robot_id is not None:
             return self._robots.get(schedule.robot_id)
         group = self._groups.get(schedule.group_id or 0)
@@ -202,10 +202,10 @@ def _runs(
     first = schedule.next_at
     if first is None:
         return
-    robot, group = (target, None) if isinstance(target, Robot) else (nobody(target), target)
+    robot, group = (target, None) if isinstance(target, Robot) else (unassigned_robot(target), target)
     usual_s, slow_s, typed = (usual.median_s, usual.slow_s, usual.typed) if usual else (None, None, False)
-    like = PlannedRun(first, schedule, robot, mission, usual_s, slow_s, typed, group, None, quick(usual), is_lacking)
+    like = PlannedRun(first, schedule, robot, mission, usual_s, slow_s, typed, group, None, fast_s(usual), is_lacking)
     wanted = max((schedule.paused_until if schedule.is_paused(first) else None) or first, start or first)
     after, begun = (first, [first]) if wanted == first else (wanted - MOMENT, [])
     for at in chain(begun, (o.instant for o in occurrences(schedule, after, calendar))):
-        yield at_instant(like, at)
+        yield copy_at(like, at)

@@ -6,10 +6,16 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from typing import Any
+from zoneinfo import ZoneInfo
 
 from app.domain.conflicts import ConflictCode
-from app.domain.models import Group, Mission, Robot, Schedule
+from app.domain.models import Group, Mission, Robot, Schedule, Settings
+from app.domain.rules import closes_at
 from app.services.planning.overlaps import ASSUMED_S
+from app.services.planning.recurrence import next_occurrence, to_utc
+from app.services.planning.working_days import WorkingCalendar
+
+MOMENT = timedelta(microseconds=1)
 
 Lane = int | tuple[str, int]  # of a timeline: a robot's id, or ("group", its id)
 
@@ -29,8 +35,8 @@ class PlannedRun:
     group: Group | None = None
     begins_at: datetime | None = None  # of a group's: when the forecast has a robot for it; None: it has none
     quick_s: float | None = None  # what nine of ten of the last runs took at least; None: not known
-    lacking: bool = False  # no robot of the group has the mission, as far as is known
-    kept_back: bool = False  # a person keeps it back when its time has come
+    lacks_mission: bool = False  # no robot of the group has the mission, as far as is known
+    held: bool = False  # a person keeps it back when its time has come
 
     @property
     def is_approximate(self) -> bool:
@@ -58,21 +64,21 @@ class PlannedRun:
         return self.begins + timedelta(seconds=self.usual_s or ASSUMED_S)
 
 
-def at_instant(like: PlannedRun, at: datetime) -> PlannedRun:
+def copy_at(like: PlannedRun, at: datetime) -> PlannedRun:
     """The same start at another instant. ``dataclasses.replace`` takes ten times as long, and a plan has thousands."""
     made = object.__new__(PlannedRun)
     made.__dict__.update(like.__dict__, at=at)
     return made
 
 
-def marked(runs: Iterator[PlannedRun], kept_back: Collection[tuple[int, datetime]]) -> Iterator[PlannedRun]:
+def with_holds(runs: Iterator[PlannedRun], held: Collection[tuple[int, datetime]]) -> Iterator[PlannedRun]:
     """Those that a person keeps back say so."""
-    if not kept_back:
+    if not held:
         return runs
-    return (replace(run, kept_back=True) if (run.schedule.id, run.at) in kept_back else run for run in runs)
+    return (replace(run, held=True) if (run.schedule.id, run.at) in held else run for run in runs)
 
 
-def nobody(group: Group) -> Robot:
+def unassigned_robot(group: Group) -> Robot:
     """Stands for whichever robot of a group, under its name."""
     return Robot(group.name, "")
 
@@ -94,3 +100,25 @@ class Planned:
     runs: tuple[PlannedRun, ...] = ()
     more: Mapping[int, datetime] = field(default_factory=dict)
     conflicts: tuple[Conflict, ...] = ()
+
+
+def first_due(
+    schedule: Schedule, settings: Settings, now: datetime, calendar: WorkingCalendar, skipped: Collection[datetime] = ()
+) -> datetime | None:
+    """The first instant from ``now`` on (UTC), ``now`` itself included, that was not planned before and that no person has ``skipped``;
+    None when it is switched off or none is left.
+
+    Earlier instants write no row, but a one-time start still inside its start window is due at once.
+    """
+    if not schedule.enabled:
+        return None
+    through = schedule.planned_through
+    if schedule.recurrence is None:
+        start = to_utc(schedule.start, ZoneInfo(schedule.timezone))
+        is_open = now < closes_at(start, schedule.start_window_minutes, settings)
+        return start if is_open and start not in skipped and (through is None or start > through) else None
+    after = now - MOMENT
+    at = next_occurrence(schedule, after if through is None else max(after, through), calendar)
+    while at is not None and at in skipped:
+        at = next_occurrence(schedule, at, calendar)
+    return at

@@ -13,7 +13,7 @@ from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain import rules
 from app.domain.models import Execution, Group, Mission, Reason, ReasonCode, Robot, Schedule, Settings, Trigger
-from app.services.planning.first_due import first_due
+from app.services.planning.planned import first_due
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
 _FOLLOWS = (

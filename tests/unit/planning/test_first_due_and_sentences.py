@@ -8,7 +8,7 @@ from datetime import UTC, datetime, time, timedelta
 import pytest
 
 from app.domain.models import Between, Schedule, Settings
-from app.services.planning.first_due import first_due
+from app.services.planning.planned import first_due
 from app.services.planning.sentences import sentence
 from app.services.planning.working_days import WorkingCalendar
 

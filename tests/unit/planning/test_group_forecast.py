@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from app.services.allocation.choose import AHEAD, choose
 from app.services.allocation.situation import Member, Situation, Start
-from app.services.planning.forecast import Site, Wanted, forecast
+from app.services.planning.forecast import ForecastSite, ForecastStart, forecast
 from tests.support.examples import examples
 
 NAMES = {1: "Aino", 2: "Sisu", 3: "Veikko", 4: "Onni"}
@@ -23,15 +23,15 @@ def taking(seconds=300.0, **of_robots):
 
 
 def site(takes=None, **values):
-    return Site(NAMES, takes or taking(), **values)
+    return ForecastSite(NAMES, takes or taking(), **values)
 
 
 def kits(at, **values):
-    return Wanted(at, "Kits", values.pop("members", HALL), closes=at + values.pop("window", 900.0), **values)
+    return ForecastStart(at, "Kits", values.pop("members", HALL), closes=at + values.pop("window", 900.0), **values)
 
 
 def fixed(at, robot_id, **values):
-    return Wanted(at, "Shift bus", (robot_id,), True, **values)
+    return ForecastStart(at, "Shift bus", (robot_id,), True, **values)
 
 
 def whose(found, number):
@@ -135,7 +135,7 @@ def plans(draw):
         finish = None if is_fixed or draw(st.booleans()) else at + float(draw(LASTS))
         places = draw(st.sampled_from(((), (), ("Dock",), ("Dock", "Gate"))))
         wanted.append(
-            Wanted(
+            ForecastStart(
                 float(at),
                 mission,
                 members,

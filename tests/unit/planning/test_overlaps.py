@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.domain.models import Between, DurationEstimate, Schedule, Settings
-from app.services.planning.overlaps import FURTHEST, STEP, Other, conflicts, free_shift, lasts, nearby
+from app.services.planning.overlaps import FURTHEST, STEP, OtherSchedule, conflicts, free_shift, lasts, neighbours
 from app.services.planning.recurrence import Occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar
 from tests.support.examples import examples
@@ -40,7 +40,7 @@ def schedules(draw) -> Schedule:
     return Schedule(**{**vars(schedule), "next_at": first and first.instant})
 
 
-def runs(other: Other, end: datetime) -> list[datetime]:
+def runs(other: OtherSchedule, end: datetime) -> list[datetime]:
     """All that are to come before ``end``."""
     return [
         found.instant
@@ -52,8 +52,12 @@ def runs(other: Other, end: datetime) -> list[datetime]:
 @given(draft=schedules(), usual=USUAL, others=st.lists(st.tuples(schedules(), USUAL), max_size=4))
 def test_runs_that_meet_and_the_free_time_are_those_of_a_plain_search(draft, usual, others):
     starts = [start for start, _ in zip(occurrences(draft, NOW, CALENDAR), range(4), strict=False)]
-    known = [Other(schedule, f"M{n}", its) for n, (schedule, its) in enumerate(others) if schedule.next_at is not None]
-    near = nearby(starts, usual, known, CALENDAR)
+    known = [
+        OtherSchedule(schedule, f"M{n}", its)
+        for n, (schedule, its) in enumerate(others)
+        if schedule.next_at is not None
+    ]
+    near = neighbours(starts, usual, known, CALENDAR)
     until = max((start.instant for start in starts), default=NOW) + FURTHEST + lasts(usual)
     every = [(begins, begins + other.lasts) for other in known for begins in runs(other, until)]
 

@@ -15,7 +15,7 @@ from app.screens.home.run_now import Target
 from app.screens.home.view import present
 from app.services.live.holds import Hold
 from app.services.planning.plan import PlannedRun
-from app.services.planning.planned import nobody
+from app.services.planning.planned import unassigned_robot
 from tests.support.home_facts import AINO, FACTS, KITS, NOW, READY, RUNNING, SETTINGS, VEIKKO, execution, snapshot
 
 HALL = Group("Hall 1", (1, 2), id=5)
@@ -274,13 +274,13 @@ def test_before_everything_else_is_critical():
     ("values", "holds", "words"),
     [
         ({}, (), "in 5 min"),
-        ({"lacking": True}, (), "no robot of the group has the mission"),
+        ({"lacks_mission": True}, (), "no robot of the group has the mission"),
         ({}, (Hold(since=NOW, robot_id=1),), "in 5 min"),
         ({}, (Hold(since=NOW, robot_id=1), Hold(since=NOW, robot_id=2)), "held until released"),
     ],
 )
 def test_a_planned_start_says_that_no_robot_of_its_group_can_take_it(values, holds, words):
     schedule = Schedule("Kits", None, 1, NOW.replace(tzinfo=None), "UTC", id=9, group_id=5)
-    run = PlannedRun(NOW + timedelta(minutes=5), schedule, nobody(HALL), KITS, 300.0, group=HALL, **values)
+    run = PlannedRun(NOW + timedelta(minutes=5), schedule, unassigned_robot(HALL), KITS, 300.0, group=HALL, **values)
     [start] = planned_starts(facts(planned=(run,), holds=holds), NOW)
     assert start.note == f"any of Hall 1 · {words}"

@@ -16,7 +16,7 @@ from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.timeline import timeline
 from app.services.live.holds import Hold
 from app.services.planning.plan import Conflict, PlannedRun
-from app.services.planning.planned import nobody
+from app.services.planning.planned import unassigned_robot
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
 AINO, SISU = Robot("Aino", "a", id=1), Robot("Sisu", "s", id=2)
@@ -25,7 +25,7 @@ KITS = Mission("Kits", "k", 1)
 SCHEDULE = Schedule("Kits on Hall 1", None, 1, datetime(2026, 11, 20, 13), "UTC", id=7, group_id=5)
 AT = NOW + timedelta(minutes=22)
 FOUND = PlannedRun(AT, SCHEDULE, SISU, KITS, 600.0, group=HALL, begins_at=AT + timedelta(minutes=4))
-NOT_FOUND = PlannedRun(AT + timedelta(hours=1), SCHEDULE, nobody(HALL), KITS, 600.0, group=HALL)
+NOT_FOUND = PlannedRun(AT + timedelta(hours=1), SCHEDULE, unassigned_robot(HALL), KITS, 600.0, group=HALL)
 FIXED = PlannedRun(AT, replace(SCHEDULE, id=8, group_id=None, robot_id=1), AINO, KITS, 600.0)
 FACTS = SchedulerFacts(
     settings=Settings(),
@@ -84,7 +84,7 @@ def test_what_waits_for_a_robot_now_is_in_the_lane_of_its_group():
 
 
 HOLD = Hold("cleaning", None, NOW, robot_id=1)
-LACKING = replace(NOT_FOUND, lacking=True)
+LACKING = replace(NOT_FOUND, lacks_mission=True)
 
 
 @pytest.mark.parametrize(

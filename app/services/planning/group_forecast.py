@@ -21,15 +21,14 @@ from app.domain.clock import midnight
 from app.domain.models import Execution, Group, HandOver, Mission, Robot, Schedule, Settings, State, Trigger
 from app.services.allocation.choose import AHEAD
 from app.services.allocation.situation import remaining_duration, run_duration
-from app.services.planning.forecast import Found, Site, Wanted, forecast
-from app.services.planning.known import Known, quick
+from app.services.planning.durations import LiveRobots, MissionDurations, fast_s
+from app.services.planning.forecast import ForecastSite, ForecastSlot, ForecastStart, forecast
 from app.services.planning.planned import PlannedRun
-from app.services.planning.seen import Seen
 
 DAY = timedelta(days=1)
 
 
-class Foreseen:
+class GroupForecast:
     """``robots``: those that are switched on, by id. One that is silent or stopped at present is believed to be so for some minutes.
     ``origin``: when the forecast begins, now or the midnight before what is looked at, so that a start gets the same
     robot however much is looked at."""
@@ -37,23 +36,23 @@ class Foreseen:
     def __init__(
         self,
         c: sqlite3.Connection,
-        known: Known,
+        durations: MissionDurations,
         groups: Mapping[int, Group],
         robots: Mapping[int, Robot],
         settings: Settings,
         now: datetime,
         start: datetime,
-        seen: Seen,
+        live: LiveRobots,
     ) -> None:
-        self._c, self._known, self._groups, self._robots, self._settings, self._now = (
+        self._c, self._durations, self._groups, self._robots, self._settings, self._now = (
             c,
-            known,
+            durations,
             groups,
             robots,
             settings,
             now,
         )
-        self._zone, self._seen = ZoneInfo(settings.timezone), seen
+        self._zone, self._live = ZoneInfo(settings.timezone), live
         self.origin = max(now, midnight(start.astimezone(self._zone).date(), self._zone))
         self.members = {
             group.id: tuple(
@@ -65,21 +64,23 @@ class Foreseen:
         places = PlaceRepository().all(c)
         self._room = {place.name: place.most for place in places}
         self._places = {
-            name: tuple(place.name for place in places if name in {known.missions[one].name for one in place.missions})
-            for name in {known.missions[one].name for place in places for one in place.missions}
+            name: tuple(
+                place.name for place in places if name in {durations.missions[one].name for one in place.missions}
+            )
+            for name in {durations.missions[one].name for place in places for one in place.missions}
         }
 
     def is_lacking(self, group: Group, mission: str) -> bool:
         """Whether there are robots of it that may get something, and none has that mission, as far as is known."""
         members = self.members[group.id]
-        return bool(members) and not any(self._known.has(robot_id, mission) for robot_id in members)
+        return bool(members) and not any(self._durations.has(robot_id, mission) for robot_id in members)
 
     def concerns(self, schedule: Schedule) -> bool:
         """Whether its starts use robots of a group, or a place."""
         return (
             schedule.group_id is not None
             or schedule.robot_id in self.shared
-            or (bool(self._places) and self._known.missions[schedule.mission_id].name in self._places)
+            or (bool(self._places) and self._durations.missions[schedule.mission_id].name in self._places)
         )
 
     def of(self, runs: Sequence[PlannedRun], until: datetime) -> list[PlannedRun]:
@@ -96,12 +97,12 @@ class Foreseen:
                 new[place] = self._on(runs[place], one, durations)
         return new
 
-    def _on(self, run: PlannedRun, found: Found, durations: dict[tuple[int, int], PlannedRun]) -> PlannedRun:
+    def _on(self, run: PlannedRun, found: ForecastSlot, durations: dict[tuple[int, int], PlannedRun]) -> PlannedRun:
         begins = max(run.at, self.origin + timedelta(seconds=found.begins))
         key = run.schedule.id, found.robot_id
         if (same := durations.get(key)) is None:
-            mission = self._known.mission(run.mission.name, found.robot_id) or run.mission
-            usual = self._known.usual(found.robot_id, mission)
+            mission = self._durations.mission(run.mission.name, found.robot_id) or run.mission
+            usual = self._durations.usual(found.robot_id, mission)
             same = (
                 replace(run, robot=self._robots[found.robot_id])
                 if usual is None
@@ -111,7 +112,7 @@ class Foreseen:
                     usual_s=usual.median_s,
                     slow_s=usual.slow_s,
                     typed=usual.typed,
-                    quick_s=quick(usual),
+                    quick_s=fast_s(usual),
                 )
             )
             durations[key] = same
@@ -126,17 +127,17 @@ class Foreseen:
             run.group,
             begins,
             same.quick_s,
-            kept_back=run.kept_back,
+            held=run.held,
         )
 
     # ------------------------------------------------------------------ what the forecast rests on
     def _seconds(self, instant: datetime) -> float:
         return (instant - self.origin).total_seconds()
 
-    def _wanted(self, run: PlannedRun) -> Wanted:
+    def _wanted(self, run: PlannedRun) -> ForecastStart:
         schedule, at = run.schedule, self._seconds(run.at)
         if run.group is None:
-            return Wanted(
+            return ForecastStart(
                 at,
                 run.mission.name,
                 (run.robot.id,),
@@ -146,7 +147,7 @@ class Foreseen:
             )
         closes = self._seconds(rules.closes_at(run.at, schedule.start_window_minutes, self._settings))
         finish = None if schedule.finish_by_minutes is None else at + schedule.finish_by_minutes * 60
-        return Wanted(
+        return ForecastStart(
             at,
             run.mission.name,
             self.members[run.group.id],
@@ -159,7 +160,7 @@ class Foreseen:
             self._places.get(run.mission.name, ()),
         )
 
-    def _waiting(self) -> Iterator[Wanted]:
+    def _waiting(self) -> Iterator[ForecastStart]:
         """What waits for a robot already."""
         for row in GroupExecutionRepository().unbound(self._c):
             if (
@@ -167,7 +168,7 @@ class Foreseen:
                 and not row.held
                 and row.closes_at > self._now
             ):
-                yield Wanted(
+                yield ForecastStart(
                     self._seconds(row.planned_at),
                     row.mission,
                     self.members[group.id],
@@ -180,16 +181,16 @@ class Foreseen:
                     self._places.get(row.mission, ()),
                 )
 
-    def _site(self, last: datetime) -> Site:
+    def _site(self, last: datetime) -> ForecastSite:
         day, days = self.origin.astimezone(self._zone).date() + DAY, list[float]()
         while (begins := midnight(day, self._zone)) <= last:
             days.append(self._seconds(begins))
             day += DAY
         is_now = self.origin == self._now
         busy, at_places = self._busy() if is_now else ({}, {})
-        return Site(
+        return ForecastSite(
             {robot_id: self._robots[robot_id].name for robot_id in self.shared},
-            self._known.duration,
+            self._durations.duration,
             busy,
             self._hours() if is_now else {},
             self._held(),
@@ -210,12 +211,12 @@ class Foreseen:
 
     def _is_at_work(self, row: Execution, robot_id: int) -> bool:
         """Nobody waits for the end of what has a robot charge while it is idle, nor of what waits for something else than its robot."""
-        if row.trigger is Trigger.IDLE and self._seen.charges(robot_id):
+        if row.trigger is Trigger.IDLE and self._live.is_charging(robot_id):
             return False
         return row.state is not State.WAITING or row.wait not in LEAVES_ROBOT_FREE
 
     def _left(self, row: Execution, robot_id: int) -> float:
-        usual = self._known.usual(robot_id, Mission(row.mission, row.mission_guid))
+        usual = self._durations.usual(robot_id, Mission(row.mission, row.mission_guid))
         if row.state is State.EXECUTING and row.started_at is not None:
             return max(0.0, remaining_duration(usual, (self._now - row.started_at).total_seconds()))
         return run_duration(usual, None)
@@ -226,7 +227,7 @@ class Foreseen:
 
     def _held(self) -> Mapping[int, Sequence[tuple[float, float]]]:
         held = defaultdict[int, list[tuple[float, float]]](list)
-        for robot_id in filter(self._seen.is_out, self.shared):
+        for robot_id in filter(self._live.is_unavailable, self.shared):
             held[robot_id].append((-inf, self._seconds(self._now) + AHEAD))
         for hold in HoldRepository().all(self._c):
             until = inf if hold.until is None else self._seconds(hold.until)
