@@ -476,9 +476,9 @@ def restored(s, *steps):
 
 
 @step
-def refused(s, which, match=None):
+def refused(s, which, match=None, error=InvalidInput):
     """A person is told why not."""
-    with pytest.raises(InvalidInput, match=match):
+    with pytest.raises(error, match=match):
         which.act(s)
 
 
@@ -534,6 +534,19 @@ def did(s):
     """The missions that robots were given."""
     names = {guid: name for name, guid in GUIDS.items()}
     return [names[item.mission_id] for item in s.all_items()]
+
+
+@check
+def minutes(s):
+    """Of the instants of which robots have a start."""
+    return sorted(row.planned_at.minute for row in s.executions() if row.queue_id)
+
+
+@step
+def left_out(s, is_left_out=True):
+    """Robots have nothing of the start that was noted last."""
+    at = getattr(s.noted[-1], "planned_at", s.noted[-1])
+    assert is_left_out is (at not in [row.planned_at for row in s.executions() if row.queue_id]), at
 
 
 @step

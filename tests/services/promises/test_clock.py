@@ -1,378 +1,423 @@
-"""A clock that may be wrong sends nothing and writes nothing off, until robots or the operator say that it is right (D3, D4)."""
+"""While the clock may be wrong nothing is sent and nothing written off, until robots or a person say that it is right; after an absence of
+the app each start runs once or has its row (D3, D4)."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
+from functools import partial
 
 import pytest
 
 from app.database.connection import DatabaseUnavailable
-from app.domain.models import Overlap, ReasonCode, Schedule, State
-from tests.support.seen import alarms, covered, items, outcomes, reason, sent_at
-from tests.support.site import Site
+from app.domain.models import Overlap
+from tests.services.story import *
+from tests.support.clock import VirtualClock
+from tests.support.seen import covered
 
-DAY = 86400.0
 YEAR = 365 * DAY
+DAILY = [set_up(poll_interval_seconds=1800), plan(rule="FREQ=DAILY", workdays=False)]
+IN_DOUBT = true(lambda s: s.container.holds.active().clock)
+BELIEVED = true(lambda s: s.container.holds.active() is None)
+CONFIRM = do(lambda s: s.container.holds.confirm_clock())
+ON_TIME = true(lambda s: all(post.at - 7500 <= 1.0 for post in s.network.posts()))
 
 
-@pytest.fixture(params=[1, 2])
-def fleet(request, tmp_path):
-    """Robots, each with a daily start at 08:05; it is 06:00."""
-    site = Site(tmp_path, robots=request.param)
-    mission = site.add_mission("Deliver")
-    site.container.catalogue.change_settings(poll_interval_seconds=60)
-    for robot in site.add_robots():
-        start = datetime.fromisoformat("2026-11-23T08:05")
-        site.container.catalogue.save_schedule(
-            Schedule(f"S{robot.id}", robot.id, mission.id, start, "UTC", "FREQ=DAILY", respect_working_days=False)
-        )
-    yield site
-    site.switch_off()
+def glitch(seconds, lasts=60):
+    """It jumps, and is set right a while later."""
+    return [clock(seconds), lasts, clock(-seconds)]
 
 
-def run_days(site):
-    """Daily at 06:05 on R1, every day of the week."""
-    site.container.catalogue.change_settings(poll_interval_seconds=1800)
-    start = datetime.fromisoformat("2026-11-23T06:05")
-    return site.container.catalogue.save_schedule(
-        Schedule("S", 1, 1, start, "UTC", "FREQ=DAILY", respect_working_days=False)
-    )
+def of_the_robots(offset):
+    def act(s):
+        for machine in s.machines.values():
+            machine.clock.offset = offset
+
+    return do(act)
 
 
-def glitch(site, seconds, lasts=60.0):
-    """The wall clock jumps, and a while later it is set right."""
-    site.clock.step(seconds)
-    site.run(lasts)
-    site.clock.step(-seconds)
+def days(*wanted):
+    """Those of the starts that have run."""
+    return true(lambda s: [row.planned_at.day for row in s.executions(COMPLETED)] == list(wanted))
 
 
-def started(site):
-    return [(row.planned_at.day, row.state) for row in site.executions()]
+def counts(*wanted):
+    """How many starts each row stands for."""
+    return true(lambda s: [row.starts for row in s.executions()] == list(wanted))
 
 
-# ---------------------------------------------------------------------- at the start
-def test_a_tablet_that_starts_three_days_ahead_sends_nothing_and_misses_nothing(fleet):
-    """At the start nothing is sent or written off before a robot's time agrees with the tablet's."""
-    site, ahead = fleet, 3 * DAY + 7200.0
-    site.run(60)
-    site.switch_off()
-    site.clock.step(ahead)
-    site.network.down |= set(site.machines)
-    site.switch_on()
-    site.at(8.0, site.network.down.clear)
-    site.run(900)
-    assert sent_at(site) == []
-    assert outcomes(site) == []
-    assert "clock_implausible" in alarms(site)
-    site.clock.step(-ahead)
-    site.run(7200)
-    assert sent_at(site) == [7500] * len(site.machines)
-    assert [row.state for row in site.executions()] == [State.COMPLETED] * len(site.machines)
-    assert "clock_implausible" not in [alarm.code for alarm in site.container.alarms.open() if alarm.cleared_at is None]
-
-
-def test_while_no_robot_can_be_asked_nothing_is_written_off_for_half_a_minute(fleet):
-    """With nobody there to compare clocks with, the tablet's own counts 30 s after the start, and not before."""
-    site = fleet
-    site.run(60)
-    site.network.down |= set(site.machines)
-    site.power_cut(3 * 3600.0)
-    site.run(25)
-    assert outcomes(site) == []
-    site.run(125)
-    assert [(row.state, reason(row).code) for row in site.executions()] == [(State.MISSED, ReasonCode.APP_DOWN)] * len(
-        site.machines
-    )
-
-
-def test_after_a_restart_just_before_a_start_it_leaves_in_its_moment(fleet):
-    """A robot that agrees is asked at once: comparing clocks makes nobody late."""
-    site = fleet
-    site.run(7485)
-    site.power_cut(5)
-    site.run(60)
-    assert [round(post.at - 7500.0, 1) <= 1.0 for post in site.network.posts()] == [True] * len(site.machines)
-
-
-@pytest.mark.parametrize("silent_s", [60, 1500])
-def test_a_robot_that_answers_late_is_asked_for_the_time_before_anything_is_sent_to_it(site, plan, silent_s):
-    """As nobody answered for half a minute, a clock that is two days ahead counted: its starts tried a silent robot, or were given up."""
-    ahead = 2 * DAY + 900.0
-    plan("2026-11-23T06:10", "FREQ=MINUTELY;INTERVAL=30", start_window_minutes=20)
-    site.container.catalogue.change_settings(poll_interval_seconds=600)
-    site.run(10)
-    site.switch_off()
-    site.clock.step(ahead)
-    site.network.down.add("R1")
-    site.switch_on()
-    site.at(silent_s, site.network.down.clear)
-    site.run(silent_s + 300)
-    assert {row.state for row in site.executions()} >= {State.MISSED, State.WAITING if silent_s == 60 else State.FAILED}
-    assert sent_at(site) == []
-    site.clock.step(-ahead)
-    begun = site.seconds()
-    site.run(7200)
-    assert sent_at(site) == [at for at in range(600, 9000, 1800) if begun < at < begun + 7200]
-
-
-def test_a_robot_that_has_contradicted_the_clock_and_falls_silent_is_believed(site, plan):
-    """Nobody has told anything else since: the tablet's own clock does not count again after half a minute."""
-    plan("2026-11-23T06:10", "FREQ=MINUTELY;INTERVAL=30")
-    site.run(10)
-    site.switch_off()
-    site.clock.step(2 * DAY)
-    site.network.down.add("R1")
-    site.switch_on()
-    site.run(60)
-    site.network.down.clear()
-    site.run(70)
-    site.network.down.add("R1")
-    assert site.container.holds.active().clock
-    rows = len(site.executions())
-    site.run(3600)
-    assert site.container.holds.active().clock
-    assert len(site.executions()) == rows
-
-
-def test_one_robot_with_a_wrong_clock_among_others_stops_nobody(tmp_path):
-    """Most robots agree with the tablet, so it is the one robot's clock that is wrong."""
-    site = Site(tmp_path, robots=3)
-    site.machines["R2"].clock.offset = YEAR
-    mission = site.add_mission("Deliver")
-    for robot in site.add_robots():
-        start = datetime.fromisoformat("2026-11-23T06:05")
-        site.container.catalogue.save_schedule(Schedule(f"S{robot.id}", robot.id, mission.id, start, "UTC"))
-    site.run(600)
-    assert [row.state for row in site.executions()] == [State.COMPLETED] * 3
-    site.switch_off()
-
-
-def test_the_operator_can_say_that_the_clock_is_right(fleet):
-    """Robots whose clocks are all wrong hold everything only until a person has looked at the tablet's clock."""
-    site = fleet
-    for machine in site.machines.values():
-        machine.clock.offset = -YEAR
-    site.power_cut(5)
-    site.run(120)
-    assert site.container.holds.active().clock
-    site.container.holds.confirm_clock()
-    assert site.container.holds.active() is None
-    site.run(7500)
-    assert [row.state for row in site.executions()] == [State.COMPLETED] * len(site.machines)
-    site.power_cut(5)
-    site.run(120)
-    assert site.container.holds.active() is None  # it has been confirmed, and nothing has jumped since
-
-
-# ---------------------------------------------------------------------- while it runs
-def test_while_the_clock_has_jumped_ahead_nothing_is_sent_and_nothing_missed(fleet):
-    """A jump beyond a start window puts the clock in doubt until a robot agrees."""
-    site = fleet
-    site.run(60)
-    site.clock.step(YEAR + 7200.0)
-    site.run(600)
-    assert sent_at(site) == []
-    assert outcomes(site) == []
-    assert "clock_implausible" in alarms(site)
-
-
-@pytest.mark.parametrize("jump", [3 * DAY, YEAR])
-def test_after_a_jump_ahead_and_back_every_day_runs_once(site, jump):
-    """Whatever the clock showed for a minute, everything is planned from the true time, and no day is missed in advance."""
-    run_days(site)
-    site.run(60)
-    glitch(site, jump)
-    site.run(DAY + 600)
-    assert started(site) == [(day, State.COMPLETED) for day in (23, 24)]
-    assert len(items(site)) == 2
-
-
-def test_days_of_a_pause_are_not_skipped_in_advance(site):
-    """Rows that say skipped for instants still to come, of which nothing was ever sent, go when the clock is set back."""
-    schedule = run_days(site)
-    site.container.pausing.pause(schedule.id, datetime(2026, 11, 24, 12, tzinfo=UTC))
-    site.run(60)
-    glitch(site, 3 * DAY)
-    site.container.pausing.resume(schedule.id)
-    site.run(DAY + 600)
-    assert started(site) == [(23, State.COMPLETED), (24, State.COMPLETED)]
-
-
-def test_a_start_that_a_person_skipped_stays_skipped_when_the_clock_jumps(site):
-    """Skip next is a decision: it outlives rows that are taken out."""
-    schedule = run_days(site)
-    site.container.pausing.skip_next(schedule.id)
-    site.run(60)
-    glitch(site, 3 * DAY)
-    site.run(DAY + 600)
-    assert sent_at(site) == [round(DAY + 300)]
-
-
-def test_after_a_sleep_robots_agree_and_what_was_missed_is_written_so(site, plan):
-    """A tablet that slept for two hours has a right clock, which its robots confirm within a poll."""
-    plan("2026-11-23T06:05", "FREQ=MINUTELY;INTERVAL=60")
-    site.run(60)
-    site.suspend(7200.0)
-    site.run(600)
-    assert [(f"{row.planned_at:%H:%M}", row.state, row.starts) for row in site.executions()] == [
-        ("07:05", State.MISSED, 2),
-        ("08:05", State.COMPLETED, 1),
+def in_a_fleet(robots):
+    """Each robot has a daily start at 08:05, which is 7500 s from the beginning."""
+    fleet = [set_up(poll_interval_seconds=60)]
+    fleet += [plan(f"S{n}", "08:05", on=n, rule="FREQ=DAILY", workdays=False) for n in range(1, robots + 1)]
+    ahead = 3 * DAY + 7200.0
+    return [
+        Story(
+            "begun three days ahead nothing is sent or missed",
+            [fleet, 60, app_off(), clock(ahead), down(), app_on(), later(8.0, up()), 900],
+            [sent(), ends(), raised("clock_implausible"), clock(-ahead), 7200],
+            [sent(*[7500] * robots), ends(*[DONE] * robots)],
+            true(lambda s: "clock_implausible" not in [a.code for a in s.container.alarms.open() if not a.cleared_at]),
+            robots=robots,
+        ),
+        Story(
+            "where no robot can be asked the clock counts after half a minute",
+            [fleet, 60, down(), off_for(3 * 3600.0), 25, ends(), 125, ends(*[MISSED] * robots)],
+            robots=robots,
+        ),
+        Story(
+            "a restart just before makes no start late",
+            [fleet, 7485, off_for(), 60, true(lambda s: len(s.network.posts()) == robots), ON_TIME, 200],
+            robots=robots,
+        ),
+        Story(
+            "a person can say that it is right",
+            [fleet, of_the_robots(-YEAR), off_for(), 120, IN_DOUBT, CONFIRM, BELIEVED, 7500, ends(*[DONE] * robots)],
+            [off_for(), 120, BELIEVED],
+            robots=robots,
+        ),
+        Story(
+            "while it has jumped ahead nothing is sent or missed",
+            [fleet, 60, clock(YEAR + 7200), 600, sent(), ends(), raised("clock_implausible")],
+            robots=robots,
+        ),
+        Story(
+            "an absence that only a wrong clock shows is not told",
+            [fleet, 60, app_off(), do(lambda s: s.stay_off(600)), clock(3 * DAY), app_on(), 60],
+            [not_raised("app_was_off"), clock(-3 * DAY), 60, was_off_for(600, 800)],
+            robots=robots,
+        ),
     ]
 
 
-def test_a_clock_that_was_rightly_set_ahead_counts_once_a_person_says_so(site, plan):
-    """No robot can be asked: a person confirms the new time, and what it passed over is missed."""
-    plan("2026-11-23T06:05", "FREQ=DAILY", respect_working_days=False)
-    site.run(60)
-    site.network.down.add("R1")
-    site.clock.step(2 * DAY + timedelta(hours=2).total_seconds())
-    site.run(600)
-    assert outcomes(site) == []
-    site.container.holds.confirm_clock()
-    site.run(120)
-    assert [(row.planned_at.day, row.state, row.starts) for row in site.executions()] == [(25, State.MISSED, 3)]
+@step
+def was_off_for(s, least, most):
+    [alarm] = [alarm for alarm in s.container.alarms.open() if alarm.code == "app_was_off"]
+    start, end = (datetime.fromisoformat(alarm.details[name]) for name in ("start", "end"))
+    assert timedelta(seconds=least) <= end - start < timedelta(seconds=most)
 
 
-# ---------------------------------------------------------------------- what people do while it is wrong
-@pytest.mark.parametrize("jump", [1500.0, 3 * DAY])
-@pytest.mark.parametrize("edit", ["move", "undo", "off and on", "skip", "working days"])
-def test_what_is_edited_while_the_clock_is_ahead_is_planned_from_the_true_time(site, plan, jump, edit):
-    """An edit finds its next start by the clock that it has; when that is set right the starts in between run."""
-    schedule = plan("2026-11-23T06:02", "FREQ=MINUTELY;INTERVAL=10", respect_working_days=True)
-    site.run(60)
-    site.clock.step(jump)
-    site.run(30)
-    c = site.container
-    skipped = None
-    match edit:
-        case "move":
-            c.catalogue.save_schedule(replace(schedule, start=schedule.start.replace(minute=1)))
-        case "undo":
-            c.catalogue.restore(c.catalogue.remove_schedule(schedule.id))
-        case "off and on":
-            c.catalogue.set_schedule_enabled(schedule.id, False)
-            c.catalogue.set_schedule_enabled(schedule.id, True)
-        case "skip":
-            skipped = c.pausing.skip_next(schedule.id)
-        case "working days":
-            c.catalogue.change_settings(working_days=("MO", "TU", "WE", "TH", "FR", "SA"))
-    site.run(30)
-    site.clock.step(-jump)
-    site.run(2000)
-    minutes = [1, 11, 21, 31] if edit == "move" else [2, 12, 22, 32]
-    wanted = [
-        minute
-        for minute in minutes
-        if minute > 2 and (skipped is None or minute != skipped.minute or skipped.hour != 6)
-    ]
-    assert [at for at in sent_at(site) if at > 180] == [60 * minute for minute in wanted]
+test_in_doubt = told(
+    *in_a_fleet(1),
+    *in_a_fleet(2),
+    Story(
+        "a robot that answers late is asked for the time first",
+        [plan(at="06:10", every=30, window=20), set_up(poll_interval_seconds=600), 10, app_off(), clock(2 * DAY + 900)],
+        [down(), app_on()],
+        each(
+            [later(60, up()), 360, true(lambda s: {row.state for row in s.executions()} >= {State.MISSED, WAITING})],
+            [later(1500, up()), 1800, true(lambda s: {row.state for row in s.executions()} >= {State.MISSED, FAILED})],
+        ),
+        [sent(), clock(-2 * DAY - 900), do(lambda s: s.noted.append(s.seconds())), 7200],
+        true(lambda s: sent_at(s) == [at for at in range(600, 9000, 1800) if 0 < at - s.noted[-1] < 7200]),
+        stays_open=True,
+    ),
+    Story(
+        "a robot that has contradicted it and falls silent is believed",
+        [plan(at="06:10", every=30), 10, app_off(), clock(2 * DAY), down(), app_on(), 60, up(), 70, down(), IN_DOUBT],
+        [do(lambda s: s.noted.append(len(s.executions()))), 3600, IN_DOUBT],
+        true(lambda s: len(s.executions()) == s.noted[-1]),
+        stays_open=True,
+    ),
+    Story(
+        "one robot with a wrong clock among three stops none",
+        do(lambda s: setattr(s.machines["R2"].clock, "offset", YEAR)),
+        [plan(f"S{n}", on=n) for n in (1, 2, 3)],
+        [600, ends(DONE, DONE, DONE)],
+        robots=3,
+    ),
+    Story(
+        "before the last heartbeat everything is held",
+        [plan(rule="FREQ=DAILY", workdays=False), 120, app_off(), clock(-10 * YEAR), app_on(), 600, ends()],
+        [raised("clock_implausible"), IN_DOUBT, clock(10 * YEAR), 600, BELIEVED, ends(DONE)],
+    ),
+    Story(
+        "rightly set ahead it counts once a person says so",
+        [plan(rule="FREQ=DAILY", workdays=False), 60, down(), clock(2 * DAY + 7200), 600, ends(), CONFIRM, 120],
+        [ends(MISSED), counts(3)],
+    ),
+)
+
+test_jumped = told(
+    Story(
+        "ahead and back: every day runs once",
+        DAILY,
+        60,
+        each(glitch(3 * DAY), glitch(YEAR)),
+        [DAY + 600, days(23, 24), runs(2)],
+    ),
+    Story(
+        "days of a pause are not skipped in advance",
+        [DAILY, pause(30 * 60), 60, glitch(3 * DAY), resume(), DAY + 600, days(23, 24), ends(DONE, DONE)],
+    ),
+    Story("a skipped start stays skipped", [DAILY, skip(), 60, glitch(3 * DAY), DAY + 600, sent(round(DAY + 300))]),
+    Story(
+        "what is edited while it is ahead is planned from the true time",
+        plan(at="06:02", every=10),
+        each(
+            *(
+                [
+                    60,
+                    clock(jump),
+                    30,
+                    act,
+                    30,
+                    clock(-jump),
+                    2000,
+                    true(lambda s, w=w: [a for a in sent_at(s) if a > 180] == w),
+                ]
+                for jump in (1500.0, 3 * DAY)
+                for act, w in (
+                    (edit(at="06:01"), [660, 1260, 1860]),
+                    ([delete(), undo()], [720, 1320, 1920]),
+                    ([off(), on()], [720, 1320, 1920]),
+                    (skip(), [720, 1320, 1920]),
+                    (set_up(working_days=("MO", "TU", "WE", "TH", "FR", "SA")), [720, 1320, 1920]),
+                )
+            )
+        ),
+        stays_open=True,
+    ),
+    Story(
+        "what was edited while it was ahead misses nothing when the app starts again",
+        [plan(every=10), 60, clock(7200), 30, off(), on(), 30, clock(-7200), 760, off_for(40), 120],
+        true(lambda s: sent_at(s)[0] == 300 and 920 <= sent_at(s)[1] <= 930),
+        stays_open=True,
+    ),
+    Story(
+        "what waits when it is set back waits for its instant",
+        [plan(), down(), 30, clock(500), 60, clock(-500), up(), 900, sent(300), ends(DONE)],
+    ),
+    Story(
+        "days that become working days while it is ahead run when it is right",
+        [plan(every=10), 30, set_up(working_days=("TU", "WE", "TH", "FR")), 30, clock(2 * DAY), 30],
+        [set_up(working_days=("MO", "TU", "WE", "TH", "FR")), 30, clock(-2 * DAY), 1200, sent(300, 900)],
+        stays_open=True,
+    ),
+    Story(
+        "an absence by it makes nothing late once it is right",
+        [60, app_off(), clock(2 * DAY), app_on(), 60, clock(-2 * DAY), plan(at="06:10"), 900, sent(600)],
+        with_window=True,
+    ),
+    Story(
+        "what a start by it has passed over keeps its row",
+        [plan(at="06:00", every=2, overlap=Overlap.QUEUE), 130, glitch(600), 1200],
+        true(
+            lambda s: (
+                sorted(at.minute for at in covered(s, s.schedule()) if at.hour == 6)
+                == list(range(0, s.clock.now().minute + 1, 2))
+            )
+        ),
+        stays_open=True,
+    ),
+    Story(
+        "back over a start that ran: nothing runs twice",
+        [plan(rule="FREQ=DAILY", workdays=False), 310],
+        each(*([clock(-back), set_up(poll_interval_seconds=1800), back + 600] for back in (45, 3600, 3 * DAY))),
+        [true(lambda s: [row.planned_at.day for row in s.executions()] == [23]), runs(1)],
+    ),
+    Story(
+        "an absence ends when the app was started and not when the clock was set",
+        [
+            120,
+            app_off(cleanly=False),
+            do(lambda s: s.clock.advance(600)),
+            clock(-3600),
+            app_on(),
+            2400,
+            clock(3600),
+            60,
+        ],
+        was_off_for(600, 690),
+    ),
+)
+
+TWO_LATE = [plan("R1", on=1), plan("R2", on=2), 60, off_for(600), 15]
 
 
-def test_what_was_edited_while_the_clock_was_ahead_misses_nothing_when_the_app_starts_again(site, plan):
-    """Before the time at which it seems to have been edited, the app is off while one of its instants falls due."""
-    schedule = plan("2026-11-23T06:05", "FREQ=MINUTELY;INTERVAL=10")
-    site.run(60)
-    site.clock.step(7200)
-    site.run(30)
-    site.container.catalogue.set_schedule_enabled(schedule.id, False)
-    site.container.catalogue.set_schedule_enabled(schedule.id, True)
-    site.run(30)
-    site.clock.step(-7200)
-    site.run(880 - 120)
-    site.power_cut(40)
-    site.run(120)
-    first, second = sent_at(site)
-    assert first == 300
-    assert 920 <= second <= 930
+@step
+def keep_r1(s, held=True, number=1):
+    assert s.container.operator.hold_starts([s.row("R1").id], held=held) == number
 
 
-def test_a_start_that_waits_when_the_clock_is_set_back_waits_for_its_instant(site, plan):
-    """It fell due by a clock that was some minutes ahead; it is not sent before its time."""
-    plan("2026-11-23T06:05")
-    site.network.down.add("R1")
-    site.run(30)
-    site.clock.step(500)
-    site.run(60)
-    site.clock.step(-500)
-    site.network.down.clear()
-    site.run(900)
-    assert sent_at(site) == [300]
-    assert outcomes(site)[0][0] is State.COMPLETED
+def of(name, *wanted):
+    """How many items the robot has, and what its start waits for."""
+    return true(lambda s: (len(s.machines[name].queue), *[s.row(name).wait] * len(wanted[1:])) == wanted)
 
 
-def test_days_that_become_working_days_while_the_clock_is_ahead_run_when_it_is_set_right(site, plan):
-    """What seems to be due by the wrong clock is still to come by the true one."""
-    plan("2026-11-23T06:05", "FREQ=MINUTELY;INTERVAL=10", respect_working_days=True)
-    site.run(30)
-    site.container.catalogue.change_settings(working_days=("TU", "WE", "TH", "FR"))
-    site.run(30)
-    site.clock.step(2 * DAY)
-    site.run(30)
-    site.container.catalogue.change_settings(working_days=("MO", "TU", "WE", "TH", "FR"))
-    site.run(30)
-    site.clock.step(-2 * DAY)
-    site.run(1200)
-    assert sent_at(site) == [300, 900]
+test_absent = told(
+    Story("back within the window it runs once", [plan(), 60, off_for(600), 300, ends(DONE), raised("app_was_off")]),
+    Story("longer than the window it is missed", [plan(), 60, off_for(3600), 300, ends(MISSED)]),
+    Story(
+        "of many only the latest runs",
+        [plan(rule="FREQ=HOURLY"), 60, off_for(5 * 3600 + 400), 600, ends(MISSED, DONE), counts(5, 1)],
+    ),
+    Story("a short restart is none", [plan(), 280, off_for(10), 300, ends(DONE), not_raised()]),
+    Story("asleep over the window it is missed", plan(), 60, each(asleep(7200), asleep(3 * DAY)), [300, ends(MISSED)]),
+    Story(
+        "asleep: robots agree and what was missed is written so",
+        [plan(every=60), 60, asleep(7200), 600, ends(MISSED, DONE), counts(2, 1)],
+    ),
+    Story(
+        "with a window what is late is listed for half a minute first",
+        [plan(), 60],
+        each(
+            [off_for(600), 25],
+            [app_off(cleanly=False), do(lambda s: s.clock.advance(600)), clock(-DAY), app_on(), 2, clock(DAY), 20],
+        ),
+        [waits(Wait.LATE_START), runs(0), 300, ends(DONE), raised("app_was_off")],
+        with_window=True,
+    ),
+    Story(
+        "one of two on the list is held until it is released",
+        [TWO_LATE, keep_r1(), 120, of("R1", 0, HOLD), true(lambda s: not s.container.holds.current())],
+        [of("R2", 1), keep_r1(False), 5, of("R1", 1), 200],
+        robots=2,
+        with_window=True,
+    ),
+    Story(
+        "let go from the list it goes at once",
+        [TWO_LATE, keep_r1(False), 2, of("R1", 1), of("R2", 0), 300],
+        robots=2,
+        with_window=True,
+    ),
+    Story(
+        "held beyond its window it is skipped",
+        [
+            TWO_LATE,
+            keep_r1(),
+            900,
+            of("R1", 0),
+            true(lambda s: (s.row("R1").reason.code, s.row("R1").attempts) == (ReasonCode.HOLD, 0)),
+        ],
+        robots=2,
+        with_window=True,
+    ),
+    Story(
+        "held it is not sent because its schedule was edited there and back",
+        [TWO_LATE, keep_r1()],
+        each([off("R1"), 5, on("R1"), 5], [edit("R1", at="08:05"), 5, edit("R1", at="06:05"), 5]),
+        [200, of("R1", 0)],
+        robots=2,
+        with_window=True,
+        stays_open=True,
+    ),
+    Story(
+        "after another sleep it is listed for as long again",
+        [TWO_LATE, asleep(90), 20, waits(Wait.LATE_START, Wait.LATE_START), 60, runs(2), 200],
+        robots=2,
+        with_window=True,
+    ),
+    Story(
+        "held it stays so over another absence",
+        [TWO_LATE, keep_r1(), 10, off_for(120), 60, of("R1", 0), true(lambda s: s.row("R1").held)],
+        robots=2,
+        with_window=True,
+        stays_open=True,
+    ),
+    Story(
+        "pressed in the last moment a person is told the truth",
+        TWO_LATE,
+        each(
+            *(
+                later(at, do(lambda s: s.noted.append(s.container.operator.hold_starts([s.row("R1").id]))))
+                for at in (14.9, 15.0, 15.1)
+            )
+        ),
+        [120, true(lambda s: len(s.machines["R1"].queue) == 1 - s.noted[-1])],
+        robots=2,
+        with_window=True,
+        stays_open=True,
+    ),
+    Story(
+        "held while its robot is asked for its status it is not sent",
+        [TWO_LATE, 10, meets("GET", "/status", SLOW, 4.0, robot="R1"), later(7.0, keep_r1()), 120],
+        [of("R1", 0, HOLD), of("R2", 1)],
+        robots=2,
+        with_window=True,
+        stays_open=True,
+    ),
+    Story("on its way it is not held", [TWO_LATE, 60, keep_r1(number=0), 200], robots=2, with_window=True),
+)
+
+JUST_BEFORE = each(*(300.0 - before for before in (1.0, 0.5, 0.3, 0.2, 0.05)))
+NEEDS_HALF = plan(battery=50)
+
+test_asleep_just_before = told(
+    Story(
+        "the battery is read before anything is sent",
+        NEEDS_HALF,
+        JUST_BEFORE,
+        battery(10),
+        each(asleep(5), asleep(600), do(lambda s: s.clock.advance(600.0))),
+        [60, sent(), waits(BATTERY)],
+        stays_open=True,
+    ),
+    Story("a charged robot gets its start once", NEEDS_HALF, JUST_BEFORE, [asleep(600), 60, runs(1), 200]),
+    Story(
+        "a clock that is set looks the same",
+        NEEDS_HALF,
+        JUST_BEFORE,
+        battery(10),
+        each(clock(-600), clock(600)),
+        [700, sent()],
+        stays_open=True,
+    ),
+)
 
 
-def test_an_absence_by_a_wrong_clock_makes_nothing_late_once_it_is_set_right(tmp_path):
-    """With a window, what falls due after an absence is listed first: not what falls due after the clock has been set back."""
-    site = Site(tmp_path, with_window=True)
-    robot, mission = site.add_robots()[0], site.add_mission("Deliver")
-    site.run(60)
-    site.switch_off()
-    site.clock.step(2 * DAY)
-    site.switch_on()
-    site.run(60)
-    site.clock.step(-2 * DAY)
-    site.container.catalogue.save_schedule(
-        Schedule("S", robot.id, mission.id, datetime.fromisoformat("2026-11-23T06:10"), "UTC")
-    )
-    site.run(900)
-    assert sent_at(site) == [600]
-    site.switch_off()
+def woken_first(s, seconds):
+    """The scheduler's thread is quicker than the robot's."""
+    VirtualClock.suspend(s.clock, seconds)
+    s.engine.advance()
 
 
-def test_a_step_back_that_can_not_be_written_at_once_is_made_up_for(site, plan, monkeypatch):
-    plan("2026-11-23T06:05", start_window_minutes=1)
-    site.run(60.0)
-    site.clock.step(600.0)
-    site.run(2.0)
-    assert [state for _day, state in started(site)] == [State.MISSED]
+def stopped(s, seconds):
+    """Both clocks went on."""
+    s.clock.advance(seconds)
+
+
+@pytest.mark.parametrize("sleep", [woken_first, stopped])
+def test_asleep_between_connecting_and_sending_the_battery_is_read_again(tmp_path, monkeypatch, sleep):
+    s = Stage(tmp_path, "robot", 1)
+    monkeypatch.setattr(s.clock, "suspend", partial(sleep, s))
+    play(s, NEEDS_HALF, 60, post(Fate.ASLEEP, 300.0), later(239.99, battery(10)), 300, sent(), waits(BATTERY))
+    s.switch_off()
+
+
+def test_a_step_back_that_can_not_be_written_at_once_is_made_up_for(tmp_path, monkeypatch):
+    s = Stage(tmp_path, "robot", 1)
+    play(s, plan(window=1), 60, clock(600), 2, states(State.MISSED))
 
     def full(*_given):
         monkeypatch.undo()
         raise DatabaseUnavailable("the disk is full")
 
-    monkeypatch.setattr(site.container.repositories.schedules, "planned_beyond", full)
-    site.clock.step(-600.0)
-    site.run(600.0)
-    assert [state for _day, state in started(site)] == [State.COMPLETED]
+    monkeypatch.setattr(s.container.repositories.schedules, "planned_beyond", full)
+    play(s, clock(-600), 600, ends(DONE))
+    s.switch_off()
 
 
-def test_what_a_start_by_a_wrong_clock_has_passed_over_keeps_its_row(site, plan):
-    """The clock is ten minutes ahead for a minute, in which the latest instant is started: it is not started again, and neither are the
-    ones before it, so those have to stay in the history as missed."""
-    schedule = plan("2026-11-23T06:00", "FREQ=MINUTELY;INTERVAL=2", overlap=Overlap.QUEUE)
-    site.run(130)
-    glitch(site, 600.0)
-    site.run(1200)
-    minutes = sorted(instant.minute for instant in covered(site, schedule) if instant.hour == 6)
-    assert minutes == list(range(0, site.container.clock.now().minute + 1, 2))
+@pytest.mark.parametrize(
+    ("begins", "at"), [("2027-03-27T12:00", "2027-03-28T01:30"), ("2027-10-30T12:00", "2027-10-31T00:30")]
+)
+def test_the_nights_in_which_helsinki_changes_its_clocks(tmp_path, begins, at):
+    """03:30 does not exist in one, and comes twice in the other: once each, shifted and first."""
+    begun = datetime.fromisoformat(begins).replace(tzinfo=UTC)
+    s = Stage(tmp_path, "robot", 1, now=begun)
+    play(s, set_up(poll_interval_seconds=600), plan(rule="FREQ=DAILY", workdays=False))
+    night = replace(
+        s.schedule(), start=datetime.fromisoformat(begins).replace(hour=3, minute=30), timezone="Europe/Helsinki"
+    )
+    s.container.catalogue.save_schedule(night)
+    s.run(20 * 3600)
+    assert [f"{row.planned_at:%Y-%m-%dT%H:%M}" for row in s.executions()] == [at]
+    s.switch_off()
 
 
-def test_an_absence_that_only_a_wrong_clock_shows_is_not_told(fleet):
-    """The app says for how long it was off once the clock can be trusted, and by that clock."""
-    site = fleet
-    site.run(60)
-    site.stay_off(600)
-    site.clock.step(3 * DAY)
-    site.switch_on()
-    site.run(60)
-    assert "app_was_off" not in alarms(site)
-    site.clock.step(-3 * DAY)
-    site.run(60)
-    [alarm] = [alarm for alarm in site.container.alarms.open() if alarm.code == "app_was_off"]
-    start, end = (datetime.fromisoformat(alarm.details[name]) for name in ("start", "end"))
-    assert timedelta(seconds=600) <= end - start < timedelta(seconds=800)
+def test_what_was_missed_says_between_when_the_app_was_off(tmp_path):
+    s = Stage(tmp_path, "robot", 1)
+    play(s, plan(), 60, off_for(3600), 300, ends(MISSED))
+    details = s.row().reason.details
+    assert details["start"] < s.row().planned_at.isoformat() < details["end"]
+    s.switch_off()

@@ -1,0 +1,535 @@
+"""A clock that was ahead is set right, by little or much, once or in steps: each start leaves once, at its instant, whatever people do, and
+what they kept back, skipped or cancelled stays so until they say otherwise (D4, D5)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from app.domain.models import DayException, HandOver, InvalidInput, Overlap
+from app.screens.scheduler.facts import SchedulerServices, Window, read
+from tests.services.story import *
+
+BOTH = ("robot", "group")
+LIMITS = each(set_up(history_limit=None), set_up(history_limit=1))
+FAR, HOURS = 2 * DAY + 900.0, 7800.0
+OFTEN = [set_up(poll_interval_seconds=600), plan(at="06:10", every=30, window=20, workdays=False)]
+QUICK = plan(every=5, window=60, workdays=False)
+OFF_AND_ON = [off(), 20, on(), 20]
+CHANGES = (
+    [],
+    OFF_AND_ON,
+    [robot_off(), 20, robot_on(), 20],
+    [pause(55), 20, resume()],
+    [edit(at="06:11"), 20, edit(at="06:10")],
+    [delete(), undo()],
+    [app_off(), app_on()],
+    [clock(-900, 900), 5],
+    [clock(900, -900), 5],
+)
+PUT_BY_HAND = {"at": "06:10", "rule": "FREQ=DAILY", "window": 60, "workdays": False}
+
+
+def ahead(seconds):
+    """The app begins by a clock that is ahead, and no robot can tell."""
+    return [10, app_off(), clock(seconds), down(), app_on(), 45]
+
+
+def right(seconds):
+    return [up(), clock(-seconds), 60]
+
+
+def all_leave(seconds=7200):
+    """Each of ``OFTEN``, from now on."""
+
+    def leave(s):
+        begun = s.seconds()
+        s.run(seconds)
+        wanted = [at for at in range(600, int(begun + seconds), 1800) if at > begun]
+        found = [at for at in sent_at(s) if at > begun]
+        assert found == wanted, f"{found} and not {wanted}"
+
+    return do(leave)
+
+
+def held(s) -> list:
+    return [row for row in s.executions(WAITING) if row.held and row.wait is HOLD]
+
+
+def started(s) -> set[int]:
+    """Minutes of the instants of which robots have a start."""
+    return {row.planned_at.minute for row in s.executions() if row.queue_id}
+
+
+@step
+def let_go_of_all(s, seconds):
+    """What waits to be let go is, as long as that."""
+    for _n in range(int(seconds / 5)):
+        s.run(5)
+        s.container.operator.hold_starts([row.id for row in held(s)], held=False)
+
+
+@step
+def is_offered_after_all(s):
+    """Its card on the timeline says "Start it after all"."""
+    services = SchedulerServices(
+        **{name: getattr(s.container, name) for name in SchedulerServices.__dataclass_fields__}
+    )
+    facts, now = read(services, Window()), s.clock.now()
+    assert [facts.may_start_after_all(each, now) for each in facts.past if each.id == s.noted[-1].id] == [True]
+
+
+test_set_right = told(
+    Story(
+        "each start leaves whatever is changed after it",
+        OFTEN,
+        each([ahead(FAR), right(FAR)], [ahead(HOURS), right(HOURS)]),
+        200,
+        each(*CHANGES[:5], [edit(rule="FREQ=MINUTELY;INTERVAL=7"), 20, edit(every=30)]),
+        all_leave(3 * 3600),
+        on=BOTH,
+        stays_open=True,
+    ),
+    Story(
+        "each start leaves after an undo",
+        [OFTEN, ahead(FAR), delete(), right(FAR), undo(), all_leave()],
+        on=BOTH,
+        stays_open=True,
+    ),
+    Story(
+        "what a person cancelled is the only one that is left out",
+        LIMITS,
+        [OFTEN, ahead(HOURS), cancel(), right(HOURS), 4 * 3600],
+        [left_out(), true(lambda s: len(sent_at(s)) == s.seconds() // 1800 - 1 and s.schedule().next_at)],
+        on=BOTH,
+        stays_open=True,
+    ),
+    Story(
+        "runs that must not overlap do not, though the later of two was planned first",
+        [plan(every=10, overlap=Overlap.SKIP, window=20), 10, hold("R1"), clock(900), 20, clock(-900), 5, release()],
+        [later(266, robot_pauses()), 1400, raised("execution_skipped")],
+        true(lambda s: len([item for item in s.all_items() if str(item.state) in ("Pending", "Executing")]) == 1),
+        stays_open=True,
+    ),
+    Story(
+        "nothing is sent twice where another one waited behind what was sent",
+        LIMITS,
+        [set_up(poll_interval_seconds=300, retry_limit=10)],
+        [plan(at="06:10", every=2, overlap=Overlap.PARALLEL, window=20), 10, clock(570), 15],
+        [post(REFUSED, count=6), 128, clock(-570), 10],
+        each([], OFF_AND_ON),
+        720,
+        on="group",
+        stays_open=True,
+    ),
+    Story(
+        "nothing is sent twice where one after it was refused",
+        LIMITS,
+        [set_up(retry_limit=20, poll_interval_seconds=300)],
+        [plan(at="06:10", every=5, window=30, overlap=Overlap.QUEUE), 10, plan("B", "06:12", rule="FREQ=DAILY")],
+        [clock(560), 260, post(REFUSED, count=4), 85, clock(-590), 3],
+        each(OFF_AND_ON, [edit(rule="FREQ=MINUTELY;INTERVAL=7"), 20, edit(every=5)]),
+        400,
+        stays_open=True,
+    ),
+    Story(
+        "tries by the wrong clock do not count",
+        [OFTEN, set_up(retry_limit=3), ahead(HOURS), right(HOURS)],
+        do(
+            lambda s: (
+                s.at(7799 - s.seconds(), lambda: play(s, down())),
+                s.at(7806 - s.seconds(), lambda: play(s, up())),
+            )
+        ),
+        [9000, true(lambda s: {row.state for row in s.executions()} == {COMPLETED})],
+        on=BOTH,
+    ),
+    Story(
+        "what is still to come keeps no robot from its group",
+        [set_up(poll_interval_seconds=600), plan("own", on=1, **PUT_BY_HAND | {"window": 20}), ahead(FAR), right(FAR)],
+        [plan("G", "06:20", workdays=False), 3600, sent(600, 1200)],
+        on="group",
+    ),
+    Story(
+        "steps double nothing and lose nothing",
+        LIMITS,
+        [plan(at="06:10", every=10, window=9, workdays=False), 1000],
+        each(
+            *(clock(*steps) for steps in ((-30, -30), (-300, 300), (300, -300, 300, -300), (1200, -1200, 1200, -1200))),
+            *(clock(*steps) for steps in ((-3, -3, -3), (-400, 3000, -2600))),
+            [[clock(step), 1, app_off(), app_on(), 5] for step in (1200, -1200, 1200, -1200)],
+            [[clock(step), 1, app_off(), app_on(), 5] for step in (-400, 3000, -2600)],
+        ),
+        [3005, true(lambda s: len(s.items()) >= 4)],
+        on=BOTH,
+        stays_open=True,
+    ),
+    Story(
+        "idle missions go on after a step back",
+        [rest("Deliver"), 280, clock(-3600), 1800, true(lambda s: len(sent_at(s)) == 1)],
+    ),
+)
+
+test_run_now = told(
+    Story(
+        "it outlives a clock that was behind for a moment",
+        [10, hold(), run_now(), 5],
+        each(
+            *([clock(-3600 * hours), 20, clock(3600 * hours), 60] for hours in (0.5, 2, 26)),
+            *([clock(*steps), 5] for steps in ((-7200, 3600, 3600), (-300, -300, 600), (-DAY, DAY, -DAY, DAY))),
+            [[clock(step), 5, app_off(cleanly=False), app_on(), 5] for step in (-7200, 3600, 3600)],
+        ),
+        [release(), 120, runs(1)],
+        on=BOTH,
+    ),
+    Story("in doubt too", [10, post(LOST), run_now(), 5, clock(-7200), 20, clock(7200), 300, runs(1)]),
+    Story(
+        "it starts once what was ahead is right",
+        10,
+        each(*([ahead(by), run_now(), 20, clock(-by), up()] for by in (600, 7200, DAY))),
+        [60, runs(1), 200],
+        on=BOTH,
+        robots=3,
+    ),
+    Story(
+        "it is not lost between two steps of one correction",
+        [10, app_off(), clock(DAY + 1200), app_on(), 60, true(lambda s: s.container.holds.active().clock), clock(-DAY)],
+        each([2, run_now(), 2], [20, run_now(), 20]),
+        [clock(-1200), 120, runs(1)],
+    ),
+    Story(
+        "it gets no second window from a clock that is set back",
+        each(
+            [10, hold(), run_now(), 13 * 60, clock(-7200), 10 * 60],
+            *([hold(), run_now(), 5, clock(-back), 120, 32 * 60] for back in (300, 7200)),
+            *([post(LOST), run_now(), 2, down(), 5, clock(-back), 120, 32 * 60] for back in (300, 7200)),
+            [hold(), run_now(), 5, clock(-300), 120, app_off(cleanly=False), app_on(), 32 * 60],
+            [post(LOST), run_now(), 2, down(), 5, clock(-7200), 120, app_off(cleanly=False), app_on(), 32 * 60],
+            [set_up(poll_interval_seconds=600), ahead(FAR), hold(), run_now(), 5, right(FAR), 6 * 3600],
+        ),
+        [up(), release(), 200, runs(0)],
+        on=BOTH,
+        robots=3,
+        stays_open=True,  # where the clock is in doubt
+    ),
+)
+
+test_skipped = told(
+    Story(
+        "a skip is undone",
+        LIMITS,
+        [plan(at="06:10", every=30, window=20, workdays=False), 10, skip(), 30],
+        each(*CHANGES),
+        [30, unskip(), 700, sent(600)],
+        on=BOTH,
+        stays_open=True,
+    ),
+    Story(
+        "a skip stays",
+        LIMITS,
+        [plan(every=5, window=20, workdays=False), 10, skip("06:05"), 30],
+        each(*CHANGES[:-1]),
+        [700, left_out()],
+        on=BOTH,
+        stays_open=True,
+    ),
+    Story(
+        "passed over by a clock ahead it stays",
+        LIMITS,
+        [plan(every=5, window=20, workdays=False), 310, skip("06:10"), 5, clock(595), 20, clock(-595), 20],
+        each(*CHANGES[:-2]),
+        [900, left_out(), true(lambda s: len(s.items()) >= 3)],
+        on=BOTH,
+        stays_open=True,
+    ),
+    Story(
+        "it stays where what had begun after it is taken back",
+        LIMITS,
+        [set_up(retry_limit=20, poll_interval_seconds=300), plan(every=5, window=30, overlap=Overlap.QUEUE)],
+        [plan("B", "06:40", rule="FREQ=DAILY"), 10, skip("06:10"), do(lambda s: s.container.pausing.skip_next(2))],
+        [clock(560), post(REFUSED, count=16), 345, clock(-590), 3, OFF_AND_ON],
+        true(lambda s: s.noted[0] not in [run.at for run in s.container.plan.next(3)]),
+        [400, left_out()],
+        stays_open=True,
+    ),
+)
+
+test_cancelled = told(
+    Story(
+        "it runs when it is started after all",
+        LIMITS,
+        [OFTEN, ahead(HOURS), cancel(), right(HOURS), 100, is_offered_after_all(), unskip(), all_leave(4 * 3600)],
+        on=BOTH,
+        stays_open=True,
+    ),
+    Story(
+        "no start is lost by its undo, which waits two days ahead",
+        [OFTEN, ahead(FAR), cancel(), right(FAR), want_again(), 100],
+        each([], OFF_AND_ON),
+        all_leave(),
+        on="group",
+        stays_open=True,
+    ),
+    Story(
+        "an undo survives a correction",
+        [plan(**PUT_BY_HAND), 10, hold("R1"), 600, cancel(), want_again(), release(), clock(-120), 400, runs(1)],
+    ),
+    Story(
+        "its undo passes over nothing that is due just then",
+        each(
+            [plan(at="06:10", every=1, window=60, workdays=False), 10, hold("R1"), 610, cancel(), clock(-120), 10],
+            [
+                [plan(at="06:10", every=1, window=60, workdays=False), 10, hold("R1"), 610, cancel(), clock(-120)],
+                [app_off(), app_on(), 10],
+            ],
+        ),
+        [want_again(), release(), 400, left_out(False)],
+        stays_open=True,
+    ),
+    Story(
+        "nor by a quarter of an hour",
+        [QUICK, 10, clock(890), hold("R1"), 20, cancel(), clock(-890), 269.5, do(lambda s: s.clock.sleep(1.0))],
+        [
+            want_again(),
+            release(),
+            900,
+            true(lambda s: {5, 10, 15} <= started(s)),
+        ],
+        stays_open=True,
+    ),
+    Story(
+        "an undone one waits beside nothing that is still to come",
+        [plan(every=10, overlap=Overlap.SKIP, window=20), 10, hold("R1"), clock(900), 20, clock(-900), 285],
+        [cancel(-1), want_again(), release(), 60, minutes(5)],
+        stays_open=True,
+    ),
+    Story(
+        "of a group, kept back and cancelled, it never runs",
+        LIMITS,
+        [plan(at="06:10", every=10, window=30, workdays=False), 10, hold(), 610, keep(), 5, cancel(), release()],
+        each(clock(-120, 120, -120), [[clock(by), 3, app_off(cleanly=False), app_on()] for by in (-120, 120, -120)]),
+        [2500, left_out(), true(lambda s: len(s.items()) >= 3)],
+        on="group",
+        robots=2,
+        stays_open=True,
+    ),
+)
+
+test_kept_back = told(
+    Story(
+        "it can be let go after a small correction",
+        [plan(**PUT_BY_HAND), 10, hold("R1"), 600, keep(), release()],
+        each(*([clock(-back), back + 120] for back in (20, 180, 300))),
+        [let_go(), 300, runs(1)],
+        on=BOTH,
+    ),
+    Story(
+        "a one-time start of a group too",
+        [plan(at="06:10", window=120, workdays=False), 10, hold(), 620, keep(), release(), clock(-60), 120],
+        [let_go(), 300, runs(1)],
+        on="group",
+        robots=2,
+    ),
+    Story(
+        "listed as late, it can be let go after the network has set the clock",
+        [plan(**PUT_BY_HAND), 10, app_off(), do(lambda s: s.clock.sleep(530)), clock(90), app_on(), 5, keep()],
+        [clock(-90), 180, let_go(), 300, runs(1)],
+        with_window=True,
+    ),
+    Story(
+        "listed as late by a clock far ahead, each start leaves once it is let go",
+        [
+            plan(at="06:10", every=30, window=20, workdays=False),
+            ahead(FAR),
+            keep(),
+            right(FAR),
+            keep(False),
+            all_leave(),
+        ],
+        with_window=True,
+        stays_open=True,
+    ),
+    Story(
+        "no start is lost because a later one is",
+        OFTEN,
+        each([ahead(FAR), keep(), right(FAR)], [ahead(HOURS), keep(), right(HOURS)]),
+        [200, all_leave(5000)],
+        on=BOTH,
+        stays_open=True,
+    ),
+    Story(
+        "no start is lost by an edit after it was let go",
+        [set_up(poll_interval_seconds=600)],
+        each(
+            *(plan(at="06:10", every=30, window=20, workdays=False, overlap=o) for o in (Overlap.SKIP, Overlap.QUEUE))
+        ),
+        [ahead(FAR), keep(), right(FAR), do(lambda s: s.container.operator.hold_starts([s.noted[0].id], held=False))],
+        [OFF_AND_ON, all_leave()],
+        on=BOTH,
+        stays_open=True,
+    ),
+    Story(
+        "no start is lost where the clock is a quarter of an hour ahead for a moment",
+        [plan(every=5, window=30, workdays=False), 10, hold("R1"), clock(840), 20],
+        [
+            do(lambda s: s.container.operator.hold_starts([s.executions(WAITING)[-1].id])),
+            clock(-840),
+            60,
+            release(),
+            500,
+        ],
+        sent(300),
+        on="group",
+        stays_open=True,
+    ),
+    Story(
+        "it does not stay where it is edited before the clock is right",
+        [OFTEN, ahead(HOURS), keep()],
+        each(
+            [OFF_AND_ON, right(HOURS), 300, all_leave(3 * 3600)],
+            [delete(), right(HOURS), undo(), 300, all_leave(6000)],
+        ),
+        on="group",
+        stays_open=True,
+    ),
+    Story(
+        "kept back too long after a try it runs when it is started after all",
+        [set_up(poll_interval_seconds=600), plan(at="06:10", every=30, window=6, workdays=False), ahead(HOURS), 100],
+        [keep(), 300, right(HOURS), 60, unskip(), all_leave(4 * 3600)],
+        stays_open=True,
+    ),
+    Story(
+        "until it is too late: it is not sent",
+        [plan(window=1), 10, hold("R1"), clock(300), 5, do(lambda s: s.container.operator.hold_starts([s.row().id]))],
+        [60, release(), clock(-300), 900, sent()],
+    ),
+)
+
+
+def kept(back=300, **values):
+    """06:10 is kept back by a clock that is ahead; that is corrected, and 06:10 is the next start again."""
+    return [plan(**PUT_BY_HAND | values), 10, hold("R1"), 600, keep(), release(), clock(-back), 5, states()]
+
+
+WAITS_ON = [
+    [600, true(lambda s: [row.planned_at.minute for row in held(s)] == [10]), runs(0)],
+    [let_go_of_all(60), runs(1)],
+]
+SEVERAL = plan(at="06:08", every=1, window=60, workdays=False, overlap=Overlap.QUEUE)
+
+test_kept_back_and_still_to_come = told(
+    Story(
+        "it waits to be let go when its time has come",
+        each(*(kept(back, rule=rule) for back in (20, 180, 300) for rule in ("FREQ=MONTHLY", None, "FREQ=DAILY"))),
+        [clock(-10), app_off(cleanly=False), app_on()],
+        true(lambda s: [(run.at.minute, run.kept_back) for run in s.container.plan.next(1)] == [(10, True)]),
+        WAITS_ON,
+        on=BOTH,
+        stays_open=True,
+    ),
+    Story(
+        "it does whatever is done before",
+        [kept(), states()],
+        LIMITS,
+        each(
+            [delete(), 2, undo()],
+            [delete("mission"), 2, undo()],
+            [delete("robot"), 2, undo()],
+            OFF_AND_ON,
+            [robot_off("R1"), 20, robot_on("R1"), 20],
+            [edit(robot_id=2), edit(robot_id=1)],
+            pause(1),
+            [pause(60), 2, resume()],
+        ),
+        WAITS_ON,
+        robots=2,
+        stays_open=True,
+    ),
+    Story(
+        "it does where it was deleted, or cancelled and that undone, before the clock was corrected",
+        LIMITS,
+        [plan(**PUT_BY_HAND), 10, hold("R1"), 600, keep()],
+        each(
+            [delete(), release(), clock(-300), 5, undo()],
+            [cancel(), release(), clock(-300), 5, want_again()],
+        ),
+        WAITS_ON,
+        on=BOTH,
+        stays_open=True,
+    ),
+    Story(
+        "it can be skipped and that taken back, which is the last word",
+        [kept(), skip(), 2, unskip(), 600, runs(1)],
+        on=BOTH,
+        stays_open=True,
+    ),
+    Story("skipped it is not sent", [kept(), skip(), let_go_of_all(600), runs(0)], on=BOTH),
+    Story(
+        "moved before it it runs then",
+        each(kept(), kept(rule=None)),
+        [edit(at="06:08"), 600, minutes(8)],
+        on=BOTH,
+        stays_open=True,
+    ),
+    Story(
+        "another rule has its own starts",
+        [kept(), edit(at="06:00", rule="FREQ=MINUTELY;INTERVAL=7"), 600, minutes(7, 14)],
+        on=BOTH,
+        stays_open=True,
+    ),
+    Story(
+        "moved to an hour before it it is planned as ever",
+        set_up(poll_interval_seconds=600),
+        each(*(plan(**PUT_BY_HAND | {"at": "08:00", "rule": rule}) for rule in ("FREQ=DAILY", None))),
+        [ahead(7500.0), 30, keep(), right(7500.0), edit(at="07:00"), 9000, sent(3600)],
+        stays_open=True,
+    ),
+    Story(
+        "on a day off it does not run",
+        kept(workdays=True),
+        do(lambda s: s.container.catalogue.save_days(DayException("outing", BEGIN.date(), BEGIN.date()))),
+        [5, let_go_of_all(600), runs(0)],
+    ),
+    Story(
+        "of several one is cancelled and that undone, and two are kept back",
+        [SEVERAL, 10, hold("R1"), 595, cancel(0), keep(), clock(-300), 5],
+        each([], [app_off(), app_on(), 5]),
+        do(lambda s: s.container.catalogue.wait_again(next(row.id for row in s.noted if row.planned_at.minute == 8))),
+        [release(), 440, true(lambda s: [row.planned_at.minute for row in held(s)] == [9, 10])],
+        [let_go_of_all(400), do(lambda s: play(s, minutes(*range(8, 8 + len(s.all_items())))))],
+        true(lambda s: len(s.all_items()) >= 5),
+        on=BOTH,
+        stays_open=True,
+    ),
+    Story(
+        "other schedules go before it",
+        each(
+            *(
+                do(lambda s, h=h: s.container.catalogue.save_robot(replace(s.robot("R1"), hand_over=h)))
+                for h in HandOver
+            )
+        ),
+        [2, plan(at="06:40", rule="FREQ=DAILY", window=120, workdays=False), ahead(2700.0), keep(), right(2700.0)],
+        [
+            plan("B", every=10, window=9, workdays=False),
+            1370,
+            sent(300, 900),
+            1600,
+            true(lambda s: 40 not in started(s)),
+        ],
+        [let_go_of_all(60), true(lambda s: 40 in started(s))],
+        on=BOTH,
+        stays_open=True,
+    ),
+)
+
+
+def test_a_start_cancelled_by_a_clock_ahead_is_refused_later_or_runs(tmp_path):
+    """A later start of the right clock has been sent: its undo never says that it runs when it doesn't."""
+    s = Stage(tmp_path, "robot", 1)
+    play(s, QUICK, 10, clock(590), hold("R1"), 20, cancel(), clock(-590), 20, off(), 5)
+    try:
+        play(s, want_again())
+    except InvalidInput:
+        return
+    play(s, on(), release(), 900, left_out(False))
+    s.switch_off()

@@ -1,0 +1,452 @@
+"""What a person presses twice, or too late: a start goes to another robot once, a queue is cleared once, what was seen is skipped."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import replace
+
+import pytest
+
+from app.domain import choice
+from app.domain.models import HandOver
+from app.domain.reasons import sentence, waiting_sentence
+from app.mir.errors import RobotError
+from app.services.dispatch.ledger import Ledger
+from tests.services.story import *
+
+ALREADY = "started on another robot already"
+NOTE = do(lambda s: s.noted.append(s.executions()[0]))
+FALLS_SILENT = do(lambda s: s.network.down.add(s.row().robot))
+IN_DOUBT = [plan(window=60), post(LOST), 302, FALLS_SILENT, 8, states(SUBMITTING), NOTE]  # never there
+IS_THERE = [plan(window=10), post(ANSWER_LOST), 300, FALLS_SILENT, 20, NOTE]
+LIMITS = each(set_up(history_limit=None), set_up(history_limit=1))
+SECOND, THIRD = 0, 1
+GROUP = {"on": "group", "robots": 3}
+
+
+def other(s, number):
+    """One of the robots that the start is not at."""
+    return [robot for robot in s.container.catalogue.robots() if robot.id != s.noted[0].robot_id][number]
+
+
+@step
+def instead(s, number=None, token=None):
+    """The start that was noted first is started on another robot, or on any."""
+    robot_id = None if number is None else other(s, number).id
+    s.noted.append(s.container.operator.start_on_another(s.noted[0].id, robot_id, token))
+
+
+def at_second(act):
+    return do(lambda s: act(s, other(s, SECOND)))
+
+
+@step
+def undo_if_it_may_be(s):
+    with suppress(InvalidInput):
+        s.container.catalogue.wait_again(s.noted[-1].id)
+
+
+def told_of(s):
+    """The robots that alarms of two starts name."""
+    told = [alarm.details for alarm in s.container.alarms.open() if alarm.code == "started_twice"]
+    return [(details["robot"], details["other"]) for details in told]
+
+
+HOLD_SECOND = at_second(lambda s, robot: s.hold(robot.name))
+RELEASE_SECOND = at_second(lambda s, robot: s.container.holds.release(robot.id))
+REMOVE_SECOND = at_second(lambda s, robot: s.removed.append(s.container.catalogue.remove_robot(robot.id)))
+LOSE_MISSION = at_second(lambda s, robot: s.lose_mission(robot.name))
+CANCEL = do(lambda s: s.container.operator.cancel_execution(s.noted[-1].id))
+
+test_started_on_another = told(
+    Story(
+        "it is not once more",
+        [IN_DOUBT, instead(token="pressed"), 30],
+        each(
+            [], [3700, true(lambda s: s.row("A").reason.code is ReasonCode.UNKNOWN_OUTCOME)], [app_off(False), app_on()]
+        ),
+        [instead(token="pressed"), true(lambda s: s.noted[-1].token == "pressed")],  # the same press, arrived twice
+        [refused(instead(), ALREADY), 600, runs(1)],
+        **GROUP,
+        stays_open=True,
+    ),
+    Story(
+        "nor when its outcome is unknown for good",
+        [IN_DOUBT, 3700, ends(UNKNOWN), instead(), refused(instead(), ALREADY), 200],
+        **GROUP,
+    ),
+    Story(
+        "what is not wanted any more is not",
+        IN_DOUBT,
+        each(
+            [off(), refused(instead(), "changed, switched off or deleted")],
+            [pause(), refused(instead(), "paused since")],
+        ),
+        true(lambda s: len(s.executions()) == 1),
+        **GROUP,
+        stays_open=True,
+    ),
+    Story(
+        "it is not sent again where it was lost",
+        [plan(window=60), post(LOST), 310, NOTE, states(SUBMITTING), instead(THIRD), 600, runs(1)],
+        on=("group", "robot"),
+        robots=3,
+    ),
+    Story(
+        "it is not sent again when its robot was deleted and is put back",
+        [IN_DOUBT, instead(), 30, delete("robot"), 5, up(), undo(), 900, runs(1)],
+        **GROUP,
+    ),
+    Story(
+        "while the connection of its next try is made: that is not sent",
+        [plan(window=60), post(LOST), 310, NOTE, states(SUBMITTING)],
+        while_posting(
+            do(
+                lambda s: s.container.operator.start_on_another(
+                    s.noted[0].id,
+                    next(s.robot(n).id for n in ("R3", "R2") if n not in (s.noted[0].robot, s.executions()[0].robot)),
+                )
+            )
+        ),
+        [600, runs(1), true(lambda s: len(s.executions()) == 2)],
+        on=("group", "robot"),
+        robots=3,
+    ),
+    Story(
+        "where that came to nothing a third one may",
+        IN_DOUBT,
+        each([LOSE_MISSION, instead(SECOND), 5], [HOLD_SECOND, instead(SECOND), 5, CANCEL]),
+        [60, runs(0), instead(THIRD), refused(instead(SECOND)), 60, runs(1)],
+        **GROUP,
+        stays_open=True,
+    ),
+    Story(
+        "a third one may whatever the history keeps",
+        [set_up(history_limit=1), IN_DOUBT, HOLD_SECOND, instead(SECOND), 2, CANCEL],
+        do(lambda s: s.noted.append(s.container.operator.run_now(other(s, THIRD).id, 1))),
+        [2, CANCEL, 40, instead(THIRD), 200, runs(2)],
+        **GROUP,
+        stays_open=True,
+    ),
+    Story(
+        "it came not to nothing because the robot that may have it was removed",
+        [IN_DOUBT, post(ANSWER_LOST), later(0.5, at_second(lambda s, robot: s.network.down.add(robot.name)))],
+        [do(lambda s: s.noted.append(other(s, THIRD))), instead(SECOND), 3, REMOVE_SECOND, 60],
+        refused(do(lambda s: s.container.operator.start_on_another(s.noted[0].id, s.noted[1].id))),
+        **GROUP,
+        stays_open=True,
+    ),
+    Story(
+        "of two others one gets it though a cancel is undone",
+        [
+            IN_DOUBT,
+            HOLD_SECOND,
+            instead(SECOND),
+            2,
+            CANCEL,
+            do(lambda s: s.noted.append(s.noted[-1])),
+            instead(THIRD),
+            2,
+        ],
+        [do(lambda s: s.noted.append(s.noted[-2])), undo_if_it_may_be(), RELEASE_SECOND, 120, runs(1)],
+        **GROUP,
+        stays_open=True,
+    ),
+    Story(
+        "of two others one gets it though the second is put back",
+        LIMITS,
+        [IN_DOUBT, do(lambda s: s.noted.extend([other(s, SECOND), other(s, THIRD)])), HOLD_SECOND, instead(SECOND), 2],
+        each(
+            [REMOVE_SECOND, 5],
+            [do(lambda s: s.switch(s.noted[1].name, on=False)), 5],
+            [do(lambda s: s.container.operator.hold_starts([s.noted[-1].id])), 1, REMOVE_SECOND, 5],
+        ),
+        [do(lambda s: s.container.operator.start_on_another(s.noted[0].id, s.noted[2].id)), 60],
+        [
+            do(lambda s: play(s, undo()) if s.removed else s.switch(s.noted[1].name, on=True)),
+            2,
+            release(),
+            let_go(),
+            200,
+        ],
+        runs(1),
+        **GROUP,
+        stays_open=True,
+    ),
+    Story(
+        "any other robot, of which none is left, says so",
+        [IN_DOUBT, HOLD_SECOND, do(lambda s: s.hold(other(s, THIRD).name)), instead(), 10],
+        each(
+            do(lambda s: [s.switch(other(s, number).name, on=False) for number in (SECOND, THIRD)]),
+            do(lambda s: s.container.catalogue.save_group(replace(s.group, members=(s.noted[0].robot_id,)))),
+        ),
+        [30, do(lambda s: s.noted.append(s.container.ledger.get(s.noted[-1].id)))],
+        true(lambda s: sentence(s.noted[-1].reason, "UTC") == "No other robot of Hall is switched on"),
+        **GROUP,
+        stays_open=True,
+    ),
+    Story(
+        "a robot that has it after all is an alarm",
+        [IS_THERE, instead()],
+        each(30, [900, true(lambda s: s.executions()[0].state is FAILED)]),
+        [not_raised("started_twice"), up(), 120],
+        true(lambda s: told_of(s) == [(s.noted[0].robot, s.container.ledger.get(s.noted[-1].id).robot)]),
+        **GROUP,
+        stays_open=True,
+    ),
+    Story(
+        "that both have it is told whatever the history keeps",
+        [set_up(history_limit=1), IS_THERE, instead(SECOND)],
+        each(120, 900),
+        [do(lambda s: s.container.operator.run_now(other(s, THIRD).id, 1)), 300],
+        [do(lambda s: s.container.operator.run_now(other(s, THIRD).id, 1)), 300, up(), 200, raised("started_twice")],
+        **GROUP,
+        stays_open=True,
+    ),
+    Story(
+        "no alarm where the second was cancelled before it began",
+        [IS_THERE, at_second(lambda s, robot: s.stranger_queues(robot=robot.name)), 5, instead(SECOND), 3, CANCEL, 10],
+        [
+            true(lambda s: s.container.ledger.get(s.noted[-1].id).started_at is None),
+            up(),
+            120,
+            not_raised("started_twice"),
+        ],
+        **GROUP,
+        stays_open=True,
+    ),
+    Story(
+        "an undone cancel of it is told where the first robot had it",
+        [IS_THERE, HOLD_SECOND, instead(SECOND), 2, CANCEL, up(), 5, undo_if_it_may_be(), RELEASE_SECOND, 120],
+        true(lambda s: len(s.all_items()) == 1 or "started_twice" in s.alarms()),
+        **GROUP,
+        stays_open=True,
+        doubles=True,
+    ),
+)
+
+WHEN_FREE = do(lambda s: s.container.catalogue.save_robot(replace(s.robot("R1"), hand_over=HandOver.WHEN_FREE)))
+TWO = [plan(window=60), plan("B", window=60)]
+FLAT = [battery(12), plan(battery=30, window=60), 360, states(WAITING)]
+CLEAR = ("DELETE", "/mission_queue")
+ALL_CLEARED = true(lambda s: {row.reason and row.reason.code for row in s.executions()} == {ReasonCode.QUEUE_CLEARED})
+
+
+def in_vain(*steps):
+    """Clear queue finds no connection; these happen while it is tried."""
+    return [meets(*CLEAR, REFUSED), during("DELETE", *steps), refused(clear_queue(), error=RobotError)]
+
+
+test_clear_queue = told(
+    Story(
+        "what waits for a robot that becomes free by it ends",
+        [WHEN_FREE, TWO, 330, others_go_on()],
+        each(meets(*CLEAR, SLOW, 0.3), meets(*CLEAR, SLOW, 3.0)),
+        [clear_queue(), 600, runs(1), states(State.CANCELLED, State.CANCELLED)],
+    ),
+    Story(
+        "what is about to be tried again ends",
+        [plan(window=60), post(REFUSED), 300.5, waits(Wait.RETRY), others_go_on(), 0.9, meets(*CLEAR, SLOW, 2.0)],
+        [clear_queue(), 600, runs(0)],
+    ),
+    Story("in vain: what waits goes on", [FLAT, in_vain(), states(WAITING), battery(90), 60, runs(1), 200]),
+    Story(
+        "in vain: a cancel of what is in doubt stays",
+        [plan(window=60), post(LOST), 310],
+        each(cancel(), clear_queue()),
+        [in_vain(), 600, runs(0)],
+    ),
+    Story(
+        "in vain: a cancel that the robot has not heard of stays",
+        [plan(window=60), robot_pauses(), 303, states(QUEUED), down(), cancel(), in_vain(), up(), 120, robot_goes_on()],
+        [900, states(State.CANCELLED)],
+    ),
+    Story(
+        "in vain: what a person holds in that moment stays held",
+        [FLAT, in_vain(2, keep()), battery(90), 120, runs(0)],
+        stays_open=True,
+    ),
+    Story(
+        "in vain: what is undone in that moment is there again",
+        FLAT,
+        each([in_vain(off(), on())], [in_vain(delete()), undo()], [in_vain(cancel()), want_again()]),
+        [battery(90), 300, runs(1)],
+    ),
+    Story(
+        "in vain: what is on its way is sent",
+        plan(window=60),
+        each([post(LOST), 394], [299.9]),
+        [states(SUBMITTING), others_go_on(), in_vain(4), 600, runs(1)],
+    ),
+    Story(
+        "in vain: the list of late starts goes on",
+        [plan(window=60), 200, off_for(200), 5, waits(Wait.LATE_START), in_vain(), 10, runs(0)],
+        with_window=True,
+        stays_open=True,
+    ),
+    Story(
+        "its answer lost: what waits is not sent",
+        [WHEN_FREE, TWO, 303, states(EXECUTING, WAITING), others_go_on(), meets(*CLEAR, ANSWER_LOST)],
+        [refused(clear_queue(), error=RobotError), 600, runs(1)],
+    ),
+    Story(
+        "what is cleared while the robot is read ends as cleared",
+        each([], do(lambda s: s.network.words.update(Aborted="Abgebrochen"))),
+        [
+            TWO,
+            304,
+            others_go_on(),
+            meets("GET", "/mission_queue/1", SLOW, 3.0),
+            during("GET", later(1.0, clear_queue())),
+        ],
+        [60, ALL_CLEARED],
+    ),
+    Story(
+        "it counts though the robot refuses the cancel that was pressed before",
+        [TWO, 304, meets("DELETE", "/mission_queue/2", NOT_FOUND), during("DELETE", clear_queue())],
+        [
+            refused(do(lambda s: s.container.operator.cancel_execution(s.row("B").id)), error=RobotError),
+            60,
+            ALL_CLEARED,
+        ],
+    ),
+    Story(
+        "a group's start goes to another robot while the best one's queue is cleared",
+        [plan(window=60), battery(60, "R2", "R3"), do(lambda s: s.engine.watch(1))],
+        each(298.0, 299.5),
+        [others_go_on(), meets(*CLEAR, SLOW, 9.0), clear_queue(), 30],
+        true(lambda s: [(post.at < 301, post.robot != "R1") for post in s.network.posts()] == [(True, True)]),
+        **GROUP,
+        stays_open=True,
+    ),
+    Story(
+        "a group's start at a robot that leaves it is not kept back for ever",
+        [
+            plan(battery=30, window=60),
+            others_go_on(),
+            battery(12),
+            330,
+            give("R1"),
+            10,
+            states(WAITING),
+            meets(*CLEAR, SLOW, 1.0),
+        ],
+        each(
+            during("DELETE", robot_off("R1"), 2),
+            during(
+                "DELETE",
+                do(lambda s: s.container.catalogue.save_group(replace(s.group, members=s.group.members[1:]))),
+                2,
+            ),
+        ),
+        [clear_queue(), battery(90), 600, true(lambda s: s.row().state in (State.CANCELLED, COMPLETED))],
+        **GROUP,
+    ),
+    Story(
+        "a group's start whose worker goes on is not kept back for ever",
+        [others_go_on(), plan(window=60), WHEN_FREE, robot_off("R2", "R3"), 299.6],
+        [do(lambda s: s._blocked.add(s._workers[1])), 0.3, states(WAITING), meets(*CLEAR, SLOW, 1.0)],
+        [during("DELETE", do(lambda s: s._blocked.clear()), 2), clear_queue(), 600],
+        true(lambda s: s.row().state in (State.CANCELLED, COMPLETED)),
+        **GROUP,
+    ),
+)
+
+
+class Killed(BaseException):
+    pass
+
+
+def test_a_clear_that_was_killed_keeps_nothing_back_for_ever(tmp_path):
+    s = Stage(tmp_path, "robot", 1)
+
+    def kill(s):
+        raise Killed
+
+    play(s, FLAT, meets(*CLEAR, REFUSED), during("DELETE", do(kill)))
+    with pytest.raises(Killed):
+        s.container.operator.clear_queue(1)
+    play(s, off_for(), battery(90), 3900, true(lambda s: s.row().state in (COMPLETED, State.CANCELLED)))
+    s.switch_off()
+
+
+@pytest.fixture
+def group(tmp_path):
+    group = Stage(tmp_path, "group", 3)
+    yield group
+    group.switch_off()
+
+
+def test_what_is_to_go_with_a_cleared_queue_is_given_to_no_other_robot(group):
+    """It would end as cleared there, where nothing was cleared."""
+    play(group, set_up(minimum_battery_percent=20), plan(window=60), battery(5), 330)
+    with group.container.clearing.of(1) as cleared:
+        cleared.rows = frozenset([group.row().id])  # it was R1's a moment ago
+        play(group, refused(give("R2")))
+    play(group, give("R2"), true(lambda s: s.row().robot == "R2"))
+
+
+def test_two_presses_at_once_start_it_once(group, monkeypatch):
+    """The second one has read the row before the first one wrote."""
+    play(group, IN_DOUBT)
+    add = Ledger.add
+
+    def after_another(ledger, *given):
+        monkeypatch.setattr(Ledger, "add", add)
+        play(group, instead())
+        return add(ledger, *given)
+
+    monkeypatch.setattr(Ledger, "add", after_another)
+    play(group, refused(instead(), ALREADY), 30, runs(1))
+
+
+def test_the_history_knows_what_was_started_instead_of_what(group):
+    play(group, IN_DOUBT)
+    [row], history = group.noted, group.container.history
+    assert history.elsewhere([row]) == {}
+    play(group, instead(token="pressed"), 30)
+    new = group.container.ledger.by_token("pressed")
+    [found] = set(history.elsewhere([row]).values())
+    assert (found.id, found.robot, found.other, found.other_robot) == (row.id, row.robot, new.id, new.robot)
+    assert history.elsewhere([new])[new.id] == found, "also where the list holds only one of them"
+
+
+def test_of_what_was_started_on_another_robot_it_is_said_that_it_is_not_sent_again(group):
+    play(group, IN_DOUBT, 30)
+    [row] = group.noted
+    snapshot = group.container.snapshots.get(row.robot_id)
+    assert choice.stuck_since(row, snapshot) is not None
+    play(group, instead())
+    row = group.container.ledger.get(row.id)
+    assert choice.stuck_since(row, snapshot) is None
+    assert waiting_sentence(row) == "Not sent again; the robot is asked whether it has it"
+
+
+# ---------------------------------------------------------------------- skip
+HOURLY = plan(rule="FREQ=HOURLY")
+
+
+@step
+def skip_seen(s, index=-1):
+    """The start that was on the screen when it was noted."""
+    s.container.pausing.skip_next(1, s.noted[index])
+
+
+SEE = do(lambda s: s.noted.append(s.schedule().next_at))
+
+test_skip = told(
+    Story(
+        "what was seen, though an earlier one is there",
+        [HOURLY, skip(), SEE, do(lambda s: s.container.pausing.unskip(1, s.noted[0])), skip_seen()],
+        [true(lambda s: s.schedule().next_at == s.noted[0]), refused(skip_seen(), "skipped already")],
+    ),
+    Story(
+        "nothing where what was seen is not planned any more",
+        [HOURLY, SEE],
+        each(edit(at="06:02"), edit(at="06:20")),
+        refused(skip_seen(), "no such start any more"),
+    ),
+    Story(
+        "pressed twice it says so", each(plan(), HOURLY), [SEE, skip_seen(), refused(skip_seen(), "skipped already")]
+    ),
+)
