@@ -1,223 +1,249 @@
-"""Robots that refuse, boot, are updated or know no search: what is then said, sent and not sent."""
+"""Robots that answer slowly, refuse, boot, are updated, know no search, or have items that can't be read: each start is followed by itself,
+and one robot's trouble delays no other (D2, D7)."""
 
 from __future__ import annotations
 
-import pytest
+from datetime import timedelta
 
-from app.domain.models import Connection, ReasonCode, State
-from tests.support.network import Fate
-from tests.support.seen import alarms, items, outcomes, sent_at, states
+from app.domain.models import Connection, Overlap
+from app.mir.errors import RobotError
+from tests.services.story import *
 
-
-# ---------------------------------------------------------------------- Cancel
-@pytest.mark.parametrize("fate", [Fate.REFUSED, Fate.LOST, Fate.ERROR_BEFORE])
-def test_cancel_while_the_robot_can_t_be_reached_is_kept_and_carried_out_when_it_can(site, plan, fate):
-    """Cancel is no error then: the row says that it will be cancelled, and it is, as soon as the robot answers."""
-    plan("2026-11-23T06:05")
-    site.run(320)
-    site.network.next("DELETE", "*", fate, count=3)
-    row = site.container.operator.cancel_execution(site.executions()[0].id)
-    assert (row.state.is_open, row.cancel_code) == (True, ReasonCode.USER_CANCELLED)
-    site.run(60)
-    assert states(site) == ["Aborted"]
-    assert outcomes(site) == [(State.CANCELLED, ReasonCode.USER_CANCELLED, 1)]
+CLEANED_UP = do(lambda s: s.machines["R1"].cancel_all())
+CONNECTED = true(lambda s: s.container.snapshots.get(1).connection is Connection.CONNECTED)
 
 
-def test_cancel_while_the_robot_is_gone_for_long_is_not_forgotten(site, plan):
-    """It is carried out even by the next run of the app; what has ended by then says how it ended."""
-    site.machines["R1"].pause()
-    plan("2026-11-23T06:05")
-    site.run(320)
-    site.network.down.add("R1")
-    site.container.operator.cancel_execution(site.executions()[0].id)
-    site.run(600)
-    site.power_cut(20)
-    site.network.down.clear()
-    site.run(60)
-    assert states(site) == ["Aborted"]
-    assert outcomes(site) == [(State.CANCELLED, ReasonCode.USER_CANCELLED, 1)]
+# ---------------------------------------------------------------------- items that can't be read
+def spoilt(item=1):
+    """From now on that item can't be read."""
+    unreadable = do(lambda s: s.network.unreadable.add(("R1", item or s.noted[-1])))
+    return each(unreadable, do(lambda s: s.network.shown.update({("R1", item or s.noted[-1]): {"state": None}})))
 
 
-def test_what_ended_before_the_robot_could_be_told_of_the_cancellation_says_how_it_ended(site, plan):
-    """The robot's answer decides."""
-    plan("2026-11-23T06:05")
-    site.run(320)
-    site.network.down.add("R1")
-    site.container.operator.cancel_execution(site.executions()[0].id)
-    site.run(300)
-    site.network.down.clear()
-    site.run(60)
-    assert states(site) == ["Done"]
-    assert outcomes(site) == [(State.COMPLETED, None, 1)]
+MENDED = do(lambda s: (s.network.unreadable.clear(), s.network.shown.clear()))
+STRANGER = do(lambda s: s.noted.append(s.stranger_queues()))
 
 
-# ---------------------------------------------------------------------- booting
-@pytest.mark.parametrize("count", [1, 2])
-def test_a_robot_whose_interface_has_only_just_come_up_has_lost_nothing(site, plan, count):
-    """One answer 404 for an item that was there a moment ago is no proof that it is gone."""
-    plan("2026-11-23T06:05")
-    site.run(320)
-    site.network.next("GET", "/mission_queue/1", Fate.NOT_FOUND, count=count)
-    site.run(300)
-    assert states(site) == ["Done"]
-    assert outcomes(site) == [(State.COMPLETED, None, 1)]
+def word(theirs, ours):
+    return do(lambda s: s.network.words.update({theirs: ours}))
 
 
-def test_a_robot_that_has_no_interface_yet_is_tried_again(site, plan):
-    """404 for everything, while the start is due: it is sent a moment later."""
-    plan("2026-11-23T06:05")
-    site.run(298)
-    site.network.next("*", "*", Fate.NOT_FOUND, count=4)
-    site.run(300)
-    assert [row.state for row in site.executions()] == [State.COMPLETED]
-    assert len(items(site)) == 1
+test_unreadable = told(
+    *(
+        Story(
+            f"one item holds up none of {others} others",
+            [plan(priority=9), *(plan(f"B{number}") for number in range(others)), 310],
+            spoilt(),
+            [120 * others + 300, items(*["Done"] * (1 + others))],
+            true(lambda s: {row.state for row in s.executions() if row.schedule != "A"} == {COMPLETED}),
+        )
+        for others in (1, 4)
+    ),
+    Story(
+        "it is told once, and its outcome is unknown when the list says that it is over",
+        [plan(), 320],
+        spoilt(),
+        [
+            30,
+            items("Executing"),
+            states(EXECUTING),
+            true(lambda s: [a.count for a in s.container.alarms.open()] == [1]),
+        ],
+        [600, items("Done"), ends(UNKNOWN)],
+    ),
+    Story("read again it is followed on", [plan(), 320], spoilt(), [30, MENDED, 300, ends(DONE), tries(1)]),
+    Story(
+        "a stranger's stops nothing",
+        [plan(), rest("Deliver"), 280, stranger()],
+        spoilt(),
+        [1220, states(COMPLETED, COMPLETED)],
+    ),
+    Story(
+        "an unknown outcome is found beside a stranger's",
+        [plan(), post(ANSWER_LOST), 300.1, STRANGER],
+        spoilt(None),
+        [600, ends(DONE), tries(1)],
+    ),
+    Story(
+        "ended with an unknown word it ends its row with that word",
+        each(
+            [word("Done", "Superseded"), plan(), 320],
+            [
+                word("Aborted", "Superseded"),
+                plan(),
+                320,
+                do(lambda s: s.machines["R1"].controller.cancel(s.items()[0])),
+            ],
+        ),
+        [400, ends((FAILED, ReasonCode.ROBOT_ABORTED))],
+        true(lambda s: "Superseded" in str(dict(s.row().reason.details))),
+    ),
+    Story(
+        "an unknown word of one that goes on ends nothing",
+        [word("Executing", "Negotiating"), plan(), 350, items("Executing")],
+        [true(lambda s: s.row().state.is_open), 300, ends(DONE)],
+    ),
+    Story(
+        "it does not keep its robot from new starts",
+        [plan(every=10, overlap=Overlap.QUEUE), 310],
+        spoilt(),
+        [650, items("Done", "Executing")],
+        stays_open=True,
+    ),
+)
+
+# ---------------------------------------------------------------------- slow answers
+BEFORE_SIX = 14.5  # s at which these begin, so that a poll begins half a second before the start
+DUE = BEFORE_SIX + 300.0
+SLOW_SITE = {"now": BEGIN - timedelta(seconds=BEFORE_SIX)}
+POLLED = set_up(poll_interval_seconds=14)
 
 
-def test_a_start_that_meets_such_a_robot_is_sent_again_a_moment_later(site, plan):
-    """404 for the submission alone, from a robot that has the mission, is nothing that a person could mend."""
-    plan("2026-11-23T06:05")
-    site.network.next("POST", "/mission_queue", Fate.NOT_FOUND)
-    site.run(600)
-    assert outcomes(site) == [(State.COMPLETED, None, 2)]
-    assert len(items(site)) == 1
+def late_by(most, robot="R1"):
+    return true(lambda s: [post.at - DUE <= most for post in s.network.posts(robot)] == [True])
 
 
-# ---------------------------------------------------------------------- no search, no pages
-@pytest.fixture
-def simple(site):
-    """R1 has twenty old items and lists the oldest ten, whatever it is asked."""
-    for _ in range(20):
-        site.stranger_queues("Home")
-    site.machines["R1"].cancel_all()
-    site.run(1)
-    site.network.short_lists = 10
-    return site
+test_slow = told(
+    *(
+        Story(
+            "a read over the instant delays the start by its rest",
+            POLLED,
+            each(plan(window=1), plan(window=15)),
+            [DUE - 0.55, meets("GET", "*", SLOW, lasts), 200, ends(DONE), tries(1), late_by(lasts + 0.5), runs(1)],
+            **SLOW_SITE,
+        )
+        for lasts in (3.0, 4.5, 9.0)
+    ),
+    Story(
+        "a slow robot delays no other",
+        [POLLED, plan(), plan("B", on=2)],
+        each(*(DUE - before for before in (0.1, 0.55, 1.3))),
+        [meets("*", "*", SLOW, 9.0, robot="R1"), 60, late_by(0.2, "R2"), 200],
+        robots=2,
+        **SLOW_SITE,
+    ),
+    Story(
+        "a second try leaves though each look for the first takes three seconds",
+        [plan(), others_go_on(), post(REFUSED), meets("POST", "/mission_queue/search", SLOW, 3.0, count=100), 360],
+        [tries(2), runs(1), 200],
+    ),
+    Story(
+        "held while the robot is asked about the first try the second is not sent",
+        [plan(window=60, battery=30), others_go_on(), post(LOST), 320, battery(12)],
+        [
+            until(lambda s: s.row().wait is BATTERY),
+            battery(90),
+            meets("POST", "/mission_queue/search", SLOW, 4.0, count=2),
+        ],
+        [later(3.0, hold()), 60, sent(300), waits(HOLD)],
+        stays_open=True,
+    ),
+    Story(
+        "a good answer to the request itself after nine seconds is an answer",
+        [plan(), post(SLOW, 9.0), 315, states(EXECUTING), tries(1), runs(1), 200],
+    ),
+)
+
+# ---------------------------------------------------------------------- robots that refuse, boot, are updated or know no search
+TEN_OLDEST = [stranger("Home", count=20), CLEANED_UP, 1, do(lambda s: setattr(s.network, "short_lists", 10))]
 
 
-@pytest.mark.parametrize("fate", [Fate.ANSWER_LOST, Fate.LATE, Fate.ERROR_AFTER])
-def test_without_proof_of_absence_nothing_is_sent_again(simple, plan, fate):
-    """An item that isn't in a list of the oldest may be there all the same."""
-    site = simple
-    plan("2026-11-23T06:05")
-    site.network.next("POST", "/mission_queue", fate)
-    site.run(1500)
-    assert sent_at(site) == [300]
-    [(state, code, attempts)] = outcomes(site)
-    assert (state, attempts) == (State.COMPLETED, 1) or (code, attempts) == (ReasonCode.UNKNOWN_OUTCOME, 1)
-    assert state is State.COMPLETED or "unknown_outcome" in alarms(site)
-
-
-def test_on_such_a_robot_a_lost_request_is_sent_again_only_with_proof(simple, plan):
-    """Either its numbers show that nothing arrived, one by one, or the outcome stays unknown and a person is told."""
-    site = simple
-    plan("2026-11-23T06:05")
-    site.network.next("POST", "/mission_queue", Fate.LOST)
-    site.at(310.0, lambda: site.stranger_queues("Home"))
-    site.run(1500)
-    [(state, code, attempts)] = outcomes(site)
-    assert (state, attempts) == (State.COMPLETED, 2) or (code, "unknown_outcome" in alarms(site)) == (
-        ReasonCode.UNKNOWN_OUTCOME,
-        True,
-    )
-    assert [item.description for item in items(site)].count(site.executions()[0].token) == attempts - 1
-
-
-def test_on_such_a_robot_with_a_long_history_a_lost_answer_is_found(simple, plan):
-    """Its list ends far below what is new, but numbers lead up to it."""
-    site = simple
-    for _ in range(150):
-        site.stranger_queues("Home")
-    site.machines["R1"].cancel_all()
-    plan("2026-11-23T06:05")
-    plan("2026-11-23T06:06")
-    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
-    site.run(600)
-    assert outcomes(site) == [(State.COMPLETED, None, 1)] * 2
-    assert sent_at(site) == [pytest.approx(300, abs=1), pytest.approx(360, abs=1)]
-
-
-def test_what_was_never_sent_is_not_looked_for(simple, plan):
-    """Not even after a restart: a search from the first number on would read the robot's whole history again and again."""
-    site = simple
-    for _ in range(150):
-        site.stranger_queues("Home")
-    site.machines["R1"].cancel_all()
-    plan("2026-11-23T06:05")
-    site.at(290, lambda: site.network.down.add("R1"))
-    site.run(1300)
-    assert outcomes(site)[0][2] > 1
-    site.network.down.clear()
-    site.power_cut(5)
-    site.run(60)
-    assert site.container.snapshots.get(1).connection is Connection.CONNECTED
-
-
-def test_on_such_a_robot_starts_run_as_on_any(simple, plan):
-    """While answers arrive there is nothing to look for."""
-    plan("2026-11-23T06:05")
-    simple.run(600)
-    assert outcomes(simple) == [(State.COMPLETED, None, 1)]
-
-
-# ---------------------------------------------------------------------- asleep between connecting and sending
-@pytest.mark.parametrize("asleep", [1000.0, 86400.0])
-def test_a_tablet_that_sleeps_between_connecting_and_sending_sends_nothing_after_the_window(site, plan, asleep):
-    """Whether the window is open is asked once the connection stands, just before the request leaves."""
-    plan("2026-11-23T06:05")
-    site.network.next("POST", "/mission_queue", Fate.ASLEEP, asleep)
-    site.run(600)
-    assert items(site) == []
-    [(state, _code, _attempts)] = outcomes(site)
-    assert not state.is_open
-
-
-@pytest.mark.parametrize("asleep", [3.0, 300.0])
-def test_a_tablet_that_sleeps_for_less_than_the_window_sends_once(site, plan, asleep):
-    """Late, and within its window."""
-    plan("2026-11-23T06:05")
-    site.network.next("POST", "/mission_queue", Fate.ASLEEP, asleep)
-    site.run(600)
-    assert [row.state for row in site.executions()] == [State.COMPLETED]
-    assert len(items(site)) == 1
-
-
-# ---------------------------------------------------------------------- a software update
-def update(site, *, forgets):
+@step
+def updated(s, forgets):
     """The robot restarts with a software that gives descriptions back, or doesn't."""
-    site.machines["R1"].catch_up()
-    site.machines["R1"].reboot(30.0)
-    site.network.forgets_descriptions = forgets
-    site.run(120)
+    s.machines["R1"].catch_up()
+    s.machines["R1"].reboot(30.0)
+    s.network.forgets_descriptions = forgets
+    s.run(120)
 
 
-def test_after_an_update_that_drops_tokens_a_lost_answer_is_not_sent_again(site, plan):
-    """That tokens came back once doesn't prove that they still do."""
-    plan("2026-11-23T06:05")
-    plan("2026-11-23T06:15")
-    plan("2026-11-23T06:35")
-    site.run(600)
-    site.network.next("POST", "/mission_queue", Fate.LOST)
-    site.at(310.0, lambda: site.stranger_queues("Deliver"))
-    site.run(700)
-    update(site, forgets=True)
-    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
-    site.run(1500)
-    assert len([at for at in sent_at(site) if at > 2000]) == 1
-    assert [row.state for row in site.executions()] == [State.COMPLETED] * 3
+THREE = [plan(), plan("B", "06:15"), plan("C", "06:35")]
 
-
-def test_after_an_update_that_gives_tokens_back_a_stranger_s_item_is_not_taken_for_ours(site, plan):
-    """That tokens were lost once doesn't make another person's mission ours."""
-    site.network.forgets_descriptions = True
-    plan("2026-11-23T06:05")
-    plan("2026-11-23T06:15")
-    plan("2026-11-23T06:35")
-    site.run(600)
-    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
-    site.run(600)
-    update(site, forgets=False)
-    site.network.next("POST", "/mission_queue", Fate.LOST)
-    site.at(2100 - site.seconds() + 10.0, lambda: site.stranger_queues("Deliver", user="distributor"))
-    site.run(1500)
-    assert [row.state for row in site.executions()] == [State.COMPLETED] * 3
-    assert len({row.queue_id for row in site.executions()} & {item.id for item in items(site) if item.description}) == 3
+test_odd_robots = told(
+    Story(
+        "a cancel that can't be told is carried out when it can",
+        [plan(), 320],
+        each(*(meets("DELETE", "*", fate, count=3) for fate in (REFUSED, LOST, ERROR_BEFORE))),
+        [cancel(), true(lambda s: s.row().state.is_open and s.row().cancel_code is ReasonCode.USER_CANCELLED), 60],
+        [items("Aborted"), ends(CANCELLED), tries(1)],
+    ),
+    Story(
+        "it is not forgotten when the robot is away for long",
+        [robot_pauses(), plan(), 320, down("R1"), cancel(), 600, off_for(20), up(), 60],
+        [items("Aborted"), ends(CANCELLED), tries(1)],
+    ),
+    Story("what ended before says how it ended", [plan(), 320, down(), cancel(), 300, up(), 60, ends(DONE), tries(1)]),
+    Story(
+        "a cancel that the robot refused is not carried out later",
+        [plan(window=60), plan("B", window=60), 304, meets("DELETE", "/mission_queue/2", NOT_FOUND)],
+        each(
+            refused(do(lambda s: s.container.operator.cancel_execution(s.row("B").id)), error=RobotError),
+            refused(do(lambda s: s.container.operator.cancel_item(1, 2)), error=RobotError),
+        ),
+        [600, states(COMPLETED, COMPLETED)],
+    ),
+    Story(
+        "an interface that has only just come up has lost nothing",
+        [plan(), 320],
+        each(*(meets("GET", "/mission_queue/1", NOT_FOUND, count=count) for count in (1, 2))),
+        [300, items("Done"), ends(DONE), tries(1)],
+    ),
+    Story(
+        "a robot that has no interface yet is tried again",
+        plan(),
+        each([298, meets("*", "*", NOT_FOUND, count=4), 300], [post(NOT_FOUND), 600, tries(2)]),
+        [ends(DONE), runs(1)],
+    ),
+    Story(
+        "without proof that it is not there nothing is sent again",
+        [TEN_OLDEST, plan()],
+        each(post(ANSWER_LOST), post(LATE), post(ERROR_AFTER)),
+        [1500, sent(300), tries(1), true(lambda s: s.row().state is COMPLETED or "unknown_outcome" in s.alarms())],
+        true(lambda s: s.row().state is COMPLETED or s.row().reason.code is ReasonCode.UNKNOWN_OUTCOME),
+    ),
+    Story(
+        "a lost request is sent again only with proof, or a person is told",
+        [TEN_OLDEST, plan(), post(LOST), later(310.0, stranger("Home")), 1500],
+        true(
+            lambda s: (
+                (s.row().state, s.row().attempts) == (COMPLETED, 2)
+                or (s.row().reason.code is ReasonCode.UNKNOWN_OUTCOME and "unknown_outcome" in s.alarms())
+            )
+        ),
+        true(lambda s: [i.description for i in s.all_items()].count(s.row().token) == s.row().attempts - 1),
+    ),
+    Story(
+        "with a long history a lost answer is found",
+        [TEN_OLDEST, stranger("Home", count=150), CLEANED_UP, plan(), plan("B", "06:06"), post(ANSWER_LOST), 600],
+        [ends(DONE, DONE), tries(1, 1), true(lambda s: [post.at // 30 for post in s.network.posts()] == [10, 12])],
+    ),
+    Story(
+        "what was never sent is not looked for",
+        [TEN_OLDEST, stranger("Home", count=150), CLEANED_UP, plan(), later(290, down("R1")), 1300],
+        [true(lambda s: s.row().attempts > 1), up(), off_for(), 60, CONNECTED],
+    ),
+    Story("on such a robot starts run as on any", [TEN_OLDEST, plan(), 600, ends(DONE), tries(1)]),
+    Story(
+        "asleep between connecting and sending: after the window nothing is sent, within it once",
+        plan(),
+        each(*([post(Fate.ASLEEP, seconds), 600, runs(0)] for seconds in (1000.0, DAY))),
+    ),
+    Story(
+        "asleep for less than the window it is sent once",
+        plan(),
+        each(*([post(Fate.ASLEEP, seconds), 600, runs(1), ends(DONE)] for seconds in (3.0, 300.0))),
+    ),
+    Story(
+        "after an update that drops tokens a lost answer is not sent again",
+        [THREE, 600, post(LOST), later(310.0, stranger()), 700, updated(True), post(ANSWER_LOST), 1500],
+        [states(COMPLETED, COMPLETED, COMPLETED), true(lambda s: len([at for at in sent_at(s) if at > 2000]) == 1)],
+    ),
+    Story(
+        "after an update that gives tokens back a stranger's item is not taken for ours",
+        [do(lambda s: setattr(s.network, "forgets_descriptions", True)), THREE, 600, post(ANSWER_LOST), 600],
+        [updated(False), post(LOST)],
+        do(lambda s: s.at(2110 - s.seconds(), lambda: s.stranger_queues(user="distributor"))),
+        [1500, states(COMPLETED, COMPLETED, COMPLETED)],
+        true(lambda s: len({row.queue_id for row in s.executions()} & {i.id for i in s.items() if i.description}) == 3),
+    ),
+)

@@ -1,0 +1,184 @@
+"""What became of a request, or of what a robot took, is not known for a while: of several items of one start exactly one runs, its row
+says what its item says (D8)."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.domain.models import Connection
+from app.mir.client import RobotClient
+from mir_sim.mission_queue import MissionQueue
+from tests.services.story import *
+
+RARELY = set_up(poll_interval_seconds=600)
+NOT_FOR_A_WHILE = [down("R1"), 120, up()]
+CLEANED_UP = do(lambda s: s.machines["R1"].cancel_all())
+FAILED_UNKNOWN = [ends(UNKNOWN), tries(1)]
+WINDOW_OVER = (FAILED, ReasonCode.WINDOW_CLOSED)
+CONNECTED = true(lambda s: s.container.snapshots.get(1).connection is Connection.CONNECTED)
+
+
+@step
+def begin_again(s):
+    """The robot's numbers do."""
+    s.machines["R1"].catch_up()
+    s.machines["R1"].queue = MissionQueue()
+
+
+@step
+def copied(s):
+    """The network has doubled the request."""
+    row = s.row()
+    s.noted.append(s.container.make_client(s.robot("R1")).enqueue(row.mission_guid, description=row.token))
+
+
+def told_of_item(number):
+    return true(lambda s: [a.code for a in s.container.alarms.open() if a.details.get("queue_id") == number])
+
+
+LATE_FIRST = [plan(), post(LATE, 130.0), 385, hold(), 45.5, release()]  # lands just before the second try
+
+test_copies = told(
+    Story(
+        "a late one that lands just before the second try is ours",
+        [LATE_FIRST, 900, ends(DONE), true(lambda s: s.row().queue_id == 1 and len(s.doubled()) == 0)],
+    ),
+    Story(
+        "of two that both wait the earlier one stays",
+        [RARELY, robot_pauses(), plan(), post(LATE, 110.0), 500, items("Pending", "Aborted"), robot_goes_on(), 600],
+        [ends(DONE), true(lambda s: s.row().queue_id == 1)],
+    ),
+    Story(
+        "a first try that lands behind the second is cancelled however rarely robots are polled",
+        [RARELY, plan(), post(LATE, 110.0), 900, sent(300, 395), items("Done", "Aborted"), raised("duplicate_healed")],
+    ),
+    Story(
+        "a second copy that has run before anyone saw it is told once, by the next run of the app too",
+        [plan(), post(LATE, 220.0)],
+        each([515, NOT_FOR_A_WHILE], [500, off_for(), 10, NOT_FOR_A_WHILE]),
+        [300, items("Done", "Done"), told_of_item(2)],
+        true(lambda s: [a.count for a in s.container.alarms.open() if a.code == "duplicate_running"] == [1]),
+        doubles=True,
+    ),
+    Story(
+        "a copy of what a person cancelled is stopped though it runs",
+        [plan(), post(LATE, 130.0), 400, cancel(), 300, items("Aborted", "Aborted"), ends(CANCELLED), tries(2)],
+        raised("late_cancelled"),
+    ),
+    Story(
+        "what could not be cancelled and ran is not said to have been cancelled",
+        [plan(), post(LATE, 130.0), 320, off(), 100],
+        each(*(meets("DELETE", "/mission_queue/1", fate, count=200) for fate in (LOST, REFUSED))),
+        [300, items("Done"), ends(DONE), tries(1), not_raised("late_cancelled")],
+    ),
+    Story(
+        "a copy that could not be cancelled at once is told when it runs",
+        [plan(), post(ANSWER_LOST), 303, copied(), meets("DELETE", "/mission_queue/2", LOST, count=50), 400],
+        [items("Done", "Done"), raised("duplicate_running")],
+        doubles=True,
+    ),
+    Story(
+        "a copy that came while its start waited is seen once that has ended",
+        [plan(window=5), post(LATE, 120.0), 310, hold(), 800, ends(DONE)],
+    ),
+)
+
+GIVEN_UP = [plan(window=5), post(ANSWER_LOST), 300.5, down("R1")]
+SILENT = [GIVEN_UP, 400, ends(UNKNOWN)]  # it has the item, and can't be asked
+COMES_LATE = [set_up(unknown_outcome_quiet_seconds=400), plan(window=5), post(LATE, 460.0), 745, ends(WINDOW_OVER)]
+UNSEARCHABLE = [
+    [GIVEN_UP, 900, begin_again(), stranger("Home", count=150), CLEANED_UP],
+    do(lambda s: setattr(s.network, "short_lists", 10)),
+    up(),
+]
+
+test_given_up = told(
+    Story(
+        "it is searched for once more however long the robot was away",
+        GIVEN_UP,
+        each(1800, 3 * 3600),
+        [FAILED_UNKNOWN, up(), 120, ends(DONE), tries(1)],
+    ),
+    Story(
+        "what could not be cancelled after a long absence is followed when it runs",
+        [RARELY, robot_pauses(), GIVEN_UP, 1800, meets("DELETE", "/mission_queue/1", LOST, count=50), up()],
+        [until(lambda s: len(s.network.planned) < 50), robot_goes_on(), 900, items("Done"), ends(DONE), tries(1)],
+    ),
+    Story(
+        "what came while the app was off is found by the next run",
+        [set_up(history_limit=1), plan(window=180), hold(), 300 + 10_750, post(LATE, 400.0), release(), 100],
+        [ends(WINDOW_OVER), tries(1)],
+        each(off_for(900), off_for(5 * 3600)),
+        [60, items("Done"), ends(DONE), tries(1)],
+    ),
+    Story("a queue that can't be searched keeps a robot unread for a while only", [UNSEARCHABLE, 2 * 3600, CONNECTED]),
+    Story(
+        "what was given up later is found once the search for the older one has ended",
+        [UNSEARCHABLE, 3400, plan("B", "07:17", window=1), post(ANSWER_LOST)],
+        do(lambda s: s.run(4620.5 - s.seconds())),
+        [down("R1"), 150, up(), ends(UNKNOWN, UNKNOWN), 120, states(FAILED, COMPLETED)],
+    ),
+    Story(
+        "its only item, too late, is cancelled while it waits and told as what it is",
+        robot_pauses(),
+        each([SILENT, up(), 120], [COMES_LATE, 120]),
+        [items("Aborted"), not_raised("duplicate_healed"), told_of_item(1), robot_goes_on(), 300, states(FAILED)],
+    ),
+    Story(
+        "its only item corrects the row once it is known to have run",
+        [SILENT, items("Done"), up(), 300, states(COMPLETED), not_raised("duplicate_running")],
+    ),
+    Story(
+        "its only item corrects the row while it runs",
+        each([robot_pauses(), SILENT, items("Pending")], [COMES_LATE, items()]),
+        [robot_goes_on(), 30, up(), 30, items("Executing"), states(EXECUTING), 300, states(COMPLETED)],
+        not_raised("duplicate_running"),
+    ),
+    Story(
+        "taken back it ran all the same and says so",
+        [plan(), post(LATE, 130.0), 310, off(), 115, ends(CHANGED), NOT_FOR_A_WHILE, 120, items("Done"), ends(DONE)],
+    ),
+    Story(
+        "it is found though the robot's numbers have begun again",
+        [stranger(count=3), CLEANED_UP, plan(window=1), post(LATE, 300.0), 420, ends(WINDOW_OVER), begin_again(), 175],
+        [down("R1"), 180, items("Done"), up(), 100, ends(DONE)],
+    ),
+)
+
+
+@pytest.fixture
+def s(tmp_path):
+    s = Stage(tmp_path, "robot", 1)
+    yield s
+    s.switch_off()
+
+
+def searches(monkeypatch):
+    """The numbers above which a robot's items are asked for from now on."""
+    search, floors = RobotClient.items_after, []
+
+    def noting(client, floor, *more):
+        floors.append(floor)
+        return search(client, floor, *more)
+
+    monkeypatch.setattr(RobotClient, "items_after", noting)
+    return floors
+
+
+def test_what_was_searched_is_not_searched_again(s, monkeypatch):
+    """A robot has thousands of items, and is read every 2 s while a request may still arrive."""
+    play(s, RARELY, plan(), post(LATE, 110.0), 500)
+    floors = searches(monkeypatch)
+    s.run(60)
+    assert len(floors) >= 20
+    assert set(floors) == {max(item.id for item in s.items())}
+
+
+def test_a_copy_that_could_not_be_cancelled_at_once_is_cancelled_soon_without_reading_the_history(s, monkeypatch):
+    """The robot is on screen, so its queue is read between polls."""
+    play(s, stranger("Home", count=20), CLEANED_UP, RARELY, 10, do(lambda s: s.engine.watch(1)), plan(), 296)
+    play(s, stranger("Home", count=5), copied())
+    floors = searches(monkeypatch)
+    play(s, meets("DELETE", f"/mission_queue/{s.noted[-1]}", LOST), 30, raised("duplicate_healed"))
+    assert next(str(item.state) for item in s.all_items() if item.id == s.noted[-1]) == "Aborted"
+    assert min(floors) >= 20
