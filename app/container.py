@@ -226,7 +226,7 @@ class Container:
             settings=self.settings,
             make_client=self.make_client,
             parameters=self.parameters,
-            leave_paused=lambda robot_id: self.check_ups.leave_paused(robot_id),
+            keep_paused=lambda robot_id: self.check_ups.keep_paused(robot_id),
             answered=self.prompts.answered,
         )
         self.check_ups = CheckUps(

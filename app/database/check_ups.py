@@ -65,7 +65,7 @@ class CheckUpRepository:
                 left_behind=json.dumps(asdict(left)),
             )
 
-    def leave_paused(self, c: sqlite3.Connection, robot_id: int) -> None:
+    def keep_paused(self, c: sqlite3.Connection, robot_id: int) -> None:
         """From now on its pause is a person's."""
         c.execute(
             "UPDATE check_ups SET left_behind = json_set(left_behind, '$.is_paused', json('false')) WHERE robot_id = ? "

@@ -19,35 +19,44 @@ GUIDE = ROOT / "docs" / "commissioning.md"
 CODE = sorted((ROOT / "app" / "services" / "check_up").glob("*.py"))
 
 
-class Told(NamedTuple):
-    """A finding as the code has it; ``topic`` None: of several."""
+class CodeFinding(NamedTuple):
+    """A finding as the code has it; ``topic`` None: not said beside it."""
 
     topic: Topic | None
     level: Level
     says: str
 
 
-def told() -> Iterator[Told]:
+def findings() -> Iterator[CodeFinding]:
     for path in CODE:
         tree = ast.parse(path.read_text(encoding="utf-8"))
+        parents = {child: node for node in ast.walk(tree) for child in ast.iter_child_nodes(node)}
         functions = {node.name: node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
-        for function in functions.values():
-            for node in ast.walk(function):
-                if (
-                    isinstance(node, ast.Call)
-                    and isinstance(node.func, ast.Attribute)
-                    and node.func.attr in ("amber", "red")
-                ):
-                    topic, says, *_means = node.args
-                    for text in texts(says, function, functions):
-                        yield Told(topic_of(topic), Level(node.func.attr), text)
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Call) and ast.unparse(node.func) in ("amber", "red"):
+                around = list(enclosing(node, parents))
+                function = next((each for each in around if isinstance(each, ast.FunctionDef)), tree)
+                for text in texts(node.args[0], function, functions):
+                    yield CodeFinding(topic_of(around), Level(ast.unparse(node.func)), text)
 
 
-def topic_of(node: ast.expr) -> Topic | None:
-    return Topic[node.attr] if isinstance(node, ast.Attribute) else None
+def enclosing(node: ast.AST, parents: dict[ast.AST, ast.AST]) -> Iterator[ast.AST]:
+    while node in parents:
+        node = parents[node]
+        yield node
 
 
-def texts(node: ast.expr, function: ast.FunctionDef, functions: dict[str, ast.FunctionDef]) -> Iterator[str]:
+def topic_of(around: list[ast.AST]) -> Topic | None:
+    """Of the probe that has it, or with which it is added."""
+    for node in around:
+        calls = node.decorator_list if isinstance(node, ast.FunctionDef) else [node]
+        for call in calls:
+            if isinstance(call, ast.Call) and ast.unparse(call.args[0]).startswith("Topic."):
+                return Topic[ast.unparse(call.args[0]).removeprefix("Topic.")]
+    return None
+
+
+def texts(node: ast.expr, function: ast.AST, functions: dict[str, ast.FunctionDef]) -> Iterator[str]:
     """The sentences that an expression may be."""
     if isinstance(node, ast.IfExp):
         yield from texts(node.body, function, functions)
@@ -81,7 +90,7 @@ def rows() -> list[list[str]]:
     return [row for row in cells if len(row) == 4]
 
 
-FINDINGS = sorted(set(told()), key=str)
+FINDINGS = sorted(set(findings()), key=str)
 
 
 def test_the_findings_are_found():
@@ -98,7 +107,7 @@ def test_each_has_a_line_that_says_what_to_do(finding):
     assert len(found[0][3]) > 5
 
 
-def test_no_line_is_about_what_is_never_told():
+def test_no_line_is_about_a_finding_that_does_not_exist():
     known = {as_written(finding.says) for finding in FINDINGS}
     assert [row for row in rows()[1:] if row[2] not in known and row[0] != "topic"] == []
 

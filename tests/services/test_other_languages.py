@@ -262,7 +262,7 @@ def check_up_left(site, plan):
         lambda c: CheckUpRepository().note_left_behind(c, robot.id, LeftBehind(robot.serial_number))
     )
     site.network.down.add("R1")
-    site.container.check_ups.tidy_all([robot.id])
+    site.container.check_ups.put_back_all([robot.id])
 
 
 def item_unreadable(site, plan):

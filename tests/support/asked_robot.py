@@ -15,9 +15,9 @@ from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
 from app.mir.errors import ConnectionLost, TimedOut, Unreachable
-from app.mir.probe import PATIENT, Probe
+from app.mir.raw_client import PATIENT, RawClient
 from app.mir.transport import Response, Timeouts
-from app.services.check_up.look import Look
+from app.services.check_up.session import CheckUpSession
 from mir_sim import Profile, Request, SimulatedRobot
 from mir_sim.api import BASE
 from mir_sim.exchange import Fate, exchange
@@ -57,9 +57,9 @@ class AskedRobot:
         client.timeouts = PATIENT
         return client
 
-    def look(self, **values: Any) -> Look:
-        return Look(
-            Probe(self.client(), self.clock.monotonic, self.clock.advance),
+    def session(self, **values: Any) -> CheckUpSession:
+        return CheckUpSession(
+            RawClient(self.client(), self.clock.monotonic, self.clock.advance),
             ZONE,
             self.clock.now,
             self.clock.advance,

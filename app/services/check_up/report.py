@@ -129,7 +129,7 @@ def document(report: Report, zone: str) -> str:
         {"topic": each.topic, "level": each.level, "says": render(each.says), "means": render(each.means)}
         for each in report.findings
     ]
-    told = {
+    found = {
         "robot": report.robot,
         "address": report.address,
         "began_at": report.began_at.isoformat(timespec="seconds"),
@@ -141,7 +141,7 @@ def document(report: Report, zone: str) -> str:
         "profile": known,
         "text": text(report, zone),
     }
-    return json.dumps({**_simulated(report), "report": told}, ensure_ascii=False, indent=1) + "\n"
+    return json.dumps({**_simulated(report), "report": found}, ensure_ascii=False, indent=1) + "\n"
 
 
 def _simulated(report: Report) -> dict[str, Any]:

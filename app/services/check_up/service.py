@@ -1,7 +1,7 @@
 """Check-ups of robots: what a robot really does, found out before it is relied on.
 
-``run`` blocks for a minute or two and belongs on a background thread, or in a command. The robot's worker goes on meanwhile, on a
-connection of its own; while missions are queued for a check-up, a hold keeps the plan's starts back.
+``run`` blocks for a minute or two and belongs on a background thread, or in a command. The robot's worker goes on, on a
+connection of its own; while missions are queued for a check-up, a hold stops the plan's starts.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
+from typing import Any
 
 from app.database.check_ups import CheckUpRepository
 from app.database.connection import Database
@@ -23,16 +24,15 @@ from app.domain.check_up import Topic as CheckUpTopic
 from app.domain.clock import Clock
 from app.domain.message import Message, message
 from app.domain.models import InvalidInput, Robot, Settings
-from app.domain.robot import Identity
+from app.domain.robot import Identity, RobotStatus
 from app.mir.client import RobotClient
 from app.mir.errors import RobotError
-from app.mir.probe import PATIENT, Probe
+from app.mir.raw_client import PATIENT, RawClient
 from app.mir.transport import Pace
 from app.services.check_up import trial as trials
-from app.services.check_up.look import Look, NotWanted
-from app.services.check_up.reading import read_robot
-from app.services.check_up.room import check_usable
-from app.services.check_up.trying import Trials, missions_of
+from app.services.check_up.probes import read_robot
+from app.services.check_up.session import Cancelled, CheckUpSession
+from app.services.check_up.trials import Trials, check_usable, length_s, missions_of
 from app.services.dispatch.ledger import Ledger
 from app.services.live.alarms import Alarms
 from app.services.live.changes import Changes, Topic
@@ -40,7 +40,7 @@ from app.services.live.holds import Holds
 
 log = logging.getLogger(__name__)
 
-LOOK_EVERY = 30.0  # s, for what a trial left behind
+RETRY_EVERY = 30.0  # s, for what a trial left behind
 TRIED = (
     "token_field",
     "item_states",
@@ -64,17 +64,12 @@ class CheckUps:
         settings: Callable[[], Settings],
         make_client: Callable[[Robot], RobotClient],
     ) -> None:
-        self._db, self._clock, self._changes, self._settings, self._make_client = (
-            db,
-            clock,
-            changes,
-            settings,
-            make_client,
-        )
+        self._db, self._clock, self._changes = db, clock, changes
+        self._settings, self._make_client = settings, make_client
         self._robots, self._check_ups = RobotRepository(), CheckUpRepository()
         self._trials = Trials(db, clock=clock, ledger=ledger, holds=holds, alarms=alarms, settings=settings)
         self._lock, self._under_way = threading.Lock(), set[int]()
-        self._look_at = -math.inf  # monotonic
+        self._retry_at = -math.inf  # monotonic
         self._thread: threading.Thread | None = None
 
     # ------------------------------------------------------------------ before
@@ -84,7 +79,7 @@ class CheckUps:
 
     def length_s(self, trial: Trial | None = None) -> float:
         """How long it takes, about."""
-        return self._trials.length_s(trial)
+        return length_s(trial)
 
     def moves(self, robot_id: int, trial: Trial) -> Message:
         """Exactly what happens on the robot in a trial, for a person to agree to."""
@@ -101,23 +96,27 @@ class CheckUps:
         self,
         robot_id: int,
         trial: Trial | None = None,
-        told: Callable[[Progress], None] = lambda progress: None,
+        on_progress: Callable[[Progress], None] = lambda progress: None,
         is_wanted: Callable[[], bool] = lambda: True,
     ) -> Report:
-        """Read the robot and, with a ``trial``, queue missions on it. ``told`` is called with how far it is; ``is_wanted`` is asked between
-        questions, and what was changed is put back in any case. A robot that does not answer is a finding, not an error. A check-up that
-        is not complete is not kept.
+        """Read the robot and, with a ``trial``, queue missions on it. ``on_progress`` is called with how far it is. ``is_wanted`` is asked
+        between questions, and what was changed is put back in any case. A robot that does not answer is a finding, not an error. A
+        check-up that is not complete is not kept.
 
         Raises InvalidInput for a robot that is being checked up, and for a trial that can't be now, with the reason.
         """
         robot = self._robot(robot_id)
         with self._alone_with(robot), self._client(robot) as client:
-            problem = self._tidied(robot, client)  # first: what the last one left may be in the way of this one
+            problem: Message | None
+            try:  # first: what the last one left may be in the way of this one
+                problem = self._trials.put_back(self._session(client), robot)
+            except (RobotError, InvalidInput) as error:
+                problem = error.message
             if problem is not None and trial is not None:
                 raise InvalidInput("robot", "what the last check-up left is still there: {problem}", problem=problem)
             if trial is not None:
                 self._trials.check(robot, client, trial)
-            report = self._run(robot, client, trial, told, is_wanted)
+            report = self._run(robot, client, trial, on_progress, is_wanted)
         if report.is_complete:
             self._db.write(lambda c: self._keep(c, robot, report))
             self._changes.publish(Topic.ROBOTS)
@@ -145,98 +144,85 @@ class CheckUps:
         robot: Robot,
         client: RobotClient,
         trial: Trial | None,
-        told: Callable[[Progress], None],
+        on_progress: Callable[[Progress], None],
         is_wanted: Callable[[], bool],
     ) -> Report:
-        began_at, began, whole = self._clock.now(), self._clock.monotonic(), self.length_s(trial)
-        look = self._look(
-            client, is_wanted, lambda progress: told(replace(progress, done=min(progress.done, whole), of=whole))
-        )
-        look.same_machine = lambda serial_number: sorted(
-            each.name
-            for each in self._robots.all(self._db.read())
-            if each.serial_number == serial_number and each.id != robot.id
+        began_at, began = self._clock.now(), self._clock.monotonic()
+        session = self._session(
+            client,
+            is_wanted=is_wanted,
+            on_progress=on_progress,
+            length_s=length_s(trial),
+            same_machine=lambda serial_number: self._same_machine(robot, serial_number),
+            identity=Identity(
+                RobotStatus(robot_model=robot.model or "", serial_number=robot.serial_number), software=robot.software
+            ),
         )
         if robot.known is not None and robot.known.rest is not None:
-            look.probe.spare(robot.known.rest.requests, robot.known.rest.seconds)
-        identity: Identity | None = None
+            session.robot.spare(robot.known.rest.requests, robot.known.rest.seconds)
         is_complete = False
         try:
-            identity = read_robot(look)
-            is_complete = identity is not None and (trial is None or self._trials.run(look, robot, trial, identity))
-        except NotWanted:
+            is_complete = read_robot(session) and (trial is None or self._trials.run(session, robot, trial))
+        except Cancelled:
             log.info("The check-up of %r was ended by a person", robot.name)
-        serial, software = (
-            (identity.serial_number, identity.software) if identity else (robot.serial_number, robot.software)
-        )
-        was_tried = any(finding.topic is CheckUpTopic.LEFT for finding in look.findings)
+        was_tried = any(finding.topic is CheckUpTopic.LEFT for finding in session.findings)
         return Report(
             robot.name,
             robot.address,
-            (identity.model if identity else robot.model) or "",
+            session.identity.model or "",
             began_at,
             self._clock.monotonic() - began,
-            tuple(look.findings),
-            _with_known(look.profile(serial, software), look, robot.profile),
+            tuple(session.findings),
+            _with_known(session, robot.profile),
             (trial.mission or trials.NAME) if trial is not None and was_tried else "",
             is_complete,
         )
 
+    def _same_machine(self, robot: Robot, serial_number: str) -> Sequence[str]:
+        """Names of the other robots with this serial number."""
+        robots = self._robots.all(self._db.read())
+        return sorted(each.name for each in robots if each.serial_number == serial_number and each.id != robot.id)
+
     # ------------------------------------------------------------------ what a trial left
     def left_behind(self) -> Mapping[int, LeftBehind]:
-        """By robot: what a trial that was cut off has changed there and nobody has put back yet."""
+        """By robot: what a trial that was cut off has changed there and has not been put back."""
         return {key: left for key, left in self._trials.left_behind().items() if key not in self._under_way}
 
-    def tidy(self, robot_id: int) -> Message | None:
-        """Put back what a trial that was cut off left on the robot. Returns what could not be; None: all is as it was. Raises InvalidInput
-        or RobotError."""
+    def put_back(self, robot_id: int) -> Message | None:
+        """What a trial that was cut off left on the robot. Returns what could not be; None: all is as it was. Raises InvalidInput or
+        RobotError."""
         robot = self._robot(robot_id)
         with self._alone_with(robot), self._client(robot) as client:
-            return self._trials.tidy(self._look(client), robot)
+            return self._trials.put_back(self._session(client), robot)
 
-    def leave_paused(self, robot_id: int) -> None:
+    def keep_paused(self, robot_id: int) -> None:
         """A person presses Pause: a trial under way ends, and whatever is put back, the robot stays in Pause."""
-        self._trials.leave_paused(robot_id)
-
-    def _tidied(self, robot: Robot, client: RobotClient) -> Message | None:
-        try:
-            return self._trials.tidy(self._look(client), robot)
-        except (RobotError, InvalidInput) as error:
-            return error.message
+        self._trials.keep_paused(robot_id)
 
     def tick(self) -> None:
         """A chore: what a trial left is put back on a thread of its own. Returns at once."""
         now = self._clock.monotonic()
-        if now < self._look_at or (self._thread and self._thread.is_alive()):
+        if now < self._retry_at or (self._thread and self._thread.is_alive()):
             return
-        self._look_at = now + LOOK_EVERY
+        self._retry_at = now + RETRY_EVERY
         if left := list(self.left_behind()):
-            self._thread = threading.Thread(target=self.tidy_all, args=(left,), name="after a check-up", daemon=True)
+            self._thread = threading.Thread(
+                target=self.put_back_all, args=(left,), name="after a check-up", daemon=True
+            )
             self._thread.start()
 
-    def tidy_all(self, robot_ids: Sequence[int]) -> None:
+    def put_back_all(self, robot_ids: Sequence[int]) -> None:
         """One that does not answer is asked again later."""
         for robot_id in robot_ids:
             try:
-                self.tidy(robot_id)
+                self.put_back(robot_id)
             except (RobotError, InvalidInput, DatabaseError) as problem:
                 log.info("What a check-up left on robot %d could not be put back yet: %s", robot_id, problem)
 
     # ------------------------------------------------------------------ inside
-    def _look(
-        self,
-        client: RobotClient,
-        is_wanted: Callable[[], bool] = lambda: True,
-        told: Callable[[Progress], None] = lambda progress: None,
-    ) -> Look:
-        return Look(
-            Probe(client, self._clock.monotonic, self._clock.sleep),
-            self._settings().timezone,
-            self._clock.now,
-            self._clock.sleep,
-            is_wanted,
-            told,
-        )
+    def _session(self, client: RobotClient, **values: Any) -> CheckUpSession:
+        robot = RawClient(client, self._clock.monotonic, self._clock.sleep)
+        return CheckUpSession(robot, self._settings().timezone, self._clock.now, self._clock.sleep, **values)
 
     @contextmanager
     def _alone_with(self, robot: Robot) -> Iterator[None]:
@@ -280,10 +266,11 @@ def moves(robot: str, trial: Trial) -> Message:
     )
 
 
-def _with_known(found: RobotProfile, look: Look, known: RobotProfile | None) -> RobotProfile:
-    """What a trial of the same machine with the same software has shown before stays known."""
+def _with_known(session: CheckUpSession, known: RobotProfile | None) -> RobotProfile:
+    """What was found, and what a trial of the same machine with the same software has shown before."""
+    found = session.profile()
     if known is None or not known.is_of(found.serial_number, found.software):
         return found
-    has_borne = any(finding.topic is CheckUpTopic.LOAD and finding.level is Level.GREEN for finding in look.findings)
-    kept = {name: getattr(known, name) for name in TRIED if name not in look.seen}
+    has_borne = any(each.topic is CheckUpTopic.LOAD and each.level is Level.GREEN for each in session.findings)
+    kept = {name: getattr(known, name) for name in TRIED if name not in session.facts}
     return replace(found, **kept, rest=found.rest if has_borne or found.rest else known.rest)

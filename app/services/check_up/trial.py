@@ -8,20 +8,18 @@ from __future__ import annotations
 
 import math
 import uuid
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from enum import Enum, auto
 from typing import Any, NoReturn
 
-from app.domain.check_up import LeftBehind
-from app.domain.message import message
+from app.domain.message import Message, message
 from app.domain.robot import QueueState, RobotState, RobotStatus
 from app.mir import parse
 from app.mir.errors import Refusal, RobotError, Unauthorized
-from app.mir.probe import QUEUE, Answer, ids_of
+from app.mir.raw_client import QUEUE, Answer, ids_of
 from app.mir.texts import clean
-from app.services.check_up.look import Look
-from app.services.check_up.restore import Note, has_ended, items_above, read_item, set_state, with_pause, without_pause
+from app.services.check_up.journal import Journal, has_ended, items_above, read_item, set_state
+from app.services.check_up.session import CheckUpSession, Found, amber, red
 
 NAME, SECOND = "AMR Scheduler check-up", "00:00:01.000000"
 GROUP = "Missions"  # of missions, on every robot from the factory on
@@ -34,6 +32,16 @@ READ_EVERY = 1.0  # s between two looks at all items
 WATCH_EVERY = 0.3  # s after which its state is looked at again, before another question
 LONGEST_WORD = 40  # characters for a state
 FIRST, AGAIN, CANCELLED, PREFERRED = range(4)  # items, in the order in which they are queued
+_ENDED = message("The trial ended. Check up again when nobody else uses the robot.")
+PAUSED = amber(message("Somebody paused it while it was tried"), _ENDED)
+RELEASED = amber(message("Somebody ended the pause of the trial"), _ENDED)
+WENT_ON = red(
+    message("A mission went on while it was in Pause"),
+    message(
+        "Either somebody released it and paused it again, or Pause in the app does not keep it from driving: look at the "
+        "robot, and check up again."
+    ),
+)
 
 
 @dataclass
@@ -47,7 +55,7 @@ class Item:
     now: parse.Object = field(default_factory=dict)
 
     @property
-    def given_id(self) -> int | None:
+    def answered_id(self) -> int | None:
         """By the answer to its order."""
         return next(iter(ids_of(Answer(found=[self.answer.one]))), None)
 
@@ -56,13 +64,18 @@ class Item:
         return has_ended(self.now)
 
     @property
+    def word(self) -> str:
+        """For its state."""
+        return clean(self.now.get("state"), LONGEST_WORD)
+
+    @property
     def has_begun(self) -> bool:
         return bool(self.now.get("started")) or parse.queue_state(self.now) is QueueState.EXECUTING or self.has_ended
 
 
 @dataclass
-class Seen:
-    """What a trial has seen, for ``judge``. None: not tried, or it could not be told."""
+class TrialResult:
+    """What a trial has seen. None: not tried, or it could not be told."""
 
     items: list[Item] = field(default_factory=list)
     cancelled: Item | None = None  # one of them, as is the one of higher priority
@@ -71,27 +84,29 @@ class Seen:
     second: Answer | None = None
     cancel: Answer | None = None
     pause_problem: RobotError | None = None
-    waits_in_pause: bool | None = None  # what is queued meanwhile
+    waits_in_pause: bool | None = None  # what is queued then
     runs_on: bool | None = None  # after a pause, what ran before
     is_in_error: bool = False  # at the end: what ended may have failed
     may_not_make: bool = False  # a mission
     problem: RobotError | None = None  # that ended the trial early
 
+    @property
+    def found_items(self) -> list[Item]:
+        """In the queue."""
+        return [item for item in self.items if item.id is not None]
 
-class Sign(Enum):
-    """That somebody else uses the robot."""
-
-    PAUSED = auto()
-    RELEASED = auto()
-    WENT_ON = auto()  # a mission, in Pause
+    @property
+    def runs(self) -> list[Item]:
+        """Those that are to run."""
+        return [item for item in self.found_items if item is not self.cancelled]
 
 
 class TakenOver(Exception):
-    """Somebody else has paused the robot, or ended the trial's pause: from then on it is theirs."""
+    """Somebody else has paused the robot, or ended the trial's pause: from then on it is theirs. ``found``: what shows it."""
 
-    def __init__(self, sign: Sign) -> None:
-        super().__init__(sign)
-        self.sign = sign
+    def __init__(self, found: Found) -> None:
+        super().__init__()
+        self.found = found
 
 
 def length_s(mission: str | None) -> float:
@@ -105,158 +120,156 @@ def tokens() -> tuple[str, ...]:
 
 
 class TrialRun:
-    """``left`` has been noted; ``done_s`` of ``of_s`` seconds of the check-up are over."""
+    """Of what is noted in ``journal``. ``starts_s``: seconds of the check-up that are over before it."""
 
-    def __init__(self, look: Look, left: LeftBehind, note: Note, done_s: float, of_s: float) -> None:
-        self._look, self._probe, self._left, self._note = look, look.probe, left, note
-        self._began, self._done_s, self._of_s = look.probe.clock(), done_s, of_s
+    def __init__(self, session: CheckUpSession, journal: Journal, starts_s: float) -> None:
+        self._session, self._robot, self._journal = session, session.robot, journal
+        left = journal.left
+        self._mission, self._is_made, self._tokens = left.mission or left.queued, left.mission is not None, left.tokens
         self._highest = left.queue_floor
+        self._began, self._starts_s, self._ends = session.robot.clock(), starts_s, math.inf
         self._is_paused, self._watched_at = False, -math.inf
-        self.seen = Seen()
+        self.result = TrialResult()
 
-    @property
-    def left(self) -> LeftBehind:
-        """As it is noted."""
-        return self._left
-
-    def run(self) -> Seen:
-        """Raises NotWanted or TakenOver; a robot that doesn't answer is part of what was seen."""
+    def run(self) -> TrialResult:
+        """Raises Cancelled or TakenOver; a robot that doesn't answer is part of what was seen."""
         try:
             self._run()
         except RobotError as error:
-            self.seen.problem = error
-        return self.seen
+            self.result.problem = error
+        return self.result
 
     def _run(self) -> None:
-        if self._left.mission is not None:
+        if self._is_made:
             try:
-                self._make(self._left.mission)
+                self._make()
             except Unauthorized:
-                self.seen.may_not_make = True
+                self.result.may_not_make = True
                 return
         self._at(message("Pausing it"))
         self._pause(None)
         self._at(message("Queueing missions"))
         if not self._order(FIRST):
             return
-        self._look_where_it_is(self.seen.items[FIRST])
+        self._look_where_it_is(self.result.items[FIRST])
         self._order(AGAIN)
         if self._order(CANCELLED):
-            self.seen.cancelled = self.seen.items[-1]
-            self.seen.cancel = self._probe.ask("DELETE", f"{QUEUE}/{self.seen.cancelled.id}")
+            self.result.cancelled = self.result.items[-1]
+            self.result.cancel = self._robot.ask("DELETE", f"{QUEUE}/{self.result.cancelled.id}")
         if self._order(PREFERRED, URGENT):
-            self.seen.preferred = self.seen.items[-1]
+            self.result.preferred = self.result.items[-1]
         self._wait(PAUSE_S)
-        self._read()
+        self._read(self.result.found_items)
+        self._ends = self._robot.clock() + (ENDS_WITHIN if self._is_made else OWN_ENDS_WITHIN)
         if self._is_paused:
-            self.seen.waits_in_pause = True
+            self.result.waits_in_pause = True
             self._release(0)
-        self._follow()
-        self.seen.is_in_error = self._probe.status().state is RobotState.ERROR
+            # It alone, so that not much of a second has passed when it is seen running.
+            first = self.result.items[FIRST]
+            self._until(lambda: first.has_begun, [first])
+            if first.has_begun and not first.has_ended:
+                self._pause_while(first)
+        self._until(
+            lambda: all(item.has_ended for item in self.result.found_items), self.result.found_items, READ_EVERY
+        )
+        self.result.is_in_error = self._robot.status().state is RobotState.ERROR
 
     # ------------------------------------------------------------------ steps
-    def _make(self, guid: str) -> None:
+    def _make(self) -> None:
         """The mission that waits a second."""
         self._at(message("Making a mission that waits a second"))
-        groups = self._must(self._probe.get("/mission_groups")).rows
+        groups = self._robot.get("/mission_groups").checked().rows
         group = next((each for each in groups if each.get("name") == GROUP), groups[0] if groups else {})
-        self._must(
-            self._probe.ask(
-                "POST",
-                "/missions",
-                json={"guid": guid, "name": NAME, "description": NAME, "group_id": group.get("guid", "")},
-            )
-        )
-        self._must(
-            self._probe.ask(
-                "POST",
-                f"/missions/{guid}/actions",
-                json={
-                    "action_type": "wait",
-                    "mission_id": guid,
-                    "priority": 1,
-                    "parameters": [{"id": "time", "value": SECOND}],
-                },
-            )
-        )
+        self._robot.ask(
+            "POST",
+            "/missions",
+            json={"guid": self._mission, "name": NAME, "description": NAME, "group_id": group.get("guid", "")},
+        ).checked()
+        self._robot.ask(
+            "POST",
+            f"/missions/{self._mission}/actions",
+            json={
+                "action_type": "wait",
+                "mission_id": self._mission,
+                "priority": 1,
+                "parameters": [{"id": "time", "value": SECOND}],
+            },
+        ).checked()
 
     def _pause(self, started: str | None) -> None:
         """``started``: when the newest of the missions had begun."""
         status = self._watch()
-        self._left = with_pause(self._left, self._note, started, status.uptime_s)
+        self._journal.note(is_paused=True, started=started, uptime_s=status.uptime_s)
         try:
-            set_state(self._look, RobotState.PAUSE)
+            set_state(self._session, RobotState.PAUSE)
         except Refusal as error:
             if self._shows_pause(True, within=0.0):
                 raise  # what it says is not what it does
-            self.seen.pause_problem = error
+            self.result.pause_problem = error
         else:
             self._is_paused = self._shows_pause(True)
 
     def _release(self, progress: int) -> None:
         """``progress``: when it stood in Pause."""
         if self._progress != progress:
-            self._lose(Sign.WENT_ON)
+            self._lose(WENT_ON)
         self._watch()
-        self._look.check_is_wanted()  # a person may have pressed Pause in the app
-        set_state(self._look, RobotState.READY)
-        self._left, self._is_paused = without_pause(self._left, self._note), False
+        self._session.check_is_wanted()  # a person may have pressed Pause in the app
+        set_state(self._session, RobotState.READY)
+        self._journal.note(is_paused=False)
+        self._is_paused = False
         if not self._shows_pause(False):
-            self._lose(Sign.PAUSED)
+            self._lose(PAUSED)
 
     def _shows_pause(self, wanted: bool, within: float = STATE_WITHIN) -> bool:
         """Whether it is so within so many seconds."""
-        began = self._probe.clock()
-        while (self._probe.status().state is RobotState.PAUSE) is not wanted:
-            if self._probe.clock() - began >= within:
+        began = self._robot.clock()
+        while (self._robot.status().state is RobotState.PAUSE) is not wanted:
+            if self._robot.clock() - began >= within:
                 return False
-            self._look.check_is_wanted()
-            self._look.pause(WATCH_EVERY)
-        self._watched_at = self._probe.clock()
+            self._session.check_is_wanted()
+            self._session.pause(WATCH_EVERY)
+        self._watched_at = self._robot.clock()
         return True
 
     def _watch(self) -> RobotStatus:
         """Raises TakenOver."""
-        status = self._probe.paced_status()
-        self._watched_at = self._probe.clock()
+        status = self._robot.paced_status()
+        self._watched_at = self._robot.clock()
         if (status.state is RobotState.PAUSE) is not self._is_paused:
-            self._lose(Sign.RELEASED if self._is_paused else Sign.PAUSED)
+            self._lose(RELEASED if self._is_paused else PAUSED)
         return status
 
     def _watch_in_turn(self) -> None:
-        self._look.check_is_wanted()
-        if self._probe.clock() - self._watched_at >= WATCH_EVERY:
+        self._session.check_is_wanted()
+        if self._robot.clock() - self._watched_at >= WATCH_EVERY:
             self._watch()
 
-    def _lose(self, sign: Sign) -> NoReturn:
-        self._left = without_pause(self._left, self._note)
-        raise TakenOver(sign)
+    def _lose(self, found: Found) -> NoReturn:
+        self._journal.note(is_paused=False)
+        raise TakenOver(found)
 
     @property
     def _progress(self) -> int:
         """How many of the missions have begun, and how many have ended."""
-        runs = [item for item in self.seen.items if item.id is not None and item is not self.seen.cancelled]
-        return sum(item.has_begun + item.has_ended for item in runs)
+        return sum(item.has_begun + item.has_ended for item in self.result.runs)
 
     def _order(self, number: int, priority: int = 0) -> bool:
         """Whether it has been found in the queue."""
         self._watch_in_turn()
-        token = self._left.tokens[number]
-        answer = self._probe.ask(
-            "POST",
-            QUEUE,
-            json={"mission_id": self._left.mission or self._left.queued, "description": token, "priority": priority},
-        )
+        token = self._tokens[number]
+        order = {"mission_id": self._mission, "description": token, "priority": priority}
+        answer = self._robot.ask("POST", QUEUE, json=order)
         if number == AGAIN:
-            self.seen.second = answer
+            self.result.second = answer
         if answer.error is not None and not isinstance(answer.error, Refusal):
             raise answer.error
         item = Item(token, answer)
         if number != AGAIN or answer.is_good:
-            self.seen.items.append(item)
+            self.result.items.append(item)
         if not answer.is_good:
             return False
-        item.id = item.given_id or self._newest()
+        item.id = item.answered_id or self._newest()
         if item.id is not None:
             self._highest = max(self._highest, item.id)
             self._note_of(item)
@@ -264,12 +277,11 @@ class TrialRun:
 
     def _newest(self) -> int | None:
         """The id of the item that has just been queued, where the answer doesn't have it."""
-        mission = self._left.mission or self._left.queued
         return max(
             (
                 item["id"]
-                for item in items_above(self._look, self._highest)
-                if item.get("mission_id") in (mission, None)
+                for item in items_above(self._session, self._highest)
+                if item.get("mission_id") in (self._mission, None)
             ),
             default=None,
         )
@@ -277,82 +289,53 @@ class TrialRun:
     def _look_where_it_is(self, item: Item) -> None:
         queries = {"whitelist": "all", "sort_by": "id,desc", "limit": "20"}
         self._watch_in_turn()
-        listed = self._probe.queue(**queries).rows
+        listed = self._robot.queue(**queries).rows
         self._watch_in_turn()
-        found = self._probe.search([{"fieldname": "id", "operator": ">", "value": (item.id or 0) - 1}], **queries).rows
+        found = self._robot.search([{"fieldname": "id", "operator": ">", "value": (item.id or 0) - 1}], **queries).rows
         rows = {"item": [item.now], "list": listed, "search": found}
-        self.seen.places = {
+        self.result.places = {
             place: row for place, found in rows.items() for row in found if row.get("id", item.id) == item.id
         }
 
-    def _follow(self) -> None:
-        """Until all have ended, with a pause as soon as the first one runs."""
-        began, first = self._probe.clock(), self.seen.items[FIRST]
-        to_pause = self.seen.waits_in_pause is not None
-        while (
-            any(item.id is not None and not item.has_ended for item in self.seen.items)
-            and self._probe.clock() - began < self._within
-        ):
-            self._at(message("Waiting until the missions have ended"))
-            if not to_pause:
-                self._read()
-                self._wait(READ_EVERY)
-                continue
-            self._note_of(first)  # it alone, so that not much of a second is gone when it is seen running
-            if first.has_begun:
-                to_pause = False
-                self._pause_while(first)
-
-    @property
-    def _within(self) -> float:
-        return ENDS_WITHIN if self._left.mission is not None else OWN_ENDS_WITHIN
-
     def _pause_while(self, running: Item) -> None:
-        if running.has_ended:
-            return
         self._pause(parse.text_or_none(running.now.get("started")))
         if self._is_paused:
-            self._read()
+            self._read(self.result.found_items)
             progress = self._progress
             self._wait(PAUSE_S)
-            self._read()
+            self._read(self.result.found_items)
             self._release(progress)
             if not running.has_ended:
-                self._until_ended(running)
-                self.seen.runs_on = running.has_ended and not _is_aborted(running) if running.now else None
+                self._until(lambda: running.has_ended, [running])
+                self.result.runs_on = running.has_ended and not _is_aborted(running) if running.now else None
 
-    def _until_ended(self, item: Item) -> None:
-        began = self._probe.clock()
-        while not item.has_ended and self._probe.clock() - began < self._within:
+    def _until(self, is_over: Callable[[], bool], items: Sequence[Item], every_s: float = 0.0) -> None:
+        """Or until it takes too long."""
+        while not is_over() and self._robot.clock() < self._ends:
             self._at(message("Waiting until the missions have ended"))
-            self._note_of(item)
+            self._read(items)
+            self._wait(every_s)
 
     # ------------------------------------------------------------------ looking
-    def _read(self) -> None:
-        for item in self.seen.items:
-            if item.id is not None and not item.has_ended:
+    def _read(self, items: Sequence[Item]) -> None:
+        for item in items:
+            if not item.has_ended:
                 self._note_of(item)
 
     def _note_of(self, item: Item) -> None:
         self._watch_in_turn()
-        item.now = read_item(self._look, item.id or 0)
-        if word := clean(item.now.get("state"), LONGEST_WORD):
-            item.words[_phase(item)] = word
+        item.now = read_item(self._session, item.id or 0)
+        if item.word:
+            item.words[_phase(item)] = item.word
 
     def _wait(self, seconds: float) -> None:
-        end = self._probe.clock() + seconds
-        while (rest := end - self._probe.clock()) > 0:
+        end = self._robot.clock() + seconds
+        while (rest := end - self._robot.clock()) > 0:
             self._watch_in_turn()
-            self._look.pause(min(rest, WATCH_EVERY))
+            self._session.pause(min(rest, WATCH_EVERY))
 
-    def _at(self, says: Any) -> None:
-        self._look.at(says, min(self._of_s, self._done_s + self._probe.clock() - self._began), self._of_s)
-
-    @staticmethod
-    def _must(answer: Answer) -> Answer:
-        if answer.error is not None:
-            raise answer.error
-        return answer
+    def _at(self, says: Message) -> None:
+        self._session.at(says, self._starts_s + self._robot.clock() - self._began)
 
 
 def _phase(item: Item) -> QueueState:

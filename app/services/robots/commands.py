@@ -70,7 +70,7 @@ class Operator:
         settings: Callable[[], Settings],
         make_client: ClientFactory,
         parameters: MissionParameters,
-        leave_paused: Callable[[int], None],
+        keep_paused: Callable[[int], None],
         answered: Callable[[int, str, str], None],
     ) -> None:
         """``answered`` is called with robot, question (its guid) and answer that the robot has taken."""
@@ -82,7 +82,7 @@ class Operator:
             settings,
             make_client,
         )
-        self._holds, self._clearing, self._parameters, self._leave_paused = holds, clearing, parameters, leave_paused
+        self._holds, self._clearing, self._parameters, self._keep_paused = holds, clearing, parameters, keep_paused
         self._answered = answered
 
     # ------------------------------------------------------------------ missions
@@ -310,7 +310,7 @@ class Operator:
 
     # ------------------------------------------------------------------ the robot
     def pause(self, robot_id: int) -> None:
-        self._leave_paused(robot_id)  # a check-up would release it
+        self._keep_paused(robot_id)  # a check-up would release it
         self._set_state(robot_id, RobotState.PAUSE)
 
     def resume(self, robot_id: int) -> None:

@@ -14,8 +14,8 @@ from app.domain.models import Group, InvalidInput, Reason, ReasonCode, State, Tr
 from app.domain.reasons import sentence
 from app.i18n import _, translator
 from app.screens.scheduler.hold_view import held_sentence
+from app.services.check_up.journal import HOLD
 from app.services.check_up.service import CheckUps
-from app.services.check_up.trying import HOLD
 from tests.support.site import Site
 
 
@@ -141,7 +141,7 @@ def test_one_check_up_at_a_time(check_ups, robot):
         if not met:
             met.append(refused(check_ups, robot))
 
-    assert check_ups.run(robot.id, told=told).is_complete
+    assert check_ups.run(robot.id, on_progress=told).is_complete
     assert met == ["R1 is being checked up already"]
 
 
@@ -255,6 +255,6 @@ def test_a_persons_pause_after_it_was_cut_off_stays(site, robot):
     left = LeftBehind(site.machines["R1"].serial_number, None, ("a", "a", "b", "c"), 0, is_paused=True, queued=None)
     c.db.write(lambda connection: CheckUpRepository().note_left_behind(connection, robot.id, left))
     c.operator.pause(robot.id)
-    assert c.check_ups.tidy(robot.id) is None
+    assert c.check_ups.put_back(robot.id) is None
     assert site.machines["R1"].paused
     assert not c.check_ups.left_behind()

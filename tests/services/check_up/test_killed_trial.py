@@ -77,7 +77,7 @@ def test_whenever_it_is_killed_the_robot_is_as_it_was(tmp_path, name, mission, i
         with pytest.raises(Killed):
             robot.check_ups.run(robot.id, Trial(mission))
         start_again(robot)
-        robot.check_ups.tidy_all(list(robot.check_ups.left_behind()))
+        robot.check_ups.put_back_all(list(robot.check_ups.left_behind()))
         assert robot.as_it_is() == before, number
         assert not robot.check_ups.left_behind()
         assert not robot.container.holds.current()

@@ -84,7 +84,7 @@ def test_a_start_that_is_on_its_way_is_not_taken_for_the_trials(robot):
     robot.container.db.write(lambda c: c.execute("UPDATE executions SET state = 'submitting' WHERE id = ?", (row.id,)))
     number = queue_by_hand(robot)  # its order has arrived, and the answer not yet
     assert robot.container.ledger.get(row.id).state is State.SUBMITTING
-    assert robot.check_ups.tidy(robot.id) is None
+    assert robot.check_ups.put_back(robot.id) is None
     assert f"DELETE {QUEUE}/{number}" not in robot.asked.writes
 
 
@@ -123,7 +123,7 @@ def test_nothing_is_put_back_from_a_copy(robot):
     note(robot, LeftBehind(robot.machine.serial_number, None, ("a", "a", "b", "c"), 400, is_paused=True, queued=HOME))
     robot.machine.pause()
     robot.container.holds.is_copy = "this data was copied from another tablet"
-    robot.check_ups.tidy_all(list(robot.check_ups.left_behind()))
+    robot.check_ups.put_back_all(list(robot.check_ups.left_behind()))
     assert robot.check_ups.run(robot.id).is_complete
     assert robot.asked.writes == []
     assert list(robot.check_ups.left_behind()) == [robot.id]
@@ -134,7 +134,7 @@ def test_another_machine_at_the_address_is_left_alone(robot):
     robot.container.db.write(lambda c: c.execute("UPDATE robots SET serial_number = NULL"))
     note(robot, LeftBehind("of another", None, ("a", "a", "b", "c"), 0, is_paused=True, queued=HOME))
     robot.machine.pause()
-    assert robot.check_ups.tidy(robot.id) is None
+    assert robot.check_ups.put_back(robot.id) is None
     assert robot.asked.writes == []
     assert not robot.check_ups.left_behind()
 
@@ -149,7 +149,7 @@ def test_a_robot_that_does_not_let_the_mission_be_removed_is_released(robot):
     assert not robot.machine.paused
     robot.machine.pause()  # by a person
     robot.asked.meddle = lambda method, path, answer: answer
-    assert robot.check_ups.tidy(robot.id) is None
+    assert robot.check_ups.put_back(robot.id) is None
     assert robot.machine.paused
 
 

@@ -10,12 +10,12 @@ from app.domain.check_up import Level, Rest
 from app.domain.message import render
 from app.mir.errors import ConnectionLost
 from app.mir.transport import Response
-from app.services.check_up.pace import load, measure
+from app.services.check_up.load_probes import latency, load
 from tests.support.asked_robot import AskedRobot
 
 
-def says(look) -> tuple[Level, str]:
-    return look.findings[-1].level, render(look.findings[-1].says)
+def says(session) -> tuple[Level, str]:
+    return session.findings[-1].level, render(session.findings[-1].says)
 
 
 def lose(robot: AskedRobot, *numbers: int) -> None:
@@ -49,11 +49,11 @@ def bears(robot: AskedRobot, requests: int, seconds: float) -> None:
 @pytest.mark.parametrize("number", [3, 20, 41])
 def test_one_gap_sets_no_pace(number):
     robot = AskedRobot()
-    look = robot.look()
+    session = robot.session()
     lose(robot, number)
-    load(look, 0.0, 60.0)
-    assert "rest" not in look.seen
-    level, text = says(look)
+    load(session)
+    assert "rest" not in session.facts
+    level, text = says(session)
     assert level is Level.AMBER
     assert text.startswith("It left one of ")
     assert text.endswith("answered all when it was asked as often once more")
@@ -61,31 +61,31 @@ def test_one_gap_sets_no_pace(number):
 
 def test_a_robot_that_does_not_bear_it_twice_is_asked_less():
     robot = AskedRobot()
-    look = robot.look()
+    session = robot.session()
     bears(robot, 25, 8.0)
-    load(look, 0.0, 60.0)
-    assert look.seen["rest"] == Rest(25, 10.0)
-    assert says(look) == (Level.RED, "It stopped answering when it was asked 26 times within 10 s, twice")
+    load(session)
+    assert session.facts["rest"] == Rest(25, 10.0)
+    assert says(session) == (Level.RED, "It stopped answering when it was asked 26 times within 10 s, twice")
 
 
 def test_of_a_robot_that_loses_answers_at_any_time_it_is_not_found_out():
     robot = AskedRobot()
-    look = robot.look()
+    session = robot.session()
     lose(robot, 7, 19, 44, 80, 95)
-    measure(look, 60, 0.0, 60.0)
-    load(look, 0.0, 60.0)
-    assert "rest" not in look.seen
-    assert says(look)[0] is Level.AMBER
-    assert says(look)[1].startswith("Not found out")
+    latency(session)
+    load(session)
+    assert "rest" not in session.facts
+    assert says(session)[0] is Level.AMBER
+    assert says(session)[1].startswith("Not found out")
 
 
 def test_a_robot_that_stays_away_gets_no_pace():
     robot = AskedRobot()
-    look = robot.look()
+    session = robot.session()
     lose(robot, *range(30, 5000))
-    load(look, 0.0, 60.0)
-    assert "rest" not in look.seen
-    assert says(look) == (
+    load(session)
+    assert "rest" not in session.facts
+    assert says(session) == (
         Level.RED,
         "It stopped answering when it was asked 29 times within 10 s, and was not back within 5 min",
     )
@@ -93,7 +93,7 @@ def test_a_robot_that_stays_away_gets_no_pace():
 
 def test_one_that_does_not_say_how_long_it_is_on_is_not_taken_for_booted():
     robot = AskedRobot()
-    look = robot.look()
+    session = robot.session()
     lose(robot, 12)
     lost = robot.meddle
 
@@ -103,5 +103,5 @@ def test_one_that_does_not_say_how_long_it_is_on_is_not_taken_for_booted():
         return Response(answer.status, json.dumps(status).encode(), answer.headers)
 
     robot.meddle = meddle
-    load(look, 0.0, 60.0)
-    assert "rest" not in look.seen
+    load(session)
+    assert "rest" not in session.facts

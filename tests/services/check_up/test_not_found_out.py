@@ -14,8 +14,8 @@ from app.mir.client import RobotClient
 from app.mir.credentials import Token
 from app.mir.transport import Response
 from app.services.check_up import report as reports
-from app.services.check_up.look import Look
-from app.services.check_up.reading import read_robot
+from app.services.check_up.probes import read_robot
+from app.services.check_up.session import CheckUpSession
 from mir_sim import profile as simulated
 from mir_sim.mission_queue import QueueItem
 from tests.support.asked_robot import ZONE, AskedRobot
@@ -27,13 +27,13 @@ GONE = Response(404, b'{"error_human": "not found"}', {})
 QUEUE = "/mission_queue"
 
 
-def read(robot: AskedRobot) -> Look:
-    look = robot.look()
-    read_robot(look)
-    return look
+def read(robot: AskedRobot) -> CheckUpSession:
+    session = robot.session()
+    read_robot(session)
+    return session
 
 
-def says(found: Look | Report, topic: Topic) -> tuple[Level, str]:
+def says(found: CheckUpSession | Report, topic: Topic) -> tuple[Level, str]:
     [finding] = [finding for finding in found.findings if finding.topic is topic]
     return finding.level, render(finding.says)
 
@@ -63,26 +63,26 @@ def of_status(change: Callable[[dict[str, Any]], object]) -> Callable[[str, str,
 
 # ---------------------------------------------------------------------- its queue
 def test_an_empty_queue_shows_neither_order_nor_pages_nor_search():
-    look = read(AskedRobot(history=0))
+    session = read(AskedRobot(history=0))
     for topic in (Topic.SORTING, Topic.PAGING, Topic.SEARCH):
-        assert says(look, topic) == (AMBER, FEW)
-    assert says(look, Topic.QUEUE) == (GREEN, "Its queue is empty, and can be read")
-    assert says(look, Topic.OTHERS) == (GREEN, "Its queue is empty: nobody uses it just now")
-    profile = look.profile("S1", "3.5.4")
+        assert says(session, topic) == (AMBER, FEW)
+    assert says(session, Topic.QUEUE) == (GREEN, "Its queue is empty, and can be read")
+    assert says(session, Topic.OTHERS) == (GREEN, "Its queue is empty: nobody uses it just now")
+    profile = session.profile()
     assert (profile.has_search, profile.page_limit, profile.ignores) == (None, None, None)
 
 
 @pytest.mark.parametrize("ignored", [(), ("sort_by", "limit", "offset", "whitelist", "filters")])
 def test_one_mission_shows_neither_order_nor_pages(ignored):
-    look = read(AskedRobot(history=1, ignores=frozenset(ignored)))
-    assert says(look, Topic.SORTING) == (AMBER, FEW)
-    assert says(look, Topic.PAGING)[0] is AMBER
+    session = read(AskedRobot(history=1, ignores=frozenset(ignored)))
+    assert says(session, Topic.SORTING) == (AMBER, FEW)
+    assert says(session, Topic.PAGING)[0] is AMBER
 
 
 @pytest.mark.parametrize("ignored", ["sort_by", "limit", "offset"])
 def test_three_missions_show_what_is_ignored(ignored):
-    look = read(AskedRobot(history=3, ignores=frozenset({ignored})))
-    assert look.seen["ignores"] == {ignored}
+    session = read(AskedRobot(history=3, ignores=frozenset({ignored})))
+    assert session.facts["ignores"] == {ignored}
 
 
 @pytest.mark.parametrize(
@@ -92,14 +92,14 @@ def test_numbers_with_gaps_are_no_limit_of_pages(ids, ignored):
     robot = AskedRobot(history=0, ignores=frozenset({ignored}))
     for number in ids:
         robot.machine.queue.add(QueueItem(number, "m", "2026-11-23T06:00:00", "u", "Distributor"))
-    look = read(robot)
-    assert "page_limit" not in look.seen
-    assert look.seen["ignores"] == {ignored}
+    session = read(robot)
+    assert "page_limit" not in session.facts
+    assert session.facts["ignores"] == {ignored}
 
 
 def test_a_robot_that_ignores_offset_and_gives_short_pages_has_a_limit():
-    look = read(AskedRobot(history=400, page_limit=50, ignores=frozenset({"offset"})))
-    assert look.seen["page_limit"] == 50
+    session = read(AskedRobot(history=400, page_limit=50, ignores=frozenset({"offset"})))
+    assert session.facts["page_limit"] == 50
 
 
 def test_lists_that_are_always_the_newest_first_are_not_sorted_as_asked():
@@ -120,9 +120,9 @@ def test_lists_that_are_always_the_newest_first_are_not_sorted_as_asked():
 def test_a_search_that_finds_nothing_is_none():
     robot = AskedRobot()
     robot.meddle = lambda method, path, answer: Response(200, b"[]", {}) if path == f"{QUEUE}/search" else answer
-    look = read(robot)
-    assert says(look, Topic.SEARCH) == (AMBER, "Its search does not find what is in its queue")
-    assert look.seen["has_search"] is False
+    session = read(robot)
+    assert says(session, Topic.SEARCH) == (AMBER, "Its search does not find what is in its queue")
+    assert session.facts["has_search"] is False
 
 
 # ---------------------------------------------------------------------- who else uses it
@@ -199,13 +199,13 @@ def test_in_emergency_stop_it_is_not_found_out_whether_it_tells_its_battery():
 )
 def test_the_published_default_password_is_told(user, password, level):
     robot = AskedRobot()
-    look = robot.look()
-    client = look.probe.client
-    look.probe.client = RobotClient(
+    session = robot.session()
+    client = session.robot.client
+    session.robot.client = RobotClient(
         client.address, Token.derive(user, password), transport=client._transport, clock=robot.clock.monotonic
     )
-    read_robot(look)
-    assert says(look, Topic.PASSWORD)[0] is level
+    read_robot(session)
+    assert says(session, Topic.PASSWORD)[0] is level
 
 
 def test_a_robot_that_does_not_tell_its_software_is_said_to_be_so():
@@ -246,9 +246,9 @@ def test_missions_that_can_not_be_read_say_nothing_of_values():
 def test_a_status_without_map_or_words_says_nothing_of_them():
     robot = AskedRobot()
     robot.meddle = of_status(lambda status: [status.pop("map_id"), status.pop("state_text")])
-    look = read(robot)
-    assert says(look, Topic.MAPS)[1] == "Not found out which of its 1 maps is in use: its status does not tell"
-    assert says(look, Topic.LANGUAGE)[1] == "Not found out which language it speaks: it has no words for its state"
+    session = read(robot)
+    assert says(session, Topic.MAPS)[1] == "Not found out which of its 1 maps is in use: its status does not tell"
+    assert says(session, Topic.LANGUAGE)[1] == "Not found out which language it speaks: it has no words for its state"
 
 
 # ---------------------------------------------------------------------- a robot that removes what has ended

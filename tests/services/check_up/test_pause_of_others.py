@@ -215,13 +215,13 @@ def killed_in_pause(robot: CheckedRobot, pauses: int) -> None:
 
 
 def check_is_said_until_it_is_released(robot: CheckedRobot) -> None:
-    assert render(robot.check_ups.tidy(robot.id)) == MAYBE_THEIRS
+    assert render(robot.check_ups.put_back(robot.id)) == MAYBE_THEIRS
     assert robot.machine.paused
     assert all(str(item.state) in ENDED for item in robot.machine.queue)
     assert [alarm.code for alarm in robot.container.alarms.open()] == ["check_up_left"]
     assert robot.container.holds.current()
     robot.machine.resume()  # by a person
-    assert robot.check_ups.tidy(robot.id) is None
+    assert robot.check_ups.put_back(robot.id) is None
     assert not robot.container.holds.current()
     assert not robot.check_ups.left_behind()
 

@@ -86,7 +86,7 @@ def test_a_start_that_is_due_waits_until_the_robot_is_as_it_was(site, plan, robo
     [row] = site.executions()
     assert (row.state, row.wait) == (State.WAITING, Wait.HOLD)
     assert not of_the_plan(site)
-    assert check_ups(site).tidy(robot.id) is None
+    assert check_ups(site).put_back(robot.id) is None
     assert not machine.paused
     assert not site.container.holds.current()
     site.run_until(lambda: site.executions(State.COMPLETED), within=600)
@@ -97,13 +97,13 @@ def test_a_robot_that_does_not_answer_is_held_back_until_it_does_and_an_alarm_sa
     plan("2026-11-23T06:30")
     cut_in_pause(site, robot, 1795 - site.seconds())
     site.network.down.add("R1")
-    check_ups(site).tidy_all([robot.id])
+    check_ups(site).put_back_all([robot.id])
     assert LEFT in alarms(site)
     site.run(120)
     site.network.down.clear()
     site.run(60)
     assert not of_the_plan(site)
-    check_ups(site).tidy_all([robot.id])
+    check_ups(site).put_back_all([robot.id])
     assert LEFT not in alarms(site)
     site.run_until(lambda: site.executions(State.COMPLETED), within=600)
 
@@ -130,7 +130,7 @@ def test_what_could_not_be_put_back_at_the_end_keeps_the_plan_back(site, robot, 
     assert (hold.robot_id, hold.until) == (robot.id, None)
     site.network.interrupt = lambda where: None
     site.network.down.clear()
-    assert check_ups(site).tidy(robot.id) is None
+    assert check_ups(site).put_back(robot.id) is None
     assert not site.container.holds.current()
     assert not machine.paused
     assert LEFT not in alarms(site)
@@ -142,14 +142,14 @@ def test_a_pause_of_minutes_is_the_trials_and_a_longer_one_may_be_a_persons(site
     """With an empty queue nothing moves when it is released; with missions of others it drives off."""
     cut_in_pause(site, robot, off_for)
     queue_by_another(site, robot)
-    problem = check_ups(site).tidy(robot.id)
+    problem = check_ups(site).put_back(robot.id)
     assert machine.paused is not is_released
     assert (problem is None) is is_released
     assert (LEFT in alarms(site)) is not is_released
     assert bool(site.container.holds.current()) is not is_released
     if not is_released:
         machine.resume()  # by a person
-        assert check_ups(site).tidy(robot.id) is None
+        assert check_ups(site).put_back(robot.id) is None
         assert not site.container.holds.current()
         assert LEFT not in alarms(site)
     machine.catch_up()
@@ -158,7 +158,7 @@ def test_a_pause_of_minutes_is_the_trials_and_a_longer_one_may_be_a_persons(site
 
 def test_long_after_it_a_robot_with_nothing_in_its_queue_is_released(site, robot, machine):
     cut_in_pause(site, robot, 12 * 3600)
-    assert check_ups(site).tidy(robot.id) is None
+    assert check_ups(site).put_back(robot.id) is None
     assert not machine.paused
 
 
@@ -166,7 +166,7 @@ def test_a_hold_that_was_let_go_says_that_a_person_has_the_robot(site, robot, ma
     cut_in_pause(site, robot, 60)
     site.container.holds.release(robot.id)
     queue_by_another(site, robot)
-    assert render(check_ups(site).tidy(robot.id)) == OTHERS
+    assert render(check_ups(site).put_back(robot.id)) == OTHERS
     assert machine.paused
 
 
@@ -211,7 +211,7 @@ def test_whenever_the_power_is_cut_after_a_transaction_the_robot_is_as_it_was(tm
         start_again(robot)
         left = robot.check_ups.left_behind()
         assert [hold.robot_id for hold in robot.container.holds.current()] == list(left), number
-        robot.check_ups.tidy_all(list(left))
+        robot.check_ups.put_back_all(list(left))
         assert robot.as_it_is() == before, number
         assert not robot.check_ups.left_behind()
         assert not robot.container.holds.current(), number
@@ -246,7 +246,7 @@ def test_a_disk_that_is_full_at_the_end_keeps_the_plan_back_until_it_is_noted(tm
     assert robot.as_it_is() == before
     assert robot.container.holds.current()
     robot.container.holds.release = release
-    robot.check_ups.tidy_all([robot.id])
+    robot.check_ups.put_back_all([robot.id])
     assert robot.as_it_is() == before
     assert not robot.container.holds.current()
 
@@ -256,7 +256,7 @@ def test_a_robot_removed_in_the_middle_and_put_back_is_released_in_the_end(site,
     removed = site.container.catalogue.remove_robot(robot.id)
     site.container.catalogue.restore(removed)
     assert site.container.holds.current()
-    assert check_ups(site).tidy(robot.id) is None
+    assert check_ups(site).put_back(robot.id) is None
     assert not site.container.holds.current()
     assert not machine.paused
 
@@ -273,5 +273,5 @@ def test_a_mission_that_may_not_be_removed_does_not_keep_the_plan_back(tmp_path)
     assert alarm.code == LEFT
     robot.asked.meddle = lambda method, path, answer: answer
     robot.container.holds.hold("Cleaning", robot_id=robot.id)
-    assert robot.check_ups.tidy(robot.id) is None
+    assert robot.check_ups.put_back(robot.id) is None
     assert [hold.reason for hold in robot.container.holds.current()] == ["Cleaning"]

@@ -11,11 +11,13 @@ import pytest
 from app.domain.check_up import Level, Topic
 from app.domain.message import render
 from app.domain.models import Robot
+from app.domain.robot import RobotStatus
 from app.mir.errors import Unreachable
 from app.mir.transport import Response
-from app.services.check_up.look import NotWanted
-from app.services.check_up.pace import load, measure
-from app.services.check_up.reading import read_robot
+from app.services.check_up import load_probes
+from app.services.check_up.load_probes import latency, load
+from app.services.check_up.probes import read_robot
+from app.services.check_up.session import Cancelled
 from mir_sim import DEVIANTS, deviant
 from tests.support.asked_robot import AskedRobot
 from tests.support.checked_robot import CheckedRobot
@@ -43,19 +45,19 @@ NAMED: Mapping[str, dict[Topic, Level]] = {
 
 
 def read(robot: AskedRobot, **values):
-    look = robot.look(**values)
-    read_robot(look)
-    return look
+    session = robot.session(**values)
+    read_robot(session)
+    return session
 
 
-def told(look) -> dict[Topic, Level]:
-    return {finding.topic: finding.level for finding in look.findings if finding.level is not Level.GREEN}
+def told(session) -> dict[Topic, Level]:
+    return {finding.topic: finding.level for finding in session.findings if finding.level is not Level.GREEN}
 
 
-def in_words(look) -> str:
+def in_words(session) -> str:
     return "\n".join(
         f"{finding.level} {finding.topic}: {render(finding.says)} - {render(finding.means)}"
-        for finding in look.findings
+        for finding in session.findings
     )
 
 
@@ -63,11 +65,13 @@ def in_words(look) -> str:
 @pytest.mark.parametrize("history", [0, 3, 400])
 def test_a_faithful_robot_is_green(software, history):
     robot = AskedRobot(software=software, history=history)
-    look = read(robot)
-    assert told(look) == SIMULATED | ({} if history else EMPTY), in_words(look)
-    assert [finding.topic for finding in look.findings] == sorted(READ, key=[f.topic for f in look.findings].index)
-    assert set(READ) == {finding.topic for finding in look.findings}
-    assert "60 of 60 questions were answered" in in_words(look)
+    session = read(robot)
+    assert told(session) == SIMULATED | ({} if history else EMPTY), in_words(session)
+    assert [finding.topic for finding in session.findings] == sorted(
+        READ, key=[f.topic for f in session.findings].index
+    )
+    assert set(READ) == {finding.topic for finding in session.findings}
+    assert "60 of 60 questions were answered" in in_words(session)
     assert robot.writes == []
 
 
@@ -75,18 +79,18 @@ def test_a_faithful_robot_is_green(software, history):
 def test_each_deviant_is_named_by_what_differs(name):
     robot = AskedRobot(deviant(name))
     robot.clock.advance(3600)
-    look = read(robot)
-    assert told(look) == {**SIMULATED, **NAMED[name]}, in_words(look)
+    session = read(robot)
+    assert told(session) == {**SIMULATED, **NAMED[name]}, in_words(session)
     assert robot.writes == []
 
 
 def test_a_robot_that_is_slow_to_answer_is_told_how_many_questions_it_bore_in_what_time():
     robot = AskedRobot(deviant("slow-disk"))
-    look = robot.look()
+    session = robot.session()
     began = robot.clock.now()
-    load(look, 0.0, 60.0)
+    load(session)
     took = (robot.clock.now() - began).total_seconds()
-    [finding] = look.findings
+    [finding] = session.findings
     found = re.fullmatch(r"It answered (\d+) questions within (\d+) s", render(finding.says))
     assert found is not None
     assert 2 <= int(found[1]) <= 5
@@ -95,11 +99,11 @@ def test_a_robot_that_is_slow_to_answer_is_told_how_many_questions_it_bore_in_wh
 
 def test_a_robot_that_is_slow_to_answer_is_asked_less_so_that_it_lasts_no_longer():
     robot = AskedRobot(deviant("slow-disk"))
-    look = robot.look()
+    session = robot.session()
     began = robot.clock.now()
-    measure(look, 60, 0.0, 60.0)
+    latency(session)
     assert (robot.clock.now() - began).total_seconds() < 60.0 + 9.0
-    (finding,) = look.findings
+    (finding,) = session.findings
     assert finding.level is Level.RED
     answered, of = (int(word) for word in render(finding.says).split()[:3:2])
     assert answered == of in range(7, 20)
@@ -128,10 +132,11 @@ def test_another_robot_of_the_list_with_its_serial_number_has_to_be_put_right(tm
 
 def test_no_answer_takes_no_time(monkeypatch):
     robot = AskedRobot()
-    look = robot.look()
-    monkeypatch.setattr(look.probe, "status", lambda: None)  # at once
-    measure(look, 3, 0.0, 3.0)
-    assert "3 of 3 questions were answered, half of these within 0.01 s, the slowest in 0.01 s" in in_words(look)
+    session = robot.session()
+    monkeypatch.setattr(session.robot, "status", RobotStatus)  # at once
+    monkeypatch.setattr(load_probes, "QUESTIONS", 3)
+    latency(session)
+    assert "3 of 3 questions were answered, half of these within 0.01 s, the slowest in 0.01 s" in in_words(session)
 
 
 ODD = {
@@ -160,17 +165,17 @@ def test_odd_answers_are_findings_and_nothing_else(odd, but_for):
     """To everything, or to everything but its status."""
     robot = AskedRobot()
     robot.meddle = lambda method, path, answer: answer if path == but_for else ODD[odd]
-    look = read(robot)
-    assert any(finding.level is Level.RED for finding in look.findings), in_words(look)
-    assert len({finding.topic for finding in look.findings}) == len(look.findings)
+    session = read(robot)
+    assert any(finding.level is Level.RED for finding in session.findings), in_words(session)
+    assert len({finding.topic for finding in session.findings}) == len(session.findings)
     assert robot.writes == []
 
 
 def test_a_robot_that_is_off_is_one_red_finding():
     robot = AskedRobot()
     robot.meddle = raises(Unreachable(code="refused"))
-    look = read(robot)
-    assert [(finding.topic, finding.level) for finding in look.findings] == [(Topic.IDENTITY, Level.RED)]
+    session = read(robot)
+    assert [(finding.topic, finding.level) for finding in session.findings] == [(Topic.IDENTITY, Level.RED)]
 
 
 def raises(error):
@@ -183,13 +188,13 @@ def raises(error):
 def test_it_ends_where_somebody_wants_it_to():
     robot = AskedRobot()
     wanted = iter([True] * 20)
-    with pytest.raises(NotWanted):
+    with pytest.raises(Cancelled):
         read(robot, is_wanted=lambda: next(wanted, False))
     assert len(robot.requests) < 80
 
 
 def test_it_says_how_far_it_is():
     told = []
-    read(AskedRobot(), told=told.append)
+    read(AskedRobot(), on_progress=told.append)
     assert all(0 <= before.done <= after.done <= after.of for before, after in pairwise(told))
     assert len({render(progress.says) for progress in told}) >= 4

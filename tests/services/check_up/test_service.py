@@ -40,7 +40,7 @@ def test_reading_changes_nothing_and_is_kept_and_told(robot):
     told = []
     robot.container.changes.subscribe(lambda topic, _about: told.append(topic))
     progress = []
-    report = robot.check_ups.run(robot.id, told=progress.append)
+    report = robot.check_ups.run(robot.id, on_progress=progress.append)
     assert robot.asked.writes == []
     assert robot.check_ups.report(robot.id) == report
     assert Change.ROBOTS in told
@@ -88,7 +88,7 @@ def test_what_was_left_on_another_machine_is_not_looked_for_on_this_one(robot):
     robot.container.db.write(lambda c: CheckUpRepository().note_left_behind(c, robot.id, left))
     robot.container.db.write(lambda c: c.execute("UPDATE robots SET serial_number = 'another'"))
     robot.machine.pause()
-    assert robot.check_ups.tidy(robot.id) is None
+    assert robot.check_ups.put_back(robot.id) is None
     assert robot.asked.requests == []
     assert not robot.check_ups.left_behind()
 

@@ -10,10 +10,10 @@ import pytest
 from app.domain.check_up import Level, Topic, Trial
 from app.domain.message import render
 from app.mir.errors import ConnectionLost
-from app.mir.probe import Probe
+from app.mir.raw_client import RawClient
 from app.mir.transport import Response
 from app.services.catalogue.database_check import find_problem
-from app.services.check_up.trying import MINUTES
+from app.services.check_up.trials import RELEASED_WITHIN
 from mir_sim import MISSIONS, deviant
 from tests.services.check_up.test_reading import ODD, SIMULATED
 from tests.services.check_up.test_trial import in_words, told
@@ -70,7 +70,7 @@ def test_odd_answers_make_a_report_and_leave_nothing(tmp_path, odd, meant):
     if meant in ("orders", "everything"):
         assert any(each.topic.is_tried and each.level is not Level.GREEN for each in report.findings), in_words(report)
     robot.asked.meddle = lambda method, path, answer: answer
-    robot.check_ups.tidy_all(list(robot.check_ups.left_behind()))
+    robot.check_ups.put_back_all(list(robot.check_ups.left_behind()))
     assert robot.as_it_is() == before, in_words(report)
     assert not robot.check_ups.left_behind()
 
@@ -95,7 +95,7 @@ def test_a_user_who_may_not_make_missions_is_told_to_choose_one(tmp_path):
     assert render(finding(report, Topic.ORDER).says) == "User Distributor may not make a mission for the trial"
     assert not report.is_complete
     robot.asked.meddle = lambda method, path, answer: answer
-    robot.check_ups.tidy_all(list(robot.check_ups.left_behind()))
+    robot.check_ups.put_back_all(list(robot.check_ups.left_behind()))
     assert robot.as_it_is() == before
 
 
@@ -160,11 +160,11 @@ def test_while_something_can_not_be_put_back_it_is_told_and_tried_again(tmp_path
     report = robot.check_ups.run(robot.id, Trial())
     assert finding(report, Topic.LEFT).level is Level.RED
     assert list(robot.check_ups.left_behind()) == [robot.id]
-    robot.check_ups.tidy_all([robot.id])
+    robot.check_ups.put_back_all([robot.id])
     assert list(robot.check_ups.left_behind()) == [robot.id]
     assert _refusal(robot).startswith("what the last check-up left is still there")
     robot.asked.meddle = lambda method, path, answer: answer
-    robot.check_ups.tidy_all([robot.id])
+    robot.check_ups.put_back_all([robot.id])
     assert not robot.check_ups.left_behind()
     assert robot.as_it_is() == before
 
@@ -192,12 +192,12 @@ def test_a_robot_that_others_use_since_is_not_released_by_what_is_done_late(tmp_
     user = next(row for row in machine.site.table("/users") if row["name"] == "Administrator")
     machine.order(home, user)
     assert machine.paused
-    robot.asked.clock.advance(MINUTES.total_seconds())
-    problem = robot.check_ups.tidy(robot.id)
+    robot.asked.clock.advance(RELEASED_WITHIN.total_seconds())
+    problem = robot.check_ups.put_back(robot.id)
     assert render(problem) == "it stands in Pause, with missions of others in its queue; release it there or in the app"
     assert [str(item.state) for item in machine.queue][-1] == "Pending"
     machine.resume()
-    assert robot.check_ups.tidy(robot.id) is None
+    assert robot.check_ups.put_back(robot.id) is None
     assert not robot.check_ups.left_behind()
 
 
@@ -273,7 +273,7 @@ def test_a_robot_that_bears_little_is_asked_less(tmp_path):
     reboots = robot.machine.reboots
     assert reboots == 1  # by the questions that are to show it
     [rest] = [robot.container.catalogue.robot(robot.id).known.rest]
-    probe = Probe(robot.asked.client(), robot.asked.clock.monotonic, robot.asked.clock.advance)
+    probe = RawClient(robot.asked.client(), robot.asked.clock.monotonic, robot.asked.clock.advance)
     probe.spare(rest.requests, rest.seconds)
     for _ in range(200):
         assert probe.get("/missions").is_good

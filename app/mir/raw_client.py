@@ -1,4 +1,4 @@
-"""Questions to a robot for its check-up: what it answers as it came, how long that took, and what it doesn't answer.
+"""A robot asked for its check-up: what it answers, as it came, how long that took, and what it doesn't answer.
 
 They take the client's way, so credentials go to the known machine only. ``PATIENT`` time-outs let a slow answer be measured instead of
 being taken for none.
@@ -39,10 +39,20 @@ class Answer:
     def is_good(self) -> bool:
         return self.error is None
 
+    def checked(self, *fine: int) -> Answer:
+        """This answer. Raises its error, unless its status is one of those that are ``fine`` as well."""
+        if self.error is not None and self.status not in fine:
+            raise self.error
+        return self
+
+    @property
+    def is_list(self) -> bool:
+        return isinstance(self.found, list)
+
     @property
     def rows(self) -> list[parse.Object]:
         """The objects of a list; [] where it is none."""
-        return [each for each in self.found if isinstance(each, dict)] if isinstance(self.found, list) else []
+        return [each for each in self.found if isinstance(each, dict)] if self.is_list else []
 
     @property
     def one(self) -> parse.Object:
@@ -51,7 +61,7 @@ class Answer:
         return found if isinstance(found, dict) else {}
 
 
-class Probe:
+class RawClient:
     """At most a question every ``every_s`` seconds: there are robots that boot when they are asked too much. ``clock``: monotonic, in
     seconds; ``pause`` lets so many pass."""
 

@@ -1,0 +1,387 @@
+"""The first stage of a check-up: everything that a robot tells when it is asked. It changes nothing there."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+from zoneinfo import ZoneInfo
+
+from app.domain.check_up import Topic
+from app.domain.message import Message, message
+from app.domain.robot import IdentifiedBy, RobotState, RobotStatus
+from app.mir import parse
+from app.mir.errors import RobotError, Unauthorized
+from app.mir.mission_queue import UNSUPPORTED
+from app.mir.texts import clean
+from app.services.check_up.load_probes import latency, load
+from app.services.check_up.queue_probes import look_at_queue, others
+from app.services.check_up.session import CheckUpSession, Found, Probe, amber, green, probe, red, why
+
+MISSIONS_S = 15.0  # at most, for the details of missions
+SMALL_OFFSET_S, LARGE_OFFSET_S = 10.0, 600.0  # of clocks; from the second on the app doubts the tablet's
+# What tells MiR's definitions of the interface apart, and the softwares that have each.
+DEFINITIONS: Mapping[str, tuple[bool, bool]] = {"2.14.7": (False, False), "3.5.4": (True, False), "3.8.1": (True, True)}
+ITEM_STATES = ("Pending", "Executing", "Abort", "Done", "Aborted")
+
+
+@probe(Topic.IDENTITY)
+def identity(session: CheckUpSession) -> Found:
+    found = session.identity
+    if found.serial_number and (others := session.same_machine(found.serial_number)):
+        return red(
+            message(
+                "Its serial number {number} is also that of {robots}",
+                number=found.serial_number,
+                robots=", ".join(others),
+            ),
+            message(
+                "They are one machine, or one of their addresses is wrong: starts for both end up in one queue. Correct "
+                "the address, or remove one of them."
+            ),
+        )
+    if found.identified_by is IdentifiedBy.ADDRESS:
+        return amber(
+            message("It is known by its address only, as it shows no serial number without a password"),
+            message(
+                "Another machine at this address would be sent the password. A fixed address for the robot, or https, helps."
+            ),
+        )
+    return green(
+        message(
+            "It is {name}, a {model}, serial number {number}",
+            name=found.name or "?",
+            model=found.model or "?",
+            number=found.serial_number or "?",
+        ),
+    )
+
+
+@probe(Topic.SOFTWARE)
+def software(session: CheckUpSession) -> Found:
+    offers = _offers(session, "/software/system_status"), _offers(session, "/guided_move/waypoints")
+    fits = next((version for version, those in DEFINITIONS.items() if those == offers), None)
+    name = session.identity.software or "?"
+    means = message("Try it with a mission before its first night, and look at its runs in the morning.")
+    if None in offers:
+        return amber(
+            message(
+                "Its software is {software}; not found out which of MiR's definitions fits, as it does not say "
+                "what it offers",
+                software=name,
+            ),
+            means,
+        )
+    if fits is None:
+        return amber(
+            message("Its software is {software}; none of MiR's known definitions fits what it offers", software=name),
+            means,
+        )
+    if session.identity.software is None:
+        return amber(
+            message("It does not tell its software; MiR's definition of {definition} fits", definition=fits),
+            message("The app can't see when it gets other software: check it up again after each change."),
+        )
+    if fits != session.identity.software and session.identity.software in DEFINITIONS:
+        return amber(
+            message("Its software is {software}, but it offers what {definition} does", software=name, definition=fits),
+            means,
+        )
+    return green(
+        message("Its software is {software}; MiR's definition of {definition} fits", software=name, definition=fits),
+    )
+
+
+def _offers(session: CheckUpSession, path: str) -> bool | None:
+    """None: it can't be told, as the user may not read it or the robot has an error."""
+    answer = session.robot.get(path)
+    if answer.is_good:
+        return True
+    return False if answer.status in UNSUPPORTED else None
+
+
+@probe(Topic.CERTIFICATE)
+def certificate(session: CheckUpSession) -> Found:
+    if session.robot.client.address.is_secure:
+        return green(message("It is asked over https, and its certificate is trusted"))
+    return amber(
+        message("It is asked over http: whoever listens on the network can read the password"),
+        message(
+            "Where the robot offers https (software 3 and later), change its address to https://…; else keep its network "
+            "for robots only."
+        ),
+    )
+
+
+@probe(Topic.BATTERY)
+def battery(session: CheckUpSession) -> Found:
+    status = session.identity.status
+    if status.battery_percentage is not None:
+        return green(message("Its battery is at {percent} %", percent=round(status.battery_percentage)))
+    if status.state is RobotState.EMERGENCY_STOP:
+        return amber(
+            message("Not found out whether it reports its battery level, as it stands in emergency stop"),
+            message("Check up again when it is released."),
+        )
+    return amber(
+        message("It does not report its battery level"),
+        message("A start that needs a minimum battery is skipped on it: set none for its schedules."),
+    )
+
+
+@probe(Topic.CLOCK)
+def clock(session: CheckUpSession) -> Found:
+    zone = session.robot.get("/platform/timezone").one.get("value")
+    zone = zone if isinstance(zone, str) and _is_zone(zone) else None
+    session.facts["timezone"] = zone
+    date = getattr(session.status(), "date", None)  # of its answer
+    offset = None if date is None else (date - session.now()).total_seconds()
+    session.facts["clock_offset"] = None if offset is None else round(offset, 1)
+    if offset is None:
+        return amber(
+            message("It does not tell its time"),
+            message("The app can't compare the tablet's clock with it: have the tablet set its time by the network."),
+        )
+    if abs(offset) > LARGE_OFFSET_S:
+        return red(
+            _beside(offset),
+            message(
+                "One of the two is wrong. If it is the tablet's, missions start at wrong times; if it is the robot's, the app "
+                "asks which one is right whenever it starts. Set it."
+            ),
+        )
+    if zone is not None and _differs(session, zone):
+        return amber(
+            message("Its clock is set to {zone}, the plan to {own}", zone=zone, own=session.zone),
+            message(
+                "Starts follow the plan's time zone. Times on the robot's own pages differ; set its time zone, so that nobody "
+                "is misled."
+            ),
+        )
+    if abs(offset) > SMALL_OFFSET_S:
+        return amber(
+            _beside(offset),
+            message("Starts follow the tablet's clock. Let both set their time by the network."),
+        )
+    if zone is not None:
+        return green(message("Its clock is right, in {zone}", zone=zone))
+    return green(message("Its clock is right; its time zone is not told"))
+
+
+def _beside(offset: float) -> Message:
+    if offset > 0:
+        return message("Its clock is {seconds} s ahead of the tablet's", seconds=round(offset))
+    return message("Its clock is {seconds} s behind the tablet's", seconds=round(-offset))
+
+
+def _is_zone(name: str) -> bool:
+    try:
+        ZoneInfo(name)
+    except (ValueError, OSError, LookupError):
+        return False
+    return True
+
+
+def _differs(session: CheckUpSession, zone: str) -> bool:
+    now = session.now()
+    return now.astimezone(ZoneInfo(zone)).utcoffset() != now.astimezone(ZoneInfo(session.zone)).utcoffset()
+
+
+@probe(Topic.RIGHTS)
+def rights(session: CheckUpSession) -> Found:
+    group = clean(session.robot.get("/users/me/group").one.get("name"), 80)
+    user = session.identity.user_name or "?"
+    failed = [
+        (what, answer.error)
+        for what, answer in (
+            (message("missions"), session.once("/missions")),
+            (message("maps"), session.once("/maps")),
+            (message("mission queue"), session.robot.queue(limit="1")),
+        )
+        if answer.error
+    ]
+    refused = [what for what, error in failed if isinstance(error, Unauthorized)]
+    if refused:
+        return red(
+            message("User {user} may not read: {what}", user=user, what=refused[0]),
+            message("Give the user more rights on the robot (Setup, Users), or use another one."),
+        )
+    if failed:
+        return amber(
+            message("Not found out whether user {user} may read: {what}", user=user, what=failed[0][0]),
+            message("Check up again once it can be read."),
+        )
+    return green(
+        message("User {user} of the group {group} may read missions, queue and maps", user=user, group=group)
+        if group
+        else message("User {user} may read missions, queue and maps", user=user),
+        message("Whether it may start missions shows when one is tried."),
+    )
+
+
+@probe(Topic.PASSWORD)
+def password(session: CheckUpSession) -> Found:
+    if session.robot.client.has_default_password:
+        return amber(
+            message(
+                "User {user} has the default password that MiR's manuals print", user=session.identity.user_name or "?"
+            ),
+            message(
+                "Anybody on the network can drive the robot with it. Change it on the robot (Setup, Users) and in its settings "
+                "here."
+            ),
+        )
+    return green(message("The password is none of those that MiR's manuals print"))
+
+
+@probe(Topic.MISSIONS)
+def missions(session: CheckUpSession) -> Found:
+    answer = session.once("/missions")
+    guids = [guid for entry in answer.rows if (guid := parse.text_or_none(entry.get("guid")))]
+    if not answer.is_list:
+        return red(
+            message("Its missions can't be read: {problem}", problem=why(answer)),
+            message("Nothing can be planned without them."),
+        )
+    began, seen = session.robot.clock(), list[Mapping[str, Any]]()
+    for guid in guids:
+        session.check_is_wanted()
+        if session.robot.clock() - began > MISSIONS_S:
+            break
+        if (detail := session.robot.get(f"/missions/{guid}")).is_good:
+            seen.append(detail.one)
+    with_parameters = sum(mission.get("has_user_parameters") is True for mission in seen)
+    invalid = [clean(mission.get("name"), 80) or "?" for mission in seen if mission.get("valid") is False][:5]
+    if invalid:
+        return amber(
+            message("Of {n} missions these are not valid: {names}", n=len(guids), names=", ".join(invalid)),
+            message("Open them on the robot and put them right before they are planned."),
+        )
+    if guids and not seen:
+        return amber(
+            message("It has {n} missions; not found out which ask for values when they are started", n=len(guids)),
+            message("None of them could be read: open one on the robot, and check up again."),
+        )
+    if guids:
+        return green(
+            message(
+                "It has {n} missions; {parameters} of {seen} looked at ask for values when they are started",
+                n=len(guids),
+                parameters=with_parameters,
+                seen=len(seen),
+            ),
+        )
+    return amber(message("It has no missions"), message("Make one on the robot before it is planned."))
+
+
+@probe(Topic.MAPS)
+def maps(session: CheckUpSession) -> Found:
+    answer, map_id = session.once("/maps"), session.identity.status.map_id
+    if not answer.is_list:
+        return amber(
+            message("Its maps can't be read: {problem}", problem=why(answer)),
+            message("Home shows no map of it; everything else works."),
+        )
+    current = next((clean(entry.get("name"), 80) for entry in answer.rows if entry.get("guid") == map_id), None)
+    if current is None and map_id is None:
+        return amber(
+            message("Not found out which of its {n} maps is in use: its status does not tell", n=len(answer.rows)),
+            message("Home shows no map of it; everything else works."),
+        )
+    if current is None:
+        return amber(
+            message("It has {n} maps, none of them in use", n=len(answer.rows)),
+            message("Load a map on the robot: missions that drive fail without."),
+        )
+    positions = session.robot.get(f"/maps/{map_id}/positions")
+    if not positions.is_good:
+        return amber(
+            message(
+                "It drives on the map {name}, one of {n}; its positions can't be read: {problem}",
+                name=current,
+                n=len(answer.rows),
+                problem=why(positions),
+            ),
+            message("Home shows no positions on it; everything else works."),
+        )
+    return green(
+        message(
+            "It drives on the map {name}, one of {n}, with {positions} positions",
+            name=current,
+            positions=len(positions.rows),
+            n=len(answer.rows),
+        ),
+    )
+
+
+@probe(Topic.LANGUAGE)
+def language(session: CheckUpSession) -> Found:
+    """By the word for its state, and those for its newest items."""
+    status = session.identity.status
+    unknown = sorted(
+        {state for entry in session.entries if (state := clean(entry.get("state"), 40)) and state not in ITEM_STATES}
+    )
+    if unknown:
+        return amber(
+            message("It has words of its own for the states of missions: {words}", words=", ".join(unknown)),
+            message(
+                "Trying it with a mission shows what they mean; until then a run whose word is not known is followed until the "
+                "robot has ended it, and shown as failed with that word."
+            ),
+        )
+    if status.state is not RobotState.UNKNOWN and status.state_text and not _is_english(status):
+        return amber(
+            message("It speaks another language: its state is {text}", text=status.state_text),
+            message(
+                "Its texts are shown as it says them. What it says of a cancelled mission is learned by trying it with one; "
+                "else a mission that somebody cancels at the robot is shown as failed."
+            ),
+        )
+    if not status.state_text:
+        return amber(
+            message("Not found out which language it speaks: it has no words for its state"),
+            message("Its texts are shown as it says them."),
+        )
+    return green(message("It speaks English"))
+
+
+def _is_english(status: RobotStatus) -> bool:
+    return re.sub(r"[^a-z]", "", status.state_text.casefold()) == status.state.name.casefold().replace("_", "")
+
+
+def read_robot(session: CheckUpSession) -> bool:
+    """All topics that are read, in the order of the report. Whether it could be asked at all; if not, a finding says why. Raises
+    Cancelled."""
+    session.at(message("Asking who it is"), 0.0)
+    try:
+        session.identity = session.robot.identity()
+    except Unauthorized as error:
+        session.add(
+            Topic.RIGHTS,
+            red(
+                message("It does not accept the user: {problem}", problem=why(error)),
+                message("Enter user name and password again in its settings."),
+            ),
+        )
+        return False
+    except RobotError as error:
+        session.add(
+            Topic.IDENTITY,
+            red(
+                message("It could not be asked: {problem}", problem=why(error)),
+                message("Nothing can be scheduled on it before it answers."),
+            ),
+        )
+        return False
+    for says, done_s, probes in STEPS:
+        session.at(says, done_s)
+        for look in probes:
+            look(session)
+    return True
+
+
+STEPS: Sequence[tuple[Message, float, Sequence[Probe[[]]]]] = (
+    (message("Asking who it is"), 0.0, (identity, software, certificate, battery, clock)),
+    (message("Reading missions and maps"), 3.0, (rights, password, missions, maps)),
+    (message("Reading its queue"), 18.0, (look_at_queue, language, others, latency, load)),
+)

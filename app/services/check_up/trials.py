@@ -1,0 +1,317 @@
+"""Trials on robots that the app schedules on: in room that the plan leaves, noted in the database, and put back whatever happens."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import uuid
+from collections.abc import Callable, Mapping
+from datetime import datetime, timedelta
+from zoneinfo import ZoneInfo
+
+from app.database.check_ups import CheckUpRepository
+from app.database.connection import Database
+from app.database.groups import GroupRepository
+from app.database.robots import RobotRepository
+from app.database.schedules import ScheduleRepository
+from app.domain.check_up import LeftBehind, Topic, Trial
+from app.domain.clock import Clock
+from app.domain.message import Message, message
+from app.domain.models import InvalidInput, Robot, Schedule, Settings, State
+from app.domain.robot import RobotState
+from app.mir.client import RobotClient
+from app.mir.errors import RobotError
+from app.services.check_up import load_probes, trial
+from app.services.check_up.journal import Journal, Outcome, put_back
+from app.services.check_up.session import CheckUpSession, Found, amber, green, red
+from app.services.check_up.trial_probes import look_at_trial
+from app.services.dispatch.ledger import Ledger
+from app.services.live.alarms import Alarms
+from app.services.live.holds import Holds
+
+log = logging.getLogger(__name__)
+
+READY_FOR, READY_WITHIN = 3.0, 120.0  # s that a robot must have stood ready; that is waited for
+REQUESTS = 120  # of a trial, about: each takes so much longer where the robot is slow
+TRIES, AGAIN_AFTER = 4, 3.0  # to put a robot back at the end, s between them
+RELEASED_WITHIN = timedelta(
+    minutes=10
+)  # after a trial began, in which the person who agreed to it expects the robot to be released
+KEEP_FREE = timedelta(minutes=3)  # between the end of a check-up and the next planned start
+BUILT_IN = "mirconst"  # guids of the missions that every robot has begin so
+
+
+def length_s(agreed: Trial | None) -> float:
+    """Of the whole check-up, about."""
+    return load_probes.LENGTH_S + (0.0 if agreed is None else trial.length_s(agreed.mission))
+
+
+class Trials:
+    def __init__(
+        self,
+        db: Database,
+        *,
+        clock: Clock,
+        ledger: Ledger,
+        holds: Holds,
+        alarms: Alarms,
+        settings: Callable[[], Settings],
+    ) -> None:
+        self._db, self._clock, self._ledger = db, clock, ledger
+        self._holds, self._alarms, self._settings = holds, alarms, settings
+        self._robots, self._check_ups = RobotRepository(), CheckUpRepository()
+        self._stays_paused = set[int]()  # robots on which a person has pressed Pause since their trial began
+
+    def check(self, robot: Robot, client: RobotClient, agreed: Trial) -> None:
+        """Before the robot is read for a minute; reading it tells when it does not answer. Raises InvalidInput with what is in the way."""
+        self._check_room(robot, agreed)
+        with contextlib.suppress(RobotError):
+            _mission(client, agreed)
+            if not _is_ready(client):
+                raise _not_ready(robot)
+
+    def run(self, session: CheckUpSession, robot: Robot, agreed: Trial) -> bool:
+        """Whether it was tried to the end; if not, a finding says why. Raises Cancelled."""
+        try:
+            journal = self._begin(session, robot, agreed)
+        except (InvalidInput, RobotError) as refused:
+            session.add(
+                Topic.ORDER, amber(message("Not tried: {problem}", problem=refused.message), message("Check up again."))
+            )
+            return False
+        journal.begin()
+        is_wanted = session.is_wanted
+        session.is_wanted = lambda: is_wanted() and robot.id not in self._stays_paused
+        self._stays_paused.discard(robot.id)
+        try:
+            result = trial.TrialRun(session, journal, load_probes.LENGTH_S).run()
+            look_at_trial(session, result)
+        except trial.TakenOver as end:
+            session.add(Topic.PAUSE, end.found)
+            return False
+        finally:
+            session.add(Topic.LEFT, self._finish(session, robot, journal))
+        return result.problem is None and not result.may_not_make
+
+    def _begin(self, session: CheckUpSession, robot: Robot, agreed: Trial) -> Journal:
+        """Of what will be changed. Raises InvalidInput with what is in the way, RobotError or Cancelled."""
+        if (rest := session.facts.get("rest")) is not None:
+            session.robot.spare(rest.requests, rest.seconds)
+        slow_s = REQUESTS * (session.facts.get("latency") or (0.0,))[-1]
+        self._check_room(robot, agreed, slow_s)
+        queued = _mission(session.robot.client, agreed)
+        self._wait_until_ready(session, robot)
+        floor = session.robot.client.highest_queue_id() or 0
+        self._check_room(robot, agreed, slow_s)  # a person may have held it or started something in that time
+        serial_number = session.identity.serial_number or robot.serial_number
+        made = None if queued else str(uuid.uuid4())
+        return self._journal(robot, LeftBehind(serial_number, made, trial.tokens(), floor, queued=queued))
+
+    def _journal(self, robot: Robot, left: LeftBehind) -> Journal:
+        return Journal(self._db, self._holds, self._alarms, robot, left)
+
+    def _wait_until_ready(self, session: CheckUpSession, robot: Robot) -> None:
+        """After so many questions it may have booted, and what others queued may run. Raises InvalidInput, RobotError or Cancelled."""
+        began = ready_since = self._clock.monotonic()
+        while self._clock.monotonic() - ready_since < READY_FOR:
+            session.at(message("Waiting until it stands ready"), load_probes.LENGTH_S)
+            if not _is_ready(session.robot.client):
+                ready_since = self._clock.monotonic()
+            if ready_since - began > READY_WITHIN:
+                raise _not_ready(robot)
+            self._clock.sleep(1.0)
+
+    def _finish(self, session: CheckUpSession, robot: Robot, journal: Journal) -> Found:
+        """Everything as it was, and a finding of it."""
+        outcome = Outcome(None)
+        for tries_left in reversed(range(TRIES)):
+            try:
+                outcome = self._put_back(session, robot, journal)
+                break
+            except RobotError as error:
+                outcome = Outcome(error.message)
+            if tries_left:  # a command that ends now leaves it so until the app is started
+                self._clock.sleep(AGAIN_AFTER)
+        if outcome.problem is not None:
+            journal.warn(outcome.problem)
+            return red(
+                message("It is not as it was before: {problem}", problem=outcome.problem),
+                message(
+                    "The app puts it back as soon as it can, and keeps the plan's starts back until then: look at the robot."
+                ),
+            )
+        if outcome.is_in_error:
+            return red(
+                message("Nothing of the trial is left on it, but it stands with an error"),
+                message("Look at the robot, then reset the error there or in the app."),
+            )
+        if robot.id in self._stays_paused:
+            return green(message("Nothing of the trial is left on it; it stands in Pause, as somebody wanted"))
+        if outcome.stays_paused:
+            return amber(
+                message("Nothing of the trial is left on it; it stands in Pause"),
+                message("Release it at the robot or in the app when it may go on."),
+            )
+        return green(message("It is as it was before: nothing is queued, no mission was left, it is not paused"))
+
+    def keep_paused(self, robot_id: int) -> None:
+        """A person presses Pause: it is theirs from now on, and a trial under way ends."""
+        if robot_id in self.left_behind():
+            self._stays_paused.add(robot_id)
+            self._db.write(lambda c: self._check_ups.keep_paused(c, robot_id))
+
+    # ------------------------------------------------------------------ what was cut off
+    def left_behind(self) -> Mapping[int, LeftBehind]:
+        return self._check_ups.left_behind(self._db.read())
+
+    def put_back(self, session: CheckUpSession, robot: Robot) -> Message | None:
+        """What a trial that was cut off left there. Returns what could not be. Raises RobotError, and InvalidInput on a copy."""
+        left = self.left_behind().get(robot.id)
+        if left is None:
+            return None
+        check_is_no_copy(self._holds)
+        journal = self._journal(robot, left)
+        try:
+            if _is_another(left, robot.serial_number) or _is_another(left, self._identify(session)):
+                log.warning(
+                    "robot %r: what a check-up left is on the machine with serial number %s",
+                    robot.name,
+                    left.serial_number,
+                )
+                journal.end()
+                return None
+            problem = self._put_back(session, robot, journal, is_late=self._is_late(robot, left)).problem
+        except RobotError as error:
+            journal.warn(error.message)
+            raise
+        if problem is not None:
+            journal.warn(problem)
+        log.info(
+            "robot %r: what a check-up left there is %s", robot.name, "put back" if problem is None else "still there"
+        )
+        return problem
+
+    @staticmethod
+    def _identify(session: CheckUpSession) -> str | None:
+        session.identity = session.robot.identity()
+        return session.identity.serial_number
+
+    def _is_late(self, robot: Robot, left: LeftBehind) -> bool:
+        """Whether a person may have taken the robot since: the trial began long ago, or its hold was ended."""
+        now = self._clock.now()
+        return not any(
+            hold.id == left.hold
+            and hold.robot_id == robot.id
+            and hold.since
+            and timedelta() <= now - hold.since <= RELEASED_WITHIN
+            for hold in self._holds.current()
+        )
+
+    def _put_back(self, session: CheckUpSession, robot: Robot, journal: Journal, *, is_late: bool = False) -> Outcome:
+        left = journal.left
+        is_idle_period = self._robots.idle_queue_id(self._db.read(), robot.id) == left.queue_floor
+        highest = session.robot.client.highest_queue_id() if is_idle_period else None
+        outcome = put_back(session, journal, lambda queue_id: self._is_of_plan(robot, queue_id), is_late=is_late)
+        if outcome.problem is None and highest is not None and highest <= left.queue_floor + len(left.tokens):
+            self._ledger.note_idle_copy(robot.id, highest, runs=True)  # nobody else has used the robot
+        return outcome
+
+    # ------------------------------------------------------------------ inside
+    def _is_of_plan(self, robot: Robot, queue_id: int) -> bool:
+        """Or may be: what is on its way has no number yet."""
+        return self._ledger.is_claimed(robot.id, queue_id) or bool(self._ledger.open_for(robot.id, (State.SUBMITTING,)))
+
+    def _check_room(self, robot: Robot, agreed: Trial, slow_s: float = 0.0) -> None:
+        """Raises InvalidInput with what is in the way of a trial that begins now: the plan goes first, and so does a person's hold."""
+        c, now = self._db.read(), self._clock.now()
+        ends = now + timedelta(seconds=length_s(agreed) + slow_s)
+        groups = {group.id for group in GroupRepository().all(c) if robot.id in group.members}
+        if not robot.enabled:
+            raise InvalidInput("robot", "{robot} is switched off in Settings", robot=robot.name)
+        check_is_no_copy(self._holds)
+        if (hold := self._holds.active(robot.id)) is not None:
+            if hold.reason:
+                raise InvalidInput(
+                    "robot",
+                    "{robot} is held back ({reason}): check up when it is released",
+                    robot=robot.name,
+                    reason=message(hold.reason),
+                )  # those that are offered, and a check-up's, have a translation
+            raise InvalidInput("robot", "{robot} is held back: check up when it is released", robot=robot.name)
+        rows = [*self._ledger.open_for(robot.id), *(row for row in self._ledger.unbound() if row.group_id in groups)]
+        if rows:
+            raise InvalidInput(
+                "robot",
+                "{mission} waits for {robot} or runs there: check up after it",
+                mission=rows[0].mission,
+                robot=robot.name,
+            )
+        schedules = ScheduleRepository()
+        planned = [
+            *schedules.for_robot(c, robot.id),
+            *(each for group in groups for each in schedules.for_group(c, group)),
+        ]
+        soon = [schedule for schedule in planned if _is_due(schedule, ends + KEEP_FREE)]
+        if soon:
+            first = min(soon, key=lambda schedule: schedule.next_at or now)
+            at = (first.next_at or now).astimezone(ZoneInfo(self._settings().timezone))
+            raise InvalidInput(
+                "robot", "{schedule} is planned at {time}: check up after it", schedule=first.name, time=f"{at:%H:%M}"
+            )
+
+
+def missions_of(client: RobotClient) -> Mapping[str, str]:
+    """Names of the missions that people made on the robot, with their guids. Raises RobotError."""
+    return {mission.name: mission.guid for mission in client.missions() if not mission.guid.startswith(BUILT_IN)}
+
+
+def _mission(client: RobotClient, agreed: Trial) -> str | None:
+    """The guid of the robot's own mission; None: one is made. Raises InvalidInput or RobotError."""
+    if agreed.mission is None:
+        return None
+    guid = missions_of(client).get(agreed.mission)
+    if guid is None:
+        raise InvalidInput("mission", "the robot has no mission {mission}", mission=agreed.mission)
+    if any(parameter.default in (None, "") for parameter in client.parameters(guid) or ()):
+        raise InvalidInput(
+            "mission", "{mission} asks for values when it is started: choose another mission", mission=agreed.mission
+        )
+    return guid
+
+
+def _is_another(left: LeftBehind, serial_number: str | None) -> bool:
+    """Whether it was left on another machine than that with this serial number."""
+    return None not in (left.serial_number, serial_number) and left.serial_number != serial_number
+
+
+def _is_ready(client: RobotClient) -> bool:
+    """Whether it stands ready and nothing is in its queue. Raises RobotError."""
+    return client.status().state is RobotState.READY and not client.open_items()
+
+
+def _not_ready(robot: Robot) -> InvalidInput:
+    return InvalidInput(
+        "robot", "{robot} does not stand ready with an empty queue: check up when it does", robot=robot.name
+    )
+
+
+def check_usable(robot: Robot) -> None:
+    """Raises InvalidInput for one that can't be asked."""
+    if robot.needs_password or not robot.token:
+        raise InvalidInput(
+            "robot", "{robot} is switched off until its password is entered in Settings", robot=robot.name
+        )
+
+
+def check_is_no_copy(holds: Holds) -> None:
+    """Raises InvalidInput."""
+    if holds.is_copy is not None:
+        raise InvalidInput(
+            "robot", "this data was copied from another tablet: nothing is sent from here before it moves here"
+        )
+
+
+def _is_due(schedule: Schedule, until: datetime) -> bool:
+    """Whether it may start by then."""
+    at = schedule.next_at
+    return schedule.enabled and at is not None and at <= until and not schedule.is_paused(at)
