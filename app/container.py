@@ -42,9 +42,7 @@ from app.services.dispatch.worker import RobotWorker
 from app.services.files.calendar_import import CalendarFiles
 from app.services.files.exports import DataFiles
 from app.services.files.plan_export import PlanFiles
-from app.services.history.group_kpi import GroupFigures
-from app.services.history.kpi import Kpis
-from app.services.history.promises import PromiseFigures
+from app.services.history.kpis import Kpis
 from app.services.history.robot_states import RobotStates
 from app.services.history.runs import History
 from app.services.history.shift_report import ShiftReports
@@ -135,7 +133,6 @@ class Container:
         self.parameters = MissionParameters(db, clock, self.make_client, self.snapshots, self.changes)
         self.catalogue = Catalogue(db, clock, self.changes, self.parameters)
         self.kpis = Kpis(db, clock)
-        self.group_figures, self.promises = GroupFigures(db, clock), PromiseFigures(db, clock)
         live = LiveRobots(
             self._is_unavailable, lambda robot_id: is_charging(self.snapshots.get(robot_id).status), self._may_have
         )

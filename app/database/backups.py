@@ -17,7 +17,7 @@ from pathlib import Path
 from app.database import files
 from app.database.errors import DatabaseRefused, DatabaseUnavailable, primary_code, translated
 from app.database.schema import APPLICATION_ID, MIGRATIONS, configured
-from app.database.schema_groups import RECOUNT
+from app.database.schema_figures import RECOUNT
 from app.database.settings import WRONG_PINS, SettingsRepository
 from app.database.value_checks import LARGEST, problem_in_backup
 from app.database.values import to_text

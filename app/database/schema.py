@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sqlite3
 
+from app.database.schema_figures import _FIGURES
 from app.database.schema_groups import (
     _DRAIN,
     _FAILURES,
@@ -325,6 +326,7 @@ MIGRATIONS: tuple[str, ...] = (
     _STARTS,
     _FAILURES,
     _MISSION_PARAMETERS,
+    _FIGURES,
 )
 
 

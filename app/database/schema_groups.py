@@ -222,17 +222,6 @@ _UNCOUNT = """
 _DROP_EMPTY = """
     DELETE FROM ended_days WHERE day = substr(OLD.ended_at, 1, 10) AND number = 0;"""
 
-LONGEST_RUN = 131 * 366 * 86400  # s: robots' clocks are read from 1970 to 2099
-# Rebuild the counters from the executions. A duration that no robot can have told would soon be too much to be added up.
-RECOUNT = f"""
-DELETE FROM ended_days;
-UPDATE executions SET duration_s = NULL WHERE duration_s NOT BETWEEN 0 AND {LONGEST_RUN};
-DELETE FROM ended_days;
-INSERT INTO ended_days (day, robot_id, is_scheduled, state, reason_code, is_submitted, number, timed, microseconds, starts)
-SELECT {_DAY.format("executions")}, count(*), count(duration_s), coalesce(sum(CAST(round(duration_s * 1000000) AS INTEGER)), 0), sum(starts)
-FROM executions WHERE ended_at IS NOT NULL GROUP BY 1, 2, 3, 4, 5, 6;
-"""
-
 _STARTS = f"""
 ALTER TABLE executions ADD COLUMN starts INTEGER NOT NULL DEFAULT 1          -- that the row stands for: those of one absence are one row
     CHECK (starts BETWEEN 1 AND 1000000000);

@@ -1,6 +1,7 @@
 """What the KPIs cost over a long history: ``uv run python -m tests.benchmarks.bench_kpi [ROWS …]`` (default 100,000 and 1,000,000).
 
-Two years of ten robots; every figure is the best of several runs, in milliseconds. A plain scan by the same SQLite stands beside it.
+Two years of ten robots; every figure is the best of several runs, in milliseconds of processor time. A plain scan by the same SQLite stands
+beside it. Exits with 1 where a figure of all rows takes more than 500 ms.
 """
 
 from __future__ import annotations
@@ -20,8 +21,9 @@ from app.database.executions import ExecutionFilter, ExecutionRepository
 from app.database.missions import DurationRepository
 from app.database.settings import SettingsRepository
 from app.domain.models import Execution, Reason, ReasonCode, State, Trigger
-from app.services.history.kpi import KpiFilter, Kpis
+from app.services.history.kpis import KpiFilter, Kpis
 
+MOST_MS = 500.0
 START, DAYS, ROBOTS = datetime(2024, 11, 21, tzinfo=UTC), 730, 10
 SCAN = """SELECT robot_id, count(*) FILTER (WHERE state = 'completed'), count(*) FILTER (WHERE state = 'failed'),
           avg(duration_s) FILTER (WHERE state = 'completed'), sum(duration_s), count(DISTINCT substr(ended_at, 1, 10))
@@ -83,13 +85,14 @@ def _ended(row: Execution, state: State, at: datetime, **values: Any) -> Executi
 def best_ms(work: Callable[[], object], times: int) -> float:
     spent = []
     for _ in range(times):
-        before = time.perf_counter()
+        before = time.process_time()
         work()
-        spent.append(time.perf_counter() - before)
+        spent.append(time.process_time() - before)
     return min(spent) * 1000
 
 
-def measure(number: int, directory: Path) -> None:
+def measure(number: int, directory: Path) -> bool:
+    """Whether every figure of all rows stays within MOST_MS."""
     db = Database.open(directory / f"{number}.db", durable=False)
     db.write(lambda c: SettingsRepository().save(c, timezone="Europe/Helsinki"))
     before = time.perf_counter()
@@ -97,17 +100,18 @@ def measure(number: int, directory: Path) -> None:
     print(f"\n{number:,} rows in {time.perf_counter() - before:.0f} s, SQLite {sqlite3.sqlite_version}")
     kpis, end = Kpis(db, _Clock()), START + timedelta(days=DAYS)
     month, one_robot = KpiFilter(end - timedelta(days=30), end), KpiFilter(end - timedelta(days=30), end, [1])
-    executions, c = ExecutionRepository(), db.read()
+    executions, c, is_fast = ExecutionRepository(), db.read(), True
     for name, work in {
-        "thesis's five": kpis.thesis,
+        "what is counted": kpis.facts,
         "outcomes per day": kpis.per_day,
-        "adherence": kpis.adherence,
         "start delays": kpis.delays,
         "causes of failure": kpis.failures,
         "durations": kpis.trends,
     }.items():
+        spent = best_ms(work, 3)
+        is_fast = is_fast and spent <= MOST_MS
         print(
-            f"  {name:18} all {best_ms(work, 3):8.1f}   30 days {best_ms(lambda work=work: work(month), 10):7.1f}"
+            f"  {name:18} all {spent:8.1f}   30 days {best_ms(lambda work=work: work(month), 10):7.1f}"
             f"   30 days of one robot {best_ms(lambda work=work: work(one_robot), 10):6.1f}"
         )
     print(f"  plain scan         all {best_ms(lambda: c.execute(SCAN, ('', '~')).fetchall(), 2):8.1f}")
@@ -117,9 +121,12 @@ def measure(number: int, directory: Path) -> None:
         f" prune at the limit {best_ms(lambda: db.write(lambda w: executions.drop_oldest(w, executions.surplus(w, number))), 3):.1f}"
     )
     db.close()
+    return is_fast
 
 
 if __name__ == "__main__":
+    results = []
     with tempfile.TemporaryDirectory() as name:
         for count in [int(text.replace(",", "").replace("_", "")) for text in sys.argv[1:]] or [100_000, 1_000_000]:
-            measure(count, Path(name))
+            results.append(measure(count, Path(name)))
+    sys.exit(0 if all(results) else 1)

@@ -151,6 +151,6 @@ def test_figures_count_what_ended_without_a_robot(hall):
     hold_all(hall)
     hall.plan("A", start_window_minutes=2)
     hall.run(430)
-    figures = hall.container.kpis.thesis()
+    figures = hall.container.kpis.facts()
     assert (hall.run_of().state, hall.run_of().robot_id, figures.failed) == (State.FAILED, None, 1)
     assert [robot.robot for robot in figures.robots] == ["R1", "R2", "R3"]

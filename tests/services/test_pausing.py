@@ -14,7 +14,7 @@ from app.database.connection import Database
 from app.domain import reasons
 from app.domain.models import InvalidInput, Mission, Overlap, ReasonCode, Robot, Schedule, State
 from app.services.catalogue.pausing import Pausing
-from app.services.history.kpi import KpiFilter
+from app.services.history.kpis import KpiFilter
 from app.services.history.shift_report import ReportPeriod
 from app.services.live.downtime import Gap
 from tests.support.clock import VirtualClock
@@ -394,18 +394,18 @@ def test_a_start_skipped_ahead_counts_on_the_day_it_was_planned_for_and_not_befo
         KpiFilter(datetime(2026, 11, 24, tzinfo=UTC)),
     )
     for period in (None, day_of_skip, KpiFilter(now - timedelta(days=1))):
-        assert (kpis.adherence(period).planned, kpis.adherence(period).rate) == (1, 1.0)
+        assert (kpis.facts(period).planned, kpis.facts(period).value("adherence")) == (1, 1.0)
         assert [(day.day, day.total) for day in kpis.per_day(period)] == [(date(2026, 11, 23), 1)]
         assert kpis.not_completed(period) == []
-    assert (kpis.adherence(day_of_start).rate, kpis.thesis().recorded_days) == (None, 1)
+    assert (kpis.facts(day_of_start).value("adherence"), kpis.facts().recorded_days) == (None, 1)
     report = plant.container.shift_reports.make(ReportPeriod.TODAY)
-    assert (report.skipped, report.runs, report.adherence.planned) == (0, [], 1)
+    assert (report.facts.skipped, report.runs, report.facts.planned) == (0, [], 1)
 
     plant.go_to(tomorrow + timedelta(seconds=1))
-    assert kpis.adherence(day_of_skip).rate == 1.0  # that day's figure never moves
-    assert kpis.adherence(day_of_start).not_run == {ReasonCode.HOLD: 1}
+    assert kpis.facts(day_of_skip).value("adherence") == 1.0  # that day's figure never moves
+    assert kpis.facts(day_of_start).not_run == {ReasonCode.HOLD: 1}
     report = plant.container.shift_reports.make(ReportPeriod.TODAY)
-    assert (report.skipped, [row.planned_at for row in report.runs], report.more_runs) == (1, [tomorrow], 0)
+    assert (report.facts.skipped, [row.planned_at for row in report.runs], report.more_runs) == (1, [tomorrow], 0)
     assert [row.id for row in plant.container.history.last_finished(5)] == [today.id]  # what is skipped has not run
 
 
@@ -413,4 +413,4 @@ def test_a_skip_taken_back_leaves_no_figure_behind(plant):
     at = plant.skipping.skip_next(plant.daily.id)
     plant.skipping.unskip(plant.daily.id, at)
     plant.clock.step(timedelta(days=1).total_seconds())
-    assert (plant.container.kpis.adherence().planned, plant.container.kpis.per_day()) == (0, [])
+    assert (plant.container.kpis.facts().planned, plant.container.kpis.per_day()) == (0, [])

@@ -43,7 +43,7 @@ def test_a_mission_shows_as_a_span_between_idle_ones(site, plan, saves):
     assert abs((told[1].start - run.started_at).total_seconds()) <= POLL
     assert abs((told[1].end - run.ended_at).total_seconds()) <= POLL
     assert timeline.seconds["executing"] == pytest.approx(
-        site.container.kpis.thesis().robots[0].observed_s - timeline.seconds["idle"], abs=2 * POLL
+        site.container.kpis.facts().robots[0].observed_s - timeline.seconds["idle"], abs=2 * POLL
     )
     minutes = (site.clock.now() - start).total_seconds() / 60
     assert len(saves) <= minutes + 5  # once a minute, and when something changed

@@ -143,7 +143,7 @@ class Operator(threading.Thread):
 
     def _look(self) -> None:
         """What screens read while all of this happens."""
-        self._container.kpis.thesis()
+        self._container.kpis.facts()
         self._container.history.open()
         self._container.alarms.open()
         self._container.engine.watch(self._rng.choice(self._container.catalogue.robots()).id)

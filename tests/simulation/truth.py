@@ -153,7 +153,7 @@ class Truth:
     def _count_again(self, rows: list[Execution]) -> None:
         """What ended by a clock that was ahead counts once that time has come."""
         now = self.world.site.clock.now()
-        kpis = self.world.site.container.kpis.thesis()
+        kpis = self.world.site.container.kpis.facts()
         count = Counter(row.state for row in rows if row.ended_at is None or row.ended_at <= now)
         if (kpis.completed, kpis.failed, kpis.cancelled) != (
             count[State.COMPLETED],

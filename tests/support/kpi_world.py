@@ -14,7 +14,7 @@ from app.database.robots import RobotRepository
 from app.database.settings import SettingsRepository
 from app.domain.activity import ActivitySpan
 from app.domain.models import Execution, Reason, ReasonCode, Robot, State, Trigger
-from app.services.history.kpi import Kpis
+from app.services.history.kpis import Kpis
 from tests.support.clock import VirtualClock
 
 NOON = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)  # a Monday

@@ -12,7 +12,7 @@ from kivy.metrics import sp
 from app.screens.logs import kpi_view
 from app.screens.logs.kpi_view import DayBar, RobotBar
 from app.screens.scheduler.timeline import Lane
-from app.services.history.kpi import DayKpis
+from app.services.history.figures import Facts
 from app.widgets.chart import Sparkline, glyphs, nice_step
 from app.widgets.charts import RobotBars, StackedBars
 from app.widgets.display import KpiCard
@@ -108,7 +108,7 @@ def test_charts_draw_whatever_there_is(ui, chart):
 )
 def test_outcomes_per_day_begin_and_end_with_a_date_and_no_day_lies_on_another(ui, days, width, dates):
     found = [date(2026, 11, 20) - timedelta(days=ago) for ago in reversed(range(days))]
-    shown = kpi_view.outcome_days([DayKpis(day, completed=9, failed=1) for day in found])
+    shown = kpi_view.outcome_days([Facts(completed=9, failed=1, day=day) for day in found])
     chart = ui.show(StackedBars(days=shown), (width, 160))
     words = {}
     for day in shown:

@@ -17,8 +17,7 @@ from app.screens.logs.view import Filters, Period, UsualSeconds, period_end, per
 from app.services.catalogue.catalogue import Catalogue
 from app.services.dispatch.ledger import Ledger
 from app.services.files.exports import DataFiles
-from app.services.history.group_kpi import GroupFigures
-from app.services.history.kpi import Kpis
+from app.services.history.kpis import Kpis
 from app.services.history.robot_states import RobotStates
 from app.services.history.runs import History
 from app.services.history.shift_report import ShiftReports
@@ -36,7 +35,6 @@ class LogsServices:
 
     catalogue: Catalogue
     clock: Clock
-    group_figures: GroupFigures
     history: History
     holds: Holds
     kpis: Kpis

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from app.i18n import _, ngettext
 from app.screens.common import formats
-from app.screens.logs.kpi_view import FactLine
-from app.services.history.group_kpi import GroupKpis
+from app.screens.logs.kpi_view import FactLine, in_unit
+from app.services.history.figures import GROUP_FIGURES, GroupFacts
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class GroupCardView:
     rows: tuple[FactLine, ...]
 
 
-def cards(groups: Sequence[GroupKpis]) -> tuple[GroupCardView, ...]:
+def cards(groups: Sequence[GroupFacts]) -> tuple[GroupCardView, ...]:
     """One for each group with starts in the period."""
     return tuple(
         GroupCardView(
@@ -34,21 +34,14 @@ def cards(groups: Sequence[GroupKpis]) -> tuple[GroupCardView, ...]:
     )
 
 
-def _rows(group: GroupKpis) -> tuple[FactLine, ...]:
-    share = group.in_time_share
-    rows = [
-        FactLine(
-            _("Started within 1 min of plan"),
-            formats.percent(share * 100 if share is not None else None),
-            _("{n} of {all}").format(n=group.in_time, all=group.starts),
-        )
-    ]
-    if group.wait_p50_s is not None and group.wait_p90_s is not None:
-        rows += [
-            FactLine(_("Waited for a robot, half within"), formats.duration(group.wait_p50_s)),
-            FactLine(_("Nine of ten within"), formats.duration(group.wait_p90_s)),
-        ]
-    if group.spread is not None:
-        used = ", ".join(f"{robot} {formats.percent(share * 100)}" for robot, share in group.used)
-        rows.append(FactLine(_("Spread of use"), _("{n} points").format(n=round(group.spread * 100)), used))
-    return tuple(rows)
+def _rows(group: GroupFacts) -> tuple[FactLine, ...]:
+    """What is not known is left out, but for the first: it says that there were no starts."""
+    notes = {
+        "in_time": _("{n} of {all}").format(n=group.in_time, all=group.starts),
+        "spread": ", ".join(f"{robot} {formats.percent(share * 100)}" for robot, share in group.used),
+    }
+    return tuple(
+        FactLine(_(figure.title), in_unit(value, figure.unit), notes.get(key, ""))
+        for key, figure in GROUP_FIGURES.items()
+        if (value := figure.compute(group)) is not None or key == "in_time"
+    )

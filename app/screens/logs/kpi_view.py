@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import date
 
@@ -11,8 +11,8 @@ from app.domain.models import Reason
 from app.domain.reasons import sentence
 from app.i18n import _, ngettext
 from app.screens.common import formats
-from app.screens.logs.figures import Earlier, Figures
-from app.services.history.kpi import Adherence, DayKpis, Delays, RobotKpis, ThesisKpis
+from app.screens.logs.figures import Figures
+from app.services.history.figures import FIGURES, Facts, Figure, Unit
 
 MAX_POINTS = 11  # of a card's small history
 LEAST_SHARE = 0.1  # that the history of a share spans: less would make a mountain of nothing
@@ -78,28 +78,28 @@ class DayBar:
 
 
 # ---------------------------------------------------------------------- the cards
-_OFTEN = ThesisKpis(110, 5, 0, 110, 200000.0, 5, (RobotKpis(0, "", mission_s=200000.0, observed_s=820000.0),))
+_OFTEN = Facts(
+    110,
+    5,
+    timed=110,
+    completed_s=200000.0,
+    planned=100,
+    ran=95,
+    recorded_days=5,
+    mission_s=200000.0,
+    observed_s=820000.0,
+)
 _LIKELY = Figures(
     _OFTEN,
-    Adherence(100, 95, {}),
-    Delays(0, None, None, None, None),
     first_day=date(2026, 1, 1),
     last_day=date(2026, 1, 30),
-    earlier=Earlier(
-        replace(
-            _OFTEN,
-            failed=8,
-            completed_s=180000.0,
-            recorded_days=4,
-            robots=(RobotKpis(0, "", mission_s=180000.0, observed_s=820000.0),),
-        ),
-        Adherence(100, 93, {}),
-    ),
+    earlier=replace(_OFTEN, failed=8, completed_s=180000.0, recorded_days=4, mission_s=180000.0, ran=93),
 )
 
 
 def cards(figures: Figures) -> list[Card]:
-    return [_success(figures), _duration(figures), _per_day(figures), _utilisation(figures), _adherence(figures)]
+    """One for each of FIGURES."""
+    return [_card(key, figure, figures) for key, figure in FIGURES.items()]
 
 
 def pending_cards() -> list[Card]:
@@ -107,110 +107,62 @@ def pending_cards() -> list[Card]:
     return [replace(card, value=formats.NOTHING, history=(), pending=True) for card in cards(_LIKELY)]
 
 
-def _success(figures: Figures) -> Card:
-    kpis = figures.thesis
-    ended = kpis.completed + kpis.failed
-    note = (
-        ngettext("{completed} of {n} ended run", "{completed} of {n} ended runs", ended).format(
-            completed=kpis.completed, n=ended
-        )
-        if ended
-        else _("no run has ended")
-    )
-    note = with_interval(note, kpis.completed, ended)
+def _card(key: str, figure: Figure[Facts], figures: Figures) -> Card:
     return Card(
-        "success",
-        _("Success rate"),
-        _share(kpis.success_rate, 1),
-        note,
-        condense([_ratio(day.completed, day.completed + day.failed) for day in figures.days]),
-        change(figures, kpis.success_rate, lambda earlier: earlier.thesis.success_rate, _points),
-        LEAST_SHARE,
+        key,
+        _(figure.title),
+        _value(figure, figure.compute(figures.facts)),
+        note(key, figures.facts),
+        condense([figure.compute(day) for day in figures.days]),
+        change(figures, key),
+        LEAST_SHARE if figure.unit is Unit.SHARE else 0.0,
     )
 
 
-def _duration(figures: Figures) -> Card:
-    kpis = figures.thesis
-    note = (
-        ngettext("{n} completed run", "{n} completed runs", kpis.timed).format(n=kpis.timed)
-        if kpis.timed
-        else _("no completed run")
-    )
-    return Card(
-        "duration",
-        _("Mean duration"),
-        _span(kpis.mean_duration_s),
-        note,
-        condense([_ratio(day.completed_s, day.timed) for day in figures.days]),
-        change(figures, kpis.mean_duration_s, lambda earlier: earlier.thesis.mean_duration_s, _seconds),
-    )
+def _value(figure: Figure[Facts], value: float | None) -> str:
+    """With the unit set smaller behind it."""
+    if value is None:
+        return formats.NOTHING
+    if figure.unit is Unit.SHARE:
+        return with_unit(formats.number(value * 100, 0 if value in (0.0, 1.0) else figure.digits), "%")
+    if figure.unit is Unit.SECONDS:
+        parts = (formats.duration if value < ROUGH_FROM_S else formats.rough_duration)(value).split()
+        return " ".join(with_unit(number, unit) for number, unit in zip(parts[::2], parts[1::2], strict=True))
+    return formats.number(value, 0 if value >= 10 else 1)
 
 
-def _per_day(figures: Figures) -> Card:
-    kpis = figures.thesis
-    rate = kpis.completed_per_day
-    note = (
-        ngettext("{n} recorded day", "{n} recorded days", kpis.recorded_days).format(n=kpis.recorded_days)
-        if kpis.recorded_days
-        else _("no recorded day")
-    )
-    digits = 0 if rate is None or rate >= 10 else 1
-    return Card(
-        "per_day",
-        _("Missions per day"),
-        formats.number(rate, digits),
-        note,
-        condense([float(day.completed) if day.total else None for day in figures.days]),
-        change(figures, rate, lambda earlier: earlier.thesis.completed_per_day, _number),
-    )
+def note(key: str, facts: Facts) -> str:
+    """What one of FIGURES was computed from."""
+    ended = facts.completed + facts.failed
+    if key == "success":
+        if not ended:
+            return _("no run has ended")
+        text = ngettext("{completed} of {n} ended run", "{completed} of {n} ended runs", ended)
+        return with_interval(text.format(completed=facts.completed, n=ended), facts.completed, ended)
+    if key == "adherence":
+        if not facts.planned:
+            return _("nothing was planned")
+        text = ngettext("{ran} of {n} planned", "{ran} of {n} planned", facts.planned)
+        return with_interval(text.format(ran=facts.ran, n=facts.planned), facts.ran, facts.planned)
+    if key == "duration":
+        text = ngettext("{n} completed run", "{n} completed runs", facts.timed).format(n=facts.timed)
+        return text if facts.timed else _("no completed run")
+    if key == "per_day":
+        text = ngettext("{n} recorded day", "{n} recorded days", facts.recorded_days).format(n=facts.recorded_days)
+        return text if facts.recorded_days else _("no recorded day")
+    if key == "utilisation":
+        text = _("of {duration} observed").format(duration=formats.rough_duration(facts.observed_s))
+        return text if facts.observed_s else _("never observed")
+    return ""
 
 
-def _utilisation(figures: Figures) -> Card:
-    kpis = figures.thesis
-    note = (
-        _("of {duration} observed").format(duration=formats.rough_duration(kpis.observed_s))
-        if kpis.observed_s
-        else _("never observed")
-    )
-    return Card(
-        "utilisation",
-        _("Utilisation"),
-        _share(kpis.utilisation, 0),
-        note,
-        condense(figures.utilisation_days),
-        change(figures, kpis.utilisation, lambda earlier: earlier.thesis.utilisation, _points),
-        LEAST_SHARE,
-    )
-
-
-def _adherence(figures: Figures) -> Card:
-    found = figures.adherence
-    note = (
-        ngettext("{ran} of {n} planned", "{ran} of {n} planned", found.planned).format(ran=found.ran, n=found.planned)
-        if found.planned
-        else _("nothing was planned")
-    )
-    note = with_interval(note, found.ran, found.planned)
-    return Card(
-        "adherence",
-        _("Schedule adherence"),
-        _share(found.rate, 1),
-        note,
-        condense(figures.adherence_days),
-        change(figures, found.rate, lambda earlier: earlier.adherence.rate, _points),
-        LEAST_SHARE,
-    )
-
-
-def change(
-    figures: Figures, value: float | None, same: Callable[[Earlier], float | None], words: Callable[[float], str]
-) -> str:
+def change(figures: Figures, key: str) -> str:
     """Against the same days before: "−1.9 points against the 7 days before"; empty where one of them is not known."""
-    before = None if figures.earlier is None else same(figures.earlier)
+    value, before = figures.facts.value(key), None if figures.earlier is None else figures.earlier.value(key)
     if value is None or before is None or figures.first_day is None or figures.last_day is None:
         return ""
     days = (figures.last_day - figures.first_day).days + 1
-    size = words(abs(value - before))
+    size = _difference(abs(value - before), FIGURES[key].unit)
     if not size:
         return _("As yesterday by this time") if days == 1 else _("As in the {n} days before").format(n=days)
     size = f"{'+' if value > before else '−'}{size}"
@@ -219,31 +171,22 @@ def change(
     return _("{change} against the {n} days before").format(change=size, n=days)
 
 
-def _points(share: float) -> str:
-    text = formats.number(share * 100, 1)
-    return _("{n} points").format(n=text) if share * 100 >= 0.05 else ""
+def _difference(size: float, unit: Unit) -> str:
+    """Empty where it is too small to be said."""
+    if unit is Unit.SECONDS:
+        return formats.duration(size) if size >= 1 else ""
+    size = size * 100 if unit is Unit.SHARE else size
+    text = formats.number(size, 1) if size >= 0.05 else ""
+    return _("{n} points").format(n=text) if text and unit is Unit.SHARE else text
 
 
-def _seconds(seconds: float) -> str:
-    return formats.duration(seconds) if seconds >= 1 else ""
-
-
-def _number(value: float) -> str:
-    return formats.number(value, 1) if value >= 0.05 else ""
-
-
-def _share(value: float | None, digits: int) -> str:
-    if value is None:
-        return formats.NOTHING
-    return with_unit(formats.number(value * 100, 0 if value in (0.0, 1.0) else digits), "%")
-
-
-def _span(seconds: float | None) -> str:
-    """A duration whose units are set smaller."""
-    if seconds is None:
-        return formats.NOTHING
-    parts = (formats.duration if seconds < ROUGH_FROM_S else formats.rough_duration)(seconds).split()
-    return " ".join(with_unit(number, unit) for number, unit in zip(parts[::2], parts[1::2], strict=True))
+def in_unit(value: float | None, unit: Unit) -> str:
+    """A figure among others, in a line."""
+    if unit is Unit.SECONDS or value is None:
+        return formats.duration(value)
+    if unit is Unit.POINTS:
+        return _("{n} points").format(n=round(value * 100))
+    return formats.percent(value * 100) if unit is Unit.SHARE else formats.number(value, 1)
 
 
 def with_interval(note: str, successes: int, cases: int) -> str:
@@ -271,20 +214,13 @@ def condense(history: Sequence[float | None]) -> tuple[float | None, ...]:
     return (*(sum(values) / len(values) if values else None for values in known), *history[-1:])
 
 
-def _ratio(part: float, whole: int) -> float | None:
-    return part / whole if whole else None
-
-
 # ---------------------------------------------------------------------- what they mean
 def explanation(key: str, figures: Figures) -> Explanation:
     """Of a card."""
-    return {
-        "success": _about_success,
-        "duration": _about_duration,
-        "per_day": _about_per_day,
-        "utilisation": _about_utilisation,
-        "adherence": _about_adherence,
-    }[key](figures)
+    text = _(FIGURES[key].explain)
+    if key == "utilisation" and figures.group:
+        text += " " + _("All that the robots of {group} did counts, for whomever.").format(group=figures.group)
+    return Explanation(_(FIGURES[key].title), text, (*_numbers(key, figures), period_line(figures)))
 
 
 def period_line(figures: Figures) -> FactLine:
@@ -312,87 +248,51 @@ def _is_long_ago(figures: Figures) -> bool:
     return first is not None and last is not None and first.year != last.year
 
 
-def _about_success(figures: Figures) -> Explanation:
-    kpis = figures.thesis
-    return Explanation(
-        _("Success rate"),
-        _("Completed runs out of completed and failed ones. What a person cancelled is left out."),
-        (
-            FactLine(_("Completed"), str(kpis.completed)),
-            FactLine(_("Failed"), str(kpis.failed)),
-            FactLine(_("Cancelled, not counted"), str(kpis.cancelled)),
-            *_interval_lines(kpis.completed, kpis.completed + kpis.failed),
-            period_line(figures),
-        ),
+def _numbers(key: str, figures: Figures) -> list[FactLine]:
+    """That one of FIGURES was computed from."""
+    facts = figures.facts
+    if key == "success":
+        counts = {
+            _("Completed"): facts.completed,
+            _("Failed"): facts.failed,
+            _("Cancelled, not counted"): facts.cancelled,
+        }
+        return [*_counted(counts), *_interval_lines(facts.completed, facts.completed + facts.failed)]
+    if key == "duration":
+        return [
+            *_counted({_("Completed runs"): facts.timed}),
+            FactLine(_("Total"), formats.duration(facts.completed_s)),
+        ]
+    if key == "per_day":
+        return _counted({_("Completed"): facts.completed, _("Recorded days"): facts.recorded_days})
+    if key == "utilisation":
+        return [_utilisation_line(robot) for robot in facts.robots]
+    if key == "adherence":
+        counts = {_("Planned"): facts.planned, _("Ran"): facts.ran}
+        counts |= {sentence(Reason(code), "UTC", _): number for code, number in facts.not_run.items()}
+        return [*_counted(counts), *_interval_lines(facts.ran, facts.planned), *_delay_lines(figures)]
+    return []
+
+
+def _counted(numbers: Mapping[str, int]) -> list[FactLine]:
+    return [FactLine(label, str(number)) for label, number in numbers.items()]
+
+
+def _utilisation_line(robot: Facts) -> FactLine:
+    text = _("{missions} of {observed}").format(
+        missions=formats.rough_duration(robot.mission_s), observed=formats.rough_duration(robot.observed_s)
     )
+    working = robot.mission_s / robot.working_s if robot.working_s > 0 else None
+    note = _("{share} of the working days").format(share=formats.percent(working * 100)) if working is not None else ""
+    return FactLine(robot.robot, f"{in_unit(robot.value('utilisation'), Unit.SHARE)} · {text}", note)
 
 
-def _about_duration(figures: Figures) -> Explanation:
-    kpis = figures.thesis
-    return Explanation(
-        _("Mean duration"),
-        _("Of completed runs, from start to end in robot time. Waiting in the robot's queue is left out."),
-        (
-            FactLine(_("Completed runs"), str(kpis.timed)),
-            FactLine(_("Total"), formats.duration(kpis.completed_s)),
-            period_line(figures),
-        ),
-    )
-
-
-def _about_per_day(figures: Figures) -> Explanation:
-    kpis = figures.thesis
-    return Explanation(
-        _("Missions per day"),
-        _("Completed runs per recorded day. A day is recorded when at least one run ended on it."),
-        (
-            FactLine(_("Completed"), str(kpis.completed)),
-            FactLine(_("Recorded days"), str(kpis.recorded_days)),
-            period_line(figures),
-        ),
-    )
-
-
-def _about_utilisation(figures: Figures) -> Explanation:
-    lines = []
-    for robot in figures.thesis.robots:
-        text = _("{missions} of {observed}").format(
-            missions=formats.rough_duration(robot.mission_s), observed=formats.rough_duration(robot.observed_s)
-        )
-        share = formats.percent(None if robot.utilisation is None else robot.utilisation * 100)
-        working = robot.utilisation_of_working_days
-        note = (
-            _("{share} of the working days").format(share=formats.percent(working * 100)) if working is not None else ""
-        )
-        lines.append(FactLine(robot.robot, f"{share} · {text}", note))
-    text = _(
-        "Time on missions that were started from here, out of the time for which the robot was observed. Times without connection, "
-        "and those when the app was off, are left out."
-    )
-    if figures.group:
-        text += " " + _("All that the robots of {group} did counts, for whomever.").format(group=figures.group)
-    return Explanation(_("Utilisation"), text, (*lines, period_line(figures)))
-
-
-def _about_adherence(figures: Figures) -> Explanation:
-    found, delays = figures.adherence, figures.delays
-    lines = [FactLine(_("Planned"), str(found.planned)), FactLine(_("Ran"), str(found.ran))]
-    lines += [FactLine(sentence(Reason(code), "UTC", _), str(number)) for code, number in found.not_run.items()]
-    lines += _interval_lines(found.ran, found.planned)
-    if delays.count:
-        lines.append(
-            FactLine(
-                _("Start delay, median and 90 %"),
-                _("{half}, {most}").format(half=formats.duration(delays.p50_s), most=formats.duration(delays.p90_s)),
-            )
-        )
-    return Explanation(
-        _("Schedule adherence"),
-        _(
-            "Planned starts that ran: they reached the robot and were carried out or tried there. The others, by why they did not:"
-        ),
-        (*lines, period_line(figures)),
-    )
+def _delay_lines(figures: Figures) -> list[FactLine]:
+    delays = figures.delays
+    if not delays.count:
+        return []
+    text = _("{half}, {most}").format(half=formats.duration(delays.p50_s), most=formats.duration(delays.p90_s))
+    return [FactLine(_("Start delay, median and 90 %"), text)]
 
 
 def _interval_lines(successes: int, cases: int) -> list[FactLine]:
@@ -411,29 +311,28 @@ def _interval_lines(successes: int, cases: int) -> list[FactLine]:
 # ---------------------------------------------------------------------- the charts
 def utilisation_bars(figures: Figures) -> list[RobotBar]:
     """One for each robot of the filter."""
-    bars = []
-    for robot in figures.thesis.robots:
-        observed_s = robot.observed_s
-        share = formats.percent(None if robot.utilisation is None else robot.utilisation * 100)
-        time = formats.rough_duration(robot.mission_s if observed_s or robot.mission_s else None)
-        bars.append(
-            RobotBar(
-                robot.robot, share, time, robot.utilisation or 0.0, robot.charging_s / observed_s if observed_s else 0.0
-            )
+    return [
+        RobotBar(
+            robot.robot,
+            in_unit(robot.value("utilisation"), Unit.SHARE),
+            formats.rough_duration(robot.mission_s if robot.observed_s or robot.mission_s else None),
+            robot.value("utilisation") or 0.0,
+            robot.charging_s / robot.observed_s if robot.observed_s else 0.0,
         )
-    return bars
+        for robot in figures.facts.robots
+    ]
 
 
 def total_note(figures: Figures) -> str:
     """Time on missions of these robots together."""
     return (
-        _("{duration} total").format(duration=formats.rough_duration(figures.thesis.mission_s))
-        if figures.thesis.robots
+        _("{duration} total").format(duration=formats.rough_duration(figures.facts.mission_s))
+        if figures.facts.robots
         else ""
     )
 
 
-def outcome_days(days: Sequence[DayKpis]) -> list[DayBar]:
+def outcome_days(days: Sequence[Facts]) -> list[DayBar]:
     names = formats.current().weekdays_short
     long = len(days) > 14
     return [
@@ -446,6 +345,7 @@ def outcome_days(days: Sequence[DayKpis]) -> list[DayBar]:
             formats.wall_day(day.day),
         )
         for day in days
+        if day.day is not None
     ]
 
 

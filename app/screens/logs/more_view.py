@@ -13,9 +13,8 @@ from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.logs.figures import Figures, MoreFigures
 from app.screens.logs.group_figures import GroupCardView, cards
-from app.screens.logs.kpi_view import Explanation, FactLine, period_line, with_interval
-from app.services.history.kpi import Adherence, Delays
-from app.services.history.pareto import Cause
+from app.screens.logs.kpi_view import Explanation, FactLine, in_unit, period_line, with_interval
+from app.services.history.figures import DELAY_FIGURES, Cause, Delays, Facts, queue_share
 from app.services.planning.durations import Trend
 
 Row = TypeVar("Row")
@@ -91,7 +90,7 @@ class FiguresPage:
 
 
 def page(figures: Figures, more: MoreFigures) -> FiguresPage:
-    found, delays = figures.adherence, figures.delays
+    found, delays = figures.facts, figures.delays
     return FiguresPage(
         Panel(adherence_head(found), adherence_text(found), adherence_rows(found)),
         Panel(delay_head(delays), waiting_text(delays), delay_rows(delays)),
@@ -101,23 +100,24 @@ def page(figures: Figures, more: MoreFigures) -> FiguresPage:
             "" if more.trends else _("No mission was completed."),
             trend_rows(more.trends, figures.first_day, figures.last_day),
         ),
-        share if (share := delays.queue_share or 0.0) >= LEAST_DRAWN else 0.0,
+        share if (share := queue_share(delays) or 0.0) >= LEAST_DRAWN else 0.0,
         cards(more.groups),
     )
 
 
 # ---------------------------------------------------------------------- planned and run
-def adherence_head(found: Adherence) -> str:
+def adherence_head(found: Facts) -> str:
     """95.7 % of 94 planned"""
-    if found.rate is None:
+    share = found.value("adherence")
+    if share is None:
         return _("Nothing was planned")
     text = ngettext("{share} of {n} planned", "{share} of {n} planned", found.planned).format(
-        share=formats.percent(found.rate * 100, 0 if found.rate == 1 else 1), n=found.planned
+        share=formats.percent(share * 100, 0 if share == 1 else 1), n=found.planned
     )
     return with_interval(text, found.ran, found.planned)
 
 
-def adherence_rows(found: Adherence) -> tuple[RankedBar, ...]:
+def adherence_rows(found: Facts) -> tuple[RankedBar, ...]:
     """Why planned runs did not run, the most frequent reason first."""
     return tuple(
         RankedBar(
@@ -130,7 +130,7 @@ def adherence_rows(found: Adherence) -> tuple[RankedBar, ...]:
     )
 
 
-def adherence_text(found: Adherence) -> str:
+def adherence_text(found: Facts) -> str:
     if found.planned and found.ran == found.planned:
         return _("Everything that was planned ran.")
     return ""
@@ -158,11 +158,11 @@ def delay_head(delays: Delays) -> str:
 
 def waiting_text(delays: Delays) -> str:
     """Waiting against running."""
-    if delays.queue_share is None:
+    share = queue_share(delays)
+    if share is None:
         return ""
-    return _("Of the time from submission to end, {share} was waiting in the queue.").format(
-        share=formats.percent(delays.queue_share * 100, 1)
-    )
+    text = _("Of the time from submission to end, {share} was waiting in the queue.")
+    return text.format(share=formats.percent(share * 100, 1))
 
 
 # ---------------------------------------------------------------------- why runs failed
@@ -271,14 +271,6 @@ def explanation(key: str, figures: Figures, more: MoreFigures) -> Explanation:
 
 
 def _about_delays(delays: Delays) -> Explanation:
-    values = (
-        (_("Start delay, median"), delays.p50_s),
-        (_("Start delay, nine of ten within"), delays.p90_s),
-        (_("of it until the robot had accepted, median"), delays.app_p50_s),
-        (_("of it in the robot's queue, median"), delays.queue_p50_s),
-        (_("Run, median"), delays.run_p50_s),
-        (_("Run, nine of ten within"), delays.run_p90_s),
-    )
     return Explanation(
         _("Starting and waiting"),
         _(
@@ -287,7 +279,10 @@ def _about_delays(delays: Delays) -> Explanation:
         ),
         (
             FactLine(_("Runs"), str(delays.count)),
-            *(FactLine(label, formats.duration(value)) for label, value in values),
+            *(
+                FactLine(_(figure.title), in_unit(figure.compute(delays), figure.unit))
+                for figure in DELAY_FIGURES.values()
+            ),
         ),
     )
 

@@ -15,11 +15,11 @@ from app.screens.common.alarms_view import alarm_text
 from app.screens.common.given import NOTHING_KNOWN, Given
 from app.screens.common.name_order import by_name
 from app.screens.common.printed import NO_BREAK, document, table, unbroken
-from app.screens.logs.kpi_view import Explanation, FactLine, with_interval
+from app.screens.logs.kpi_view import Explanation, FactLine, in_unit, note
 from app.screens.logs.more_view import cause_text
 from app.screens.logs.robot_states import word
-from app.services.history import group_kpi
-from app.services.history.kpi import RobotKpis
+from app.services.history import figures
+from app.services.history.figures import FIGURES, Facts, Unit
 from app.services.history.robot_states import RobotTimeline
 from app.services.history.shift_report import ShiftReport
 
@@ -46,7 +46,7 @@ def on_screen(report: ShiftReport, given: Given = NOTHING_KNOWN) -> Explanation:
     robots = [
         FactLine(
             robot.robot,
-            formats.percent(None if robot.utilisation is None else robot.utilisation * 100),
+            in_unit(robot.value("utilisation"), Unit.SHARE),
             " · ".join(
                 f"{label} {number}"
                 for label, number in (
@@ -57,7 +57,7 @@ def on_screen(report: ShiftReport, given: Given = NOTHING_KNOWN) -> Explanation:
                 if number
             ),
         )
-        for robot in by_name(report.thesis.robots, "robot")
+        for robot in by_name(report.facts.robots, "robot")
     ]
     runs = [
         FactLine(
@@ -129,46 +129,14 @@ def _head(report: ShiftReport, title: str) -> str:
 
 def _key_figures(report: ShiftReport) -> Sequence[tuple[str, str, str]]:
     """Label, value, and of what."""
-    thesis, adherence, delays = report.thesis, report.adherence, report.delays
-    tried = thesis.completed + thesis.failed
+    facts, delays = report.facts, report.delays
+    most = _("nine of ten within {duration}").format(duration=formats.duration(delays.p90_s))
+    robots = ngettext("{n} robot", "{n} robots", len(facts.robots)).format(n=len(facts.robots))
     return [
-        (
-            _("Success rate"),
-            _share(thesis.success_rate),
-            with_interval(
-                ngettext("{completed} of {n} ended run", "{completed} of {n} ended runs", tried).format(
-                    completed=thesis.completed, n=tried
-                ),
-                thesis.completed,
-                tried,
-            ),
-        ),
-        (
-            _("Schedule adherence"),
-            _share(adherence.rate),
-            with_interval(
-                ngettext("{ran} of {n} planned", "{ran} of {n} planned", adherence.planned).format(
-                    ran=adherence.ran, n=adherence.planned
-                ),
-                adherence.ran,
-                adherence.planned,
-            ),
-        ),
-        (
-            _("Mean duration"),
-            formats.duration(thesis.mean_duration_s),
-            ngettext("{n} completed run", "{n} completed runs", thesis.timed).format(n=thesis.timed),
-        ),
-        (
-            _("Start delay, median"),
-            formats.duration(delays.p50_s),
-            _("nine of ten within {duration}").format(duration=formats.duration(delays.p90_s)),
-        ),
-        (
-            _("On missions"),
-            formats.rough_duration(thesis.mission_s),
-            ngettext("{n} robot", "{n} robots", len(thesis.robots)).format(n=len(thesis.robots)),
-        ),
+        *((_(FIGURES[key].title), _share(facts.value(key)), note(key, facts)) for key in ("success", "adherence")),
+        (_(FIGURES["duration"].title), formats.duration(facts.value("duration")), note("duration", facts)),
+        (_("Start delay, median"), formats.duration(delays.p50_s), most),
+        (_("On missions"), formats.rough_duration(facts.mission_s), robots),
     ]
 
 
@@ -181,7 +149,7 @@ def _figures(report: ShiftReport) -> str:
             for label, value, note in _key_figures(report)
         )
         + "\n</section>"
-        + "".join(f'\n<p class="quiet">{escape(unbroken(group_kpi.line(group, _)))}</p>' for group in report.groups)
+        + "".join(f'\n<p class="quiet">{escape(unbroken(figures.line(group, _)))}</p>' for group in report.groups)
     )
 
 
@@ -191,22 +159,20 @@ def _share(value: float | None) -> str:
 
 # ---------------------------------------------------------------------- tables
 def _planned(report: ShiftReport) -> str:
-    adherence, thesis = report.adherence, report.thesis
+    facts = report.facts
     counts = [
-        (_("Planned"), adherence.planned),
-        (_("Ran"), adherence.ran),
+        (_("Planned"), facts.planned),
+        (_("Ran"), facts.ran),
         (_("Late"), report.delays.late),
-        (_("Not run"), adherence.planned - adherence.ran),
+        (_("Not run"), facts.planned - facts.ran),
     ]
     rows = [[escape(label), str(number)] for label, number in counts]
-    rows += [
-        [f"– {escape(sentence(Reason(code), 'UTC', _))}", str(number)] for code, number in adherence.not_run.items()
-    ]
+    rows += [[f"– {escape(sentence(Reason(code), 'UTC', _))}", str(number)] for code, number in facts.not_run.items()]
     ended = [
-        (_("Completed"), thesis.completed),
-        (execution_appearance.word(State.FAILED), thesis.failed),
-        (_("Cancelled"), thesis.cancelled),
-        (_("Not run"), report.skipped + report.missed),
+        (_("Completed"), facts.completed),
+        (execution_appearance.word(State.FAILED), facts.failed),
+        (_("Cancelled"), facts.cancelled),
+        (_("Not run"), facts.skipped + facts.missed),
     ]
     note = _("All runs, also those started by hand or by idleness: {counts}.").format(
         counts=", ".join(f"{label}{NO_BREAK}{number}" for label, number in ended)
@@ -216,7 +182,7 @@ def _planned(report: ShiftReport) -> str:
 
 def _robots(report: ShiftReport) -> str:
     timelines = {one.robot_id: one for one in report.timelines}
-    robots = by_name(report.thesis.robots, "robot")
+    robots = by_name(report.facts.robots, "robot")
     return table(
         _("Robots"),
         (
@@ -238,8 +204,8 @@ def _robots(report: ShiftReport) -> str:
     )
 
 
-def _robot(robot: RobotKpis) -> Sequence[str]:
-    share = robot.utilisation
+def _robot(robot: Facts) -> Sequence[str]:
+    share = robot.value("utilisation")
     bar = f'<span class="bar"><i style="width:{share * 100:.0f}%"></i></span>' if share is not None else ""
     return (
         escape(robot.robot),
@@ -284,7 +250,7 @@ def _runs(report: ShiftReport, given: Given) -> str:
         more
         if report.runs
         else _("Every run that ended was completed.")
-        if report.thesis.completed
+        if report.facts.completed
         else _("Nothing ran.")
     )
     return table(

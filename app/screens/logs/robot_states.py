@@ -16,7 +16,7 @@ from app.screens.common.name_order import by_name
 from app.screens.logs.facts import LogsServices
 from app.screens.logs.kpi_view import Explanation, FactLine
 from app.screens.logs.view import Filters, period_start
-from app.services.history.kpi import RobotKpis
+from app.services.history.figures import Facts
 from app.services.history.robot_states import RobotTimeline
 
 COLUMNS = 600  # of a band; finer can't be seen
@@ -159,7 +159,7 @@ def legend() -> list[LegendEntry]:
     return [LegendEntry(kind, word(kind)) for kind in KINDS]
 
 
-def lanes(facts: StatesFacts, robots: Sequence[RobotKpis]) -> list[Lane]:
+def lanes(facts: StatesFacts, robots: Sequence[Facts]) -> list[Lane]:
     """``robots``: their figures of the same period, as what is said here is their utilisation too."""
     figures = {robot.robot_id: robot for robot in robots}
     return [
@@ -184,13 +184,14 @@ def _drawn(facts: StatesFacts, one: RobotTimeline) -> list[ActivitySpan]:
     ]
 
 
-def _share_on_missions(figures: RobotKpis | None) -> str:
+def _share_on_missions(figures: Facts | None) -> str:
     """Of the time for which it was observed; nothing before that is known."""
     if figures is None:
         return ""
-    if figures.utilisation is None:
+    share = figures.value("utilisation")
+    if share is None:
         return _("never observed")
-    return _("{share} on missions").format(share=formats.percent(figures.utilisation * 100))
+    return _("{share} on missions").format(share=formats.percent(share * 100))
 
 
 def ticks(facts: StatesFacts, zone: ZoneInfo) -> list[Tick]:

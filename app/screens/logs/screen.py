@@ -257,7 +257,7 @@ class LogsViewModel(ViewModel):
             if self.part == "figures":
                 self.figures = more_view.page(self._figures, self._more)
         if self._states is not None and self.part == "robots":
-            robots = self._figures.thesis.robots if self._figures is not None else ()
+            robots = self._figures.facts.robots if self._figures is not None else ()
             self.lanes, self.ticks = (
                 robot_states.lanes(self._states, robots),
                 robot_states.ticks(self._states, self._facts.zone),

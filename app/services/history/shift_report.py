@@ -13,16 +13,12 @@ from app.database.connection import Database
 from app.database.settings import SettingsRepository
 from app.domain.clock import Clock, midnight
 from app.domain.models import Alarm, Execution, Settings
-from app.services.history.group_kpi import GroupFigures, GroupKpis
-from app.services.history.kpi import Adherence, Delays, KpiFilter, Kpis, ThesisKpis
-from app.services.history.pareto import Cause
+from app.services.history.figures import Cause, Delays, Facts, GroupFacts
+from app.services.history.kpis import KpiFilter, Kpis
 from app.services.history.robot_states import RobotStates, RobotTimeline
 
 SHIFT = timedelta(hours=8)
-LINES, LEAST = (
-    18,
-    6,
-)  # of robots (two each), runs and alarms that fit on a page; of runs and alarms there are some always
+LINES, LEAST = 18, 6  # of robots (two each), runs and alarms that fit on a page; of runs and alarms always some
 PAST_ALARMS = 1000  # as many as are kept
 
 
@@ -43,29 +39,20 @@ class ShiftReport:
     made_at: datetime
     settings: Settings
     robot: str  # the only one; empty: all
-    thesis: ThesisKpis
-    adherence: Adherence
+    facts: Facts
     delays: Delays
-    skipped: int
-    missed: int
     causes: Sequence[Cause]
     timelines: Sequence[RobotTimeline]
     runs: Sequence[Execution]
     alarms: Sequence[Alarm]
     more_alarms: int
-    groups: Sequence[GroupKpis] = ()
+    groups: Sequence[GroupFacts] = ()
     group: str = ""  # whose runs these are, whichever robot did them; empty: as ``robot`` says
 
     @property
     def more_runs(self) -> int:
         """That did not complete and are not among ``runs``."""
-        return (
-            self.thesis.failed
-            + self.thesis.cancelled
-            + self.skipped
-            + self.missed
-            - sum(run.starts for run in self.runs)
-        )
+        return self.facts.total - self.facts.completed - sum(run.starts for run in self.runs)
 
 
 def bounds(period: ReportPeriod, now: datetime, zone: ZoneInfo) -> tuple[datetime, datetime]:
@@ -79,7 +66,7 @@ def bounds(period: ReportPeriod, now: datetime, zone: ZoneInfo) -> tuple[datetim
     return midnight(today - timedelta(days=days), zone), now
 
 
-def shared(runs: int, alarms: int, room: int) -> tuple[int, int]:
+def split_lines(runs: int, alarms: int, room: int) -> tuple[int, int]:
     """How many runs and alarms are listed in so many lines: half of them each, and what one does not need is the other's."""
     return min(runs, max(room // 2, room - alarms)), min(alarms, max(room - room // 2, room - runs))
 
@@ -109,30 +96,26 @@ class ShiftReports:
         settings = SettingsRepository().load(c)
         start, end = bounds(period, now, ZoneInfo(settings.timezone))
         wanted = filter_of(start, end, now, robot_ids, group)
-        days = self._kpis.per_day(wanted)
         alarms = self._alarms(start, end, robot_ids)
         timelines = RobotStates(self._db).timelines(start, end, wanted.robot_ids) if start < end else []
-        thesis, adherence, causes = self._kpis.thesis(wanted), self._kpis.adherence(wanted), self._kpis.failures(wanted)
-        room = max(LEAST, LINES - 2 * len(thesis.robots) - max(0, len(adherence.not_run) - 1, len(causes) - 3))
+        facts, causes = self._kpis.facts(wanted), self._kpis.failures(wanted)
+        room = max(LEAST, LINES - 2 * len(facts.robots) - max(0, len(facts.not_run) - 1, len(causes) - 3))
         runs = self._kpis.not_completed(wanted, room)
-        most_runs, most_alarms = shared(len(runs), len(alarms), room)
+        most_runs, most_alarms = split_lines(len(runs), len(alarms), room)
         return ShiftReport(
             start,
             end,
             now,
             settings,
-            next((one.robot for one in thesis.robots if one.robot_id == robot_id), ""),
-            thesis,
-            adherence,
+            next((one.robot for one in facts.robots if one.robot_id == robot_id), ""),
+            facts,
             self._kpis.delays(wanted),
-            sum(day.skipped for day in days),
-            sum(day.missed for day in days),
             causes,
             timelines,
             runs[:most_runs],
             alarms[:most_alarms],
             len(alarms) - most_alarms,
-            GroupFigures(self._db, self._clock).of(wanted, thesis.robots),
+            self._kpis.groups(wanted, facts.robots),
             group or "",
         )
 

@@ -59,7 +59,7 @@ def test_its_starts_count_in_figures_and_in_the_csv(site, plan):
     site.run(120)
     kpis = site.container.kpis
     assert sum(day.missed for day in kpis.per_day()) == 2016
-    assert kpis.adherence().not_run == {ReasonCode.APP_DOWN: 2016}
+    assert kpis.facts().not_run == {ReasonCode.APP_DOWN: 2016}
     [alarm] = [alarm for alarm in site.container.alarms.open() if alarm.code == "executions_missed"]
     assert alarm.details["count"] == 2016
     assert alarm_sentence(alarm).startswith("2,016 planned missions were missed")
@@ -77,7 +77,7 @@ def test_the_shift_report_says_it_once_and_leaves_nothing_over(site, plan):
     site.run(120)
     report = site.container.shift_reports.make("today")
     assert [row.starts for row in report.runs if row.state is State.MISSED] == [2016]
-    assert (report.missed, report.more_runs) == (2016, 0)
+    assert (report.facts.missed, report.more_runs) == (2016, 0)
 
 
 def test_a_single_missed_start_is_the_row_that_it_always_was(site, plan):

@@ -17,7 +17,7 @@ from app.domain.robot import MissionParameter
 from app.screens.logs.cards import RunsList
 from app.services.files.history_export import COLUMNS
 from app.services.files.places import Place, PlaceKind
-from app.services.history.kpi import KpiFilter
+from app.services.history.kpis import KpiFilter
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton, Segment
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from app.widgets.display import CardHead
@@ -71,7 +71,7 @@ def test_five_figures_with_their_counts_and_what_the_charts_show(screen, contain
         "Utilisation",
         "Schedule adherence",
     ]
-    kpis = container.kpis.thesis(KpiFilter(start=datetime(2026, 11, 13, 22, tzinfo=UTC)))  # Saturday's midnight there
+    kpis = container.kpis.facts(KpiFilter(start=datetime(2026, 11, 13, 22, tzinfo=UTC)))  # Saturday's midnight there
     assert cards[0].note == f"{kpis.completed} of {kpis.completed + kpis.failed} ended runs"
     assert [bar.robot for bar in screen.logs.utilisation] == ["Aino", "Sisu", "Veikko"]
     assert [day.label for day in screen.logs.days] == ["Sa", "Su", "Mo", "Tu", "We", "Th", "Fr"]
@@ -144,10 +144,10 @@ def test_a_longer_period_has_more_runs_and_other_figures(screen, ui):
 def test_a_figure_is_set_against_as_long_before_if_the_history_reaches_so_far(screen, container, ui):
     cards = {card.label: card for card in ui.find_all(FigureCard)}
     now, week = container.clock.now(), timedelta(days=7)
-    before = container.kpis.thesis(KpiFilter(datetime(2026, 11, 6, 22, tzinfo=UTC), now - week))
-    after = container.kpis.thesis(KpiFilter(datetime(2026, 11, 13, 22, tzinfo=UTC)))
-    points = f"{abs(after.success_rate - before.success_rate) * 100:.1f} points against the 7 days before"
-    assert cards["Success rate"].change == ("+" if after.success_rate > before.success_rate else "−") + points
+    before = container.kpis.facts(KpiFilter(datetime(2026, 11, 6, 22, tzinfo=UTC), now - week))
+    after = container.kpis.facts(KpiFilter(datetime(2026, 11, 13, 22, tzinfo=UTC)))
+    points = f"{abs(after.value('success') - before.value('success')) * 100:.1f} points against the 7 days before"
+    assert cards["Success rate"].change == ("+" if after.value("success") > before.value("success") else "−") + points
     assert len({card.height for card in cards.values()}) == 1
     tap(screen, ui, ui.find(Segment, text="30 days"))
     assert {card.change for card in ui.find_all(FigureCard)} == {""}  # 30 days of history are not 60

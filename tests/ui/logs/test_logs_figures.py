@@ -8,7 +8,7 @@ import pytest
 
 from app.domain.models import ReasonCode
 from app.screens.logs.cards import FiguresPart, MoreCard, RunsList, RunsPart
-from app.services.history.kpi import KpiFilter
+from app.services.history.kpis import KpiFilter
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton, Segment
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.figure_charts import RankRow, TrendRow
@@ -56,12 +56,12 @@ def test_failures_are_ranked_and_their_shares_add_up(screen, container, ui):
     assert "Failed to reach goal position …" in {row.label for row in rows}
     assert sum(row.share for row in rows) == pytest.approx(1)
     assert next(row.detail for row in rows if row.label == "Failed to reach goal position …").startswith("Dock ")
-    assert sum(cause.number for cause in causes) == screen.logs._figures.thesis.failed
+    assert sum(cause.number for cause in causes) == screen.logs._figures.facts.failed
 
 
 def test_why_planned_runs_did_not_run_is_shown(screen, container, ui):
     rows = ui.find_all(RankRow, root=ui.find(MoreCard, title="Schedule adherence"))
-    not_run = screen.logs._figures.adherence.not_run
+    not_run = screen.logs._figures.facts.not_run
     assert [int(row.value) for row in rows] == list(not_run.values())
     assert list(not_run) == [ReasonCode.BATTERY_LOW]
 

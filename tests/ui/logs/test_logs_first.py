@@ -22,8 +22,8 @@ def place(ui) -> float:
 
 @pytest.mark.parametrize("size", SIZES)
 def test_the_list_stays_where_it_is_when_the_figures_come_or_have_fewer_lines(container, ui, monkeypatch, size):
-    thesis, may_read, before = container.kpis.thesis, threading.Event(), Window.size
-    monkeypatch.setattr(container.kpis, "thesis", lambda *given: may_read.wait(60) and thesis(*given))
+    facts, may_read, before = container.kpis.facts, threading.Event(), Window.size
+    monkeypatch.setattr(container.kpis, "facts", lambda *given: may_read.wait(60) and facts(*given))
     Window.size = size
     try:
         with shown(container, ui, "logs") as app:

@@ -1,24 +1,19 @@
-"""Figures of groups, and promised durations against what came."""
+"""Figures of groups."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from datetime import timedelta
-from statistics import median
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from app.database.executions import ExecutionFilter, ExecutionRepository
 from app.database.groups import GroupRepository
 from app.domain.models import Group, Reason, ReasonCode, State, Trigger
 from app.screens.logs import report_page
-from app.services.history.group_kpi import GroupFigures, GroupKpis, line
-from app.services.history.kpi import KpiFilter
-from app.services.history.promises import LEAST, Kept, PromiseFigures, kept
+from app.services.history.figures import GROUP_FIGURES, GroupFacts, line
+from app.services.history.kpis import KpiFilter
 from app.services.history.shift_report import ReportPeriod, ShiftReports
-from tests.support.examples import examples
 from tests.support.kpi_world import NOON, World
 
 
@@ -61,10 +56,10 @@ def test_starts_within_a_minute_and_waits_for_a_robot(world):
     for number, bound in enumerate((0, 0, 0, 20, 50, 58.9, 60, 200, 400, 1000)):
         start(world, -number - 1, bound=bound)
     start(world, -11, bound=0, queued=60)  # chosen at once, but stood in its queue
-    [found] = GroupFigures(world.db, world.clock).of()
+    [found] = world.kpis.groups()
     assert (found.group, found.starts, found.in_time, found.waited) == ("Hall 1", 11, 6, 11)
     assert (found.wait_p50_s, found.wait_p90_s) == (pytest.approx(50), pytest.approx(400))
-    assert found.in_time_share == pytest.approx(6 / 11)
+    assert GROUP_FIGURES["in_time"].compute(found) == pytest.approx(6 / 11)
 
 
 def test_what_never_ran_counts_unless_a_person_or_the_tablet_is_the_reason(world):
@@ -86,7 +81,7 @@ def test_what_never_ran_counts_unless_a_person_or_the_tablet_is_the_reason(world
     ):
         lost(world, -3, code)
     start(world, -4, state=State.CANCELLED, reason=Reason(ReasonCode.USER_CANCELLED))  # while it ran
-    [found] = GroupFigures(world.db, world.clock).of()
+    [found] = world.kpis.groups()
     assert (found.starts, found.in_time, found.waited) == (7, 2, 2)
 
 
@@ -95,10 +90,10 @@ def test_only_planned_starts_of_groups_in_the_period_and_on_the_robots_count(wor
     start(world, -30, robot_id=2)
     start(world, -1, trigger=Trigger.MANUAL)
     world.row(State.COMPLETED, -1, submitted_at=NOON)
-    figures = GroupFigures(world.db, world.clock)
-    assert [one.starts for one in figures.of(KpiFilter(start=NOON - timedelta(days=1)))] == [1]
-    assert [one.starts for one in figures.of(KpiFilter(robot_ids=(2,)))] == [1]
-    assert figures.of(KpiFilter(robot_ids=())) == figures.of(KpiFilter(start=NOON + timedelta(days=1))) == []
+    kpis = world.kpis
+    assert [one.starts for one in kpis.groups(KpiFilter(start=NOON - timedelta(days=1)))] == [1]
+    assert [one.starts for one in kpis.groups(KpiFilter(robot_ids=(2,)))] == [1]
+    assert kpis.groups(KpiFilter(robot_ids=())) == kpis.groups(KpiFilter(start=NOON + timedelta(days=1))) == []
 
 
 def test_the_use_of_its_robots_and_how_far_apart_they_are(world):
@@ -106,19 +101,19 @@ def test_the_use_of_its_robots_and_how_far_apart_they_are(world):
     start(world, -2, robot_id=2, robot="Aino", duration_s=1800.0)
     for robot_id in (1, 2):
         world.observe(robot_id, "2026-11-23", idle=7200.0)
-    [found] = GroupFigures(world.db, world.clock).of(robots=world.kpis.thesis().robots)
-    assert (dict(found.used), found.spread) == ({"Bella": 0.5, "Aino": 0.25}, 0.25)
+    [found] = world.kpis.groups(robots=world.kpis.facts().robots)
+    assert (dict(found.used), GROUP_FIGURES["spread"].compute(found)) == ({"Bella": 0.5, "Aino": 0.25}, 0.25)
     assert line(found) == (
         "Hall 1: 2 of 2 within 1 min of plan · waited for a robot: half 0 s, nine of ten 0 s · use of its robots 25–50 %"
     )
     assert line(replace(found, used=(), wait_p50_s=None)) == "Hall 1: 2 of 2 within 1 min of plan"
-    assert GroupKpis(1, "x").in_time_share is None
+    assert GROUP_FIGURES["in_time"].compute(GroupFacts(1, "x")) is None
 
 
 def test_a_group_that_was_removed_keeps_its_name_and_figures(world):
     start(world, -1)
     world.db.write(lambda c: GroupRepository().remove(c, 7))
-    [found] = GroupFigures(world.db, world.clock).of()
+    [found] = world.kpis.groups()
     assert (found.group, found.starts) == ("Hall 1", 1)
 
 
@@ -127,37 +122,6 @@ def test_the_shift_report_has_the_groups_of_its_period(world):
     reports = ShiftReports(world.db, world.clock)
     assert [one.starts for one in reports.make(ReportPeriod.SHIFT).groups] == [1]
     assert reports.make(ReportPeriod.YESTERDAY).groups == []
-
-
-# ---------------------------------------------------------------------- promised and come
-def test_runs_that_stay_under_what_nine_of_ten_did_keep_the_promise(world):
-    for number, seconds in enumerate([100.0] * LEAST + [100.0, 90.0, 130.0]):
-        world.row(State.COMPLETED, number - 40, duration_s=seconds, mission_guid="g")
-    world.row(State.COMPLETED, -1, duration_s=999.0, mission_guid="another")
-    world.row(State.FAILED, -1, duration_s=999.0, mission_guid="g")
-    assert PromiseFigures(world.db, world.clock).of() == Kept(3, 2, 10.0, 30.0)
-    assert PromiseFigures(world.db, world.clock).of(KpiFilter(start=NOON - timedelta(hours=33))) == Kept(
-        1, 0, 30.0, 30.0
-    )
-    assert PromiseFigures(world.db, world.clock).of(KpiFilter(robot_ids=(2,))) == Kept()
-    assert Kept().share is None
-
-
-@examples(60)
-@given(st.lists(st.lists(st.floats(1, 1000), max_size=40), max_size=3), st.integers(0, 40))
-def test_a_promise_is_what_the_twenty_runs_before_say(histories, since):
-    timed = [[(f"{number:03}", seconds) for number, seconds in enumerate(each)] for each in histories]
-    off, number, held = [], 0, 0
-    for each in histories:
-        for place in range(max(since, LEAST), len(each)):
-            before = sorted(each[max(0, place - 20) : place])
-            number, held = number + 1, held + (sum(one < each[place] for one in before) * 10 < 9 * len(before))
-            off.append(abs(each[place] - median(before)))
-    found = kept(timed, f"{since:03}")
-    assert (found.runs, found.kept) == (number, held)
-    assert (found.off_p50_s is None) == (number == 0)
-    if off:
-        assert min(off) <= found.off_p50_s <= found.off_p90_s <= max(off)
 
 
 # ---------------------------------------------------------------------- the runs of a group alone
@@ -187,7 +151,7 @@ def hall_and_others(world):
 
 def test_the_figures_of_a_group_are_of_the_runs_that_its_list_has(world):
     wanted, kpis = hall_and_others(world), world.kpis
-    thesis, days = kpis.thesis(wanted), kpis.per_day(wanted)
+    thesis, days = kpis.facts(wanted), kpis.per_day(wanted)
     assert (thesis.completed, thesis.failed, thesis.completed_s, thesis.timed, thesis.recorded_days) == (
         3,
         2,
@@ -198,7 +162,7 @@ def test_the_figures_of_a_group_are_of_the_runs_that_its_list_has(world):
     listed = ExecutionRepository().count(world.db.read(), ExecutionFilter(group="Hall 1"))
     assert sum(day.total for day in days) == thesis.completed + thesis.failed + 1 == listed
     assert [(day.completed, day.failed, day.skipped) for day in days] == [(1, 0, 0), (2, 2, 1)]
-    assert (kpis.adherence(wanted).planned, kpis.adherence(wanted).ran) == (5, 3)
+    assert (kpis.facts(wanted).planned, kpis.facts(wanted).ran) == (5, 3)
     assert (kpis.delays(wanted).count, kpis.delays(wanted).p50_s) == (1, 30.0)
     assert {cause.code: cause.number for cause in kpis.failures(wanted)} == {
         ReasonCode.ROBOT_ABORTED: 1,
@@ -210,7 +174,7 @@ def test_the_figures_of_a_group_are_of_the_runs_that_its_list_has(world):
 
 def test_what_its_robots_did_is_all_that_they_did(world):
     wanted = hall_and_others(world)
-    assert world.kpis.thesis(wanted).robots == world.kpis.thesis(KpiFilter(robot_ids=(1, 2))).robots
+    assert world.kpis.facts(wanted).robots == world.kpis.facts(KpiFilter(robot_ids=(1, 2))).robots
 
 
 def test_what_ended_without_a_robot_counts_on_its_day_and_among_the_reasons(world):
@@ -222,7 +186,7 @@ def test_what_ended_without_a_robot_counts_on_its_day_and_among_the_reasons(worl
 def test_the_shift_report_of_a_group_is_of_its_runs(world):
     wanted = hall_and_others(world)
     report = ShiftReports(world.db, world.clock).make(ReportPeriod.WEEK, group="Hall 1", members=wanted.robot_ids)
-    assert (report.group, report.thesis.completed, report.thesis.failed, report.skipped, len(report.runs)) == (
+    assert (report.group, report.facts.completed, report.facts.failed, report.facts.skipped, len(report.runs)) == (
         "Hall 1",
         3,
         2,

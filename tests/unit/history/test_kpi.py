@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 
 from app.domain.models import Execution, Reason, ReasonCode, State, Trigger
-from app.services.history.kpi import KpiFilter
+from app.services.history.kpis import KpiFilter
 from app.services.planning.durations import percentile
 from tests.support.examples import examples
 from tests.support.kpi_world import HELSINKI, NOON, World
@@ -24,19 +24,19 @@ def world(tmp_path):
 
 # ---------------------------------------------------------------------- by hand
 def test_without_history_nothing_is_claimed(world):
-    kpis = world.kpis.thesis()
-    assert (kpis.success_rate, kpis.mean_duration_s, kpis.completed_per_day, kpis.recorded_days) == (
+    kpis = world.kpis.facts()
+    assert (kpis.value("success"), kpis.value("duration"), kpis.value("per_day"), kpis.recorded_days) == (
         None,
         None,
         None,
         0,
     )
-    assert [(robot.robot, robot.mission_s, robot.utilisation) for robot in kpis.robots] == [
+    assert [(robot.robot, robot.mission_s, robot.value("utilisation")) for robot in kpis.robots] == [
         ("Aino", 0, None),
         ("Bella", 0, None),
     ]
     assert world.kpis.per_day() == []
-    assert world.kpis.adherence().rate is None
+    assert world.kpis.facts().value("adherence") is None
     assert world.kpis.delays().p50_s is None
 
 
@@ -55,11 +55,11 @@ def test_the_five_of_the_thesis(world):
     world.clock.advance(4 * 86400)
     world.observe(1, "2026-11-23", executing=400.0, idle=3200.0, offline=9000.0)
     world.observe(2, "2026-11-24", executing=900.0)
-    kpis = world.kpis.thesis()
+    kpis = world.kpis.facts()
     assert (kpis.completed, kpis.failed, kpis.cancelled) == (4, 1, 1)
-    assert kpis.success_rate == 4 / 5  # cancelled left out
-    assert (kpis.timed, kpis.mean_duration_s) == (3, 1300 / 3)
-    assert (kpis.recorded_days, kpis.completed_per_day) == (3, 4 / 3)
+    assert kpis.value("success") == 4 / 5  # cancelled left out
+    assert (kpis.timed, kpis.value("duration")) == (3, 1300 / 3)
+    assert (kpis.recorded_days, kpis.value("per_day")) == (3, 4 / 3)
     assert kpis.mission_s == 1380
     aino, bella = kpis.robots
     assert (bella.robot, bella.completed, bella.failed, bella.cancelled, bella.mission_s, bella.observed_s) == (
@@ -70,12 +70,12 @@ def test_the_five_of_the_thesis(world):
         380,
         3600,
     )
-    assert (bella.utilisation, aino.utilisation) == (380 / 3600, 1.0)
+    assert (bella.value("utilisation"), aino.value("utilisation")) == (380 / 3600, 1.0)
 
 
 def test_a_removed_robot_keeps_its_share_and_name(world):
     world.row(State.COMPLETED, duration_s=10.0, robot_id=9, robot="Old one")
-    assert [(robot.robot_id, robot.robot, robot.mission_s) for robot in world.kpis.thesis().robots] == [
+    assert [(robot.robot_id, robot.robot, robot.mission_s) for robot in world.kpis.facts().robots] == [
         (2, "Aino", 0),
         (1, "Bella", 0),
         (9, "Old one", 10),
@@ -86,7 +86,7 @@ def test_days_are_local_days(world):
     world.row(State.COMPLETED, 9.9)  # 23:54 in Helsinki
     world.row(State.COMPLETED, 10.1)  # 00:06
     world.afterwards()
-    assert world.kpis.thesis().recorded_days == 2
+    assert world.kpis.facts().recorded_days == 2
     assert [(day.day, day.completed) for day in world.kpis.per_day()] == [
         (date(2026, 11, 23), 1),
         (date(2026, 11, 24), 1),
@@ -116,14 +116,14 @@ def test_the_working_days_of_the_period_are_counted_in_hours(world):
     world.row(State.COMPLETED, duration_s=3600.0)
     friday, monday = datetime(2026, 11, 20, tzinfo=HELSINKI), datetime(2026, 11, 24, tzinfo=HELSINKI)
     world.clock.advance(10 * 86400)
-    [_, bella] = world.kpis.thesis(KpiFilter(friday, monday)).robots
+    [_, bella] = world.kpis.facts(KpiFilter(friday, monday)).robots
     assert bella.working_s == 2 * 86400  # Friday and Monday
-    assert bella.utilisation_of_working_days == 1 / 48
+    assert bella.mission_s / bella.working_s == 1 / 48
 
 
 def test_a_period_that_has_not_ended_counts_up_to_now(world):
     world.row(State.COMPLETED, -1, duration_s=3600.0)
-    [_, bella] = world.kpis.thesis(KpiFilter(start=datetime(2026, 11, 23, tzinfo=HELSINKI))).robots
+    [_, bella] = world.kpis.facts(KpiFilter(start=datetime(2026, 11, 23, tzinfo=HELSINKI))).robots
     assert bella.working_s == 14 * 3600  # midnight to 14:00 in Helsinki
 
 
@@ -138,8 +138,8 @@ def test_adherence_says_why_the_others_did_not_run(world):
     world.row(State.MISSED)
     world.row(State.COMPLETED, trigger=Trigger.MANUAL)
     world.row(State.WAITING)
-    adherence = world.kpis.adherence()
-    assert (adherence.planned, adherence.ran, adherence.rate) == (8, 3, 3 / 8)
+    adherence = world.kpis.facts()
+    assert (adherence.planned, adherence.ran, adherence.value("adherence")) == (8, 3, 3 / 8)
     assert list(adherence.not_run.items()) == [
         (ReasonCode.BATTERY_LOW, 2),
         (ReasonCode.RETRY_LIMIT, 1),
@@ -220,7 +220,7 @@ def test_sql_says_what_a_recount_says(world, rows, start, end, robots):
 
     days = {row.ended_at.astimezone(HELSINKI).date() for row in counted}
     timed = [row.duration_s for row in of(State.COMPLETED) if row.duration_s is not None]
-    kpis = world.kpis.thesis(wanted)
+    kpis = world.kpis.facts(wanted)
     assert [kpis.completed, kpis.failed, kpis.cancelled] == [
         len(of(state)) for state in (State.COMPLETED, State.FAILED, State.CANCELLED)
     ]
@@ -240,6 +240,6 @@ def test_sql_says_what_a_recount_says(world, rows, start, end, robots):
         if not name.is_open:
             assert sum(getattr(day, name) for day in per_day) == len(of(name))
 
-    adherence = world.kpis.adherence(wanted)
+    adherence = world.kpis.facts(wanted)
     assert adherence.planned == sum(row.trigger is Trigger.SCHEDULED for row in counted)
     assert adherence.planned == adherence.ran + sum(adherence.not_run.values())

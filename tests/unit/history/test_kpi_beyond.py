@@ -10,8 +10,8 @@ from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 
 from app.domain.models import Reason, ReasonCode, State, Trigger
-from app.services.history.kpi import KpiFilter
-from app.services.history.pareto import MOST_CAUSES, Cause, causes, kind_of
+from app.services.history.figures import MOST_CAUSES, Cause, causes, kind_of, queue_share
+from app.services.history.kpis import KpiFilter
 from app.services.planning.durations import LEAST_BASELINE, Band, DayMedian, band, percentile
 from tests.support.examples import examples
 from tests.support.kpi_world import HELSINKI, NOON, World
@@ -137,9 +137,9 @@ def test_waiting_is_set_against_running(world):
     world.afterwards()
     delays = world.kpis.delays()
     assert (delays.count, delays.queue_s, delays.run_s) == (3, 40.0, 210.0)
-    assert delays.queue_share == 40 / 250
+    assert queue_share(delays) == 40 / 250
     assert (delays.queue_p50_s, delays.run_p50_s, delays.run_p90_s) == (20, 90, 120)
-    assert world.kpis.delays(KpiFilter(end=NOON)).queue_share is None
+    assert queue_share(world.kpis.delays(KpiFilter(end=NOON))) is None
 
 
 # ---------------------------------------------------------------------- recounted

@@ -17,7 +17,7 @@ from app.database.schema import _ENDED_DAYS, MIGRATIONS
 from app.database.values import to_text
 from app.domain.clock import midnight
 from app.domain.models import Reason, ReasonCode, State, Trigger
-from app.services.history.kpi import KpiFilter, Kpis
+from app.services.history.kpis import KpiFilter, Kpis
 from tests.support.clock import VirtualClock
 from tests.support.examples import examples
 from tests.support.kpi_world import HELSINKI, NOON, World
@@ -44,12 +44,12 @@ CHANGES = st.lists(
     ),
     max_size=30,
 )
-KEPT = """SELECT day, robot_id, is_scheduled, state, reason_code, is_submitted, number, timed, microseconds, starts FROM ended_days
-          ORDER BY 1, 2, 3, 4, 5, 6"""
-COUNTED = """SELECT substr(ended_at, 1, 10), coalesce(robot_id, 0), trigger = 'scheduled', state, coalesce(reason_code, ''),
+KEPT = """SELECT day, robot_id, robot_group, is_scheduled, state, reason_code, is_submitted, number, timed, microseconds, starts
+          FROM ended_days ORDER BY 1, 2, 3, 4, 5, 6, 7"""
+COUNTED = """SELECT substr(ended_at, 1, 10), coalesce(robot_id, 0), robot_group, trigger = 'scheduled', state, coalesce(reason_code, ''),
              submitted_at IS NOT NULL, count(*), count(duration_s), coalesce(sum(CAST(round(duration_s * 1000000) AS INTEGER)), 0),
              sum(starts)
-             FROM executions WHERE ended_at IS NOT NULL GROUP BY 1, 2, 3, 4, 5, 6 ORDER BY 1, 2, 3, 4, 5, 6"""
+             FROM executions WHERE ended_at IS NOT NULL GROUP BY 1, 2, 3, 4, 5, 6, 7 ORDER BY 1, 2, 3, 4, 5, 6, 7"""
 
 
 @pytest.fixture
@@ -119,7 +119,7 @@ def test_history_of_before_is_counted_when_the_database_is_brought_up_to_date(tm
     assert is_true(db.read())
     assert db.read().execute("SELECT sum(number) FROM ended_days").fetchone()[0] == 180
     clock.step(timedelta(hours=60).total_seconds())
-    assert Kpis(db, clock).thesis().completed == 60
+    assert Kpis(db, clock).facts().completed == 60
     db.close()
 
 
@@ -166,15 +166,15 @@ def test_a_long_period_is_the_sum_of_its_days(world, rows, start, end, robots):
             reason=Reason(codes[code % len(codes)]) if codes else None,
         )
     since, until = (None if minutes is None else NOON + timedelta(minutes=minutes) for minutes in (start, end))
-    told = world.kpis.adherence(KpiFilter(since, until, robots))
-    five = world.kpis.thesis(KpiFilter(since, until, robots))
+    told = world.kpis.facts(KpiFilter(since, until, robots))
+    five = world.kpis.facts(KpiFilter(since, until, robots))
     first, last = since or NOON - timedelta(days=22), until or NOON + timedelta(days=22)
     planned, ran, not_run, completed, failed, seconds = 0, 0, Counter(), 0, 0, 0.0
     day = first.astimezone(HELSINKI).date()
     while midnight(day, HELSINKI) < last:
         bounds = max(first, midnight(day, HELSINKI)), min(last, midnight(day + timedelta(days=1), HELSINKI))
         of_day = KpiFilter(*bounds, robots)
-        one, its = world.kpis.adherence(of_day), world.kpis.thesis(of_day)
+        one, its = world.kpis.facts(of_day), world.kpis.facts(of_day)
         planned, ran, not_run = planned + one.planned, ran + one.ran, not_run + Counter(one.not_run)
         completed, failed, seconds = completed + its.completed, failed + its.failed, seconds + its.mission_s
         day += timedelta(days=1)
@@ -188,7 +188,7 @@ def test_a_row_that_stands_for_many_starts_counts_as_many(world):
     world.row(State.COMPLETED, -1)
     [day] = world.kpis.per_day()
     assert (day.missed, day.completed) == (2016, 1)
-    found = world.kpis.adherence()
+    found = world.kpis.facts()
     assert (found.planned, found.ran, found.not_run) == (2017, 1, {ReasonCode.APP_DOWN: 2016})
     world.afterwards()
-    assert world.kpis.adherence().planned == 2017
+    assert world.kpis.facts().planned == 2017

@@ -15,7 +15,7 @@ from app.database.schema import _ACTIVITY_DAYS, MIGRATIONS
 from app.domain.activity import ACTIVITIES, ActivitySpan, seen_seconds
 from app.domain.clock import midnight
 from app.domain.models import State
-from app.services.history.kpi import KpiFilter, Kpis
+from app.services.history.kpis import KpiFilter, Kpis
 from app.services.history.robot_states import RobotStates
 from tests.support.clock import VirtualClock
 from tests.support.examples import examples
@@ -90,16 +90,16 @@ def test_how_long_robots_ran_is_asked_of_all_at_once(world):
 def test_timeline_figures_per_day_and_kpis_agree_on_every_day(world, spans):
     watched(world, spans)
     first = TODAY - BACK * DAY
-    observed = world.kpis.observed_seconds(first, TODAY, HELSINKI)
-    assert set(observed) == {1, 2}
-    for day in (first + n * DAY for n in range(BACK + 1)):
+    days = [(one.day, one.robots[1].observed_s) for one in world.kpis.per_day(dates=[first, TODAY])]
+    assert [day for day, _ in days] == [first + n * DAY for n in range(BACK + 1)]
+    for day, observed_s in days:
         start, end = midnight(day, HELSINKI), min(midnight(day + DAY, HELSINKI), NOON)
         _, timeline = RobotStates(world.db).timelines(start, end)
-        _, bella = world.kpis.thesis(KpiFilter(start, midnight(day + DAY, HELSINKI))).robots
+        _, bella = world.kpis.facts(KpiFilter(start, midnight(day + DAY, HELSINKI))).robots
         expected = pytest.approx(seen_seconds(timeline.seconds))
-        assert observed[1].get(day, 0.0) == expected
+        assert observed_s == expected
         assert (bella.observed_s, bella.charging_s) == (expected, pytest.approx(timeline.seconds.get("charging", 0.0)))
-    assert world.kpis.thesis().robots[1].observed_s == pytest.approx(sum(observed[1].values()))
+    assert world.kpis.facts().robots[1].observed_s == pytest.approx(sum(observed_s for _, observed_s in days))
 
 
 @examples(60, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -147,7 +147,7 @@ def test_a_removed_robots_spans_become_sums_too(world):
         robot_id for robot_id in (1, 9) if len(REPOSITORY.between(world.db.read(), robot_id, NOON, NOON + 2 * DAY)) > 1
     ] == [1]
     world.clock.advance(200 * 86400)
-    assert [robot.observed_s for robot in world.kpis.thesis().robots] == [0.0, 90000.0, 90000.0]
+    assert [robot.observed_s for robot in world.kpis.facts().robots] == [0.0, 90000.0, 90000.0]
 
 
 def test_a_period_that_cuts_a_day_without_spans_leaves_that_day_out(world):
@@ -155,7 +155,7 @@ def test_a_period_that_cuts_a_day_without_spans_leaves_that_day_out(world):
         1, *(ActivitySpan("idle", NOON - back * DAY, NOON - back * DAY + timedelta(hours=1)) for back in (3, 2, 1, 0))
     )
     prune(world, NOON + activities.KEPT_FOR)
-    [_, bella] = world.kpis.thesis(KpiFilter(NOON - 2 * DAY + timedelta(minutes=30), NOON)).robots
+    [_, bella] = world.kpis.facts(KpiFilter(NOON - 2 * DAY + timedelta(minutes=30), NOON)).robots
     assert bella.observed_s == 3600
 
 
@@ -195,13 +195,16 @@ def test_days_observed_before_there_were_spans_are_carried_over(tmp_path):
     old.write(fill)
     old.close()
     db = Database.open(path, clock=clock, threaded=False, durable=False)
-    observed = Kpis(db, clock).observed_seconds(date(2026, 1, 1), TODAY - DAY, HELSINKI)
+    days = Kpis(db, clock).per_day(dates=[date(2026, 1, 1), TODAY - DAY])
+    observed = [
+        {day.day: day.robots[number].observed_s for day in days if day.robots[number].observed_s} for number in range(2)
+    ]
     db.close()
-    assert observed[2] == {TODAY - n * DAY: 36_000.0 for n in range(1, 20)}  # never had spans
-    assert sorted(observed[1]) == [TODAY - n * DAY for n in range(19, 0, -1)]
-    whole = [day for day, value in observed[1].items() if value == 36_000.0]
+    assert observed[1] == {TODAY - n * DAY: 36_000.0 for n in range(1, 20)}  # never had spans
+    assert sorted(observed[0]) == [TODAY - n * DAY for n in range(19, 0, -1)]
+    whole = [day for day, value in observed[0].items() if value == 36_000.0]
     assert (min(whole), max(whole)) == (
         date(2026, 11, 4),
         date(2026, 11, 11),
     )  # the day with the first spans was seen whole
-    assert {value for day, value in observed[1].items() if day not in whole} == {3600.0}
+    assert {value for day, value in observed[0].items() if day not in whole} == {3600.0}

@@ -12,7 +12,7 @@ from app.screens.logs import group_figures, of_groups, view
 from app.screens.logs.facts import execution_filter
 from app.screens.logs.of_groups import OfGroup
 from app.screens.logs.view import Filters, Period
-from app.services.history.group_kpi import GroupKpis
+from app.services.history.figures import GroupFacts
 from tests.unit.screens.test_logs_view import DONE, NOW, PLANNED, ZONE
 
 CHOICE = {"robots": [{"robot": "Sisu"}, {"robot": "Veikko", "out": "low_battery", "battery": 18}]}
@@ -84,7 +84,7 @@ def test_groups_are_offered_first_and_filter_by_their_name():
 
 
 def test_the_figures_of_a_group_in_words():
-    group = GroupKpis(5, "Hall 1", 104, 96, 100, 0.4, 25.0, [("Aino", 0.5), ("Sisu", 0.25)])
+    group = GroupFacts(5, "Hall 1", 104, 96, 100, 0.4, 25.0, [("Aino", 0.5), ("Sisu", 0.25)])
     [card] = group_figures.cards([group])
     assert (card.title, card.note) == ("Any of Hall 1", "104 starts")
     assert [(row.label, row.value, row.note) for row in card.rows] == [
@@ -93,5 +93,5 @@ def test_the_figures_of_a_group_in_words():
         ("Nine of ten within", "25 s", ""),
         ("Spread of use", "25 points", "Aino 50 %, Sisu 25 %"),
     ]
-    [card] = group_figures.cards([GroupKpis(5, "Hall 1")])
+    [card] = group_figures.cards([GroupFacts(5, "Hall 1")])
     assert [(row.label, row.value) for row in card.rows] == [("Started within 1 min of plan", "–")]

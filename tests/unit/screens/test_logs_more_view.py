@@ -10,8 +10,7 @@ from app.domain.models import ReasonCode
 from app.screens.logs import more_view as view
 from app.screens.logs.figures import Figures, MoreFigures
 from app.screens.logs.kpi_view import with_interval
-from app.services.history.kpi import Adherence, Delays, ThesisKpis
-from app.services.history.pareto import causes
+from app.services.history.figures import Delays, Facts, causes
 from app.services.planning.durations import Band, DayMedian, Trend
 
 
@@ -25,7 +24,7 @@ from app.services.planning.durations import Band, DayMedian, Trend
     ],
 )
 def test_adherence_with_its_count_and_with_few_cases_how_far_it_holds(ran, planned, text):
-    assert view.adherence_head(Adherence(planned, ran, {})) == text
+    assert view.adherence_head(Facts(planned=planned, ran=ran)) == text
 
 
 def test_an_interval_is_shown_for_few_cases_only():
@@ -35,7 +34,7 @@ def test_an_interval_is_shown_for_few_cases_only():
 
 
 def test_reasons_of_not_running_with_their_share_of_what_was_planned():
-    rows = view.adherence_rows(Adherence(50, 47, {ReasonCode.BATTERY_LOW: 2, ReasonCode.APP_DOWN: 1}))
+    rows = view.adherence_rows(Facts(planned=50, ran=47, not_run={ReasonCode.BATTERY_LOW: 2, ReasonCode.APP_DOWN: 1}))
     assert [(row.label, row.value, row.note) for row in rows] == [
         ("Battery stayed under the minimum for its whole start window", "2", "4.0 %"),
         ("The app was off or asleep", "1", "2.0 %"),
@@ -100,8 +99,7 @@ def test_a_chart_of_durations_says_its_scale_and_its_days_and_leaves_gaps_open()
 @pytest.mark.parametrize(("waited", "drawn"), [(1.0, 0.0), (40.0, 0.2)])
 def test_a_share_that_is_hardly_anything_is_a_sentence_and_no_bar(waited, drawn):
     delays = Delays(3, 5, 9, 1, 4, waited, 160.0 if drawn else 249.0, 80, 120)
-    nothing = ThesisKpis(0, 0, 0, 0, 0.0, 0, ())
-    page = view.page(Figures(nothing, Adherence(0, 0, {}), delays), MoreFigures())
+    page = view.page(Figures(delays=delays), MoreFigures())
     assert page.queue_share == drawn
     assert page.waiting.text.startswith("Of the time from submission to end, ")
 

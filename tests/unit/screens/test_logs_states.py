@@ -9,7 +9,7 @@ import pytest
 
 from app.domain.activity import ACTIVITIES, NO_DATA, ActivitySpan
 from app.screens.logs import robot_states as states
-from app.services.history.kpi import RobotKpis
+from app.services.history.figures import Facts
 from app.services.history.robot_states import RobotTimeline
 
 ZONE = ZoneInfo("Europe/Helsinki")
@@ -85,17 +85,17 @@ def test_ticks_stand_at_full_hours_of_the_wall_clock_also_when_it_is_changed(zon
 def test_the_share_on_missions_is_the_utilisation_of_the_figures():
     spans = facts(8, ("executing", 0, 1), ("idle", 1, 4), ("offline", 4, 6), (NO_DATA, 6, 8))
     figures = [
-        RobotKpis(2, "Sisu", mission_s=1.0, observed_s=2.0),
-        RobotKpis(1, "Aino", mission_s=3600.0, observed_s=4 * 3600.0),
+        Facts(robot_id=2, mission_s=1.0, observed_s=2.0),
+        Facts(robot_id=1, mission_s=3600.0, observed_s=4 * 3600.0),
     ]
     [lane] = states.lanes(spans, figures)
     assert lane.note == "25 % on missions"
     assert lane.spans[0] == states.Span(0, 0.125, "executing")
     [lane] = states.lanes(
-        spans, [RobotKpis(1, "Aino", mission_s=3600.0, observed_s=3 * 3600.0)]
+        spans, [Facts(robot_id=1, mission_s=3600.0, observed_s=3 * 3600.0)]
     )  # whatever else was seen of it
     assert lane.note == "33 % on missions"
-    [lane] = states.lanes(facts(8, (NO_DATA, 0, 8)), [RobotKpis(1, "Aino")])
+    [lane] = states.lanes(facts(8, (NO_DATA, 0, 8)), [Facts(robot_id=1)])
     assert lane.note == "never observed"
     [lane] = states.lanes(spans, ())
     assert lane.note == ""

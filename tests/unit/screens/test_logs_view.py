@@ -13,10 +13,10 @@ from app.i18n import translator
 from app.screens.common.given import Given
 from app.screens.logs import kpi_view, view
 from app.screens.logs.facts import execution_filter, period_with
-from app.screens.logs.figures import Earlier, Figures
+from app.screens.logs.figures import Figures
 from app.screens.logs.kpi_view import DayBar, FactLine
 from app.screens.logs.view import UNDER_WAY, Filters, Period
-from app.services.history.kpi import Adherence, DayKpis, Delays, RobotKpis, ThesisKpis
+from app.services.history.figures import Delays, Facts
 
 ZONE = ZoneInfo("Europe/Helsinki")
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
@@ -351,30 +351,40 @@ def test_the_list_says_how_many_it_has_and_what_to_do_when_it_is_empty():
 
 
 # ---------------------------------------------------------------------- figures
-AINO = RobotKpis(1, "Aino", 405, 8, 2, 150_000.0, 326_000.0, 46_000.0, 432_000.0)
-THESIS = ThesisKpis(405, 8, 2, 405, 150_660.0, 7, (AINO, RobotKpis(2, "Veikko")))
+AINO = Facts(405, 8, 2, mission_s=150_000.0, observed_s=326_000.0, charging_s=46_000.0, robot_id=1, robot="Aino")
+FACTS = Facts(
+    405,
+    8,
+    2,
+    timed=405,
+    completed_s=150_660.0,
+    mission_s=150_000.0,
+    planned=380,
+    ran=372,
+    not_run={ReasonCode.BATTERY_LOW: 6, ReasonCode.HOLD: 2},
+    recorded_days=7,
+    observed_s=326_000.0,
+    robots=(AINO, Facts(robot_id=2, robot="Veikko")),
+)
 DAYS = tuple(
-    DayKpis(
-        date(2026, 11, 14 + n),
+    Facts(
         completed=n,
         failed=1 if n == 3 else 0,
         skipped=1,
         missed=1,
         timed=n,
         completed_s=360.0 * n,
+        planned=10 if n else 0,
+        ran=9 if n else 0,
+        recorded_days=1,
+        mission_s=360.0,
+        observed_s=720.0 if n else 0.0,
+        day=date(2026, 11, 14 + n),
     )
     for n in range(7)
 )
-FIGURES = Figures(
-    THESIS,
-    Adherence(380, 372, {ReasonCode.BATTERY_LOW: 6, ReasonCode.HOLD: 2}),
-    Delays(300, 4.0, 65.0, 1.0, 3.0),
-    DAYS,
-    (None, 0.9, 1.0, 0.8, 1.0, 1.0, 0.97),
-    (None, 0.3, 0.4, 0.5, 0.5, 0.4, 0.46),
-)
-NONE = ThesisKpis(0, 0, 0, 0, 0.0, 0, ())
-EMPTY = Figures(NONE, Adherence(0, 0, {}), Delays(0, None, None, None, None))
+FIGURES = Figures(FACTS, Delays(300, 4.0, 65.0, 1.0, 3.0), DAYS)
+EMPTY = Figures()
 
 
 def plain(markup):
@@ -393,6 +403,8 @@ def test_five_cards_each_with_its_count():
     assert cards[0].history == (None, 1.0, 1.0, 0.75, 1.0, 1.0, 1.0)
     assert cards[1].history == (None, 360.0, 360.0, 360.0, 360.0, 360.0, 360.0)
     assert cards[2].history == (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
+    assert cards[3].history == (None, *[0.5] * 6)
+    assert cards[4].history == (None, *[0.9] * 6)
 
 
 @pytest.mark.parametrize(
@@ -406,7 +418,7 @@ def test_five_cards_each_with_its_count():
     ],
 )
 def test_a_figure_is_set_against_the_same_days_before(days, before, words):
-    earlier = Earlier(replace(THESIS, completed=before, failed=413 - before), Adherence(380, 372, {}))
+    earlier = replace(FACTS, completed=before, failed=413 - before)
     figures = replace(
         FIGURES, first_day=date(2026, 11, 20) - timedelta(days=days - 1), last_day=date(2026, 11, 20), earlier=earlier
     )
@@ -464,7 +476,7 @@ def test_adherence_names_the_reasons_and_few_cases_their_interval():
     assert rows["Planned"] == "380"
     assert rows["Battery stayed under the minimum for its whole start window"] == "6"
     assert rows["Start delay, median and 90 %"] == "4 s, 1 min 05 s"
-    few = replace(FIGURES, thesis=replace(THESIS, completed=9, failed=1))
+    few = replace(FIGURES, facts=replace(FACTS, completed=9, failed=1))
     assert FactLine("Few cases: probably between", "60 % and 98 %") in kpi_view.explanation("success", few).lines
     assert "Few cases: probably between" not in [line.label for line in kpi_view.explanation("success", FIGURES).lines]
 

@@ -13,8 +13,8 @@ from app.domain.models import Alarm, Priority, Reason, ReasonCode, State, Trigge
 from app.i18n import translator
 from app.screens.common.given import Given
 from app.screens.logs import report_page
-from app.services.history.kpi import KpiFilter
-from app.services.history.shift_report import LINES, SHIFT, ReportPeriod, ShiftReports, bounds, shared
+from app.services.history.kpis import KpiFilter
+from app.services.history.shift_report import LINES, SHIFT, ReportPeriod, ShiftReports, bounds, split_lines
 from tests.support import month
 from tests.support.html_page import Strict
 from tests.support.kpi_world import HELSINKI, NOON, World
@@ -63,18 +63,17 @@ def test_its_figures_are_those_of_the_kpi_service(container, period, robot_id):
     until = None if report.end == container.clock.now() else report.end
     wanted = KpiFilter(report.start, until, None if robot_id is None else (robot_id,))
     kpis = container.kpis
-    assert (report.thesis, report.adherence, report.delays) == (
-        kpis.thesis(wanted),
-        kpis.adherence(wanted),
-        kpis.delays(wanted),
-    )
+    assert (report.facts, report.delays) == (kpis.facts(wanted), kpis.delays(wanted))
     assert report.causes == kpis.failures(wanted)
     days = kpis.per_day(wanted)
-    assert (report.skipped, report.missed) == (sum(day.skipped for day in days), sum(day.missed for day in days))
+    assert (report.facts.skipped, report.facts.missed) == (
+        sum(day.skipped for day in days),
+        sum(day.missed for day in days),
+    )
     assert len(report.runs) + report.more_runs == sum(day.total - day.completed for day in days)
     texts = " ".join(Strict(report_page.page(report)).cells).replace("\N{NO-BREAK SPACE}", " ")
-    assert f"{report.thesis.completed} of {report.thesis.completed + report.thesis.failed} ended runs" in texts
-    for robot in report.thesis.robots:
+    assert f"{report.facts.completed} of {report.facts.completed + report.facts.failed} ended runs" in texts
+    for robot in report.facts.robots:
         assert robot.robot in texts
 
 
@@ -83,10 +82,10 @@ def test_on_the_screen_it_has_the_same_figures_robots_and_runs(container):
     shown = report_page.on_screen(report)
     lines = {line.label: line for line in shown.lines}
     assert (
-        f"{report.thesis.completed} of {report.thesis.completed + report.thesis.failed} ended runs"
+        f"{report.facts.completed} of {report.facts.completed + report.facts.failed} ended runs"
         in lines["Success rate"].note
     )
-    assert {robot.robot for robot in report.thesis.robots} <= lines.keys()
+    assert {robot.robot for robot in report.facts.robots} <= lines.keys()
     assert {run.mission for run in report.runs} <= lines.keys()
     assert f"and {report.more_runs} more in the log" in lines or not report.more_runs
 
@@ -94,7 +93,7 @@ def test_on_the_screen_it_has_the_same_figures_robots_and_runs(container):
 def test_of_eight_hours_a_robot_is_seen_for_eight_hours_at_most(container):
     """The observed time is kept by whole days; a shift uses the spans."""
     report = ShiftReports(container.db, container.clock).make(ReportPeriod.SHIFT)
-    for robot in report.thesis.robots:
+    for robot in report.facts.robots:
         seconds = next(one for one in report.timelines if one.robot_id == robot.robot_id).seconds
         assert robot.observed_s == pytest.approx(8 * 3600 - seconds.get("offline", 0) - seconds.get("no_data", 0))
 
@@ -148,7 +147,7 @@ def test_alarms_of_the_period_and_of_the_robot(container):
     ],
 )
 def test_runs_and_alarms_share_the_lines_of_a_page(runs, alarms, told):
-    assert shared(runs, alarms, 12) == told
+    assert split_lines(runs, alarms, 12) == told
 
 
 def test_much_trouble_is_cut_to_one_page_and_the_rest_counted(container):
@@ -165,7 +164,7 @@ def test_much_trouble_is_cut_to_one_page_and_the_rest_counted(container):
             )
         )
     report = ShiftReports(container.db, container.clock).make(ReportPeriod.SHIFT)
-    robots = len(report.thesis.robots)
+    robots = len(report.facts.robots)
     assert len(report.runs) == len(report.alarms) == (LINES - 2 * robots) // 2
     cells = Strict(report_page.page(report)).cells
     assert f"and {report.more_runs} more in the log" in cells
@@ -196,7 +195,7 @@ def test_what_failed_and_what_was_cancelled_stand_apart_for_each_robot(container
     report = ShiftReports(container.db, container.clock).make(ReportPeriod.WEEK)
     head, *rows = rows_under(report_page.page(report), "Robots")
     told = {row[0]: dict(zip(head, row, strict=True)) for row in rows if len(row) == len(head)}
-    for robot in report.thesis.robots:
+    for robot in report.facts.robots:
         line = told[robot.robot]
         numbers = [robot.completed, robot.failed, robot.cancelled]
         assert [line[name] for name in ("Completed", "Failed", "Cancelled")] == [str(number) for number in numbers]
@@ -206,7 +205,7 @@ def test_what_a_robot_did_otherwise_stands_below_it_over_the_whole_width(contain
     report = ShiftReports(container.db, container.clock).make(ReportPeriod.WEEK)
     page = report_page.page(report)
     below = [row[1] for row in rows_under(page, "Robots") if len(row) == 2]
-    assert len(below) == len(report.thesis.robots)
+    assert len(below) == len(report.facts.robots)
     assert all("Charging\N{NO-BREAK SPACE}" in text for text in below)  # a number is never separated from its unit
     assert page.count('<tr class="more"><td></td><td colspan="7">') == len(below)
 

@@ -1,0 +1,259 @@
+"""Reads what key figures are computed from: when shown, never stored.
+
+A period is [start, end) of the instant at which an execution ended, and never goes beyond now: a start that a person skips ahead ends when
+it was planned. Days are local days of settings.timezone, of 23, 24 or 25 hours.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, date, datetime, timedelta
+from typing import Any
+from zoneinfo import ZoneInfo
+
+from app.database.activities import ActivityRepository
+from app.database.connection import Database
+from app.database.groups import GroupRepository
+from app.database.kpi import EARLIEST, Count, KpiRepository, MissionRuns, Span
+from app.database.robots import RobotRepository
+from app.database.settings import SettingsRepository
+from app.database.values import to_instant, to_text
+from app.domain.activity import seen_seconds
+from app.domain.clock import Clock, midnight
+from app.domain.models import Execution
+from app.services.history.figures import Cause, Delays, Facts, GroupFacts, causes, counted
+from app.services.planning.durations import BASELINE_OF, DURATIONS_OF, MOST_MISSIONS, Trend, percentile, trend
+from app.services.planning.plan import MOMENT
+from app.services.planning.working_days import working_calendar
+
+DAY = timedelta(days=1)
+_FIRST_INSTANT = datetime(1970, 1, 1, tzinfo=UTC)
+NEWEST = 5_000  # runs that the percentiles of delays and waits rest on
+LATE_S = 60.0  # after the planned instant; a start within it is on time
+
+
+@dataclass(frozen=True)
+class KpiFilter:
+    """Which ended executions count; None: from the first, until now, of all robots. ``group``: those that any robot of it could take, by
+    its name then, whoever did; what its robots did and how long they were seen is that of ``robot_ids``, for whomever they did it."""
+
+    start: datetime | None = None
+    end: datetime | None = None
+    robot_ids: Sequence[int] | None = None
+    group: str | None = None
+
+    def span(self, now: datetime) -> Span:
+        """As the columns have it; of what has ended by now."""
+        until = now + MOMENT
+        return Span(
+            to_text(self.start) if self.start else EARLIEST,
+            to_text(min(self.end or until, until)),
+            None if self.group is not None else self.robot_ids,
+            self.group,
+        )
+
+
+Seen = Mapping[date, Mapping[str, float]]  # seconds of each activity, by local day
+
+
+class Kpis:
+    def __init__(self, db: Database, clock: Clock) -> None:
+        self._db, self._clock = db, clock
+        self._repository, self._settings, self._activities = KpiRepository(), SettingsRepository(), ActivityRepository()
+
+    def facts(self, wanted: KpiFilter | None = None) -> Facts:
+        """Of the whole period; ``robots`` are the configured ones of the filter, and removed ones that have history in it."""
+        wanted, c = wanted or KpiFilter(), self._db.read()
+        span, zone = wanted.span(self._clock.now()), self._zone()
+        counts = self._repository.counts(c, span.start, span.end)
+        days = self._repository.recorded_days(c, span, zone)
+        names = self._robots(wanted, counts)
+        seen = self._seen(names, wanted.start or _FIRST_INSTANT, wanted.end, zone)
+        return self._facts(
+            counts,
+            wanted,
+            names,
+            {robot_id: list(of_days.values()) for robot_id, of_days in seen.items()},
+            recorded_days=len(days),
+            working_s=self._working_seconds(wanted, days, zone),
+        )
+
+    def per_day(self, wanted: KpiFilter | None = None, dates: Sequence[date] = ()) -> list[Facts]:
+        """Of each local day, cut to the period; without ``dates`` every day from the first to the last with something recorded."""
+        wanted, c = wanted or KpiFilter(), self._db.read()
+        span, zone = wanted.span(self._clock.now()), self._zone()
+        recorded = dates or self._repository.recorded_days(c, span, zone)
+        if not recorded:
+            return []
+        days = [recorded[0] + number * DAY for number in range((recorded[-1] - recorded[0]).days + 1)]
+        names = self._robots(wanted, ())
+        seen = self._seen(names, midnight(days[0], zone), midnight(days[-1] + DAY, zone), zone)
+        found = []
+        for day in days:
+            start, end = (to_text(midnight(each, zone)) for each in (day, day + DAY))
+            counts = self._repository.counts(c, max(start, span.start), min(end, span.end))
+            seconds = {robot_id: [of_days.get(day, {})] for robot_id, of_days in seen.items()}
+            facts = self._facts(counts, wanted, names, seconds, day=day)
+            found.append(replace(facts, recorded_days=int(facts.total > 0)))
+        return found
+
+    def _facts(
+        self,
+        counts: Sequence[Count],
+        wanted: KpiFilter,
+        names: Mapping[int, str],
+        seen: Mapping[int, Sequence[Mapping[str, float]]],
+        working_s: float = 0.0,
+        **more: Any,
+    ) -> Facts:
+        of_robot = defaultdict[int, list[Count]](list)
+        for one in counts:
+            of_robot[one.robot_id].append(one)
+        robots = [
+            counted(
+                of_robot[robot_id],
+                robot_id=robot_id,
+                robot=name,
+                observed_s=sum(seen_seconds(seconds) for seconds in seen[robot_id]),
+                charging_s=sum(seconds.get("charging", 0.0) for seconds in seen[robot_id]),
+                working_s=working_s,
+            )
+            for robot_id, name in sorted(names.items(), key=lambda item: (item[1].casefold(), item[0]))
+        ]
+        return counted(
+            (one for one in counts if _is_wanted(one, wanted)),
+            robots=robots,
+            mission_s=sum(robot.mission_s for robot in robots),
+            observed_s=sum(robot.observed_s for robot in robots),
+            charging_s=sum(robot.charging_s for robot in robots),
+            working_s=working_s,
+            **more,
+        )
+
+    def _robots(self, wanted: KpiFilter, counts: Iterable[Count]) -> dict[int, str]:
+        """Names by id."""
+        c, span, ids = self._db.read(), wanted.span(self._clock.now()), wanted.robot_ids
+        configured = {robot.id: robot.name for robot in RobotRepository().all(c)}
+        return {
+            robot_id: configured.get(robot_id) or self._repository.name_of_robot(c, span, robot_id)
+            for robot_id in configured.keys() | {one.robot_id for one in counts} - {0}
+            if ids is None or robot_id in ids
+        }
+
+    def _seen(self, robot_ids: Iterable[int], start: datetime, end: datetime | None, zone: ZoneInfo) -> dict[int, Seen]:
+        """By robot; up to now."""
+        until = min(end or self._clock.now(), self._clock.now())
+        return {
+            robot_id: self._activities.seconds(self._db.read(), robot_id, start, until, zone) if start < until else {}
+            for robot_id in robot_ids
+        }
+
+    def _working_seconds(self, wanted: KpiFilter, days: Sequence[date], zone: ZoneInfo) -> float:
+        """Length of the working days from the beginning of the period, or the first recorded day, to its end, or now."""
+        calendar = working_calendar(self._db.read(), self._settings.load(self._db.read()))
+        start = wanted.start or (midnight(days[0], zone) if days else None)
+        end = min(wanted.end or self._clock.now(), self._clock.now())
+        seconds, day = 0.0, None if start is None else start.astimezone(zone).date()
+        while start is not None and day is not None and midnight(day, zone) < end:
+            if calendar.is_working_day(day):
+                begins, ends = max(midnight(day, zone), start), min(midnight(day + DAY, zone), end)
+                seconds += max(0.0, (ends - begins).total_seconds())
+            day += DAY
+        return seconds
+
+    def _zone(self) -> ZoneInfo:
+        return ZoneInfo(self._settings.load(self._db.read()).timezone)
+
+    # ------------------------------------------------------------------ beyond what is counted
+    def kept_since(self) -> datetime | None:
+        """The end of the first run of the history: older ones were deleted, or there never were any. None: nothing has run."""
+        first = self._repository.kept_since(self._db.read())
+        return to_instant(first) if first else None
+
+    def delays(self, wanted: KpiFilter | None = None) -> Delays:
+        """Of scheduled executions that started on the robot."""
+        found = self._repository.timings(self._db.read(), self._span(wanted), NEWEST)
+        both = sorted(one.app_s + one.queue_s for one in found)
+        run = sorted(one.run_s for one in found if one.run_s is not None)
+        return Delays(
+            len(found),
+            percentile(both, 50),
+            percentile(both, 90),
+            percentile(sorted(one.app_s for one in found), 50),
+            percentile(sorted(one.queue_s for one in found), 50),
+            sum(one.queue_s for one in found if one.run_s is not None),
+            sum(run),
+            percentile(run, 50),
+            percentile(run, 90),
+            sum(delay > LATE_S for delay in both),
+        )
+
+    def failures(self, wanted: KpiFilter | None = None) -> Sequence[Cause]:
+        """Why runs failed, whatever had triggered them, the most frequent cause first."""
+        return causes(self._repository.failures(self._db.read(), self._span(wanted)))
+
+    def not_completed(self, wanted: KpiFilter | None = None, most: int = 50) -> Sequence[Execution]:
+        """What ended in any state but completed, newest first."""
+        return self._repository.not_completed(self._db.read(), self._span(wanted), most)
+
+    def trends(self, wanted: KpiFilter | None = None, most: int = MOST_MISSIONS) -> Sequence[Trend]:
+        """How long completed runs took, of the missions that took the most time in all, against the runs before the period."""
+        c, span, zone = self._db.read(), self._span(wanted), self._zone()
+        of_guid = defaultdict[str, list[MissionRuns]](list)
+        for one in self._repository.missions(c, span):
+            of_guid[one.guid].append(one)
+        total = {
+            guid: sum(one.seconds for one in ones) for guid, ones in of_guid.items() if any(one.number for one in ones)
+        }
+        days = [(day, to_text(midnight(day, zone))) for day in self._repository.recorded_days(c, span, zone)]
+        before = replace(span, start=EARLIEST, end=span.start)
+        found = []
+        for guid in sorted(total, key=lambda guid: (-total[guid], guid))[:most]:
+            robots, name = [one.robot_id for one in of_guid[guid]], max(of_guid[guid], key=lambda one: one.last_at).name
+            runs = self._repository.newest_durations(c, span, guid, robots, DURATIONS_OF)
+            usual = self._repository.newest_durations(c, before, guid, robots, BASELINE_OF)
+            number = sum(one.number for one in of_guid[guid])
+            found.append(trend(guid, name, number, runs, [seconds for _, seconds in usual], days))
+        return found
+
+    def groups(self, wanted: KpiFilter | None = None, robots: Sequence[Facts] = ()) -> list[GroupFacts]:
+        """In order of name; groups without a start in the period are left out. ``robots``: of the same period."""
+        wanted, c = wanted or KpiFilter(), self._db.read()
+        span = replace(wanted.span(self._clock.now()), group=None, robot_ids=wanted.robot_ids)
+        groups = {group.id: group for group in GroupRepository().all(c)}
+        found = []
+        for one in self._repository.group_starts(c, span, LATE_S):
+            group = groups.get(one.group_id)
+            name, members = (group.name, group.members) if group is not None else (one.name, ())
+            if wanted.group not in (None, name):
+                continue
+            waits = sorted(self._repository.group_waits(c, span, one.group_id, NEWEST))
+            used = [
+                (robot.robot, share)
+                for robot in robots
+                if robot.robot_id in members and (share := robot.value("utilisation")) is not None
+            ]
+            found.append(
+                GroupFacts(
+                    one.group_id,
+                    name,
+                    one.starts,
+                    one.in_time,
+                    len(waits),
+                    percentile(waits, 50),
+                    percentile(waits, 90),
+                    used,
+                )
+            )
+        return sorted(found, key=lambda one: (one.group.casefold(), one.group_id))
+
+    def _span(self, wanted: KpiFilter | None) -> Span:
+        return (wanted or KpiFilter()).span(self._clock.now())
+
+
+def _is_wanted(one: Count, wanted: KpiFilter) -> bool:
+    if wanted.group is not None:
+        return one.robot_group == wanted.group
+    return wanted.robot_ids is None or one.robot_id in wanted.robot_ids
