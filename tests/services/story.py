@@ -14,6 +14,7 @@ from datetime import UTC, datetime, timedelta
 from functools import wraps
 from itertools import product
 from pathlib import Path
+from shutil import copytree
 
 import pytest
 
@@ -60,6 +61,7 @@ class Stage(Hall):
         self.where = {"robot_id": 1, "group_id": None} if on == "robot" else {"robot_id": None, "group_id": 1}
         self.removed: list = []
         self.noted: list = []  # what steps pass on to later ones: rows, instants
+        self.others: list[Stage] = []  # tablets with a copy of the data
 
     def schedule(self, name: str = "A") -> Schedule:
         found = self.container.catalogue.schedules()
@@ -178,7 +180,8 @@ class Story:
             assert still == [], f"still open: {s.said()}"
             assert self.doubles or s.doubled() == [], f"twice: {s.said()}"
         finally:
-            s.switch_off()
+            for tablet in (*s.others, s):
+                tablet.switch_off()
 
 
 def said(value) -> str:
@@ -467,12 +470,32 @@ def backup(s):
 
 
 @step
-def restored(s, *steps):
-    """The backup is put back, and these happen while the app is off."""
+def restored(s, *steps, behind=0.0):
+    """The backup is put back by a clock that is so much behind, and these happen while the app is off."""
     s.switch_off()
-    restore(s.directory / "before.db", s.container.db.path, s.clock.now())
+    restore(s.directory / "before.db", s.container.db.path, s.clock.now() - timedelta(seconds=behind))
     play(s, *steps)
     s.switch_on()
+
+
+@step
+def copied(s):
+    """Another tablet has a copy of the data, on the same network, at the same time."""
+    directory = s.directory.with_name(f"{s.directory.name} copied")
+    copytree(s.directory, directory)
+    s.others.append(s.another_tablet(directory))
+
+
+@step
+def on_copy(s, *steps):
+    play(s.others[0], *steps)
+
+
+@step
+def on_both(s, seconds):
+    for _half_second in range(int(seconds * 2)):
+        s.run(0.5)
+        s.others[0].run(0.0)
 
 
 @step

@@ -335,7 +335,7 @@ class Site:
 
     def another_tablet(self, directory: Path) -> Site:
         """A second tablet on the same network, with its own data directory. One clock serves both; each lives while it is ``run``."""
-        other = Site.__new__(Site)
+        other = Site.__new__(type(self))
         other.__dict__.update(self.__dict__, tablet=f"{self.tablet}, another one")
         other.directory, other._later, other._order = directory, [], itertools.count()
         other.switch_on()

@@ -421,7 +421,7 @@ test_kept_back_and_still_to_come = told(
         "it waits to be let go when its time has come",
         each(*(kept(back, rule=rule) for back in (20, 180, 300) for rule in ("FREQ=MONTHLY", None, "FREQ=DAILY"))),
         [clock(-10), app_off(cleanly=False), app_on()],
-        true(lambda s: [(run.at.minute, run.kept_back) for run in s.container.plan.next(1)] == [(10, True)]),
+        true(lambda s: [(run.at.minute, run.held) for run in s.container.plan.next(1)] == [(10, True)]),
         WAITS_ON,
         on=BOTH,
         stays_open=True,
