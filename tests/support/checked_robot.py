@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +15,7 @@ from mir_sim import Profile, SimulatedRobot
 from tests.support.asked_robot import ZONE, AskedRobot
 
 ENDED = ("Done", "Aborted")
+DATABASE = "amr-scheduler.db"
 
 
 class CheckedRobot:
@@ -20,11 +23,9 @@ class CheckedRobot:
 
     def __init__(self, directory: Path, profile: Profile | None = None, **values: Any) -> None:
         self.asked = AskedRobot(profile, **values)
-        self._directory = directory
+        self._directory, self.id = directory, 1
+        (directory / DATABASE).write_bytes(_database(self.machine.serial_number))
         self.open()
-        self.container.db.write(lambda c: self.container.repositories.settings.save(c, timezone=ZONE))
-        robot = Robot("Aino", "http://10.0.0.1", "distributor", serial_number=self.machine.serial_number)
-        self.id = self.container.catalogue.save_robot(robot, password="distributor").id
 
     @property
     def machine(self) -> SimulatedRobot:
@@ -36,9 +37,7 @@ class CheckedRobot:
 
     def open(self) -> None:
         """The app is started (again)."""
-        db = Database.open(self._directory / "amr-scheduler.db", clock=self.asked.clock, threaded=False, durable=False)
-        self.container = Container(db, self.asked.clock, make_client=self.asked.client)
-        self.container.first_start()
+        self.container = _container(self._directory, self.asked)
 
     def as_it_is(self) -> dict[str, Any]:
         """What a trial changes on the robot, and has to put back."""
@@ -51,3 +50,22 @@ class CheckedRobot:
             "state": self.machine.state.name,
             "open": [item.id for item in self.machine.queue if str(item.state) not in ENDED],
         }
+
+
+def _container(directory: Path, asked: AskedRobot) -> Container:
+    db = Database.open(directory / DATABASE, clock=asked.clock, threaded=False, durable=False)
+    container = Container(db, asked.clock, make_client=asked.client)
+    container.first_start()
+    return container
+
+
+@functools.cache
+def _database(serial_number: str) -> bytes:
+    """With that robot in it. Made once, as that takes as long as a check-up."""
+    with tempfile.TemporaryDirectory() as directory:
+        container = _container(Path(directory), AskedRobot(history=0))
+        container.db.write(lambda c: container.repositories.settings.save(c, timezone=ZONE))
+        robot = Robot("Aino", "http://10.0.0.1", "distributor", serial_number=serial_number)
+        assert container.catalogue.save_robot(robot, password="distributor").id == 1
+        container.db.close()
+        return (Path(directory) / DATABASE).read_bytes()

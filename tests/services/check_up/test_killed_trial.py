@@ -9,6 +9,8 @@ from app.mir.errors import ConnectionLost, Unreachable
 from mir_sim import deviant
 from tests.support.checked_robot import CheckedRobot
 
+pytestmark = pytest.mark.usefixtures("quick_reading")
+
 
 class Killed(BaseException):
     """The process ends here: nothing catches it, and nothing that follows has an effect."""
@@ -51,12 +53,13 @@ def requests_of(directory, profile, trial) -> tuple[int, int]:
 
 
 @pytest.mark.parametrize(
-    ("name", "mission", "is_handled"),
+    ("name", "mission", "is_handled", "every"),
     [
-        (None, None, True),
+        (None, None, True, 5),
         *(
-            pytest.param(*way, marks=pytest.mark.long)
+            pytest.param(*way, 1, marks=pytest.mark.long)
             for way in (
+                (None, None, True),
                 (None, None, False),
                 (None, "Home", True),
                 ("forgets-descriptions", "Home", True),
@@ -65,11 +68,12 @@ def requests_of(directory, profile, trial) -> tuple[int, int]:
         ),
     ],
 )
-def test_whenever_it_is_killed_the_robot_is_as_it_was(tmp_path, name, mission, is_handled):
+def test_whenever_it_is_killed_the_robot_is_as_it_was(tmp_path, name, mission, is_handled, every):
+    """At each of so many requests."""
     profile = deviant(name) if name else None
     (tmp_path / "whole").mkdir()
     first, of = requests_of(tmp_path / "whole", profile, Trial(mission))
-    for number in range(first, of + 1):
+    for number in range(first, of + 1, every):
         (directory := tmp_path / str(number)).mkdir()
         robot = CheckedRobot(directory, profile)
         before = robot.as_it_is()
@@ -84,17 +88,17 @@ def test_whenever_it_is_killed_the_robot_is_as_it_was(tmp_path, name, mission, i
         robot.container.db.close()
 
 
+LOST, REFUSED = ConnectionLost(address="10.0.0.1"), Unreachable(code="refused", address="10.0.0.1")
+
+
 @pytest.mark.parametrize(
-    "error",
-    [
-        ConnectionLost(address="10.0.0.1"),
-        pytest.param(Unreachable(code="refused", address="10.0.0.1"), marks=pytest.mark.long),
-    ],
+    ("error", "every"),
+    [(LOST, 5), pytest.param(LOST, 1, marks=pytest.mark.long), pytest.param(REFUSED, 1, marks=pytest.mark.long)],
 )
-def test_a_robot_that_goes_away_for_a_request_is_as_it_was_at_the_end(tmp_path, error):
+def test_a_robot_that_goes_away_for_a_request_is_as_it_was_at_the_end(tmp_path, error, every):
     (tmp_path / "whole").mkdir()
     first, of = requests_of(tmp_path / "whole", None, Trial())
-    for number in range(first, of + 1):
+    for number in range(first, of + 1, every):
         (directory := tmp_path / str(number)).mkdir()
         robot = CheckedRobot(directory)
         before, count = robot.as_it_is(), 0

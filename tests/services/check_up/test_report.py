@@ -36,7 +36,12 @@ def as_simulated(report: Report, path) -> Profile:
     return read(path)
 
 
-@pytest.mark.parametrize("name", [None, *DEVIANTS])
+QUICK = (None, "moves-descriptions", "german-states", "slow-disk")
+
+
+@pytest.mark.parametrize(
+    "name", [*QUICK, *(pytest.param(name, marks=pytest.mark.long) for name in DEVIANTS if name not in QUICK)]
+)
 def test_a_simulated_robot_made_of_the_file_is_found_to_be_the_same(tmp_path, name):
     found = checked(tmp_path / "robot", deviant(name) if name else None)
     again = checked(tmp_path / "simulated", as_simulated(found, tmp_path / "found.json"))

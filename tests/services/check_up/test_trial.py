@@ -61,9 +61,10 @@ def tried(profile: RobotProfile) -> dict[str, object]:
     return {name: getattr(profile, name) for name in FAITHFUL}
 
 
-@pytest.mark.parametrize("software", ["2.14.7", "3.5.4", "3.8.1"])
-@pytest.mark.parametrize("history", [0, 400])
-@pytest.mark.parametrize("mission", [None, "Home"])
+@pytest.mark.parametrize(
+    ("software", "history", "mission"),
+    [("2.14.7", 400, None), ("3.5.4", 400, None), ("3.5.4", 0, "Home"), ("3.8.1", 0, None), ("3.8.1", 400, "Home")],
+)
 def test_a_faithful_robot_is_green(tmp_path, software, history, mission):
     robot = CheckedRobot(tmp_path, software=software, history=history)
     before = robot.as_it_is()
