@@ -342,7 +342,7 @@ def release(s):
 @step
 def give(s, name="R1"):
     """A person gives the group's start to a robot."""
-    s.container.operator.give_to(s.row().id, s.robot(name).id)
+    s.container.operator.assign_robot(s.row().id, s.robot(name).id)
 
 
 @step

@@ -52,7 +52,7 @@ def stuck_start(hall):
 # ---------------------------------------------------------------------- give to
 def test_a_start_that_waits_goes_into_the_queue_of_the_robot_that_a_person_chooses(hall, operator):
     row = waiting(hall)
-    operator.give_to(row.id, hall.robot("R3").id)
+    operator.assign_robot(row.id, hall.robot("R3").id)
     hall.run(5)
     run = hall.run_of()
     assert (run.state, run.robot, chosen(run.choice, "UTC")) == (State.QUEUED, "R3", "R3: chosen by a person")
@@ -81,7 +81,7 @@ def test_the_robot_that_a_person_chose_gets_it_as_a_start_of_its_own(hall, opera
     if trouble == "paused":
         machine.pause()
     hall.run(10)
-    operator.give_to(row.id, hall.robot("R3").id)
+    operator.assign_robot(row.id, hall.robot("R3").id)
     hall.run(30)
     run = hall.run_of()
     assert (run.robot, run.state) == ("R3", State.QUEUED if trouble == "paused" else State.WAITING)
@@ -90,9 +90,9 @@ def test_the_robot_that_a_person_chose_gets_it_as_a_start_of_its_own(hall, opera
 
 def test_it_is_given_once(hall, operator):
     row = waiting(hall)
-    operator.give_to(row.id, 1)
+    operator.assign_robot(row.id, 1)
     with pytest.raises(InvalidInput, match="does not wait for a robot any more"):
-        operator.give_to(row.id, 2)
+        operator.assign_robot(row.id, 2)
     hall.run(600)
     assert sum(item.description == row.token for item in hall.items()) == 1
 
@@ -113,7 +113,7 @@ def test_what_can_not_be_given_is_refused(hall, operator, prepare, problem):
     row = waiting(hall)
     prepare(hall)
     with pytest.raises(InvalidInput, match=problem):
-        operator.give_to(row.id, 3)
+        operator.assign_robot(row.id, 3)
 
 
 def test_nor_while_its_place_is_full(hall, operator):
@@ -123,7 +123,7 @@ def test_nor_while_its_place_is_full(hall, operator):
     hall.plan("A", at="2026-11-23T06:06", start_window_minutes=30)
     hall.run(60)
     with pytest.raises(InvalidInput, match="Dock 2 is full: "):
-        operator.give_to(hall.run_of().id, 3)
+        operator.assign_robot(hall.run_of().id, 3)
 
 
 # ---------------------------------------------------------------------- start on another robot
@@ -179,7 +179,7 @@ def given(hall, operator):
     row = waiting(hall, minimum_battery_percent=30)
     hall.machines["R3"].set_battery(10.0)
     hall.run(10)
-    operator.give_to(row.id, hall.robot("R3").id)
+    operator.assign_robot(row.id, hall.robot("R3").id)
     hall.run(10)
     return hall.run_of()
 

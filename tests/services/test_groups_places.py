@@ -135,7 +135,7 @@ def test_what_a_person_gave_to_a_robot_that_is_held_then_keeps_no_place(hall):
     hall.run(305)
     hall.machines["R1"].set_battery(20.0)
     hall.run(10)
-    hall.container.operator.give_to(hall.run_of("A").id, hall.robot("R1").id)
+    hall.container.operator.assign_robot(hall.run_of("A").id, hall.robot("R1").id)
     hall.run(10)
     assert hall.run_of("A").wait is Wait.BATTERY
     hall.switch("R2", on=True)

@@ -28,7 +28,7 @@ def low(site):
 
 def learn(site):
     charging = site.container.mission_actions
-    charging.ask(charging.not_told())
+    charging.ask(charging.to_ask())
 
 
 def named(site, name="Return to charger"):
@@ -73,13 +73,13 @@ def test_a_schedule_of_it_is_not_held_up_either(low, plan):
 def test_a_robot_that_does_not_answer_is_asked_again_and_none_twice(low):
     charging = low.container.mission_actions
     low.network.down.add("R1")
-    [(_robot, guids)] = charging.not_told()
+    [(_robot, guids)] = charging.to_ask()
     assert guids == [GUIDS["Return to charger"]]
     learn(low)
     low.network.down.clear()
-    assert len(charging.not_told()) == 1
+    assert len(charging.to_ask()) == 1
     learn(low)
-    assert charging.not_told() == []
+    assert charging.to_ask() == []
 
 
 def test_another_guid_is_another_mission(low):
@@ -98,10 +98,10 @@ def test_a_robot_that_does_not_tell_takes_nothing_back_and_is_asked_again(low):
     low.network.next("GET", "/missions/" + named(low).guid, Fate.NOT_FOUND)
     learn(low)
     assert named(low).charges
-    assert low.container.mission_actions.not_told() == []
+    assert low.container.mission_actions.to_ask() == []
     low.run(700)
     assert len(sent_at(low)) == 1
-    assert len(low.container.mission_actions.not_told()) == 1
+    assert len(low.container.mission_actions.to_ask()) == 1
 
 
 def test_what_is_known_of_a_guid_holds_for_every_mission_with_it(low):
@@ -122,7 +122,7 @@ def test_as_many_robots_as_there_are_take_one_look_at_the_plan(low):
         low.container.snapshots.update(robot.id, connection=Connection.CONNECTED)
     asked: list[str] = []
     low.container.db.read().set_trace_callback(asked.append)
-    wanted = low.container.mission_actions.not_told()
+    wanted = low.container.mission_actions.to_ask()
     low.container.db.read().set_trace_callback(None)
     assert (len(wanted), {guid for _robot, guids in wanted for guid in guids}) == (21, {mission.guid})
     assert len(asked) <= 3

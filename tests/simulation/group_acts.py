@@ -120,7 +120,7 @@ class GroupPerson(Person):
             lambda wishes: wishes.manual.update({token: self.world.manual("", mission_id, group.id)}),
         )
 
-    def give_to(self) -> None:
+    def assign_robot(self) -> None:
         waiting = [
             row
             for row in self._app.history.open()
@@ -130,7 +130,7 @@ class GroupPerson(Person):
         if row is None:
             raise LookupError
         self._decide(
-            lambda: self._app.operator.give_to(row.id, self._id(self._robot())),
+            lambda: self._app.operator.assign_robot(row.id, self._id(self._robot())),
             lambda wishes: wishes.given.add(row.token),
         )
 

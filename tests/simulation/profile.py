@@ -48,7 +48,7 @@ GROUP_ACTS: Mapping[str, float] = MappingProxyType(
         "join_or_leave": 2,
         "change_group": 1,
         "delete_group": 0.3,
-        "give_to": 3,
+        "assign_robot": 3,
         "start_on_another": 2,
         "run_on_any": 3,
         "plan_for_any": 4,

@@ -60,7 +60,7 @@ class Hall(Site):
     def learn_stops(self) -> None:
         """What missions drive to, as robots that answer tell it."""
         reader = self.container.mission_actions
-        reader.ask(reader.not_told())
+        reader.ask(reader.to_ask())
 
     def lose_mission(self, name: str) -> None:
         self.machines[name].site.table("/missions").remove(GUIDS["Deliver"])

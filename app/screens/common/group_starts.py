@@ -104,7 +104,7 @@ class GroupStarts:
         self._shell.dialogs.choose(
             _("Give {mission} to").format(mission=self._name(row)),
             robots,
-            lambda robot_id: self._do(row, lambda: self._operator.give_to(row.id, robot_id), self._follow),
+            lambda robot_id: self._do(row, lambda: self._operator.assign_robot(row.id, robot_id), self._follow),
         )
 
     def prioritise(self, row: Execution) -> None:

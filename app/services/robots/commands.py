@@ -50,7 +50,7 @@ from app.services.live.mission_parameters import MissionParameters
 
 log = logging.getLogger(__name__)
 
-MOST_TOLD = 20  # starts in one line of the log
+MOST_LISTED = 20  # starts in one line of the log
 
 ClientFactory = Callable[[Robot], RobotClient]
 
@@ -159,7 +159,7 @@ class Operator:
             return self.run_on_any(row.group_id, mission.id, row.parameters, token)
         return self.run_now(row.robot_id or 0, mission.id, row.parameters, token)
 
-    def give_to(self, execution_id: int, robot_id: int) -> Execution:
+    def assign_robot(self, execution_id: int, robot_id: int) -> Execution:
         """A start that waits for a robot of its group goes to this one, into its queue where that is busy. Raises InvalidInput."""
         row, robot, c = self._ledger.get(execution_id), self._usable(robot_id), self._db.read()
         if (
@@ -270,14 +270,14 @@ class Operator:
         waiting = self._ledger.unsent([*execution_ids])
         count = self._ledger.hold(execution_ids, held)
         if count and any(row.held != held for row in waiting):
-            names = ", ".join(f"#{row.id} {row.mission!r} on {row.robot!r}" for row in waiting[:MOST_TOLD])
+            names = ", ".join(f"#{row.id} {row.mission!r} on {row.robot!r}" for row in waiting[:MOST_LISTED])
             log.info(
                 "%d of %d starts %s: %s%s",
                 count,
                 len(waiting),
                 "kept back" if held else "let go",
                 names,
-                f" and {len(waiting) - MOST_TOLD} more" if len(waiting) > MOST_TOLD else "",
+                f" and {len(waiting) - MOST_LISTED} more" if len(waiting) > MOST_LISTED else "",
             )
         return count
 
@@ -295,7 +295,7 @@ class Operator:
 
     def clear_queue(self, robot_id: int) -> None:
         """Everything pending or executing on the robot goes, and what waits here to be sent there; also where it is not known whether the
-        robot has done it. Nothing is sent to it meanwhile."""
+        robot has done it. Nothing is sent to it until then."""
         with self._clearing.of(robot_id) as cleared:
             cleared.rows = frozenset(row.id for row in self._ledger.open_for(robot_id))
             try:

@@ -108,7 +108,7 @@ def _check_size(image: Any) -> None:
 
 def _reduced(png: bytes, resolution: float) -> tuple[int, int, int, int, tuple[int, int], bytes]:
     """Left, bottom, width and height in px of the part that is kept, then its reduced size and shade."""
-    # Pillow comes with the window; without one nobody looks at maps.
+    # Pillow comes with the window; without one no map is shown.
     from PIL import Image, ImageChops
 
     try:

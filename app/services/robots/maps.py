@@ -70,9 +70,7 @@ class RobotMaps:
         """What was kept, if it is not in memory yet; else the robot's answer. None when there is neither."""
         key, robot = (robot_id, map_id), self._robot(robot_id)
         with self._lock:
-            self._ask_at[robot_id] = (
-                self._clock.monotonic() + ASK_EVERY
-            )  # first, so that no other thread asks meanwhile
+            self._ask_at[robot_id] = self._clock.monotonic() + ASK_EVERY  # first, so that no other thread asks too
         if robot is None or not map_id:
             return None
         if self.known(robot_id, map_id) is None and (kept := self._kept(robot, map_id)) is not None:

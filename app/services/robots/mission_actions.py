@@ -25,12 +25,12 @@ from app.services.live.snapshots import Snapshots
 
 log = logging.getLogger(__name__)
 
-LOOK_EVERY = 60.0  # s
+CHECK_EVERY = 60.0  # s
 ASK_AGAIN_AFTER = 600.0  # s, a robot that told nothing
-VALID_FOR = 12 * 3600.0  # s for which what was told holds: an integrator may edit a mission, or move a position
+VALID_FOR = 12 * 3600.0  # s of an answer: an integrator may edit a mission, or move a position
 
 
-class _Told(NamedTuple):
+class _Actions(NamedTuple):
     """``at`` on the monotonic clock."""
 
     at: float
@@ -50,31 +50,26 @@ class MissionActionsReader:
         make_client: Callable[[Robot], RobotClient],
         clock: Clock,
     ) -> None:
-        self._db, self._catalogue, self._snapshots, self._make_client, self._clock = (
-            db,
-            catalogue,
-            snapshots,
-            make_client,
-            clock,
-        )
+        self._db, self._catalogue, self._snapshots = db, catalogue, snapshots
+        self._make_client, self._clock = make_client, clock
         self._robots, self._missions, self._stops = RobotRepository(), MissionRepository(), StopRepository()
-        self._told = dict[str, _Told]()  # by guid
+        self._known = dict[str, _Actions]()  # by guid
         self._ask_at = dict[tuple[int, str], float]()  # monotonic, where a robot told nothing about a guid
-        self._look_at = -math.inf  # monotonic
+        self._check_at = -math.inf  # monotonic
         self._thread: threading.Thread | None = None
 
     def tick(self) -> None:
         now = self._clock.monotonic()
-        if now < self._look_at or (self._thread and self._thread.is_alive()):
+        if now < self._check_at or (self._thread and self._thread.is_alive()):
             return
-        self._look_at = now + LOOK_EVERY
-        wanted = self.not_told()
+        self._check_at = now + CHECK_EVERY
+        wanted = self.to_ask()
         if wanted or self._is_behind() or self._stops_to_keep():
             self._thread = threading.Thread(target=self.ask, args=(wanted,), name="mission actions", daemon=True)
             self._thread.start()
 
     def ask(self, wanted: Sequence[tuple[Robot, list[str]]]) -> None:
-        """Guids by robot. A robot that does not answer, or does not tell, is asked again later; what is known stays meanwhile."""
+        """Guids by robot. A robot that does not answer, or does not tell, is asked again later; what is known stays."""
         try:
             for robot, guids in wanted:
                 self._ask(robot, guids)
@@ -89,19 +84,19 @@ class MissionActionsReader:
                 positions = dict[str, Stop]()
                 for guid in guids:
                     if self._catalogue.robot(robot.id) is None:
-                        return  # removed meanwhile
+                        return  # removed in the meantime
                     if self._knows(guid):
                         continue  # told by another robot since
                     try:
                         found = client.actions(guid)
                         stops = tuple(_stops(client, found.drives_to, positions))
-                        self._told[guid] = _Told(self._clock.monotonic(), found.charges, stops)
+                        self._known[guid] = _Actions(self._clock.monotonic(), found.charges, stops)
                     except (Rejected, Unreadable):  # it lacks the mission, or does not tell its actions
                         self._ask_at[robot.id, guid] = self._clock.monotonic() + ASK_AGAIN_AFTER
         except (RobotError, InvalidInput) as error:
             log.info("What its missions do was not told by %r: %s", robot.name, error)
 
-    def not_told(self) -> list[tuple[Robot, list[str]]]:
+    def to_ask(self) -> list[tuple[Robot, list[str]]]:
         """Guids of what robots that answer may be given."""
         c, now = self._db.read(), self._clock.monotonic()
         answering = [
@@ -124,30 +119,32 @@ class MissionActionsReader:
         return [(robot, guids) for robot, guids in wanted if guids]
 
     def _knows(self, guid: str) -> bool:
-        return guid in self._told and self._clock.monotonic() - self._told[guid].at < VALID_FOR
+        return guid in self._known and self._clock.monotonic() - self._known[guid].at < VALID_FOR
 
     def _is_behind(self) -> bool:
-        told = self._charging()
+        charging = self._charging()
         return any(
-            mission.charges != told.get(mission.guid, mission.charges)
+            mission.charges != charging.get(mission.guid, mission.charges)
             for mission in self._missions.all(self._db.read())
         )
 
     def _charging(self) -> dict[str, bool]:
-        return {guid: told.charges for guid, told in self._told.items()}
+        return {guid: found.charges for guid, found in self._known.items()}
 
     def _stops_to_keep(self) -> dict[str, tuple[Stop, ...]]:
         """Of configured missions, where they are not what is known."""
         c = self._db.read()
         kept, guids = self._stops.all(c), {mission.guid for mission in self._missions.all(c)}
         return {
-            guid: told.stops for guid, told in self._told.items() if guid in guids and told.stops != kept.get(guid, ())
+            guid: found.stops
+            for guid, found in self._known.items()
+            if guid in guids and found.stops != kept.get(guid, ())
         }
 
     def _store(self) -> None:
         if self._is_behind():
-            told = self._charging()
-            self._catalogue.edit(lambda edit: _note(edit, told))
+            charging = self._charging()
+            self._catalogue.edit(lambda edit: _note(edit, charging))
         if stops := self._stops_to_keep():
             self._db.write(lambda c: self._stops.keep(c, stops))
 

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import closing
 
 from app.domain.clock import Clock
 from app.domain.models import InvalidInput, Mission, Robot
@@ -18,9 +18,7 @@ from app.mir.errors import RobotError
 from app.services.live.mission_parameters import MissionParameters
 
 ASK_AGAIN_AFTER = 60.0  # s between two questions for names that the robot may not have either
-NAMES_HOLD = (
-    3600.0  # s for which a robot that lacks a mission by its list is not asked to start it where another one may
-)
+NAMES_VALID_FOR = 3600.0  # s for which a robot whose list lacks a mission is not chosen to start it
 
 
 class RobotMissions:
@@ -37,7 +35,7 @@ class RobotMissions:
         self._lock = threading.Lock()
         self._names: dict[int, dict[str, str]] = {}
         self._asked_at: dict[int, float] = {}
-        self._learnt_at: dict[int, float] = {}
+        self._learned_at: dict[int, float] = {}
 
     def names(self, robot_id: int) -> Mapping[str, str]:
         """Guid -> name, as far as known."""
@@ -47,8 +45,8 @@ class RobotMissions:
     def lacks(self, robot_id: int, guid: str) -> bool:
         """Whether the robot's list, read within the hour, does not have it."""
         with self._lock:
-            names, learnt_at = self._names.get(robot_id), self._learnt_at.get(robot_id, -math.inf)
-        return bool(names) and guid not in (names or ()) and self._clock.monotonic() - learnt_at < NAMES_HOLD
+            names, learned_at = self._names.get(robot_id), self._learned_at.get(robot_id, -math.inf)
+        return bool(names) and guid not in (names or ()) and self._clock.monotonic() - learned_at < NAMES_VALID_FOR
 
     def learn_names(self, robot_id: int) -> bool:
         """Ask the robot; whether that brought something new. One asked within the last minute, or that doesn't answer, brings nothing."""
@@ -64,7 +62,7 @@ class RobotMissions:
             return False
         with self._lock:
             before, self._names[robot_id] = self._names.get(robot_id), found
-            self._learnt_at[robot_id] = self._clock.monotonic()
+            self._learned_at[robot_id] = self._clock.monotonic()
         return found != before
 
     def parameters(self, robot_id: int, guid: str) -> Sequence[MissionParameter]:
@@ -79,13 +77,8 @@ class RobotMissions:
         names = self.names(robot_id)
         return [mission for mission in missions if not names or mission.guid in names]
 
-    @contextmanager
-    def _client(self, robot_id: int) -> Iterator[RobotClient]:
+    def _client(self, robot_id: int) -> closing[RobotClient]:
         robot = self._robot(robot_id)
         if robot is None:
             raise InvalidInput("robot", "this robot has been removed")
-        client = self._make_client(robot)
-        try:
-            yield client
-        finally:
-            client.close()
+        return closing(self._make_client(robot))

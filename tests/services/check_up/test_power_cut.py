@@ -12,8 +12,8 @@ from app.domain.message import render
 from app.domain.models import InvalidInput, State, Wait
 from app.mir.transport import Response
 from app.services.check_up.service import CheckUps
-from tests.services.check_up.test_trial_and_plan import RunningClock
 from tests.services.check_up.test_killed_trial import Killed, kill_at, start_again
+from tests.services.check_up.test_trial_and_plan import RunningClock
 from tests.support.checked_robot import CheckedRobot
 from tests.support.site import GUIDS, Site
 
