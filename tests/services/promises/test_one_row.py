@@ -194,7 +194,7 @@ def test_two_weeks_off_say_how_many_and_when_everywhere(s):
     assert sum(int(row["starts"]) for row in rows) == 2016 + len(rows) - 1
     report = s.container.shift_reports.make("today")
     assert [row.starts for row in report.runs if row.state is State.MISSED] == [2016]
-    assert (report.missed, report.more_runs) == (2016, 0)
+    assert (report.facts.missed, report.more_runs) == (2016, 0)
 
 
 # ---------------------------------------------------------------------- a year, and the limit of the history
