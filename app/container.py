@@ -240,7 +240,7 @@ class Container:
         self.proposed_places = ProposedPlaces(db)
         self.robot_states = RobotStates(db)
         self.forecasts = Forecasts(db, clock, live)
-        self.suggestions = Suggestions(db, clock, self._may_have)
+        self.suggestions = Suggestions(db, clock, self._may_have, self.forecasts.free_at)
         self.pausing = Pausing(db, clock, self.changes)
         self.files = DataFiles(db, self.catalogue, clock)
         self.plan_files = PlanFiles(db, self.catalogue, clock, self.plan)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from datetime import datetime, timedelta
+from datetime import UTC, datetime, timedelta
 from typing import Any, NamedTuple
 
 from app.database.values import from_json, to_instant, to_json, to_text
@@ -29,13 +29,6 @@ class PastRun(NamedTuple):
 
 
 _PLANNED = PastRun._fields.index("planned")  # None where a database from elsewhere has no instant there
-
-
-class PastActivity(NamedTuple):
-    robot: int
-    activity: str
-    begins: float
-    ends: float
 
 
 @dataclass(frozen=True)
@@ -69,15 +62,15 @@ class SuggestionRepository:
         )
         return [PastRun(*row) for row in rows if row[_PLANNED] is not None]
 
-    def activities(self, c: sqlite3.Connection, since: datetime) -> list[PastActivity]:
-        """When robots were seen not to be free, each in order of time."""
-        rows = c.execute(
-            f"""SELECT robot_id, activity, {_seconds("started_at")}, {_seconds("ended_at")} FROM activity_spans
-                            WHERE started_at >= ? AND activity IN ('executing', 'paused', 'error', 'offline')
-                            ORDER BY robot_id, started_at""",
-            (to_text(since),),
-        )
-        return [PastActivity(*row) for row in rows if None not in (row[2], row[3])]
+    def activity_at(self, c: sqlite3.Connection, robot_id: int, instant: float) -> str:
+        """What a robot was seen doing then; empty: not known."""
+        at = to_text(datetime.fromtimestamp(instant, UTC))
+        row = c.execute(
+            """SELECT activity, ended_at FROM activity_spans WHERE robot_id = ? AND started_at <= ?
+               ORDER BY started_at DESC LIMIT 1""",
+            (robot_id, at),
+        ).fetchone()
+        return row[0] if row and row[1] > at else ""
 
     # ------------------------------------------------------------------ answers
     def answers(self, c: sqlite3.Connection) -> list[Answer]:
@@ -87,17 +80,17 @@ class SuggestionRepository:
         )
         return [answer for row in rows if (answer := _answer(row)) is not None]
 
-    def answer(self, c: sqlite3.Connection, given: Answer) -> Answer:
-        """Returns it with its id. Those that nobody needs any more are deleted."""
-        c.execute("DELETE FROM suggestion_answers WHERE answered_at < ?", (to_text(given.at - KEPT_FOR),))
+    def answer(self, c: sqlite3.Connection, new: Answer) -> Answer:
+        """Returns it with its id. Those of long ago are deleted."""
+        c.execute("DELETE FROM suggestion_answers WHERE answered_at < ?", (to_text(new.at - KEPT_FOR),))
         cursor = c.execute(
             """INSERT INTO suggestion_answers (schedule_id, answer, answered_at, late, starts, option)
                               VALUES (?, ?, ?, ?, ?, ?)""",
-            (given.schedule_id, given.answer, to_text(given.at), given.late, given.starts, to_json(given.option)),
+            (new.schedule_id, new.answer, to_text(new.at), new.late, new.starts, to_json(new.option)),
         )
-        return replace(given, id=cursor.lastrowid or 0)
+        return replace(new, id=cursor.lastrowid or 0)
 
-    def take_back(self, c: sqlite3.Connection, answer_id: int) -> None:
+    def remove(self, c: sqlite3.Connection, answer_id: int) -> None:
         c.execute("DELETE FROM suggestion_answers WHERE id = ?", (answer_id,))
 
 
@@ -106,7 +99,7 @@ def _answer(row: sqlite3.Row) -> Answer | None:
         at, option = to_instant(row[2]), from_json(row[5])
     except (ValueError, RecursionError):
         return None
-    is_sound = at.tzinfo is not None and row[4] > 0 and isinstance(option, dict) and type(option.get("late", 0)) is int
+    is_sound = at.tzinfo is not None and row[4] > 0 and isinstance(option, dict)
     return Answer(row[0], row[1], at, row[3], row[4], option, row[6]) if is_sound else None
 
 

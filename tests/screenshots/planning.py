@@ -22,10 +22,9 @@ from app.screens.logs.screen import LogsScreen
 from app.screens.scheduler.draft import Kind, Unit
 from app.screens.scheduler.screen import SchedulerScreen
 from app.screens.scheduler.timeline import IDLE
-from app.services.suggestions.find import Cause, Finding, Option
-from app.services.suggestions.find import Kind as ChangeKind
-from app.services.suggestions.suggestions import Advice
-from app.services.suggestions.words import Change, Suggestion
+from app.services.suggestions.late_schedules import Cause, Finding
+from app.services.suggestions.suggestions import Advice, Change, Suggestion
+from app.services.suggestions.suggestions import Kind as ChangeKind
 from app.widgets.timeline import LONG
 from tests.screenshots.home import POSITION, show_issues
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
@@ -451,17 +450,16 @@ def advice(stand: Stand) -> Advice:
         for schedule in facts.schedules
         if schedule.robot_id and schedule.mission_id == stand.mission("Collect empties")
     )
-    options = [Option(ChangeKind.TIME, 1200.0, 1), Option(ChangeKind.GROUP, 1.0, 0)]
     moved = replace(late, start=late.start + timedelta(minutes=20))
     return Advice(
         (
             Suggestion(
-                Finding(late.id, 20, 16, 540.0, Cause.BUSY, "Waste to compactor", 2, options),
+                Finding(late.id, 20, 16, 540.0, Cause.BUSY, "Waste to compactor"),
                 late,
                 "Veikko",
                 (
-                    Change(options[0], moved, at=moved.start.time()),
-                    Change(options[1], replace(late, robot_id=None, group_id=1), group="Hall 1"),
+                    Change(ChangeKind.TIME, moved, "Veikko", shift_s=1200.0),
+                    Change(ChangeKind.GROUP, replace(late, robot_id=None, group_id=1), group="Hall 1"),
                 ),
             ),
         ),

@@ -1,4 +1,4 @@
-"""Suggestions: schedules that often came late, why, and what would have helped. Accepting opens the form, filled; nothing is changed before
+"""Suggestions: schedules that often came late, why, and what would help. Accepting opens the form, filled; nothing is changed before
 that is saved, and both can be undone."""
 
 from __future__ import annotations
@@ -18,9 +18,8 @@ from app.i18n import _, ngettext
 from app.screens.common.shell import Shell
 from app.screens.scheduler.draft import Draft
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
-from app.services.suggestions import words
-from app.services.suggestions.suggestions import Advice
-from app.services.suggestions.words import Change, Suggestion
+from app.services.suggestions import suggestions as words
+from app.services.suggestions.suggestions import Advice, Change, Suggestion
 from app.widgets.dialogs import FormDialog
 from app.widgets.lists import Row
 from app.widgets.surfaces import Surface
@@ -186,10 +185,10 @@ class AdviceModel(AdviceState):
 
         def undo(answer: Any) -> None:
             restored = self._services.catalogue.save_schedule(one.schedule)
-            self._services.suggestions.take_back_change(answer, one.schedule, restored)
+            self._services.suggestions.undo_change(answer, one.schedule, restored)
 
         self._shell.background.run(
-            lambda: self._services.suggestions.accept(one, change.option),
+            lambda: self._services.suggestions.accept(one, change),
             lambda answer: self._answered(one, text, lambda: undo(answer)),
             self._shell.say_problem,
         )
@@ -202,7 +201,7 @@ class AdviceModel(AdviceState):
             lambda answer: self._answered(
                 one,
                 _("{name}: nothing more about it for 60 days").format(name=name),
-                lambda: suggestions.take_back(answer),
+                lambda: suggestions.undo(answer),
             ),
             self._shell.say_problem,
         )
@@ -255,7 +254,7 @@ class SuggestionPanel(Row, Surface):
 
 
 class SuggestionChange(BoxLayout):
-    """What would have been, and the button that opens the form: ``on_take``."""
+    """What would help, and the button that opens the form: ``on_take``."""
 
     promise = StringProperty()
     action = StringProperty()

@@ -61,6 +61,18 @@ class ConcernCode(StrEnum):
     FINISH_BY_SHORT = "finish_by_short"
 
 
+_CANNOT_RUN = frozenset({ConcernCode.MISSION_MISSING, ConcernCode.ROBOT_OFF, ConcernCode.NO_START})
+_IN_THE_WAY = frozenset(
+    {
+        ConcernCode.OVERLAP,
+        ConcernCode.CRITICAL_BEHIND,
+        ConcernCode.TOO_FEW_ROBOTS,
+        ConcernCode.PLACE_FULL,
+        ConcernCode.PLACE_CROWDED,
+    }
+)
+
+
 @dataclass(frozen=True)
 class Concern:
     """One warning; ``at`` is the start it is about, None: all of them. Times in ``details`` are UTC instants."""
@@ -170,6 +182,15 @@ class Forecasts:
         can_shift = (met or rooms) and draft.between is None and "BYHOUR" not in (draft.recurrence or "").upper()
         shift = free_shift(starts, usual, near, self._clock.now(), contention.has_room) if can_shift else None
         return Forecast(starts, usual, tuple(concerns), None if shift is None else draft.start + shift, skipped)
+
+    def free_at(self, draft: Schedule) -> datetime | None:
+        """Naive local time of the nearest first start at which nothing that is planned is in its way: its own where that is so. None: there
+        is none, or it can't run at all. Raises InvalidInput for an invalid rule."""
+        found = self.of(draft)
+        codes = {concern.code for concern in found.concerns}
+        if codes & _CANNOT_RUN:
+            return None
+        return found.free_at if codes & _IN_THE_WAY else draft.start
 
     def _is_lacking(self, c: sqlite3.Connection, durations: MissionDurations, group: Group, mission: str) -> bool:
         """Whether none of its robots that are switched on has the mission."""

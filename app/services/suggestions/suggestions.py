@@ -1,15 +1,14 @@
-"""Finds schedules that often come late and what would have helped, and keeps what people answer. Nothing is ever changed by itself.
-
-``compute`` takes seconds on a site of many hundred schedules: it is called in the background, at night and when the card is opened.
-"""
+"""Finds schedules that often come late and what in the present plan would help, and keeps what people answer. Nothing is ever changed by
+itself."""
 
 from __future__ import annotations
 
 import sqlite3
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
+from enum import StrEnum
+from itertools import islice
 from types import MappingProxyType
 
 from app.database.connection import Database
@@ -18,20 +17,63 @@ from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.suggestions import ACCEPTED, DISMISSED, Answer, SuggestionRepository
+from app.domain import writing
 from app.domain.clock import Clock
-from app.domain.models import Group, InvalidInput, Mission, Robot, Schedule
-from app.services.planning.recurrence import Frequency, Recurrence
-from app.services.suggestions.find import MOST, Finding, Kind, Option, Rule, findings, shifts
-from app.services.suggestions.history import counts, is_late, past_of
-from app.services.suggestions.words import Change, Result, Suggestion
+from app.domain.models import Mission, Robot, Schedule
+from app.domain.writing import Translate
+from app.services.planning.recurrence import Recurrence
+from app.services.suggestions.late_schedules import Cause, Finding, counts, findings, is_late
 
 UNDONE = "undone"  # an answer: the schedule is again as it was before its suggestion was accepted
 LOOKS_BACK = timedelta(days=28)
 SILENT_FOR = timedelta(days=60)
-TELLS_AFTER = timedelta(days=14)
+RESULTS_AFTER = timedelta(days=14)
 DOUBLES = 2  # times as large a share of late starts ends the silence
+MOST = 3  # suggestions at once
 
 HasMission = Callable[[int, str], bool]
+FreeAt = Callable[[Schedule], datetime | None]
+
+
+class Kind(StrEnum):
+    TIME = "time"
+    ROBOT = "robot"
+    GROUP = "group"
+
+
+@dataclass(frozen=True)
+class Change:
+    """What would help. ``draft``: the schedule as it would be, to be shown in the form; by the present plan ``robot``, or one of ``group``,
+    is free then. ``is_often``: it comes several times a day; ``shift_s``: by which all its times are moved."""
+
+    kind: Kind
+    draft: Schedule
+    robot: str = ""
+    group: str = ""
+    shift_s: float = 0.0
+    is_often: bool = False
+
+
+@dataclass(frozen=True)
+class Suggestion:
+    """``whose``: its robot, or its group."""
+
+    finding: Finding
+    schedule: Schedule
+    whose: str
+    changes: tuple[Change, ...] = ()
+
+
+@dataclass(frozen=True)
+class Result:
+    """What came of a suggestion that was accepted at least two weeks ago: ``late`` of ``starts`` since then."""
+
+    schedule: Schedule
+    late: int
+    starts: int
+    late_before: int
+    starts_before: int
+    answer_id: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True)
@@ -43,10 +85,11 @@ class Advice:
 
 
 class Suggestions:
-    """``has_mission``: whether a robot has a mission, by its id and the guid, as far as its list is known."""
+    """``has_mission``: whether a robot has a mission, by its id and the guid, as far as its list is known. ``free_at``: the nearest first
+    start of a schedule at which nothing that is planned is in its way, its own where that is so; None: there is none, or it can't run."""
 
-    def __init__(self, db: Database, clock: Clock, has_mission: HasMission = lambda _robot_id, _guid: True) -> None:
-        self._db, self._clock, self._has_mission = db, clock, has_mission
+    def __init__(self, db: Database, clock: Clock, has_mission: HasMission, free_at: FreeAt) -> None:
+        self._db, self._clock, self._has_mission, self._free_at = db, clock, has_mission, free_at
         self._repository = SuggestionRepository()
         self.latest: Advice | None = None  # as it was computed last; None: not yet, or not since an answer
 
@@ -54,55 +97,56 @@ class Suggestions:
         """From the last four weeks. Reads the database, and works for up to some seconds: never on the window's thread."""
         c, now = self._db.read(), self._clock.now()
         answers = self._repository.answers(c)
-        site = _Site(c, self._has_mission)
+        site = _Site(c, self._has_mission, self._free_at)
+        runs = self._repository.runs(c, now - LOOKS_BACK)
+        found = findings(runs, self._since(site, answers, now), lambda *at: self._repository.activity_at(c, *at))
+        heard = (site.suggestion(one) for one in found if not _is_silent(one, answers, now))
+        helpful = tuple(islice((one for one in heard if one.changes), MOST))
+        self.latest = Advice(helpful, tuple(self._results(c, site, answers, now)))
+        return self.latest
+
+    @staticmethod
+    def _since(site: _Site, answers: Sequence[Answer], now: datetime) -> dict[int, float]:
+        """Since when each schedule that has starts to come has been as it is."""
         accepted = {answer.schedule_id: answer.at for answer in answers if answer.answer == ACCEPTED}
         undone = {(answer.schedule_id, answer.at): _before(answer) for answer in answers if answer.answer == UNDONE}
-
-        def changed(schedule: Schedule) -> datetime | None:
-            return schedule.changed_at and undone.get((schedule.id, schedule.changed_at), schedule.changed_at)
-
-        since = {
-            schedule.id: max(filter(None, (changed(schedule), accepted.get(schedule.id), now - LOOKS_BACK))).timestamp()
-            for schedule in site.schedules.values()
-            if schedule.enabled and schedule.next_at is not None
+        return {
+            one.id: max(
+                accepted.get(one.id, now - LOOKS_BACK),
+                undone.get((one.id, one.changed_at), one.changed_at) if one.changed_at else now - LOOKS_BACK,
+                now - LOOKS_BACK,
+            ).timestamp()
+            for one in site.schedules.values()
+            if one.enabled and one.next_at is not None
         }
-        past = past_of(
-            self._repository.runs(c, now - LOOKS_BACK), self._repository.activities(c, now - LOOKS_BACK), since
-        )
-        found = findings(past, [site.rule(site.schedules[key]) for key in since], _let_others_go_on)
-        told = [one for one in found if not _is_silent(one, answers, now)][:MOST]
-        advice = Advice(tuple(site.suggestion(one) for one in told), tuple(self._results(c, site, answers, now)))
-        self.latest = advice
-        return advice
 
     def dismiss(self, suggestion: Suggestion) -> Answer:
         """ "Not now": nothing about that schedule for 60 days, unless its share of late starts doubles."""
-        return self._answer(suggestion, DISMISSED, None)
+        return self._answer(suggestion, DISMISSED, {})
 
-    def accept(self, suggestion: Suggestion, option: Option) -> Answer:
+    def accept(self, suggestion: Suggestion, change: Change) -> Answer:
         """Its draft has been saved by a person: from now on only the starts after that count."""
-        return self._answer(suggestion, ACCEPTED, option)
+        return self._answer(suggestion, ACCEPTED, {"kind": change.kind.value})
 
-    def take_back(self, answer: Answer) -> None:
-        """Undo an answer: it is as if it had not been given."""
-        self._db.write(lambda c: self._repository.take_back(c, answer.id))
+    def undo(self, answer: Answer) -> None:
+        """It is as if it had not been given."""
+        self._db.write(lambda c: self._repository.remove(c, answer.id))
         self.latest = None
 
-    def take_back_change(self, answer: Answer, before: Schedule, now: Schedule) -> None:
+    def undo_change(self, answer: Answer, before: Schedule, now: Schedule) -> None:
         """Undo that one was accepted. The schedule is ``now`` again as it was ``before``: what it did then goes on to count, though it has
         just been changed."""
-        self.take_back(answer)
+        self.undo(answer)
         if before.changed_at is not None and now.changed_at is not None:
             undone = replace(answer, answer=UNDONE, at=now.changed_at, option={"since": before.changed_at.isoformat()})
             self._db.write(lambda c: self._repository.answer(c, undone))
 
-    def _answer(self, suggestion: Suggestion, word: str, option: Option | None) -> Answer:
-        finding = suggestion.finding
-        details = {} if option is None else {"kind": str(option.kind), "value": option.value, "late": option.late}
-        given = Answer(finding.schedule, word, self._clock.now(), finding.late, finding.starts, details)
-        kept = self._db.write(lambda c: self._repository.answer(c, given))
+    def _answer(self, suggestion: Suggestion, word: str, option: Mapping[str, str]) -> Answer:
+        one = suggestion.finding
+        answer = Answer(one.schedule, word, self._clock.now(), one.late, one.starts, option)
+        stored = self._db.write(lambda c: self._repository.answer(c, answer))
         self.latest = None
-        return kept
+        return stored
 
     def _results(
         self, c: sqlite3.Connection, site: _Site, answers: Sequence[Answer], now: datetime
@@ -110,25 +154,11 @@ class Suggestions:
         newest = {answer.schedule_id: answer for answer in answers if answer.answer == ACCEPTED}
         for answer in sorted(newest.values(), key=lambda one: one.at, reverse=True):
             schedule = site.schedules.get(answer.schedule_id)
-            if schedule is None or not TELLS_AFTER <= now - answer.at < SILENT_FOR:
+            if schedule is None or not RESULTS_AFTER <= now - answer.at < SILENT_FOR:
                 continue
             runs = [run for run in self._repository.runs_of(c, answer.schedule_id, answer.at) if counts(run)]
             if runs:
-                replayed = answer.option.get("late", 0)
-                yield Result(
-                    schedule,
-                    sum(is_late(run) for run in runs),
-                    len(runs),
-                    answer.late,
-                    answer.starts,
-                    replayed,
-                    answer.id,
-                )
-
-
-def _let_others_go_on() -> None:
-    """Give the interpreter away for a moment, so that a window is drawn in time meanwhile."""
-    time.sleep(0)
+                yield Result(schedule, sum(map(is_late, runs)), len(runs), answer.late, answer.starts, answer.id)
 
 
 def _before(answer: Answer) -> datetime:
@@ -153,73 +183,131 @@ def _is_silent(finding: Finding, answers: Sequence[Answer], now: datetime) -> bo
 class _Site:
     """What is configured: what could be done about a schedule, and how it is called."""
 
-    def __init__(self, c: sqlite3.Connection, has_mission: HasMission) -> None:
-        self._has_mission = has_mission
+    def __init__(self, c: sqlite3.Connection, has_mission: HasMission, free_at: FreeAt) -> None:
+        self._has_mission, self._free_at = has_mission, free_at
         self.schedules = {schedule.id: schedule for schedule in ScheduleRepository().all(c)}
         self._robots = {robot.id: robot for robot in RobotRepository().all(c)}
         self._groups = {group.id: group for group in GroupRepository().all(c)}
         self._missions = {mission.id: mission for mission in MissionRepository().all(c)}
         self._meant = {(mission.name, mission.robot_id): mission for mission in self._missions.values()}
 
-    def rule(self, schedule: Schedule) -> Rule:
-        mission = self._missions[schedule.mission_id]
-        able = [
-            robot.id
-            for robot in sorted(self._robots.values(), key=lambda one: one.name)
-            if robot.enabled and not robot.needs_password and self._mission(mission.name, robot) is not None
-        ]
-        times = [shift for shift in shifts() if _keeps_days(schedule, shift)]
-        if schedule.robot_id is None:
-            group = self._groups.get(schedule.group_id or 0)
-            return Rule(schedule.id, tuple(robot_id for robot_id in able if group and robot_id in group.members), times)
-        others = tuple(robot_id for robot_id in able if robot_id != schedule.robot_id)
-        groups = tuple(
-            (group.id, members)
-            for group in self._groups.values()
-            if schedule.robot_id in group.members
-            and (members := tuple(robot_id for robot_id in able if robot_id in group.members))
-            and len(members) > 1
-        )
-        return Rule(
-            schedule.id, (schedule.robot_id,), times, others, groups if (mission.name, None) in self._meant else ()
-        )
-
-    def _mission(self, name: str, robot: Robot) -> Mission | None:
-        """What has that name on a robot."""
-        meant = self._meant.get((name, robot.id)) or self._meant.get((name, None))
-        return meant if meant is not None and self._has_mission(robot.id, meant.guid) else None
-
     def suggestion(self, finding: Finding) -> Suggestion:
         schedule = self.schedules[finding.schedule]
         target = self._robots.get(schedule.robot_id or 0) or self._groups.get(schedule.group_id or 0)
-        changes = tuple(self._change(schedule, option) for option in finding.options)
+        is_often = Recurrence.parse(schedule.recurrence).frequency.is_sub_daily
+        changes = tuple(replace(change, is_often=is_often) for change in self._changes(schedule))
         return Suggestion(finding, schedule, target.name if target else "", changes)
 
-    def _change(self, schedule: Schedule, option: Option) -> Change:
-        if option.kind is Kind.TIME:
-            start = schedule.start + timedelta(seconds=option.value)
-            is_often = Recurrence.parse(schedule.recurrence).frequency.is_sub_daily
-            return Change(option, replace(schedule, start=start), at=None if is_often else start.time())
-        mission = self._missions[schedule.mission_id].name
-        if option.kind is Kind.ROBOT:
-            robot = self._robots[int(option.value)]
-            meant = self._mission(mission, robot) or self._missions[schedule.mission_id]
-            return Change(option, replace(schedule, robot_id=robot.id, mission_id=meant.id), robot=robot.name)
-        group: Group = self._groups[int(option.value)]
-        draft = replace(schedule, robot_id=None, group_id=group.id, mission_id=self._meant[mission, None].id)
-        return Change(option, draft, group=group.name)
+    def _changes(self, schedule: Schedule) -> Iterator[Change]:
+        """Another time; another robot that is free at its times; any of a group that its robot is of. One of each at most."""
+        robot, group = self._robots.get(schedule.robot_id or 0), self._groups.get(schedule.group_id or 0)
+        start, name = self._free_at(schedule), self._missions[schedule.mission_id].name
+        if start is not None and start != schedule.start:
+            shift_s = (start - schedule.start).total_seconds()
+            draft = replace(schedule, start=start)
+            yield Change(Kind.TIME, draft, robot.name if robot else "", group.name if group else "", shift_s)
+        if robot is None:
+            return
+        able = {one.id: meant for one in self._robots.values() if (meant := self._mission(name, one)) is not None}
+        general = self._meant.get((name, None))
+        robots = (
+            Change(Kind.ROBOT, replace(schedule, robot_id=one.id, mission_id=able[one.id].id), robot=one.name)
+            for one in sorted(self._robots.values(), key=lambda one: one.name)
+            if one.id in able.keys() - {robot.id}
+        )
+        groups = (
+            Change(Kind.GROUP, replace(schedule, robot_id=None, group_id=one.id, mission_id=general.id), group=one.name)
+            for one in self._groups.values()
+            if general is not None and robot.id in one.members and len(able.keys() & set(one.members)) > 1
+        )
+        for drafts in (robots, groups):
+            yield from islice((one for one in drafts if self._free_at(one.draft) == schedule.start), 1)
+
+    def _mission(self, name: str, robot: Robot) -> Mission | None:
+        """What has that name on a robot that may be used."""
+        meant = self._meant.get((name, robot.id)) or self._meant.get((name, None))
+        is_there = robot.enabled and not robot.needs_password and meant is not None
+        return meant if meant is not None and is_there and self._has_mission(robot.id, meant.guid) else None
 
 
-_PERIODS_S: Mapping[Frequency, float] = MappingProxyType({Frequency.MINUTELY: 60.0, Frequency.HOURLY: 3600.0})
+# ---------------------------------------------------------------------- in words
+_CAUSES: Mapping[Cause, str] = MappingProxyType(
+    {
+        Cause.BUSY: "{robot} was busy with {mission}",
+        Cause.OTHER: "{robot} was busy with something that was not planned here",
+        Cause.STOPPED: "{robot} stood still",
+        Cause.SILENT: "{robot} did not answer",
+        Cause.BATTERY: "the battery of {robot} was too low",
+    }
+)
+_FOUND = "{schedule} came late in {late} of its last {starts} starts"
+_TYPICALLY = "{found}, typically {minutes} min"
+_BECAUSE = "{found}: {cause}"
+_FREE: Mapping[str, str] = MappingProxyType(
+    {
+        "at": "{whose} is free at {time}",
+        "later": "{whose} is free {minutes} min later",
+        "earlier": "{whose} is free {minutes} min earlier",
+        "then": "{whose} is free at these times",
+    }
+)
+_ONE_OF = "A robot of {group}"
+_DONE: Mapping[str, str] = MappingProxyType(
+    {
+        "at": "Move to {time}",
+        "later": "Move {minutes} min later",
+        "earlier": "Move {minutes} min earlier",
+        "robot": "Use {robot}",
+        "group": "Any of {group}",
+    }
+)
+_SINCE = "{schedule}: since then late {late} of {starts} (before {late_before} of {starts_before})"
 
 
-def _keeps_days(schedule: Schedule, shift: float) -> bool:
-    """Whether all starts can be moved by changing when it begins, and stay on their days."""
-    try:
-        rule = Recurrence.parse(schedule.recurrence)
-    except InvalidInput:
-        return False
-    moved = schedule.start + timedelta(seconds=shift)
-    if schedule.between is not None or rule.hours or rule.minutes or moved.date() != schedule.start.date():
-        return False
-    return not rule.frequency.is_sub_daily or abs(shift) < rule.interval * _PERIODS_S[rule.frequency]
+def sentence(suggestion: Suggestion, translate: Translate = lambda text: text, called: str = "") -> str:
+    """What was found: "Kits to line 2 came late in 16 of its last 20 starts, typically 9 min: Aino was busy with Waste". ``called``: what
+    people call the schedule; empty: by its name."""
+    one = suggestion.finding
+    text = translate(_FOUND).format(schedule=called or suggestion.schedule.name, late=one.late, starts=one.starts)
+    if one.typical_s is not None:
+        text = translate(_TYPICALLY).format(found=text, minutes=max(1, round(one.typical_s / 60)))
+    if one.cause in _CAUSES:
+        cause = translate(_CAUSES[one.cause]).format(robot=suggestion.whose, mission=one.mission)
+        text = translate(_BECAUSE).format(found=text, cause=cause)
+    return text
+
+
+def promise(change: Change, translate: Translate = lambda text: text) -> str:
+    """Why it would help: "Aino is free at 14:20"."""
+    whose = change.robot or translate(_ONE_OF).format(group=change.group)
+    key = _moved(change) if change.is_often and change.shift_s else "then" if change.is_often else "at"
+    return translate(_FREE[key]).format(whose=whose, **_times(change, translate))
+
+
+def action(change: Change, translate: Translate = lambda text: text) -> str:
+    """What its button says: "Move to 07:50"."""
+    key = change.kind.value
+    if change.kind is Kind.TIME:
+        key = _moved(change) if change.is_often else "at"
+    return translate(_DONE[key]).format(robot=change.robot, group=change.group, **_times(change, translate))
+
+
+def _moved(change: Change) -> str:
+    return "later" if change.shift_s > 0 else "earlier"
+
+
+def _times(change: Change, translate: Translate) -> dict[str, object]:
+    return {
+        "time": writing.time_of_day(change.draft.start.time(), translate),
+        "minutes": round(abs(change.shift_s) / 60),
+    }
+
+
+def since_then(result: Result, translate: Translate = lambda text: text, called: str = "") -> str:
+    return translate(_SINCE).format(
+        schedule=called or result.schedule.name,
+        late=result.late,
+        starts=result.starts,
+        late_before=result.late_before,
+        starts_before=result.starts_before,
+    )

@@ -24,7 +24,7 @@ BULB = "lightbulb-on-outline"  # on what opens the suggestions
 
 @pytest.fixture
 def container(tmp_path):
-    """Kits at 07:30 on Aino came late on each of the last twenty days: Aino was busy with the waste, which somebody starts by hand."""
+    """Kits at 07:30 on Aino came late on each of the last twenty days: Aino was busy with the waste of 07:15."""
     clock = VirtualClock(month_of_kits.NOW - timedelta(days=40))
     container = Container(Database.open(tmp_path / "amr-scheduler.db", clock=clock, durable=False), clock)
     month_of_kits.plan(container)
@@ -66,7 +66,7 @@ def test_a_suggestion_tells_what_was_and_fills_the_form_which_a_person_saves(app
         panel.text
         == "Kits came late in 20 of its last 20 starts, typically 9 min: Aino was busy with Waste to compactor"
     )
-    assert [change.action for change in panel.changes] == ["Move to 07:35", "Use Sisu", "Any of Hall 1"]
+    assert [change.action for change in panel.changes] == ["Move to 07:40", "Use Sisu", "Any of Hall 1"]
     before = kits(container)
     ui.tap(ui.find(CommandButton, panel, text="Any of Hall 1"))
     settle(app, ui)
@@ -104,15 +104,15 @@ def test_a_made_name_is_said_without_its_number_and_follows_to_the_group(unnamed
 
 def test_a_time_of_day_comes_into_the_form(app, container, ui):
     open_all(app, ui)
-    ui.tap(ui.find(CommandButton, ui.find(SuggestionPanel), text="Move to 07:35"))
+    ui.tap(ui.find(CommandButton, ui.find(SuggestionPanel), text="Move to 07:40"))
     settle(app, ui)
     save(app, ui)
-    ui.wait(lambda: kits(container).start.time() == time(7, 35))
+    ui.wait(lambda: kits(container).start.time() == time(7, 40))
 
 
 def test_another_edit_is_not_taken_for_the_suggestion(app, container, ui):
     open_all(app, ui)
-    ui.tap(ui.find(CommandButton, ui.find(SuggestionPanel), text="Move to 07:35"))
+    ui.tap(ui.find(CommandButton, ui.find(SuggestionPanel), text="Move to 07:40"))
     settle(app, ui)
     app.plan.form.set(at=time(9, 0))
     settle(app, ui)
