@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import re
 from pathlib import Path
@@ -9,9 +10,23 @@ from pathlib import Path
 import pytest
 
 import main
-from app.domain.models import STATE_OF_REASON, ReasonCode, Settings, State, Trigger
+from app.domain.models import (
+    STATE_OF_REASON,
+    DayException,
+    Group,
+    Mission,
+    Place,
+    ReasonCode,
+    Robot,
+    Schedule,
+    Settings,
+    State,
+    Trigger,
+)
+from app.services.catalogue import fields
+from app.services.catalogue.checks import Number
 from app.services.catalogue.configuration import document
-from app.services.catalogue.validation import WHOLE_NUMBERS
+from app.services.catalogue.fields import Field, Fields
 from app.services.files.history_export import COLUMNS
 from mir_sim.control import COMMANDS
 from mir_sim.faults import FaultKind
@@ -45,24 +60,56 @@ def test_every_option_of_the_command_line_is_there_and_no_other() -> None:
     assert said == options
 
 
+TABLES: dict[str, tuple[type, Fields]] = {
+    "settings": (Settings, fields.SETTINGS),
+    "display": (Settings, fields.DISPLAY),
+    "calendar": (Settings, fields.CALENDAR),
+    "calendar.days[]": (DayException, fields.DAY),
+    "robots[]": (Robot, fields.ROBOT),
+    "groups[]": (Group, fields.GROUP),
+    "places[]": (Place, fields.PLACE),
+    "missions[]": (Mission, fields.MISSION),
+    "schedules[]": (Schedule, fields.SCHEDULE),
+}
+CASES = [(f"{place}.{field.key}", kind, field) for place, (kind, table) in TABLES.items() for field in table]
+WITHOUT_PLAIN_DEFAULT = {  # they depend on something else, or are written in another way
+    "settings.working_days": "MO–FR",
+    "settings.timezone": "the tablet's",
+    "calendar.country": "null",
+    "calendar.region": "null",
+    "calendar.days": "[]",
+    "calendar.days[].last_day": "`first_day`",
+    "calendar.days[].source": "null",
+    "robots[].username": "empty",
+    "robots[].password": "",
+    "groups[].robots": "",
+    "missions[].places": "[]",
+    "schedules[].name": '"<mission> on <robot>"',
+    "schedules[].robot": "",
+    "schedules[].group": "",
+    "schedules[].timezone": "`settings.timezone`",
+    "schedules[].parameters": "{}",
+}
+ALTERNATIVES = {"schedules[].robot": "new, or `group`", "schedules[].group": "new, or `robot`"}
+
+
 def test_the_keys_of_the_configuration_file() -> None:
-    known = (
-        {f"settings.{key}" for key in document.SETTINGS}
-        | {f"display.{key}" for key in document.DISPLAY}
-        | {f"calendar.{key}" for key in document.CALENDAR}
-        | {f"calendar.days[].{key}" for key in document.DAY}
-        | {f"robots[].{key}" for key in document.ROBOT}
-        | {f"groups[].{key}" for key in document.GROUP}
-        | {f"places[].{key}" for key in document.PLACE}
-        | {f"missions[].{key}" for key in document.MISSION}
-        | {f"schedules[].{key}" for key in document.SCHEDULE}
-    )
-    assert set(keys()) == known
-    always = {f"{name}[].{key}" for name, identity in document.IDENTITY.items() for key in identity}
-    assert {key for key, cells in keys().items() if cells[0] == "yes"} == always
-    assert {key for key, cells in keys().items() if cells[0] == "new"} == {
-        f"{name}[].{key}" for name, required in document.REQUIRED.items() for key in required
-    } - always
+    assert set(keys()) == {key for key, _kind, _field in CASES}
+
+
+@pytest.mark.parametrize(("key", "kind", "field"), CASES, ids=[key for key, _kind, _field in CASES])
+def test_what_is_required_of_a_file_its_defaults_and_ranges(key: str, kind: type, field: Field) -> None:
+    required, default, values = keys()[key]
+    assert required == ALTERNATIVES.get(key, field.required)
+    if key in WITHOUT_PLAIN_DEFAULT:
+        assert default == WITHOUT_PLAIN_DEFAULT[key]
+    else:
+        stored = {each.name: each.default for each in dataclasses.fields(kind)}[field.attribute]
+        is_word = isinstance(stored, str) and not key.startswith(("settings.", "display."))
+        shown = "" if stored is dataclasses.MISSING else json.dumps(stored)
+        assert default == (shown if is_word else shown.strip('"'))
+    if isinstance(field.check, Number):
+        assert re.search(rf"\b{field.check.low}–{field.check.high}\b", values) or field.key in ("keep_free", "priority")
 
 
 def test_the_example_is_a_configuration() -> None:
@@ -76,29 +123,9 @@ def test_the_example_is_a_configuration() -> None:
         2,
         2,
     )
-    assert set(json.loads(example[1])["settings"]) == set(document.SETTINGS)
-    assert set(json.loads(example[1])["display"]) == set(document.DISPLAY)
-    assert set(json.loads(example[1])["calendar"]) == set(document.CALENDAR)
-
-
-@pytest.mark.parametrize("name", sorted(document.DISPLAY))
-def test_the_defaults_of_the_display(name: str) -> None:
-    assert keys()[f"display.{name}"][1] == str(getattr(Settings(), name)).lower()
-
-
-@pytest.mark.parametrize("name", sorted(document.SETTINGS))
-def test_the_defaults_of_the_settings(name: str) -> None:
-    default = getattr(Settings(), name)
-    words = {"working_days": "MO–FR", "timezone": "the tablet's"}
-    assert keys()[f"settings.{name}"][1] == words.get(name, "null" if default is None else str(default))
-
-
-@pytest.mark.parametrize(
-    "name", sorted(name for name in document.SETTINGS if name in WHOLE_NUMBERS and name != "history_limit")
-)
-def test_the_ranges_of_the_settings(name: str) -> None:
-    low, high = WHOLE_NUMBERS[name]
-    assert keys()[f"settings.{name}"][2].startswith(f"{low}–{high}")
+    assert set(json.loads(example[1])["settings"]) == {field.key for field in fields.SETTINGS}
+    assert set(json.loads(example[1])["display"]) == {field.key for field in fields.DISPLAY}
+    assert set(json.loads(example[1])["calendar"]) == {field.key for field in fields.CALENDAR}
 
 
 def test_the_columns_states_and_triggers_of_the_history() -> None:

@@ -24,7 +24,7 @@ from app.screens.settings import removals
 from app.screens.settings.facts import SettingsFacts
 from app.screens.settings.page import PageContext
 from app.screens.settings.view import NoticeView, went_wrong
-from app.services.catalogue import validation
+from app.services.catalogue import checks, validation
 from app.widgets.dialogs import Dialog, FormDialog
 from app.widgets.display import SectionCard
 from app.widgets.lists import RecycledRow
@@ -192,7 +192,7 @@ class GroupDialog(FormDialog):
     def _is_complete(self, group: Group) -> bool:
         """Everything that can be seen to be wrong is told at once, each at its field."""
         problems = []
-        for check in (lambda: validation.name(group.name), lambda: validation.group(replace(group, name="–"))):
+        for check in (lambda: checks.name(group.name), lambda: validation.group(replace(group, name="–"))):
             try:
                 check()
             except InvalidInput as problem:

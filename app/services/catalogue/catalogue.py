@@ -25,7 +25,7 @@ from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
 from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule, Settings
 from app.domain.robot import MissionParameter
-from app.services.catalogue import parameter_check, validation
+from app.services.catalogue import checks, parameter_check
 from app.services.catalogue.edit import Edit
 from app.services.catalogue.undo import Removed, Switched, Uses, restore, switch_back, wait_again
 from app.services.live.changes import Changes
@@ -235,7 +235,7 @@ class Catalogue:
         mission: who may ask robots does so before."""
         c = self._db.read()
         before = self._schedules.get(c, schedule.id) if schedule.id else None
-        given = validation.parameters(schedule.parameters)
+        given = checks.parameters(schedule.parameters)
         if self.parameters is not None and parameter_check.needs_check(replace(schedule, parameters=given), before):
             _raise(parameter_check.Runners(c).check(schedule, self.known_parameters))
         return self.edit(lambda edit: edit.save_schedule(schedule))

@@ -25,7 +25,7 @@ from app.database.value_checks import FULL, YEARS, tables, unusable, wrong_numbe
 from app.database.values import to_optional_instant
 from app.domain.message import Message, message
 from app.domain.models import OPEN_STATES, InvalidInput
-from app.services.catalogue import validation
+from app.services.catalogue import checks, fields, validation
 from app.services.live.access import PIN, is_hash
 from app.services.live.tablet import stored_move
 from app.services.planning.recurrence import Recurrence
@@ -154,14 +154,12 @@ def _robots(c: sqlite3.Connection) -> None:
     """One that can't be reached at its address holds up no other, and is an alarm."""
     for robot in RobotRepository().all(c):
         if robot.idle is not None:
-            validation.whole_number(robot.idle.after_minutes, "after_minutes")
+            fields.checked(robot.idle, fields.IDLE)
 
 
 def _missions(c: sqlite3.Connection) -> None:
     for mission in MissionRepository().all(c):
-        validation.guid(mission.guid)
-        if mission.usual_minutes is not None:
-            validation.whole_number(mission.usual_minutes, "usual_minutes")
+        fields.checked(mission, fields.MISSION, "guid", "usual_minutes")
 
 
 def _groups(c: sqlite3.Connection) -> None:
@@ -171,7 +169,7 @@ def _groups(c: sqlite3.Connection) -> None:
 
 def _places(c: sqlite3.Connection) -> None:
     for place in PlaceRepository().all(c):
-        validation.place(place)
+        fields.checked(place, fields.PLACE)
 
 
 def _schedules(c: sqlite3.Connection) -> None:
@@ -180,11 +178,10 @@ def _schedules(c: sqlite3.Connection) -> None:
     for schedule in found:
         _check_objects(schedule.parameters)
         Recurrence.parse(schedule.recurrence)
-        validation.battery(schedule.minimum_battery_percent)
-        for name in ("start_window_minutes", "finish_by_minutes"):
-            if (minutes := getattr(schedule, name)) is not None:
-                validation.whole_number(minutes, name)
-        _require(schedule.start.year in validation.YEARS, f"start {schedule.start}")
+        fields.checked(
+            schedule, fields.SCHEDULE, "minimum_battery_percent", "start_window_minutes", "finish_by_minutes"
+        )
+        _require(schedule.start.year in checks.YEARS, f"start {schedule.start}")
     _check_instants(found)
 
 

@@ -22,7 +22,7 @@ from app.domain.models import (
     Trigger,
 )
 from app.mir.credentials import token_for
-from app.services.catalogue import change_log, generated_names, validation
+from app.services.catalogue import change_log, checks, fields, generated_names, validation
 from app.services.catalogue.group_edit import GroupEdit
 from app.services.catalogue.schedule_edit import ScheduleEdit
 from app.services.catalogue.undo import Removed
@@ -74,7 +74,7 @@ class Edit(GroupEdit, ScheduleEdit):
         switched off where that is only a guess, as they would start at a wrong time. Returns one line for each, for the log."""
         lines, stored = [], self.settings.timezone
         is_stored = self._settings.is_stored(self.c, "timezone")
-        if not is_stored or not validation.is_zone(stored):
+        if not is_stored or not checks.is_zone(stored):
             found = find_zone()
             if is_stored:
                 lines.append(f"the time zone {stored} is not known here; the settings take {found.name}")
@@ -86,7 +86,7 @@ class Edit(GroupEdit, ScheduleEdit):
                     f"it was not certain which time zone the tablet has; the settings take {found.name} until one is chosen"
                 )
         for schedule in self.schedules.all(self.c):
-            if not validation.is_zone(schedule.timezone):
+            if not checks.is_zone(schedule.timezone):
                 lines.append(self._take_known_zone(schedule))
         return lines
 
@@ -180,7 +180,7 @@ class Edit(GroupEdit, ScheduleEdit):
         it, and does not merely give back what it read some time ago. ``is_one_of_many``: others change too, after which the caller asks
         ``check_is_no_other``."""
         stored = self.the_robot(robot.id) if robot.id else None
-        robot = validation.robot(robot)
+        robot = fields.checked(robot, fields.ROBOT)
         self.check_robot_name(robot)
         if password == "":
             raise InvalidInput("password", "enter a password")
@@ -274,9 +274,7 @@ class Edit(GroupEdit, ScheduleEdit):
 
     def _checked_idle(self, robot_id: int, rule: IdleRule) -> IdleRule:
         mission = self._mission_on(robot_id, rule.mission_id)
-        return replace(
-            rule, mission_id=mission.id, after_minutes=validation.whole_number(rule.after_minutes, "after_minutes")
-        )
+        return fields.checked(replace(rule, mission_id=mission.id), fields.IDLE)
 
     def remove_robot(self, robot_id: int) -> Removed:
         """With its schedules, its own missions, its idle rule and its hold. Its open executions end as cancelled."""
@@ -320,13 +318,7 @@ class Edit(GroupEdit, ScheduleEdit):
     # ------------------------------------------------------------------ missions
     def save_mission(self, mission: Mission) -> Mission:
         """Add (id 0) or change. What is planned on a robot with the mission of that name for all robots goes on with the robot's own."""
-        minutes = mission.usual_minutes
-        mission = replace(
-            mission,
-            name=validation.name(mission.name),
-            guid=validation.guid(mission.guid),
-            usual_minutes=None if minutes is None else validation.whole_number(minutes, "usual_minutes"),
-        )
+        mission = fields.checked(mission, fields.MISSION)
         stored = self.the_mission(mission.id) if mission.id else None
         only = None if mission.robot_id is None else self.the_robot(mission.robot_id)
         other = self.missions.by_name(self.c, mission.name, mission.robot_id)

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
 from app.domain.models import Execution, Group, InvalidInput, Mission, Place, Reason, ReasonCode
-from app.services.catalogue import generated_names, validation
+from app.services.catalogue import fields, generated_names, validation
 from app.services.catalogue.transaction import Transaction
 from app.services.catalogue.undo import Removed
 from app.services.live.changes import Topic
@@ -98,7 +98,7 @@ class GroupEdit(Transaction):
     def save_place(self, place: Place) -> Place:
         """Add (id 0) or change."""
         stored = self.the_place(place.id) if place.id else None
-        place = validation.place(place)
+        place = replace(fields.checked(place, fields.PLACE), missions=tuple(sorted(set(place.missions))))
         other = self.places.by_name(self.c, place.name)
         if other is not None and other.id != place.id:
             raise InvalidInput("name", "there is a place {name} already", name=place.name)

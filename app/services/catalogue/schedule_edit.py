@@ -9,7 +9,7 @@ from datetime import datetime, timedelta
 from app.domain import names
 from app.domain.models import Group, InvalidInput, Mission, Robot, Schedule, State
 from app.domain.rules import token_of
-from app.services.catalogue import change_log, validation
+from app.services.catalogue import change_log, checks, validation
 from app.services.catalogue.transaction import Transaction
 from app.services.catalogue.undo import Removed, Switched
 from app.services.live.changes import Topic
@@ -203,7 +203,7 @@ class ScheduleEdit(Transaction):
         if not schedule.name.strip():
             is_made = stored is not None and names.is_of_schedule(stored.name, mission.name, target.name)
             return stored.name if stored is not None and is_made else self.free_schedule_name(mission.name, target.name)
-        name = validation.name(schedule.name)
+        name = checks.name(schedule.name)
         other = self.schedules.by_name(self.c, name)
         if other is not None and other.id != schedule.id:
             raise InvalidInput("name", "there is a schedule {name} already", name=name)

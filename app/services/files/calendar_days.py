@@ -17,7 +17,7 @@ from zoneinfo import ZoneInfo
 
 from app.domain import names
 from app.domain.models import DayException, InvalidInput
-from app.services.catalogue import validation
+from app.services.catalogue import checks, validation
 from app.services.files import ics
 from app.services.files.ics_events import UNREADABLE, Event, Series, series_of
 from app.services.files.ics_times import MIDNIGHT, Moment, Rule, moment, since_midnight, values
@@ -236,7 +236,7 @@ class _Reader:
             and not (rules[0].ends or without or more or instead)
             and _is_same_day_each_year(starts, self._last(place))
         ):
-            first = next((start for start in starts if start.year in validation.YEARS), starts[0])
+            first = next((start for start in starts if start.year in checks.YEARS), starts[0])
             self._add(event, [place.span(first)], place.whole, yearly=True)
             return
         replaced = self._replaced(place, instead)
@@ -330,7 +330,7 @@ def _rule(text: str, days: Iterable[int]) -> Rule:
     """With an end after all days of a calendar here it has none. ``days``: of the month, on which it starts, in its zone and as it is
     written."""
     rule = Rule.parse(text)
-    if rule.until and rule.until.at.year >= validation.YEARS.stop:
+    if rule.until and rule.until.at.year >= checks.YEARS.stop:
         rule = replace(rule, until=None)
     if not (rule.ends or rule.is_yearly):
         raise _NotTaken(LeftOut.ENDLESS)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from zoneinfo import ZoneInfo
 
 from app.domain.clock import zone_names
-from app.services.catalogue import validation
+from app.services.catalogue import checks
 from app.services.files.ics import Budget, Component
 from app.services.files.ics_times import Moment, Rule, moment, offset, values
 
@@ -141,7 +141,7 @@ def named(name: str) -> tzinfo | None:
     if parts[-1] in ("utc", "gmt", "z"):
         return UTC
     for tried in ["/".join(parts[-number:]) for number in (3, 2, 1)]:
-        if len(tried) <= LONGEST_NAME and validation.is_zone(known := _names().get(tried, "")):
+        if len(tried) <= LONGEST_NAME and checks.is_zone(known := _names().get(tried, "")):
             return ZoneInfo(known)
     return None
 

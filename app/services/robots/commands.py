@@ -40,7 +40,7 @@ from app.mir.credentials import normalise_fingerprint, token_for
 from app.mir.errors import Delivery, RobotError
 from app.mir.http import presented_fingerprint
 from app.services.allocation.situation import HIGH
-from app.services.catalogue import validation
+from app.services.catalogue import checks
 from app.services.catalogue.parameter_check import Checked, check
 from app.services.dispatch.engine import Engine
 from app.services.dispatch.ledger import Ledger
@@ -236,7 +236,7 @@ class Operator:
             self._settings(),
             self._clock.now(),
             token,
-            parameters=validation.parameters(parameters),
+            parameters=checks.parameters(parameters),
             priority=priority,
         )
         execution = self._ledger.add(replace(row, tried=dict(tried)), instead_of) or self._ledger.by_token(token)

@@ -15,7 +15,7 @@ from app.domain.models import InvalidInput, Mission, Robot, Schedule
 from app.domain.robot import MissionInfo
 from app.process.requests import find_mission, find_target
 from app.screens.settings.missions_view import offers
-from app.services.catalogue import validation
+from app.services.catalogue import checks
 from tests.support.clock import VirtualClock
 
 FAMILY = "\U0001f468\u200d\U0001f469\u200d\U0001f467"
@@ -27,7 +27,7 @@ SINHALA = "ශ්\u200dරී"  # a joiner inside a syllable
     "text", ["R1", "Kääpä", "Robot 7 – hall B", "电梯", "Ž", FAMILY, PERSIAN, SINHALA, "❤️", "#", "नमस्ते"]
 )
 def test_what_people_write_stays(text):
-    assert validation.name(f" \u3000{text}\n") == unicodedata.normalize("NFC", text)
+    assert checks.name(f" \u3000{text}\n") == unicodedata.normalize("NFC", text)
     assert names.cleaned(text) == unicodedata.normalize("NFC", text)
 
 
@@ -59,7 +59,7 @@ def test_what_people_write_stays(text):
 )
 def test_what_nobody_can_see_is_refused_and_named(text, code):
     with pytest.raises(InvalidInput) as refused:
-        validation.name(text, "robots[0].name")
+        checks.name(text, "robots[0].name")
     assert refused.value.field == "robots[0].name"
     assert code in refused.value.text or "control characters" in refused.value.text
     assert all(character.isprintable() for character in refused.value.text)
@@ -68,13 +68,13 @@ def test_what_nobody_can_see_is_refused_and_named(text, code):
 @pytest.mark.parametrize("text", ["R\u20281", "R\u20291", "R\x1b1", "a\tb"])
 def test_control_characters_and_line_ends_are_refused(text):
     with pytest.raises(InvalidInput, match="control characters"):
-        validation.name(text)
+        checks.name(text)
 
 
 @pytest.mark.parametrize("text", ["", "  ", "\u2003\u3000", "\u0301"])
 def test_a_name_needs_something_to_see(text):
     with pytest.raises(InvalidInput, match="enter a name"):
-        validation.name(text)
+        checks.name(text)
 
 
 def test_two_ways_to_write_one_name_are_one_name(tmp_path):
@@ -87,7 +87,7 @@ def test_two_ways_to_write_one_name_are_one_name(tmp_path):
         container.catalogue.save_robot(Robot("M\u00e4ki", "10.0.0.2", "u"), password="p")
     assert find_target(container, "Ma\u0308ki") == robot
     assert find_mission(container, "Tyo\u0308", robot) == mission
-    assert len(validation.name("a\u0308" * 80)) == 80
+    assert len(checks.name("a\u0308" * 80)) == 80
     container.close()
 
 
@@ -117,34 +117,34 @@ def test_marks_are_not_heaped_on_a_letter():
     assert names.cleaned(f"Dock {ZALGO}{ZALGO}") == "Dock Ź" + "\u0301" * 2 + "Ź" + "\u0301" * 2
     assert names.visible(f"{ZALGO}!") == "Z" + "\u0301" * 3 + "!"
     with pytest.raises(InvalidInput, match="marks"):
-        validation.name(ZALGO)
+        checks.name(ZALGO)
 
 
 @pytest.mark.parametrize("text", [VIETNAMESE, HEBREW, TIBETAN, "ที่นี่", "नमस्ते"])
 @pytest.mark.parametrize("form", ["NFC", "NFD"])
 def test_scripts_that_write_with_marks_keep_theirs(text, form):
     assert names.visible(unicodedata.normalize(form, text)) == unicodedata.normalize(form, text)
-    assert validation.name(text) == unicodedata.normalize("NFC", text)
+    assert checks.name(text) == unicodedata.normalize("NFC", text)
 
 
 @given(st.text(max_size=120) | st.text("Za\u0301\u0308\u0344\u20dd\u200b", max_size=40))
 def test_what_is_cleaned_can_be_entered(raw):
     name = names.cleaned(raw)
-    assert name == "" or validation.name(name) == name
+    assert name == "" or checks.name(name) == name
 
 
 def test_missions_of_a_robot_can_be_taken_over_whatever_they_are_called():
     called = ["Go\u202e home", "\u200b", "\u3164", "Go home", "M" * 79 + FAMILY, "Ma\u0308ki"]
     offered = offers([MissionInfo(f"guid-{n}", name) for n, name in enumerate(called)], [], robot_id=1)
     assert len(offered) == len(called)
-    assert sorted(validation.name(offer.name) for offer in offered) == sorted(
+    assert sorted(checks.name(offer.name) for offer in offered) == sorted(
         ["Go home", "Go home 2", "guid-1", "guid-2", "M" * 79 + "\U0001f468", "M\u00e4ki"]
     )
 
 
 def test_a_schedule_without_a_name_gets_one_that_can_be_entered():
     made = names.of_schedule("M" * 72 + FAMILY, "R")
-    assert [validation.name(next(made)) for _ in range(3)] == [
+    assert [checks.name(next(made)) for _ in range(3)] == [
         f"{'M' * 72}{FAMILY} on"[:80].strip(),
         f"{'M' * 72}{FAMILY} 2",
         f"{'M' * 72}{FAMILY} 3",
@@ -152,10 +152,10 @@ def test_a_schedule_without_a_name_gets_one_that_can_be_entered():
 
 
 def test_parameters_keep_the_names_that_the_robot_gave_them():
-    assert validation.parameters({"Po\u200bsition ": 1}) == {"Po\u200bsition ": 1}
+    assert checks.parameters({"Po\u200bsition ": 1}) == {"Po\u200bsition ": 1}
     for key in ("", " ", "a\nb", "x" * 81):
         with pytest.raises(InvalidInput, match="name of a parameter"):
-            validation.parameters({key: 1})
+            checks.parameters({key: 1})
 
 
 # ---------------------------------------------------------------------- time zones
@@ -164,7 +164,7 @@ def test_parameters_keep_the_names_that_the_robot_gave_them():
 )
 def test_only_zones_of_iana_are_taken(zone):
     with pytest.raises(InvalidInput, match="is no time zone"):
-        validation.timezone(zone)
+        checks.timezone(zone)
 
 
 @pytest.mark.parametrize("zone", ["localtime", "Mars/Base"])

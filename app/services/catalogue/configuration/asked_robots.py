@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from app.domain.models import Robot
 from app.domain.robot import MissionParameter
 from app.services.catalogue.catalogue import Catalogue
-from app.services.catalogue.configuration.document import Item, at
+from app.services.catalogue.fields import Item, at
 from app.services.catalogue.parameter_check import Checked
 from app.services.live.mission_parameters import ANSWER_TIMEOUT, Answers
 

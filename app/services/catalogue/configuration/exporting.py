@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from app.database.calendar import CalendarRepository
@@ -14,144 +14,88 @@ from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain import names
-from app.domain.models import DayException, Group, HandOver, InvalidInput, Mission, Place, Robot, Schedule, Settings
-from app.services.catalogue import validation
-from app.services.catalogue.configuration.document import DISPLAY, FORMAT
+from app.domain.models import DayException, IdleRule, InvalidInput, Mission, Schedule
+from app.services.catalogue import fields, validation
+from app.services.catalogue.configuration.document import FORMAT
+from app.services.catalogue.fields import written
 from app.services.planning.working_days import WorkingCalendar
 
 
 def export_configuration(c: sqlite3.Connection) -> str:
     """JSON with a line break at its end."""
-    robots = {robot.id: robot for robot in RobotRepository().all(c)}
-    missions = {mission.id: mission for mission in MissionRepository().all(c)}
-    groups, places = {group.id: group for group in GroupRepository().all(c)}, PlaceRepository().all(c)
-    settings, days = SettingsRepository().load(c), CalendarRepository().all(c)
-    calendar = WorkingCalendar(settings, days)
-    document: dict[str, Any] = {
-        "format": FORMAT,
-        "settings": _settings(settings),
-        "display": {key: getattr(settings, key) for key in DISPLAY},
-        "calendar": _calendar(settings, days),
-        "robots": [_robot(robot, missions) for robot in robots.values()],
-        **({"groups": [_group(group, robots) for group in groups.values()]} if groups else {}),
-        **({"places": [{"name": place.name, "most": place.most} for place in places]} if places else {}),
-        "missions": sorted(
-            (_mission(mission, robots, places) for mission in missions.values()),
-            key=lambda given: (given["name"], given.get("robot", "")),
-        ),
-        "schedules": [
-            _schedule(schedule, _target(schedule, robots, groups), missions, calendar)
-            for schedule in ScheduleRepository().all(c)
-        ],
-    }
-    return json.dumps(document, ensure_ascii=False, indent=2) + "\n"
+    return json.dumps(_Export(c).document(), ensure_ascii=False, indent=2) + "\n"
 
 
-def _settings(settings: Settings) -> dict[str, Any]:
-    return {
-        "poll_interval_seconds": settings.poll_interval_seconds,
-        "retry_limit": settings.retry_limit,
-        "minimum_battery_percent": _percent(settings.minimum_battery_percent),
-        "working_days": list(settings.working_days),
-        "timezone": settings.timezone,
-        "start_window_minutes": settings.start_window_minutes,
-        "unknown_outcome_quiet_seconds": settings.unknown_outcome_quiet_seconds,
-        "history_limit": settings.history_limit,
-    }
+class _Export:
+    def __init__(self, c: sqlite3.Connection) -> None:
+        self._robots, self._groups, self._missions = (
+            RobotRepository().all(c),
+            GroupRepository().all(c),
+            MissionRepository().all(c),
+        )
+        self._places, self._schedules = PlaceRepository().all(c), ScheduleRepository().all(c)
+        self._settings, self._days = SettingsRepository().load(c), CalendarRepository().all(c)
+        self._calendar = WorkingCalendar(self._settings, self._days)
+        self._robot_names = {robot.id: robot.name for robot in self._robots}
+        self._group_names = {group.id: group.name for group in self._groups}
+        self._mission_names = {mission.id: mission.name for mission in self._missions}
 
+    def document(self) -> dict[str, Any]:
+        found = {
+            "format": FORMAT,
+            "settings": written(self._settings, fields.SETTINGS),
+            "display": written(self._settings, fields.DISPLAY),
+            "calendar": written(
+                self._settings,
+                fields.CALENDAR,
+                country=self._settings.holiday_country or None,
+                region=self._settings.holiday_subdivision or None,
+                # as they were entered, since of two for the same day the later one may hold
+                days=[_day(each) for each in sorted(self._days, key=lambda each: each.id)],
+            ),
+            "robots": [written(robot, fields.ROBOT, idle=self._idle(robot.idle)) for robot in self._robots],
+            "groups": [
+                written(group, fields.GROUP, robots=sorted(self._robot_names[id_] for id_ in group.members))
+                for group in self._groups
+            ],
+            "places": [written(place, fields.PLACE) for place in self._places],
+            "missions": sorted(
+                map(self._mission, self._missions), key=lambda each: (each["name"], each.get("robot", ""))
+            ),
+            "schedules": [self._schedule(schedule) for schedule in self._schedules],
+        }
+        return {section: each for section, each in found.items() if each or section not in ("groups", "places")}
 
-def _calendar(settings: Settings, days: Sequence[DayException]) -> dict[str, Any]:
-    """The days as they were entered, since of two for the same day the later one may hold."""
-    return {
-        "country": settings.holiday_country or None,
-        "region": settings.holiday_subdivision or None,
-        "days": [_day(exception) for exception in sorted(days, key=lambda exception: exception.id)],
-    }
+    def _idle(self, rule: IdleRule | None) -> dict[str, Any] | None:
+        return None if rule is None else written(rule, fields.IDLE, mission=self._mission_names[rule.mission_id])
+
+    def _mission(self, mission: Mission) -> dict[str, Any]:
+        return written(
+            mission,
+            fields.MISSION,
+            robot=self._robot_names.get(mission.robot_id or 0),
+            places=[place.name for place in self._places if mission.id in place.missions],
+        )
+
+    def _schedule(self, schedule: Schedule) -> dict[str, Any]:
+        respects = schedule.respect_working_days and not _is_on_a_day_off(schedule, self._calendar)
+        found = written(
+            replace(schedule, respect_working_days=respects),
+            fields.SCHEDULE,
+            name=schedule.name,
+            robot=self._robot_names.get(schedule.robot_id or 0),
+            group=self._group_names.get(schedule.group_id or 0),
+            mission=self._mission_names[schedule.mission_id],
+        )
+        if schedule.group_id is None:
+            del found["finish_by_minutes"]
+        return found
 
 
 def _day(exception: DayException) -> dict[str, Any]:
-    given = {
-        "name": exception.name,
-        "first_day": exception.first_day.isoformat(),
-        "last_day": exception.last_day.isoformat(),
-        "working": exception.is_working,
-        "yearly": exception.yearly,
-    }
-    source = names.cleaned(exception.source)  # the name of a file, of any length
-    return {**given, "source": source} if source else given
-
-
-def _robot(robot: Robot, missions: Mapping[int, Mission]) -> dict[str, Any]:
-    given: dict[str, Any] = {
-        "name": robot.name,
-        "address": robot.address,
-        "username": robot.username,
-        "enabled": robot.enabled,
-    }
-    if robot.certificate_sha256:
-        given["certificate_sha256"] = robot.certificate_sha256
-    idle = robot.idle
-    given["idle"] = idle and {
-        "mission": missions[idle.mission_id].name,
-        "after_minutes": idle.after_minutes,
-        "enabled": idle.enabled,
-    }
-    if robot.hand_over is not HandOver.AT_ONCE:
-        given["hand_over"] = str(robot.hand_over)
-    return given
-
-
-def _group(group: Group, robots: Mapping[int, Robot]) -> dict[str, Any]:
-    return {
-        "name": group.name,
-        "robots": sorted(robots[robot_id].name for robot_id in group.members),
-        "hand_over": str(group.hand_over),
-        "keep_free": group.keep_free,
-    }
-
-
-def _target(schedule: Schedule, robots: Mapping[int, Robot], groups: Mapping[int, Group]) -> dict[str, str]:
-    if schedule.robot_id is not None:
-        return {"robot": robots[schedule.robot_id].name}
-    return {"group": groups[schedule.group_id or 0].name}
-
-
-def _mission(mission: Mission, robots: Mapping[int, Robot], places: Sequence[Place]) -> dict[str, Any]:
-    given: dict[str, Any] = {"name": mission.name, "guid": mission.guid}
-    if mission.robot_id is not None:
-        given["robot"] = robots[mission.robot_id].name
-    if mission.usual_minutes is not None:
-        given["usual_minutes"] = mission.usual_minutes
-    if mission.favourite:
-        given["favourite"] = True
-    if mission.on_low_battery:
-        given["on_low_battery"] = True
-    if used := [place.name for place in places if mission.id in place.missions]:
-        given["places"] = used
-    return given
-
-
-def _schedule(
-    schedule: Schedule, target: Mapping[str, str], missions: Mapping[int, Mission], calendar: WorkingCalendar
-) -> dict[str, Any]:
-    between = schedule.between
-    return {
-        "name": schedule.name,
-        **target,
-        "mission": missions[schedule.mission_id].name,
-        "start": schedule.start.isoformat(timespec="minutes"),
-        "timezone": schedule.timezone,
-        "recurrence": schedule.recurrence,
-        "enabled": schedule.enabled,
-        "minimum_battery_percent": _percent(schedule.minimum_battery_percent),
-        "respect_working_days": schedule.respect_working_days and not _is_on_a_day_off(schedule, calendar),
-        "between": between and {"from": f"{between.start:%H:%M}", "to": f"{between.end:%H:%M}"},
-        "start_window_minutes": schedule.start_window_minutes,
-        **({} if schedule.group_id is None else {"finish_by_minutes": schedule.finish_by_minutes}),
-        "overlap": str(schedule.overlap),
-        "priority": schedule.priority,
-        "parameters": dict(schedule.parameters),
-    }
+    return written(
+        replace(exception, source=names.cleaned(exception.source)), fields.DAY
+    )  # a file's name has any length
 
 
 def _is_on_a_day_off(schedule: Schedule, calendar: WorkingCalendar) -> bool:
@@ -161,7 +105,3 @@ def _is_on_a_day_off(schedule: Schedule, calendar: WorkingCalendar) -> bool:
     except InvalidInput:
         return True
     return False
-
-
-def _percent(value: float | None) -> float | int | None:
-    return int(value) if value is not None and value.is_integer() else value

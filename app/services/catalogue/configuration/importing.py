@@ -8,95 +8,21 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import reduce
-from types import MappingProxyType
 from typing import Any
 
 from app.domain import names
 from app.domain.message import Message, message, render
 from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule
-from app.services.catalogue import parameter_check, validation
+from app.services.catalogue import fields, parameter_check, validation
 from app.services.catalogue.catalogue import Catalogue, Edit
 from app.services.catalogue.configuration.asked_robots import AskedRobots, MoreToAsk
-from app.services.catalogue.configuration.document import Document, Item, at, check_new, read
+from app.services.catalogue.configuration.document import Document, read
+from app.services.catalogue.fields import KEY_OF, Item, at, differing
 from app.services.catalogue.generated_names import Unnamed
 from app.services.catalogue.parameter_check import Checked
 
 # Written in some 200 ms, while nobody else can write.
 MOST_ROBOTS, MOST_GROUPS, MOST_PLACES, MOST_MISSIONS, MOST_SCHEDULES = 500, 100, 100, 2000, 2000
-_OF_ROBOT = ("address", "username", "enabled", "certificate_sha256", "hand_over")
-_OF_MISSION = ("guid", "usual_minutes", "favourite", "on_low_battery")
-_OF_SCHEDULE = (
-    "start",
-    "timezone",
-    "recurrence",
-    "enabled",
-    "minimum_battery_percent",
-    "respect_working_days",
-    "between",
-    "start_window_minutes",
-    "finish_by_minutes",
-    "overlap",
-    "priority",
-    "parameters",
-)
-_KEY_OF_FIELD = {
-    "robot_id": "robot",
-    "group_id": "group",
-    "members": "robots",
-    "mission_id": "mission",
-    "holiday_country": "country",
-    "holiday_subdivision": "region",
-}
-# Keys of the file as sentences name them; in English as they are written in the file.
-_WORDS: Mapping[str, Message] = MappingProxyType(
-    {
-        word["msgid"]: word
-        for word in (
-            message("poll_interval_seconds"),
-            message("retry_limit"),
-            message("minimum_battery_percent"),
-            message("working_days"),
-            message("timezone"),
-            message("start_window_minutes"),
-            message("unknown_outcome_quiet_seconds"),
-            message("history_limit"),
-            message("address"),
-            message("username"),
-            message("password"),
-            message("enabled"),
-            message("certificate_sha256"),
-            message("idle"),
-            message("robot"),
-            message("mission"),
-            message("start"),
-            message("recurrence"),
-            message("respect_working_days"),
-            message("between"),
-            message("overlap"),
-            message("priority"),
-            message("parameters"),
-            message("guid"),
-            message("usual_minutes"),
-            message("favourite"),
-            message("on_low_battery"),
-            message("language"),
-            message("theme"),
-            message("gloves"),
-            message("font_scale_percent"),
-            message("keyboard"),
-            message("alarm_sound"),
-            message("hand_over"),
-            message("group"),
-            message("robots"),
-            message("keep_free"),
-            message("finish_by_minutes"),
-            message("most"),
-            message("places"),
-            message("country"),
-            message("region"),
-        )
-    }
-)
 
 
 class DeletesRuns(InvalidInput):
@@ -149,7 +75,10 @@ class _Import:
         """Settings first, as new schedules take their defaults from them; idle rules after the missions that they name."""
         self._check_room()
         _check_no_doubles(self._document)
-        setting_lines = [*self._settings(self._document.settings), *self._different(self._document.display)]
+        setting_lines = [
+            *self._settings(self._document.settings, self._document.settings.changes),
+            *self._different(self._document.display, self._document.display.changes),
+        ]
         setting_lines += self._calendar(self._document.calendar)
         before = {
             item.path: self._edit.robots.by_name(self._edit.c, item.values["name"]) for item in self._document.robots
@@ -195,42 +124,36 @@ class _Import:
                 )
 
     # ------------------------------------------------------------------ settings
-    def _settings(self, item: Item) -> Iterator[Message]:
-        before = self._edit.settings
+    def _settings(self, item: Item, changes: Mapping[str, Any]) -> Iterator[Message]:
+        """``changes``: by attribute."""
+        before, words = self._edit.settings, {field.attribute: field.name for field in item.fields}
         with _placed(item):
-            after = self._edit.change_settings(**item.values)
-        for name in item.values:
+            after = self._edit.change_settings(**changes)
+        for name in changes:
             if getattr(after, name) != getattr(before, name):
                 yield message(
                     "setting {name} changed: {before} -> {after}",
-                    name=_word(_KEY_OF_FIELD.get(name, name)),
+                    name=words[name],
                     before=_shown(getattr(before, name)),
                     after=_shown(getattr(after, name)),
                 )
 
-    def _different(self, item: Item) -> Iterator[Message]:
+    def _different(self, item: Item, changes: Mapping[str, Any]) -> Iterator[Message]:
         """Those that are not as they are by default either."""
+        settings = self._edit.settings
         yield from self._settings(
-            replace(
-                item,
-                values={
-                    name: value for name, value in item.values.items() if value != getattr(self._edit.settings, name)
-                },
-            )
+            item, {name: value for name, value in changes.items() if value != getattr(settings, name)}
         )
 
     def _calendar(self, item: Item) -> Iterator[Message]:
         """Another country has other regions. A day that is there already is not added again."""
-        given, country = item.values, self._edit.settings.holiday_country
-        holidays = {}
-        if "country" in given:
-            holidays["holiday_country"] = given["country"] or ""
-        if "region" in given or holidays.get("holiday_country", country) != country:
-            holidays["holiday_subdivision"] = given.get("region") or ""
-        yield from self._different(Item(item.path, holidays))
+        changes, country = item.changes, self._edit.settings.holiday_country
+        if changes.get("holiday_country", country) != country:
+            changes.setdefault("holiday_subdivision", "")
+        yield from self._different(item, changes)
         there = Counter(replace(stored, id=0, source="") for stored in self._edit.days.all(self._edit.c))
         added = []
-        for exception in map(_day, given.get("days", ())):
+        for exception in map(_day, item.values.get("days", ())):
             identity = replace(exception, source="")
             if there[identity]:
                 there[identity] -= 1
@@ -248,13 +171,11 @@ class _Import:
 
     # ------------------------------------------------------------------ robots
     def _robot(self, item: Item) -> None:
-        given = dict(item.values)
-        password = given.get("password")
+        given, password = item.values, item.values.get("password")
         stored = self._edit.robots.by_name(self._edit.c, given["name"])
         if stored is None:
-            check_new("robots", item)
-        robot = replace(stored or Robot("", ""), **{key: given[key] for key in ("name", *_OF_ROBOT) if key in given})
-        saved = self._edit.save_robot(robot, password, is_one_of_many=True)
+            item.check_new()
+        saved = self._edit.save_robot(replace(stored or Robot("", ""), **item.changes), password, is_one_of_many=True)
         if password is not None and given.get("enabled") is False and saved.enabled:
             self._edit.save_robot(replace(saved, enabled=False))
 
@@ -289,23 +210,21 @@ class _Import:
         if "idle" not in item.values:
             return
         robot = self._robot_named(item.values["name"], f"{item.path}.name")
-        given, path = item.values["idle"], f"{item.path}.idle"
+        given: Item | None = item.values["idle"]
         if given is None:
             self._edit.set_idle_rule(robot.id, None)
             return
-        rule = robot.idle
-        if "mission" in given:
-            mission = self._mission_named(given["mission"], robot, f"{path}.mission")
+        rule, path = robot.idle, given.path
+        if "mission" in given.values:
+            mission = self._mission_named(given.values["mission"], robot, f"{path}.mission")
             rule = replace(rule, mission_id=mission.id) if rule else IdleRule(mission.id)
         if rule is None:
             raise InvalidInput(f"{path}.mission", "{path}: 'mission' is missing", path=path)
-        with _placed(Item(path, given)):
-            rule = replace(rule, **{key: given[key] for key in ("after_minutes", "enabled") if key in given})
+        with _placed(given):
+            rule = replace(rule, **given.changes)
             saved = self._edit.set_idle_rule(robot.id, rule)
         if parameter_check.is_mission_new(rule, robot.idle):
-            self._idle.append(
-                (Item(path, given), parameter_check.of_idle_rule(self._edit, saved, rule, self._asked.known))
-            )
+            self._idle.append((given, parameter_check.of_idle_rule(self._edit, saved, rule, self._asked.known)))
 
     def _robot_line(self, item: Item, before: Robot | None) -> Iterator[Message]:
         after = self._robot_named(item.values["name"], item.path)
@@ -316,9 +235,9 @@ class _Import:
                 else message("robot {name} added", name=after.name)
             )
             return
-        changed = [name for name in (*_OF_ROBOT, "idle") if getattr(after, name) != getattr(before, name)]
+        changed = differing(before, after, fields.ROBOT)
         if after.token != before.token and after.token is not None:
-            changed.append("password")
+            changed.append(message("password"))
         if changed:
             what = _list(changed)
             yield (
@@ -338,8 +257,8 @@ class _Import:
         given, edit = item.values, self._edit
         stored = edit.groups.by_name(edit.c, given["name"])
         if stored is None:
-            check_new("groups", item)
-        values = {key: given[key] for key in ("hand_over", "keep_free") if key in given}
+            item.check_new()
+        values = item.changes
         if "robots" in given:
             values["members"] = tuple(
                 sorted(self._robot_named(name, f"{item.path}.robots").id for name in given["robots"])
@@ -348,22 +267,20 @@ class _Import:
             saved = edit.save_group(replace(stored or Group(given["name"]), **values), may_be_empty=True)
         if stored is None:
             yield message("group {name} added", name=saved.name)
-        elif changed := [_KEY_OF_FIELD.get(key, key) for key in values if getattr(saved, key) != getattr(stored, key)]:
+        elif changed := differing(stored, saved, fields.GROUP):
             yield message("group {name} changed: {what}", name=saved.name, what=_list(changed))
 
     def _place(self, item: Item) -> Iterator[Message]:
         given, edit = item.values, self._edit
         stored = edit.places.by_name(edit.c, given["name"])
         if stored is None:
-            check_new("places", item)
+            item.check_new()
         with _placed(item):
-            saved = edit.save_place(
-                replace(stored or Place(given["name"], 1), **{key: given[key] for key in ("most",) if key in given})
-            )
+            saved = edit.save_place(replace(stored or Place(given["name"], 1), **item.changes))
         if stored is None:
             yield message("place {name} added", name=saved.name)
-        elif saved != stored:
-            yield message("place {name} changed: {what}", name=saved.name, what=_list(["most"]))
+        elif changed := differing(stored, saved, fields.PLACE):
+            yield message("place {name} changed: {what}", name=saved.name, what=_list(changed))
 
     def _uses(self, mission: Mission, item: Item) -> bool:
         """Have the mission use the places that the file names, and no others; whether that is something new."""
@@ -382,9 +299,8 @@ class _Import:
         robot_id = robot.id if robot else None
         stored = self._edit.missions.by_name(self._edit.c, name, robot_id)
         if stored is None:
-            check_new("missions", item)
-        given = {key: item.values[key] for key in _OF_MISSION if key in item.values}
-        saved = self._edit.save_mission(replace(stored or Mission(name, "", robot_id=robot_id), **given))
+            item.check_new()
+        saved = self._edit.save_mission(replace(stored or Mission(name, "", robot_id=robot_id), **item.changes))
         uses_others = self._uses(saved, item)
         if stored is None:
             yield (
@@ -392,9 +308,7 @@ class _Import:
                 if robot
                 else message("mission {name} added", name=name)
             )
-        elif (
-            changed := [key for key in given if getattr(saved, key) != getattr(stored, key)] + ["places"] * uses_others
-        ):
+        elif changed := differing(stored, saved, fields.MISSION) + [message("places")] * uses_others:
             what = _list(changed)
             yield (
                 message("mission {name} of {robot} changed: {what}", name=name, robot=robot.name, what=what)
@@ -417,9 +331,9 @@ class _Import:
         given = item.values
         stored = self._stored(given["name"]) if given.get("name") else None
         if stored is None:
-            check_new("schedules", item)
+            item.check_new()
         target = self._target(item, stored)
-        values = {key: given[key] for key in _OF_SCHEDULE if key in given}
+        values = item.changes
         if "robot" in given or "group" in given:
             values |= {
                 "robot_id": target.id if isinstance(target, Robot) else None,
@@ -441,7 +355,7 @@ class _Import:
             self._to_check.append((item, saved))
         if stored is None:
             yield message("schedule {name} added", name=saved.name)
-        elif changed := [_KEY_OF_FIELD.get(key, key) for key in values if getattr(saved, key) != getattr(stored, key)]:
+        elif changed := differing(stored, saved, fields.SCHEDULE):
             yield message("schedule {name} changed: {what}", name=saved.name, what=_list(changed))
 
     def _target(self, item: Item, stored: Schedule | None) -> Robot | Group:
@@ -494,17 +408,8 @@ class _Import:
 
 
 def _day(item: Item) -> DayException:
-    given = item.values
-    exception = DayException(
-        given["name"],
-        given["first_day"],
-        given.get("last_day", given["first_day"]),
-        given.get("working", False),
-        given.get("yearly", False),
-        given.get("source") or "",
-    )
     with _placed(item):
-        return validation.day_exception(exception)
+        return validation.day_exception(DayException(**{"last_day": item.values["first_day"], **item.changes}))
 
 
 @contextmanager
@@ -515,7 +420,7 @@ def _placed(item: Item) -> Iterator[None]:
     except InvalidInput as error:
         if error.text.startswith(item.path):
             raise
-        raise at(f"{item.path}.{_KEY_OF_FIELD.get(error.field, error.field)}", error) from None
+        raise at(f"{item.path}.{KEY_OF.get(error.field, error.field)}", error) from None
 
 
 def _check_no_doubles(document: Document) -> None:
@@ -540,12 +445,8 @@ def _check_no_doubles(document: Document) -> None:
             seen.add(identity)
 
 
-def _word(key: str) -> Message:
-    return _WORDS.get(key, key)
-
-
-def _list(keys: Sequence[str]) -> Message:
-    return reduce(lambda so_far, word: message("{words}, {word}", words=so_far, word=word), map(_word, keys))
+def _list(words: Sequence[Message]) -> Message:
+    return reduce(lambda so_far, word: message("{words}, {word}", words=so_far, word=word), words)
 
 
 def _shown(value: object) -> Message | int | float:
