@@ -14,6 +14,7 @@ from app.mir import parse
 from app.mir.errors import RobotError, Unauthorized
 from app.mir.mission_queue import UNSUPPORTED
 from app.mir.texts import clean
+from app.services.catalogue.validation import is_zone
 from app.services.check_up.load_probes import latency, load
 from app.services.check_up.queue_probes import look_at_queue, others
 from app.services.check_up.session import CheckUpSession, Found, Probe, amber, green, probe, red, why
@@ -132,19 +133,24 @@ def battery(session: CheckUpSession) -> Found:
 @probe(Topic.CLOCK)
 def clock(session: CheckUpSession) -> Found:
     zone = session.robot.get("/platform/timezone").one.get("value")
-    zone = zone if isinstance(zone, str) and _is_zone(zone) else None
+    zone = zone if isinstance(zone, str) and is_zone(zone) else None
     session.facts["timezone"] = zone
-    date = getattr(session.status(), "date", None)  # of its answer
-    offset = None if date is None else (date - session.now()).total_seconds()
+    status = session.status()
+    offset = None if status is None or status.date is None else (status.date - session.now()).total_seconds()
     session.facts["clock_offset"] = None if offset is None else round(offset, 1)
     if offset is None:
         return amber(
             message("It does not tell its time"),
             message("The app can't compare the tablet's clock with it: have the tablet set its time by the network."),
         )
+    difference = (
+        message("Its clock is {seconds} s ahead of the tablet's", seconds=round(offset))
+        if offset > 0
+        else message("Its clock is {seconds} s behind the tablet's", seconds=round(-offset))
+    )
     if abs(offset) > LARGE_OFFSET_S:
         return red(
-            _beside(offset),
+            difference,
             message(
                 "One of the two is wrong. If it is the tablet's, missions start at wrong times; if it is the robot's, the app "
                 "asks which one is right whenever it starts. Set it."
@@ -160,26 +166,14 @@ def clock(session: CheckUpSession) -> Found:
         )
     if abs(offset) > SMALL_OFFSET_S:
         return amber(
-            _beside(offset),
+            difference,
             message("Starts follow the tablet's clock. Let both set their time by the network."),
         )
-    if zone is not None:
-        return green(message("Its clock is right, in {zone}", zone=zone))
-    return green(message("Its clock is right; its time zone is not told"))
-
-
-def _beside(offset: float) -> Message:
-    if offset > 0:
-        return message("Its clock is {seconds} s ahead of the tablet's", seconds=round(offset))
-    return message("Its clock is {seconds} s behind the tablet's", seconds=round(-offset))
-
-
-def _is_zone(name: str) -> bool:
-    try:
-        ZoneInfo(name)
-    except (ValueError, OSError, LookupError):
-        return False
-    return True
+    return green(
+        message("Its clock is right, in {zone}", zone=zone)
+        if zone
+        else message("Its clock is right; its time zone is not told")
+    )
 
 
 def _differs(session: CheckUpSession, zone: str) -> bool:

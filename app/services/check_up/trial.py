@@ -31,7 +31,7 @@ TAKES_S, OWN_TAKES_S = 40.0, 240.0  # that a trial takes, about
 READ_EVERY = 1.0  # s between two looks at all items
 WATCH_EVERY = 0.3  # s after which its state is looked at again, before another question
 LONGEST_WORD = 40  # characters for a state
-FIRST, AGAIN, CANCELLED, PREFERRED = range(4)  # items, in the order in which they are queued
+FIRST = 0  # of the items, in the order in which they are queued
 _ENDED = message("The trial ended. Check up again when nobody else uses the robot.")
 PAUSED = amber(message("Somebody paused it while it was tried"), _ENDED)
 RELEASED = amber(message("Somebody ended the pause of the trial"), _ENDED)
@@ -149,23 +149,22 @@ class TrialRun:
         self._at(message("Pausing it"))
         self._pause(None)
         self._at(message("Queueing missions"))
-        if not self._order(FIRST):
+        one, again, other, urgent = self._tokens
+        first = self._order(one)
+        if first is None:
             return
-        self._look_where_it_is(self.result.items[FIRST])
-        self._order(AGAIN)
-        if self._order(CANCELLED):
-            self.result.cancelled = self.result.items[-1]
-            self.result.cancel = self._robot.ask("DELETE", f"{QUEUE}/{self.result.cancelled.id}")
-        if self._order(PREFERRED, URGENT):
-            self.result.preferred = self.result.items[-1]
+        self._look_where_it_is(first)
+        self._order(again, is_repeated=True)
+        if (cancelled := self._order(other)) is not None:
+            self.result.cancelled, self.result.cancel = cancelled, self._robot.ask("DELETE", f"{QUEUE}/{cancelled.id}")
+        self.result.preferred = self._order(urgent, URGENT)
         self._wait(PAUSE_S)
         self._read(self.result.found_items)
         self._ends = self._robot.clock() + (ENDS_WITHIN if self._is_made else OWN_ENDS_WITHIN)
         if self._is_paused:
             self.result.waits_in_pause = True
             self._release(0)
-            # It alone, so that not much of a second has passed when it is seen running.
-            first = self.result.items[FIRST]
+            # The first alone, so that not much of a second has passed when it is seen running.
             self._until(lambda: first.has_begun, [first])
             if first.has_begun and not first.has_ended:
                 self._pause_while(first)
@@ -254,26 +253,24 @@ class TrialRun:
         """How many of the missions have begun, and how many have ended."""
         return sum(item.has_begun + item.has_ended for item in self.result.runs)
 
-    def _order(self, number: int, priority: int = 0) -> bool:
-        """Whether it has been found in the queue."""
+    def _order(self, token: str, priority: int = 0, *, is_repeated: bool = False) -> Item | None:
+        """As it has been found in the queue; None: it has not."""
         self._watch_in_turn()
-        token = self._tokens[number]
         order = {"mission_id": self._mission, "description": token, "priority": priority}
         answer = self._robot.ask("POST", QUEUE, json=order)
-        if number == AGAIN:
+        if is_repeated:
             self.result.second = answer
         if answer.error is not None and not isinstance(answer.error, Refusal):
             raise answer.error
         item = Item(token, answer)
-        if number != AGAIN or answer.is_good:
+        if answer.is_good or not is_repeated:
             self.result.items.append(item)
-        if not answer.is_good:
-            return False
-        item.id = item.answered_id or self._newest()
-        if item.id is not None:
-            self._highest = max(self._highest, item.id)
-            self._note_of(item)
-        return item.id is not None
+        item.id = (item.answered_id or self._newest()) if answer.is_good else None
+        if item.id is None:
+            return None
+        self._highest = max(self._highest, item.id)
+        self._note_of(item)
+        return item
 
     def _newest(self) -> int | None:
         """The id of the item that has just been queued, where the answer doesn't have it."""
