@@ -1,6 +1,6 @@
-"""A robot asked for its check-up: what it answers, as it came, how long that took, and what it doesn't answer.
+"""A robot asked for its check-up: what it answers, as it came, and what it doesn't answer.
 
-They take the client's way, so credentials go to the known machine only. ``PATIENT`` time-outs let a slow answer be measured instead of
+Requests take the client's way, so credentials go to the known machine only. ``PATIENT`` time-outs let a slow answer be measured instead of
 being taken for none.
 """
 
@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from app.domain.robot import Identity, RobotStatus
 from app.mir import parse
 from app.mir.client import RobotClient
-from app.mir.errors import Refusal, RobotError, Unreadable
+from app.mir.errors import Refusal, RobotError
 from app.mir.transport import Timeouts
 
 QUEUE = "/mission_queue"
@@ -26,13 +26,10 @@ PATIENT = Timeouts(connect=5.0, read=30.0, total=60.0)
 
 @dataclass(frozen=True)
 class Answer:
-    """``found``: the parsed JSON, None where there is none. ``error``: why there is no answer of success. ``elapsed_s``: until it was
-    complete."""
+    """``found``: the parsed JSON, None where there is none. ``error``: why there is no answer of success."""
 
     status: int | None = None
     found: Any = None
-    headers: Mapping[str, str] = field(default_factory=dict)
-    elapsed_s: float = 0.0
     error: RobotError | None = None
 
     @property
@@ -85,17 +82,12 @@ class RawClient:
         """Raises nothing: an error is part of the answer. ``at_once``: without the pause before it, right after what was asked last."""
         if not at_once:
             self._wait()
-        began = self.clock()
         try:
             response = self.client.ask(method, path, query=query, json=json)
-            found = parse.loads(response.body) if response.body else None
-        except Refusal as error:
-            return Answer(error.status, elapsed_s=self.clock() - began, error=error)
-        except Unreadable as error:
-            return Answer(elapsed_s=self.clock() - began, error=error.at(self.client.address.netloc))
+            return Answer(response.status, parse.loads(response.body) if response.body else None)
         except RobotError as error:
-            return Answer(elapsed_s=self.clock() - began, error=error)
-        return Answer(response.status, found, response.headers, self.clock() - began)
+            status = error.status if isinstance(error, Refusal) else None
+            return Answer(status, error=error.at(self.client.address.netloc))
 
     def _wait(self) -> None:
         self._pause(max(0.0, self._last + self._every - self.clock()))
