@@ -14,7 +14,7 @@ from app.mir import parse
 from app.mir.errors import RobotError, Unauthorized
 from app.mir.mission_queue import UNSUPPORTED
 from app.mir.texts import clean
-from app.services.catalogue.validation import is_zone
+from app.services.catalogue.checks import is_zone
 from app.services.check_up.load_probes import latency, load
 from app.services.check_up.queue_probes import look_at_queue, others
 from app.services.check_up.session import CheckUpSession, Found, Probe, amber, green, probe, red, why
