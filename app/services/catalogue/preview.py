@@ -6,12 +6,11 @@ A concern forbids nothing. What can't be saved at all is raised as InvalidInput,
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import date, datetime, timedelta
 from enum import StrEnum
 from itertools import islice
-from math import ceil
 from typing import Any
 from zoneinfo import ZoneInfo
 
@@ -26,9 +25,10 @@ from app.domain import rules
 from app.domain.clock import Clock
 from app.domain.models import DurationEstimate, Group, Mission, Robot, Schedule, Settings
 from app.services.catalogue import validation
-from app.services.planning.contention import Contention
+from app.services.planning.conflicts import finish_by_short
+from app.services.planning.draft_conflicts import DraftConflicts
 from app.services.planning.durations import NO_LIVE_ROBOTS, LiveRobots, MissionDurations
-from app.services.planning.overlaps import RunConflict, conflicts, free_shift
+from app.services.planning.overlaps import RunOverlap, find_overlaps, free_shift
 from app.services.planning.plan import MOMENT
 from app.services.planning.recurrence import Occurrence, next_occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar, working_calendar
@@ -164,24 +164,32 @@ class Forecasts:
         if passed_over := tuple(_closed_days(draft, starts, begins, calendar)):
             concerns.append(Concern(ConcernCode.CLOSED_DAYS, details={"days": passed_over}))
         concerns += _clock_changes(starts, draft.timezone)
-        contention = Contention(c, durations, draft, mission, usual, starts, calendar, skips)
-        near = contention.of_its_robot()
-        behind = list(contention.behind(near))
+        free_at = None
+        if mission is not None and target is not None:
+            others = DraftConflicts(c, durations, draft, target, mission, usual, starts, calendar, skips)
+            found, free_at = self._conflicts(draft, usual, starts, others)
+            concerns += found
+        concerns += [*_finish_by(draft, mission, usual), *self._low_battery(c, draft, settings)]
+        return Forecast(starts, usual, tuple(concerns), free_at, skipped)
+
+    def _conflicts(
+        self, draft: Schedule, usual: DurationEstimate | None, starts: Sequence[Occurrence], others: DraftConflicts
+    ) -> tuple[list[Concern], datetime | None]:
+        """With other schedules, and the nearest time of the first start without any."""
+        near = others.on_its_robot
+        behind, of_resources = list(others.behind()), list(others.of_resources())
         told = {(conflict.details["schedule_id"], conflict.details["start"], conflict.at) for conflict in behind}
-        met = list(conflicts(starts, usual, near)) if draft.robot_id is not None else []
-        rooms = [*contention.too_few(), *contention.places()] if mission else []
-        concerns += [
+        overlaps = list(find_overlaps(starts, usual, near)) if draft.robot_id is not None else []
+        concerns = [
             _overlap(run)
-            for run in met
+            for run in overlaps
             if (run.other.schedule.id, max(run.at, run.begins), min(run.at, run.begins)) not in told
         ]
-        concerns += [
-            Concern(ConcernCode(conflict.code), conflict.at, conflict.details) for conflict in [*behind, *rooms]
-        ]
-        concerns += [*_finish_by(draft, mission, usual), *self._low_battery(c, draft, settings)]
-        can_shift = (met or rooms) and draft.between is None and "BYHOUR" not in (draft.recurrence or "").upper()
-        shift = free_shift(starts, usual, near, self._clock.now(), contention.has_room) if can_shift else None
-        return Forecast(starts, usual, tuple(concerns), None if shift is None else draft.start + shift, skipped)
+        concerns += [Concern(ConcernCode(each.code), each.at, each.details) for each in [*behind, *of_resources]]
+        if not (overlaps or of_resources) or draft.between is not None or "BYHOUR" in (draft.recurrence or "").upper():
+            return concerns, None
+        shift = free_shift(starts, usual, near, self._clock.now(), others.has_room)
+        return concerns, None if shift is None else draft.start + shift
 
     def free_at(self, draft: Schedule) -> datetime | None:
         """Naive local time of the nearest first start at which nothing that is planned is in its way: its own where that is so. None: there
@@ -220,25 +228,22 @@ class Forecasts:
 
 def _finish_by(draft: Schedule, mission: Mission | None, usual: DurationEstimate | None) -> Iterator[Concern]:
     """It usually takes longer than it is given."""
-    minutes = draft.finish_by_minutes
-    if minutes is not None and mission is not None and usual is not None and usual.median_s > minutes * 60:
-        yield Concern(
-            ConcernCode.FINISH_BY_SHORT,
-            None,
-            {"mission": mission.name, "minutes": minutes, "usual_minutes": ceil(usual.median_s / 60)},
-        )
+    seconds = usual.median_s if usual is not None else None
+    details = finish_by_short(mission.name, draft.finish_by_minutes, seconds) if mission is not None else None
+    if details is not None:
+        yield Concern(ConcernCode.FINISH_BY_SHORT, None, details)
 
 
-def _overlap(conflict: RunConflict) -> Concern:
+def _overlap(overlap: RunOverlap) -> Concern:
     return Concern(
         ConcernCode.OVERLAP,
-        conflict.at,
+        overlap.at,
         {
-            "schedule_id": conflict.other.schedule.id,
-            "mission": conflict.other.mission,
-            "start": conflict.begins,
-            "end": conflict.ends,
-            "likely": conflict.likely,
+            "schedule_id": overlap.other.schedule.id,
+            "mission": overlap.other.mission,
+            "start": overlap.begins,
+            "end": overlap.ends,
+            "likely": overlap.likely,
         },
     )
 

@@ -5,7 +5,7 @@ A run is assumed to last as long as the 90th percentile of the latest runs or, w
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 
@@ -34,7 +34,7 @@ class OtherSchedule:
 
 
 @dataclass(frozen=True)
-class RunConflict:
+class RunOverlap:
     """Two runs at one time. ``likely`` is the share of runs that took long enough for it, None where that is not known."""
 
     at: datetime  # UTC, of the draft's start
@@ -60,21 +60,18 @@ Neighbours = Sequence[tuple[OtherSchedule, datetime]]  # runs of others, by when
 def neighbours(
     starts: Sequence[Occurrence],
     usual: DurationEstimate | None,
-    others: Sequence[OtherSchedule],
+    others: Iterable[OtherSchedule],
     calendar: WorkingCalendar,
-) -> list[Neighbours]:
+) -> Sequence[Neighbours]:
     """For each start, earliest first: the runs of others as far around it as it may be shifted."""
     beyond = FURTHEST + lasts(usual)
-    walks = [(other, FURTHEST + other.lasts, _Walk(other.schedule, calendar)) for other in others]
-    return [
-        [
-            (other, begins)
-            for other, before, walk in walks
-            for begins in walk.between(start.instant - before, start.instant + beyond)
-            if begins not in other.skipped
-        ]
-        for start in starts
-    ]
+    found: list[list[tuple[OtherSchedule, datetime]]] = [[] for _ in starts]
+    for other in others:
+        before, walk = FURTHEST + other.lasts, _Walk(other.schedule, calendar)
+        for start, near in zip(starts, found, strict=True):
+            runs = walk.between(start.instant - before, start.instant + beyond)
+            near += [(other, begins) for begins in runs if begins not in other.skipped]
+    return found
 
 
 class _Walk:
@@ -102,9 +99,9 @@ class _Walk:
         return (found.instant for found in occurrences(self._schedule, instant, self._calendar))
 
 
-def conflicts(
+def find_overlaps(
     starts: Sequence[Occurrence], usual: DurationEstimate | None, near: Sequence[Neighbours]
-) -> Iterator[RunConflict]:
+) -> Iterator[RunOverlap]:
     """Earliest first, at most one for each start: with the run that is in progress then, else with the first that begins before it ends."""
     mine = lasts(usual)
     for start, others in zip(starts, near, strict=True):
@@ -112,7 +109,7 @@ def conflicts(
         met = [(begins, other) for other, begins in others if at - other.lasts < begins < at + mine]
         if met:
             begins, other = min(met, key=lambda one: one[0])
-            yield RunConflict(at, other, begins, _likely(at, usual, other.usual, begins))
+            yield RunOverlap(at, other, begins, _likely(at, usual, other.usual, begins))
 
 
 def _likely(

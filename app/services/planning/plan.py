@@ -17,10 +17,10 @@ from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
 from app.domain.models import DurationEstimate, Group, Mission, Place, Robot, Schedule
 from app.services.allocation.choose import AHEAD
-from app.services.planning.durations import NO_LIVE_ROBOTS, LiveRobots, MissionDurations, fast_s
+from app.services.planning.conflicts import Shared, place_warning, plan_conflicts
+from app.services.planning.durations import NO_LIVE_ROBOTS, LiveRobots, MissionDurations
 from app.services.planning.group_forecast import GroupForecast
-from app.services.planning.plan_conflicts import Shared, place_warning, plan_conflicts
-from app.services.planning.planned import MOMENT, Conflict, Planned, PlannedRun, copy_at, unassigned_robot, with_holds
+from app.services.planning.planned import MOMENT, Conflict, Planned, PlannedRun, copy_at, planned_run, with_holds
 from app.services.planning.recurrence import Occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
@@ -101,7 +101,7 @@ class Plan:
         """The hour of the next week in which a place, saved or not, is wanted most, where that is for more than 70 % of it."""
         now, missions = self._clock.now(), {mission.id: mission.name for mission in self._missions.all(self._db.read())}
         names = {missions[mission_id] for mission_id in place.missions if mission_id in missions}
-        return place_warning(self.between(now, now + WEEK).runs, place.name, place.most, names)
+        return place_warning(self.between(now, now + WEEK).runs, place, names)
 
     def skips(self) -> set[Skip]:
         """Starts to come that a person has left out."""
@@ -202,9 +202,7 @@ def _runs(
     first = schedule.next_at
     if first is None:
         return
-    robot, group = (target, None) if isinstance(target, Robot) else (unassigned_robot(target), target)
-    usual_s, slow_s, typed = (usual.median_s, usual.slow_s, usual.typed) if usual else (None, None, False)
-    like = PlannedRun(first, schedule, robot, mission, usual_s, slow_s, typed, group, None, fast_s(usual), is_lacking)
+    like = planned_run(first, schedule, target, mission, usual, is_lacking)
     wanted = max((schedule.paused_until if schedule.is_paused(first) else None) or first, start or first)
     after, begun = (first, [first]) if wanted == first else (wanted - MOMENT, [])
     for at in chain(begun, (o.instant for o in occurrences(schedule, after, calendar))):

@@ -9,8 +9,9 @@ from typing import Any
 from zoneinfo import ZoneInfo
 
 from app.domain.conflicts import ConflictCode
-from app.domain.models import Group, Mission, Robot, Schedule, Settings
+from app.domain.models import DurationEstimate, Group, Mission, Robot, Schedule, Settings
 from app.domain.rules import closes_at
+from app.services.planning.durations import fast_s
 from app.services.planning.overlaps import ASSUMED_S
 from app.services.planning.recurrence import next_occurrence, to_utc
 from app.services.planning.working_days import WorkingCalendar
@@ -76,6 +77,19 @@ def with_holds(runs: Iterator[PlannedRun], held: Collection[tuple[int, datetime]
     if not held:
         return runs
     return (replace(run, held=True) if (run.schedule.id, run.at) in held else run for run in runs)
+
+
+def planned_run(
+    at: datetime,
+    schedule: Schedule,
+    target: Robot | Group,
+    mission: Mission,
+    usual: DurationEstimate | None,
+    lacks_mission: bool = False,
+) -> PlannedRun:
+    robot, group = (target, None) if isinstance(target, Robot) else (unassigned_robot(target), target)
+    usual_s, slow_s, typed = (usual.median_s, usual.slow_s, usual.typed) if usual else (None, None, False)
+    return PlannedRun(at, schedule, robot, mission, usual_s, slow_s, typed, group, None, fast_s(usual), lacks_mission)
 
 
 def unassigned_robot(group: Group) -> Robot:

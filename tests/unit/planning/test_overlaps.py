@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.domain.models import Between, DurationEstimate, Schedule, Settings
-from app.services.planning.overlaps import FURTHEST, STEP, OtherSchedule, conflicts, free_shift, lasts, neighbours
+from app.services.planning.overlaps import FURTHEST, STEP, OtherSchedule, find_overlaps, free_shift, lasts, neighbours
 from app.services.planning.recurrence import Occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar
 from tests.support.examples import examples
@@ -65,7 +65,7 @@ def test_runs_that_meet_and_the_free_time_are_those_of_a_plain_search(draft, usu
         done = at + lasts(usual)
         return [begins for begins, ends in every if begins < done and at < ends]
 
-    told = {conflict.at: conflict.begins for conflict in conflicts(starts, usual, near)}
+    told = {conflict.at: conflict.begins for conflict in find_overlaps(starts, usual, near)}
     assert told == {start.instant: min(met) for start in starts if (met := in_the_way(start.instant))}
     shifts = [sign * n * STEP for n in range(1, int(FURTHEST / STEP) + 1) for sign in (1, -1)]
     fitting = [shift for shift in shifts if all(stays(start, shift) for start in starts)]

@@ -250,7 +250,7 @@ def test_an_old_level_of_a_battery_is_not_shown_as_one_of_now():
 
 
 def test_so_does_one_that_a_person_keeps_back_alone():
-    kept = replace(FACTS, planned=(replace(FACTS.planned[0], kept_back=True), *FACTS.planned[1:]))
+    kept = replace(FACTS, planned=(replace(FACTS.planned[0], held=True), *FACTS.planned[1:]))
     rows = planned_starts(kept, NOW)
     assert (rows[0].note, rows[0].icon) == ("Aino · held until released", "hand-back-right-outline")
     assert rows[1].icon == ""

@@ -7,7 +7,7 @@ from datetime import UTC, datetime, timedelta
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.services.planning.crowds import Crowd, Demand, Span, joined, load
+from app.services.planning.occupancy import Occupancy, Overload, Span, load, merged
 from tests.support.examples import examples
 
 NOW = datetime(2026, 11, 23, 7, 30, tzinfo=UTC)
@@ -22,17 +22,17 @@ def span(begins, ends):
 
 
 def test_four_starts_want_three_robots_until_one_of_them_has_ended():
-    demand = Demand([span(0, 11), span(0, 12), span(-5, 14), span(0, 20), span(30, 40)])
-    assert list(demand.crowds(3)) == [Crowd(at(0), 4, at(11))]
-    assert list(demand.crowds(4)) == []
+    occupancy = Occupancy([span(0, 11), span(0, 12), span(-5, 14), span(0, 20), span(30, 40)])
+    assert list(occupancy.overloads(3)) == [Overload(at(0), 4, at(11))]
+    assert list(occupancy.overloads(4)) == []
 
 
 def test_runs_that_touch_and_runs_of_no_length_crowd_nobody():
-    assert list(Demand([span(0, 10), span(10, 20), span(5, 5)]).crowds(1)) == []
+    assert list(Occupancy([span(0, 10), span(10, 20), span(5, 5)]).overloads(1)) == []
 
 
 def test_what_one_robot_does_is_one_span_where_it_overlaps():
-    assert list(joined([span(5, 15), span(0, 10), span(20, 30), span(15, 16)])) == [span(0, 16), span(20, 30)]
+    assert list(merged([span(5, 15), span(0, 10), span(20, 30), span(15, 16)])) == [span(0, 16), span(20, 30)]
 
 
 def test_the_load_of_an_hour_is_runs_times_duration_by_room():
@@ -48,23 +48,23 @@ SPANS = st.lists(
 @examples(100)
 @given(SPANS, st.integers(0, 4), st.integers(0, 120), st.integers(1, 60))
 def test_crowds_are_those_of_a_plain_count(spans, room, begins, lasts):
-    demand = Demand(spans)
+    occupancy = Occupancy(spans)
     count = [sum(one.begins <= at(minute) < one.ends for one in spans) for minute in range(-1, 200)]
-    assert [demand.at(at(minute)) for minute in range(-1, 200)] == count
-    assert demand.most(at(begins), at(begins + lasts)) == max(count[begins + 1 : begins + lasts + 1])
+    assert [occupancy.at(at(minute)) for minute in range(-1, 200)] == count
+    assert occupancy.most(at(begins), at(begins + lasts)) == max(count[begins + 1 : begins + lasts + 1])
     crowded = [minute for minute, number in enumerate(count, -1) if number > room]
-    found = list(demand.crowds(room))
+    found = list(occupancy.overloads(room))
     assert sorted(crowded) == [
         minute for crowd in found for minute in range(-1, 200) if crowd.at <= at(minute) < crowd.until
     ]
-    assert all(crowd.number == demand.at(crowd.at) > room for crowd in found)
+    assert all(crowd.number == occupancy.at(crowd.at) > room for crowd in found)
     within = [minute for minute in crowded if begins <= minute < begins + lasts]
-    first = demand.first_crowd(room, at(begins), at(begins + lasts))
+    first = occupancy.first_overload(room, at(begins), at(begins + lasts))
     assert (first and first.at) == (at(within[0]) if within else None)
 
 
 @examples(60)
 @given(SPANS)
 def test_joined_spans_cover_the_same_minutes_each_once(spans):
-    demand, one = Demand(spans), Demand(joined(spans))
-    assert [min(1, demand.at(at(minute))) for minute in range(200)] == [one.at(at(minute)) for minute in range(200)]
+    occupancy, one = Occupancy(spans), Occupancy(merged(spans))
+    assert [min(1, occupancy.at(at(minute))) for minute in range(200)] == [one.at(at(minute)) for minute in range(200)]

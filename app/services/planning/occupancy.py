@@ -21,7 +21,7 @@ class Span(NamedTuple):
     ends: datetime
 
 
-class Crowd(NamedTuple):
+class Overload(NamedTuple):
     """From ``at`` on there are too many; ``number`` want it then. ``until``: when about there is room for all of them again."""
 
     at: datetime
@@ -29,7 +29,7 @@ class Crowd(NamedTuple):
     until: datetime
 
 
-class Demand:
+class Occupancy:
     """How many want it at each moment. Spans that touch don't overlap."""
 
     def __init__(self, spans: Iterable[Span]) -> None:
@@ -50,25 +50,25 @@ class Demand:
         first, last = bisect_right(self._times, begins), bisect_left(self._times, ends)
         return max(self.at(begins), *self._numbers[first:last], 0)
 
-    def crowds(self, room: int) -> Iterator[Crowd]:
+    def overloads(self, room: int) -> Iterator[Overload]:
         """In order of time."""
-        begun: Crowd | None = None
+        begun: Overload | None = None
         for time, number in zip(self._times, self._numbers, strict=True):
             if number > room and begun is None:
-                begun = Crowd(time, number, time)
+                begun = Overload(time, number, time)
             elif number <= room and begun is not None:
                 yield begun._replace(until=time)
                 begun = None
 
-    def first_crowd(self, room: int, begins: datetime, ends: datetime) -> Crowd | None:
+    def first_overload(self, room: int, begins: datetime, ends: datetime) -> Overload | None:
         """The first that there is in [begins, ends), with what wants it from ``begins`` on."""
-        for crowd in self.crowds(room):
+        for crowd in self.overloads(room):
             if crowd.until > begins and crowd.at < ends:
-                return crowd if crowd.at >= begins else Crowd(begins, self.at(begins), crowd.until)
+                return crowd if crowd.at >= begins else Overload(begins, self.at(begins), crowd.until)
         return None
 
 
-def joined(spans: Iterable[Span]) -> Iterator[Span]:
+def merged(spans: Iterable[Span]) -> Iterator[Span]:
     """Of one robot: what overlaps is one span, as it wants the robot only once."""
     last: Span | None = None
     for span in sorted(spans):

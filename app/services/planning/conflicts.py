@@ -1,0 +1,153 @@
+"""What is planned badly: more starts than there are robots in a group or than a place has room for, a run that makes a more important
+one late, and too little time. Pure.
+
+It rests on planned instants and usual durations alone, so that whatever is said is true however much of the plan is looked at.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from math import ceil
+from typing import Any, NamedTuple
+
+from app.domain.conflicts import ConflictCode
+from app.domain.models import Group, Place
+from app.services.planning.occupancy import CROWDED, HOUR, Occupancy, Overload, Span, load, merged
+from app.services.planning.overlaps import ASSUMED_S
+from app.services.planning.planned import Conflict, PlannedRun
+
+
+@dataclass(frozen=True)
+class Shared:
+    """What runs share, by id. ``groups``: each with its robots that are switched on; ``places``: name, room and names of its missions."""
+
+    groups: Mapping[int, tuple[Group, Sequence[int]]]
+    places: Mapping[int, tuple[str, int, frozenset[str]]]
+
+
+class Resource(NamedTuple):
+    """The robots of a group, or a place: ``room`` for so many runs at a time, and when runs use it."""
+
+    code: ConflictCode
+    room: int
+    details: Mapping[str, Any]
+    spans: Sequence[Span]
+
+    def conflict(self, overload: Overload, until: datetime | None) -> Conflict:
+        return Conflict(self.code, overload.at, {**self.details, "starts": overload.number, "until": until})
+
+
+def resources(runs: Sequence[PlannedRun], shared: Shared, *, slow: bool = False) -> Iterator[Resource]:
+    """Always in the same order. A run on one robot takes that robot from each of its groups, once where several overlap there.
+    ``slow``: runs last as long as nine of ten stay under, instead of as usual."""
+    of_group, of_robot = defaultdict[int, list[Span]](list), defaultdict[int, list[Span]](list)
+    for run in runs if shared.groups else ():
+        spans = of_robot[run.robot.id] if run.group is None else of_group[run.group.id]
+        spans.append(_span(run, slow))
+    for group, robots in shared.groups.values():
+        taken = [span for robot_id in robots for span in merged(of_robot.get(robot_id, ()))]
+        details: dict[str, Any] = {"group": group.name, "group_id": group.id, "robots": len(robots)}
+        yield Resource(ConflictCode.TOO_FEW_ROBOTS, len(robots), details, of_group[group.id] + taken)
+    for place_id, (name, room, missions) in shared.places.items():
+        details = {"place": name, "place_id": place_id, "most": room, "missions": missions}
+        yield Resource(ConflictCode.PLACE_FULL, room, details, _at_place(runs, missions, slow=slow))
+
+
+def _at_place(runs: Iterable[PlannedRun], missions: Collection[str], *, slow: bool = False) -> list[Span]:
+    return [_span(run, slow) for run in runs if run.mission.name in missions]
+
+
+def _span(run: PlannedRun, slow: bool) -> Span:
+    return Span(run.at, run.at + timedelta(seconds=(run.slow_s if slow else run.usual_s) or ASSUMED_S))
+
+
+def crowded_hours(place: Resource) -> Iterator[Conflict]:
+    """Those in which it is wanted for most of the time."""
+    hours = defaultdict[datetime, list[Span]](list)
+    for span in place.spans:
+        hours[span.begins.replace(minute=0, second=0, microsecond=0)].append(span)
+    of_place = {name: place.details[name] for name in ("place", "place_id")}
+    for hour, spans in hours.items():
+        if (share := load(spans, place.room, hour)) > CROWDED:
+            details = {**of_place, "percent": round(100 * share), "until": hour + HOUR}
+            yield Conflict(ConflictCode.PLACE_CROWDED, hour, details)
+
+
+def late_because_of(runs: Sequence[PlannedRun], shared: Shared) -> Iterator[tuple[PlannedRun, PlannedRun]]:
+    """``runs`` in order of time: each that nine times of ten still goes on when one that matters more is planned on its only robot,
+    with that one."""
+    if len({run.schedule.priority for run in runs}) < 2:
+        return
+    going_on = defaultdict[int, list[PlannedRun]](list)
+    for run in runs:
+        if (robot_id := _only_robot(run, shared)) is None:
+            continue
+        earlier = going_on[robot_id] = [
+            one for one in going_on[robot_id] if one.at + timedelta(seconds=one.quick_s or 0.0) > run.at
+        ]
+        for one in earlier:
+            if one.at < run.at and one.schedule.priority < run.schedule.priority:
+                yield one, run
+        earlier.append(run)
+
+
+def _only_robot(run: PlannedRun, shared: Shared) -> int | None:
+    if run.group is None:
+        return run.robot.id
+    robots = shared.groups[run.group.id][1] if run.group.id in shared.groups else ()
+    return robots[0] if len(robots) == 1 else None
+
+
+def critical_behind(run: PlannedRun, late: PlannedRun, robot: str, schedule_id: int) -> Conflict:
+    details = {
+        "mission": run.mission.name,
+        "behind": late.mission.name,
+        "robot": robot,
+        "start": late.at,
+        "schedule_id": schedule_id,
+    }
+    return Conflict(ConflictCode.CRITICAL_BEHIND, run.at, details)
+
+
+def finish_by_short(mission: str, minutes: int | None, usual_s: float | None) -> dict[str, Any] | None:
+    """The numbers of the sentence that a mission usually takes longer than it is given; None where it does not."""
+    if minutes is None or usual_s is None or usual_s <= minutes * 60:
+        return None
+    return {"mission": mission, "minutes": minutes, "usual_minutes": ceil(usual_s / 60)}
+
+
+# ---------------------------------------------------------------------- the plan
+def plan_conflicts(runs: Sequence[PlannedRun], shared: Shared, since: datetime, last: datetime) -> list[Conflict]:
+    """In order of time. ``runs``: all that are planned in [since, last) and those before it that may still be under way then, in order.
+    Of what is not over when the plan ends the end is not known."""
+    found = list[Conflict]()
+    for resource in resources(runs, shared):
+        for overload in Occupancy(resource.spans).overloads(resource.room):
+            found.append(resource.conflict(overload, overload.until if overload.until <= last else None))
+        if resource.code is ConflictCode.PLACE_FULL:
+            found += (hour for hour in crowded_hours(resource) if hour.at + HOUR <= last)
+    found += _finish_by(runs)
+    found += (
+        critical_behind(one, late, late.robot.name, one.schedule.id) for one, late in late_because_of(runs, shared)
+    )
+    return sorted((conflict for conflict in found if since <= conflict.at < last), key=lambda conflict: conflict.at)
+
+
+def place_warning(runs: Iterable[PlannedRun], place: Place, missions: Collection[str]) -> Conflict | None:
+    """The worst hour of a place, entered but perhaps not saved; None: there is none in which it is wanted for most of the time."""
+    details = {"place": place.name, "place_id": place.id}
+    resource = Resource(ConflictCode.PLACE_FULL, place.most, details, _at_place(runs, missions))
+    return max(crowded_hours(resource), key=lambda one: (one.details["percent"], -one.at.timestamp()), default=None)
+
+
+def _finish_by(runs: Sequence[PlannedRun]) -> Iterator[Conflict]:
+    """Once for each schedule."""
+    seen = set[int]()
+    for run in runs:
+        short = finish_by_short(run.mission.name, run.schedule.finish_by_minutes, run.usual_s)
+        if short is not None and run.schedule.id not in seen:
+            seen.add(run.schedule.id)
+            yield Conflict(ConflictCode.FINISH_BY_SHORT, run.at, {**short, "schedule_id": run.schedule.id})
