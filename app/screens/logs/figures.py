@@ -17,7 +17,6 @@ from app.services.planning.durations import Trend
 
 DAY = timedelta(days=1)
 SHORTEST_HISTORY, LONGEST_HISTORY = 7, 30  # days
-NO_DELAYS = Delays(0, None, None, None, None)
 
 
 @dataclass(frozen=True)
@@ -25,7 +24,7 @@ class Figures:
     """``facts`` of the period; ``days`` runs up to today without gaps."""
 
     facts: Facts = field(default_factory=Facts)
-    delays: Delays = NO_DELAYS
+    delays: Delays = field(default_factory=Delays)
     days: Sequence[Facts] = ()
     first_day: date | None = None  # of the period; None: from the beginning
     last_day: date | None = None

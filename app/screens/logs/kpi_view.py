@@ -289,9 +289,11 @@ def _utilisation_line(robot: Facts) -> FactLine:
 
 def _delay_lines(figures: Figures) -> list[FactLine]:
     delays = figures.delays
-    if not delays.count:
+    if not delays.starts:
         return []
-    text = _("{half}, {most}").format(half=formats.duration(delays.p50_s), most=formats.duration(delays.p90_s))
+    text = _("{half}, {most}").format(
+        half=formats.duration(delays.value("delay_half")), most=formats.duration(delays.value("delay_most"))
+    )
     return [FactLine(_("Start delay, median and 90 %"), text)]
 
 

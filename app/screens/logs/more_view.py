@@ -138,20 +138,20 @@ def adherence_text(found: Facts) -> str:
 
 # ---------------------------------------------------------------------- waiting
 def delay_rows(delays: Delays) -> tuple[FactLine, ...]:
-    if not delays.count:
+    if not delays.starts:
         return ()
     return (
-        FactLine(_("Half started within"), formats.duration(delays.p50_s)),
-        FactLine(_("Nine of ten within"), formats.duration(delays.p90_s)),
-        FactLine(_("Wait in the robot's queue, median"), formats.duration(delays.queue_p50_s)),
-        FactLine(_("Run, median"), formats.duration(delays.run_p50_s)),
+        FactLine(_("Half started within"), formats.duration(delays.value("delay_half"))),
+        FactLine(_("Nine of ten within"), formats.duration(delays.value("delay_most"))),
+        FactLine(_("Wait in the robot's queue, median"), formats.duration(delays.value("queue"))),
+        FactLine(_("Run, median"), formats.duration(delays.value("run_half"))),
     )
 
 
 def delay_head(delays: Delays) -> str:
     return (
-        ngettext("{n} run", "{n} runs", delays.count).format(n=delays.count)
-        if delays.count
+        ngettext("{n} run", "{n} runs", len(delays.starts)).format(n=len(delays.starts))
+        if delays.starts
         else _("No planned run has started")
     )
 
@@ -278,7 +278,7 @@ def _about_delays(delays: Delays) -> Explanation:
             "the robot had accepted it, and then in its queue. Waiting is compared with the time from start to end, in robot time."
         ),
         (
-            FactLine(_("Runs"), str(delays.count)),
+            FactLine(_("Runs"), str(len(delays.starts))),
             *(
                 FactLine(_(figure.title), in_unit(figure.compute(delays), figure.unit))
                 for figure in DELAY_FIGURES.values()

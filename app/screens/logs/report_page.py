@@ -130,12 +130,12 @@ def _head(report: ShiftReport, title: str) -> str:
 def _key_figures(report: ShiftReport) -> Sequence[tuple[str, str, str]]:
     """Label, value, and of what."""
     facts, delays = report.facts, report.delays
-    most = _("nine of ten within {duration}").format(duration=formats.duration(delays.p90_s))
+    most = _("nine of ten within {duration}").format(duration=formats.duration(delays.value("delay_most")))
     robots = ngettext("{n} robot", "{n} robots", len(facts.robots)).format(n=len(facts.robots))
     return [
         *((_(FIGURES[key].title), _share(facts.value(key)), note(key, facts)) for key in ("success", "adherence")),
         (_(FIGURES["duration"].title), formats.duration(facts.value("duration")), note("duration", facts)),
-        (_("Start delay, median"), formats.duration(delays.p50_s), most),
+        (_("Start delay, median"), formats.duration(delays.value("delay_half")), most),
         (_("On missions"), formats.rough_duration(facts.mission_s), robots),
     ]
 

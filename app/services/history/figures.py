@@ -16,7 +16,9 @@ from typing import Any, Generic, TypeVar
 from app.database.kpi import Count
 from app.domain.models import ENDED_STATES, STATE_OF_REASON, ReasonCode, State
 from app.domain.writing import Translate
+from app.services.planning.durations import percentile
 
+LATE_S = 60.0  # after the planned instant; a start within it is on time
 _CODES = {code.value: code for code in STATE_OF_REASON}
 _AT_THE_ROBOT = (ReasonCode.ROBOT_ABORTED, ReasonCode.VANISHED)  # ended there, so it did run
 _MAY_HAVE_RUN = (ReasonCode.USER_CANCELLED, ReasonCode.QUEUE_CLEARED)  # ran if the robot had accepted it
@@ -57,35 +59,40 @@ class Facts:
 
 @dataclass(frozen=True)
 class Delays:
-    """From the planned instant to the start on the robot, in seconds, over the newest ``count`` runs (at most 5,000); and what they did
-    next: waiting in the robot's queue, and running."""
+    """Of the newest planned runs that started (at most 5,000): seconds, shortest first."""
 
-    count: int
-    p50_s: float | None
-    p90_s: float | None
-    app_p50_s: float | None  # of that, until the robot had accepted it
-    queue_p50_s: float | None  # and waiting in the robot's queue
-    queue_s: float = 0.0  # of those with a known duration, together
-    run_s: float = 0.0
-    run_p50_s: float | None = None
-    run_p90_s: float | None = None
-    late: int = 0  # of ``count``: started more than a minute after the planned instant
+    starts: Sequence[float] = ()  # from the planned instant to the start on the robot
+    accepted: Sequence[float] = ()  # of that, until the robot had accepted it
+    queued: Sequence[float] = ()  # and waiting in the robot's queue
+    runs: Sequence[float] = ()  # on the robot, where that is known
+    waited_s: float = 0.0  # in the queue, by these together
+
+    @property
+    def late(self) -> int:
+        """How many started more than a minute after the planned instant."""
+        return sum(delay > LATE_S for delay in self.starts)
+
+    def value(self, key: str) -> float | None:
+        """One of DELAY_FIGURES."""
+        return DELAY_FIGURES[key].compute(self)
 
 
 @dataclass(frozen=True)
 class GroupFacts:
-    """``starts``: planned ones that ended in the period and that nobody had called off; ``in_time``: of these, on a robot within a minute.
-    Waits in s, over the newest ``waited`` (at most 5,000) that were sent. ``used``: utilisation of its robots, whoever had started what
-    they ran."""
+    """``starts``: planned ones that ended in the period, but for those that a person called off; ``in_time``: of these, on a robot within
+    a minute. ``waits`` for a robot: seconds, shortest first, of the newest (at most 5,000) that were sent. ``used``: utilisation of its
+    robots, by name."""
 
     group_id: int
     group: str
     starts: int = 0
     in_time: int = 0
-    waited: int = 0
-    wait_p50_s: float | None = None
-    wait_p90_s: float | None = None
+    waits: Sequence[float] = ()
     used: Sequence[tuple[str, float]] = ()
+
+    def value(self, key: str) -> float | None:
+        """One of GROUP_FIGURES."""
+        return GROUP_FIGURES[key].compute(self)
 
 
 # ---------------------------------------------------------------------- the table
@@ -158,18 +165,20 @@ FIGURES: Mapping[str, Figure[Facts]] = {
 }
 # How late starts were, and how long they then took.
 DELAY_FIGURES: Mapping[str, Figure[Delays]] = {
-    "delay_half": Figure("Start delay, median", Unit.SECONDS, lambda delays: delays.p50_s),
-    "delay_most": Figure("Start delay, nine of ten within", Unit.SECONDS, lambda delays: delays.p90_s),
-    "accepted": Figure("of it until the robot had accepted, median", Unit.SECONDS, lambda delays: delays.app_p50_s),
-    "queue": Figure("of it in the robot's queue, median", Unit.SECONDS, lambda delays: delays.queue_p50_s),
-    "run_half": Figure("Run, median", Unit.SECONDS, lambda delays: delays.run_p50_s),
-    "run_most": Figure("Run, nine of ten within", Unit.SECONDS, lambda delays: delays.run_p90_s),
+    "delay_half": Figure("Start delay, median", Unit.SECONDS, lambda delays: percentile(delays.starts, 50)),
+    "delay_most": Figure("Start delay, nine of ten within", Unit.SECONDS, lambda delays: percentile(delays.starts, 90)),
+    "accepted": Figure(
+        "of it until the robot had accepted, median", Unit.SECONDS, lambda delays: percentile(delays.accepted, 50)
+    ),
+    "queue": Figure("of it in the robot's queue, median", Unit.SECONDS, lambda delays: percentile(delays.queued, 50)),
+    "run_half": Figure("Run, median", Unit.SECONDS, lambda delays: percentile(delays.runs, 50)),
+    "run_most": Figure("Run, nine of ten within", Unit.SECONDS, lambda delays: percentile(delays.runs, 90)),
 }
 # Of each group of robots.
 GROUP_FIGURES: Mapping[str, Figure[GroupFacts]] = {
     "in_time": Figure("Started within 1 min of plan", Unit.SHARE, lambda group: _ratio(group.in_time, group.starts)),
-    "wait_half": Figure("Waited for a robot, half within", Unit.SECONDS, lambda group: group.wait_p50_s),
-    "wait_most": Figure("Nine of ten within", Unit.SECONDS, lambda group: group.wait_p90_s),
+    "wait_half": Figure("Waited for a robot, half within", Unit.SECONDS, lambda group: percentile(group.waits, 50)),
+    "wait_most": Figure("Nine of ten within", Unit.SECONDS, lambda group: percentile(group.waits, 90)),
     "spread": Figure("Spread of use", Unit.POINTS, lambda group: _spread([share for _, share in group.used])),
 }
 
@@ -181,7 +190,7 @@ def _spread(shares: Sequence[float]) -> float | None:
 
 def queue_share(delays: Delays) -> float | None:
     """Waiting in the robot's queue ÷ (waiting + running)."""
-    return _ratio(delays.queue_s, delays.queue_s + delays.run_s)
+    return _ratio(delays.waited_s, delays.waited_s + sum(delays.runs))
 
 
 # ---------------------------------------------------------------------- counting
@@ -285,8 +294,9 @@ _SPREAD = "{line} · use of its robots {least}–{largest} %"
 def line(group: GroupFacts, translate: Translate = lambda text: text) -> str:
     """For the shift report: "Hall 1: 96 of 104 within 1 min of plan · waited for a robot: half 0 s, nine of ten 25 s"."""
     text = translate(_LINE).format(group=group.group, in_time=group.in_time, starts=group.starts)
-    if group.wait_p50_s is not None and group.wait_p90_s is not None:
-        text = translate(_WAITED).format(line=text, half=round(group.wait_p50_s), most=round(group.wait_p90_s))
+    half, most = group.value("wait_half"), group.value("wait_most")
+    if half is not None and most is not None:
+        text = translate(_WAITED).format(line=text, half=round(half), most=round(most))
     if len(group.used) > 1:
         least, largest = (round(100 * pick(share for _, share in group.used)) for pick in (min, max))
         text = translate(_SPREAD).format(line=text, least=least, largest=largest)

@@ -7,7 +7,7 @@ it was planned. Days are local days of settings.timezone, of 23, 24 or 25 hours.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, date, datetime, timedelta
 from typing import Any
@@ -23,15 +23,14 @@ from app.database.values import to_instant, to_text
 from app.domain.activity import seen_seconds
 from app.domain.clock import Clock, midnight
 from app.domain.models import Execution
-from app.services.history.figures import Cause, Delays, Facts, GroupFacts, causes, counted
-from app.services.planning.durations import BASELINE_OF, DURATIONS_OF, MOST_MISSIONS, Trend, percentile, trend
+from app.services.history.figures import LATE_S, Cause, Delays, Facts, GroupFacts, causes, counted
+from app.services.planning.durations import BASELINE_OF, DURATIONS_OF, MOST_MISSIONS, Trend, trend
 from app.services.planning.plan import MOMENT
 from app.services.planning.working_days import working_calendar
 
 DAY = timedelta(days=1)
 _FIRST_INSTANT = datetime(1970, 1, 1, tzinfo=UTC)
 NEWEST = 5_000  # runs that the percentiles of delays and waits rest on
-LATE_S = 60.0  # after the planned instant; a start within it is on time
 
 
 @dataclass(frozen=True)
@@ -58,14 +57,17 @@ class KpiFilter:
 Seen = Mapping[date, Mapping[str, float]]  # seconds of each activity, by local day
 
 
+ALL = KpiFilter()
+
+
 class Kpis:
     def __init__(self, db: Database, clock: Clock) -> None:
         self._db, self._clock = db, clock
         self._repository, self._settings, self._activities = KpiRepository(), SettingsRepository(), ActivityRepository()
 
-    def facts(self, wanted: KpiFilter | None = None) -> Facts:
+    def facts(self, wanted: KpiFilter = ALL) -> Facts:
         """Of the whole period; ``robots`` are the configured ones of the filter, and removed ones that have history in it."""
-        wanted, c = wanted or KpiFilter(), self._db.read()
+        c = self._db.read()
         span, zone = wanted.span(self._clock.now()), self._zone()
         counts = self._repository.counts(c, span.start, span.end)
         days = self._repository.recorded_days(c, span, zone)
@@ -80,18 +82,17 @@ class Kpis:
             working_s=self._working_seconds(wanted, days, zone),
         )
 
-    def per_day(self, wanted: KpiFilter | None = None, dates: Sequence[date] = ()) -> list[Facts]:
+    def per_day(self, wanted: KpiFilter = ALL, dates: Sequence[date] = ()) -> list[Facts]:
         """Of each local day, cut to the period; without ``dates`` every day from the first to the last with something recorded."""
-        wanted, c = wanted or KpiFilter(), self._db.read()
+        c = self._db.read()
         span, zone = wanted.span(self._clock.now()), self._zone()
         recorded = dates or self._repository.recorded_days(c, span, zone)
         if not recorded:
             return []
-        days = [recorded[0] + number * DAY for number in range((recorded[-1] - recorded[0]).days + 1)]
         names = self._robots(wanted, ())
-        seen = self._seen(names, midnight(days[0], zone), midnight(days[-1] + DAY, zone), zone)
+        seen = self._seen(names, midnight(recorded[0], zone), midnight(recorded[-1] + DAY, zone), zone)
         found = []
-        for day in days:
+        for day in _dates(recorded[0], recorded[-1]):
             start, end = (to_text(midnight(each, zone)) for each in (day, day + DAY))
             counts = self._repository.counts(c, max(start, span.start), min(end, span.end))
             seconds = {robot_id: [of_days.get(day, {})] for robot_id, of_days in seen.items()}
@@ -155,13 +156,14 @@ class Kpis:
         calendar = working_calendar(self._db.read(), self._settings.load(self._db.read()))
         start = wanted.start or (midnight(days[0], zone) if days else None)
         end = min(wanted.end or self._clock.now(), self._clock.now())
-        seconds, day = 0.0, None if start is None else start.astimezone(zone).date()
-        while start is not None and day is not None and midnight(day, zone) < end:
-            if calendar.is_working_day(day):
-                begins, ends = max(midnight(day, zone), start), min(midnight(day + DAY, zone), end)
-                seconds += max(0.0, (ends - begins).total_seconds())
-            day += DAY
-        return seconds
+        if start is None:
+            return 0.0
+        spans = (
+            (max(midnight(day, zone), start), min(midnight(day + DAY, zone), end))
+            for day in _dates(start.astimezone(zone).date(), end.astimezone(zone).date())
+            if calendar.is_working_day(day)
+        )
+        return sum((ends - begins).total_seconds() for begins, ends in spans if begins < ends)
 
     def _zone(self) -> ZoneInfo:
         return ZoneInfo(self._settings.load(self._db.read()).timezone)
@@ -172,35 +174,28 @@ class Kpis:
         first = self._repository.kept_since(self._db.read())
         return to_instant(first) if first else None
 
-    def delays(self, wanted: KpiFilter | None = None) -> Delays:
+    def delays(self, wanted: KpiFilter = ALL) -> Delays:
         """Of scheduled executions that started on the robot."""
-        found = self._repository.timings(self._db.read(), self._span(wanted), NEWEST)
-        both = sorted(one.app_s + one.queue_s for one in found)
-        run = sorted(one.run_s for one in found if one.run_s is not None)
+        found = self._repository.timings(self._db.read(), wanted.span(self._clock.now()), NEWEST)
         return Delays(
-            len(found),
-            percentile(both, 50),
-            percentile(both, 90),
-            percentile(sorted(one.app_s for one in found), 50),
-            percentile(sorted(one.queue_s for one in found), 50),
+            sorted(one.app_s + one.queue_s for one in found),
+            sorted(one.app_s for one in found),
+            sorted(one.queue_s for one in found),
+            sorted(one.run_s for one in found if one.run_s is not None),
             sum(one.queue_s for one in found if one.run_s is not None),
-            sum(run),
-            percentile(run, 50),
-            percentile(run, 90),
-            sum(delay > LATE_S for delay in both),
         )
 
-    def failures(self, wanted: KpiFilter | None = None) -> Sequence[Cause]:
+    def failures(self, wanted: KpiFilter = ALL) -> Sequence[Cause]:
         """Why runs failed, whatever had triggered them, the most frequent cause first."""
-        return causes(self._repository.failures(self._db.read(), self._span(wanted)))
+        return causes(self._repository.failures(self._db.read(), wanted.span(self._clock.now())))
 
-    def not_completed(self, wanted: KpiFilter | None = None, most: int = 50) -> Sequence[Execution]:
+    def not_completed(self, wanted: KpiFilter = ALL, most: int = 50) -> Sequence[Execution]:
         """What ended in any state but completed, newest first."""
-        return self._repository.not_completed(self._db.read(), self._span(wanted), most)
+        return self._repository.not_completed(self._db.read(), wanted.span(self._clock.now()), most)
 
-    def trends(self, wanted: KpiFilter | None = None, most: int = MOST_MISSIONS) -> Sequence[Trend]:
+    def trends(self, wanted: KpiFilter = ALL, most: int = MOST_MISSIONS) -> Sequence[Trend]:
         """How long completed runs took, of the missions that took the most time in all, against the runs before the period."""
-        c, span, zone = self._db.read(), self._span(wanted), self._zone()
+        c, span, zone = self._db.read(), wanted.span(self._clock.now()), self._zone()
         of_guid = defaultdict[str, list[MissionRuns]](list)
         for one in self._repository.missions(c, span):
             of_guid[one.guid].append(one)
@@ -218,10 +213,10 @@ class Kpis:
             found.append(trend(guid, name, number, runs, [seconds for _, seconds in usual], days))
         return found
 
-    def groups(self, wanted: KpiFilter | None = None, robots: Sequence[Facts] = ()) -> list[GroupFacts]:
+    def groups(self, wanted: KpiFilter = ALL, robots: Sequence[Facts] = ()) -> list[GroupFacts]:
         """In order of name; groups without a start in the period are left out. ``robots``: of the same period."""
-        wanted, c = wanted or KpiFilter(), self._db.read()
-        span = replace(wanted.span(self._clock.now()), group=None, robot_ids=wanted.robot_ids)
+        c = self._db.read()
+        span = replace(wanted.span(self._clock.now()), group=None)
         groups = {group.id: group for group in GroupRepository().all(c)}
         found = []
         for one in self._repository.group_starts(c, span, LATE_S):
@@ -235,22 +230,12 @@ class Kpis:
                 for robot in robots
                 if robot.robot_id in members and (share := robot.value("utilisation")) is not None
             ]
-            found.append(
-                GroupFacts(
-                    one.group_id,
-                    name,
-                    one.starts,
-                    one.in_time,
-                    len(waits),
-                    percentile(waits, 50),
-                    percentile(waits, 90),
-                    used,
-                )
-            )
+            found.append(GroupFacts(one.group_id, name, one.starts, one.in_time, waits, used))
         return sorted(found, key=lambda one: (one.group.casefold(), one.group_id))
 
-    def _span(self, wanted: KpiFilter | None) -> Span:
-        return (wanted or KpiFilter()).span(self._clock.now())
+
+def _dates(first: date, last: date) -> Iterator[date]:
+    return (first + number * DAY for number in range((last - first).days + 1))
 
 
 def _is_wanted(one: Count, wanted: KpiFilter) -> bool:

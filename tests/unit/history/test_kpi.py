@@ -37,7 +37,7 @@ def test_without_history_nothing_is_claimed(world):
     ]
     assert world.kpis.per_day() == []
     assert world.kpis.facts().value("adherence") is None
-    assert world.kpis.delays().p50_s is None
+    assert world.kpis.delays().value("delay_half") is None
 
 
 def test_the_five_of_the_thesis(world):
@@ -160,9 +160,12 @@ def test_delays_add_what_the_app_and_what_the_robots_queue_took(world):
     world.row(State.COMPLETED, trigger=Trigger.MANUAL, submitted_at=NOON, robot_delay_s=1.0)
     world.afterwards()
     delays = world.kpis.delays()
-    assert delays.count == 10
-    assert (delays.p50_s, delays.p90_s) == (pytest.approx(55, abs=0.01), pytest.approx(99, abs=0.01))
-    assert (delays.app_p50_s, delays.queue_p50_s) == (pytest.approx(5, abs=0.01), 50)
+    assert len(delays.starts) == 10
+    assert (delays.value("delay_half"), delays.value("delay_most")) == (
+        pytest.approx(55, abs=0.01),
+        pytest.approx(99, abs=0.01),
+    )
+    assert (delays.value("accepted"), delays.value("queue")) == (pytest.approx(5, abs=0.01), 50)
 
 
 @pytest.mark.parametrize(

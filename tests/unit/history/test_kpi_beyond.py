@@ -136,9 +136,9 @@ def test_waiting_is_set_against_running(world):
         world.row(State.COMPLETED, n, submitted_at=NOON + timedelta(hours=n), robot_delay_s=queue, duration_s=run)
     world.afterwards()
     delays = world.kpis.delays()
-    assert (delays.count, delays.queue_s, delays.run_s) == (3, 40.0, 210.0)
+    assert (len(delays.starts), delays.waited_s, sum(delays.runs)) == (3, 40.0, 210.0)
     assert queue_share(delays) == 40 / 250
-    assert (delays.queue_p50_s, delays.run_p50_s, delays.run_p90_s) == (20, 90, 120)
+    assert tuple(map(delays.value, ("queue", "run_half", "run_most"))) == (20, 90, 120)
     assert queue_share(world.kpis.delays(KpiFilter(end=NOON))) is None
 
 
@@ -230,7 +230,7 @@ def test_sql_says_what_a_recount_says(world, rows, start, robots):
         if row.trigger is Trigger.SCHEDULED and row.submitted_at and row.robot_delay_s is not None
     ]
     delays = world.kpis.delays(wanted)
-    assert delays.count == len(timed)
-    assert delays.queue_s == pytest.approx(sum(row.robot_delay_s for row in timed if row.duration_s is not None))
-    assert delays.run_s == pytest.approx(sum(row.duration_s or 0 for row in timed))
-    assert delays.queue_p50_s == percentile(sorted(row.robot_delay_s for row in timed), 50)
+    assert len(delays.starts) == len(timed)
+    assert delays.waited_s == pytest.approx(sum(row.robot_delay_s for row in timed if row.duration_s is not None))
+    assert sum(delays.runs) == pytest.approx(sum(row.duration_s or 0 for row in timed))
+    assert delays.value("queue") == percentile(sorted(row.robot_delay_s for row in timed), 50)

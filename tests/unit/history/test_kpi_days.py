@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from app.database.connection import Database
 from app.database.executions import ExecutionRepository
-from app.database.schema import _ENDED_DAYS, MIGRATIONS
+from app.database.schema import _ENDED_DAYS, _FIGURES, MIGRATIONS
 from app.database.values import to_text
 from app.domain.clock import midnight
 from app.domain.models import Reason, ReasonCode, State, Trigger
@@ -100,14 +100,14 @@ def test_what_is_kept_per_day_is_what_a_recount_says_whatever_changes(world, row
     assert world.db.read().execute("SELECT count(*) FROM ended_days").fetchone()[0] == 0
 
 
-def test_history_of_before_is_counted_when_the_database_is_brought_up_to_date(tmp_path):
+@pytest.mark.parametrize("step", [_ENDED_DAYS, _FIGURES], ids=["before there were days", "before days knew groups"])
+def test_history_of_before_is_counted_when_the_database_is_brought_up_to_date(tmp_path, step):
     path, clock = tmp_path / "old.db", VirtualClock(NOON)
-    old = Database.open(
-        path, clock=clock, threaded=False, durable=False, migrations=MIGRATIONS[: MIGRATIONS.index(_ENDED_DAYS)]
-    )
+    before = MIGRATIONS[: MIGRATIONS.index(step)]
+    old = Database.open(path, clock=clock, threaded=False, durable=False, migrations=before)
     made = World(tmp_path / "other")
     rows = [
-        made.row(state, hours, duration_s=None if hours % 3 else hours * 1.5)
+        made.row(state, hours, duration_s=None if hours % 3 else hours * 1.5, robot_group="Hall" if hours % 2 else "")
         for hours in range(60)
         for state in (State.COMPLETED, State.FAILED, State.SKIPPED, State.WAITING)
     ]

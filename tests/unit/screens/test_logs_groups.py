@@ -84,7 +84,7 @@ def test_groups_are_offered_first_and_filter_by_their_name():
 
 
 def test_the_figures_of_a_group_in_words():
-    group = GroupFacts(5, "Hall 1", 104, 96, 100, 0.4, 25.0, [("Aino", 0.5), ("Sisu", 0.25)])
+    group = GroupFacts(5, "Hall 1", 104, 96, [0.4] * 5 + [25.0], [("Aino", 0.5), ("Sisu", 0.25)])
     [card] = group_figures.cards([group])
     assert (card.title, card.note) == ("Any of Hall 1", "104 starts")
     assert [(row.label, row.value, row.note) for row in card.rows] == [

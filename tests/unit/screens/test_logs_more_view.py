@@ -98,14 +98,14 @@ def test_a_chart_of_durations_says_its_scale_and_its_days_and_leaves_gaps_open()
 
 @pytest.mark.parametrize(("waited", "drawn"), [(1.0, 0.0), (40.0, 0.2)])
 def test_a_share_that_is_hardly_anything_is_a_sentence_and_no_bar(waited, drawn):
-    delays = Delays(3, 5, 9, 1, 4, waited, 160.0 if drawn else 249.0, 80, 120)
+    delays = Delays([5, 5, 9], [1], [4], [160.0 if drawn else 249.0], waited)
     page = view.page(Figures(delays=delays), MoreFigures())
     assert page.queue_share == drawn
     assert page.waiting.text.startswith("Of the time from submission to end, ")
 
 
 def test_waiting_against_running_in_words():
-    delays = Delays(3, 5, 9, 1, 4, 40.0, 160.0, 80, 120)
+    delays = Delays([5, 5, 9], [1], [4], [80.0, 80.0], 40.0)
     assert view.waiting_text(delays) == "Of the time from submission to end, 20.0 % was waiting in the queue."
     assert [row.value for row in view.delay_rows(delays)] == ["5 s", "9 s", "4 s", "1 min 20 s"]
-    assert view.delay_rows(Delays(0, None, None, None, None)) == ()
+    assert view.delay_rows(Delays()) == ()

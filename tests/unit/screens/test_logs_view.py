@@ -383,7 +383,7 @@ DAYS = tuple(
     )
     for n in range(7)
 )
-FIGURES = Figures(FACTS, Delays(300, 4.0, 65.0, 1.0, 3.0), DAYS)
+FIGURES = Figures(FACTS, Delays([4.0] * 2 + [65.0], [1.0], [3.0]), DAYS)
 EMPTY = Figures()
 
 
