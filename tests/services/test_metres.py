@@ -103,7 +103,7 @@ def test_the_nearer_of_two_robots_comes_and_says_so(hall):
     row = planned(hall)
     assert (row.robot, told(row)) == (
         "R2",
-        "R2: free now, 7 m away, will be done soonest, about 06:13; R1: free now, 28 m away",
+        "R2: free now, 7 m away, will be done soonest, about 06:12; R1: free now, 28 m away",
     )
 
 

@@ -20,6 +20,7 @@ UNKNOWN_S = 300.0  # of a mission of which nothing is known
 FEW_RUNS = 3  # fewer on one robot say less than those of its whole group
 OVERDUE = 0.15  # of the usual time are left when a run has lasted longer than every one before
 SECONDS_PER_METRE = 1.5  # of the straight way to the first stop: a third of detour, at 0.9 m/s
+SHORTEST_S = 20.0
 
 
 def weight(priority: int) -> float:
@@ -115,10 +116,10 @@ def run_duration(
     own: DurationEstimate | None, of_group: DurationEstimate | None, farther_m: float = 0.0, *, slow: bool = False
 ) -> float:
     """A whole run: of this robot's runs if there are enough, else of the group's, else as typed. ``farther_m``: by how much its way to
-    the mission's first stop is longer than that of the nearest robot. ``slow``: what nine of ten runs stay under."""
+    the mission's first stop is longer than that of the robots on average. ``slow``: what nine of ten runs stay under."""
     known = own if own is not None and (own.typed or own.runs >= FEW_RUNS) else of_group or own
     usual = UNKNOWN_S if known is None else known.slow_s if slow else known.median_s
-    return usual + farther_m * SECONDS_PER_METRE
+    return max(SHORTEST_S, usual + farther_m * SECONDS_PER_METRE)
 
 
 def remaining_duration(estimate: DurationEstimate | None, elapsed_s: float) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from datetime import datetime, timedelta
+from statistics import fmean
 from typing import Any
 from zoneinfo import ZoneInfo
 
@@ -105,7 +106,7 @@ class GroupState:
             lacks,
         )
         self._run_durations: dict[tuple[int, str, bool], float | None] = {}
-        self._nearest: dict[str, float] = {}  # of each mission, the shortest way of a robot to its first stop, in m
+        self._mean_way: dict[str, float] = {}  # to each mission's first stop, of the robots that may get a start, in m
         self._spots: dict[int, Spot | None] = {}  # of each robot when it is free
         self._missions: dict[tuple[int, str], Mission | None] = {}
         self._of_group: dict[str, DurationEstimate | None] = {}
@@ -299,13 +300,14 @@ class GroupState:
         return straight_way(self._spots.get(robot_id), stops[0].spot) if stops else None
 
     def _farther(self, robot_id: int, mission: Mission) -> float:
-        """By how much its way is longer than the nearest robot's, in m; 0 where that is not known."""
-        if mission.name not in self._nearest:
+        """By how much its way is longer than that of the robots on average, in m; 0 where that is not known."""
+        if mission.name not in self._mean_way:
             usable = [each for each, member in self.members.items() if member.ineligible is None]
             ways = [self._way(each, found) for each in usable if (found := self.mission(each, mission.name))]
-            self._nearest[mission.name] = min((way for way in ways if way is not None), default=0.0)
+            known = [way for way in ways if way is not None]
+            self._mean_way[mission.name] = fmean(known) if known else 0.0
         way = self._way(robot_id, mission)
-        return 0.0 if way is None else max(0.0, way - self._nearest[mission.name])
+        return 0.0 if way is None else way - self._mean_way[mission.name]
 
     def _pooled(self, mission: str) -> DurationEstimate | None:
         if mission not in self._of_group:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import statistics
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from app.services.allocation.choose import AHEAD, LAST_CALL, choose
@@ -135,8 +136,8 @@ class ThisApp(Rule):
         def takes(robot_id: int, mission: str, *, slow: bool = False) -> float:
             wanted = missions[mission]
             ways = [day.learned.way(place, wanted) for _free_s, place in believed]
-            nearest = min((ways[robot.number] for robot in day.robots if not robot.is_known_down), default=0.0)
-            return day.learned.takes(robot_id, wanted, max(0.0, ways[robot_id] - nearest), slow=slow)
+            usable = [ways[robot.number] for robot in day.robots if not robot.is_known_down]
+            return day.learned.takes(robot_id, wanted, ways[robot_id] - statistics.fmean(usable or ways), slow=slow)
 
         robots = {
             robot.number: Member(

@@ -25,6 +25,7 @@ from app.services.allocation.situation import (
     HIGH,
     LOW,
     NORMAL,
+    SHORTEST_S,
     UNKNOWN_S,
     Ineligible,
     Member,
@@ -339,9 +340,10 @@ def test_a_few_runs_of_one_robot_say_less_than_those_of_its_group():
     assert run_duration(typed, group) == 60.0
 
 
-def test_a_farther_way_than_that_of_the_nearest_robot_takes_longer():
+def test_a_farther_way_than_that_of_the_other_robots_takes_longer():
     known = DurationEstimate(100.0, 130.0, (100.0,) * 5)
     assert (run_duration(known, None, 40.0), run_duration(known, None, 40.0, slow=True)) == (160.0, 190.0)
+    assert (run_duration(known, None, -20.0), run_duration(known, None, -900.0)) == (70.0, SHORTEST_S)
     assert run_duration(None, None, 40.0) == UNKNOWN_S + 60.0
 
 
