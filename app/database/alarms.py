@@ -59,7 +59,7 @@ class AlarmRepository:
 
     @staticmethod
     def _newest_of_many(c: sqlite3.Connection, alarm: Alarm, now: str) -> sqlite3.Row | None:
-        """Where so many events of this kind are open that nobody reads another one: the newest, which becomes this one and counts it."""
+        """Where too many events of this kind are open: the newest, which becomes this one and counts it."""
         rows = c.execute(
             f"""SELECT id, cleared_at, details FROM alarms WHERE code = ? AND {_STANDING}
                              AND json_extract(details, '$.robot_id') = ? AND coalesce(shelved_until, '') <= ?
@@ -83,7 +83,7 @@ class AlarmRepository:
         return c.execute("SELECT 1 FROM robots WHERE id = ? AND enabled", (robot_id,)).fetchone() is not None
 
     def clear(self, c: sqlite3.Connection, code: str, key: str, now: datetime) -> bool:
-        """Note that the cause is gone. Returns whether there was something to clear."""
+        """Note that the cause has ended. Returns whether there was something to clear."""
         return (
             c.execute(
                 "UPDATE alarms SET cleared_at = ? WHERE code = ? AND key = ? AND cleared_at IS NULL",
@@ -93,7 +93,7 @@ class AlarmRepository:
         )
 
     def withdraw(self, c: sqlite3.Connection, code: str, key: str, at: datetime, now: datetime) -> bool:
-        """What an event told within a minute ``at`` has turned out not to be so: nobody needs to read it. One that counts others stays.
+        """What an event said within a minute ``at`` has turned out to be wrong: it need not be read. One that counts others stays.
         Returns whether there was one."""
         return (
             c.execute(

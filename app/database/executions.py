@@ -48,7 +48,7 @@ _PLAIN = tuple(name for name in _FIELDS if name != "reason")  # columns of the s
 _COLUMNS = (*_PLAIN, "reason_code", "reason_details")
 
 
-class Elsewhere(NamedTuple):
+class Replacement(NamedTuple):
     """The start ``id`` was in doubt on ``robot``, and a person had ``other`` run in its place ``at`` an instant: on ``other_robot``, or any
     of that group."""
 
@@ -459,7 +459,7 @@ class ExecutionRepository:
     def by_token(self, c: sqlite3.Connection, token: str) -> Execution | None:
         return self._one(c, "WHERE token = ?", token)
 
-    def started_elsewhere(self, c: sqlite3.Connection, start: datetime, end: datetime) -> list[Elsewhere]:
+    def replacements(self, c: sqlite3.Connection, start: datetime, end: datetime) -> list[Replacement]:
         """Of the starts that were planned in [start, end], newest first."""
         rows = c.execute(
             """SELECT mine.id, mine.robot, other.id, coalesce(nullif(other.robot, ''), other.robot_group), other.created_at
@@ -470,7 +470,7 @@ class ExecutionRepository:
             (to_text(start), to_text(end)),
         )
         return [
-            Elsewhere(number, robot, other, other_robot, to_instant(at))
+            Replacement(number, robot, other, other_robot, to_instant(at))
             for number, robot, other, other_robot, at in rows
         ]
 

@@ -20,7 +20,7 @@ _UNCOUNT = f"""
     WHERE ({_KEY}) = ({_KEY_OF.format("OLD")});
     DELETE FROM ended_days WHERE day = substr(OLD.ended_at, 1, 10) AND number = 0;"""
 
-# Rebuild the counters from the executions. A duration that no robot can have told would soon be too much to be added up.
+# Rebuild the counters from the executions. A duration that no robot can report would soon be too much to be added up.
 RECOUNT = f"""
 DELETE FROM ended_days;
 UPDATE executions SET duration_s = NULL WHERE duration_s NOT BETWEEN 0 AND {LONGEST_RUN};

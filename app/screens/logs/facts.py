@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from datetime import datetime
 from zoneinfo import ZoneInfo
 
-from app.database.executions import Elsewhere, ExecutionFilter, PageKey
+from app.database.executions import ExecutionFilter, PageKey, Replacement
 from app.domain.clock import Clock
 from app.domain.models import DurationEstimate, Execution, Group, Robot, Settings
 from app.domain.reasons import codes_with
@@ -62,7 +62,7 @@ class LogsFacts:
     count: int = 0  # rows that the filters let through
     usual_s: UsualSeconds = field(default_factory=dict)
     expected: Mapping[int, DurationEstimate] = field(default_factory=dict)  # by id, of what is open
-    elsewhere: Mapping[int, Elsewhere] = field(default_factory=dict)  # by id, of what was started on another robot
+    replacements: Mapping[int, Replacement] = field(default_factory=dict)  # by id, of what was started on another robot
 
     @property
     def zone(self) -> ZoneInfo:
@@ -82,7 +82,7 @@ class LogsFacts:
             rows=(*self.rows, *(row for row in page.rows if row.id not in known)),
             next=page.next,
             usual_s=page.usual_s,
-            elsewhere={**self.elsewhere, **page.elsewhere},
+            replacements={**self.replacements, **page.replacements},
         )
 
 
@@ -124,7 +124,7 @@ def read_facts(services: LogsServices, filters: Filters, rows: int = PAGE) -> Lo
             and row.robot_id is not None
             and (found := history.expected(row.robot_id, row.mission_guid)) is not None
         },
-        history.elsewhere(page.rows),
+        history.replacements(page.rows),
     )
 
 
@@ -137,7 +137,7 @@ def read_next_page(services: LogsServices, facts: LogsFacts) -> LogsFacts:
         rows=tuple(page.rows),
         next=page.next,
         usual_s=usual_durations(services.history, page.rows, facts.usual_s),
-        elsewhere=services.history.elsewhere(page.rows),
+        replacements=services.history.replacements(page.rows),
     )
 
 

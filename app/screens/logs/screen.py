@@ -232,7 +232,7 @@ class LogsViewModel(ViewModel):
             facts.usual_s,
             self.opened_run,
             facts.expected,
-            facts.elsewhere,
+            facts.replacements,
             self._shell.given.known,
         )
         self._given.look(facts.robots, ((row.robot_id, row.mission_guid, row.parameters) for row in facts.rows))

@@ -8,7 +8,7 @@ from datetime import datetime, timedelta
 from enum import StrEnum
 from zoneinfo import ZoneInfo
 
-from app.database.executions import Elsewhere
+from app.database.executions import Replacement
 from app.domain import writing
 from app.domain.clock import midnight
 from app.domain.models import OPEN_STATES, DurationEstimate, Execution, ReasonCode, Robot, State, Trigger
@@ -234,10 +234,10 @@ def row(
     usual: UsualSeconds,
     opened: bool,
     expected: DurationEstimate | None = None,
-    elsewhere: Elsewhere | None = None,
+    replacement: Replacement | None = None,
     given: Given = NOTHING_KNOWN,
 ) -> RunRow:
-    """``expected``: how long a run that has not ended will take, as far as that is known; ``elsewhere``: that it was started on another
+    """``expected``: how long a run that has not ended will take, as far as that is known; ``replacement``: that it was started on another
     robot, or instead of one there; ``given``: what is known of the values that missions get."""
     icon, tone = execution_appearance.LOOKS[execution.state]
     return RunRow(
@@ -252,7 +252,7 @@ def row(
         when(execution.planned_at.astimezone(zone), now.astimezone(zone)),
         formats.duration(execution.duration_s),
         opened,
-        story(execution, zone, usual, expected, elsewhere) if opened else (),
+        story(execution, zone, usual, expected, replacement) if opened else (),
         message(execution, given) if opened else "",
         _("Run again") if opened and execution.state in RUN_AGAIN else "",
     )
@@ -273,7 +273,7 @@ class RowCache:
         usual: UsualSeconds,
         opened_run: int | None,
         expected: Mapping[int, DurationEstimate],
-        elsewhere: Mapping[int, Elsewhere],
+        replacements: Mapping[int, Replacement],
         given: Given = NOTHING_KNOWN,
     ) -> list[RunRow]:
         """``row`` of each; ``opened_run`` is the id of the one that shows its story, ``expected`` goes by the id of what has not ended."""
@@ -281,7 +281,7 @@ class RowCache:
         known = self._rows if context == self._context else {}
         self._context, self._rows = context, {}
         for execution in executions:
-            further = expected.get(execution.id), elsewhere.get(execution.id)
+            further = expected.get(execution.id), replacements.get(execution.id)
             details = usual.get((execution.robot_id, execution.mission_guid)), execution.id == opened_run, further
             before = known.get(execution.id)
             if before is not None and details == before[1] and (execution is before[0] or execution == before[0]):
@@ -348,12 +348,12 @@ def story(
     zone: ZoneInfo,
     usual: UsualSeconds,
     expected: DurationEstimate | None = None,
-    elsewhere: Elsewhere | None = None,
+    replacement: Replacement | None = None,
 ) -> tuple[StepView, ...]:
     """planned → submitted → started → ended, as far as it came; with days where there are several."""
     started_at, ran_until = _really_ran(execution)
     ended_at = skipped_at(execution) or ran_until
-    left = elsewhere if elsewhere is not None and elsewhere.id == execution.id else None
+    left = replacement if replacement is not None and replacement.id == execution.id else None
     instants = (execution.planned_at, execution.submitted_at, started_at, ended_at, left.at if left else None)
     with_day = len({at.astimezone(zone).date() for at in instants if at is not None}) > 1
 
@@ -364,7 +364,7 @@ def story(
         )
 
     attempts = ngettext("{n} attempt", "{n} attempts", execution.attempts).format(n=execution.attempts)
-    steps = [(_("Planned"), time(execution.planned_at), _planned_note(execution, elsewhere))]
+    steps = [(_("Planned"), time(execution.planned_at), _planned_note(execution, replacement))]
     steps += of_groups.steps(execution, zone)
     if execution.submitted_at is not None:
         steps.append((_("Submitted"), time(execution.submitted_at), attempts))
@@ -414,14 +414,14 @@ def _last_tone(state: State) -> str:
     return "neutral" if state is State.COMPLETED else execution_appearance.LOOKS[state][1]
 
 
-def _planned_note(execution: Execution, elsewhere: Elsewhere | None) -> str:
+def _planned_note(execution: Execution, replacement: Replacement | None) -> str:
     """Whether it is the last of several, what started it, of which group any robot could take it, and instead of whose start a person
     wanted it."""
     last = _("the last of {n}").format(n=writing.count(execution.starts, _)) if execution.starts > 1 else ""
     started_by = execution.own_name or execution_appearance.trigger_word(execution.trigger)
     instead = (
-        _("instead of the start on {robot}").format(robot=elsewhere.robot)
-        if elsewhere and elsewhere.other == execution.id
+        _("instead of the start on {robot}").format(robot=replacement.robot)
+        if replacement and replacement.other == execution.id
         else ""
     )
     return " · ".join(filter(None, (last, started_by, of_groups.any_of(execution), instead)))

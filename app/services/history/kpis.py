@@ -36,7 +36,7 @@ NEWEST = 5_000  # runs that the percentiles of delays and waits rest on
 @dataclass(frozen=True)
 class KpiFilter:
     """Which ended executions count; None: from the first, until now, of all robots. ``group``: those that any robot of it could take, by
-    its name then, whoever did; what its robots did and how long they were seen is that of ``robot_ids``, for whomever they did it."""
+    its name then, whichever did; what its robots did and how long they were seen is that of ``robot_ids``, whoever had started it."""
 
     start: datetime | None = None
     end: datetime | None = None
@@ -44,7 +44,7 @@ class KpiFilter:
     group: str | None = None
 
     def span(self, now: datetime) -> Span:
-        """As the columns have it; of what has ended by now."""
+        """As the columns have it; of what has ended so far."""
         until = now + MOMENT
         return Span(
             to_text(self.start) if self.start else EARLIEST,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 
 from app.database.connection import Database
-from app.database.executions import Elsewhere, ExecutionFilter, ExecutionRepository, PageKey
+from app.database.executions import ExecutionFilter, ExecutionRepository, PageKey, Replacement
 from app.database.missions import DurationRepository, MissionRepository
 from app.database.schedules import ScheduleRepository
 from app.domain.models import DurationEstimate, Execution
@@ -40,12 +40,12 @@ class History:
         """As it is now; None when it has been deleted."""
         return self._executions.get(self._db.read(), execution_id)
 
-    def elsewhere(self, rows: Sequence[Execution]) -> Mapping[int, Elsewhere]:
+    def replacements(self, rows: Sequence[Execution]) -> Mapping[int, Replacement]:
         """Of those of these rows that a person had started on another robot, and of what was started there, by the row's id."""
         if not rows:
             return {}
         planned = [row.planned_at for row in rows]
-        found = self._executions.started_elsewhere(self._db.read(), min(planned) - DOUBTED_FOR, max(planned))
+        found = self._executions.replacements(self._db.read(), min(planned) - DOUBTED_FOR, max(planned))
         return {number: one for one in found for number in (one.id, one.other)}
 
     def last_finished(self, count: int) -> Sequence[Execution]:

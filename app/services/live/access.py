@@ -65,7 +65,7 @@ def is_easy_to_guess(pin: str) -> bool:
 
 
 class Access:
-    """Asks for a PIN where one is set. A restart shortens no waiting time, it begins anew."""
+    """Asks for a PIN where one is set. A restart shortens no waiting time: it begins again."""
 
     def __init__(
         self, db: Database, settings: SettingsRepository, clock: Clock, changes: Changes, alarms: Alarms

@@ -223,7 +223,7 @@ class Alarms:
         self._changes.publish(Topic.ALARMS)
 
     def clear(self, code: str, key: str) -> None:
-        """Note that the cause is gone; the alarm stays open until it is acknowledged too. Writes only when there is something to clear."""
+        """Note that the cause has ended; the alarm stays open until it is acknowledged too. Writes only what changes something."""
         if self._repository.active(self._db.read(), code, key):
             self._db.write(lambda c: self._repository.clear(c, code, key, self._clock.now()))
             self._changes.publish(Topic.ALARMS)
@@ -234,8 +234,8 @@ class Alarms:
             self._changes.publish(Topic.ALARMS)
 
     def withdraw(self, code: str, key: str, at: datetime) -> None:
-        """What this event told ``at`` that time, or about then, has turned out not to be so: nobody needs to read it any more, but it stays
-        in the list of past ones."""
+        """What this event said ``at`` that time, or about then, has turned out to be wrong: it need not be read any more, but stays in the
+        list of past ones."""
         if self._db.write(lambda c: self._repository.withdraw(c, code, key, at, self._clock.now())):
             self._changes.publish(Topic.ALARMS)
 

@@ -11,7 +11,7 @@ log = logging.getLogger(__name__)
 
 
 class Topic(StrEnum):
-    SNAPSHOT = "snapshot"  # of the robot whose id is given
+    SNAPSHOT = "snapshot"  # of the robot with that id
     EXECUTIONS = "executions"
     SCHEDULES = "schedules"
     ROBOTS = "robots"

@@ -9,7 +9,7 @@ from datetime import UTC, datetime, timedelta
 from app.domain.message import Message
 
 HEARTBEAT_EVERY = 15.0  # s; a power cut is known to about this precision
-UNKNOWN_START = datetime(1, 1, 1, tzinfo=UTC)  # the start of a gap of which nothing tells when it began
+UNKNOWN_START = datetime(1, 1, 1, tzinfo=UTC)  # the start of a gap whose beginning is not known
 SHORTEST_ABSENCE = timedelta(seconds=60)  # a shorter gap is a restart or a slow moment, not an absence
 
 

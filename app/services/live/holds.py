@@ -101,7 +101,7 @@ class Holds:
         also: Callable[[sqlite3.Connection, Hold], object] = lambda c, hold: None,
     ) -> Hold:
         """Replace the hold of all robots, or of one; ``also`` is done in the same transaction. Raises InvalidInput for an end that has
-        passed, a reason too long and a robot that is gone."""
+        passed, a reason too long and a robot that was removed."""
         now = self._clock.now()
         if until is not None and until <= now:
             raise InvalidInput("until", "choose a time in the future")
@@ -201,7 +201,7 @@ class Holds:
 
 
 class Cleared:
-    """What is to go: ``rows`` are ids, whichever robot has them by now."""
+    """What is removed: ``rows`` are ids, whichever robot has them now."""
 
     def __init__(self, robot_id: int) -> None:
         self.robot_id, self.rows = robot_id, frozenset[int]()

@@ -1,4 +1,4 @@
-"""Prompts of robots that wait for a person: an alarm each, until it is answered or gone."""
+"""Prompts of robots that wait for a person: an alarm each, until it is answered or the robot drops it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Prompts:
         changes.subscribe(self._on_change)
 
     def answered(self, robot_id: int, guid: str, answer: str) -> None:
-        """The robot has taken an answer that was given here."""
+        """The robot has taken an answer from here."""
         with suppress(DatabaseError):
             self._alarms.note_answer(f"robot:{robot_id}", guid, answer)
 

@@ -21,7 +21,7 @@ log = logging.getLogger(__name__)
 
 MACHINE, MOVED, LOOKED_AT = "machine", "moved", "looked_at_on"  # names in the settings
 IS_COPY = message("this data was copied from another tablet; say whether it moves here or is only looked at")
-IS_LOOKED_AT = message("this data is only looked at here; another tablet starts its missions")
+IS_VIEW_ONLY = message("this data is only looked at here; another tablet starts its missions")
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Move:
 
 
 def machine_id() -> str | None:
-    """What tells this machine from others and survives a restart; None where the system does not say."""
+    """What distinguishes this machine from others and survives a restart; None where the system does not say."""
     for path in ("/etc/machine-id", "/var/lib/dbus/machine-id"):
         try:
             if found := Path(path).read_text(encoding="ascii").strip():
@@ -61,7 +61,7 @@ class Tablet:
         self.move = stored_move(self._settings, self._db.read())
         if self.is_copy:
             log.warning("This data directory was copied from another tablet: nothing is sent from here")
-        self._holds.is_copy = IS_LOOKED_AT if self.is_view_only else IS_COPY if self.is_copy else None
+        self._holds.is_copy = IS_VIEW_ONLY if self.is_view_only else IS_COPY if self.is_copy else None
 
     @property
     def is_copy(self) -> bool:
@@ -94,7 +94,7 @@ class Tablet:
         """The old tablet goes on: nothing is ever sent from here."""
         if self.is_copy:
             self._db.write(lambda c: self._settings.put(c, LOOKED_AT, self._machine))
-            self._holds.is_copy = IS_LOOKED_AT
+            self._holds.is_copy = IS_VIEW_ONLY
             self._holds.announce()
 
 

@@ -129,7 +129,7 @@ class Suggestions:
         return self._answer(suggestion, ACCEPTED, {"kind": change.kind.value})
 
     def undo(self, answer: Answer) -> None:
-        """It is as if it had not been given."""
+        """As if it had never been there."""
         self._db.write(lambda c: self._repository.remove(c, answer.id))
         self.latest = None
 

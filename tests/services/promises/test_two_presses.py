@@ -403,12 +403,12 @@ def test_two_presses_at_once_start_it_once(group, monkeypatch):
 def test_the_history_knows_what_was_started_instead_of_what(group):
     play(group, IN_DOUBT)
     [row], history = group.noted, group.container.history
-    assert history.elsewhere([row]) == {}
+    assert history.replacements([row]) == {}
     play(group, instead(token="pressed"), 30)
     new = group.container.ledger.by_token("pressed")
-    [found] = set(history.elsewhere([row]).values())
+    [found] = set(history.replacements([row]).values())
     assert (found.id, found.robot, found.other, found.other_robot) == (row.id, row.robot, new.id, new.robot)
-    assert history.elsewhere([new])[new.id] == found, "also where the list holds only one of them"
+    assert history.replacements([new])[new.id] == found, "also where the list holds only one of them"
 
 
 def test_of_what_was_started_on_another_robot_it_is_said_that_it_is_not_sent_again(group):

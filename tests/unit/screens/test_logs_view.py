@@ -6,7 +6,7 @@ from zoneinfo import ZoneInfo
 
 import pytest
 
-from app.database.executions import Elsewhere
+from app.database.executions import Replacement
 from app.domain.models import DurationEstimate, Execution, Reason, ReasonCode, Robot, State, Trigger, Wait
 from app.domain.robot import MissionParameter
 from app.i18n import translator
@@ -226,10 +226,10 @@ def test_a_story_says_that_a_person_had_it_started_on_another_robot():
         replace(DONE, id=4, started_at=None, ended_at=None, duration_s=None, state=State.SUBMITTING),
         replace(DONE, id=5),
     )
-    found = Elsewhere(4, "Aino", 5, "Veikko", PLANNED + timedelta(minutes=2))
-    step = view.story(doubted, ZONE, USUAL, elsewhere=found)[2]
+    found = Replacement(4, "Aino", 5, "Veikko", PLANNED + timedelta(minutes=2))
+    step = view.story(doubted, ZONE, USUAL, replacement=found)[2]
     assert (step.label, step.time, step.note) == ("Elsewhere", "13:32:00", "a person started it on Veikko instead")
-    steps = view.story(run, ZONE, USUAL, elsewhere=found)
+    steps = view.story(run, ZONE, USUAL, replacement=found)
     assert [step.label for step in steps] == ["Planned", "Submitted", "Started", "Completed"]
     assert steps[0].note == view.story(run, ZONE, USUAL)[0].note + " · instead of the start on Aino"
 
