@@ -154,6 +154,8 @@ def play(s: Stage, *steps) -> None:
 
 
 class Story:
+    """``on``: R1, or its group, or each. ``robots``, ``with_window`` and others are of the ``Stage``."""
+
     def __init__(self, name: str, *steps, on="robot", robots=1, stays_open=False, doubles=False, **site) -> None:
         self.name, self.steps, self.site = name, steps, {"robots": robots, **site}
         self.on = each(*([on] if isinstance(on, str) else on))
@@ -346,6 +348,22 @@ def give(s, name="R1"):
 
 
 @step
+def when_given(s, *steps, before=()):
+    """As soon as a start of a group is given to a robot: its row is noted, and these happen; ``before`` that is written others do."""
+    ledger = s.container.ledger
+
+    def bind(*values):
+        del ledger.bind
+        play(s, *before)
+        rows = ledger.bind(*values)
+        s.noted += rows[:1]
+        play(s, *steps)
+        return rows
+
+    ledger.bind = bind
+
+
+@step
 def clear_queue(s):
     s.container.operator.clear_queue(1)
 
@@ -383,6 +401,11 @@ def stranger(s, name="Deliver", robot="R1", count=1):
     """Somebody else puts a mission on a robot."""
     for _n in range(count):
         s.stranger_queues(name, robot)
+
+
+def all_busy(count=9):
+    """With what somebody else has put on them."""
+    return do(lambda s: [s.stranger_queues(robot=name) for name in s.machines for _n in range(count)])
 
 
 # ---------------------------------------------------------------------- the world
@@ -535,6 +558,12 @@ def states(s):
 
 
 @check
+def robots(s):
+    """Of the rows."""
+    return [row.robot for row in s.executions()]
+
+
+@check
 def waits(s):
     """What open rows wait for."""
     return [row.wait for row in s.executions(State.WAITING)]
@@ -590,7 +619,7 @@ def not_raised(s, *codes):
 
 @step
 def true(s, condition):
-    assert condition(s)
+    assert condition(s), f"line {condition.__code__.co_firstlineno}"
 
 
 LOST, REFUSED, LATE, ANSWER_LOST = Fate.LOST, Fate.REFUSED, Fate.LATE, Fate.ANSWER_LOST

@@ -1,4 +1,4 @@
-"""A site with one group of robots, for the tests of ``tests/services/test_groups*``."""
+"""A site with one group of robots."""
 
 from __future__ import annotations
 
