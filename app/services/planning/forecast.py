@@ -1,6 +1,6 @@
 """Which robot of its group a planned start will probably get: the decision code itself is asked, for the time to come. Pure.
 
-A robot is believed free when what is planned on it has usually ended. What nobody can know beforehand plays no part: where it stands, its
+A robot counts as free when what is planned on it has usually ended. What can't be known beforehand plays no part: where it stands, its
 battery, silence, runs that a person starts. Times are seconds from an origin that all of them share.
 """
 
@@ -17,9 +17,8 @@ from app.services.allocation.choose import AHEAD, LAST_CALL, choose
 from app.services.allocation.situation import UNKNOWN_S, Duration, Ineligible, Member, PlannedStart, Situation, Start
 
 HOUR = 3600.0
-MOST_LAID = (
-    20_000  # starts laid on robots for groups that share robots: what takes about a second. Later ones have no robot
-)
+# starts chosen for in groups that share robots: what takes about a second. Later ones have no robot
+MOST_CHOSEN = 20_000
 
 
 class ForecastStart(NamedTuple):
@@ -62,80 +61,82 @@ class ForecastSite:
     at_places: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
 
-def forecast(wanted: Sequence[ForecastStart], site: ForecastSite) -> dict[int, ForecastSlot]:
-    """What each of these starts, in order of time, gets, by its place among them; nothing for those that get no robot."""
+def forecast(starts: Sequence[ForecastStart], site: ForecastSite) -> dict[int, ForecastSlot]:
+    """The robot of each of these starts, which are in order of time, by its number among them; none for those that get no robot."""
     found: dict[int, ForecastSlot] = {}
-    for places, robots in _apart(wanted):
-        found.update(_Simulation(wanted, places, robots, site).run())
+    for numbers, robots in _independent_parts(starts):
+        found.update(_Simulation(starts, numbers, robots, site).run())
     return found
 
 
-def _apart(wanted: Sequence[ForecastStart]) -> Iterator[tuple[list[int], tuple[int, ...]]]:
-    """Starts, by their numbers, and robots that have to be looked at together: those of groups that share robots, or places with others."""
-    leader: dict[int, int] = {}
+def _independent_parts(starts: Sequence[ForecastStart]) -> Iterator[tuple[list[int], tuple[int, ...]]]:
+    """Numbers of starts, and robots, that have to be looked at together: those of groups that share robots or places."""
+    parents: dict[int, int] = {}
 
-    def led_by(robot_id: int) -> int:
-        while (above := leader.setdefault(robot_id, robot_id)) != robot_id:
-            robot_id = above
+    def root_of(robot_id: int) -> int:
+        while (parent := parents.setdefault(robot_id, robot_id)) != robot_id:
+            robot_id = parent
         return robot_id
 
-    of_groups = {(each.members, each.places) for each in wanted if not each.fixed and each.members}
-    together = [members for members, _ in of_groups]
-    for name in {name for _, used in of_groups for name in used}:
-        together.append(tuple({robot_id for each in wanted if name in each.places for robot_id in each.members}))
+    used = {(each.members, each.places) for each in starts if not each.fixed and each.members}
+    together = [members for members, _ in used]
+    for name in {name for _, places in used for name in places}:
+        together.append(tuple({robot_id for each in starts if name in each.places for robot_id in each.members}))
     for members in together:
         for robot_id in members:
-            leader[led_by(robot_id)] = led_by(members[0])
-    places = defaultdict[int, list[int]](list)
-    for place, each in enumerate(wanted):
-        if each.members and each.members[0] in leader:
-            places[led_by(each.members[0])].append(place)
-    for first, those in places.items():
-        yield those, tuple(sorted(robot_id for robot_id in leader if led_by(robot_id) == first))
+            parents[root_of(robot_id)] = root_of(members[0])
+    numbers = defaultdict[int, list[int]](list)
+    for number, each in enumerate(starts):
+        if each.members and each.members[0] in parents:
+            numbers[root_of(each.members[0])].append(number)
+    for root, of_root in numbers.items():
+        yield of_root, tuple(sorted(robot_id for robot_id in parents if root_of(robot_id) == root))
 
 
 class _Simulation:
     """Time passes from one instant to the next at which something can be decided."""
 
     def __init__(
-        self, wanted: Sequence[ForecastStart], places: Sequence[int], robots: Sequence[int], site: ForecastSite
+        self, starts: Sequence[ForecastStart], numbers: Sequence[int], robots: Sequence[int], site: ForecastSite
     ) -> None:
-        self._wanted, self._places, self._site = wanted, places, site
+        self._starts, self._numbers, self._site = starts, numbers, site
         self._free = {robot_id: site.free.get(robot_id, -inf) for robot_id in robots}
         self._hours = {robot_id: site.hours.get(robot_id, 0.0) for robot_id in robots}
         self._days = list(site.days)
-        self._next = 0  # of the places
+        self._next = 0  # of the numbers
         self._waiting: list[int] = []
         self._found: dict[int, ForecastSlot] = {}
         self._slow_durations: dict[tuple[str, tuple[int, ...]], float] = {}
-        self._laid = 0
-        self._leave = defaultdict[str, list[float]](list)  # until when who is at a place is there
+        self._chosen = 0
+        self._leave_at = defaultdict[str, list[float]](list)  # when each of those at a place leaves it
         for name, ends in site.at_places.items():
-            self._leave[name] += ends
+            self._leave_at[name] += ends
 
     def run(self) -> dict[int, ForecastSlot]:
         now = -inf
-        while (self._next < len(self._places) or self._waiting) and self._laid < MOST_LAID:
+        while (self._next < len(self._numbers) or self._waiting) and self._chosen < MOST_CHOSEN:
             now = self._next_instant(now)
             if now == inf:  # what waits is never called
                 break
             self._pass_midnights(now)
-            while self._next < len(self._places) and self._wanted[self._places[self._next]].at <= now:
-                self._falls_due(self._places[self._next])
+            while self._next < len(self._numbers) and self._starts[self._numbers[self._next]].at <= now:
+                self._falls_due(self._numbers[self._next])
                 self._next += 1
             if self._waiting:
-                self._decide(now)
+                self._choose(now)
         return self._found
 
     def _next_instant(self, now: float) -> float:
-        due = self._wanted[self._places[self._next]].at if self._next < len(self._places) else inf
+        due = self._starts[self._numbers[self._next]].at if self._next < len(self._numbers) else inf
         if not self._waiting:
             return due
-        robots = {robot_id for place in self._waiting for robot_id in self._wanted[place].members}
+        robots = {robot_id for number in self._waiting for robot_id in self._starts[number].members}
         ends = [self._free[robot_id] for robot_id in robots]
         ends += [until for robot_id in robots for _, until in self._site.held.get(robot_id, ())]
-        ends += [until for place in self._waiting for name in self._wanted[place].places for until in self._leave[name]]
-        calls = [self._wanted[place].closes - LAST_CALL for place in self._waiting]
+        ends += [
+            until for number in self._waiting for name in self._starts[number].places for until in self._leave_at[name]
+        ]
+        calls = [self._starts[number].closes - LAST_CALL for number in self._waiting]
         return min(due, min((instant for instant in ends + calls if instant > now), default=inf))
 
     def _pass_midnights(self, now: float) -> None:
@@ -143,38 +144,40 @@ class _Simulation:
             del self._days[0]
             self._hours = dict.fromkeys(self._hours, 0.0)
 
-    def _falls_due(self, place: int) -> None:
-        each = self._wanted[place]
+    def _falls_due(self, number: int) -> None:
+        each = self._starts[number]
         if each.fixed:
             robot_id = each.members[0]
-            self._put(place, robot_id, each.at, self._site.duration(robot_id, each.mission) or UNKNOWN_S, in_time=True)
+            self._assign(
+                number, robot_id, each.at, self._site.duration(robot_id, each.mission) or UNKNOWN_S, in_time=True
+            )
         else:
-            insort(self._waiting, place)
+            insort(self._waiting, number)
 
-    def _put(self, place: int, robot_id: int, now: float, lasts: float, *, in_time: bool) -> None:
+    def _assign(self, number: int, robot_id: int, now: float, lasts: float, *, in_time: bool) -> None:
         begins = max(now, self._free[robot_id])
         self._free[robot_id] = begins + lasts
         self._hours[robot_id] += lasts / HOUR
-        self._found[place] = ForecastSlot(robot_id, begins, begins + lasts, in_time)
-        for name in self._wanted[place].places:
-            self._leave[name].append(begins + lasts)
+        self._found[number] = ForecastSlot(robot_id, begins, begins + lasts, in_time)
+        for name in self._starts[number].places:
+            self._leave_at[name].append(begins + lasts)
 
     # ------------------------------------------------------------------ decisions
-    def _decide(self, now: float) -> None:
-        last_calls = {place for place in self._waiting if self._wanted[place].closes - LAST_CALL <= now}
+    def _choose(self, now: float) -> None:
+        last_calls = {number for number in self._waiting if self._starts[number].closes - LAST_CALL <= now}
         if not last_calls and not any(
-            self._free[robot_id] <= now or self._wanted[place].at_once
-            for place in self._waiting
-            for robot_id in self._wanted[place].members
+            self._free[robot_id] <= now or self._starts[number].at_once
+            for number in self._waiting
+            for robot_id in self._starts[number].members
         ):
             return  # as no robot of it is free
-        self._laid += len(self._waiting)
-        gone = set(last_calls)
+        self._chosen += len(self._waiting)
+        settled = set(last_calls)
         for decision in choose(self._situation(now, last_calls)):
             if decision.robot_id is not None:
-                gone.add(decision.start.id)
+                settled.add(decision.start.id)
                 lasts = next(option.lasts_s for option in decision.options if option.robot_id == decision.robot_id)
-                self._put(
+                self._assign(
                     decision.start.id,
                     decision.robot_id,
                     now,
@@ -182,11 +185,11 @@ class _Simulation:
                     in_time=not decision.is_last_call or self._free[decision.robot_id] <= now,
                 )
             elif decision.too_late:
-                gone.add(decision.start.id)
-        self._waiting = [place for place in self._waiting if place not in gone]
+                settled.add(decision.start.id)
+        self._waiting = [number for number in self._waiting if number not in settled]
 
     def _situation(self, now: float, last_calls: Collection[int]) -> Situation:
-        starts = [self._start(place, now, place in last_calls) for place in self._waiting]
+        starts = [self._start(number, now, number in last_calls) for number in self._waiting]
         robots = {robot_id for start in starts for robot_id in start.members}
         members = {
             robot_id: Member(
@@ -205,13 +208,13 @@ class _Simulation:
 
     def _room_left(self, now: float, places: Iterable[str]) -> dict[str, int]:
         for name in places:
-            self._leave[name] = [until for until in self._leave[name] if until > now]
-        return {name: self._site.room[name] - len(self._leave[name]) for name in places}
+            self._leave_at[name] = [until for until in self._leave_at[name] if until > now]
+        return {name: self._site.room[name] - len(self._leave_at[name]) for name in places}
 
-    def _start(self, place: int, now: float, is_last_call: bool) -> Start:
-        each = self._wanted[place]
+    def _start(self, number: int, now: float, is_last_call: bool) -> Start:
+        each = self._starts[number]
         return Start(
-            place,
+            number,
             each.mission,
             each.members,
             each.priority,
@@ -230,8 +233,8 @@ class _Simulation:
 
     def _protected(self, now: float, robots: Iterable[int], least: int) -> Iterator[PlannedStart]:
         """Of the next minutes, what may matter more than a start of that priority."""
-        for number in range(self._next, len(self._places)):
-            each = self._wanted[self._places[number]]
+        for number in range(self._next, len(self._numbers)):
+            each = self._starts[self._numbers[number]]
             if each.at > now + AHEAD:
                 return
             if (each.fixed or each.priority > least) and not set(each.members).isdisjoint(robots):

@@ -23,13 +23,13 @@ from app.services.allocation.choose import AHEAD
 from app.services.allocation.situation import remaining_duration, run_duration
 from app.services.planning.durations import LiveRobots, MissionDurations, fast_s
 from app.services.planning.forecast import ForecastSite, ForecastSlot, ForecastStart, forecast
-from app.services.planning.planned import PlannedRun
+from app.services.planning.planned import PlannedRun, copy_at
 
 DAY = timedelta(days=1)
 
 
 class GroupForecast:
-    """``robots``: those that are switched on, by id. One that is silent or stopped at present is believed to be so for some minutes.
+    """``robots``: those that are switched on, by id. One that is silent or stopped at present is expected to stay so for some minutes.
     ``origin``: when the forecast begins, now or the midnight before what is looked at, so that a start gets the same
     robot however much is looked at."""
 
@@ -44,14 +44,8 @@ class GroupForecast:
         start: datetime,
         live: LiveRobots,
     ) -> None:
-        self._c, self._durations, self._groups, self._robots, self._settings, self._now = (
-            c,
-            durations,
-            groups,
-            robots,
-            settings,
-            now,
-        )
+        self._c, self._durations, self._groups, self._robots = c, durations, groups, robots
+        self._settings, self._now = settings, now
         self._zone, self._live = ZoneInfo(settings.timezone), live
         self.origin = max(now, midnight(start.astimezone(self._zone).date(), self._zone))
         self.members = {
@@ -70,12 +64,12 @@ class GroupForecast:
             for name in {durations.missions[one].name for place in places for one in place.missions}
         }
 
-    def is_lacking(self, group: Group, mission: str) -> bool:
+    def lacks_mission(self, group: Group, mission: str) -> bool:
         """Whether there are robots of it that may get something, and none has that mission, as far as is known."""
         members = self.members[group.id]
         return bool(members) and not any(self._durations.has(robot_id, mission) for robot_id in members)
 
-    def concerns(self, schedule: Schedule) -> bool:
+    def affects(self, schedule: Schedule) -> bool:
         """Whether its starts use robots of a group, or a place."""
         return (
             schedule.group_id is not None
@@ -83,58 +77,38 @@ class GroupForecast:
             or (bool(self._places) and self._durations.missions[schedule.mission_id].name in self._places)
         )
 
-    def of(self, runs: Sequence[PlannedRun], until: datetime) -> list[PlannedRun]:
+    def assign(self, runs: Sequence[PlannedRun], until: datetime) -> list[PlannedRun]:
         """The same runs, in order of time; those of groups before ``until`` with the robots that they will probably get."""
-        places = [place for place, run in enumerate(runs) if run.at < until and self.concerns(run.schedule)]
+        numbers = [number for number, run in enumerate(runs) if run.at < until and self.affects(run.schedule)]
         waiting = list(self._waiting()) if self.origin == self._now else []
-        wanted = waiting + [self._wanted(runs[place]) for place in places]
+        starts = waiting + [self._forecast_start(runs[number]) for number in numbers]
         last = runs[-1].at if runs else self.origin
-        found = forecast(wanted, self._site(last))
+        found = forecast(starts, self._site(last))
         new = list(runs)
-        durations: dict[tuple[int, int], PlannedRun] = {}
-        for number, place in enumerate(places, len(waiting)):
-            if runs[place].group is not None and (one := found.get(number)) is not None and one.in_time:
-                new[place] = self._on(runs[place], one, durations)
+        likes: dict[tuple[int, int], PlannedRun] = {}
+        for position, number in enumerate(numbers, len(waiting)):
+            if runs[number].group is not None and (slot := found.get(position)) is not None and slot.in_time:
+                new[number] = self._on(runs[number], slot, likes)
         return new
 
-    def _on(self, run: PlannedRun, found: ForecastSlot, durations: dict[tuple[int, int], PlannedRun]) -> PlannedRun:
-        begins = max(run.at, self.origin + timedelta(seconds=found.begins))
-        key = run.schedule.id, found.robot_id
-        if (same := durations.get(key)) is None:
-            mission = self._durations.mission(run.mission.name, found.robot_id) or run.mission
-            usual = self._durations.usual(found.robot_id, mission)
-            same = (
-                replace(run, robot=self._robots[found.robot_id])
-                if usual is None
-                else replace(
-                    run,
-                    robot=self._robots[found.robot_id],
-                    usual_s=usual.median_s,
-                    slow_s=usual.slow_s,
-                    typed=usual.typed,
-                    quick_s=fast_s(usual),
+    def _on(self, run: PlannedRun, slot: ForecastSlot, likes: dict[tuple[int, int], PlannedRun]) -> PlannedRun:
+        begins = max(run.at, self.origin + timedelta(seconds=slot.begins))
+        key = run.schedule.id, slot.robot_id
+        if (like := likes.get(key)) is None:
+            like = replace(run, robot=self._robots[slot.robot_id])
+            mission = self._durations.mission(run.mission.name, slot.robot_id) or run.mission
+            if usual := self._durations.usual(slot.robot_id, mission):
+                like = replace(
+                    like, usual_s=usual.median_s, slow_s=usual.slow_s, typed=usual.typed, quick_s=fast_s(usual)
                 )
-            )
-            durations[key] = same
-        return PlannedRun(
-            run.at,
-            run.schedule,
-            same.robot,
-            run.mission,
-            same.usual_s,
-            same.slow_s,
-            same.typed,
-            run.group,
-            begins,
-            same.quick_s,
-            held=run.held,
-        )
+            likes[key] = like
+        return copy_at(like, run.at, begins_at=begins, held=run.held)
 
     # ------------------------------------------------------------------ what the forecast rests on
     def _seconds(self, instant: datetime) -> float:
         return (instant - self.origin).total_seconds()
 
-    def _wanted(self, run: PlannedRun) -> ForecastStart:
+    def _forecast_start(self, run: PlannedRun) -> ForecastStart:
         schedule, at = run.schedule, self._seconds(run.at)
         if run.group is None:
             return ForecastStart(
@@ -210,7 +184,7 @@ class GroupForecast:
         return left, at_places
 
     def _is_at_work(self, row: Execution, robot_id: int) -> bool:
-        """Nobody waits for the end of what has a robot charge while it is idle, nor of what waits for something else than its robot."""
+        """Not what has an idle robot charge, nor what waits for something else than its robot."""
         if row.trigger is Trigger.IDLE and self._live.is_charging(robot_id):
             return False
         return row.state is not State.WAITING or row.wait not in LEAVES_ROBOT_FREE

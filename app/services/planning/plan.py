@@ -72,7 +72,7 @@ class Plan:
         if forecast is not None:
             runs = [
                 run
-                for run in forecast.of(runs, known_until)
+                for run in forecast.assign(runs, known_until)
                 if run.at < end and (run.at >= start or _reaches(run, start))
             ]
         return Planned(
@@ -95,7 +95,7 @@ class Plan:
         if not runs or reading.forecast is None:
             return runs
         last = runs[-1].at + timedelta(seconds=AHEAD)
-        return reading.forecast.of([*runs, *takewhile(lambda run: run.at < last, ahead)], last)[:count]
+        return reading.forecast.assign([*runs, *takewhile(lambda run: run.at < last, ahead)], last)[:count]
 
     def place_warning(self, place: Place) -> Conflict | None:
         """The hour of the next week in which a place, saved or not, is wanted most, where that is for more than 70 % of it."""
@@ -130,7 +130,7 @@ class _Reading:
         used = {schedule.group_id for schedule in self._schedules if schedule.enabled and schedule.group_id is not None}
         self._groups = {group.id: group for group in GroupRepository().all(c) if group.id in used} if used else {}
         self._durations = MissionDurations(c, self._groups.values(), plan._live)
-        self._skips, self._kept_back = plan._schedules.skips_from(c, now), plan._schedules.skips_from(c, now, held=True)
+        self._skips, self._held = plan._schedules.skips_from(c, now), plan._schedules.skips_from(c, now, held=True)
         self.forecast = (
             GroupForecast(c, self._durations, self._groups, self._robots, settings, now, start, plan._live)
             if self._groups
@@ -146,19 +146,17 @@ class _Reading:
             if not schedule.enabled or schedule.next_at is None or target is None or mission is None:
                 continue
             usual, begin = self._durations.usual_on(target, mission), start
-            if start is not None and self.forecast is not None and self.forecast.concerns(schedule):
+            if start is not None and self.forecast is not None and self.forecast.affects(schedule):
                 begin = min(start, self.forecast.origin)
             if begin is not None and usual is not None:
                 begin = max(begin - min(timedelta(seconds=usual.slow_s), LONGEST_RUN), earliest or begin)
-            is_lacking = (
+            lacks_mission = (
                 isinstance(target, Group)
                 and self.forecast is not None
-                and self.forecast.is_lacking(target, mission.name)
+                and self.forecast.lacks_mission(target, mission.name)
             )
-            runs = _runs(schedule, target, mission, usual, self._calendar, begin, is_lacking)
-            streams.append(
-                run for run in with_holds(runs, self._kept_back) if (run.schedule.id, run.at) not in self._skips
-            )
+            runs = _runs(schedule, target, mission, usual, self._calendar, begin, lacks_mission)
+            streams.append(run for run in with_holds(runs, self._held) if (run.schedule.id, run.at) not in self._skips)
         return streams
 
     def conflicts(self, runs: Sequence[PlannedRun], start: datetime, last: datetime) -> list[Conflict]:
@@ -174,7 +172,7 @@ class _Reading:
         )
 
     def _target(self, schedule: Schedule) -> Robot | Group | None:
-        """None where unassigned_robot of it is switched on."""
+        """None where no robot of it is switched on."""
         if schedule.robot_id is not None:
             return self._robots.get(schedule.robot_id)
         group = self._groups.get(schedule.group_id or 0)
@@ -197,12 +195,12 @@ def _runs(
     usual: DurationEstimate | None,
     calendar: WorkingCalendar,
     start: datetime | None,
-    is_lacking: bool,
+    lacks_mission: bool,
 ) -> Iterator[PlannedRun]:
     first = schedule.next_at
     if first is None:
         return
-    like = planned_run(first, schedule, target, mission, usual, is_lacking)
+    like = planned_run(first, schedule, target, mission, usual, lacks_mission)
     wanted = max((schedule.paused_until if schedule.is_paused(first) else None) or first, start or first)
     after, begun = (first, [first]) if wanted == first else (wanted - MOMENT, [])
     for at in chain(begun, (o.instant for o in occurrences(schedule, after, calendar))):

@@ -23,7 +23,7 @@ Lane = int | tuple[str, int]  # of a timeline: a robot's id, or ("group", its id
 
 @dataclass(frozen=True)
 class PlannedRun:
-    """One occurrence to come. Of a group ``robot`` is the one that the forecast chooses or, where it finds none, nobody: without an id,
+    """One occurrence to come. Of a group ``robot`` is the one that the forecast chooses or, where it finds none, one without an id,
     under the group's name."""
 
     at: datetime  # UTC
@@ -37,7 +37,7 @@ class PlannedRun:
     begins_at: datetime | None = None  # of a group's: when the forecast has a robot for it; None: it has none
     quick_s: float | None = None  # what nine of ten of the last runs took at least; None: not known
     lacks_mission: bool = False  # no robot of the group has the mission, as far as is known
-    held: bool = False  # a person keeps it back when its time has come
+    held: bool = False  # by a person: not sent when its time has come
 
     @property
     def is_approximate(self) -> bool:
@@ -65,15 +65,15 @@ class PlannedRun:
         return self.begins + timedelta(seconds=self.usual_s or ASSUMED_S)
 
 
-def copy_at(like: PlannedRun, at: datetime) -> PlannedRun:
+def copy_at(like: PlannedRun, at: datetime, **changes: Any) -> PlannedRun:
     """The same start at another instant. ``dataclasses.replace`` takes ten times as long, and a plan has thousands."""
     made = object.__new__(PlannedRun)
-    made.__dict__.update(like.__dict__, at=at)
+    made.__dict__.update(like.__dict__, at=at, **changes)
     return made
 
 
 def with_holds(runs: Iterator[PlannedRun], held: Collection[tuple[int, datetime]]) -> Iterator[PlannedRun]:
-    """Those that a person keeps back say so."""
+    """Those that a person holds say so."""
     if not held:
         return runs
     return (replace(run, held=True) if (run.schedule.id, run.at) in held else run for run in runs)

@@ -384,7 +384,7 @@ def _has_instants(rule: _Rule) -> bool:
 
 @lru_cache(maxsize=8192)
 def _counted_end(rule: _Rule) -> datetime | None:
-    """Where COUNT is used up, days off counted too, in the manner of UNTIL; None when nobody needs to know, as that is too far away."""
+    """Where COUNT is used up, days off counted too, in the manner of UNTIL; None when that is too far away to matter."""
     count = rule.recurrence.count or 1
     if not rule.names_times:
         return rule.count_steps(count)
