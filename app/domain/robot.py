@@ -75,7 +75,6 @@ class RobotStatus:
     state: RobotState = RobotState.UNKNOWN
     state_id: int | None = None
     state_text: str = ""
-    mode_text: str = ""
     mission_text: str = ""
     mission_queue_id: int | None = None  # of what runs now
     battery_percentage: float | None = (
@@ -90,7 +89,6 @@ class RobotStatus:
     position: Pose | None = None
     map_id: str | None = None
     linear_velocity: float | None = None  # m/s
-    angular_velocity: float | None = None  # degrees/s
     distance_to_next_target: float | None = None  # m
     moved: float | None = None  # m, odometer
     uptime_s: float | None = None

@@ -2,20 +2,16 @@
 
 A client is used by one thread at a time: its robot's worker, or one action of the operator. Every call raises RobotError and
 nothing else; ``error.delivery`` says what a failed one may have done. Calls that change something are never repeated here.
-
-The status is asked for without credentials and its serial number compared with the known one. No request with credentials is sent
-unless that was done in the last seconds: where it was not, the call does it first.
 """
 
 from __future__ import annotations
 
-import math
-import time
+import functools
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 from urllib.parse import quote
 
-from app.domain.check_up import NOTHING_KNOWN, RobotProfile
+from app.domain.check_up import RobotProfile
 from app.domain.message import message
 from app.domain.robot import (
     IdentifiedBy,
@@ -32,150 +28,38 @@ from app.domain.robot import (
 )
 from app.mir import parameters as mission_parameters
 from app.mir import parse, robot_vocabulary
-from app.mir.address import Address
-from app.mir.credentials import Token
 from app.mir.errors import (
-    AnotherRobot,
-    Busy,
-    ConnectionLost,
     NotAMir,
     Refusal,
     Rejected,
-    RobotError,
-    RobotFault,
-    SerialNumberHidden,
-    Unauthorized,
     Unreadable,
 )
-from app.mir.http import HttpTransport
 from app.mir.mission_queue import UNSUPPORTED, QueueReader
 from app.mir.robot_vocabulary import in_mir_words
-from app.mir.texts import clean, resolve
-from app.mir.transport import API, OF_ALL, OF_READS, OF_STATUS, Pace, Response, Timeouts, Transport
+from app.mir.texts import clean
+from app.mir.transport import API, Response
+from app.mir.verified_requests import LARGEST_OBJECT, VerifiedRequests
 
-LARGEST_OBJECT = 256 * 1024  # bytes of an answer about one thing: a status, a queue item, an error
 MOST_MISSIONS = 2000  # sites have tens to hundreds
 LARGEST_MISSIONS = 1024 * 1024  # bytes of their list, three times what so many need
-VERIFIED_FOR = (
-    10.0  # s for which a compared serial number lets credentials go out, while the connection it came over is open
-)
-VERIFIED_WITHOUT = 2.0  # the same where that connection was closed as soon as the answer was there
 
 T = TypeVar("T")
 
 
-class RobotClient:
-    """``clock`` is a monotonic clock in seconds; ``transport`` replaces HTTP in simulations.
+class RobotClient(VerifiedRequests):
+    """What the app asks of a robot, and orders there."""
 
-    ``serial_number`` is the known one, None before the first contact. ``identified_by`` is what it was identified by the last time: a
-    robot that has shown its serial number to anybody gets no credentials when it does so no longer. ``pace`` is shared by all clients of
-    the robot.
-    """
+    @functools.cached_property
+    def _queue(self) -> QueueReader:
+        return QueueReader(self._entries, self._next_item)
 
-    def __init__(
-        self,
-        address: Address,
-        token: Token,
-        *,
-        certificate_sha256: str | None = None,
-        serial_number: str | None = None,
-        identified_by: IdentifiedBy | None = None,
-        transport: Transport | None = None,
-        clock: Callable[[], float] = time.monotonic,
-        timeouts: Timeouts | None = None,
-        profile: RobotProfile | None = None,
-        pace: Pace | None = None,
-    ) -> None:
-        self.address, self._serial_number, self.identified_by = address, serial_number, identified_by
-        self.has_default_password = token.is_published_default
-        self._verified_at, self._verified_over = -math.inf, object()
-        self._has_answered = False  # as HTTP
-        self._clock = clock
-        self.timeouts = self._usual_timeouts = timeouts or Timeouts()
-        self._transport = transport or HttpTransport(address, token, certificate_sha256)
-        self.on_pause: Callable[[], None] = lambda: (
-            None
-        )  # called between the many requests that reading a queue may take
-        self._queue, self.pace = QueueReader(self._entries, self._next_item), pace or Pace(clock)
-        self._profile = NOTHING_KNOWN
-        self.use_profile(profile)
+    def use_profile(self, profile: RobotProfile | None) -> None:
+        before = self._profile
+        super().use_profile(profile)
+        if self._profile is not before:
+            self._queue.use_profile(self._profile)
 
-    def close(self) -> None:
-        """Let go of the connection; a later call opens a new one."""
-        self._transport.close()
-
-    def __repr__(self) -> str:
-        return f"RobotClient({self.address})"
-
-    # ------------------------------------------------------------------ who and how
-    @property
-    def serial_number(self) -> str | None:
-        return self._serial_number
-
-    @serial_number.setter
-    def serial_number(self, known: str | None) -> None:
-        if known != self._serial_number:
-            self._serial_number, self._verified_at = known, -math.inf
-
-    def use_profile(self, known: RobotProfile | None) -> None:
-        """What a check-up has found of the robot as it is now; None: nothing."""
-        known = known or NOTHING_KNOWN
-        if known != self._profile:
-            self._profile, self.pace.rest = known, known.rest
-            self.timeouts = self._usual_timeouts.at_least(known.timeout_s)
-            self._queue.use_profile(known)
-
-    def status(self) -> RobotStatus:
-        """How the robot is, asked without credentials; with them only where it gives no status else (401).
-
-        Raises AnotherRobot when its serial number is not the known one, SerialNumberHidden when it was always shown and is no longer,
-        NotAMir when something else answers.
-        """
-        self.pace.wait(OF_STATUS)
-        return self._ask_status()
-
-    def _ask_status(self) -> RobotStatus:
-        began, self._verified_at = self._clock(), -math.inf
-        answer, is_open = self._answer_of_status()
-        status = self._status(answer, self._clock() - began)
-        self._check_serial_number(status)
-        if not status.serial_number:
-            self._check_may_be_hidden()
-        shown = IdentifiedBy.SERIAL_NUMBER if is_open and status.serial_number else IdentifiedBy.ADDRESS
-        self.identified_by = IdentifiedBy.CERTIFICATE if self.address.is_secure else shown
-        self._verified_at, self._verified_over = self._clock(), self._transport.kept()
-        return status
-
-    def _answer_of_status(self) -> tuple[Response, bool]:
-        """And whether it is given without credentials."""
-        try:
-            try:
-                return _again_if_stale(lambda: self._send("GET", "/status", with_credentials=False)), True
-            except Unauthorized:
-                self._check_may_be_hidden()
-                return self._send("GET", "/status"), False
-        except Rejected as error:
-            if error.status in (404, 405, 410):
-                raise NotAMir(code="no_interface", address=self.address.netloc, status=error.status) from None
-            raise
-
-    def _check_serial_number(self, status: RobotStatus, code: str = "") -> None:
-        expected, found = self.serial_number, status.serial_number
-        if expected and found and found != expected:
-            self._verified_at = -math.inf
-            raise AnotherRobot(code=code, address=self.address.netloc, expected=expected, found=found)
-
-    def _is_verified(self) -> bool:
-        """Whether credentials may go out: the known serial number was shown a moment ago, or on a connection that has been open since."""
-        kept = self._transport.kept()
-        lasts = VERIFIED_FOR if kept and kept is self._verified_over else VERIFIED_WITHOUT
-        return kept is not False and self._clock() - self._verified_at <= lasts
-
-    def _check_may_be_hidden(self) -> None:
-        """Whoever takes a robot's place could hide its serial number to get the credentials. A certificate can't be hidden."""
-        if self.serial_number and not self.address.is_secure and self.identified_by not in (None, IdentifiedBy.ADDRESS):
-            raise SerialNumberHidden(address=self.address.netloc, expected=self.serial_number)
-
+    # ------------------------------------------------------------------ who it is
     def identify(self) -> Identity:
         """Status, and who we are to the robot, so that a wrong password shows (Unauthorized); the software version where known."""
         status = self.status()
@@ -372,125 +256,6 @@ class RobotClient:
             return None
         self._check_serial_number(status, "another_robot_did_it")
         return status
-
-    def _status(self, answer: Response, elapsed_s: float) -> RobotStatus:
-        software, date = (
-            clean(answer.headers.get("Robot-Version", ""), 40) or None,
-            parse.http_date(answer.headers.get("Date", "")),
-        )
-        return self._read(answer, lambda found: parse.status(found, software=software, date=date, elapsed_s=elapsed_s))
-
-    def _read(self, answer: Response, read: Callable[[Any], T], largest: int | None = LARGEST_OBJECT) -> T:
-        """What a body of at most ``largest`` bytes says: parsing one of megabytes holds up every thread. Raises Unreadable or NotAMir,
-        with the robot's address in it."""
-        if largest is not None and len(answer.body) > largest:
-            raise Unreadable(code="too_large", address=self.address.netloc, limit=largest >> 10)
-        try:
-            return read(parse.loads(answer.body))
-        except Unreadable as error:
-            if parse.looks_like_web_page(answer.body):
-                raise NotAMir(code="web_page", address=self.address.netloc) from None
-            raise error.at(self.address.netloc) from None
-        except RobotError as error:
-            raise error.at(self.address.netloc) from None
-
-    def _request(
-        self,
-        method: str,
-        path: str,
-        *,
-        query: Mapping[str, str] | None = None,
-        json: Any = None,
-        is_wanted: Callable[[], bool] | None = None,
-        at_once: bool = False,
-    ) -> Response:
-        """With credentials, to the robot that is known. ``at_once``: what a person orders does not wait for its turn. Raises RobotError."""
-
-        def send() -> Response:
-            is_read = method == "GET" or path.endswith("/search")
-            if at_once:
-                self.pace.count()
-            else:
-                self.pace.wait(OF_READS if is_read else OF_ALL, self.on_pause if is_read else lambda: None)
-            self._verify(at_once)
-            return self._send(method, path, query=query, json=json, is_wanted=is_wanted)
-
-        return _again_if_stale(send)
-
-    def _verify(self, at_once: bool) -> None:
-        if self.serial_number and not self._is_verified():
-            try:
-                if at_once:
-                    self.pace.count()
-                    self._ask_status()
-                else:
-                    self.status()
-            except RobotError as error:
-                raise error.unsent() from None
-
-    def _send(
-        self,
-        method: str,
-        path: str,
-        *,
-        query: Mapping[str, str] | None = None,
-        json: Any = None,
-        is_wanted: Callable[[], bool] | None = None,
-        with_credentials: bool = True,
-    ) -> Response:
-        """The answer, if its status is one of success. Raises RobotError."""
-        try:
-            answer = self._transport.send(
-                method,
-                path,
-                query=query,
-                json=json,
-                timeout=self.timeouts,
-                is_wanted=is_wanted,
-                with_credentials=with_credentials,
-            )
-        except RobotError as error:
-            self._verified_at = -math.inf  # what answers next may be another machine
-            if type(error) is ConnectionLost and not (self._has_answered or self.address.is_secure):
-                error = ConnectionLost(code="lost_over_http")
-            raise error.at(self.address.netloc) from None
-        self._has_answered = True
-        status, address = answer.status, self.address.netloc
-        if 200 <= status < 300:
-            return answer
-        if status < 200:
-            raise Unreadable(address=address, problem=message("status {status}", status=status))
-        if status < 400:
-            target = clean(answer.headers.get("Location", ""), 100) or "elsewhere"
-            raise NotAMir(code="redirected", address=address, target=target)
-        if status in (401, 403):
-            raise Unauthorized(status=status, address=address)
-        robot_code, reason = self._error_of(answer)
-        if status == 503:
-            raise Busy(address=address, robot_code=robot_code, reason=reason)
-        raise (Rejected if status < 500 else RobotFault)(
-            status=status, robot_code=robot_code, reason=reason, address=address
-        )
-
-    def _error_of(self, answer: Response) -> tuple[str, str]:
-        """``error_code`` and ``error_human`` of the error body, empty where there is none."""
-        try:
-            found = parse.loads(answer.body) if len(answer.body) <= LARGEST_OBJECT else None
-        except Unreadable:
-            return "", ""
-        if not isinstance(found, dict):
-            return "", ""
-        return resolve(found.get("error_code"), 80), resolve(found.get("error_human"), 300)
-
-
-def _again_if_stale(ask: Callable[[], T]) -> T:
-    """A read once more, on a new connection, where the robot was just closing the open one."""
-    try:
-        return ask()
-    except ConnectionLost as error:
-        if not error.is_stale:
-            raise
-    return ask()
 
 
 def _segment(identifier: str) -> str:

@@ -573,7 +573,7 @@ MUTANTS = (
     ),
     Mutant(
         "another machine will do",
-        "mir.client:RobotClient._check_serial_number",
+        "mir.verified_requests:VerifiedRequests._check_serial_number",
         "and found != expected",
         "and False",
         "another machine",
