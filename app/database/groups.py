@@ -4,58 +4,34 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 
 from app.database.robots import RobotRepository
+from app.database.table import Table
+from app.database.values import from_json
 from app.domain.models import Group, HandOver, Place, Robot, Schedule
 
 
-class GroupRepository:
-    def all(self, c: sqlite3.Connection) -> list[Group]:
-        """In order of name, each with its members in order of their ids."""
-        members: dict[int, list[int]] = {}
-        for group_id, robot_id in c.execute("SELECT group_id, robot_id FROM group_members ORDER BY robot_id"):
-            members.setdefault(group_id, []).append(robot_id)
-        return [_group(row, members.get(row[0], ())) for row in c.execute(f"{_GROUPS} ORDER BY name")]
-
-    def count(self, c: sqlite3.Connection) -> int:
-        found: int = c.execute("SELECT count(*) FROM robot_groups").fetchone()[0]
-        return found
-
-    def get(self, c: sqlite3.Connection, group_id: int) -> Group | None:
-        return self._one(c, "id = ?", group_id)
-
-    def by_name(self, c: sqlite3.Connection, name: str) -> Group | None:
-        return self._one(c, "name = ?", name)
+class GroupRepository(Table[Group]):
+    name, columns = "robot_groups", ("name", "hand_over", "keep_free")
+    query = """SELECT *, (SELECT json_group_array(robot_id) FROM (SELECT robot_id FROM group_members WHERE group_id = robot_groups.id
+                                                                 ORDER BY robot_id)) AS members FROM robot_groups"""
 
     @staticmethod
-    def _one(c: sqlite3.Connection, where: str, value: object) -> Group | None:
-        row = c.execute(f"{_GROUPS} WHERE {where}", (value,)).fetchone()
-        return row and _group(
-            row, _ids(c, "SELECT robot_id FROM group_members WHERE group_id = ? ORDER BY robot_id", row[0])
+    def read(row: sqlite3.Row) -> Group:
+        """Its members in order of their ids."""
+        return Group(
+            row["name"], tuple(from_json(row["members"])), HandOver(row["hand_over"]), row["keep_free"], row["id"]
         )
 
     def add(self, c: sqlite3.Connection, group: Group) -> Group:
-        """Returns it with its id; one that is given (an undone removal) is kept."""
-        cursor = c.execute(
-            "INSERT INTO robot_groups (id, name, hand_over, keep_free) VALUES (?, ?, ?, ?)",
-            (group.id or None, group.name, group.hand_over, group.keep_free),
-        )
-        added = replace(group, id=cursor.lastrowid or group.id)
+        added = super().add(c, group)
         self._put_members(c, added)
         return added
 
     def update(self, c: sqlite3.Connection, group: Group) -> None:
-        c.execute(
-            "UPDATE robot_groups SET name = ?, hand_over = ?, keep_free = ? WHERE id = ?",
-            (group.name, group.hand_over, group.keep_free, group.id),
-        )
+        super().update(c, group)
         c.execute("DELETE FROM group_members WHERE group_id = ?", (group.id,))
         self._put_members(c, group)
-
-    def remove(self, c: sqlite3.Connection, group_id: int) -> None:
-        """Its schedules go with it; history stays."""
-        c.execute("DELETE FROM robot_groups WHERE id = ?", (group_id,))
 
     def keep_fewer_free(self, c: sqlite3.Connection, fewest: int) -> None:
         """A robot was removed: groups of fewer than this keep none free any more."""
@@ -90,44 +66,27 @@ def target_of(c: sqlite3.Connection, schedule: Schedule) -> Robot | Group | None
     return None if schedule.group_id is None else GroupRepository().get(c, schedule.group_id)
 
 
-class PlaceRepository:
-    def all(self, c: sqlite3.Connection) -> list[Place]:
-        """In order of name."""
-        missions: dict[int, list[int]] = {}
-        for mission_id, place_id in c.execute("SELECT mission_id, place_id FROM mission_places ORDER BY mission_id"):
-            missions.setdefault(place_id, []).append(mission_id)
-        return [_place(row, missions.get(row[0], ())) for row in c.execute(f"{_PLACES} ORDER BY name")]
-
-    def count(self, c: sqlite3.Connection) -> int:
-        found: int = c.execute("SELECT count(*) FROM places").fetchone()[0]
-        return found
-
-    def get(self, c: sqlite3.Connection, place_id: int) -> Place | None:
-        return self._one(c, "id = ?", place_id)
-
-    def by_name(self, c: sqlite3.Connection, name: str) -> Place | None:
-        return self._one(c, "name = ?", name)
+class PlaceRepository(Table[Place]):
+    name, columns = "places", ("name", "most")
+    query = """SELECT places.*, coalesce(missions, '[]') AS missions FROM places
+               LEFT JOIN (SELECT place_id, json_group_array(mission_id) AS missions FROM mission_places GROUP BY place_id)
+                    ON place_id = places.id"""
 
     @staticmethod
-    def _one(c: sqlite3.Connection, where: str, value: object) -> Place | None:
-        row = c.execute(f"{_PLACES} WHERE {where}", (value,)).fetchone()
-        return row and _place(row, _ids(c, _MISSIONS_OF_PLACE, row[0]))
+    def read(row: sqlite3.Row) -> Place:
+        return Place(row["name"], row["most"], tuple(sorted(from_json(row["missions"]))), row["id"])
 
     def ids(self, c: sqlite3.Connection) -> dict[str, int]:
         """Of all places, by name."""
         return dict(c.execute("SELECT name, id FROM places").fetchall())
 
     def add(self, c: sqlite3.Connection, place: Place) -> Place:
-        """Returns it with its id; one that is given (an undone removal) is kept."""
-        cursor = c.execute(
-            "INSERT INTO places (id, name, most) VALUES (?, ?, ?)", (place.id or None, place.name, place.most)
-        )
-        added = replace(place, id=cursor.lastrowid or place.id)
+        added = super().add(c, place)
         _add_uses(c, ((mission_id, added.id) for mission_id in added.missions))
         return added
 
     def update(self, c: sqlite3.Connection, place: Place) -> None:
-        c.execute("UPDATE places SET name = ?, most = ? WHERE id = ?", (place.name, place.most, place.id))
+        super().update(c, place)
         used, wanted = set(_ids(c, _MISSIONS_OF_PLACE, place.id)), set(place.missions)
         _drop_uses(c, ((mission_id, place.id) for mission_id in used - wanted))
         _add_uses(c, ((mission_id, place.id) for mission_id in wanted - used))
@@ -156,22 +115,8 @@ class PlaceRepository:
         )
         return uses.difference(map(tuple, c.execute("SELECT mission_id, place_id FROM mission_places")))
 
-    def remove(self, c: sqlite3.Connection, place_id: int) -> None:
-        c.execute("DELETE FROM places WHERE id = ?", (place_id,))
 
-
-_GROUPS, _PLACES = "SELECT id, name, hand_over, keep_free FROM robot_groups", "SELECT id, name, most FROM places"
 _MISSIONS_OF_PLACE = "SELECT mission_id FROM mission_places WHERE place_id = ? ORDER BY mission_id"
-
-
-def _group(row: sqlite3.Row, members: Iterable[int]) -> Group:
-    id_, name, hand_over, keep_free = row
-    return Group(name, tuple(members), HandOver(hand_over), keep_free, id_)
-
-
-def _place(row: sqlite3.Row, missions: Iterable[int]) -> Place:
-    id_, name, most = row
-    return Place(name, most, tuple(missions), id_)
 
 
 def _ids(c: sqlite3.Connection, query: str, of: int) -> list[int]:

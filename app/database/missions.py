@@ -9,43 +9,38 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import asdict, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
 from math import ceil
 from statistics import median
 from typing import Any, NamedTuple
 
-from app.database.values import placeholders
+from app.database.table import Table
 from app.domain.models import DurationEstimate, Mission
 from app.domain.robot import MissionParameter, Spot, Stop
 
 
-class MissionRepository:
-    def all(self, c: sqlite3.Connection) -> list[Mission]:
-        """In order of name; the one for all robots before those of single robots."""
-        return [_mission(row) for row in c.execute("SELECT * FROM missions ORDER BY name, coalesce(robot_id, 0)")]
+class MissionRepository(Table[Mission]):
+    name = "missions"
+    columns = ("name", "guid", "robot_id", "favourite", "usual_minutes", "on_low_battery", "charges")
+    query, order = "SELECT * FROM missions", "name, coalesce(robot_id, 0)"
 
-    def count(self, c: sqlite3.Connection) -> int:
-        found: int = c.execute("SELECT count(*) FROM missions").fetchone()[0]
-        return found
-
-    def get(self, c: sqlite3.Connection, mission_id: int) -> Mission | None:
-        row = c.execute("SELECT * FROM missions WHERE id = ?", (mission_id,)).fetchone()
-        return row and _mission(row)
-
-    def by_ids(self, c: sqlite3.Connection, ids: Collection[int]) -> dict[int, Mission]:
-        """Those with these ids, by id."""
-        return {
-            row["id"]: _mission(row)
-            for row in c.execute(f"SELECT * FROM missions WHERE id IN ({placeholders(ids)})", (*ids,))
-        }
+    @staticmethod
+    def read(row: sqlite3.Row) -> Mission:
+        return Mission(
+            row["name"],
+            row["guid"],
+            row["id"],
+            row["robot_id"],
+            bool(row["favourite"]),
+            row["usual_minutes"],
+            bool(row["on_low_battery"]),
+            bool(row["charges"]),
+        )
 
     def by_name(self, c: sqlite3.Connection, name: str, robot_id: int | None = None) -> Mission | None:
         """Only the robot's own one or, for None, only the one for all robots."""
-        row = c.execute(
-            "SELECT * FROM missions WHERE name = ? AND coalesce(robot_id, 0) = ?", (name, robot_id or 0)
-        ).fetchone()
-        return row and _mission(row)
+        return self.select_one(c, "WHERE name = ? AND coalesce(robot_id, 0) = ?", name, robot_id or 0)
 
     def for_robot(self, c: sqlite3.Connection, name: str, robot_id: int) -> Mission | None:
         """What the name means on that robot: its own mission if it has one, else the one for all."""
@@ -53,12 +48,13 @@ class MissionRepository:
 
     def with_guid(self, c: sqlite3.Connection, guid: str, robot_id: int) -> Mission | None:
         """The mission with that guid on that robot: of several the robot's own, then one whose duration is typed."""
-        row = c.execute(
-            """SELECT * FROM missions WHERE guid = ? AND (robot_id = ? OR robot_id IS NULL)
-                           ORDER BY robot_id IS NULL, usual_minutes IS NULL, name LIMIT 1""",
-            (guid, robot_id),
-        ).fetchone()
-        return row and _mission(row)
+        return self.select_one(
+            c,
+            """WHERE guid = ? AND (robot_id = ? OR robot_id IS NULL)
+               ORDER BY robot_id IS NULL, usual_minutes IS NULL, name LIMIT 1""",
+            guid,
+            robot_id,
+        )
 
     def used_on(self, c: sqlite3.Connection, mission_id: int) -> set[int]:
         """Robots on which a schedule or an idle rule has it."""
@@ -89,51 +85,6 @@ class MissionRepository:
         """Every mission that can be chosen for that robot, in order of name; its own hide those for all of the same name."""
         meant = {mission.name: mission for mission in self.all(c) if mission.robot_id in (None, robot_id)}
         return list(meant.values())
-
-    def add(self, c: sqlite3.Connection, mission: Mission) -> Mission:
-        """Returns it with its id; one that is given (an undone removal) is kept."""
-        cursor = c.execute(
-            """INSERT INTO missions (id, name, guid, robot_id, favourite, usual_minutes, on_low_battery, charges)
-                              VALUES (?, ?, ?, ?, ?, ?, ?, ?)""",
-            (mission.id or None, *_values(mission)),
-        )
-        return replace(mission, id=cursor.lastrowid or mission.id)
-
-    def update(self, c: sqlite3.Connection, mission: Mission) -> None:
-        c.execute(
-            """UPDATE missions SET name = ?, guid = ?, robot_id = ?, favourite = ?, usual_minutes = ?, on_low_battery = ?, charges = ?
-                     WHERE id = ?""",
-            (*_values(mission), mission.id),
-        )
-
-    def remove(self, c: sqlite3.Connection, mission_id: int) -> None:
-        """Schedules and idle rules that use it go with it; history stays."""
-        c.execute("DELETE FROM missions WHERE id = ?", (mission_id,))
-
-
-def _values(mission: Mission) -> tuple[str | int | None, ...]:
-    return (
-        mission.name,
-        mission.guid,
-        mission.robot_id,
-        mission.favourite,
-        mission.usual_minutes,
-        mission.on_low_battery,
-        mission.charges,
-    )
-
-
-def _mission(row: sqlite3.Row) -> Mission:
-    return Mission(
-        row["name"],
-        row["guid"],
-        row["id"],
-        row["robot_id"],
-        bool(row["favourite"]),
-        row["usual_minutes"],
-        bool(row["on_low_battery"]),
-        bool(row["charges"]),
-    )
 
 
 class MissionParameterRepository:

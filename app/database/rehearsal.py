@@ -6,8 +6,8 @@ import sqlite3
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from app.database.robots import COLUMNS as ROBOT
-from app.database.schedules import COLUMNS as SCHEDULE
+from app.database.robots import RobotRepository
+from app.database.schedules import ScheduleRepository
 from app.database.schema import configured
 from app.database.settings import NAMES
 
@@ -33,7 +33,7 @@ _WAITING = f"SELECT id, schedule_id, robot_id, * FROM {_UNSENT}"
 # how far a schedule has been planned (unless the schedule is changed), what a robot accepted last.
 _COMPARED = {
     "settings": f"SELECT name, value FROM settings WHERE name IN ({', '.join(map(repr, NAMES))})",
-    "robots": f"SELECT id, {', '.join(ROBOT)} FROM robots",
+    "robots": f"SELECT id, {', '.join(RobotRepository.columns)} FROM robots",
     "groups": "SELECT * FROM robot_groups",
     "members": "SELECT group_id || ' ' || robot_id FROM group_members",
     "missions": "SELECT * FROM missions",
@@ -46,7 +46,7 @@ _COMPARED = {
     "skips": "SELECT schedule_id || ' ' || planned_at, held FROM skips",
 }
 _PLANNED = ("next_at", "planned_through", "started_through")
-_SCHEDULES = f"SELECT id, {', '.join((*_PLANNED, *(name for name in SCHEDULE if name not in _PLANNED)))} FROM schedules"
+_SCHEDULES = f"SELECT id, {', '.join((*_PLANNED, *(name for name in ScheduleRepository.columns if name not in _PLANNED)))} FROM schedules"
 
 Rows = Mapping[Any, tuple[Any, ...]]
 

@@ -9,25 +9,13 @@ from datetime import datetime
 from typing import NamedTuple
 
 from app.database.check_ups import profile_of
+from app.database.table import Table
 from app.database.values import placeholders, to_instant, to_optional_instant, to_optional_text, to_text
 from app.domain.models import HandOver, IdleRule, Robot
 from app.domain.robot import IdentifiedBy
 
 _IDENTITY = ("serial_number", "model", "software", "identified_by")
-COLUMNS = (
-    "name",
-    "address",
-    "username",
-    "token",
-    "certificate_sha256",
-    "enabled",
-    "needs_password",
-    "hand_over",
-    *_IDENTITY,
-)
 _MACHINE = ("id", "address", "username", "certificate_sha256", "serial_number")  # whom we ask, and as whom
-_SELECT = """SELECT r.*, i.mission_id AS idle_mission_id, i.after_minutes AS idle_after_minutes, i.enabled AS idle_enabled, u.profile
-             FROM robots r LEFT JOIN idle_rules i ON i.robot_id = r.id LEFT JOIN check_ups u ON u.robot_id = r.id"""
 
 
 class Accepted(NamedTuple):
@@ -37,33 +25,42 @@ class Accepted(NamedTuple):
     token: str
 
 
-class RobotRepository:
-    def all(self, c: sqlite3.Connection) -> list[Robot]:
-        """In order of name."""
-        return [_robot(row) for row in c.execute(f"{_SELECT} ORDER BY r.name")]
+class RobotRepository(Table[Robot]):
+    name = "robots"
+    columns = (
+        "name",
+        "address",
+        "username",
+        "token",
+        "certificate_sha256",
+        "enabled",
+        "needs_password",
+        "hand_over",
+        *_IDENTITY,
+    )
+    query = """SELECT robots.*, idle.mission_id AS idle_mission_id, idle.after_minutes AS idle_after_minutes, idle.enabled AS idle_enabled,
+                      check_ups.profile
+               FROM robots LEFT JOIN idle_rules AS idle ON idle.robot_id = robots.id
+                           LEFT JOIN check_ups ON check_ups.robot_id = robots.id"""
+    order = "robots.name"
 
-    def count(self, c: sqlite3.Connection) -> int:
-        found: int = c.execute("SELECT count(*) FROM robots").fetchone()[0]
-        return found
-
-    def get(self, c: sqlite3.Connection, robot_id: int) -> Robot | None:
-        row = c.execute(f"{_SELECT} WHERE r.id = ?", (robot_id,)).fetchone()
-        return row and _robot(row)
-
-    def by_ids(self, c: sqlite3.Connection, ids: Collection[int]) -> dict[int, Robot]:
-        """Those with these ids, by id."""
-        return {row["id"]: _robot(row) for row in c.execute(f"{_SELECT} WHERE r.id IN ({placeholders(ids)})", (*ids,))}
-
-    def by_name(self, c: sqlite3.Connection, name: str) -> Robot | None:
-        row = c.execute(f"{_SELECT} WHERE r.name = ?", (name,)).fetchone()
-        return row and _robot(row)
+    @staticmethod
+    def read(row: sqlite3.Row) -> Robot:
+        idle = None
+        if row["idle_mission_id"] is not None:
+            idle = IdleRule(row["idle_mission_id"], row["idle_after_minutes"], bool(row["idle_enabled"]))
+        values = {name: row[name] for name in RobotRepository.columns} | {
+            "enabled": bool(row["enabled"]),
+            "hand_over": HandOver(row["hand_over"]),
+            "needs_password": bool(row["needs_password"]),
+            "identified_by": row["identified_by"] and IdentifiedBy(row["identified_by"]),
+        }
+        return Robot(
+            id=row["id"], idle=idle, **values, profile=None if row["profile"] is None else profile_of(row["profile"])
+        )
 
     def add(self, c: sqlite3.Connection, robot: Robot) -> Robot:
-        """Returns it with its id; one that is given (an undone removal) is kept."""
-        names = ", ".join(("id", *COLUMNS))
-        marks = ", ".join("?" for _ in range(len(COLUMNS) + 1))
-        cursor = c.execute(f"INSERT INTO robots ({names}) VALUES ({marks})", (robot.id or None, *_values(robot)))
-        added = replace(robot, id=cursor.lastrowid or robot.id)
+        added = super().add(c, robot)
         self._put_idle(c, added)
         return added
 
@@ -84,10 +81,7 @@ class RobotRepository:
                      WHERE id = ? AND serial_number <> coalesce(?, '')""",
             (robot.id, robot.serial_number),
         )
-        c.execute(
-            f"UPDATE robots SET {', '.join(f'{name} = ?' for name in COLUMNS)} WHERE id = ?",
-            (*_values(robot), robot.id),
-        )
+        super().update(c, robot)
         self._put_idle(c, robot)
 
     def note_identity(self, c: sqlite3.Connection, asked: Robot, **found: str) -> bool:
@@ -143,10 +137,6 @@ class RobotRepository:
         else:
             c.execute("UPDATE robots SET failures = failures + 1 WHERE id = ?", (robot_id,))
 
-    def remove(self, c: sqlite3.Connection, robot_id: int) -> None:
-        """Its schedules, idle rule, holds and own missions go with it; history stays."""
-        c.execute("DELETE FROM robots WHERE id = ?", (robot_id,))
-
     @staticmethod
     def _put_idle(c: sqlite3.Connection, robot: Robot) -> None:
         if robot.idle is None:
@@ -158,25 +148,6 @@ class RobotRepository:
                                                           enabled = excluded.enabled""",
             (robot.id, robot.idle.mission_id, robot.idle.after_minutes, robot.idle.enabled),
         )
-
-
-def _values(robot: Robot) -> tuple[object, ...]:
-    return tuple(getattr(robot, name) for name in COLUMNS)
-
-
-def _robot(row: sqlite3.Row) -> Robot:
-    idle = None
-    if row["idle_mission_id"] is not None:
-        idle = IdleRule(row["idle_mission_id"], row["idle_after_minutes"], bool(row["idle_enabled"]))
-    values = {name: row[name] for name in COLUMNS} | {
-        "enabled": bool(row["enabled"]),
-        "hand_over": HandOver(row["hand_over"]),
-        "needs_password": bool(row["needs_password"]),
-        "identified_by": row["identified_by"] and IdentifiedBy(row["identified_by"]),
-    }
-    return Robot(
-        id=row["id"], idle=idle, **values, profile=None if row["profile"] is None else profile_of(row["profile"])
-    )
 
 
 @dataclass(frozen=True)

@@ -4,46 +4,19 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from datetime import datetime, time
 from typing import Any, NamedTuple
 
+from app.database.table import Table, to_column
 from app.database.values import (
     from_json,
     placeholders,
     to_instant,
-    to_json,
     to_optional_instant,
     to_optional_text,
     to_text,
 )
 from app.domain.models import Between, Overlap, Schedule
-
-COLUMNS = (
-    "name",
-    "robot_id",
-    "group_id",
-    "mission_id",
-    "start",
-    "timezone",
-    "recurrence",
-    "between_start",
-    "between_end",
-    "enabled",
-    "minimum_battery_percent",
-    "respect_working_days",
-    "start_window_minutes",
-    "finish_by_minutes",
-    "overlap",
-    "priority",
-    "parameters",
-    "changed_at",
-    "next_at",
-    "paused_until",
-    "planned_through",
-    "started_through",
-)
-
 
 Skip = tuple[int, datetime]  # a start left out in advance: its schedule's id and its instant
 
@@ -57,29 +30,80 @@ class Progress(NamedTuple):
     started_through: datetime | None
 
 
-class ScheduleRepository:
-    def all(self, c: sqlite3.Connection) -> list[Schedule]:
-        """In order of name."""
-        return self._list(c, "ORDER BY name")
+class ScheduleRepository(Table[Schedule]):
+    name, query = "schedules", "SELECT * FROM schedules"
+    columns = (
+        "name",
+        "robot_id",
+        "group_id",
+        "mission_id",
+        "start",
+        "timezone",
+        "recurrence",
+        "between_start",
+        "between_end",
+        "enabled",
+        "minimum_battery_percent",
+        "respect_working_days",
+        "start_window_minutes",
+        "finish_by_minutes",
+        "overlap",
+        "priority",
+        "parameters",
+        "changed_at",
+        "next_at",
+        "paused_until",
+        "planned_through",
+        "started_through",
+    )
 
-    def count(self, c: sqlite3.Connection) -> int:
-        found: int = c.execute("SELECT count(*) FROM schedules").fetchone()[0]
-        return found
+    @staticmethod
+    def read(row: sqlite3.Row) -> Schedule:
+        between = None
+        if row["between_start"] is not None:
+            between = Between(time.fromisoformat(row["between_start"]), time.fromisoformat(row["between_end"]))
+        return Schedule(
+            name=row["name"],
+            robot_id=row["robot_id"],
+            group_id=row["group_id"],
+            mission_id=row["mission_id"],
+            start=datetime.fromisoformat(row["start"]),
+            timezone=row["timezone"],
+            recurrence=row["recurrence"],
+            id=row["id"],
+            enabled=bool(row["enabled"]),
+            between=between,
+            minimum_battery_percent=row["minimum_battery_percent"],
+            respect_working_days=bool(row["respect_working_days"]),
+            start_window_minutes=row["start_window_minutes"],
+            finish_by_minutes=row["finish_by_minutes"],
+            overlap=Overlap(row["overlap"]),
+            priority=row["priority"],
+            parameters=from_json(row["parameters"]),
+            changed_at=to_instant(row["changed_at"]),
+            next_at=to_optional_instant(row["next_at"]),
+            paused_until=to_optional_instant(row["paused_until"]),
+            planned_through=to_optional_instant(row["planned_through"]),
+            started_through=to_optional_instant(row["started_through"]),
+        )
 
-    def get(self, c: sqlite3.Connection, schedule_id: int) -> Schedule | None:
-        return self._one(c, "id = ?", schedule_id)
-
-    def by_name(self, c: sqlite3.Connection, name: str) -> Schedule | None:
-        return self._one(c, "name = ?", name)
+    def values(self, each: Schedule) -> list[object]:
+        between = each.between
+        found = vars(each) | {
+            "start": each.start.isoformat(timespec="minutes"),
+            "between_start": between and f"{between.start:%H:%M}",
+            "between_end": between and f"{between.end:%H:%M}",
+        }
+        return [to_column(found[column]) for column in self.columns]
 
     def names(self, c: sqlite3.Connection) -> set[str]:
         return {row[0] for row in c.execute("SELECT name FROM schedules")}
 
     def for_robot(self, c: sqlite3.Connection, robot_id: int) -> list[Schedule]:
-        return self._list(c, "WHERE robot_id = ? ORDER BY name", robot_id)
+        return self.select(c, "WHERE robot_id = ? ORDER BY name", robot_id)
 
     def for_mission(self, c: sqlite3.Connection, mission_id: int) -> list[Schedule]:
-        return self._list(c, "WHERE mission_id = ? ORDER BY name", mission_id)
+        return self.select(c, "WHERE mission_id = ? ORDER BY name", mission_id)
 
     def use_instead(self, c: sqlite3.Connection, old_id: int, new_id: int, robot_id: int) -> None:
         """Another mission in all schedules of a robot that have this one."""
@@ -93,7 +117,7 @@ class ScheduleRepository:
         """Enabled schedules that are due, all or so many, from an ``offset`` on: what fell due ``lately`` first, in
         order of time; of the others those first that may still start: the newest."""
         since = to_optional_text(lately) or ""
-        return self._list(
+        return self.select(
             c,
             """WHERE enabled = 1 AND next_at IS NOT NULL AND next_at <= ?
                                 ORDER BY next_at < ?, iif(next_at < ?, NULL, next_at), next_at DESC, id LIMIT ? OFFSET ?""",
@@ -106,7 +130,7 @@ class ScheduleRepository:
 
     def planned_beyond(self, c: sqlite3.Connection, now: datetime) -> list[Schedule]:
         """Those of which instants that are still to come have their rows, and those that were planned or changed at such a time."""
-        return self._list(c, "WHERE planned_through > ? OR changed_at > ?", to_text(now), to_text(now))
+        return self.select(c, "WHERE planned_through > ? OR changed_at > ?", to_text(now), to_text(now))
 
     def plan_anew(
         self,
@@ -124,7 +148,7 @@ class ScheduleRepository:
 
     def changed_between(self, c: sqlite3.Connection, first: datetime, last: datetime) -> list[Schedule]:
         """Both included."""
-        return self._list(c, "WHERE changed_at BETWEEN ? AND ?", to_text(first), to_text(last))
+        return self.select(c, "WHERE changed_at BETWEEN ? AND ?", to_text(first), to_text(last))
 
     def count_from(self, c: sqlite3.Connection, schedule_id: int, next_at: datetime | None, now: datetime) -> None:
         """As if it had been changed now."""
@@ -233,14 +257,14 @@ class ScheduleRepository:
         return {row[0] for row in rows}
 
     def for_group(self, c: sqlite3.Connection, group_id: int) -> list[Schedule]:
-        return self._list(c, "WHERE group_id = ? ORDER BY name", group_id)
+        return self.select(c, "WHERE group_id = ? ORDER BY name", group_id)
 
     def upcoming(self, c: sqlite3.Connection, limit: int, robot_id: int | None = None) -> list[Schedule]:
         """The next to fall due, earliest first."""
         where = "WHERE enabled = 1 AND next_at IS NOT NULL"
         if robot_id is None:
-            return self._list(c, f"{where} ORDER BY next_at, id LIMIT ?", limit)
-        return self._list(c, f"{where} AND robot_id = ? ORDER BY next_at, id LIMIT ?", robot_id, limit)
+            return self.select(c, f"{where} ORDER BY next_at, id LIMIT ?", limit)
+        return self.select(c, f"{where} AND robot_id = ? ORDER BY next_at, id LIMIT ?", robot_id, limit)
 
     def advance(self, c: sqlite3.Connection, schedule_id: int, next_at: datetime | None) -> None:
         """Note the next occurrence; None: there is none left."""
@@ -272,91 +296,3 @@ class ScheduleRepository:
     def pause(self, c: sqlite3.Connection, schedule_id: int, until: datetime | None) -> None:
         """Until when occurrences are skipped; None: they are not."""
         c.execute("UPDATE schedules SET paused_until = ? WHERE id = ?", (to_optional_text(until), schedule_id))
-
-    def add(self, c: sqlite3.Connection, schedule: Schedule) -> Schedule:
-        """Returns it with its id; one that is given (an undone removal) is kept."""
-        names = ", ".join(("id", *COLUMNS))
-        marks = ", ".join("?" for _ in range(len(COLUMNS) + 1))
-        cursor = c.execute(
-            f"INSERT INTO schedules ({names}) VALUES ({marks})", (schedule.id or None, *_values(schedule))
-        )
-        return replace(schedule, id=cursor.lastrowid or schedule.id)
-
-    def update(self, c: sqlite3.Connection, schedule: Schedule) -> None:
-        c.execute(
-            f"UPDATE schedules SET {', '.join(f'{name} = ?' for name in COLUMNS)} WHERE id = ?",
-            (*_values(schedule), schedule.id),
-        )
-
-    def remove(self, c: sqlite3.Connection, schedule_id: int) -> None:
-        """Its executions stay."""
-        c.execute("DELETE FROM schedules WHERE id = ?", (schedule_id,))
-
-    @staticmethod
-    def _one(c: sqlite3.Connection, where: str, value: object) -> Schedule | None:
-        row = c.execute(f"SELECT * FROM schedules WHERE {where}", (value,)).fetchone()
-        return row and _schedule(row)
-
-    @staticmethod
-    def _list(c: sqlite3.Connection, rest: str, *values: object) -> list[Schedule]:
-        return [_schedule(row) for row in c.execute(f"SELECT * FROM schedules {rest}", values)]
-
-
-def _values(schedule: Schedule) -> tuple[object, ...]:
-    if schedule.changed_at is None:
-        raise ValueError("a stored schedule needs changed_at")
-    between = schedule.between
-    return (
-        schedule.name,
-        schedule.robot_id,
-        schedule.group_id,
-        schedule.mission_id,
-        schedule.start.isoformat(timespec="minutes"),
-        schedule.timezone,
-        schedule.recurrence,
-        between and f"{between.start:%H:%M}",
-        between and f"{between.end:%H:%M}",
-        schedule.enabled,
-        schedule.minimum_battery_percent,
-        schedule.respect_working_days,
-        schedule.start_window_minutes,
-        schedule.finish_by_minutes,
-        schedule.overlap,
-        schedule.priority,
-        to_json(schedule.parameters),
-        to_text(schedule.changed_at),
-        to_optional_text(schedule.next_at),
-        to_optional_text(schedule.paused_until),
-        to_optional_text(schedule.planned_through),
-        to_optional_text(schedule.started_through),
-    )
-
-
-def _schedule(row: sqlite3.Row) -> Schedule:
-    between = None
-    if row["between_start"] is not None:
-        between = Between(time.fromisoformat(row["between_start"]), time.fromisoformat(row["between_end"]))
-    return Schedule(
-        name=row["name"],
-        robot_id=row["robot_id"],
-        group_id=row["group_id"],
-        mission_id=row["mission_id"],
-        start=datetime.fromisoformat(row["start"]),
-        timezone=row["timezone"],
-        recurrence=row["recurrence"],
-        id=row["id"],
-        enabled=bool(row["enabled"]),
-        between=between,
-        minimum_battery_percent=row["minimum_battery_percent"],
-        respect_working_days=bool(row["respect_working_days"]),
-        start_window_minutes=row["start_window_minutes"],
-        finish_by_minutes=row["finish_by_minutes"],
-        overlap=Overlap(row["overlap"]),
-        priority=row["priority"],
-        parameters=from_json(row["parameters"]),
-        changed_at=to_instant(row["changed_at"]),
-        next_at=to_optional_instant(row["next_at"]),
-        paused_until=to_optional_instant(row["paused_until"]),
-        planned_through=to_optional_instant(row["planned_through"]),
-        started_through=to_optional_instant(row["started_through"]),
-    )
