@@ -136,16 +136,7 @@ class Container:
         live = LiveRobots(
             self._is_unavailable, lambda robot_id: is_charging(self.snapshots.get(robot_id).status), self._may_have
         )
-        self.plan = Plan(
-            db,
-            schedules=repositories.schedules,
-            robots=repositories.robots,
-            missions=repositories.missions,
-            executions=repositories.executions,
-            settings=repositories.settings,
-            clock=clock,
-            live=live,
-        )
+        self.plan = Plan(db, clock, live)
         planner = Planner(
             db,
             schedules=repositories.schedules,

@@ -27,7 +27,7 @@ from app.screens.common.shell import pick
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Window, read
 from app.screens.scheduler.timeline import timeline
 from app.services.catalogue.preview import Forecasts
-from app.services.planning.plan import PlannedRun
+from app.services.planning.planned import PlannedRun
 from tests.benchmarks.bench_frames import FLING, Frames, headline, report
 from tests.screenshots.registry import LANDSCAPE
 from tests.screenshots.studio import open_window

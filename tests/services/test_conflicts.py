@@ -300,17 +300,7 @@ def live(missing):
 
 
 def plan_of(container, missing):
-    repositories = container.repositories
-    return Plan(
-        container.db,
-        schedules=repositories.schedules,
-        robots=repositories.robots,
-        missions=repositories.missions,
-        executions=repositories.executions,
-        settings=repositories.settings,
-        clock=container.clock,
-        live=live(missing),
-    )
+    return Plan(container.db, container.clock, live(missing))
 
 
 @pytest.mark.parametrize(

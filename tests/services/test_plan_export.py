@@ -16,7 +16,7 @@ from app.domain.models import DayException, InvalidInput, Mission, Robot, Schedu
 from app.services.catalogue.pausing import Pausing
 from app.services.files import plan_export
 from app.services.files.plan_export import PlanFiles, write_plan
-from app.services.planning.plan import PlannedRun
+from app.services.planning.planned import PlannedRun
 from tests.support.clock import VirtualClock
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)  # Friday

@@ -37,7 +37,7 @@ from app.domain.robot import (
 from app.mir.errors import Unreachable
 from app.screens.home.facts import HomeFacts
 from app.services.live.holds import Hold
-from app.services.planning.plan import PlannedRun
+from app.services.planning.planned import PlannedRun
 from app.services.robots.map_picture import picture_of
 from mir_sim import floor_plan, world
 

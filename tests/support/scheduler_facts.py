@@ -6,7 +6,7 @@ from zoneinfo import ZoneInfo
 
 from app.domain.models import Execution, Mission, Robot, Schedule, Settings, Trigger
 from app.screens.scheduler.facts import SchedulerFacts
-from app.services.planning.plan import PlannedRun
+from app.services.planning.planned import PlannedRun
 from app.services.planning.working_days import WorkingCalendar
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)  # Friday, 14:38 in Helsinki

@@ -5,7 +5,7 @@ from __future__ import annotations
 from app.domain.models import Connection
 from app.i18n import _
 from app.screens.common.robot_appearance import silence_word
-from app.services.planning.plan import PlannedRun
+from app.services.planning.planned import PlannedRun
 
 ABOUT = "≈"
 

@@ -21,7 +21,8 @@ from app.services.history.runs import History
 from app.services.live.alarms import Alarms
 from app.services.live.holds import Hold, Holds
 from app.services.live.snapshots import Snapshots
-from app.services.planning.plan import Plan, PlannedRun
+from app.services.planning.plan import Plan
+from app.services.planning.planned import PlannedRun
 from app.services.planning.working_days import WorkingCalendar
 from app.services.robots.commands import Operator
 from app.services.robots.map_picture import MapPicture

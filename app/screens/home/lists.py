@@ -15,7 +15,7 @@ from app.screens.common.holding import HAND, held_note, waiting_words
 from app.screens.common.robot_appearance import HOLDING, STOPPED, battery_appearance, is_old, state_appearance
 from app.screens.common.robot_groups import group_of, look_of, or_held
 from app.screens.home.facts import HomeFacts
-from app.services.planning.plan import PlannedRun
+from app.services.planning.planned import PlannedRun
 
 
 @dataclass(frozen=True)

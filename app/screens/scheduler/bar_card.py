@@ -18,7 +18,7 @@ from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.timeline import span_of
 from app.screens.scheduler.view import run_item
 from app.services.planning.overlaps import ASSUMED_S
-from app.services.planning.plan import PlannedRun
+from app.services.planning.planned import PlannedRun
 
 
 def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> Card:

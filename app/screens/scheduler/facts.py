@@ -24,7 +24,8 @@ from app.services.files.plan_export import PlanFiles
 from app.services.history.runs import History
 from app.services.live.holds import Hold, Holds
 from app.services.live.snapshots import Snapshots
-from app.services.planning.plan import LONGEST_RUN, MOMENT, Conflict, Plan, PlannedRun
+from app.services.planning.plan import LONGEST_RUN, Plan
+from app.services.planning.planned import MOMENT, Conflict, PlannedRun
 from app.services.planning.recurrence import next_occurrence
 from app.services.planning.working_days import WorkingCalendar
 from app.services.robots.commands import Operator

@@ -21,7 +21,7 @@ from app.screens.scheduler.contested import Contested
 from app.screens.scheduler.facts import HOURS, SchedulerFacts, Window, full_hour
 from app.services.live.holds import Hold
 from app.services.planning.overlaps import ASSUMED_S
-from app.services.planning.plan import PlannedRun
+from app.services.planning.planned import PlannedRun
 
 SHORTEST = 1 / 60  # hours: a bar of no length would be no bar
 THIN = 1 / 250  # of what is seen: bars this short, that begin within two of it of each other, become one

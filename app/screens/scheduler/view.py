@@ -21,7 +21,7 @@ from app.screens.scheduler.draft import Target
 from app.screens.scheduler.facts import DAYS, SchedulerFacts
 from app.services.files.plan_export import PlanExport
 from app.services.planning import sentences
-from app.services.planning.plan import PlannedRun
+from app.services.planning.planned import PlannedRun
 from app.services.planning.recurrence import to_utc
 from app.services.planning.working_days import WorkingCalendar
 

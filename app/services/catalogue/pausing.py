@@ -24,8 +24,7 @@ from app.domain.clock import Clock
 from app.domain.models import InvalidInput, Reason, ReasonCode, Schedule
 from app.services.catalogue import change_log
 from app.services.live.changes import Changes, Topic
-from app.services.planning.plan import MOMENT
-from app.services.planning.planned import first_due
+from app.services.planning.planned import MOMENT, first_due
 from app.services.planning.recurrence import next_occurrence
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 

@@ -29,7 +29,7 @@ from app.services.planning.conflicts import finish_by_short
 from app.services.planning.draft_conflicts import DraftConflicts
 from app.services.planning.durations import NO_LIVE_ROBOTS, LiveRobots, MissionDurations
 from app.services.planning.overlaps import RunOverlap, find_overlaps, free_shift
-from app.services.planning.plan import MOMENT
+from app.services.planning.planned import MOMENT
 from app.services.planning.recurrence import Occurrence, next_occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 

@@ -25,7 +25,7 @@ from app.domain.clock import Clock, midnight
 from app.domain.models import Execution
 from app.services.history.figures import LATE_S, Cause, Delays, Facts, GroupFacts, causes, counted
 from app.services.planning.durations import BASELINE_OF, DURATIONS_OF, MOST_MISSIONS, Trend, trend
-from app.services.planning.plan import MOMENT
+from app.services.planning.planned import MOMENT
 from app.services.planning.working_days import working_calendar
 
 DAY = timedelta(days=1)

@@ -8,7 +8,6 @@ from datetime import datetime, timedelta
 from itertools import chain, islice, takewhile
 
 from app.database.connection import Database
-from app.database.executions import ExecutionRepository
 from app.database.groups import GroupRepository, PlaceRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
@@ -21,10 +20,8 @@ from app.services.planning.conflicts import Shared, place_warning, plan_conflict
 from app.services.planning.durations import NO_LIVE_ROBOTS, LiveRobots, MissionDurations
 from app.services.planning.group_forecast import GroupForecast
 from app.services.planning.planned import MOMENT, Conflict, Planned, PlannedRun, copy_at, planned_run, with_holds
-from app.services.planning.recurrence import Occurrence, occurrences
+from app.services.planning.recurrence import occurrences
 from app.services.planning.working_days import WorkingCalendar, working_calendar
-
-__all__ = ["LONGEST_RUN", "MOMENT", "MOST", "Conflict", "Plan", "Planned", "PlannedRun"]
 
 MOST = 100_000  # occurrences in one span: what takes half a second and 30 MB
 WEEK = timedelta(days=7)
@@ -32,20 +29,8 @@ LONGEST_RUN = timedelta(hours=12)  # of a run that is still under way when a spa
 
 
 class Plan:
-    def __init__(
-        self,
-        db: Database,
-        *,
-        schedules: ScheduleRepository,
-        robots: RobotRepository,
-        missions: MissionRepository,
-        executions: ExecutionRepository,
-        settings: SettingsRepository,
-        clock: Clock,
-        live: LiveRobots = NO_LIVE_ROBOTS,
-    ) -> None:
-        self._db, self._schedules, self._robots, self._missions = db, schedules, robots, missions
-        self._executions, self._settings, self._clock, self._live = executions, settings, clock, live
+    def __init__(self, db: Database, clock: Clock, live: LiveRobots = NO_LIVE_ROBOTS) -> None:
+        self._db, self._clock, self._live = db, clock, live
 
     def between(self, start: datetime, end: datetime, most: int = MOST) -> Planned:
         """Occurrences of enabled schedules in [start, end), and before it those whose runs will still be under way then; nothing before
@@ -99,19 +84,16 @@ class Plan:
 
     def place_warning(self, place: Place) -> Conflict | None:
         """The hour of the next week in which a place, saved or not, is wanted most, where that is for more than 70 % of it."""
-        now, missions = self._clock.now(), {mission.id: mission.name for mission in self._missions.all(self._db.read())}
+        now, missions = (
+            self._clock.now(),
+            {mission.id: mission.name for mission in MissionRepository().all(self._db.read())},
+        )
         names = {missions[mission_id] for mission_id in place.missions if mission_id in missions}
         return place_warning(self.between(now, now + WEEK).runs, place, names)
 
     def skips(self) -> set[Skip]:
         """Starts to come that a person has left out."""
-        return self._schedules.skips_from(self._db.read(), self._clock.now())
-
-    def preview(self, draft: Schedule, count: int = 5) -> Sequence[Occurrence]:
-        """The next starts that a schedule would have if it were saved now. Raises InvalidInput for an invalid rule."""
-        c = self._db.read()
-        calendar = working_calendar(c, self._settings.load(c))
-        return list(islice(occurrences(draft, self._clock.now(), calendar), count))
+        return ScheduleRepository().skips_from(self._db.read(), self._clock.now())
 
 
 class _Reading:
@@ -120,17 +102,18 @@ class _Reading:
 
     def __init__(self, plan: Plan, start: datetime, now: datetime, before: datetime | None = None) -> None:
         self._c = c = plan._db.read()
+        schedules = ScheduleRepository()
         self.before = before
         if before is not None and GroupRepository().count(c):
             self.before = before + timedelta(seconds=AHEAD)
-        self._schedules = plan._schedules.all(c) if self.before is None else plan._schedules.due(c, self.before)
-        settings = plan._settings.load(c)
+        self._schedules = schedules.all(c) if self.before is None else schedules.due(c, self.before)
+        settings = SettingsRepository().load(c)
         self._calendar = working_calendar(c, settings)
-        self._robots = {robot.id: robot for robot in plan._robots.all(c) if robot.enabled}
+        self._robots = {robot.id: robot for robot in RobotRepository().all(c) if robot.enabled}
         used = {schedule.group_id for schedule in self._schedules if schedule.enabled and schedule.group_id is not None}
         self._groups = {group.id: group for group in GroupRepository().all(c) if group.id in used} if used else {}
         self._durations = MissionDurations(c, self._groups.values(), plan._live)
-        self._skips, self._held = plan._schedules.skips_from(c, now), plan._schedules.skips_from(c, now, held=True)
+        self._skips, self._held = schedules.skips_from(c, now), schedules.skips_from(c, now, held=True)
         self.forecast = (
             GroupForecast(c, self._durations, self._groups, self._robots, settings, now, start, plan._live)
             if self._groups

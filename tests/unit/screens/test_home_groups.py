@@ -14,8 +14,7 @@ from app.screens.home.lists import planned_starts, queue_entries
 from app.screens.home.run_now import Target
 from app.screens.home.view import present
 from app.services.live.holds import Hold
-from app.services.planning.plan import PlannedRun
-from app.services.planning.planned import unassigned_robot
+from app.services.planning.planned import PlannedRun, unassigned_robot
 from tests.support.home_facts import AINO, FACTS, KITS, NOW, READY, RUNNING, SETTINGS, VEIKKO, execution, snapshot
 
 HALL = Group("Hall 1", (1, 2), id=5)

@@ -11,7 +11,7 @@ from app.screens.scheduler import hold_view, view
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.timeline import timeline
 from app.services.live.holds import Hold
-from app.services.planning.plan import PlannedRun
+from app.services.planning.planned import PlannedRun
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)  # Friday, 14:38 in Helsinki
 ZONE = "Europe/Helsinki"

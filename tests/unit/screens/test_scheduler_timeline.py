@@ -12,7 +12,7 @@ from app.screens.scheduler import view
 from app.screens.scheduler.facts import Window
 from app.screens.scheduler.timeline import ASSUMED_S, IDLE, MANY, moved, span_text, timeline, zoomed
 from app.services.live.holds import Hold
-from app.services.planning.plan import PlannedRun
+from app.services.planning.planned import PlannedRun
 from app.services.planning.working_days import WorkingCalendar
 from tests.support.scheduler_facts import (
     AINO,

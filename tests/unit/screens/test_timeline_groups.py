@@ -15,8 +15,7 @@ from app.screens.scheduler.contested import Contested
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.timeline import timeline
 from app.services.live.holds import Hold
-from app.services.planning.plan import Conflict, PlannedRun
-from app.services.planning.planned import unassigned_robot
+from app.services.planning.planned import Conflict, PlannedRun, unassigned_robot
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
 AINO, SISU = Robot("Aino", "a", id=1), Robot("Sisu", "s", id=2)
