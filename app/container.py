@@ -70,7 +70,7 @@ log = logging.getLogger(__name__)
 T = TypeVar("T")
 
 DATABASE_NAME = "amr-scheduler.db"
-MAPS = "maps"  # directory beside the database
+MAPS = "maps"  # directory next to the database
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 Python uses ``_("Save")`` and ``ngettext("{n} robot", "{n} robots", n).format(n=n)``; kv uses ``tr._("Save")`` (app/widgets/tr.py).
 The texts in the code are the English ones. Other languages are ``locale/<language>/LC_MESSAGES/amr.po``; they are compiled in memory
-when chosen, so that no outdated compiled file can lie beside them. ``python -m tests.catalogues`` extracts and checks them.
+when chosen, so that no outdated compiled file can lie next to them. ``python -m tests.catalogues`` extracts and checks them.
 """
 
 from __future__ import annotations

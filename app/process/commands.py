@@ -1,6 +1,6 @@
 """The one-shot commands: import, export, run now, check-up, remove the PIN, restore.
 
-Exports read beside a running app; changes are handed to it when there is one, but for restoring a backup, which needs it closed.
+Exports read while an app runs; changes are handed to it when there is one, but for restoring a backup, which needs it closed.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import os
 import sqlite3
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, closing
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -156,13 +156,11 @@ def _what_is_left(answer: Mapping[str, Any] | None) -> str:
 
 
 def _moves(directory: DataDirectory, robot: str, trial: Trial) -> str:
-    db = open_for_reading(directory)
-    try:
-        return render(moves(find_robot(db.read(), robot).name, trial))
-    except InvalidInput as error:
-        raise BadInput(str(error)) from None
-    finally:
-        db.close()
+    with closing(open_for_reading(directory)) as db:
+        try:
+            return render(moves(find_robot(db.read(), robot).name, trial))
+        except InvalidInput as error:
+            raise BadInput(str(error)) from None
 
 
 # ------------------------------------------------------------------ a forgotten PIN
@@ -220,7 +218,7 @@ def _change(
 
 @contextlib.contextmanager
 def export_target(name: str) -> Iterator[TextIO]:
-    """Where an export goes. A file is written beside and renamed, so that a failed export leaves the old one; ``-`` is stdout; an
+    """Where an export goes. A file is written as a draft and renamed, so that a failed export leaves the old one; ``-`` is stdout; an
     existing target that isn't a plain file (a pipe, a device) is written into and never replaced. Raises BadInput."""
     try:
         with _opened(name) as file:

@@ -202,7 +202,7 @@ def open_container(directory: DataDirectory, *, with_window: bool = False) -> Co
 
 
 def open_for_reading(directory: DataDirectory) -> Database:
-    """Open beside a running app; nothing is written. Raises BadInput or Failure."""
+    """Open while an app may run; nothing is written. Raises BadInput or Failure."""
     try:
         return Database.open_for_reading(directory.database)
     except (DatabaseDamaged, DatabaseRefused) as error:

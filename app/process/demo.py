@@ -165,7 +165,7 @@ def _history(
 
 
 def _ended(row: Execution, rule: _Rule, number: int, rng: random.Random) -> Execution:
-    """One run as it may have gone: most well, some not."""
+    """A run that could have been: most are fine, some are not."""
     luck = rng.random()
     if luck < 0.03:
         reason = Reason(

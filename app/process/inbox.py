@@ -1,6 +1,7 @@
 """How a one-shot command asks the app that is running on the same data directory: a request file in, an answer file out.
 
-Only the process that holds the lock writes the database. A request is written beside and renamed, so it is read whole or not at all.
+Only the process that holds the lock writes the database. A request is written under another name and renamed, so it is read whole or
+not at all.
 Bytes that belong to it lie in a file of their own, for their owner only, which is deleted as soon as it is read. What a command that was
 killed left without a request is deleted when it is a minute old: it may hold passwords.
 """

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import sqlite3
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 from zoneinfo import ZoneInfo
 
 from app.container import Container
@@ -23,6 +23,8 @@ from app.process.inbox import Handler, withdrawn
 from app.services.catalogue import configuration
 from app.services.check_up import report as reports
 from app.services.dispatch.clock_guard import UNPROVEN
+
+T = TypeVar("T", bound=Robot | Group)
 
 MORE_THAN_A_WINDOW = 1441 * 60.0 + 600.0  # s: the longest start window and what an unknown outcome may take beyond
 
@@ -50,12 +52,20 @@ def import_configuration(container: Container, content: bytes, *, may_delete: bo
 
 def find_target(container: Container, name: str) -> Robot | Group:
     """A robot or a group. Raises InvalidInput."""
-    db, groups = container.db.read(), container.catalogue.groups()
-    targets: list[Robot | Group] = [*container.repositories.robots.all(db), *groups]
-    for each in targets:
+    robots: list[Robot | Group] = [*container.repositories.robots.all(container.db.read())]
+    return _named(name, [*robots, *container.catalogue.groups()])
+
+
+def find_robot(c: sqlite3.Connection, name: str) -> Robot:
+    """Raises InvalidInput."""
+    return _named(name, RobotRepository().all(c))
+
+
+def _named(name: str, robots: Sequence[T]) -> T:
+    for each in robots:
         if each.name in (name, names.normal(name)):
             return each
-    known = ", ".join(each.name for each in targets) or "none yet"
+    known = ", ".join(each.name for each in robots) or "none yet"
     raise InvalidInput("robot", "there is no robot {name}; known: {known}", name=repr(name), known=known)
 
 
@@ -117,16 +127,6 @@ def keep_clock_confirmation(container: Container) -> dict[str, Any]:
     now, settings = container.clock.now(), container.repositories.settings
     container.db.write(lambda c: settings.put(c, CLOCK_CONFIRMED_AT, to_text(now)))
     return clock_now(container)
-
-
-def find_robot(c: sqlite3.Connection, name: str) -> Robot:
-    """Raises InvalidInput."""
-    robots = RobotRepository().all(c)
-    for each in robots:
-        if each.name in (name, names.normal(name)):
-            return each
-    known = ", ".join(each.name for each in robots) or "none yet"
-    raise InvalidInput("robot", "there is no robot {name}; known: {known}", name=repr(name), known=known)
 
 
 class _InBackground:

@@ -58,11 +58,8 @@ def _accepted_or_not(directory: DataDirectory, token: str, error: NoAnswer) -> d
     """The running app did not answer in time: whether it has accepted the request, so that the mission may still start."""
     where = f"see Logs in the app, or python main.py --data-dir {shlex.quote(str(directory.path))} --export-log -"
     try:
-        db = open_for_reading(directory)
-        try:
+        with closing(open_for_reading(directory)) as db:
             execution = ExecutionRepository().by_token(db.read(), token)
-        finally:
-            db.close()
     except (Failure, sqlite3.Error):
         return {"exit": 1, "error": f"{error}; the mission may still start: {where}"}
     if execution is None:

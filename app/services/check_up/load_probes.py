@@ -47,10 +47,10 @@ def latency(session: CheckUpSession) -> Found:
         )
     took.sort()
     session.facts["latency"] = took[0], median(took), took[int(0.95 * (len(took) - 1))], took[-1]
-    return _judge(session, asked, lost, median(took), took[-1])
+    return _rate(session, asked, lost, median(took), took[-1])
 
 
-def _judge(session: CheckUpSession, asked: int, lost: int, usual: float, slowest: float) -> Found:
+def _rate(session: CheckUpSession, asked: int, lost: int, usual: float, slowest: float) -> Found:
     says = message(
         "{answered} of {n} questions were answered, half of these within {usual} s, the slowest in {slowest} s",
         n=asked,

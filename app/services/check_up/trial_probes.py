@@ -54,12 +54,12 @@ def look_at_trial(session: CheckUpSession, result: TrialResult) -> None:
 def _order(session: CheckUpSession, result: TrialResult) -> Found:
     first = result.items[FIRST]
     answer = first.answer
+    if isinstance(answer.error, Unauthorized):
+        return red(
+            message("User {user} may not start missions", user=session.identity.user_name or "?"),
+            message("Give the user more rights on the robot (Setup, Users), or use another one."),
+        )
     if not answer.is_good:
-        if isinstance(answer.error, Unauthorized):
-            return red(
-                message("User {user} may not start missions", user=session.identity.user_name or "?"),
-                message("Give the user more rights on the robot (Setup, Users), or use another one."),
-            )
         return red(
             message("It does not take a mission: {problem}", problem=why(answer)),
             message("Nothing can be scheduled on it before that is put right."),
@@ -299,20 +299,15 @@ def _second(_session: CheckUpSession, result: TrialResult) -> Found | None:
     first, again = result.items[FIRST], result.second
     if again is None:
         return None
-    if again.is_good and not any(
-        item.token == first.token and item.id not in (None, first.id) for item in result.items
-    ):
-        return green(
-            message("The same order sent twice makes one mission"),
-            message("The app looks first all the same."),
-        )
-    if again.is_good:
+    if again.is_good and any(item.token == first.token and item.id not in (None, first.id) for item in result.items):
         return green(
             message("The same order sent twice makes two missions"),
             message("That is why the app looks into the queue before it sends a start again."),
         )
     return green(
-        message("It refuses the same order sent twice: {problem}", problem=why(again)),
+        message("The same order sent twice makes one mission")
+        if again.is_good
+        else message("It refuses the same order sent twice: {problem}", problem=why(again)),
         message("The app looks first all the same."),
     )
 

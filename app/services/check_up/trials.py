@@ -169,7 +169,7 @@ class Trials:
         left = self.left_behind().get(robot.id)
         if left is None:
             return None
-        check_is_no_copy(self._holds)
+        self._holds.check_is_no_copy()
         journal = self._journal(robot, left)
         try:
             if _is_another(left, robot.serial_number) or _is_another(left, self._identify(session)):
@@ -228,7 +228,7 @@ class Trials:
         groups = {group.id for group in GroupRepository().all(c) if robot.id in group.members}
         if not robot.enabled:
             raise InvalidInput("robot", "{robot} is switched off in Settings", robot=robot.name)
-        check_is_no_copy(self._holds)
+        self._holds.check_is_no_copy()
         if (hold := self._holds.active(robot.id)) is not None:
             if hold.reason:
                 raise InvalidInput(
@@ -300,14 +300,6 @@ def check_usable(robot: Robot) -> None:
     if robot.needs_password or not robot.token:
         raise InvalidInput(
             "robot", "{robot} is switched off until its password is entered in Settings", robot=robot.name
-        )
-
-
-def check_is_no_copy(holds: Holds) -> None:
-    """Raises InvalidInput."""
-    if holds.is_copy is not None:
-        raise InvalidInput(
-            "robot", "this data was copied from another tablet: nothing is sent from here before it moves here"
         )
 
 

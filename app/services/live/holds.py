@@ -61,6 +61,13 @@ class Holds:
         with self._lock:
             self._stored = stored
 
+    def check_is_no_copy(self) -> None:
+        """Raises InvalidInput where the data was copied from another tablet."""
+        if self.is_copy is not None:
+            raise InvalidInput(
+                "robot", "this data was copied from another tablet: nothing is sent from here before it moves here"
+            )
+
     def active(self, robot_id: int | None = None) -> Hold | None:
         """The hold that applies to this robot now (None: the one of all robots)."""
         return self._tablet_hold() or next((hold for hold in self.current() if hold.robot_id in (None, robot_id)), None)

@@ -116,7 +116,7 @@ class Operator:
                 "the mission {name} is for one robot only; a group needs one for all robots",
                 name=self._mission(mission_id).name,
             )
-        self._check_is_no_copy()
+        self._holds.check_is_no_copy()
         members = [
             (robot, self._missions.for_robot(self._db.read(), mission.name, robot.id))
             for robot in map(self._robot, group.members)
@@ -210,7 +210,7 @@ class Operator:
             raise InvalidInput("robot", "choose another robot than {robot}", robot=row.robot)
         if robot_id is None and row.group_id is None:
             raise InvalidInput("robot", "choose a robot")
-        self._check_is_no_copy()
+        self._holds.check_is_no_copy()
         target = self._group(row.group_id or 0) if robot_id is None else self._usable(robot_id)
         mission = self._missions.for_robot(self._db.read(), row.mission, robot_id or row.robot_id)
         if mission is None:
@@ -390,14 +390,8 @@ class Operator:
             )
         if not robot.enabled:
             raise InvalidInput("robot", "{robot} is switched off in Settings", robot=robot.name)
-        self._check_is_no_copy()
+        self._holds.check_is_no_copy()
         return robot
-
-    def _check_is_no_copy(self) -> None:
-        if self._holds.is_copy is not None:
-            raise InvalidInput(
-                "robot", "this data was copied from another tablet: nothing is sent from here before it moves here"
-            )
 
     def _group(self, group_id: int) -> Group:
         if group := GroupRepository().get(self._db.read(), group_id):
