@@ -35,6 +35,12 @@ if os.access("/dev/shm", os.W_OK):
 connection.migrate = migrate
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """A file that is named is run with its long tests, too."""
+    if all(Path(argument.partition("::")[0]).is_file() for argument in config.args):
+        config.option.markexpr = config.option.markexpr.removeprefix("not long")
+
+
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:
     """The tests of one file run in this process: they answer sooner, and a debugger works. Others have one process per core, and all of
     them one more, as those of threads, processes and windows wait a sixth of their time."""

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import gc
 import time
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 from tests.ui import headless
 
@@ -34,7 +35,28 @@ from tests.ui.whole_app import Plant, shown  # noqa: E402
 
 PENDING = 200.0  # s of virtual time, longer than any animation and than kivy's caches keep what they drew
 LET_GO_WITHIN = 20.0  # s, in which threads of the test before end
+SERVICES = {"container", "shared_container", "site", "shared_site", "app", "shared_app"}
+LOOKS = {"small", "size", "scale", "language", "theme", "gloves"}
+FIRST = 2  # tests of a file with services that the default run has
 _shown_before: list[str] = []  # the last test that had the window
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """What the default run leaves to the night: the same in another size, language or theme, and all but the first tests of a file whose
+    windows have services behind them, as each takes a third of a second."""
+    ours = [item for item in items if Path(__file__).parent in item.path.parents and isinstance(item, pytest.Function)]
+    seen: defaultdict[Path, list[str]] = defaultdict(list)
+    for item in ours:
+        parameters = item.callspec.params if hasattr(item, "callspec") else {}
+        has_services = not SERVICES.isdisjoint(item.fixturenames)
+        if item.get_closest_marker("long") or (not has_services and LOOKS.isdisjoint(parameters)):
+            continue
+        tests = seen[item.path]
+        if item.originalname in tests or (has_services and len(tests) >= FIRST):
+            item.add_marker(pytest.mark.long)
+        else:
+            tests.append(item.originalname)
 
 
 def living_widgets() -> Counter[str]:
@@ -53,6 +75,13 @@ def stage() -> MDApp:
     Driver()  # virtual time from the first frame on
     gc.freeze()
     return Stage()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def kept_to_the_end() -> None:
+    """Before anything of a module is made: what modules and caches keep need not be searched for widgets again after each test."""
+    if not living_widgets():
+        gc.freeze()
 
 
 @pytest.fixture
