@@ -36,9 +36,10 @@ connection.migrate = migrate
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """A file that is named is run with its long tests, too."""
-    if all(Path(argument.partition("::")[0]).is_file() for argument in config.args):
-        config.option.markexpr = config.option.markexpr.removeprefix("not long")
+    """A file that is named is run with its long tests, unless ``-m`` says otherwise."""
+    files = all(Path(argument.partition("::")[0]).is_file() for argument in config.args)
+    if files and "-m" not in config.invocation_params.args:
+        config.option.markexpr = ""
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:

@@ -94,28 +94,31 @@ def test_a_bomb_needs_little_memory():
         tracemalloc.stop()
 
 
+LONG = [
+    calendar(["EXD\r\n ATE;VALUE=DATE:" + ",\r\n ".join(["20270101"] * 39_000)]),
+    calendar(["RRULE:FREQ=YEARLY;BYMONTHDAY=" + ",".join(["1"] * 500_000)]),
+    calendar(["CATEGORIES:" + ",".join(["a"] * 500_000)]),
+    calendar(["X-A" + ";P=a" * 1_000_000 + ":b"]),
+    calendar(["SUMMARY" + ";P=a" * 1_000_000]),
+    calendar(["SUMMARY" + ';P="a' * 1_000_000]),
+    calendar(["SUMMARY" + "\x0b" * 4_000_000]),
+    calendar(["\n" * 4_000_000]),
+    calendar(["X\n" * 2_000_000]),
+    calendar(["\0" * 4_000_000]),
+    calendar(["BEGIN:X\n" * 500_000]),
+    calendar(["UID:1", EVERY_DAY.replace("FREQ=YEARLY", "FREQ=YEARLY;COUNT=1500")], *following(20_000)),
+    calendar(["BEGIN:X\n" * 9_000 + "END:X\n" * 9_000]),
+    calendar(["DTSTART;TZID=" + "a/" * 2_000_000 + ":20270101T000000"]),
+    *(
+        calendar([]).replace(b"BEGIN:VEVENT", (nested * 9_000).encode() + b"BEGIN:VEVENT")
+        for nested in ("BEGIN:VTIMEZONE\r\n", "BEGIN:VALARM\r\n", "BEGIN:STANDARD\r\n")
+    ),
+]
+
+
 @pytest.mark.parametrize(
     "content",
-    [
-        calendar(["EXD\r\n ATE;VALUE=DATE:" + ",\r\n ".join(["20270101"] * 39_000)]),
-        calendar(["RRULE:FREQ=YEARLY;BYMONTHDAY=" + ",".join(["1"] * 500_000)]),
-        calendar(["CATEGORIES:" + ",".join(["a"] * 500_000)]),
-        calendar(["X-A" + ";P=a" * 1_000_000 + ":b"]),
-        calendar(["SUMMARY" + ";P=a" * 1_000_000]),
-        calendar(["SUMMARY" + ';P="a' * 1_000_000]),
-        calendar(["SUMMARY" + "\x0b" * 4_000_000]),
-        calendar(["\n" * 4_000_000]),
-        calendar(["X\n" * 2_000_000]),
-        calendar(["\0" * 4_000_000]),
-        calendar(["BEGIN:X\n" * 500_000]),
-        calendar(["UID:1", EVERY_DAY.replace("FREQ=YEARLY", "FREQ=YEARLY;COUNT=1500")], *following(20_000)),
-        calendar(["BEGIN:X\n" * 9_000 + "END:X\n" * 9_000]),
-        calendar(["DTSTART;TZID=" + "a/" * 2_000_000 + ":20270101T000000"]),
-        *(
-            calendar([]).replace(b"BEGIN:VEVENT", (nested * 9_000).encode() + b"BEGIN:VEVENT")
-            for nested in ("BEGIN:VTIMEZONE\r\n", "BEGIN:VALARM\r\n", "BEGIN:STANDARD\r\n")
-        ),
-    ],
+    [*LONG[:2], *(pytest.param(content, marks=pytest.mark.long) for content in LONG[2:])],
     ids=lambda content: repr(content[60:80]),
 )
 def test_what_is_long_is_read_quickly(content):
@@ -173,7 +176,7 @@ def test_reading_ends_in_time(monkeypatch):
     assert time.process_time() - begins < 15
 
 
-@pytest.mark.parametrize("starts", ["16010101", "20270101"])
+@pytest.mark.parametrize("starts", [pytest.param("16010101", marks=pytest.mark.long), "20270101"])
 @pytest.mark.parametrize(
     "rule",
     [

@@ -70,6 +70,7 @@ def test_the_command_asks_for_yes(data):
     assert (again.returncode, again.stdout) == (0, "nothing changed\n")
 
 
+@pytest.mark.long
 def test_so_does_a_running_app(data):
     with running(data):
         assert run(data, "--import-config", file(data, 1)).returncode == 2

@@ -63,6 +63,7 @@ def test_a_picture_of_one_endless_side_is_not_decoded(size, monkeypatch):
         picture_of(png(header(3, 3, GREY), header(*size, GREY), one_colour(*size)))
 
 
+@pytest.mark.long
 def test_a_picture_of_one_endless_side_takes_no_memory():
     assert megabytes_for("png(header(1, 50_331_648, GREY), one_colour(1, 50_331_648))") < 5
 
@@ -72,6 +73,7 @@ def test_the_longest_sides_that_are_decoded():
         assert max(picture_of(png(header(width, height, GREY), rows(width, height))).size) == 768
 
 
+@pytest.mark.long
 def test_a_picture_with_two_headers_takes_no_memory():
     assert megabytes_for("png(header(10, 10, GREY), header(13_000, 13_000, RGBA), rows(13_000, 13_000, 4))") < 20
 

@@ -14,6 +14,7 @@ from app.i18n import translation
 from app.process.commands import export_target
 from app.process.data_directory import DataDirectory
 from app.services.files.file_access import draft_of, open_in_place, without_links
+from tests.support.examples import first_of_each
 from tests.support.process import configuration_of, is_one_line, prepared, run
 
 
@@ -226,10 +227,17 @@ def test_so_is_one_like_that_for_temporary_files(shared):
     assert shared.stat().st_mode & 0o7777 == 0o1777
 
 
+COMMANDS = (("--headless",), ("--export-config", "-"), ("--export-log", "-"), ("--remove-pin",))
+PLANTED = ("scheduler.lock", "amr-scheduler.db", "logs/amr-scheduler.log")
+
+
 @pytest.mark.parametrize(
-    "arguments", [("--export-config", "-"), ("--export-log", "-"), ("--remove-pin",), ("--headless",)]
+    ("arguments", "planted"),
+    first_of_each(
+        {f"{name}{arguments[0]}": (arguments, name) for arguments in COMMANDS for name in PLANTED},
+        lambda case: case[1],
+    ),
 )
-@pytest.mark.parametrize("planted", ["scheduler.lock", "amr-scheduler.db", "logs/amr-scheduler.log"])
 def test_no_link_that_was_planted_in_ones_own_is_followed(prepared_by_others, precious, arguments, planted):
     for name in contents(prepared_by_others).keys() - {planted, "logs"}:
         (prepared_by_others / name).unlink()

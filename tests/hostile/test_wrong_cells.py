@@ -26,6 +26,7 @@ from app.domain.robot import Pose
 from app.mir import parse
 from app.mir.errors import Unreadable
 from app.services.catalogue.database_check import find_problem
+from tests.support.examples import first_of_each
 from tests.support.process import is_one_line, run
 
 NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)
@@ -186,6 +187,10 @@ WRONG = {
 }
 
 
+def table_of(case: tuple[str, ...]) -> str:
+    return case[0]
+
+
 @pytest.fixture(scope="module")
 def sound(tmp_path_factory) -> Path:
     """A backup with something in every table."""
@@ -219,7 +224,7 @@ def spoilt(sound: Path, path: Path, statement: str) -> Path:
     return path
 
 
-@pytest.mark.parametrize(("table", "statement"), WRONG.values(), ids=WRONG.keys())
+@pytest.mark.parametrize(("table", "statement"), first_of_each(WRONG, table_of))
 def test_one_wrong_cell_is_refused_before_anything_is_changed(sound, tmp_path, table, statement):
     backup = spoilt(sound, tmp_path / "backup.db", statement)
     target = tmp_path / "data" / "amr-scheduler.db"
@@ -228,7 +233,7 @@ def test_one_wrong_cell_is_refused_before_anything_is_changed(sound, tmp_path, t
     assert not target.exists()
 
 
-@pytest.mark.parametrize(("table", "statement"), WRONG.values(), ids=WRONG.keys())
+@pytest.mark.parametrize(("table", "statement"), first_of_each(WRONG, table_of))
 def test_nor_is_scheduled_with_a_database_that_has_one(sound, tmp_path, table, statement):
     database = spoilt(sound, tmp_path / "amr-scheduler.db", statement)
     good = spoilt(sound, tmp_path / "backups" / "daily-2026-11-22.db", "SELECT 1")
@@ -266,13 +271,16 @@ def test_a_start_says_so_in_one_line(sound, tmp_path):
 
 @pytest.mark.parametrize(
     ("command", "statement"),
-    [
-        ("--export-config", "UPDATE schedules SET start = 'yesterday'"),
-        ("--export-config", "UPDATE schedules SET parameters = '[1'"),
-        ("--export-config", "UPDATE robots SET name = CAST(x'ff' AS TEXT) WHERE name = 'Bad'"),
-        ("--export-log", "UPDATE executions SET planned_at = 'yesterday'"),
-        ("--export-log", "UPDATE executions SET state = 'dancing'"),
-    ],
+    first_of_each(
+        {
+            "an instant": ("--export-config", "UPDATE schedules SET start = 'yesterday'"),
+            "JSON": ("--export-config", "UPDATE schedules SET parameters = '[1'"),
+            "a text": ("--export-config", "UPDATE robots SET name = CAST(x'ff' AS TEXT) WHERE name = 'Bad'"),
+            "an instant of a run": ("--export-log", "UPDATE executions SET planned_at = 'yesterday'"),
+            "a state": ("--export-log", "UPDATE executions SET state = 'dancing'"),
+        },
+        lambda case: case[0],
+    ),
 )
 def test_so_does_an_export_and_leaves_the_file_of_the_last_one(sound, tmp_path, command, statement):
     spoilt(sound, tmp_path / "amr-scheduler.db", statement)
@@ -335,7 +343,7 @@ GROWN = {
 }
 
 
-@pytest.mark.parametrize(("table", "statement"), GROWN.values(), ids=GROWN.keys())
+@pytest.mark.parametrize(("table", "statement"), first_of_each(GROWN, table_of))
 def test_nor_is_one_restored_with_what_can_not_be_reckoned_with(sound, tmp_path, table, statement):
     backup = spoilt(sound, tmp_path / "backup.db", statement)
     with pytest.raises(DatabaseRefused, match=f"its table {table} has a value that can't be used"):
@@ -370,18 +378,18 @@ def full(sound, tmp_path_factory) -> Path:
     return path
 
 
-def columns_of_numbers() -> list[tuple[str, str, object]]:
+def columns_of_numbers() -> dict[str, tuple[str, str, object]]:
     with closing(sqlite3.connect(":memory:")) as c:
         c.executescript("".join(MIGRATIONS))
-        return [
-            (table, row[1], {"INTEGER": END, "REAL": float("inf")}[row[2]])
+        return {
+            f"{table}.{row[1]}": (table, row[1], {"INTEGER": END, "REAL": float("inf")}[row[2]])
             for table in tables(c)
             for row in c.execute(f"PRAGMA table_info({table})")
             if row[2] in ("INTEGER", "REAL")
-        ]
+        }
 
 
-@pytest.mark.parametrize(("table", "column", "number"), columns_of_numbers())
+@pytest.mark.parametrize(("table", "column", "number"), first_of_each(columns_of_numbers(), table_of))
 def test_no_number_is_restored_to_which_nothing_can_be_added(full, tmp_path, table, column, number):
     target = tmp_path / "data" / "amr-scheduler.db"
     backup = spoilt(full, tmp_path / "backup.db", "SELECT 1")

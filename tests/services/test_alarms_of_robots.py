@@ -42,6 +42,7 @@ def test_a_robot_that_is_still_unreachable_when_it_is_switched_on_again_has_its_
     assert active(site) == ["unreachable"]
 
 
+@pytest.mark.long
 def test_a_robot_whose_queue_can_not_be_read_is_one_thing_and_not_now_this_now_that(site, robot):
     """It tells its status all the time, and is on screen."""
     site.container.engine.watch(robot.id)

@@ -50,6 +50,7 @@ def test_a_running_app_is_told_and_starts(data, fleet):
     assert started(fleet) == 1
 
 
+@pytest.mark.long
 def test_the_next_start_is_told_where_none_runs(data, fleet):
     assert confirmed(data, "no app runs; the next one started within a day trusts this clock: ")
     with running(data) as app:

@@ -26,6 +26,7 @@ from app.services.live.access import Access
 from app.services.live.alarms import Alarms
 from app.services.live.changes import Changes
 from tests.support.crash_drill import drill
+from tests.support.examples import first_of_each
 from tests.support.process import (
     PATIENCE,
     command,
@@ -89,6 +90,7 @@ def test_headless_says_ready_once_and_ends_with_0(site, by):
         assert not app.said("Traceback")
 
 
+@pytest.mark.long
 def test_a_robot_that_hangs_holds_up_neither_ready_nor_the_end(site, robot):
     robot.control({"fault": {"kind": "hang", "count": None}})
     with running(site) as app:
@@ -105,6 +107,7 @@ def test_a_second_process_on_the_same_data_refuses_and_names_the_first(site):
         assert app.process.poll() is None
 
 
+@pytest.mark.long
 def test_the_lock_of_a_killed_process_is_free(site):
     with running(site) as app:
         app.kill()
@@ -136,6 +139,7 @@ def test_run_now_beside_a_running_app_is_handed_to_it(site, robot):
         )
 
 
+@pytest.mark.long
 def test_an_answer_lost_on_the_radio_does_not_make_run_now_send_twice(site, robot):
     robot.control({"fault": {"kind": "drop_response", "method": "POST", "path": "/mission_queue"}})
     done = run(site, "--run-now", robot.name, "Home")
@@ -157,6 +161,7 @@ def test_run_now_says_why_it_did_not_run(site, robot):
     assert queue_of(robot) == []
 
 
+@pytest.mark.long
 def test_run_now_on_a_group_without_robots_leaves_nothing_behind_that_may_start_later(site):
     import_configuration(site, {"format": "amr-scheduler/1", "groups": [{"name": "Hall", "robots": []}]})
     done = run(site, "--run-now", "Hall", "Home")
@@ -165,6 +170,7 @@ def test_run_now_on_a_group_without_robots_leaves_nothing_behind_that_may_start_
     assert (row["state"], row["reason_code"]) == ("cancelled", "robot_removed")
 
 
+@pytest.mark.long
 def test_run_now_gives_up_at_the_retry_limit(data, fleet, robot):
     import_configuration(data, configuration_of(fleet, retry_limit=0))
     fleet.stop()
@@ -191,6 +197,7 @@ def test_an_import_beside_a_running_app_is_taken_up_at_once_and_only_once(site, 
         assert len(queue_of(robot)) == 1
 
 
+@pytest.mark.long
 def test_an_import_of_a_new_password_says_that_backups_hold_the_former_token(site, robot):
     def changed_to(password: str) -> str:
         return import_configuration(
@@ -216,6 +223,7 @@ def test_exports_beside_a_running_app(site, robot, tmp_path):
 
 
 # ---------------------------------------------------------------------- a forgotten PIN
+@pytest.mark.long
 def test_a_forgotten_pin_is_removed_with_and_without_a_running_app(data):
     def set_pin() -> None:
         db, clock, changes = Database.open(data / DATABASE), SystemClock(), Changes()
@@ -234,6 +242,7 @@ def test_a_forgotten_pin_is_removed_with_and_without_a_running_app(data):
     assert is_one_line(refused.stderr)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("is_accepted", [True, False], ids=["accepted", "not read yet"])
 def test_run_now_takes_over_from_an_app_that_is_killed_before_it_answers(site, robot, is_accepted):
     with running(site) as app:
@@ -264,6 +273,7 @@ def test_run_now_takes_over_from_an_app_that_is_killed_before_it_answers(site, r
     assert row["queue_id"] == stdout.strip()
 
 
+@pytest.mark.long
 def test_several_commands_at_one_instant_each_start_their_mission(site, robot):
     asking = [
         subprocess.Popen(
@@ -286,6 +296,7 @@ def history(site):
 
 
 # ---------------------------------------------------------------------- only reading
+@pytest.mark.long
 def test_exports_read_where_nothing_can_be_written(site, robot, tmp_path):
     with running(site) as app:
         wait_for(lambda: list((site / "backups").glob("*.db")), what="the daily backup")
@@ -301,6 +312,7 @@ def test_exports_read_where_nothing_can_be_written(site, robot, tmp_path):
     assert not list(site.glob(f"{DATABASE}-*"))
 
 
+@pytest.mark.long
 def test_changes_that_lie_beside_a_database_that_is_only_read_are_not_left_out(site, robot, tmp_path):
     """Of a killed app: with SQLite's index beside them they are read, without it one sentence says what to do."""
     with running(site) as app:
@@ -324,6 +336,7 @@ def test_changes_that_lie_beside_a_database_that_is_only_read_are_not_left_out(s
 
 
 # ---------------------------------------------------------------------- damage
+@pytest.mark.long
 def test_a_damaged_database_is_kept_aside_and_cured_by_its_backup_alone(site, robot):
     with running(site) as app:
         wait_for(lambda: list((site / "backups").glob("*.db")), what="the daily backup")
@@ -352,6 +365,7 @@ def test_a_damaged_database_is_kept_aside_and_cured_by_its_backup_alone(site, ro
     assert kept.exists()
 
 
+@pytest.mark.long
 def test_what_is_no_backup_is_not_restored(site, tmp_path):
     before = (site / DATABASE).read_bytes()
     (tmp_path / "text.db").write_text("hello")
@@ -365,46 +379,46 @@ def test_what_is_no_backup_is_not_restored(site, tmp_path):
 
 
 # ---------------------------------------------------------------------- usage
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ("--headles",),
-        ("--frobnicate",),
-        ("--run-now", "R1"),
-        ("--import-config",),
-        ("--parameter", "a=b"),
-        ("--run-now", "R1", "M", "--parameter", "novalue"),
-        ("--headless", "--export-log", "-"),
-        ("--headless", "--kiosk"),
-        ("--headless", "--import-config", ""),
-        ("--export-config", ""),
-        ("--export-log", ""),
-        ("--import-config", "a.json", "--export-config", "-"),
-        ("--import-config", "/nowhere/at/all.json"),
-        ("--export-log", "/nowhere/at/all.csv"),
-        ("--export-config", "/nowhere/at/all.json"),
-        ("stray",),
-    ],
+USAGES = (
+    ("--headles",),
+    ("--frobnicate",),
+    ("--run-now", "R1"),
+    ("--import-config",),
+    ("--parameter", "a=b"),
+    ("--run-now", "R1", "M", "--parameter", "novalue"),
+    ("--headless", "--export-log", "-"),
+    ("--headless", "--kiosk"),
+    ("--headless", "--import-config", ""),
+    ("--export-config", ""),
+    ("--export-log", ""),
+    ("--import-config", "a.json", "--export-config", "-"),
+    ("--import-config", "/nowhere/at/all.json"),
+    ("--export-log", "/nowhere/at/all.csv"),
+    ("--export-config", "/nowhere/at/all.json"),
+    ("stray",),
 )
+
+
+@pytest.mark.parametrize("arguments", first_of_each({" ".join(each): (each,) for each in USAGES}))
 def test_wrong_usage_is_one_line_and_2(data, arguments):
     done = run(data, *arguments)
     assert (done.returncode, done.stdout) == (2, "")
     assert is_one_line(done.stderr), done.stderr
 
 
-@pytest.mark.parametrize(
-    "content",
-    [
-        b"",
-        b"\xff\xfe\x00",
-        b"[]",
-        b"{",
-        b'{"format": 1}',
-        b'{"format": "amr-scheduler/1", "robotz": []}',
-        b"[" * 100_000,
-        b'{"format": "amr-scheduler/1", "settings": {"poll_interval_seconds": NaN}}',
-    ],
+UNREADABLE = (
+    b"",
+    b"\xff\xfe\x00",
+    b"[]",
+    b"{",
+    b'{"format": 1}',
+    b'{"format": "amr-scheduler/1", "robotz": []}',
+    b"[" * 100_000,
+    b'{"format": "amr-scheduler/1", "settings": {"poll_interval_seconds": NaN}}',
 )
+
+
+@pytest.mark.parametrize("content", first_of_each({repr(each[:60]): each for each in UNREADABLE}))
 def test_a_configuration_that_can_t_be_read_is_one_line_and_2(data, tmp_path, content):
     (tmp_path / "c.json").write_bytes(content)
     done = run(data, "--import-config", tmp_path / "c.json")
@@ -413,6 +427,7 @@ def test_a_configuration_that_can_t_be_read_is_one_line_and_2(data, tmp_path, co
 
 
 # ---------------------------------------------------------------------- the data directory
+@pytest.mark.long
 def test_everything_in_the_data_directory_is_its_owner_s_alone(site, robot):
     with running(site):
         run(site, "--run-now", robot.name, "Home")
@@ -420,6 +435,7 @@ def test_everything_in_the_data_directory_is_its_owner_s_alone(site, robot):
     assert {path: oct(mode) for path, mode in found.items() if mode != (0o700 if path.is_dir() else 0o600)} == {}
 
 
+@pytest.mark.long
 def test_a_directory_of_others_is_refused_and_left_as_it_was(tmp_path):
     (tmp_path / "logs").mkdir()
     (tmp_path / "thesis.txt").write_text("mine")
@@ -431,6 +447,7 @@ def test_a_directory_of_others_is_refused_and_left_as_it_was(tmp_path):
     assert stat.S_IMODE(tmp_path.stat().st_mode) == 0o755
 
 
+@pytest.mark.long
 def test_secrets_are_in_the_database_and_its_backups_only(data, fleet, robot):
     """The password nowhere at all; the token made of it nowhere else."""
     password = "canary-Zx81-password"

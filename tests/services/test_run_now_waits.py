@@ -51,6 +51,7 @@ def test_it_says_that_the_robot_is_silent(tmp_path, fleet, capsys):
     assert said.out == ""
 
 
+@pytest.mark.long
 def test_beside_a_running_app_too(tmp_path, fleet, capsys):
     configuration = silent(configuration_of(fleet))
     prepared(tmp_path / "data", configuration)

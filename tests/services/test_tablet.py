@@ -35,6 +35,7 @@ def is_refused(done) -> bool:
     return done.returncode == 2 and "--move-here" in done.stderr and done.stderr.count("\n") == 1
 
 
+@pytest.mark.long
 def test_nothing_is_sent_from_a_copy_until_it_moves_here(copied, fleet):
     robot = fleet.robots[0]
     assert is_refused(run(copied, "--run-now", robot.name, "Home"))

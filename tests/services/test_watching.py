@@ -80,6 +80,7 @@ def limited(data: Path, ulimit: str) -> Iterator[subprocess.Popen[str]]:
             app.kill()
 
 
+@pytest.mark.long
 def test_it_takes_as_many_open_files_as_the_system_lets_it_have(tmp_path):
     with limited(tmp_path / "data", "ulimit -Sn 40; ulimit -Hn 400") as app:
         (line,) = (
@@ -91,6 +92,7 @@ def test_it_takes_as_many_open_files_as_the_system_lets_it_have(tmp_path):
         assert "open files" not in (tmp_path / "data" / LOG).read_text()
 
 
+@pytest.mark.long
 def test_where_that_is_too_few_an_alarm_says_so(tmp_path):
     with limited(tmp_path / "data", "ulimit -n 140"):
         wait_for(

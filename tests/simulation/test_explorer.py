@@ -19,7 +19,8 @@ from tests.simulation.explorer import explore
 ACTS = ("switch off A", "cancel A", "move A")
 
 
-@pytest.mark.parametrize("apart", [0, pytest.param(1, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("apart", [0, 1])
 def test_no_single_fault_at_any_step_doubles_loses_or_hides_a_start(apart):
     found = explore(Scenario(apart=apart), 1, acts=ACTS, coarse=True)
     assert found.violations == []
@@ -46,6 +47,7 @@ def test_a_blind_retry_is_found(monkeypatch):
     assert is_found("2 items")
 
 
+@pytest.mark.long
 def test_an_intent_that_is_not_committed_is_found(monkeypatch):
     """The POST leaves before its row says so: a crash in between forgets it."""
     add, accepted = ExecutionRepository.add_each_once, Moves.accepted
@@ -59,6 +61,7 @@ def test_an_intent_that_is_not_committed_is_found(monkeypatch):
     assert is_found("2 items")
 
 
+@pytest.mark.long
 def test_what_an_earlier_run_sent_and_nobody_looks_for_is_found(monkeypatch):
     """After a crash what was on its way is taken for not sent."""
 
@@ -69,6 +72,7 @@ def test_what_an_earlier_run_sent_and_nobody_looks_for_is_found(monkeypatch):
     assert is_found("2 items")
 
 
+@pytest.mark.long
 def test_a_second_copy_that_nobody_looks_for_is_found(monkeypatch):
     """Of a request that lands after the quiet time nobody is told."""
     monkeypatch.setattr(Duplicates, "remove_duplicates", lambda self, open_items: None)

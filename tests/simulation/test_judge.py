@@ -73,6 +73,7 @@ def test_a_copy_that_waits_while_the_app_is_off_may_run(world):
     assert objections(world) == []
 
 
+@pytest.mark.long
 def test_it_may_still_have_run_when_the_diary_has_forgotten_that_the_app_was_off(world):
     wait_while_the_app_is_off(world)
     let_it_run(world)

@@ -1,12 +1,26 @@
-"""How thoroughly hypothesis looks."""
+"""How many examples: of hypothesis, and of cases that differ little."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import Any
 
+import pytest
+from _pytest.mark.structures import ParameterSet
 from hypothesis import settings
 
 
 def examples(number: int, **others: Any) -> settings:
     """``number`` examples in the profile "thorough", and in any other a share of them."""
     return settings(max_examples=max(5, number * settings().max_examples // 100), **others)
+
+
+def first_of_each(cases: Mapping[str, Any], kind: Callable[[Any], object] = lambda _case: None) -> list[ParameterSet]:
+    """Parameters by their names: of each kind, which may be one only, the default run has the first, and the night all."""
+    seen: set[object] = set()
+    found = []
+    for name, case in cases.items():
+        marks = pytest.mark.long if kind(case) in seen else ()
+        seen.add(kind(case))
+        found.append(pytest.param(*(case if isinstance(case, tuple) else (case,)), id=name, marks=marks))
+    return found

@@ -128,6 +128,7 @@ def test_to_stdout_the_file_comes_alone_so_that_a_program_can_read_it(data, robo
     assert json.loads(out)["report"]["robot"] == robot.name
 
 
+@pytest.mark.long
 def test_a_report_that_can_not_be_printed_is_kept_and_the_command_is_done(data, robot):
     process = start(data, "--check-up", robot.name)
     assert process.stdout is not None
@@ -162,6 +163,7 @@ def test_whoever_sits_at_a_terminal_is_asked_before_anything_moves(data, robot, 
     assert queue(robot) == []
 
 
+@pytest.mark.long
 def test_who_interrupts_the_question_is_told_that_nothing_was_done(data, robot):
     ours, terminal = pty.openpty()
     process = start(data, "--check-up", robot.name, "--with-mission", stdin=terminal)
@@ -191,6 +193,7 @@ def test_a_trial_is_done(data, robot, tmp_path):
     assert read(file).description_field == "order_description"
 
 
+@pytest.mark.long
 def test_beside_a_running_app_that_does_it_and_goes_on(data, robot):
     with headless(data):
         code, out, err = run(data, "--check-up", robot.name, "--with-mission", "Home", "--yes")
@@ -212,6 +215,7 @@ def test_a_start_of_the_plan_goes_first(tmp_path, fleet, robot):
     assert queue(robot) == []
 
 
+@pytest.mark.long
 def test_what_can_not_be_is_said_in_one_line(data, fleet, robot):
     for arguments, words in (
         (("--check-up", "Nobody"), f"there is no robot 'Nobody'; known: {robot.name}"),
@@ -235,6 +239,7 @@ def test_what_can_not_be_is_said_in_one_line(data, fleet, robot):
     assert kept(data) is None
 
 
+@pytest.mark.long
 def test_killed_in_the_middle_the_app_puts_everything_back_when_it_starts(data, robot):
     before = missions(robot)
     process = start(data, "--check-up", robot.name, "--with-mission", "--yes")
@@ -250,6 +255,7 @@ def test_killed_in_the_middle_the_app_puts_everything_back_when_it_starts(data, 
         assert set(queue(robot)) == {"Aborted"}
 
 
+@pytest.mark.long
 def test_when_the_app_is_killed_it_gives_up_so_that_the_app_can_start_again(data, robot):
     before = missions(robot)
     app = start(data, "--headless")
@@ -273,6 +279,7 @@ def test_when_the_app_is_killed_it_gives_up_so_that_the_app_can_start_again(data
         wait_for(lambda: missions(robot) == before and robot.state()["state_id"] == 3, within=WITHIN)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("number", "is_beside_an_app"),
     [
@@ -303,6 +310,7 @@ def test_who_interrupts_it_or_closes_its_terminal_leaves_nothing(data, robot, nu
     assert kept(data) is None
 
 
+@pytest.mark.long
 def test_what_the_app_could_not_put_back_is_said_at_the_end(data, robot):
     with headless(data):
         process = start(data, "--check-up", robot.name, "--with-mission", "--yes")

@@ -61,6 +61,7 @@ def first_robot(*arguments: str) -> tuple[str, str]:
         process.wait()
 
 
+@pytest.mark.long
 def test_without_a_seed_each_start_has_other_robots_and_says_how_to_get_them_again() -> None:
     (first, says), (second, _) = first_robot(), first_robot()
     assert first != second

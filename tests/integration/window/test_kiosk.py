@@ -38,6 +38,7 @@ def test_a_kiosk_has_the_size_of_its_display(tmp_path):
     assert configured(tmp_path, True) == f"{SDL_DUMMY_DISPLAY} auto 0 visible"
 
 
+@pytest.mark.long
 def test_a_window_is_no_larger_than_the_display(tmp_path):
     assert configured(tmp_path, False) == f"{SDL_DUMMY_DISPLAY} 0 1 maximized"
 
@@ -55,6 +56,7 @@ def test_a_window_has_its_own_size_where_there_is_room(usable, expected):
     assert tuple(size_within(usable).values()) == expected
 
 
+@pytest.mark.long
 def test_parts_of_kivy_that_this_system_lacks_are_not_logged_as_errors(tmp_path):
     """Neither kinds of touch screens nor, where PATH has no programs for it, a clipboard of its own."""
     program = (

@@ -249,6 +249,7 @@ def test_the_forecast_of_the_first_hour_is_the_same_however_far_it_reaches(plan)
     ]
 
 
+@pytest.mark.long
 def test_more_starts_than_robots_can_ever_do_are_given_up_instead_of_computed_for_minutes():
     crowd = [kits(number * 1.0, window=3600.0) for number in range(6000)]
     assert 0 < len(forecast(crowd, site())) < 500

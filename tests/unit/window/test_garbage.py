@@ -100,6 +100,7 @@ def test_what_was_shown_for_a_while_and_has_gone_is_collected_in_use(window: Win
     assert most <= 20_000 + NEW + 1000
 
 
+@pytest.mark.long
 def test_what_stays_is_frozen(window: Window) -> None:
     before = gc.get_freeze_count()
     stays = many_more(window, ALIVE)
@@ -125,6 +126,7 @@ def many_more(window: Window, least: int) -> list[Kept]:
     return new
 
 
+@pytest.mark.long
 def test_what_was_frozen_and_has_gone_is_collected_at_a_rest_when_as_much_has_come(window: Window) -> None:
     count = frozen_garbage(window)
     window.rest()
@@ -136,6 +138,7 @@ def test_what_was_frozen_and_has_gone_is_collected_at_a_rest_when_as_much_has_co
     assert 2 * len(new) >= AT_REST
 
 
+@pytest.mark.long
 def test_frozen_garbage_does_not_wait_for_a_rest_for_ever(window: Window) -> None:
     count = frozen_garbage(window)
     new = many_more(window, ALIVE - 2 * NEW)
@@ -146,6 +149,7 @@ def test_frozen_garbage_does_not_wait_for_a_rest_for_ever(window: Window) -> Non
     assert len(new) >= ALIVE // 2
 
 
+@pytest.mark.long
 def test_a_form_and_a_dialog_that_were_open_for_long_are_no_frozen_garbage(window: Window) -> None:
     """However many dialogs came and went meanwhile."""
     form = [Ring() for _m in range(3 * NEW // 2)]
@@ -158,6 +162,7 @@ def test_a_form_and_a_dialog_that_were_open_for_long_are_no_frozen_garbage(windo
     assert Ring.alive == 0
 
 
+@pytest.mark.long
 def test_what_closes_soon_after_it_was_opened_is_no_frozen_garbage(window: Window) -> None:
     """Dialogs, as large as the largest, one after the other: not one of them waits for the long scan."""
     for _n in range(3):
@@ -169,6 +174,7 @@ def test_what_closes_soon_after_it_was_opened_is_no_frozen_garbage(window: Windo
     assert Ring.alive == 0
 
 
+@pytest.mark.long
 def test_what_will_close_is_not_frozen_before_it_is_much(window: Window) -> None:
     window.is_calm = False
     dialog = [Ring() for _n in range(ALIVE)]
@@ -213,6 +219,7 @@ class Follower:
         Follower.alive -= 1
 
 
+@pytest.mark.long
 def test_what_only_a_second_scan_finds_is_not_frozen(window: Window) -> None:
     all_of_them: dict[int, Follower] = {}
     gone = [Ring() for _n in range(MUCH)]
@@ -245,12 +252,14 @@ def test_what_is_let_go_of_a_moment_later_is_collected_then(window: Window) -> N
     assert Ring.alive == 0
 
 
+@pytest.mark.long
 def test_what_nothing_holds_is_collected_before_the_window_is_built_anew(window: Window) -> None:
     frozen_garbage(window)
     window.garbage.much_has_gone()
     assert Ring.alive == 0
 
 
+@pytest.mark.long
 def test_freed_memory_goes_back_to_the_system_when_everything_is_scanned(window: Window) -> None:
     size = 2_000  # bytes, which malloc takes from one heap
     blocks = [bytes(size) for _n in range(50_000)]
@@ -265,6 +274,7 @@ def test_freed_memory_goes_back_to_the_system_when_everything_is_scanned(window:
     assert stays
 
 
+@pytest.mark.long
 def test_a_little_garbage_waits_for_a_rest(window: Window) -> None:
     window.rest()
     Ring()
