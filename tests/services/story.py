@@ -1,37 +1,20 @@
-"""Stories: what people and the world do to a site, step by step, and what has to be true then.
-
-A step is a value that acts on a ``Stage``; a number is seconds that pass, a list is its steps, ``each`` is one of several. A story has as
-many quick cases as its longest ``each`` has values, so that each value comes once; all other combinations are ``long``. In the end no row
-is open and no start is on robots twice, unless the story says otherwise.
-"""
+"""The steps of stories: what people and the world do to a site. ``checks`` has what has to be true, ``stage`` plays a story."""
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
-from datetime import UTC, datetime, timedelta
-from functools import wraps
-from itertools import product
-from pathlib import Path
+from dataclasses import replace
+from datetime import timedelta
 from shutil import copytree
 
 import pytest
 
 from app.database.backups import back_up, restore
-from app.domain.models import Execution, InvalidInput, Mission, ReasonCode, Robot, Schedule, State, Wait
-from mir_sim.mission_queue import QueueItem
-from tests.support.groups import Hall
+from app.domain.models import InvalidInput, Mission, State
+from tests.services.checks import *
+from tests.services.stage import *
 from tests.support.network import Fate
-from tests.support.seen import sent_at
 from tests.support.site import GUIDS
 
-DAY = 86400.0
-BEGIN = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)
-DONE, CHANGED = (State.COMPLETED, None), (State.CANCELLED, ReasonCode.SCHEDULE_CHANGED)
-REMOVED, CANCELLED = (State.CANCELLED, ReasonCode.ROBOT_REMOVED), (State.CANCELLED, ReasonCode.USER_CANCELLED)
-CLEARED, PAUSED = (State.CANCELLED, ReasonCode.QUEUE_CLEARED), (State.SKIPPED, ReasonCode.HOLD)
-MISSED, UNKNOWN = (State.MISSED, ReasonCode.APP_DOWN), (State.FAILED, ReasonCode.UNKNOWN_OUTCOME)
 WORDS = {
     "rule": "recurrence",
     "window": "start_window_minutes",
@@ -39,11 +22,8 @@ WORDS = {
     "finish_by": "finish_by_minutes",
     "workdays": "respect_working_days",
 }
-
-
-def instant(text: str) -> datetime:
-    """ "06:05" of the first day, or "24T06:05"."""
-    return datetime.fromisoformat(f"2026-11-{text if 'T' in text else f'23T{text}'}")
+LOST, REFUSED, LATE, ANSWER_LOST = Fate.LOST, Fate.REFUSED, Fate.LATE, Fate.ANSWER_LOST
+SLOW, ERROR_BEFORE, ERROR_AFTER, NOT_FOUND = Fate.SLOW, Fate.ERROR_BEFORE, Fate.ERROR_AFTER, Fate.NOT_FOUND
 
 
 def fields(values: dict) -> dict:
@@ -51,154 +31,6 @@ def fields(values: dict) -> dict:
     own = {WORDS.get(name, name): value for name, value in values.items() if name not in ("at", "every")}
     own |= {"start": instant(values["at"])} if "at" in values else {}
     return own | ({"recurrence": f"FREQ=MINUTELY;INTERVAL={values['every']}"} if "every" in values else {})
-
-
-class Stage(Hall):
-    """The site of a story: robots of one group, the mission Deliver, and schedules of R1 or of the group."""
-
-    def __init__(self, directory: Path, on: str, robots: int, **values) -> None:
-        super().__init__(directory, robots=robots, **values)
-        self.where = {"robot_id": 1, "group_id": None} if on == "robot" else {"robot_id": None, "group_id": 1}
-        self.removed: list = []
-        self.noted: list = []  # what steps pass on to later ones: rows, instants
-        self.others: list[Stage] = []  # tablets with a copy of the data
-
-    def schedule(self, name: str = "A") -> Schedule:
-        found = self.container.catalogue.schedules()
-        return next((each for each in found if each.name == name), found[0])
-
-    def mission(self, name: str = "Deliver") -> Mission:
-        return next(each for each in self.container.catalogue.missions() if each.name == name)
-
-    def row(self, name: str = "") -> Execution:
-        """The newest start, of a schedule or of any."""
-        return next(row for row in reversed(self.executions()) if not name or row.schedule == name)
-
-    def its_robot(self) -> Robot:
-        """Of the start that was made first, or R1."""
-        number = next((row.robot_id for row in self.executions() if row.robot_id), 1)
-        return next(robot for robot in self.container.catalogue.robots() if robot.id == number)
-
-    def all_items(self) -> list[QueueItem]:
-        for machine in self.machines.values():
-            machine.catch_up()
-        return self.items()
-
-    def doubled(self) -> list[str]:
-        """Tokens with several items of which none was taken back."""
-        ours = {row.token for row in self.executions()} | {post.token for post in self.network.posts()}
-        found = Counter(item.description for item in self.all_items() if str(item.state) != "Aborted")
-        return [token for token, number in found.items() if number > 1 and token in ours]
-
-    def said(self) -> str:
-        rows = [(row.schedule, str(row.state), row.wait, row.reason and row.reason.code) for row in self.executions()]
-        return f"{self.clock.now():%d %H:%M:%S}, rows {rows}, sent {sent_at(self)}, alarms {self.alarms()}"
-
-
-@dataclass(frozen=True)
-class Step:
-    name: str
-    act: Callable[[Stage], object]
-
-    def __str__(self) -> str:
-        return self.name
-
-
-@dataclass(frozen=True)
-class Each:
-    values: tuple
-
-
-def each(*values) -> Each:
-    """One of these."""
-    return Each(values)
-
-
-def step(act: Callable) -> Callable[..., Step]:
-    """What is called with a stage and values becomes what makes steps of values."""
-
-    @wraps(act)
-    def make(*values, **named) -> Step:
-        said = ", ".join([*map(str, values), *(f"{name}={value}" for name, value in named.items())])
-        return Step(f"{act.__name__}({said})" if len(said) < 50 else act.__name__, lambda s: act(s, *values, **named))
-
-    return make
-
-
-def check(act: Callable) -> Callable[..., Step]:
-    """A step of what is found, which has to be the values of the step."""
-
-    @wraps(act)
-    def make(*wanted, **named) -> Step:
-        def compare(s: Stage) -> None:
-            found = list(act(s, **named))
-            assert found == list(wanted), f"{act.__name__}: {found} and not {list(wanted)}"
-
-        return Step(act.__name__, compare)
-
-    return make
-
-
-def play(s: Stage, *steps) -> None:
-    for one in steps:
-        if isinstance(one, Step):
-            try:
-                one.act(s)
-            except Exception as error:
-                error.add_note(f"{one} at {s.said()}")
-                raise
-        elif isinstance(one, list | tuple):
-            play(s, *one)
-        else:
-            s.run(one)
-
-
-class Story:
-    """``on``: R1, or its group, or each. ``robots``, ``with_window`` and others are of the ``Stage``."""
-
-    def __init__(self, name: str, *steps, on="robot", robots=1, stays_open=False, doubles=False, **site) -> None:
-        self.name, self.steps, self.site = name, steps, {"robots": robots, **site}
-        self.on = each(*([on] if isinstance(on, str) else on))
-        self.stays_open, self.doubles = stays_open, doubles
-
-    def cases(self) -> Iterator:
-        axes = [self.on.values, *(one.values for one in self.steps if isinstance(one, Each))]
-        most = max(map(len, axes))
-        quick = [tuple(number % len(axis) for axis in axes) for number in range(most)]
-        for chosen in sorted(product(*map(range, map(len, axes))), key=lambda chosen: chosen not in quick):
-            values = [axis[index] for axis, index in zip(axes, chosen, strict=True) if len(axis) > 1]
-            labels = [self.name, *(said(value) for value in values)]
-            marks = () if chosen in quick else pytest.mark.long
-            yield pytest.param(self, chosen, id=", ".join(labels), marks=marks)
-
-    def play(self, directory: Path, chosen: tuple[int, ...]) -> None:
-        on, *rest = chosen
-        picks = iter(rest)
-        steps = [one.values[next(picks)] if isinstance(one, Each) else one for one in self.steps]
-        s = Stage(directory, self.on.values[on], **self.site)
-        try:
-            play(s, *steps)
-            still = [] if self.stays_open else [row.state for row in s.executions() if row.state.is_open]
-            assert still == [], f"still open: {s.said()}"
-            assert self.doubles or s.doubled() == [], f"twice: {s.said()}"
-        finally:
-            for tablet in (*s.others, s):
-                tablet.switch_off()
-
-
-def said(value) -> str:
-    """Of a case's name."""
-    return " ".join(map(said, value)) if isinstance(value, list | tuple) else str(value)
-
-
-def told(*stories: Story):
-    """Makes a test of each case of them."""
-
-    @pytest.mark.parametrize(("story", "chosen"), [case for story in stories for case in story.cases()])
-    def test(story: Story, chosen: tuple[int, ...], tmp_path: Path) -> None:
-        story.play(tmp_path, chosen)
-
-    return test
 
 
 # ---------------------------------------------------------------------- the plan
@@ -537,92 +369,3 @@ def until(s, condition, within=900):
 def do(s, act):
     """What no other step does."""
     act(s)
-
-
-# ---------------------------------------------------------------------- what is true
-@check
-def ends(s):
-    """How each row has ended."""
-    return [(row.state, row.reason and row.reason.code) for row in s.executions()]
-
-
-@check
-def tries(s):
-    return [row.attempts for row in s.executions()]
-
-
-@check
-def states(s):
-    """Of the rows, or of those of one schedule."""
-    return [row.state for row in s.executions()]
-
-
-@check
-def robots(s):
-    """Of the rows."""
-    return [row.robot for row in s.executions()]
-
-
-@check
-def waits(s):
-    """What open rows wait for."""
-    return [row.wait for row in s.executions(State.WAITING)]
-
-
-@check
-def sent(s):
-    """When requests to start a mission left, in seconds from the beginning."""
-    return sent_at(s)
-
-
-@check
-def items(s):
-    """What robots say of what they were given."""
-    return [str(item.state) for item in s.all_items()]
-
-
-@check
-def did(s):
-    """The missions that robots were given."""
-    names = {guid: name for name, guid in GUIDS.items()}
-    return [names[item.mission_id] for item in s.all_items()]
-
-
-@check
-def minutes(s):
-    """Of the instants of which robots have a start."""
-    return sorted(row.planned_at.minute for row in s.executions() if row.queue_id)
-
-
-@step
-def left_out(s, is_left_out=True):
-    """Robots have nothing of the start that was noted last."""
-    at = getattr(s.noted[-1], "planned_at", s.noted[-1])
-    assert is_left_out is (at not in [row.planned_at for row in s.executions() if row.queue_id]), at
-
-
-@step
-def runs(s, number):
-    """How many items robots have."""
-    assert len(s.all_items()) == number, f"{len(s.all_items())} items and not {number}"
-
-
-@step
-def raised(s, *codes):
-    assert set(codes) <= set(s.alarms()), f"{s.alarms()} and not {codes}"
-
-
-@step
-def not_raised(s, *codes):
-    assert not set(codes or s.alarms()) & set(s.alarms()), s.alarms()
-
-
-@step
-def true(s, condition):
-    assert condition(s), f"line {condition.__code__.co_firstlineno}"
-
-
-LOST, REFUSED, LATE, ANSWER_LOST = Fate.LOST, Fate.REFUSED, Fate.LATE, Fate.ANSWER_LOST
-SLOW, ERROR_BEFORE, ERROR_AFTER, NOT_FOUND = Fate.SLOW, Fate.ERROR_BEFORE, Fate.ERROR_AFTER, Fate.NOT_FOUND
-WAITING, SUBMITTING, QUEUED, EXECUTING = State.WAITING, State.SUBMITTING, State.QUEUED, State.EXECUTING
-COMPLETED, FAILED, BATTERY, HOLD = State.COMPLETED, State.FAILED, Wait.BATTERY, Wait.HOLD
