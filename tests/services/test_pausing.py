@@ -393,7 +393,7 @@ def test_a_start_skipped_ahead_counts_on_the_day_it_was_planned_for_and_not_befo
         KpiFilter(end=datetime(2026, 11, 24, tzinfo=UTC)),
         KpiFilter(datetime(2026, 11, 24, tzinfo=UTC)),
     )
-    for period in (None, day_of_skip, KpiFilter(now - timedelta(days=1))):
+    for period in (KpiFilter(), day_of_skip, KpiFilter(now - timedelta(days=1))):
         assert (kpis.facts(period).planned, kpis.facts(period).value("adherence")) == (1, 1.0)
         assert [(day.day, day.total) for day in kpis.per_day(period)] == [(date(2026, 11, 23), 1)]
         assert kpis.not_completed(period) == []
