@@ -13,6 +13,7 @@ from app.domain import rules
 from app.domain.models import Mission, Robot, Schedule, State, Trigger
 from app.mir import parse
 from app.services.dispatch.ledger import seconds_between
+from app.services.executions import transitions
 from tests.support.steps import steps
 
 DAY_S, MOST_STEPS = 86_400.0, 200_000
@@ -46,7 +47,7 @@ def ran(container: Container, duration_s: float) -> tuple[Robot, Mission]:
             )
         )
         if state is State.QUEUED:
-            container.ledger.make([container.ledger.moves.completed(container.ledger.get(row.id), duration_s, None)])
+            container.ledger.apply([transitions.complete(container.ledger.get(row.id), now, duration_s, None)])
     for one, rule in ((other, "FREQ=MINUTELY"), (mission, "FREQ=DAILY")):
         start = (datetime.now() + timedelta(hours=1)).replace(second=0, microsecond=0)
         container.catalogue.save_schedule(Schedule(one.name, robot.id, one.id, start, "UTC", rule))
@@ -93,5 +94,6 @@ def test_hundreds_of_such_runs_in_a_day_end_all_the_same(container: Container) -
                 c, row.id, (State.WAITING,), state=State.EXECUTING, submitted_at=row.planned_at
             )
         )
-        container.ledger.make([container.ledger.moves.completed(container.ledger.get(row.id), longest, None)])
+        run = container.ledger.get(row.id)
+        container.ledger.apply([transitions.complete(run, row.planned_at, longest, None)])
         assert container.ledger.get(row.id).state is State.COMPLETED

@@ -190,6 +190,7 @@ TRACKING, ENGINE, HOLDS = (
 )
 SCHEDULES, EXECUTIONS = "database.schedules:ScheduleRepository", "database.executions:ExecutionRepository"
 EDIT, RULES = "services.catalogue.schedule_edit:ScheduleEdit", "domain.rules"
+TRANSITIONS = "services.executions.transitions"
 
 MUTANTS = (
     # ------------------------------------------------------------------ never twice
@@ -220,8 +221,8 @@ MUTANTS = (
     Mutant(
         "an intent that is not on disk",
         f"{SENDING}._begin",
-        "return self._ledger.make([self._ledger.moves.begun(row, robot, floor) for row in rows], quietly=True)",
-        "from dataclasses import replace; return [replace(row, **self._ledger.moves.begun(row, robot, floor).columns) for row in rows]",
+        "return self._ledger.apply([transitions.begin(row, robot, floor) for row in rows], quietly=True)",
+        "return [transitions.begin(row, robot, floor).after for row in rows]",
         "items with one token",
         CRASHES,
     ),
@@ -324,7 +325,7 @@ MUTANTS = (
         "everything fails without a request",
         f"{SENDING}.send_due",
         "self._post(intent, attempt.plan_version)",
-        "self._ledger.end(intent, Reason(ReasonCode.REFUSED))",
+        "self._ledger.end(Event.REFUSE, intent, Reason(ReasonCode.REFUSED))",
         "never ran",
         CALM,
     ),
@@ -397,7 +398,7 @@ MUTANTS = (
     ),
     Mutant(
         "an aborted mission never ends",
-        f"{TRACKING}._moves",
+        f"{TRACKING}._transitions",
         "if item.state is QueueState.ABORTED or (",
         "if False and (",
         "open for",
@@ -466,7 +467,7 @@ MUTANTS = (
     ),
     Mutant(
         "what was cancelled in doubt is sent again",
-        "services.dispatch.moves:taken_back",
+        f"{TRANSITIONS}:withdrawn",
         "Reason(row.cancel_code) if row.cancel_code else row.revoked",
         "row.revoked",
         "though it was cancelled",
@@ -511,7 +512,7 @@ MUTANTS = (
     ),
     Mutant(
         "what waits keeps its old mission (D6)",
-        "services.planning.wanted:as_defined",
+        "services.executions.wanted:as_defined",
         "for name in _FOLLOWS}",
         "for name in _FOLLOWS if 'mission' not in name}",
         "as another mission",
@@ -520,9 +521,9 @@ MUTANTS = (
     ),
     Mutant(
         "what is edited while it is in doubt is sent as it was",
-        f"{LEDGER}._made",
-        "if move.is_defined_anew:",
-        "if False:",
+        "services.executions.apply:apply_in",
+        "for check in rule.checks:",
+        "for check in [each for each in rule.checks if each is not Check.WANTED]:",
         "as another mission",
         Profile(acts_per_hour=120, events_per_hour=40).only(
             acts="change_mission",
@@ -548,7 +549,7 @@ MUTANTS = (
     ),
     Mutant(
         "what is kept back is sent",
-        "services.dispatch.ledger:Ledger.hold",
+        f"{TRANSITIONS}:hold",
         '"held": held,',
         '"held": False,',
         "kept back",
@@ -599,9 +600,9 @@ MUTANTS = (
     ),
     Mutant(
         "an idle mission that comes after it was overtaken is nobody's",
-        f"{LEDGER}.reopen",
-        "execution.trigger is Trigger.IDLE",
-        "False",
+        "services.executions.apply:apply_in",
+        "for effect in rule.effects:",
+        "for effect in [each for each in rule.effects if each is not Effect.RAN_IDLE]:",
         "two idle missions",
         CALM_HOURS,
         seed=20212,
@@ -635,7 +636,7 @@ MUTANTS = (
     # ------------------------------------------------------------------ truth
     Mutant(
         "an aborted mission was completed",
-        f"{TRACKING}._moves",
+        f"{TRACKING}._transitions",
         "if item.state is QueueState.DONE:",
         "if item.state in (QueueState.DONE, QueueState.ABORTED):",
         "truth",

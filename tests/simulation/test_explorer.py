@@ -8,11 +8,11 @@ import pytest
 
 from app.database.executions import ExecutionRepository
 from app.domain.message import message
-from app.domain.models import State
-from app.services.dispatch import ledger, sending
+from app.domain.models import OPEN_STATES, State
+from app.services.dispatch import sending
 from app.services.dispatch.duplicates import Duplicates
-from app.services.dispatch.moves import NOT_WITH_THE_ROBOT, Moves
 from app.services.dispatch.sending import Sending
+from app.services.executions import apply
 from tests.simulation.choices import Scenario
 from tests.simulation.explorer import explore
 
@@ -50,14 +50,17 @@ def test_a_blind_retry_is_found(monkeypatch):
 @pytest.mark.long
 def test_an_intent_that_is_not_committed_is_found(monkeypatch):
     """The POST leaves before its row says so: a crash in between forgets it."""
-    add, accepted = ExecutionRepository.add_each_once, Moves.accepted
+    add, change_owned = ExecutionRepository.add_each_once, ExecutionRepository.change_owned
 
     def forgetful(self, c, executions):
         added = add(self, c, [replace(row, state=State.WAITING, attempts=0) for row in executions])
         return [replace(row, state=State.SUBMITTING, attempts=1) for row in added]
 
+    def from_any(self, c, row, expected, **columns):
+        return change_owned(self, c, row, OPEN_STATES, **columns)
+
     monkeypatch.setattr(ExecutionRepository, "add_each_once", forgetful)
-    monkeypatch.setattr(Moves, "accepted", lambda *given: replace(accepted(*given), expected=NOT_WITH_THE_ROBOT))
+    monkeypatch.setattr(ExecutionRepository, "change_owned", from_any)
     assert is_found("2 items")
 
 
@@ -82,6 +85,6 @@ def test_a_second_copy_that_nobody_looks_for_is_found(monkeypatch):
 @pytest.mark.long
 def test_a_start_that_is_sent_again_although_it_was_taken_back_is_found(monkeypatch):
     """A request is lost, its schedule is switched off, and after the quiet time it leaves again."""
-    for module in (ledger, sending):
-        monkeypatch.setattr(module, "taken_back", lambda row: None)
+    for module in (apply, sending):
+        monkeypatch.setattr(module, "withdrawn", lambda row: None)
     assert is_found("after it was taken back", faults=2, acts=("switch off A",))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.domain.models import Connection
+from app.services.executions import transitions
 from tests.support.home_facts import READY
 from tests.ui.fleet.operator import add_robots
 from tests.ui.wear import SECTIONS
@@ -36,7 +37,8 @@ def test_neither_is_it_of_fifty_robots(container, silent_robots, ui):
 
 
 def at_rest(container, ui, name: str, intent: dict[str, str]) -> None:
-    container.ledger.make([container.ledger.moves.completed(run, 240.0, 2.0) for run in container.history.open()])
+    now = container.clock.now()
+    container.ledger.apply([transitions.complete(run, now, 240.0, 2.0) for run in container.history.open()])
     robots_answer(container)
     container.clock.advance(5)  # words like "in 22 min" change after a full minute
     with shown(container, ui) as app:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from app.container import Container
+from app.services.executions import transitions
 from app.widgets.buttons import Segment
 from app.widgets.figures import FigureCard
 from app.widgets.rows import LogRow
@@ -47,7 +48,7 @@ def test_without_robots_their_page_says_so(nothing, ui):
 def test_what_ends_shows_at_once(container, ui):
     with opened(container, ui) as screen:
         running = max(container.history.open(), key=lambda run: run.planned_at)
-        container.ledger.make([container.ledger.moves.completed(running, 240.0, 2.0)])
+        container.ledger.apply([transitions.complete(running, container.clock.now(), 240.0, 2.0)])
         settle(screen, ui)
         newest = max(ui.find_all(LogRow), key=lambda row: row.to_window(0, row.y)[1])
         assert (newest.outcome, newest.took) == ("Completed", "4 min")

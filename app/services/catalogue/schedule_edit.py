@@ -12,10 +12,10 @@ from app.domain.rules import token_of
 from app.services.catalogue import change_log, checks, validation
 from app.services.catalogue.transaction import Transaction
 from app.services.catalogue.undo import Removed, Switched
+from app.services.executions.wanted import as_defined, is_planned
 from app.services.live.changes import Topic
 from app.services.planning.planned import first_due
 from app.services.planning.recurrence import next_occurrence, passed_occurrences
-from app.services.planning.wanted import as_defined, is_planned
 from app.services.planning.working_days import WorkingCalendar
 
 NOT_THE_RULE = {

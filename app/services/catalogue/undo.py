@@ -30,8 +30,8 @@ from app.domain.models import (
     Trigger,
 )
 from app.services.catalogue import change_log, validation
+from app.services.executions.wanted import changed_since, why_unwanted
 from app.services.live.changes import Topic
-from app.services.planning.wanted import changed_since, why_unwanted
 
 if TYPE_CHECKING:
     from app.services.catalogue.edit import Edit

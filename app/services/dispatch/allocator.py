@@ -19,12 +19,13 @@ from app.domain.models import Execution, Group, Reason, ReasonCode, Robot, Wait
 from app.services.allocation.choose import LAST_CALL, Decision, choose
 from app.services.dispatch.context import Context
 from app.services.dispatch.group_state import GroupState, UsualDurations
-from app.services.dispatch.moves import Move, taken_back
 from app.services.dispatch.timing import DECIDES_EVERY, LOOKS_FOR
 from app.services.dispatch.waiting import Waiting
 from app.services.dispatch.worker import RobotWorker
+from app.services.executions import transitions
+from app.services.executions.transitions import Event, Transition, withdrawn
 
-BOUND_TOGETHER = 50  # with one write: more would hold up what else is to be written
+ASSIGNED_TOGETHER = 50  # with one write: more would hold up what else is to be written
 
 
 class Allocator:
@@ -73,18 +74,12 @@ class Allocator:
 
     def wait_for_the_clock(self) -> None:
         """Nothing is decided until it can be right."""
-        self._ledger.make(
-            [
-                move
-                for row in self._ledger.unbound()
-                if not row.held
-                for move in self._ledger.moves.waiting(row, Wait.CLOCK)
-            ]
-        )
+        waiting = [row for row in self._ledger.unbound() if not row.held]
+        self._ledger.apply([each for row in waiting for each in transitions.wait(row, Wait.CLOCK)])
 
     # ------------------------------------------------------------------ what waits
     def _is_to_be_given(self, row: Execution, group: Group | None, robots: Mapping[int, Robot]) -> bool:
-        reason = taken_back(row)
+        reason = withdrawn(row)
         if reason is None and self._has_no_robot(row, group, robots):  # as far as their workers know by now
             reason = self._has_no_robot(
                 row, group, {robot.id: robot for robot in self._s.robots.all(self._s.db.read())}
@@ -142,30 +137,32 @@ class Allocator:
             GroupState(self._s, self._usual_durations, workers, self.members, self._lacks),
             {row.id: row for row in rows},
         )
-        waits, bound, into_queue, plan_version = list[Move](), list[Move](), set[int](), self._s.plan_version()
+        waits, assigned, plan_version = list[Transition](), list[Transition](), self._s.plan_version()
         for decision in choose(state.situation(rows, groups)):
             row = by_id[decision.start.id]
             if decision.too_late and row.finish_by is not None:
-                self._ledger.end(row, Reason(ReasonCode.FINISH_BY, {"finish_by": row.finish_by.isoformat()}))
+                self._ledger.end(
+                    Event.EXPIRE, row, Reason(ReasonCode.FINISH_BY, {"finish_by": row.finish_by.isoformat()})
+                )
             elif decision.robot_id is None:
                 waits += self._waiting_for_robot(row, decision, state)
             elif mission := state.mission(decision.robot_id, row.mission):
-                bound.append(
-                    self._ledger.moves.bound(
+                assigned.append(
+                    transitions.assign(
                         row,
                         state.robots[decision.robot_id],
                         mission.guid,
                         state.choice(decision),
-                        self._intent_floor(row, workers[decision.robot_id], mission.guid),
+                        self._clock.now(),
+                        intent_floor=self._intent_floor(row, workers[decision.robot_id], mission.guid),
+                        into_queue=decision.is_last_call or decision.start.at_once,
                     )
                 )
-                if decision.is_last_call or decision.start.at_once:
-                    into_queue.add(row.id)
-        self._ledger.make(waits, quietly=True)
+        self._ledger.apply(waits, quietly=True)
         given: set[int] = set()
-        for some in batched(bound, BOUND_TOGETHER):
-            given |= {row.id for row in self._ledger.bind(some, into_queue, partial(self.hand_over, plan_version))}
-        return given, {move.execution.id for move in bound} - given
+        for some in batched(assigned, ASSIGNED_TOGETHER):
+            given |= {row.id for row in self._ledger.apply(some, hand_over=partial(self.hand_over, plan_version))}
+        return given, {each.row.id for each in assigned} - given
 
     def _intent_floor(self, row: Execution, worker: RobotWorker, guid: str) -> int | None:
         """Where nothing of it was ever there and the robot is ready for it, its intent is written with the choice: the highest id known."""
@@ -183,12 +180,12 @@ class Allocator:
         may_be_there = ready.uncertain_through is not None and row.planned_at <= ready.uncertain_through
         return None if may_be_there else ready.queue_floor
 
-    def _waiting_for_robot(self, row: Execution, decision: Decision, state: GroupState) -> list[Move]:
+    def _waiting_for_robot(self, row: Execution, decision: Decision, state: GroupState) -> list[Transition]:
         """What it waits for, where that is something new."""
         if decision.full_place is not None and (full := self._ledger.full_place(row)) is not None:
-            return self._ledger.moves.waiting(row, Wait.PLACE, **state.describe_occupant(full))
-        return self._ledger.moves.waiting(row, Wait.ROBOT, group=row.robot_group, **state.choice(decision))
+            return transitions.wait(row, Wait.PLACE, **state.describe_occupant(full))
+        return transitions.wait(row, Wait.ROBOT, group=row.robot_group, **state.choice(decision))
 
 
-def batched(moves: Sequence[Move], size: int) -> list[Sequence[Move]]:
-    return [moves[start : start + size] for start in range(0, len(moves), size)]
+def batched(found: Sequence[Transition], size: int) -> list[Sequence[Transition]]:
+    return [found[start : start + size] for start in range(0, len(found), size)]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import Enum, auto
 
 from app.domain.models import Execution
-from app.services.dispatch.moves import Move
+from app.services.executions.transitions import Transition
 
 
 class Phase(Enum):
@@ -28,7 +28,7 @@ class Attempt:
     plan_version: int = 0  # READY: of the plan that the intent was written from
     in_doubt_since: float = math.inf
     is_taken: bool = False  # IN_DOUBT: the robot has it; only its number is not known
-    accepted: Move | None = None
+    accepted: Transition | None = None
 
 
 def intent_of(row: Execution) -> tuple[object, ...]:

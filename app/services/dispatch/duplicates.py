@@ -17,9 +17,11 @@ from app.domain.robot import QueueItem, QueueState
 from app.mir.client import RobotClient
 from app.mir.errors import Refusal, Rejected, RobotError, RobotFault, Unreadable
 from app.services.dispatch.context import Context
-from app.services.dispatch.moves import NOT_WITH_THE_ROBOT
 from app.services.dispatch.observation import Observation
-from app.services.dispatch.timing import UNSEARCHED_AT_MOST, WATCHED_FOR
+from app.services.dispatch.timing import UNSEARCHED_AT_MOST
+from app.services.executions import transitions
+from app.services.executions.apply import WATCHED_FOR
+from app.services.executions.transitions import NOT_WITH_THE_ROBOT
 from app.services.live.tablet import old_token
 
 log = logging.getLogger(__name__)
@@ -349,9 +351,7 @@ class Duplicates:
             return self._late_item(row, item)
         if item.id < row.queue_id and row.state.is_open:  # the earlier one is ours
             later = row.queue_id
-            return self._ledger.reopen(row, self._seen.robot, item.id) is None or self.cancel_copy(
-                self._client.queue_item(later), row
-            )
+            return not self._reopen(row, item) or self.cancel_copy(self._client.queue_item(later), row)
         if row.cancel_code and item.is_open:  # nobody wants it, however often it comes
             return self._cancel_late(row, item)
         return self.cancel_copy(item, row)
@@ -362,7 +362,9 @@ class Duplicates:
         if row.cancel_code and item.is_open:  # nobody wants it, on whichever robot
             return self._cancel_late(row, item)
         if row.state is State.WAITING:  # a copy that was cancelled here says nothing about it
-            return item.state is QueueState.ABORTED or self._ledger.adopt(row, self._seen.robot, item)
+            return item.state is QueueState.ABORTED or bool(
+                self._ledger.apply([transitions.adopt(row, self._seen.robot, item, self._s.clock.now())])
+            )
         if row.state is State.SUBMITTING and not item.is_pending:
             return False  # it is being looked for there, and may not be found
         if row.state.is_open or row.queue_id is not None:
@@ -376,10 +378,14 @@ class Duplicates:
         is_too_late = item.is_pending and self._s.clock.now() >= row.closes_at
         may_run = item.is_open or item.state is QueueState.UNKNOWN
         if item.state is QueueState.DONE or (is_wanted and not is_too_late and may_run):
-            self._ledger.reopen(row, self._seen.robot, item.id)
+            self._reopen(row, item)
         elif may_run:
             return self._cancel_late(row, item)
         return True
+
+    def _reopen(self, row: Execution, item: QueueItem) -> bool:
+        found = transitions.reopen(row, self._seen.robot, item.id, self._s.clock.now())
+        return bool(self._ledger.apply([found]))
 
     def _cancel_late(self, row: Execution, item: QueueItem) -> bool:
         if is_cancelled := self.cancel(item.id):

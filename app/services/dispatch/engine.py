@@ -142,7 +142,7 @@ class Engine:
 
     def start(self) -> None:
         """Once, before the first ``advance``. Raises DatabaseUnavailable."""
-        self._ledger.give_back_bound()  # of a process that is gone: nothing was sent of these
+        self._ledger.unassign()  # of a process that is gone: nothing was sent of these
         self._guard.start()
 
     def stop(self) -> None:

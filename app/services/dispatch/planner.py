@@ -35,9 +35,9 @@ from app.domain.models import (
 )
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.messages import Readiness
-from app.services.dispatch.moves import NOT_WITH_THE_ROBOT
 from app.services.dispatch.passed import MOMENT, Passed, passed
 from app.services.dispatch.timing import LONGEST_WAIT
+from app.services.executions.transitions import NOT_WITH_THE_ROBOT
 from app.services.live.alarms import Alarms
 from app.services.live.changes import NO_ROBOT, Changes, Topic
 from app.services.live.downtime import UNKNOWN_START, Downtime, Gap

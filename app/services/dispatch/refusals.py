@@ -15,7 +15,7 @@ from app.domain.models import Execution, Reason, ReasonCode, Robot, Settings
 from app.mir.client import RobotClient
 from app.mir.errors import NotAMir, Refusal, Rejected, RobotError, RobotFault, Unauthorized, Unreadable
 from app.services.allocation.situation import Ineligible
-from app.services.dispatch.moves import is_other_machine
+from app.services.executions.transitions import is_other_machine
 
 log = logging.getLogger(__name__)
 

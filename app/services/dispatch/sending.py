@@ -33,11 +33,12 @@ from app.services.dispatch.attempt import Attempt, Attempts, Phase, intent_of
 from app.services.dispatch.availability import can_work
 from app.services.dispatch.context import Context
 from app.services.dispatch.duplicates import Duplicates
-from app.services.dispatch.moves import is_other_machine, taken_back
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.refusals import answer_in_doubt, refusal, tried_here
 from app.services.dispatch.timing import INTENT_LEAD, RECHECK, RECONCILE_EVERY
 from app.services.dispatch.waiting import Waiting, robot_off
+from app.services.executions import transitions
+from app.services.executions.transitions import Event, Transition, is_other_machine, withdrawn
 
 log = logging.getLogger(__name__)
 
@@ -139,9 +140,9 @@ class Sending:
         accepted = [attempt.accepted for attempt in self.attempts.of(Phase.ACCEPTED) if attempt.accepted]
         if not accepted:
             return
-        rows = self._ledger.make(accepted, patient=True)
-        for move in accepted:
-            del self.attempts[move.execution.id]
+        rows = self._ledger.apply(accepted, patient=True)
+        for each in accepted:
+            del self.attempts[each.row.id]
         for row in rows:
             if row.cancel_code and row.queue_id is not None:  # cancelled while it was on its way
                 self._duplicates.cancel(row.queue_id)
@@ -150,7 +151,7 @@ class Sending:
         """What is held, and what was meant to be, waits again; of a group for any of its robots."""
         self.note()
         self._release([*(attempt.row for attempt in self.attempts.of(Phase.READY) if attempt.row), *self._own(untaken)])
-        self._ledger.give_back_bound(self._robot_id)
+        self._ledger.unassign(self._robot_id)
 
     # ------------------------------------------------------------------ waiting
     @property
@@ -171,7 +172,7 @@ class Sending:
 
     def _taken_back(self, row: Execution) -> Reason | None:
         """Why it must not be sent (again). ``row`` was read a moment ago."""
-        if reason := taken_back(row):
+        if reason := withdrawn(row):
             return reason
         if self._seen.robot.enabled or row.group_id is not None:
             return None
@@ -202,11 +203,11 @@ class Sending:
         """Intents of which nothing was sent wait again, or end where they were taken back."""
         for intent in intents:
             self.attempts.pop(intent.id, None)
-        for waiting in self._ledger.make([self._ledger.moves.not_tried(intent) for intent in intents]):
+        for waiting in self._ledger.apply([transitions.not_sent(intent) for intent in intents]):
             if waiting.ended_at is not None:
                 self._forget_idle([waiting])
             elif reason := self._taken_back(waiting):
-                self._ledger.end(waiting, reason)
+                self._ledger.apply([transitions.withdraw(waiting, reason)])
             elif self._is_own(waiting):
                 self._later(waiting, 0.0)
             else:
@@ -214,7 +215,7 @@ class Sending:
 
     def _release_robot(self, row: Execution) -> None:
         """One of a group, with nothing sent, that can't go here now, though nothing went wrong."""
-        self._ledger.make([self._ledger.moves.unbound_again(row)], quietly=True)
+        self._ledger.apply([transitions.unassign(row)], quietly=True)
         self.attempts.pop(row.id, None)
 
     def _forget_all_but(self, unsent: set[int]) -> None:
@@ -276,7 +277,7 @@ class Sending:
             if row.trigger is Trigger.IDLE:
                 self._start(before)
                 if not self._is_still_idle(row):
-                    self._ledger.end(row, rules.reason_overtaken(row, self._clock.now()))
+                    self._ledger.end(Event.EXPIRE, row, rules.reason_overtaken(row, self._clock.now()))
                     self._ledger.forget_idle(self._robot_id)  # it may begin anew
                     return False
             if self._seen.highest is None:
@@ -319,7 +320,7 @@ class Sending:
     def _begin(self, rows: list[Execution]) -> list[Execution]:
         robot, floor = self._seen.robot, self._seen.highest
         self._first |= {row.id for row in rows if row.queue_floor is None}
-        return self._ledger.make([self._ledger.moves.begun(row, robot, floor) for row in rows], quietly=True)
+        return self._ledger.apply([transitions.begin(row, robot, floor) for row in rows], quietly=True)
 
     def _read_failed(self, rows: list[Execution], error: RobotError) -> None:
         """A read before the POST brought nothing: final for another robot or user, else an attempt of each that failed."""
@@ -336,10 +337,8 @@ class Sending:
     def _refused(self, rows: Sequence[Execution], reason: Reason, *, may_come: bool = False) -> None:
         """For good by this robot: the end of a start, but one of a group goes to another robot. ``may_come``: it was sent."""
         self._give_back([row for row in rows if row.group_id is not None], reason=reason, may_come=may_come)
-        ends, moves = [row for row in rows if row.group_id is None], self._ledger.moves
-        self._ledger.make(
-            [moves.given_up(row, reason) if may_come else moves.ended(row, reason, (row.state,)) for row in ends]
-        )
+        ends = [row for row in rows if row.group_id is None]
+        self._ledger.apply([transitions.end(Event.REFUSE, row, reason, may_come=may_come) for row in ends])
         for row in rows:
             self.attempts.pop(row.id, None)
 
@@ -354,18 +353,15 @@ class Sending:
     ) -> None:
         """Starts of a group of which certainly nothing is here are for any of its robots again; this one is left out for a while, or where
         it has refused (``reason``) or was tried too often, for good."""
-        settings, now, moves = self._s.settings(), self._clock.now(), []
+        settings, now, found = self._s.settings(), self._clock.now(), list[Transition]()
         for row in rows:
             tried = tried_here(row, self._seen.robot, settings, now, out, problem, reason, may_come=may_come)
-            moves.append(
-                self._ledger.moves.given_back(
-                    row, self._robot_id, tried, is_attempt=out is Ineligible.TRIED, may_come=may_come
-                )
-            )
+            is_attempt = out is Ineligible.TRIED
+            found.append(transitions.give_back(row, self._robot_id, tried, is_attempt=is_attempt, may_come=may_come))
             self.attempts.pop(row.id, None)
             if reason:
                 self._ledger.alarm_of_refusal(row, self._seen.robot, reason)
-        self._ledger.make(moves)
+        self._ledger.apply(found)
 
     def _failed(self, rows: list[Execution], problem: Message, waited: bool = False) -> None:
         """Certainly nothing on the robot: try again later (at once, when it has ``waited`` enough), or end: taken back, or tried too
@@ -373,19 +369,18 @@ class Sending:
         self._give_back([row for row in rows if row.group_id is not None], problem=problem, may_come=waited)
         rows = [row for row in rows if row.group_id is None]
         settings, ends = self._s.settings(), []
-        moves = self._ledger.moves
-        failed = [moves.attempt_failed(row, problem, may_come=waited, is_first=self._is_first(row)) for row in rows]
+        failed = [transitions.fail(row, problem, may_come=waited, is_first=self._is_first(row)) for row in rows]
         self._first -= {row.id for row in rows} if waited else set()
-        tried = self._ledger.make(failed)  # it may have been written though it raises
+        tried = self._ledger.apply(failed)  # it may have been written though it raises
         for waiting in tried:
             if waiting.ended_at is not None:
                 self.attempts.pop(waiting.id, None)
             elif reason := self._taken_back(waiting) or rules.after_failed_attempt(waiting, settings, problem):
-                ends.append(moves.ended(waiting, reason, (State.WAITING,)))
+                ends.append(transitions.withdraw(waiting, reason))
                 self.attempts.pop(waiting.id, None)
             else:
                 self._later(waiting, 0.0 if waited else rules.back_off(waiting.attempts, settings))
-        self._forget_idle([*tried, *self._ledger.make(ends)])
+        self._forget_idle([*tried, *self._ledger.apply(ends)])
 
     def _is_first(self, row: Execution) -> bool:
         """Whether nothing of it can have been here before its last attempt. Of an idle mission the floor tells too that nobody has used the
@@ -434,7 +429,8 @@ class Sending:
                 is_taken = isinstance(error, Unnumbered)
                 self._mark_in_doubt(intent, is_taken=is_taken)  # the quiet time begins now
                 if answer := answer_in_doubt(intent, error):
-                    self._ledger.make([self._ledger.moves.in_doubt(intent, answer, is_taken=is_taken)], quietly=True)
+                    taken_at = self._clock.now() if is_taken else None
+                    self._ledger.apply([transitions.answer(intent, answer, taken_at)], quietly=True)
                 log.warning(
                     "#%d on %r: outcome unknown, looking at the robot's queue (%s)",
                     intent.id,
@@ -448,7 +444,9 @@ class Sending:
         if self._seen.highest is not None:  # what others start here from now on lies above
             self._seen.highest = max(self._seen.highest, queue_id)
         self.attempts[intent.id] = Attempt(
-            Phase.ACCEPTED, math.inf, accepted=self._ledger.moves.accepted(intent, self._seen.robot, queue_id, since)
+            Phase.ACCEPTED,
+            math.inf,
+            accepted=transitions.accept(intent, self._seen.robot, queue_id, since or self._clock.now()),
         )
 
     # ------------------------------------------------------------------ in doubt
@@ -518,6 +516,7 @@ class Sending:
 
     def _give_up(self, row: Execution, problem: Message) -> None:
         self._seen.raise_about(row, "unknown_outcome", problem=problem)
-        self._ledger.make([self._ledger.moves.given_up(row, Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem}))])
+        reason = Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem})
+        self._ledger.apply([transitions.end(Event.GIVE_UP, row, reason, may_come=True)])
         self.attempts.pop(row.id, None)
         self._duplicates.watch_for(row)

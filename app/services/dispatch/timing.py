@@ -40,9 +40,6 @@ EARLY_RECHECK = (
 AWAITED_FOR = 3 * RECHECK  # that a start that is looked for on all robots keeps them asked
 RECONCILE_EVERY = 2.0  # between reads of a queue in which a request may still appear
 GONE_FOR = 10.0  # that a queue item has to be missing: a robot that boots answers 404 too
-WATCHED_FOR = (
-    600.0  # that a robot is searched for a request that was given up, and once more when it answers after that
-)
 UNSEARCHED_AT_MOST = 3600.0  # that such searches may fail on a robot that answers otherwise, before they end
 LIVE_EVERY = 2.0  # between reads of a robot on screen, or with something of ours
 SLOW_ANSWER = 2.0  # from here on an answer is shown as slow

@@ -14,9 +14,10 @@ from app.mir.robot_vocabulary import as_stored
 from app.services.dispatch.context import Context
 from app.services.dispatch.duplicates import Duplicates
 from app.services.dispatch.ledger import seconds_between
-from app.services.dispatch.moves import WITH_THE_ROBOT, Move
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.timing import GONE_FOR
+from app.services.executions import transitions
+from app.services.executions.transitions import WITH_THE_ROBOT, Event, Transition
 
 log = logging.getLogger(__name__)
 
@@ -51,12 +52,12 @@ class Tracking:
             return  # what the robot has cancelled a moment ago is the operator's wish
         accepted = [(row, row.queue_id) for row in self.give_up_moved(serial_number) if row.queue_id is not None]
         items = self._items_from(min(queue_id for _row, queue_id in accepted)) if len(accepted) >= MANY else {}
-        moves: list[Move] = []
+        found: list[Transition] = []
         try:
             for row, queue_id in accepted:
-                moves += self._follow(row, queue_id, items.get(queue_id), open_ids)
+                found += self._follow(row, queue_id, items.get(queue_id), open_ids)
         finally:
-            self._ledger.make(moves)
+            self._ledger.apply(found)
         ids = {queue_id for _row, queue_id in accepted}
         self._missing_since = {key: since for key, since in self._missing_since.items() if key in ids}
         self._unreadable &= ids
@@ -76,12 +77,12 @@ class Tracking:
             and serial_number
             and row.robot_serial not in (None, serial_number)
         ]
-        self._ledger.make([self._given_up(row, problem) for row in moved])
+        self._ledger.apply([self._given_up(row, problem) for row in moved])
         return [row for row in rows if row not in moved]
 
-    def _given_up(self, row: Execution, problem: Message) -> Move:
+    def _given_up(self, row: Execution, problem: Message) -> Transition:
         self._seen.raise_about(row, "unknown_outcome", problem=problem)
-        return self._ledger.moves.ended(row, Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem}))
+        return transitions.end(Event.GIVE_UP, row, Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem}))
 
     def _items_from(self, lowest: int) -> dict[int, QueueItem]:
         try:
@@ -89,7 +90,9 @@ class Tracking:
         except (Unreadable, RobotFault):  # too many at once, or one of them can't be read: one by one then
             return {}
 
-    def _follow(self, row: Execution, queue_id: int, item: QueueItem | None, open_ids: set[int] | None) -> list[Move]:
+    def _follow(
+        self, row: Execution, queue_id: int, item: QueueItem | None, open_ids: set[int] | None
+    ) -> list[Transition]:
         if item is None:
             self._give_way()
             try:
@@ -104,12 +107,12 @@ class Tracking:
             return [self._vanished(row, queue_id)]
         if row.cancel_code and item.is_open:
             self._duplicates.cancel(queue_id)  # the first request may have been lost
-        return self._moves(row, item, open_ids)
+        return self._transitions(row, item, open_ids)
 
-    def _vanished(self, row: Execution, queue_id: int) -> Move:
-        return self._ledger.moves.ended(row, Reason(ReasonCode.VANISHED, {"queue_id": queue_id}))
+    def _vanished(self, row: Execution, queue_id: int) -> Transition:
+        return transitions.end(Event.ABORT, row, Reason(ReasonCode.VANISHED, {"queue_id": queue_id}))
 
-    def _gone(self, row: Execution, queue_id: int) -> list[Move]:
+    def _gone(self, row: Execution, queue_id: int) -> list[Transition]:
         return [self._vanished(row, queue_id)] if self._has_been_missing(queue_id) else []
 
     def _has_been_missing(self, queue_id: int) -> bool:
@@ -124,7 +127,9 @@ class Tracking:
             return False
         return self._has_been_missing(queue_id)
 
-    def _not_readable(self, row: Execution, queue_id: int, error: RobotError, open_ids: set[int] | None) -> list[Move]:
+    def _not_readable(
+        self, row: Execution, queue_id: int, error: RobotError, open_ids: set[int] | None
+    ) -> list[Transition]:
         """One item that can't be read holds up no other: one alarm, asked for again and again, and given up when it is over."""
         if self._is_over(queue_id, open_ids):
             return [self._given_up(row, error.message)]
@@ -133,15 +138,15 @@ class Tracking:
             self._seen.raise_about(row, "item_unreadable", queue_id=queue_id, problem=error.message)
         return []
 
-    def _moves(self, row: Execution, item: QueueItem, open_ids: set[int] | None) -> list[Move]:
+    def _transitions(self, row: Execution, item: QueueItem, open_ids: set[int] | None) -> list[Transition]:
         """What brings the execution to the state of its queue item."""
-        delay = seconds_between(item.ordered, item.started)
+        now, delay = self._s.clock.now(), seconds_between(item.ordered, item.started)
         duration = seconds_between(item.started, item.finished)
         if item.state is QueueState.DONE:
-            return [self._ledger.moves.completed(row, duration, delay)]
-        moves = []
+            return [transitions.complete(row, now, duration, delay)]
+        found = []
         if item.state is not QueueState.PENDING and row.state is State.QUEUED and item.started is not None:
-            moves.append(self._ledger.moves.started(row, delay))
+            found.append(transitions.start(row, now, delay))
         is_unknown = item.state is QueueState.UNKNOWN
         if not is_unknown:
             self._missing_since.pop(item.id, None)
@@ -150,9 +155,10 @@ class Tracking:
         ):
             if self._s.clearing.is_of(self._seen.robot.id):
                 return []  # begun while this robot was read
-            wanted = self._ledger.get(row.id) or row  # a person may have cancelled it meanwhile
-            moves.append(self._ledger.moves.ended(row, why_aborted(wanted, item), duration_s=duration))
-        return moves
+            why = why_aborted(self._ledger.get(row.id) or row, item)  # a person may have cancelled it since
+            row = found[-1].after if found else row
+            found.append(transitions.end(Event.ABORT, row, why, duration_s=duration))
+        return found
 
 
 def why_aborted(row: Execution, item: QueueItem) -> Reason:

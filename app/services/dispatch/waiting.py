@@ -12,6 +12,8 @@ from app.services.allocation.choose import LAST_CALL
 from app.services.dispatch.availability import is_free
 from app.services.dispatch.context import Context
 from app.services.dispatch.timing import EARLY_RECHECK, INTENT_LEAD, RECHECK
+from app.services.executions import transitions
+from app.services.executions.transitions import Event
 from app.services.live.tablet import old_token
 
 
@@ -38,10 +40,12 @@ class Waiting:
         """Whether it may be tried now; else it is ended here, or left waiting. ``taken_back``: why it must not be sent."""
         now = self._clock.now()
         if taken_back:
-            self._ledger.end(row, taken_back)
+            self._ledger.apply([transitions.withdraw(row, taken_back)])
         elif now >= row.closes_at:
             self._ledger.end(
-                row, rules.reason_window_closed(row, self._s.downtime.overlaps(row.planned_at, row.closes_at))
+                Event.EXPIRE,
+                row,
+                rules.reason_window_closed(row, self._s.downtime.overlaps(row.planned_at, row.closes_at)),
             )
         elif self._s.clearing.blocks(row):
             self._later(row, RECHECK)
@@ -108,7 +112,7 @@ class Waiting:
         if through is not None and row.planned_at <= through and self._is_elsewhere(row):
             return True
         if rules.is_listed_later(row):
-            self._ledger.list_late(row)
+            self._ledger.apply([transitions.list_late(row, self._clock.now())])
             self._later(row, RECHECK)
             return True
         return False
@@ -118,7 +122,7 @@ class Waiting:
         tokens = (row.token, old_token(self._s.tablet.move, row))
         found = self._s.restored_starts.find(tokens, None if row.trigger is Trigger.SCHEDULED else self._robot_id)
         if found.robot and found.item:
-            self._ledger.adopt(row, found.robot, found.item)
+            self._ledger.apply([transitions.adopt(row, found.robot, found.item, self._clock.now())])
         elif not found.is_certain:
             silent = {"robots": ", ".join(found.silent)} if found.silent else {}
             self._waits(row, Wait.ELSEWHERE, **silent, **(rules.LISTED_LATER if row.wait is Wait.LATE_START else {}))

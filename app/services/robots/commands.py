@@ -44,7 +44,7 @@ from app.services.catalogue import checks
 from app.services.catalogue.parameter_check import Checked, check
 from app.services.dispatch.engine import Engine
 from app.services.dispatch.ledger import Ledger
-from app.services.dispatch.moves import Move
+from app.services.executions import transitions
 from app.services.live.holds import Clearing, Holds
 from app.services.live.mission_parameters import MissionParameters
 
@@ -181,9 +181,8 @@ class Operator:
         if mission is None:
             raise InvalidInput("mission", "{robot} has no mission {mission}", robot=robot.name, mission=row.mission)
         choice = {"by": "person", "robots": [{"robot": robot.name}]}
-        if given := self._ledger.bind(
-            [self._ledger.moves.bound(row, robot, mission.guid, choice)], into_queue=[row.id]
-        ):
+        assigned = transitions.assign(row, robot, mission.guid, choice, self._clock.now(), into_queue=True)
+        if given := self._ledger.apply([assigned]):
             return given[0]
         raise InvalidInput("robot", "it has just been given to a robot, or changed")
 
@@ -194,7 +193,7 @@ class Operator:
             row is not None
             and row.group_id is not None
             and row.robot_id is None
-            and (changed := self._ledger.make([Move(row, (State.WAITING,), {"priority": priority})]))
+            and (changed := self._ledger.apply([transitions.redefine(row, priority=priority)]))
         ):
             return changed[0]
         raise InvalidInput("priority", "it does not wait for a robot any more")
@@ -250,11 +249,11 @@ class Operator:
         if execution is None or not execution.state.is_open:
             return execution
         if execution.state is State.WAITING and (
-            ended := self._ledger.end(execution, Reason(ReasonCode.USER_CANCELLED))
+            ended := self._ledger.apply([transitions.withdraw(execution, Reason(ReasonCode.USER_CANCELLED))])
         ):
-            return ended
+            return ended[0]
         if execution.queue_id is None or execution.robot_id is None:
-            self._ledger.ask_cancel([execution])
+            self._ledger.cancel([execution.id], ReasonCode.USER_CANCELLED)
         else:
             try:
                 self.cancel_item(execution.robot_id, execution.queue_id)
@@ -283,13 +282,14 @@ class Operator:
 
     def cancel_item(self, robot_id: int, queue_id: int) -> None:
         """Cancel one item of the robot's queue, whoever put it there. One that has just ended stays as it ended."""
-        asked = self._ledger.ask_cancel([e for e in self._ledger.open_for(robot_id) if e.queue_id == queue_id])
+        ours = [row.id for row in self._ledger.open_for(robot_id) if row.queue_id == queue_id]
+        asked = self._ledger.cancel(ours, ReasonCode.USER_CANCELLED)
         try:
             with self._client(robot_id, f"Cancel of queue item {queue_id}") as client:
                 client.cancel(queue_id)
         except RobotError as error:
             if error.delivery is Delivery.REFUSED:
-                self._ledger.withdraw_cancel(asked)
+                self._ledger.uncancel(asked)
             raise
         self._engine.poll(robot_id)
 
@@ -303,9 +303,9 @@ class Operator:
                     client.clear_queue()
             except RobotError as error:
                 if not error.certainly_without_effect:
-                    self._ledger.clear(cleared.rows)
+                    self._ledger.cancel(cleared.rows, ReasonCode.QUEUE_CLEARED)
                 raise
-            self._ledger.clear(cleared.rows)
+            self._ledger.cancel(cleared.rows, ReasonCode.QUEUE_CLEARED)
         self._engine.poll(robot_id)
 
     # ------------------------------------------------------------------ the robot

@@ -11,9 +11,11 @@ from app.database.rehearsal import Rehearsal
 from app.domain.models import Connection, HandOver, Overlap, Place
 from app.services.catalogue import configuration
 from app.services.dispatch import allocator
-from app.services.dispatch.ledger import Ledger
+from app.services.executions import transitions
+from app.services.executions.transitions import Event
 from mir_sim import MISSIONS
 from tests.services.story import *
+from tests.support.moments import once
 
 BOTH = ("robot", "group")
 IN_DOUBT = [post(LOST), 306]
@@ -418,13 +420,13 @@ def group(tmp_path):
 def test_taken_back_after_its_robot_was_deleted_it_is_not_sent_to_another(group, monkeypatch, taken_back):
     """The intent is on the disk, and the worker has not closed yet."""
     play(group, plan(window=30))
-    just_after(monkeypatch, Ledger, "bind", lambda rows: [play(group, states(SUBMITTING), delete("robot"), taken_back)])
+    once(monkeypatch, Event.ASSIGN, after=lambda rows: play(group, states(SUBMITTING), delete("robot"), taken_back))
     play(group, 600, sent())
 
 
 def test_a_mission_edited_between_intent_and_request_leaves_as_it_is_then(group, monkeypatch):
     play(group, plan(window=30))
-    just_after(monkeypatch, Ledger, "bind", lambda rows: [play(group, states(SUBMITTING), mission(does="Home"))])
+    once(monkeypatch, Event.ASSIGN, after=lambda rows: play(group, states(SUBMITTING), mission(does="Home")))
     play(group, 330, did("Home"))
 
 
@@ -441,14 +443,7 @@ def test_a_time_to_be_done_by_that_is_put_off_while_it_is_decided_counts(group, 
 
 def test_a_window_that_is_made_longer_while_it_is_ended_counts(group, monkeypatch):
     play(group, plan(window=10), ALL_HELD, later(1000, release()))
-    end = Ledger.end
-
-    def after_the_edit(ledger, row, reason):
-        monkeypatch.setattr(Ledger, "end", end)
-        play(group, edit(window=60))
-        return end(ledger, row, reason)
-
-    monkeypatch.setattr(Ledger, "end", after_the_edit)
+    once(monkeypatch, Event.EXPIRE, before=lambda: play(group, edit(window=60)))
     play(group, 1500, states(COMPLETED))
 
 
@@ -460,7 +455,7 @@ def test_of_what_nothing_wants_no_intent_is_written(tmp_path, on):
     s.container.db.write(lambda c: c.execute("DELETE FROM schedules"))
     if on == "robot":
         ledger = s.container.ledger
-        assert ledger.make([ledger.moves.begun(s.row(), s.robot("R1"), 0)]) == []
+        assert ledger.apply([transitions.begin(s.row(), s.robot("R1"), 0)]) == []
         assert ledger.get(s.row().id).state is WAITING
     play(s, battery(90), 120, runs(0))
     s.switch_off()

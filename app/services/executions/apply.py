@@ -1,0 +1,185 @@
+"""Writes a transition of a row: its checks, the row, and what is written with it, inside of the caller's transaction. Nothing else writes
+an execution's state or what goes with it."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from datetime import datetime, timedelta
+from typing import Any
+
+from app.database.executions import ExecutionRepository
+from app.database.group_executions import GroupExecutionRepository, Watch
+from app.database.robots import Accepted, RobotRepository
+from app.database.schedules import ScheduleRepository
+from app.domain.models import Execution, State, Trigger
+from app.services.executions.transitions import (
+    BY_A_PERSON,
+    RULES,
+    Check,
+    Effect,
+    Event,
+    Transition,
+    withdraw,
+    withdrawn,
+)
+from app.services.executions.wanted import changed_since, why_unwanted
+
+WATCHED_FOR = (
+    600.0  # s that a robot is searched for a request that was given up, and once more when it answers after that
+)
+
+_EXECUTIONS, _STARTS = ExecutionRepository(), GroupExecutionRepository()
+_ROBOTS, _SCHEDULES = RobotRepository(), ScheduleRepository()
+_ENDS_BY = ("mission", "closes_at", "finish_by", "tried")  # what waits
+
+Columns = dict[str, Any]
+
+
+def apply_in(c: sqlite3.Connection, transition: Transition, now: datetime) -> Execution | None:
+    """Returns the row after it. None: the row has moved on, a check does not hold, or nothing would change: nothing was written, and the
+    caller must not act on it."""
+    rule, row = RULES[transition.event], transition.row
+    columns: Columns | None = dict(transition.columns)
+    if not columns or row.state not in rule.sources:
+        return None
+    for check in rule.checks:
+        if (columns := _CHECKS[check](c, transition, columns)) is None:
+            return None
+    state = columns.get("state", row.state)
+    if state is not row.state and not state.is_open:
+        columns["ended_at"] = now
+    made = _write(c, transition, columns)
+    if made is None:
+        return None
+    for effect in rule.effects:
+        _EFFECTS[effect](c, transition, made, now)
+    if made.state is State.WAITING and row.state is State.SUBMITTING and (reason := withdrawn(made)):
+        return apply_in(
+            c, withdraw(made, reason), now
+        )  # here, as an undo may come in any moment between two transactions
+    return made
+
+
+def _write(c: sqlite3.Connection, transition: Transition, columns: Columns) -> Execution | None:
+    """Only where the row is in the state that its columns were made from. What edits change too has to be its robot's still."""
+    row, robot_id = transition.row, columns.get("robot_id", transition.row.robot_id)
+    expected = _expected(c, transition)
+    if (
+        None not in (row.robot_id, robot_id) and row.robot_id != robot_id
+    ):  # by way of none: the database refuses it otherwise
+        if _EXECUTIONS.change(c, row.id, expected, row.robot_id, robot_id=None, robot="") is None:
+            return None
+        row = replace(row, robot_id=None)
+    if State.WAITING in RULES[transition.event].sources:
+        return _EXECUTIONS.change(c, row.id, expected, row.robot_id, **columns)
+    return _EXECUTIONS.change_owned(c, row, expected, **columns)
+
+
+def _expected(c: sqlite3.Connection, transition: Transition) -> Sequence[State]:
+    row = transition.row
+    if transition.event is Event.NOT_SENT and row.group_id is not None and why_unwanted(c, row) is None:
+        return row.state, State.CANCELLED  # with its robot, which was removed
+    return (row.state,)
+
+
+# ---------------------------------------------------------------------- checks: the columns to write, or None
+def _has_room(c: sqlite3.Connection, transition: Transition, columns: Columns) -> Columns | None:
+    return columns if _STARTS.full_place(c, transition.row) is None else None
+
+
+def _is_wanted(c: sqlite3.Connection, transition: Transition, columns: Columns) -> Columns | None:
+    """What waits again though its plan does not have it any more is ended at the next look. What only waited follows its plan already."""
+    row, waits = transition.row, columns.get("state") is State.WAITING
+    if waits and row.state is State.WAITING:
+        return columns
+    of_robot = columns if columns.get("robot_id") is not None else {}
+    new = {name: of_robot[name] for name in ("robot_id", "mission_guid") if name in of_robot}
+    defined = changed_since(c, replace(row, tried=columns.get("tried", row.tried), **new))
+    if defined is None:
+        return columns if waits else None
+    return columns | defined
+
+
+def _is_as_read(c: sqlite3.Connection, transition: Transition, columns: Columns) -> Columns | None:
+    """Somebody may just have given it more time, or another mission."""
+    row = transition.row
+    stored = _EXECUTIONS.get(c, row.id) if row.state is State.WAITING else row
+    is_same = stored is not None and all(getattr(stored, name) == getattr(row, name) for name in _ENDS_BY)
+    return columns if is_same else None
+
+
+def _is_as_chosen(c: sqlite3.Connection, transition: Transition, columns: Columns) -> Columns | None:
+    may_get = _STARTS.may_be_bound(c, transition.row, columns["robot_id"], transition.into_queue)
+    return columns if may_get else None
+
+
+_CHECKS: Mapping[Check, Callable[[sqlite3.Connection, Transition, Columns], Columns | None]] = {
+    Check.ROOM: _has_room,
+    Check.WANTED: _is_wanted,
+    Check.AS_READ: _is_as_read,
+    Check.AS_CHOSEN: _is_as_chosen,
+}
+
+
+# ---------------------------------------------------------------------- effects
+def _note_begun(c: sqlite3.Connection, transition: Transition, made: Execution, now: datetime) -> None:
+    """What the plan has to know when the clock is set back, whatever the history still has."""
+    if made.schedule_id is not None and made.state is not State.WAITING:
+        _SCHEDULES.note_begun(c, made.schedule_id, made.planned_at)
+
+
+def _note_skip(c: sqlite3.Connection, transition: Transition, made: Execution, now: datetime) -> None:
+    """The same: who holds or cancels a start skips it by that."""
+    if made.schedule_id is not None and made.reason is not None and (made.held or made.reason.code in BY_A_PERSON):
+        _SCHEDULES.skip(c, made.schedule_id, made.planned_at)
+
+
+def _note_accepted(c: sqlite3.Connection, transition: Transition, made: Execution, now: datetime) -> None:
+    if made.robot_id is None or made.queue_id is None:
+        return
+    _ROBOTS.note_accepted(c, made.robot_id, Accepted(made.queue_id, made.token))
+    if made.schedule_id is not None:
+        _SCHEDULES.forget_skips(c, made.schedule_id, made.planned_at)
+    if made.trigger is Trigger.IDLE:
+        _ROBOTS.note_idle(c, made.robot_id, made.queue_id)
+
+
+def _note_ran_idle(c: sqlite3.Connection, transition: Transition, made: Execution, now: datetime) -> None:
+    if made.trigger is Trigger.IDLE and made.robot_id is not None and made.queue_id is not None:
+        note_used_by_idle(c, made.robot_id, made.queue_id)
+
+
+def _watch(c: sqlite3.Connection, transition: Transition, made: Execution, now: datetime) -> None:
+    if transition.may_come:
+        watch(c, transition.row, transition.row.robot_id, now)
+
+
+def _note_outcome(c: sqlite3.Connection, transition: Transition, made: Execution, now: datetime) -> None:
+    if transition.went_well is not None and transition.row.robot_id is not None:
+        _ROBOTS.note_outcome(c, transition.row.robot_id, transition.went_well)
+
+
+_EFFECTS: Mapping[Effect, Callable[[sqlite3.Connection, Transition, Execution, datetime], None]] = {
+    Effect.BEGUN: _note_begun,
+    Effect.SKIP: _note_skip,
+    Effect.ACCEPTED: _note_accepted,
+    Effect.RAN_IDLE: _note_ran_idle,
+    Effect.LATE: _watch,
+    Effect.OUTCOME: _note_outcome,
+}
+
+
+def note_used_by_idle(c: sqlite3.Connection, robot_id: int, queue_id: int, *, runs: bool = True) -> None:
+    """A second copy of an idle mission is no use of the robot by anybody: where it ``runs``, it is what the robot did last by itself; where
+    it does not, nothing must have been between."""
+    last = _ROBOTS.idle_queue_id(c, robot_id) or 0
+    if queue_id == last + 1 or (runs and queue_id > last):
+        _ROBOTS.note_idle(c, robot_id, queue_id)
+
+
+def watch(c: sqlite3.Connection, row: Execution, robot_id: int | None, now: datetime) -> None:
+    """It may come to this robot, or run there, once more than wanted."""
+    assert robot_id is not None, "it was sent to a robot"
+    _STARTS.watch(c, Watch(row.id, robot_id, row.queue_floor or 0, now + timedelta(seconds=WATCHED_FOR)))

@@ -1,0 +1,353 @@
+"""Every change of an execution's row: the table of what may become of which state, and the columns that each change writes.
+
+Pure: no SQL, no clock. ``app.services.executions.apply`` writes a transition, with everything that belongs to it, in one transaction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime
+from enum import StrEnum
+from typing import Any, NamedTuple
+
+from app.database.executions import UNBOUND
+from app.domain import rules
+from app.domain.message import Message
+from app.domain.models import OPEN_STATES, Execution, Reason, ReasonCode, Robot, State, Wait
+from app.domain.robot import QueueItem
+
+NOT_WITH_THE_ROBOT = (State.WAITING, State.SUBMITTING)  # or at least may be
+WITH_THE_ROBOT = (State.QUEUED, State.EXECUTING)
+MAY_BE_WITH_THE_ROBOT = (State.SUBMITTING, *WITH_THE_ROBOT)
+BY_A_PERSON = (ReasonCode.USER_CANCELLED, ReasonCode.QUEUE_CLEARED)
+_THE_ROBOT_FAILED = (ReasonCode.ROBOT_ABORTED, ReasonCode.VANISHED, ReasonCode.REFUSED)
+
+
+class Event(StrEnum):
+    """Why a row changes; the text is for the documentation."""
+
+    WAIT = "it waits for something else"
+    HOLD = "a person holds it, or lets it go"
+    REDEFINE = "its schedule, mission, settings or priority were edited"
+    ASSIGN = "a robot of its group is chosen"
+    UNASSIGN = "its robot can't begin it now: any of its group may get it"
+    BEGIN = "it is about to be sent: the intent"
+    NOT_SENT = "its request was not begun after all (of a group also where its robot was removed since: cancelled)"
+    ANSWER = "the robot answered without the number of an item"
+    ACCEPT = "the robot has it"
+    ADOPT = "it is found on a robot already"
+    FAIL = "an attempt that certainly put nothing on the robot"
+    GIVE_BACK = "the same of a group: another robot may get it"
+    START = "the robot has begun it"
+    COMPLETE = "the robot has done it"
+    ABORT = "it was aborted, cancelled or deleted at the robot"
+    GIVE_UP = "what became of it can't be found out"
+    EXPIRE = "it was not sent in time"
+    REFUSE = "it can't be sent, or was tried too often"
+    WITHDRAW = "its plan does not have it any more"
+    CANCEL = "a person has cancelled it; what a robot may have of it, that robot's answer decides"
+    UNCANCEL = "the robot refused to cancel it"
+    REPLACE = "a person has started it on another robot instead"
+    REOPEN = "the robot has it after all, or another item than was thought"
+
+
+class Check(StrEnum):
+    """What is asked once more in the transaction that writes it; where it does not hold, nothing is written."""
+
+    ROOM = "there is room at its places"
+    WANTED = "its plan has it: it is written as that defines it now"
+    AS_READ = "what its end rests on is as it was read"
+    AS_CHOSEN = "what the choice of its robot rests on is as it was read"
+
+
+class Effect(StrEnum):
+    """What is written with it, besides the row."""
+
+    BEGUN = "its schedule has begun this instant"
+    SKIP = "its schedule skips this instant, where a person held or cancelled it"
+    ACCEPTED = "the robot's last item; its idle period is used"
+    RAN_IDLE = "the robot's idle period is used, where it is an idle mission"
+    LATE = "a request that may still arrive is watched for"
+    OUTCOME = "the robot did well, or failed"
+
+
+class Rule(NamedTuple):
+    """``targets``: what it may become; none: it stays what it is."""
+
+    sources: Sequence[State]
+    targets: Sequence[State] = ()
+    checks: Sequence[Check] = ()
+    effects: Sequence[Effect] = ()
+
+
+_WAITING, _SUBMITTING, _QUEUED, _EXECUTING = OPEN_STATES
+_FAILED, _CANCELLED, _SKIPPED, _MISSED = State.FAILED, State.CANCELLED, State.SKIPPED, State.MISSED
+
+RULES: Mapping[Event, Rule] = {
+    Event.WAIT: Rule([_WAITING]),
+    Event.HOLD: Rule([_WAITING]),
+    Event.REDEFINE: Rule(NOT_WITH_THE_ROBOT),
+    Event.ASSIGN: Rule([_WAITING], NOT_WITH_THE_ROBOT, [Check.AS_CHOSEN, Check.WANTED], [Effect.BEGUN]),
+    Event.UNASSIGN: Rule([_WAITING]),
+    Event.BEGIN: Rule([_WAITING], [_SUBMITTING], [Check.ROOM, Check.WANTED], [Effect.BEGUN]),
+    Event.NOT_SENT: Rule([_SUBMITTING], [_WAITING], [Check.WANTED]),
+    Event.ANSWER: Rule([_SUBMITTING]),
+    Event.ACCEPT: Rule([_SUBMITTING], [_QUEUED], effects=[Effect.ACCEPTED]),
+    Event.ADOPT: Rule([_WAITING], [_QUEUED], effects=[Effect.BEGUN, Effect.ACCEPTED]),
+    Event.FAIL: Rule(NOT_WITH_THE_ROBOT, [_WAITING], [Check.WANTED], [Effect.LATE]),
+    Event.GIVE_BACK: Rule(NOT_WITH_THE_ROBOT, [_WAITING], [Check.WANTED], [Effect.LATE, Effect.OUTCOME]),
+    Event.START: Rule([_QUEUED], [_EXECUTING]),
+    Event.COMPLETE: Rule(WITH_THE_ROBOT, [State.COMPLETED], effects=[Effect.OUTCOME]),
+    Event.ABORT: Rule(WITH_THE_ROBOT, [_FAILED, _CANCELLED], effects=[Effect.OUTCOME]),
+    Event.GIVE_UP: Rule(MAY_BE_WITH_THE_ROBOT, [_FAILED], effects=[Effect.LATE]),
+    Event.EXPIRE: Rule([_WAITING], [_FAILED, _SKIPPED, _MISSED], [Check.AS_READ], [Effect.SKIP]),
+    Event.REFUSE: Rule(NOT_WITH_THE_ROBOT, [_FAILED], [Check.AS_READ], [Effect.LATE, Effect.OUTCOME]),
+    Event.WITHDRAW: Rule(NOT_WITH_THE_ROBOT, [_SUBMITTING, _CANCELLED, _SKIPPED]),
+    Event.CANCEL: Rule(OPEN_STATES, [*MAY_BE_WITH_THE_ROBOT, _CANCELLED], effects=[Effect.SKIP]),
+    Event.UNCANCEL: Rule(OPEN_STATES),
+    Event.REPLACE: Rule(tuple(State)),
+    Event.REOPEN: Rule(tuple(State), [_QUEUED], effects=[Effect.RAN_IDLE]),
+}
+
+
+@dataclass(frozen=True)
+class Transition:
+    """A change of a row as it was read. It is not made where the row's state, or of one that waits its robot, is another one by now."""
+
+    event: Event
+    row: Execution
+    columns: Mapping[str, Any]
+    may_come: bool = False  # its request may still come to this robot
+    into_queue: bool = False  # of a robot that has something of ours already
+    went_well: bool | None = None  # its robot has completed it, or failed it; None: neither
+
+    @property
+    def after(self) -> Execution:
+        """The row as it will be, for another transition after this one."""
+        return replace(self.row, **self.columns)
+
+
+def withdrawn(row: Execution) -> Reason | None:
+    """Why it must not be sent (again). ``row`` was read a moment ago."""
+    return Reason(row.cancel_code) if row.cancel_code else row.revoked
+
+
+def is_other_machine(row: Execution, serial_number: str | None) -> bool:
+    """Whether another machine than the one it was sent to is the row's robot now."""
+    return None not in (row.robot_serial, serial_number) and row.robot_serial != serial_number
+
+
+# ---------------------------------------------------------------------- while it waits
+def wait(row: Execution, why: Wait, **details: Any) -> list[Transition]:
+    """What it waits for; none where that is nothing new. One that is to be listed late stays so."""
+    if rules.is_listed_later(row):
+        details |= rules.LISTED_LATER
+    is_known = (row.wait, dict(row.wait_details)) == (why, details)
+    return [] if is_known else [Transition(Event.WAIT, row, {"wait": why, "wait_details": details})]
+
+
+def list_late(row: Execution, now: datetime) -> Transition:
+    """A late start is listed for some seconds from now on."""
+    until = now + rules.LATE_START_HOLD
+    return Transition(Event.WAIT, row, {"wait": Wait.LATE_START, "wait_details": {}, "hold_until": until})
+
+
+def hold(row: Execution, held: bool) -> Transition:
+    columns: dict[str, Any] = {"held": held, "wait": Wait.HOLD if held else Wait.DUE, "wait_details": {}}
+    return Transition(Event.HOLD, row, columns)
+
+
+def redefine(row: Execution, **columns: Any) -> Transition:
+    return Transition(Event.REDEFINE, row, columns)
+
+
+def assign(
+    row: Execution,
+    robot: Robot,
+    mission_guid: str,
+    choice: Mapping[str, Any],
+    now: datetime,
+    *,
+    intent_floor: int | None = None,
+    into_queue: bool = False,
+) -> Transition:
+    """What was ever sent to this robot lies above the floor of the first time, on the machine of that time. ``intent_floor``: it was never
+    there, and is about to be sent; the highest queue id known of that robot."""
+    before = row.tried.get(str(robot.id), {})
+    columns: dict[str, Any] = {
+        "robot_id": robot.id,
+        "robot": robot.name,
+        "mission_guid": mission_guid,
+        "bound_at": now,
+        "choice": choice,
+        "wait": Wait.DUE,
+        "wait_details": {},
+        "queue_floor": before.get("floor"),
+        "robot_serial": before.get("serial"),
+    }
+    if intent_floor is not None:
+        columns |= {**begin(row, robot, intent_floor).columns, "queue_floor": intent_floor}
+    return Transition(Event.ASSIGN, row, columns, into_queue=into_queue)
+
+
+def unassign(row: Execution) -> Transition:
+    """Nothing is held against this robot."""
+    return Transition(Event.UNASSIGN, row, UNBOUND)
+
+
+# ---------------------------------------------------------------------- on its way
+def begin(row: Execution, robot: Robot, queue_floor: int | None) -> Transition:
+    """The intent on disk before the POST, one attempt more, and the highest queue id known before it. The floor of the first attempt on
+    this machine is kept: everything that this execution ever put there lies above it."""
+    is_first = row.queue_floor is None or is_other_machine(row, robot.serial_number)
+    columns = {
+        "state": State.SUBMITTING,
+        "attempts": row.attempts + 1,
+        "queue_floor": queue_floor if is_first else row.queue_floor,
+        **_sent_to(robot),
+    }
+    return Transition(Event.BEGIN, row, columns)
+
+
+def not_sent(intent: Execution) -> Transition:
+    """That of a group waits again though its robot has been removed since, where its plan still has it."""
+    columns = {"state": State.WAITING, "attempts": intent.attempts - 1, "reason": None, "ended_at": None}
+    return Transition(Event.NOT_SENT, intent, columns)
+
+
+def answer(row: Execution, said: Mapping[str, Any], taken_at: datetime | None) -> Transition:
+    """``taken_at``: when the robot has said that it took it; None: it has not said that."""
+    taken = {"submitted_at": taken_at} if taken_at else {}
+    return Transition(Event.ANSWER, row, {"wait_details": said, **taken})
+
+
+def accept(row: Execution, robot: Robot, queue_id: int, since: datetime) -> Transition:
+    """If this were never written, the robot would be asked."""
+    columns = {"state": State.QUEUED, "queue_id": queue_id, "submitted_at": since, **_sent_to(robot)}
+    return Transition(Event.ACCEPT, row, columns)
+
+
+def adopt(row: Execution, robot: Robot, item: QueueItem, now: datetime) -> Transition:
+    """On the robot that it waits for, or on another one."""
+    columns = {
+        **(UNBOUND if row.robot_id != robot.id else {}),
+        "state": State.QUEUED,
+        "queue_id": item.id,
+        "token": item.description,
+        "submitted_at": now,
+        "attempts": max(1, row.attempts),
+        "queue_floor": item.id - 1,
+        "robot_id": robot.id,
+        "robot": robot.name,
+        **_sent_to(robot),
+    }
+    return Transition(Event.ADOPT, row, columns)
+
+
+def fail(row: Execution, problem: Message, *, may_come: bool, is_first: bool) -> Transition:
+    """One that never reached the POST counts here. ``is_first``: nothing of it can have been there before."""
+    columns = {
+        "state": State.WAITING,
+        "attempts": row.attempts + (row.state is State.WAITING),
+        "wait": Wait.RETRY,
+        "wait_details": {"problem": problem},
+    }
+    if is_first and not may_come:
+        columns["queue_floor"] = None
+    return Transition(Event.FAIL, row, columns, may_come)
+
+
+def give_back(
+    row: Execution, robot_id: int, tried: Mapping[str, Any], *, is_attempt: bool, may_come: bool
+) -> Transition:
+    """``tried``: what became of it here. ``is_attempt``: it counts as one, also where it never reached the POST."""
+    columns = {
+        **UNBOUND,
+        "state": State.WAITING,
+        "wait": Wait.ROBOT,
+        "wait_details": {},
+        "attempts": row.attempts + (row.state is State.WAITING and is_attempt),
+        "tried": {**row.tried, str(robot_id): tried},
+    }
+    went_well = False if may_come or _robot_failed(row, tried.get("code")) else None
+    return Transition(Event.GIVE_BACK, row, columns, may_come, went_well=went_well)
+
+
+# ---------------------------------------------------------------------- with the robot
+def start(row: Execution, now: datetime, robot_delay_s: float | None) -> Transition:
+    columns = {"state": State.EXECUTING, "started_at": now, "robot_delay_s": robot_delay_s}
+    return Transition(Event.START, row, columns)
+
+
+def complete(row: Execution, now: datetime, duration_s: float | None, robot_delay_s: float | None) -> Transition:
+    """Seen done; a fast one is first seen so, and then began about now."""
+    columns = {
+        "state": State.COMPLETED,
+        "duration_s": duration_s,
+        "robot_delay_s": robot_delay_s,
+        "started_at": row.started_at or now,
+    }
+    return Transition(Event.COMPLETE, row, columns, went_well=True)
+
+
+def reopen(row: Execution, robot: Robot, queue_id: int, now: datetime) -> Transition:
+    """It is followed (again) to its end. One of a group may have been given to another robot, or to none."""
+    columns: dict[str, Any] = {
+        "state": State.QUEUED,
+        "queue_id": queue_id,
+        "reason": None,
+        "ended_at": None,
+        "duration_s": None,
+        "submitted_at": row.submitted_at or now,
+    }
+    if row.robot_id != robot.id:
+        columns |= {"robot_id": robot.id, "robot": robot.name, **_sent_to(robot)}
+    return Transition(Event.REOPEN, row, columns)
+
+
+# ---------------------------------------------------------------------- its end
+def end(
+    event: Event, row: Execution, reason: Reason, *, duration_s: float | None = None, may_come: bool = False
+) -> Transition:
+    """The reason's code gives the state."""
+    columns = {"state": reason.state, "reason": reason, "duration_s": duration_s}
+    went_well = False if _robot_failed(row, reason.code) else None
+    return Transition(event, row, columns, may_come, went_well=went_well)
+
+
+def withdraw(row: Execution, reason: Reason) -> Transition:
+    """What waits ends. What is on its way is marked; a change of the plan, which may be undone, covers no other reason."""
+    if row.state is State.WAITING:
+        is_refused, is_by_a_person = reason.state is State.FAILED, reason.code in BY_A_PERSON
+        event = Event.CANCEL if is_by_a_person else Event.REFUSE if is_refused else Event.WITHDRAW
+        return end(event, row, reason)
+    is_free = row.revoked is None or row.revoked.code is ReasonCode.SCHEDULE_CHANGED
+    return Transition(Event.WITHDRAW, row, {"revoked": reason} if is_free else {})
+
+
+def cancel(row: Execution, code: ReasonCode) -> Transition:
+    """What only waits ends where the whole queue is cleared. That counts though the robot may yet refuse to cancel one of it."""
+    if row.state is State.WAITING and code is ReasonCode.QUEUE_CLEARED:
+        return Transition(Event.CANCEL, row, {**end(Event.CANCEL, row, Reason(code)).columns, "cancel_code": code})
+    is_new = row.cancel_code is None or code is ReasonCode.QUEUE_CLEARED
+    return Transition(Event.CANCEL, row, {"cancel_code": code} if is_new and code is not row.cancel_code else {})
+
+
+def uncancel(row: Execution) -> Transition:
+    is_asked = row.cancel_code is ReasonCode.USER_CANCELLED
+    return Transition(Event.UNCANCEL, row, {"cancel_code": None} if is_asked else {})
+
+
+def replaced(row: Execution, instead: Reason) -> Transition:
+    """Nor may an undo bring it back."""
+    return Transition(Event.REPLACE, row, {"revoked": instead})
+
+
+def _sent_to(robot: Robot) -> dict[str, Any]:
+    return {"robot_address": robot.address, "robot_serial": robot.serial_number}
+
+
+def _robot_failed(row: Execution, code: object) -> bool:
+    """Whether the robot is to blame. One that was not sent it could not fail it."""
+    return code in _THE_ROBOT_FAILED and row.state is not State.WAITING
