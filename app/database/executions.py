@@ -11,8 +11,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from app.database.values import from_json, placeholders, to_instant, to_json, to_text
-from app.domain import rules
-from app.domain.models import OPEN_STATES, Execution, Mission, Reason, ReasonCode, State, Trigger, Wait
+from app.domain.models import OPEN_STATES, Execution, Reason, ReasonCode, State, Trigger, Wait
 
 OPEN = "state IN ('waiting', 'submitting', 'queued', 'executing')"
 NEVER_SENT = """(attempts = 0 OR (queue_floor IS NULL AND NOT EXISTS (         -- Execution.was_never_sent
@@ -180,86 +179,6 @@ class ExecutionRepository:
         }
         return _with(execution, **{**wishes, **columns})
 
-    def mark_cancelled(self, c: sqlite3.Connection, ids: Collection[int], code: ReasonCode) -> list[int]:
-        """A person does not want these open ones any more; returns the ids of those of which that was not known. That the whole queue was
-        cleared counts though the robot may yet refuse to cancel one of them."""
-        covered = "('')" if code is ReasonCode.USER_CANCELLED else "('', 'user_cancelled')"
-        marked = c.execute(
-            f"""UPDATE executions SET cancel_code = ? WHERE id IN ({placeholders(ids)}) AND {OPEN}
-                               AND coalesce(cancel_code, '') IN {covered} RETURNING id""",
-            (code, *ids),
-        )
-        return [row[0] for row in marked]
-
-    def withdraw_cancel(self, c: sqlite3.Connection, ids: Collection[int]) -> None:
-        """The robot has refused to cancel these."""
-        c.execute(
-            f"""UPDATE executions SET cancel_code = NULL WHERE id IN ({placeholders(ids)}) AND {OPEN}
-                      AND cancel_code = 'user_cancelled'""",
-            list(ids),
-        )
-
-    def take_back(
-        self,
-        c: sqlite3.Connection,
-        reason: Reason,
-        now: datetime,
-        *,
-        schedule_id: int | None = None,
-        robot_id: int | None = None,
-        ids: Sequence[int] | None = None,
-        only: Trigger | None = None,
-    ) -> list[int]:
-        """What has not reached its robot yet, of a schedule or of a robot, or of these alone, or of one trigger, is not sent any more: what
-        waits ends, what is on its way is marked; a change of the plan, which may be undone, covers no other reason. Returns the ids of
-        what ended."""
-        column, value = ("schedule_id", schedule_id) if robot_id is None else ("robot_id", robot_id)
-        where, values = f"{column} = ? AND {OPEN}", list[object]([value])
-        if robot_id is not None:
-            where += " AND group_id IS NULL"  # those are for the group's other robots
-        if ids is not None:
-            where, values = f"{where} AND id IN ({placeholders(ids)})", [value, *ids]
-        if only is not None:
-            where, values = f"{where} AND trigger = ?", [*values, only]
-        c.execute(
-            f"""UPDATE executions SET revoked = ? WHERE {where} AND state = 'submitting'
-                      AND coalesce(json_extract(revoked, '$.code'), 'schedule_changed') = 'schedule_changed'""",
-            (_reason_to_text(reason), *values),
-        )
-        return self._end(c, f"{where} AND state = 'waiting'", values, reason, now)
-
-    def give_back(
-        self, c: sqlite3.Connection, robot_id: int, group_id: int | None = None, *, but_persons: bool = False
-    ) -> int:
-        """What waits to be sent to this robot as one of a group (of any, or of one) waits for any robot again; how many that were.
-        ``but_persons``: not where a person chose it."""
-        return self._unbind(
-            c,
-            f"""robot_id = ? AND {OPEN} AND state = 'waiting' AND group_id IS NOT NULL
-                                   AND group_id = coalesce(?, group_id) AND NOT (? AND json_extract(choice, '$.by') IS 'person')""",
-            robot_id,
-            group_id,
-            but_persons,
-        )
-
-    def unbind(self, c: sqlite3.Connection, execution_id: int) -> None:
-        """The same of one."""
-        self._unbind(c, "id = ? AND state = 'waiting' AND group_id IS NOT NULL", execution_id)
-
-    @staticmethod
-    def _unbind(c: sqlite3.Connection, where: str, *values: object) -> int:
-        columns = stored_values(UNBOUND)
-        assignments = ", ".join(f"{name} = ?" for name in columns)
-        return c.execute(f"UPDATE executions SET {assignments} WHERE {where}", (*columns.values(), *values)).rowcount
-
-    def end_open_of_robot(self, c: sqlite3.Connection, robot_id: int, reason: Reason, now: datetime) -> None:
-        """End everything open of a robot that is being removed."""
-        self._end(c, f"robot_id = ? AND {OPEN}", [robot_id], reason, now)
-
-    def end_waiting_of_group(self, c: sqlite3.Connection, group_id: int, reason: Reason, now: datetime) -> None:
-        """What no robot has of a group ends."""
-        self._end(c, f"group_id = ? AND {OPEN} AND state = 'waiting'", [group_id], reason, now)
-
     def waiting_of_group(self, c: sqlite3.Connection, group_id: int) -> list[Execution]:
         """What no robot has of a group, oldest first."""
         return self._list(
@@ -268,15 +187,6 @@ class ExecutionRepository:
                                  ORDER BY planned_at, id""",
             group_id,
         )
-
-    @staticmethod
-    def _end(c: sqlite3.Connection, where: str, values: Sequence[Any], reason: Reason, now: datetime) -> list[int]:
-        columns = stored_values({"state": reason.state, "reason": reason, "ended_at": now})
-        assignments = ", ".join(f"{name} = ?" for name in columns)
-        ended = c.execute(
-            f"UPDATE executions SET {assignments} WHERE {where} RETURNING id", (*columns.values(), *values)
-        )
-        return [row[0] for row in ended]
 
     def unsent_of_schedule(self, c: sqlite3.Connection, schedule_id: int) -> list[Execution]:
         """What no robot has yet, oldest first."""
@@ -310,31 +220,6 @@ class ExecutionRepository:
             for row in c.execute(f"""SELECT DISTINCT schedule_id FROM executions INDEXED BY executions_open_of_schedule
                                                 WHERE {OPEN} AND state IN ('waiting', 'submitting') AND schedule_id IS NOT NULL""")
         ]
-
-    def follow_mission(self, c: sqlite3.Connection, before: Mission, now: Mission) -> None:
-        """The mission that starts of groups wait for, or will where no robot took them, has another name: each robot's own is looked for
-        by it."""
-        c.execute(
-            f"""UPDATE executions SET mission = ? WHERE {OPEN} AND state IN ('waiting', 'submitting') AND group_id IS NOT NULL
-                      AND mission = ?""",
-            (now.name, before.name),
-        )
-
-    def open_again(self, c: sqlite3.Connection, execution: Execution) -> None:
-        """What ended it has been undone: it is as given, also where the history has forgotten it."""
-        if (
-            self.change(c, execution.id, (State.CANCELLED,), **{name: getattr(execution, name) for name in _FIELDS})
-            is None
-        ):
-            self.add_once(c, execution)
-
-    def want_again(self, c: sqlite3.Connection, ids: Sequence[int]) -> None:
-        """What an edit had taken back while it was on its way, and has not ended, is wanted after all."""
-        c.execute(
-            f"""UPDATE executions SET revoked = NULL WHERE id IN ({placeholders(ids)}) AND state = 'submitting'
-                      AND json_extract(revoked, '$.code') = 'schedule_changed'""",
-            ids,
-        )
 
     def drop_taken_back(self, c: sqlite3.Connection, schedule_id: int, since: datetime) -> None:
         """An instant that an edit had taken back, with nothing sent, is planned again: its old row makes room."""
@@ -393,23 +278,13 @@ class ExecutionRepository:
             [through, *(datetime.fromisoformat(first) - timedelta(microseconds=1) for (first,) in gone if first)]
         )
 
-    def hold_late(
-        self,
-        c: sqlite3.Connection,
-        since: datetime,
-        now: datetime,
-        until: datetime,
-        uncertain_through: datetime | None = None,
-    ) -> None:
-        """What waits and was due in an absence is listed first. What was planned up to ``uncertain_through`` may have run, and is listed
-        only once it is known that it has not."""
-        through = "" if uncertain_through is None else to_text(uncertain_through)
-        c.execute(
-            f"""UPDATE executions SET hold_until = iif(planned_at > ?1, ?2, NULL),
-                                            wait = iif(planned_at > ?1, 'late_start', 'elsewhere'),
-                                            wait_details = iif(planned_at > ?1, wait_details, ?3)
-                      WHERE {OPEN} AND state = 'waiting' AND planned_at <= ?4 AND closes_at > ?5""",
-            (through, to_text(until), to_json(dict(rules.LISTED_LATER)), to_text(now), to_text(since)),
+    def late(self, c: sqlite3.Connection, since: datetime, now: datetime) -> list[Execution]:
+        """What waits and fell due in an absence that began ``since``."""
+        return self._list(
+            c,
+            f"WHERE {OPEN} AND state = 'waiting' AND planned_at <= ? AND closes_at > ?",
+            to_text(now),
+            to_text(since),
         )
 
     def surplus(self, c: sqlite3.Connection, history_limit: int) -> Surplus:

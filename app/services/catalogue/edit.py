@@ -26,6 +26,8 @@ from app.services.catalogue import change_log, checks, fields, generated_names, 
 from app.services.catalogue.group_edit import GroupEdit
 from app.services.catalogue.schedule_edit import ScheduleEdit
 from app.services.catalogue.undo import Removed
+from app.services.executions import transitions
+from app.services.executions.transitions import NOT_WITH_THE_ROBOT, Event
 from app.services.live.alarms import ZONE_GUESSED, alarm_of
 from app.services.live.changes import Topic
 from app.services.live.tablet_zone import TabletZone
@@ -227,8 +229,9 @@ class Edit(GroupEdit, ScheduleEdit):
             generated_names.rename_for_robot(self, stored.name, robot)
             if stored.enabled and not robot.enabled:
                 reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": stored.name})
-                self._give_back(robot.id)
-                self.note_ended(self.executions.take_back(self.c, reason, self.now, robot_id=robot.id))
+                self._unassign(robot.id)
+                unsent = self.executions.open_for(self.c, robot.id, NOT_WITH_THE_ROBOT)
+                self.withdraw([row for row in unsent if row.group_id is None], reason)
                 self._clear_alarms(robot.id)
             if robot.needs_password and stored.enabled:
                 details = {"robot": robot.name, "robot_id": robot.id}
@@ -238,17 +241,18 @@ class Edit(GroupEdit, ScheduleEdit):
                 self._clear_alarms(robot.id)
         self._note_idle(robot, stored.idle if stored else None)
         if stored is not None and _idle_mission(stored) not in (None, _idle_mission(robot)):
-            self._take_back_idle(robot)
+            self._withdraw_idle(robot)
         self.topics.add(Topic.ROBOTS)
         return robot
 
-    def _take_back_idle(self, robot: Robot) -> None:
+    def _withdraw_idle(self, robot: Robot) -> None:
         """Its idle mission is not sent any more; where it never was, the idle period has had none."""
         reason = Reason(ReasonCode.SCHEDULE_CHANGED, {"idle": True})
-        if self.note_ended(self.executions.take_back(self.c, reason, self.now, robot_id=robot.id, only=Trigger.IDLE)):
+        unsent = self.executions.open_for(self.c, robot.id, NOT_WITH_THE_ROBOT)
+        if self.withdraw([row for row in unsent if row.trigger is Trigger.IDLE], reason):
             self.robots.note_idle(self.c, robot.id, None)
 
-    def _take_back_idle_of(self, mission_id: int) -> list[tuple[int, IdleRule]]:
+    def _withdraw_idle_of(self, mission_id: int) -> list[tuple[int, IdleRule]]:
         """The same of all robots that have this mission when idle; returns their rules, by the robot's id."""
         rests = [
             (robot, robot.idle)
@@ -256,7 +260,7 @@ class Edit(GroupEdit, ScheduleEdit):
             if robot.idle and robot.idle.mission_id == mission_id
         ]
         for robot, _rule in rests:
-            self._take_back_idle(robot)
+            self._withdraw_idle(robot)
         return [(robot.id, rule) for robot, rule in rests]
 
     def _note_idle(self, robot: Robot, before: IdleRule | None) -> None:
@@ -280,10 +284,9 @@ class Edit(GroupEdit, ScheduleEdit):
         """With its schedules, its own missions, its idle rule and its hold. Its open executions end as cancelled."""
         robot = self.the_robot(robot_id)
         reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": robot.name})
-        self._give_back(robot_id)
+        self._unassign(robot_id)
         starts = self.executions.open_for(self.c, robot_id)
-        self.executions.end_open_of_robot(self.c, robot_id, reason, self.now)
-        self.note_ended([row.id for row in starts])
+        self.apply(transitions.end(Event.REMOVE, row, reason) for row in starts)
         schedules = self.schedules.for_robot(self.c, robot_id)
         self.notes.append(f"robot {robot.name!r} removed, and {len(schedules)} schedules with it")
         missions = [mission for mission in self.missions.all(self.c) if mission.robot_id == robot_id]
@@ -341,11 +344,12 @@ class Edit(GroupEdit, ScheduleEdit):
             )
             self.notes.append(f"mission {stored.name!r} changed: {changed}")
             generated_names.rename_for_mission(self, stored.name, mission)
-            if mission.robot_id is None:
-                self.executions.follow_mission(self.c, stored, mission)
+            if mission.robot_id is None and mission.name != stored.name:
+                named = [row for row in self.executions.open_all(self.c) if row.group_id and row.mission == stored.name]
+                self.apply(transitions.redefine(row, mission=mission.name) for row in named)
             self.update_waiting(self.schedules.for_mission(self.c, mission.id))
             if stored.guid != mission.guid:
-                self._take_back_idle_of(mission.id)
+                self._withdraw_idle_of(mission.id)
         self.prefer_own(mission)
         self.topics.add(Topic.MISSIONS)
         return mission
@@ -364,7 +368,7 @@ class Edit(GroupEdit, ScheduleEdit):
         robot = self.the_robot(robot_id)
         if robot.idle and robot.idle.mission_id == old_id:
             self.robots.update(self.c, replace(robot, idle=replace(robot.idle, mission_id=new_id)))
-            self._take_back_idle(robot)
+            self._withdraw_idle(robot)
         self.topics.add(Topic.SCHEDULES)
 
     def remove_mission(self, mission_id: int) -> Removed:
@@ -372,11 +376,11 @@ class Edit(GroupEdit, ScheduleEdit):
         mission = self.the_mission(mission_id)
         if mission.robot_id is not None and (general := self.missions.by_name(self.c, mission.name)):
             self._use_instead(mission_id, general.id, mission.robot_id)
-        idle = self._take_back_idle_of(mission_id)
+        idle = self._withdraw_idle_of(mission_id)
         schedules = self.schedules.for_mission(self.c, mission_id)
         starts = self.open_of(schedules)
         for schedule in schedules:
-            self.take_back(schedule, "deleted")
+            self.withdraw_all(schedule, "deleted")
         self.notes.append(f"mission {mission.name!r} removed, and {len(schedules)} schedules with it")
         removed = Removed(
             missions=[mission],

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
-from app.domain.models import Execution, Group, InvalidInput, Mission, Place, Reason, ReasonCode
+from app.domain.models import Execution, Group, InvalidInput, Mission, Place, Reason, ReasonCode, State
 from app.services.catalogue import fields, generated_names, validation
 from app.services.catalogue.transaction import Transaction
 from app.services.catalogue.undo import Removed
+from app.services.executions import transitions
+from app.services.executions.transitions import Event
 from app.services.live.changes import Topic
 
 
@@ -31,7 +33,7 @@ class GroupEdit(Transaction):
             self.groups.update(self.c, group)
             generated_names.rename_for_robot(self, stored.name, group)
             for robot_id in set(stored.members) - set(group.members):
-                self._give_back(robot_id, group.id)
+                self._unassign(robot_id, group.id)
         self.notes.append(
             f"group {group.name!r} {'added' if stored is None else 'changed'}: {len(group.members)} robots, "
             f"{group.hand_over}, {group.keep_free} kept free"
@@ -58,7 +60,7 @@ class GroupEdit(Transaction):
         group, schedules = self.the_group(group_id), self.schedules.for_group(self.c, group_id)
         starts = self.open_of(schedules)
         for schedule in schedules:
-            self.take_back(schedule, "deleted")
+            self.withdraw_all(schedule, "deleted")
         starts += self._end_waiting(group, {"removed": group.name})
         removed = Removed(
             group=group,
@@ -85,14 +87,15 @@ class GroupEdit(Transaction):
 
     def _end_waiting(self, group: Group, details: Mapping[str, str]) -> list[Execution]:
         waiting = self.executions.waiting_of_group(self.c, group.id)
-        self.executions.end_waiting_of_group(self.c, group.id, Reason(ReasonCode.ROBOT_REMOVED, details), self.now)
-        self.note_ended([row.id for row in waiting])
+        reason = Reason(ReasonCode.ROBOT_REMOVED, details)
+        self.apply(transitions.end(Event.REMOVE, row, reason) for row in waiting)
         return waiting
 
-    def _give_back(self, robot_id: int, group_id: int | None = None) -> None:
+    def _unassign(self, robot_id: int, group_id: int | None = None) -> None:
         """What was to go to this robot as one of a group, with nothing sent, is for any of the others again."""
-        if self.executions.give_back(self.c, robot_id, group_id):
-            self.topics.add(Topic.EXECUTIONS)
+        waiting = self.executions.open_for(self.c, robot_id, [State.WAITING])
+        of_groups = [row for row in waiting if row.group_id is not None and group_id in (None, row.group_id)]
+        self.apply(map(transitions.unassign, of_groups))
 
     # ------------------------------------------------------------------ places
     def save_place(self, place: Place) -> Place:

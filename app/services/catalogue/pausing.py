@@ -23,6 +23,8 @@ from app.domain import rules
 from app.domain.clock import Clock
 from app.domain.models import InvalidInput, Reason, ReasonCode, Schedule
 from app.services.catalogue import change_log
+from app.services.executions.apply import apply_in
+from app.services.executions.transitions import withdraw
 from app.services.live.changes import Changes, Topic
 from app.services.planning.planned import MOMENT, first_due
 from app.services.planning.recurrence import next_occurrence
@@ -101,14 +103,10 @@ class Pausing:
             if until <= now:
                 raise InvalidInput("until", "choose a time in the future")
             self._schedules.pause(c, schedule_id, until)
-            waiting = [row.id for row in self._executions.unsent_of_schedule(c, schedule_id) if row.planned_at < until]
-            self._executions.take_back(
-                c,
-                Reason(ReasonCode.HOLD, {"paused_until": until.isoformat()}),
-                now,
-                schedule_id=schedule_id,
-                ids=waiting,
-            )
+            reason = Reason(ReasonCode.HOLD, {"paused_until": until.isoformat()})
+            for row in self._executions.unsent_of_schedule(c, schedule_id):
+                if row.planned_at < until:
+                    apply_in(c, withdraw(row, reason), now)
             return schedule
 
         return self._paused(self._write(work), until)

@@ -12,6 +12,8 @@ from app.domain.rules import token_of
 from app.services.catalogue import change_log, checks, validation
 from app.services.catalogue.transaction import Transaction
 from app.services.catalogue.undo import Removed, Switched
+from app.services.executions import transitions
+from app.services.executions.transitions import Event, Transition
 from app.services.executions.wanted import as_defined, is_planned
 from app.services.live.changes import Topic
 from app.services.planning.planned import first_due
@@ -128,16 +130,14 @@ class ScheduleEdit(Transaction):
         install_id = self._settings.install_id(self.c)
         row = self.executions.by_token(self.c, token_of(install_id, schedule.id, old))
         if row is not None and row.ended_at is not None and not self.executions.has_instant(self.c, schedule.id, new):
-            self.executions.change(
-                self.c,
-                row.id,
-                (State.SKIPPED,),
-                planned_at=new,
-                ended_at=row.ended_at + (new - old),
-                closes_at=row.closes_at + (new - old),
-                finish_by=row.finish_by and row.finish_by + (new - old),
-                token=token_of(install_id, schedule.id, new),
-            )
+            moved = {
+                "planned_at": new,
+                "ended_at": row.ended_at + (new - old),
+                "closes_at": row.closes_at + (new - old),
+                "finish_by": row.finish_by and row.finish_by + (new - old),
+                "token": token_of(install_id, schedule.id, new),
+            }
+            self.apply([Transition(Event.MOVE, row, moved)])
 
     def _replan(self, stored: Schedule, schedule: Schedule, calendar: WorkingCalendar) -> Schedule:
         """When it comes next, and what waits of instants that it no longer has is taken back; nothing of that when only how it runs was
@@ -147,11 +147,11 @@ class ScheduleEdit(Transaction):
         if _when(schedule) == _when(stored):
             return schedule
         kept = [row for row in self.unsent_of([schedule]) if is_planned(row, schedule, self.settings, calendar)]
-        self.executions.want_again(self.c, [row.id for row in kept])
+        self.apply(transitions.want_again(row) for row in kept)
         was = "changed" if schedule.enabled else "switched_off"
         gone = [
             row
-            for row in self.take_back(stored, was, except_for=[row.id for row in kept])
+            for row in self.withdraw_all(stored, was, {row.id for row in kept})
             if row.was_never_sent and not row.held
         ]
         if gone:  # never sent: as if they had never been planned
@@ -177,15 +177,13 @@ class ScheduleEdit(Transaction):
                 columns = {
                     name: value for name, value in columns.items() if name == "closes_at"
                 }  # how long it is looked for
-            if columns:
-                self.executions.change(self.c, row.id, (row.state,), **columns)
-                self.topics.add(Topic.EXECUTIONS)
+            self.apply([transitions.redefine(row, **columns)])
 
     def _choose_again(self, schedule: Schedule) -> None:
         """Which robot of its group gets what waits; before what else is as the schedule says."""
         for row in self.unsent_of([schedule]) if schedule.group_id is not None else ():
-            self.executions.change(self.c, row.id, (State.WAITING,), priority=schedule.priority)
-            self.executions.unbind(self.c, row.id)
+            if row.state is State.WAITING:
+                self.apply([transitions.redefine(row, priority=schedule.priority), transitions.unassign(row)])
 
     def update_waiting(self, schedules: Iterable[Schedule]) -> None:
         """What waits of these, whose mission or settings were changed."""
@@ -222,7 +220,7 @@ class ScheduleEdit(Transaction):
             kept_back=self.skips_of([schedule], held=True),
             starts=self.open_of([schedule]),
         )
-        self.take_back(schedule, "deleted")
+        self.withdraw_all(schedule, "deleted")
         self.schedules.remove(self.c, schedule_id)
         self.notes.append(f"schedule {schedule.name!r} removed")
         self.topics.add(Topic.SCHEDULES)

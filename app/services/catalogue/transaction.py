@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 
@@ -19,6 +19,9 @@ from app.database.schedules import ScheduleRepository, Skip
 from app.database.settings import SettingsRepository
 from app.domain import names
 from app.domain.models import Execution, Group, InvalidInput, Mission, Place, Reason, ReasonCode, Robot, Schedule
+from app.services.executions import transitions
+from app.services.executions.apply import apply_in
+from app.services.executions.transitions import Transition
 from app.services.live.changes import Topic
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
@@ -117,20 +120,23 @@ class Transaction:
     def skips_of(self, schedules: Sequence[Schedule], *, held: bool = False) -> set[Skip]:
         return self.schedules.skips(self.c, [schedule.id for schedule in schedules], held=held)
 
-    def take_back(self, schedule: Schedule, was: str, except_for: Sequence[int] = ()) -> list[Execution]:
-        """What no robot has yet of a schedule, but for some, is not sent any more, as it ``was`` "deleted", "switched_off" or "changed";
-        returns what waited."""
-        gone = [row for row in self.executions.unsent_of_schedule(self.c, schedule.id) if row.id not in except_for]
-        ended = self.note_ended(
-            self.executions.take_back(
-                self.c,
-                Reason(ReasonCode.SCHEDULE_CHANGED, {was: True}),
-                self.now,
-                schedule_id=schedule.id,
-                ids=[row.id for row in gone],
-            )
-        )
-        return [row for row in gone if row.id in ended]
+    def apply(self, found: Iterable[Transition]) -> list[Execution]:
+        """Returns the rows after those that could be made."""
+        rows = [row for each in found if (row := apply_in(self.c, each, self.now)) is not None]
+        if rows:
+            self.topics.add(Topic.EXECUTIONS)
+        return rows
+
+    def withdraw(self, rows: Iterable[Execution], reason: Reason) -> list[Execution]:
+        """What no robot has yet of these is not sent any more; returns what waited, which has ended."""
+        return [
+            row for row in self.apply(transitions.withdraw(row, reason) for row in rows) if row.ended_at is not None
+        ]
+
+    def withdraw_all(self, schedule: Schedule, was: str, kept: Collection[int] = ()) -> list[Execution]:
+        """The same of a schedule that ``was`` "deleted", "switched_off" or "changed", but for what is ``kept``."""
+        rows = [row for row in self.unsent_of([schedule]) if row.id not in kept]
+        return self.withdraw(rows, Reason(ReasonCode.SCHEDULE_CHANGED, {was: True}))
 
     def unsent_of(self, schedules: Sequence[Schedule]) -> list[Execution]:
         """What no robot has yet of these, as far as is known."""
@@ -139,8 +145,3 @@ class Transaction:
     def open_of(self, schedules: Sequence[Schedule]) -> list[Execution]:
         """What is not over of these."""
         return [row for schedule in schedules for row in self.executions.open_of_schedule(self.c, schedule.id)]
-
-    def note_ended(self, ids: list[int]) -> list[int]:
-        if ids:
-            self.topics.add(Topic.EXECUTIONS)
-        return ids

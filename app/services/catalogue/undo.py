@@ -30,6 +30,7 @@ from app.domain.models import (
     Trigger,
 )
 from app.services.catalogue import change_log, validation
+from app.services.executions import transitions
 from app.services.executions.wanted import changed_since, why_unwanted
 from app.services.live.changes import Topic
 
@@ -180,9 +181,8 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
         _restore_start(
             edit, start, together, has_its_robot_again=removed.robot is not None and removed.robot.id == start.robot_id
         )
-    edit.executions.want_again(
-        edit.c, [row.id for row in edit.unsent_of(removed.schedules) if why_unwanted(edit.c, row) is None]
-    )
+    unsent = edit.unsent_of(removed.schedules)
+    edit.apply(transitions.want_again(row) for row in unsent if why_unwanted(edit.c, row) is None)
     for hold in removed.holds:
         edit.holds.add(edit.c, hold)
     if removed.days:
@@ -259,7 +259,7 @@ def _restore_start(edit: Edit, before: Execution, together: Collection[datetime]
     unwanted = why_unwanted(edit.c, row)
     if goes_on:
         is_final = before.revoked is not None and before.revoked.code is not ReasonCode.SCHEDULE_CHANGED
-        edit.executions.open_again(edit.c, replace(row, revoked=before.revoked if is_final else unwanted))
+        _restore_row(edit, replace(row, revoked=before.revoked if is_final else unwanted))
     elif may_wait and unwanted is None and not _has_made_way(edit, row, together):
         _wait_again(edit, row)
 
@@ -286,7 +286,16 @@ def _wait_again(edit: Edit, row: Execution) -> None:
     )
     row = replace(row, **(changed_since(edit.c, row) or {}))
     if row.closes_at > edit.now:
-        edit.executions.open_again(edit.c, row)
+        _restore_row(edit, row)
+
+
+def _restore_row(edit: Edit, row: Execution) -> None:
+    """Also where the history has forgotten it."""
+    stored = edit.executions.get(edit.c, row.id)
+    if stored is None:
+        edit.executions.add_once(edit.c, row)
+    else:
+        edit.apply([transitions.restore(stored, row)])
 
 
 def may_wait_again(row: Execution) -> bool:

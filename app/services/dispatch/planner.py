@@ -37,7 +37,8 @@ from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.messages import Readiness
 from app.services.dispatch.passed import MOMENT, Passed, passed
 from app.services.dispatch.timing import LONGEST_WAIT
-from app.services.executions.transitions import NOT_WITH_THE_ROBOT
+from app.services.executions import transitions
+from app.services.executions.transitions import NOT_WITH_THE_ROBOT, Transition
 from app.services.live.alarms import Alarms
 from app.services.live.changes import NO_ROBOT, Changes, Topic
 from app.services.live.downtime import UNKNOWN_START, Downtime, Gap
@@ -240,18 +241,15 @@ class Planner:
         if not over:
             return
 
-        def work(c: sqlite3.Connection) -> None:
+        def find(c: sqlite3.Connection) -> Iterable[Transition]:
             now = self._clock.now()
             for row in self._executions.in_states(c, over, NOT_WITH_THE_ROBOT):
                 if row.planned_at > now:  # else it is as it was
-                    self._executions.change(
-                        c, row.id, (row.state,), planned_at=now - (row.closes_at - row.planned_at), closes_at=now
-                    )
+                    yield transitions.redefine(row, planned_at=now - (row.closes_at - row.planned_at), closes_at=now)
 
-        self._db.write(work)
+        self._ledger.apply_found(find, quietly=True)
         for row_id in over:
             del self._lasts_until[row_id]
-        self._changes.publish(Topic.EXECUTIONS)
 
     def note_unwritable(self, alarm: Alarm) -> None:
         """What fell due while nothing could be written gets its row afterwards; also what brought the first failure."""
@@ -262,10 +260,12 @@ class Planner:
     def list_late_starts(self, since: datetime) -> None:
         """After an absence that began then, everything that would start late is listed for some seconds first, where there is a window;
         what may have run, once that is known."""
+        now, through = self._clock.now(), self._uncertain_through()
         if self._hold_late_starts:
-            now, through = self._clock.now(), self._uncertain_through()
-            self._db.write(lambda c: self._executions.hold_late(c, since, now, now + rules.LATE_START_HOLD, through))
-            self._changes.publish(Topic.EXECUTIONS)
+            self._ledger.apply_found(
+                lambda c: (transitions.list_late(row, now, through) for row in self._executions.late(c, since, now)),
+                quietly=True,
+            )
 
     def _load_context(
         self,

@@ -49,6 +49,10 @@ class Event(StrEnum):
     CANCEL = "a person has cancelled it; what a robot may have of it, that robot's answer decides"
     UNCANCEL = "the robot refused to cancel it"
     REPLACE = "a person has started it on another robot instead"
+    WANT_AGAIN = "an edit that withdrew it while it was on its way was undone"
+    REMOVE = "its robot or group was deleted"
+    RESTORE = "what ended it was undone"
+    MOVE = "its instant is another one by newer rules or time zones"
     REOPEN = "the robot has it after all, or another item than was thought"
 
 
@@ -107,6 +111,10 @@ RULES: Mapping[Event, Rule] = {
     Event.CANCEL: Rule(OPEN_STATES, [*MAY_BE_WITH_THE_ROBOT, _CANCELLED], effects=[Effect.SKIP]),
     Event.UNCANCEL: Rule(OPEN_STATES),
     Event.REPLACE: Rule(tuple(State)),
+    Event.WANT_AGAIN: Rule([_SUBMITTING]),
+    Event.REMOVE: Rule(OPEN_STATES, [_CANCELLED]),
+    Event.RESTORE: Rule([_CANCELLED], OPEN_STATES),
+    Event.MOVE: Rule([_SKIPPED]),
     Event.REOPEN: Rule(tuple(State), [_QUEUED], effects=[Effect.RAN_IDLE]),
 }
 
@@ -147,10 +155,14 @@ def wait(row: Execution, why: Wait, **details: Any) -> list[Transition]:
     return [] if is_known else [Transition(Event.WAIT, row, {"wait": why, "wait_details": details})]
 
 
-def list_late(row: Execution, now: datetime) -> Transition:
-    """A late start is listed for some seconds from now on."""
-    until = now + rules.LATE_START_HOLD
-    return Transition(Event.WAIT, row, {"wait": Wait.LATE_START, "wait_details": {}, "hold_until": until})
+def list_late(row: Execution, now: datetime, uncertain_through: datetime | None = None) -> Transition:
+    """A late start is listed for some seconds from now on. What was planned up to ``uncertain_through`` may have run, and is listed only
+    once it is known that it has not."""
+    if uncertain_through is not None and row.planned_at <= uncertain_through:
+        late: dict[str, Any] = {"wait": Wait.ELSEWHERE, "wait_details": dict(rules.LISTED_LATER), "hold_until": None}
+    else:
+        late = {"wait": Wait.LATE_START, "wait_details": {}, "hold_until": now + rules.LATE_START_HOLD}
+    return Transition(Event.WAIT, row, late)
 
 
 def hold(row: Execution, held: bool) -> Transition:
@@ -337,6 +349,16 @@ def cancel(row: Execution, code: ReasonCode) -> Transition:
 def uncancel(row: Execution) -> Transition:
     is_asked = row.cancel_code is ReasonCode.USER_CANCELLED
     return Transition(Event.UNCANCEL, row, {"cancel_code": None} if is_asked else {})
+
+
+def want_again(row: Execution) -> Transition:
+    is_edit = row.revoked is not None and row.revoked.code is ReasonCode.SCHEDULE_CHANGED
+    return Transition(Event.WANT_AGAIN, row, {"revoked": None} if is_edit else {})
+
+
+def restore(row: Execution, as_it_was: Execution) -> Transition:
+    was = {name: value for name, value in vars(as_it_was).items() if value != getattr(row, name)}
+    return Transition(Event.RESTORE, row, was)
 
 
 def replaced(row: Execution, instead: Reason) -> Transition:
