@@ -14,7 +14,7 @@ from app.services.catalogue.transaction import Transaction
 from app.services.catalogue.undo import Removed, Switched
 from app.services.executions import transitions
 from app.services.executions.transitions import Event, Transition
-from app.services.executions.wanted import as_defined, is_planned
+from app.services.executions.wanted import as_defined, has_start
 from app.services.live.changes import Topic
 from app.services.planning.planned import first_due
 from app.services.planning.recurrence import next_occurrence, passed_occurrences
@@ -146,7 +146,7 @@ class ScheduleEdit(Transaction):
         schedule = replace(schedule, **noted)
         if _when(schedule) == _when(stored):
             return schedule
-        kept = [row for row in self.unsent_of([schedule]) if is_planned(row, schedule, self.settings, calendar)]
+        kept = [row for row in self.unsent_of([schedule]) if has_start(row, schedule, self.settings, calendar)]
         self.apply(transitions.want_again(row) for row in kept)
         was = "changed" if schedule.enabled else "switched_off"
         gone = [
@@ -167,7 +167,7 @@ class ScheduleEdit(Transaction):
 
     def change_waiting(self, schedule: Schedule, target: Robot | Group, mission: Mission) -> None:
         """What waits says how it is to run by now, and is judged by that. When it is sent, and of what is on its way, that is asked once
-        more (``changed_since``)."""
+        more (``wanted``)."""
         for row in self.unsent_of([schedule]):
             columns = as_defined(
                 self.c, row, schedule, target, mission, self.settings, self._settings.install_id(self.c)

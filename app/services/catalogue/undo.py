@@ -31,7 +31,7 @@ from app.domain.models import (
 )
 from app.services.catalogue import change_log, validation
 from app.services.executions import transitions
-from app.services.executions.wanted import changed_since, why_unwanted
+from app.services.executions.wanted import wanted
 from app.services.live.changes import Topic
 
 if TYPE_CHECKING:
@@ -182,7 +182,7 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
             edit, start, together, has_its_robot_again=removed.robot is not None and removed.robot.id == start.robot_id
         )
     unsent = edit.unsent_of(removed.schedules)
-    edit.apply(transitions.want_again(row) for row in unsent if why_unwanted(edit.c, row) is None)
+    edit.apply(transitions.want_again(row) for row in unsent if wanted(edit.c, row, reopen=True).why is None)
     for hold in removed.holds:
         edit.holds.add(edit.c, hold)
     if removed.days:
@@ -256,7 +256,7 @@ def _restore_start(edit: Edit, before: Execution, together: Collection[datetime]
     row = replace(
         row or before, state=before.state if goes_on else State.WAITING, reason=None, ended_at=None, duration_s=None
     )
-    unwanted = why_unwanted(edit.c, row)
+    unwanted = wanted(edit.c, row, reopen=True).why
     if goes_on:
         is_final = before.revoked is not None and before.revoked.code is not ReasonCode.SCHEDULE_CHANGED
         _restore_row(edit, replace(row, revoked=before.revoked if is_final else unwanted))
@@ -284,7 +284,7 @@ def _wait_again(edit: Edit, row: Execution) -> None:
         revoked=None,
         **(UNBOUND if row.group_id is not None else {}),
     )
-    row = replace(row, **(changed_since(edit.c, row) or {}))
+    row = replace(row, **(wanted(edit.c, row).columns or {}))
     if row.closes_at > edit.now:
         _restore_row(edit, row)
 
@@ -333,7 +333,7 @@ def wait_again(edit: Edit, execution_id: int) -> None:
     if row.schedule_id is not None:
         edit.the_schedule(row.schedule_id)
         edit.schedules.unskip(edit.c, row.schedule_id, row.planned_at)
-    if why_unwanted(edit.c, row) is not None:
+    if wanted(edit.c, row, reopen=True).why is not None:
         raise InvalidInput("schedule", "its schedule has been changed since")
     if _has_made_way(edit, row):
         raise InvalidInput("schedule", "the next start of its schedule is there already")
@@ -351,7 +351,7 @@ def _plan_again(edit: Edit, row: Execution, schedule_id: int) -> None:
     edit.executions.drop_skipped(edit.c, schedule_id, row.planned_at)
     if edit.executions.has_instant(edit.c, schedule_id, row.planned_at):
         raise InvalidInput("execution", "this start may have been sent already")
-    if why_unwanted(edit.c, replace(row, state=State.WAITING, reason=None)) is not None:
+    if wanted(edit.c, replace(row, state=State.WAITING, reason=None), reopen=True).why is not None:
         raise InvalidInput("schedule", "its schedule has been changed since")
     if schedule.next_at is None or row.planned_at < schedule.next_at:  # else what is due just now would be passed over
         edit.schedules.advance(edit.c, schedule_id, edit.first_due(schedule, edit.calendar))

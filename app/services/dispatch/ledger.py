@@ -23,7 +23,7 @@ from app.domain.reasons import sentence, to_store
 from app.services.executions import transitions
 from app.services.executions.apply import apply_in, note_used_by_idle, watch
 from app.services.executions.transitions import NOT_WITH_THE_ROBOT, Event, Transition
-from app.services.executions.wanted import changed_since
+from app.services.executions.wanted import Verdict, wanted
 from app.services.live.alarms import Alarms
 from app.services.live.changes import NO_ROBOT, Changes, Topic
 
@@ -237,13 +237,9 @@ class Ledger:
         """Whether the robot that a start of a group was given to is still one that may get it."""
         return self._starts.may_get(self._db.read(), execution)
 
-    def is_edited(self, execution: Execution) -> bool:
-        """Whether its schedule or idle rule wants something else since its intent was written, or nothing."""
-        return changed_since(self._db.read(), execution) != {}
-
-    def is_wanted(self, execution: Execution) -> bool:
-        """Whether anything still wants it, as it is or otherwise."""
-        return changed_since(self._db.read(), execution) is not None
+    def wanted(self, execution: Execution) -> Verdict:
+        """Whether its plan still has it, as it is or otherwise."""
+        return wanted(self._db.read(), execution)
 
     def full_place(self, execution: Execution) -> FullPlace | None:
         """A place that it uses at which there is no room; None: there is room everywhere."""

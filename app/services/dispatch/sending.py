@@ -191,7 +191,11 @@ class Sending:
         row = self._ledger.get(intent.id)
         if row is None or row.held or row.state is not State.SUBMITTING or self._clock.now() >= row.closes_at:
             return True
-        if self._taken_back(row) is not None or self._ledger.is_edited(row) or self._ledger.full_place(row) is not None:
+        if (
+            self._taken_back(row) is not None
+            or self._ledger.wanted(row).columns != {}
+            or self._ledger.full_place(row) is not None
+        ):
             return True
         return row.group_id is not None and not self._ledger.may_get(row)
 

@@ -375,7 +375,7 @@ class RobotWorker:
     def _is_still_idle(self, row: Execution) -> bool:
         """An idle mission is judged anew before it is sent: nothing else may have run. Raises RobotError."""
         self.seen.highest = self._client.highest_queue_id() or 0
-        is_wanted = self._s.ledger.is_wanted(row)
+        is_wanted = self._s.ledger.wanted(row).why is None
         return is_wanted and self.seen.highest == row.queue_floor and self._idle_mission_is_due(None, math.inf)
 
     def _idle_mission_is_due(self, last_queue_id: int | None, idle_seconds: float) -> bool:

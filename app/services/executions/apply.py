@@ -24,7 +24,7 @@ from app.services.executions.transitions import (
     withdraw,
     withdrawn,
 )
-from app.services.executions.wanted import changed_since, why_unwanted
+from app.services.executions.wanted import wanted
 
 WATCHED_FOR = (
     600.0  # s that a robot is searched for a request that was given up, and once more when it answers after that
@@ -79,7 +79,7 @@ def _write(c: sqlite3.Connection, transition: Transition, columns: Columns) -> E
 
 def _expected(c: sqlite3.Connection, transition: Transition) -> Sequence[State]:
     row = transition.row
-    if transition.event is Event.NOT_SENT and row.group_id is not None and why_unwanted(c, row) is None:
+    if transition.event is Event.NOT_SENT and row.group_id is not None and wanted(c, row, reopen=True).why is None:
         return row.state, State.CANCELLED  # with its robot, which was removed
     return (row.state,)
 
@@ -96,7 +96,7 @@ def _is_wanted(c: sqlite3.Connection, transition: Transition, columns: Columns) 
         return columns
     of_robot = columns if columns.get("robot_id") is not None else {}
     new = {name: of_robot[name] for name in ("robot_id", "mission_guid") if name in of_robot}
-    defined = changed_since(c, replace(row, tried=columns.get("tried", row.tried), **new))
+    defined = wanted(c, replace(row, tried=columns.get("tried", row.tried), **new)).columns
     if defined is None:
         return columns if waits else None
     return columns | defined

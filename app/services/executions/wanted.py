@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sqlite3
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from app.database.groups import target_of
 from app.database.missions import MissionRepository
@@ -26,7 +26,7 @@ _FOLLOWS = (
     "closes_at",
     "finish_by",
 )
-_MISSIONS = MissionRepository()
+_MISSIONS, _SETTINGS = MissionRepository(), SettingsRepository()
 
 
 def as_defined(
@@ -51,48 +51,38 @@ def as_defined(
     return columns
 
 
-def changed_since(c: sqlite3.Connection, row: Execution) -> dict[str, Any] | None:
-    """The columns that have to change for it to run as it is defined now; None: nothing wants it any more. What a person started is as
-    that person wanted it."""
+class Verdict(NamedTuple):
+    """The columns that have to change for it to run as its plan has it now; None: it must not be sent, and why not."""
+
+    columns: dict[str, Any] | None
+    why: Reason | None = None
+
+
+def wanted(c: sqlite3.Connection, row: Execution, *, reopen: bool = False) -> Verdict:
+    """What a person started is as that person wanted it. ``reopen``: it has ended, or was withdrawn; whether the plan has it as if nothing
+    had been."""
     if row.trigger is Trigger.MANUAL:
-        return {}
+        return Verdict({})
     if row.trigger is Trigger.IDLE:
-        return {} if _is_idle_mission(c, row) else None
-    schedule = _schedule_of(c, row)
+        is_idle = _is_idle_mission(c, row)
+        return Verdict({}) if is_idle else Verdict(None, Reason(ReasonCode.SCHEDULE_CHANGED, {"idle": True}))
+    schedule = None if row.schedule_id is None else ScheduleRepository().get(c, row.schedule_id)
     if schedule is None or not _is_for(row, schedule):
-        return None
-    target, mission = target_of(c, schedule), _MISSIONS.get(c, schedule.mission_id)
-    if target is None or mission is None:  # foreign keys prevent that
-        return None
-    settings = SettingsRepository()
-    columns = as_defined(c, row, schedule, target, mission, settings.load(c), settings.install_id(c))
-    return {name: value for name, value in columns.items() if value != getattr(row, name)}
+        return Verdict(None, Reason(ReasonCode.SCHEDULE_CHANGED))
+    target, mission, settings = target_of(c, schedule), _MISSIONS.get(c, schedule.mission_id), _SETTINGS.load(c)
+    if reopen and schedule.paused_until is not None and schedule.is_paused(row.planned_at):
+        return Verdict(None, Reason(ReasonCode.HOLD, {"paused_until": schedule.paused_until.isoformat()}))
+    is_planned = not reopen or has_start(row, schedule, settings, working_calendar(c, settings))
+    if not is_planned or target is None or mission is None:  # foreign keys prevent that there is no target or mission
+        return Verdict(None, Reason(ReasonCode.SCHEDULE_CHANGED))
+    columns = as_defined(c, row, schedule, target, mission, settings, _SETTINGS.install_id(c))
+    return Verdict({name: value for name, value in columns.items() if value != getattr(row, name)})
 
 
-def is_planned(row: Execution, schedule: Schedule, settings: Settings, calendar: WorkingCalendar) -> bool:
+def has_start(row: Execution, schedule: Schedule, settings: Settings, calendar: WorkingCalendar) -> bool:
     """Whether the schedule has a start at that instant, on that robot or group."""
     at = first_due(replace(schedule, planned_through=None), settings, row.planned_at, calendar)
     return _is_for(row, schedule) and at == row.planned_at
-
-
-def why_unwanted(c: sqlite3.Connection, row: Execution) -> Reason | None:
-    """Why a start that has ended, or was taken back, may not be opened again; None: the plan has it, as if nothing had been."""
-    if changed_since(c, row) is None:
-        return Reason(ReasonCode.SCHEDULE_CHANGED, {"idle": True} if row.trigger is Trigger.IDLE else {})
-    if (schedule := _schedule_of(c, row)) is None:
-        return None
-    if schedule.paused_until is not None and schedule.is_paused(row.planned_at):
-        return Reason(ReasonCode.HOLD, {"paused_until": schedule.paused_until.isoformat()})
-    settings = SettingsRepository().load(c)
-    return (
-        None
-        if is_planned(row, schedule, settings, working_calendar(c, settings))
-        else Reason(ReasonCode.SCHEDULE_CHANGED)
-    )
-
-
-def _schedule_of(c: sqlite3.Connection, row: Execution) -> Schedule | None:
-    return None if row.schedule_id is None else ScheduleRepository().get(c, row.schedule_id)
 
 
 def _is_for(row: Execution, schedule: Schedule) -> bool:

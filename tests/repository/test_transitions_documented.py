@@ -1,0 +1,40 @@
+"""The table of transitions in docs/architecture.md is that of the code."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import StrEnum
+from pathlib import Path
+
+from app.domain.models import OPEN_STATES, State
+from app.services.executions.transitions import RULES
+
+DOCUMENT = Path(__file__).parents[2] / "docs" / "architecture.md"
+HEAD = "| event | in | becomes | asked once more | written with it |\n|---|---|---|---|---|\n"
+
+
+def states(found: Sequence[State]) -> str:
+    names = {tuple(State): "any", OPEN_STATES: "any open one"}
+    return names.get(tuple(found), ", ".join(found)) or "–"
+
+
+def texts(found: Sequence[StrEnum]) -> str:
+    return "; ".join(found) or "–"
+
+
+def table() -> str:
+    rows = [
+        (
+            f"**{event.name.lower()}**: {event}",
+            states(rule.sources),
+            states(rule.targets),
+            texts(rule.checks),
+            texts(rule.effects),
+        )
+        for event, rule in RULES.items()
+    ]
+    return HEAD + "".join(f"| {' | '.join(row)} |\n" for row in rows)
+
+
+def test_the_documented_table_of_transitions_is_that_of_the_code() -> None:
+    assert table() in DOCUMENT.read_text(encoding="utf-8"), f"docs/architecture.md needs:\n\n{table()}"
