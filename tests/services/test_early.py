@@ -279,7 +279,7 @@ def test_nor_does_it_keep_asking_for_its_round(site, in_hand):
     """It sleeps until the start, though its next read is due."""
     site.run(EARLIER - ROUND_TAKES / 2)
     worker = only_worker(site)
-    worker.handle(messages.Watched(True))  # read at once
+    worker.handle(messages.OnScreen(True))  # read at once
     assert worker.advance() == pytest.approx(ROUND_TAKES / 2, abs=0.001)
 
 

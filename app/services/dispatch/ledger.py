@@ -28,6 +28,7 @@ from app.services.live.alarms import Alarms
 from app.services.live.changes import NO_ROBOT, Changes, Topic
 
 log = logging.getLogger("app.executions")
+_BY_A_PERSON = (Event.HOLD, Event.REDEFINE, Event.CANCEL, Event.UNCANCEL)  # asked for again before anything leaves
 TOO_MANY = 3  # failures in a row, from which on an alarm names the robot
 
 
@@ -162,7 +163,8 @@ class Ledger:
         hand_over([row for row in rows if row.state is State.SUBMITTING])  # before listeners are notified and read
         for transition, row in made:
             self._announce(transition, row, quietly)
-        for robot_id in {row.robot_id or NO_ROBOT for row in rows}:
+        by_a_person = any(transition.event in _BY_A_PERSON for transition, _row in made)
+        for robot_id in {None} if by_a_person else {row.robot_id or NO_ROBOT for row in rows}:
             self._changes.publish(Topic.EXECUTIONS, robot_id)
         for transition, row in made:
             if transition.went_well is not None and transition.row.robot_id is not None:
