@@ -35,25 +35,25 @@ from tests.ui.whole_app import Plant, shown  # noqa: E402
 
 PENDING = 200.0  # s of virtual time, longer than any animation and than kivy's caches keep what they drew
 LET_GO_WITHIN = 20.0  # s, in which threads of the test before end
-SERVICES = {"container", "shared_container", "site", "shared_site", "app", "shared_app"}
-LOOKS = {"small", "size", "scale", "language", "theme", "gloves"}
-FIRST = 2  # tests of a file with services that the default run has
+SCREENS = {"container", "shared_container", "site", "shared_site", "app", "shared_app", "small"}
+LOOKS = {"size", "scale", "language", "theme", "gloves"}
+FIRST = 2  # tests of a file with whole screens that the default run has
 _shown_before: list[str] = []  # the last test that had the window
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """What the default run leaves to the night: the same in another size, language or theme, and all but the first tests of a file whose
-    windows have services behind them, as each takes a third of a second."""
+    """What the default run leaves to the night: the same in another size, language or theme, and all but the first tests of a file that
+    show whole screens, mostly with services behind them, as each takes up to a second."""
     ours = [item for item in items if Path(__file__).parent in item.path.parents and isinstance(item, pytest.Function)]
     seen: defaultdict[Path, list[str]] = defaultdict(list)
     for item in ours:
         parameters = item.callspec.params if hasattr(item, "callspec") else {}
-        has_services = not SERVICES.isdisjoint(item.fixturenames)
-        if item.get_closest_marker("long") or (not has_services and LOOKS.isdisjoint(parameters)):
+        is_whole = not SCREENS.isdisjoint(item.fixturenames)
+        if item.get_closest_marker("long") or (not is_whole and LOOKS.isdisjoint(parameters)):
             continue
         tests = seen[item.path]
-        if item.originalname in tests or (has_services and len(tests) >= FIRST):
+        if item.originalname in tests or (is_whole and len(tests) >= FIRST):
             item.add_marker(pytest.mark.long)
         else:
             tests.append(item.originalname)

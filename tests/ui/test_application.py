@@ -132,6 +132,7 @@ def test_late_starts_are_listed_first_and_can_be_held_and_released(tmp_path, ui)
             assert not site.container.holds.active()
 
 
+@pytest.mark.long
 def test_a_late_start_is_called_by_where_it_goes(tmp_path, ui):
     with plant(tmp_path, start=False) as site:
         late_schedule(site, "Go to position", "Press")
@@ -192,6 +193,7 @@ def test_a_damaged_database_is_a_screen_with_a_restore_button(tmp_path, ui, by):
             container.close()
 
 
+@pytest.mark.long
 def test_the_screen_of_a_damaged_database_speaks_the_language_that_was_set(tmp_path, ui):
     damage = damaged_directory(tmp_path, language="fi")
     app = window._rescue_app(DataDirectory(tmp_path), damage, lambda: None)
@@ -254,6 +256,7 @@ def names(container):
     return [robot.name for robot in container.repositories.robots.all(container.db.read())]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("is_good", [True, False])
 def test_the_running_app_goes_back_to_a_backup_and_on_with_it(tmp_path, ui, is_good):
     opened, backup, restore, may = going_back(tmp_path)
@@ -283,6 +286,7 @@ def test_the_running_app_goes_back_to_a_backup_and_on_with_it(tmp_path, ui, is_g
         opened[-1].close()
 
 
+@pytest.mark.long
 def test_damage_that_is_found_while_it_runs_can_be_repaired_by_keys_alone(tmp_path, ui):
     opened, backup, restore, may = going_back(tmp_path)
     may.set()
@@ -303,6 +307,7 @@ def test_damage_that_is_found_while_it_runs_can_be_repaired_by_keys_alone(tmp_pa
         opened[-1].close()
 
 
+@pytest.mark.long
 def test_a_finger_may_be_on_the_timeline_while_the_app_goes_back(tmp_path, ui):
     opened, backup, restore, may = going_back(tmp_path)
     app = SchedulerApp(opened[0], animate=False, restore=restore)

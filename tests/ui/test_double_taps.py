@@ -127,7 +127,13 @@ def double_tapped(ui, walk: Walk, presses: Presses, picture: Picture, kinds: set
     return found
 
 
-@pytest.mark.parametrize("name", ["choice", "checklist", "confirm", "time", "date", "menu"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "menu",
+        *(pytest.param(name, marks=pytest.mark.long) for name in ("choice", "checklist", "confirm", "time", "date")),
+    ],
+)
 def test_the_second_tap_on_a_dialog_of_all_screens_presses_nothing(ui, walk, presses, name):
     picture = next(picture for picture in walk.pictures if picture.name == f"gallery-{name}")
     found = double_tapped(ui, walk, presses, picture, dialog_classes())

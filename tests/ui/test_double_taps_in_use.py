@@ -15,7 +15,7 @@ from tests.ui.home.operator import is_shown_pending, pend, press, run
 from tests.ui.planner import opened, settle
 from tests.ui.whole_app import plant, shown
 
-GAPS = [0.2, 0.35, 0.5]
+GAPS = [0.2, *(pytest.param(gap, marks=pytest.mark.long) for gap in (0.35, 0.5))]
 
 
 def common_point(upper: Widget, lower: Widget) -> tuple[float, float] | None:

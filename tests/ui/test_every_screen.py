@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 from kivymd.icon_definitions import md_icons
 
+from tests.support.examples import first_of_each
 from tests.ui import checks
 from tests.ui.walk import SCREENS, Walk, covering_ways
 
@@ -31,14 +32,15 @@ def walk(stage) -> Iterator[Walk]:
     walk.close()
 
 
-@pytest.mark.parametrize("name", SCREENS)
+@pytest.mark.parametrize("name", first_of_each({name: name for name in SCREENS}))
 def test_every_widget_keeps_its_place_its_size_and_its_language(ui, walk, name):
     number, picture = next((n, picture) for n, picture in enumerate(walk.pictures) if picture.name == name)
     found = [f"{way}: {problem}" for way, problem in walk.look(picture, covering_ways(number, name))]
     assert not found, "\n".join(["", *found])
 
 
-@pytest.mark.parametrize("part", [0, *(pytest.param(part, marks=pytest.mark.long) for part in range(1, PARTS))])
+@pytest.mark.long
+@pytest.mark.parametrize("part", range(PARTS))
 def test_so_does_that_of_every_state_and_dialog(ui, walk, part):
     pictures = [(number, picture) for number, picture in enumerate(walk.pictures) if picture.name not in SCREENS][
         part::PARTS

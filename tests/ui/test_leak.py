@@ -15,13 +15,14 @@ from tests.support import month
 from tests.ui.wear import CACHED, Wear, widgets
 from tests.ui.whole_app import shown
 
+pytestmark = pytest.mark.long
+
 WARM = 36  # rounds: all there is has been built once
 ROUNDS = 60
 TURNS = 12  # each builds Home anew
 PILED = 6  # Homes that may wait for a collection
 
 
-@pytest.mark.long
 def test_sixty_rounds_leave_no_widget_and_nothing_that_holds_one(tmp_path, ui):
     container = month.plant(tmp_path)
     with shown(container, ui) as app:

@@ -65,8 +65,8 @@ def test_while_a_finger_still_moves_it_too(ui, kind):
 
 
 @pytest.mark.parametrize("kind", [LongList, ScrollRows])
-@pytest.mark.parametrize("left", [0, 3, 6, 12])
-@pytest.mark.parametrize("pull", [250, 600])
+@pytest.mark.parametrize("left", [0, *(pytest.param(left, marks=pytest.mark.long) for left in (3, 6, 12))])
+@pytest.mark.parametrize("pull", [pytest.param(250, marks=pytest.mark.long), 600])
 def test_while_it_flies_on_too(ui, kind, left, pull):
     shown = ui.show(kind(viewclass="OptionRow", data=lines(60)), (400, 300))
     ui.advance(0.3)

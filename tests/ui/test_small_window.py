@@ -132,6 +132,7 @@ def test_the_state_and_all_controls_can_be_reached(ui, small):
     reach(ui, ui.find(CommandButton, text=view.run.text))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("scale", "language", "gloves"), [(1.0, "fi", False), (1.0, "fi", True), (1.3, "en", False), (1.3, "fi", False)]
 )
@@ -186,6 +187,7 @@ def test_the_heading_of_the_schedules_is_on_one_line(ui, small):
     assert heading.lines == 1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("facts", "alarm"),
     [
@@ -218,6 +220,7 @@ def test_of_a_robot_that_somebody_has_to_go_to_all_that_is_needed_is_seen_at_onc
     assert "\n".join(checks.problems(ui.find(Frame))) == ""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("status", [sample.READY, sample.CHARGING])
 def test_the_map_of_a_robot_on_which_nothing_runs_is_beside_its_battery_below_a_banner(ui, status):
     """Without one it is below, and the address is beside the battery."""
@@ -294,6 +297,7 @@ def test_fields_beside_each_other_are_level_whatever_is_below_them(ui):
         assert "\n".join(checks.problems(screen)) == ""
 
 
+@pytest.mark.long
 def test_the_bar_of_the_list_of_what_waits_lies_on_no_button(ui):
     with window(ui, (1024, 600)) as rig:
         rig.dialogs = Dialogs(animate=False)
@@ -303,6 +307,7 @@ def test_the_bar_of_the_list_of_what_waits_lies_on_no_button(ui):
         rig.dialogs.close_all()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("size", [(600, 480), (800, 480), (800, 1280), (1024, 600)], ids="{0[0]}x{0[1]}".format)
 def test_the_words_of_a_run_have_room_beside_its_time(ui, size):
     with window(ui, size, 1.3, "fi") as rig:
@@ -314,6 +319,7 @@ def test_the_words_of_a_run_have_room_beside_its_time(ui, size):
         assert "\n".join(checks.problems(stand.screen)) == ""
 
 
+@pytest.mark.long
 def test_what_a_robot_says_stands_there_once(ui):
     sentence = home(Rig(ui), sample.with_aino(sample.FAILED), issues=OpenIssues([ERROR])).vm.card.mission.name
     ui.advance(0.5)
@@ -366,6 +372,7 @@ def test_of_fifty_robots_the_words_of_two_rows_are_seen_below_a_banner(ui, scale
         assert "\n".join(checks.problems(ui.find(Frame))) == ""
 
 
+@pytest.mark.long
 def test_the_way_back_to_all_robots_takes_no_more_room_than_its_button_and_is_level_with_what_is_blocked(ui):
     with window(ui, (1024, 600), 1.3, "fi") as rig:
         fleet(rig, 50).leave()

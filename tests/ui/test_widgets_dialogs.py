@@ -305,6 +305,7 @@ def test_closed_dialogs_are_freed(ui, dialogs, kind):
     assert all_gone(ui, references)
 
 
+@pytest.mark.long
 def test_of_a_hundred_dialogs_that_faded_out_none_is_alive(ui):
     ui.show(CommandButton(text="More"), (200, 64))
     dialogs, behind = Dialogs(), list(Window.children)
