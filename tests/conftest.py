@@ -22,8 +22,9 @@ from hypothesis import settings  # noqa: E402
 from app.database import connection  # noqa: E402
 from tests.support.new_database import migrate  # noqa: E402
 
-# No example is too slow, however busy the machine. `.ci/run` asks for the profile "thorough".
+# No example is too slow, however busy the machine. `.ci/run` asks for the profile "ci" and `.ci/night` for "thorough".
 settings.register_profile("quick", deadline=None, max_examples=12, derandomize=True)
+settings.register_profile("ci", deadline=None, max_examples=25)
 settings.register_profile("thorough", deadline=None, max_examples=100)
 settings.load_profile("quick")
 
