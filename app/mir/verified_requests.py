@@ -234,32 +234,27 @@ class VerifiedRequests:
                 error = ConnectionLost(code="lost_over_http")
             raise error.at(self.address.netloc) from None
         self._has_answered = True
-        status, address = answer.status, self.address.netloc
-        if 200 <= status < 300:
+        if 200 <= answer.status < 300:
             return answer
+        raise self._problem_of(answer)
+
+    def _problem_of(self, answer: Response) -> RobotError:
+        status, address = answer.status, self.address.netloc
         if status < 200:
-            raise Unreadable(address=address, problem=message("status {status}", status=status))
+            return Unreadable(address=address, problem=message("status {status}", status=status))
         if status < 400:
             target = clean(answer.headers.get("Location", ""), 100) or "elsewhere"
-            raise NotAMir(code="redirected", address=address, target=target)
+            return NotAMir(code="redirected", address=address, target=target)
         if status in (401, 403):
-            raise Unauthorized(status=status, address=address)
-        robot_code, reason = self._error_of(answer)
-        if status == 503:
-            raise Busy(address=address, robot_code=robot_code, reason=reason)
-        raise (Rejected if status < 500 else RobotFault)(
-            status=status, robot_code=robot_code, reason=reason, address=address
-        )
-
-    def _error_of(self, answer: Response) -> tuple[str, str]:
-        """``error_code`` and ``error_human`` of the error body, empty where there is none."""
+            return Unauthorized(status=status, address=address)
         try:
             found = parse.loads(answer.body) if len(answer.body) <= LARGEST_OBJECT else None
         except Unreadable:
-            return "", ""
-        if not isinstance(found, dict):
-            return "", ""
-        return resolve(found.get("error_code"), 80), resolve(found.get("error_human"), 300)
+            found = None
+        found = found if isinstance(found, dict) else {}
+        kind = Rejected if status < 500 else Busy if status == 503 else RobotFault
+        robot_code, reason = resolve(found.get("error_code"), 80), resolve(found.get("error_human"), 300)
+        return kind(status=status, address=address, robot_code=robot_code, reason=reason)
 
 
 def _again_if_stale(ask: Callable[[], T]) -> T:

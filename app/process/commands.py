@@ -109,24 +109,13 @@ def _check_up(directory: DataDirectory, options: argparse.Namespace) -> int:
     if trial is not None and not options.yes and sys.stdin is not None and sys.stdin.isatty():
         terminal.ask(_moves(directory, options.check_up, trial))
 
-    def check_up_here(container: Container) -> dict[str, Any]:
-        try:
-            return check_up(container, options.check_up, trial)
-        except InvalidInput as error:
-            raise BadInput(str(error)) from None
-        except KeyboardInterrupt:
-            left = find_robot(container.db.read(), options.check_up).id in container.check_ups.left_behind()
-            raise Interrupted(
-                {"left": "the robot is not as it was before: the app's next start puts it back"} if left else {}
-            ) from None
-
     # A target that can't be written is found before the robot is asked. Raising leaves an old file as it was.
     is_file = bool(options.report) and options.report != "-"
     with export_target(options.report) if is_file else contextlib.nullcontext() as file:
         try:
             answer = here_or_by_the_running_app(
                 directory,
-                check_up_here,
+                lambda container: _check_up_here(container, options.check_up, trial),
                 "check_up",
                 CHECKED_UP_WITHIN,
                 is_taken_over=False,
@@ -146,6 +135,18 @@ def _check_up(directory: DataDirectory, options: argparse.Namespace) -> int:
     say(answer["document" if options.report == "-" else "text"].rstrip("\n"))
     raise_for(answer)
     return 0
+
+
+def _check_up_here(container: Container, robot: str, trial: Trial | None) -> dict[str, Any]:
+    try:
+        return check_up(container, robot, trial)
+    except InvalidInput as error:
+        raise BadInput(str(error)) from None
+    except KeyboardInterrupt:
+        left = find_robot(container.db.read(), robot).id in container.check_ups.left_behind()
+        raise Interrupted(
+            {"left": "the robot is not as it was before: the app's next start puts it back"} if left else {}
+        ) from None
 
 
 def _what_is_left(answer: Mapping[str, Any] | None) -> str:

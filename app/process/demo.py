@@ -57,23 +57,9 @@ def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: M
 
     Raises BadInput for a database that is no demo's: its robots are real ones.
     """
-    c = container.db.read()
-    known = sorted(container.repositories.robots.all(c), key=lambda robot: robot.id)
+    known = container.repositories.robots.all(container.db.read())
     if known:
-        if any("//127.0.0.1:" not in robot.address for robot in known):
-            raise BadInput(
-                "this data directory is no demo's, its robots are real: leave --data-dir out, or give the demo one of its own"
-            )
-        addresses, names = dict(robots), {robot.name for robot in known}
-        of_renamed = iter([url for name, url in robots if name not in names])
-        found = [(robot, addresses.get(robot.name) or next(of_renamed, "")) for robot in known]
-        container.catalogue.edit(
-            lambda edit: [
-                edit.save_robot(replace(robot, address=url), PASSWORD, is_one_of_many=True)
-                for robot, url in found
-                if url
-            ]
-        )
+        _update_addresses(container, sorted(known, key=lambda robot: robot.id), robots)
         return
     saved = [container.catalogue.save_robot(Robot(name, url, USER), password=PASSWORD) for name, url in robots]
     by_name = {
@@ -89,9 +75,8 @@ def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: M
         for rule in its_rules:
             mission = by_name[rule.mission]
             schedule = container.catalogue.save_schedule(_schedule(rule, robot, mission, settings, now))
-            old = replace(
-                schedule, changed_at=now - timedelta(days=DAYS + 1)
-            )  # else its past would be another schedule's
+            # Its past belongs to it only if it was there already.
+            old = replace(schedule, changed_at=now - timedelta(days=DAYS + 1))
             container.db.write(lambda w, old=old: container.repositories.schedules.update(w, old))  # type: ignore[misc]
             runs += _history(schedule, rule, robot, mission, settings, install_id, now, rng)
         history += _one_at_a_time(runs)
@@ -107,6 +92,21 @@ def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: M
         container.db.write(lambda w, robot=robot, seen=seen: ActivityRepository().save(w, robot.id, seen))  # type: ignore[misc]
     # The demo is right in any zone, so it does not ask for one.
     container.catalogue.change_settings(history_limit=None, selected_robot_id=saved[0].id, timezone=settings.timezone)
+
+
+def _update_addresses(container: Container, known: Sequence[Robot], robots: Sequence[tuple[str, str]]) -> None:
+    if any("//127.0.0.1:" not in robot.address for robot in known):
+        raise BadInput(
+            "this data directory is no demo's, its robots are real: leave --data-dir out, or give the demo one of its own"
+        )
+    addresses, names = dict(robots), {robot.name for robot in known}
+    of_renamed = iter([url for name, url in robots if name not in names])
+    found = [(robot, addresses.get(robot.name) or next(of_renamed, "")) for robot in known]
+    container.catalogue.edit(
+        lambda edit: [
+            edit.save_robot(replace(robot, address=url), PASSWORD, is_one_of_many=True) for robot, url in found if url
+        ]
+    )
 
 
 def _schedule(rule: _Rule, robot: Robot, mission: Mission, settings: Settings, now: datetime) -> Schedule:

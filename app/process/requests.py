@@ -6,6 +6,7 @@ import sqlite3
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 from zoneinfo import ZoneInfo
@@ -155,63 +156,59 @@ class _InBackground:
 
 
 def handlers(container: Container) -> Mapping[str, Handler]:
-    def begin_run(request: Mapping[str, Any]) -> Mapping[str, Any]:
-        try:
-            run_now(container, request["robot"], request["mission"], request["parameters"], request["token"])
-        except InvalidInput as error:
-            return {"exit": 2, "error": str(error)}
-        return {}
-
-    begun = _InBackground("run now", begin_run)  # a robot may have to be asked for the mission's parameters
-
-    def take_run_now(request: Mapping[str, Any]) -> Mapping[str, Any] | None:
-        """Answered once the robot has accepted it or it has ended: until then the request stays in the inbox."""
-        if (hold := container.holds.active()) is not None and hold.is_copy:
-            return {"exit": 2, "error": f"{hold.reason}: with --move-here this machine starts its missions"}
-        execution = container.ledger.by_token(request["token"])
-        if execution is None:
-            return begun.take(request) or None
-        return None if execution.state in (State.WAITING, State.SUBMITTING) else outcome(execution)
-
-    def take_remove_pin(_request: Mapping[str, Any]) -> Mapping[str, Any]:
-        return {"was_set": container.access.remove()}
-
-    def take_move_here(_request: Mapping[str, Any]) -> Mapping[str, Any]:
-        return {"was_copy": container.tablet.move_here()}
-
-    def take_clock_is_right(_request: Mapping[str, Any]) -> Mapping[str, Any] | None:
-        """Answered once it is known whether robots agree."""
-        problem = container.holds.clock_problem
-        if problem == UNPROVEN:
-            return None
-        if problem is not None:
-            container.holds.confirm_clock()
-        return {"was_in_doubt": problem is not None, **clock_now(container)}
-
-    def do_import(request: Mapping[str, Any]) -> Mapping[str, Any]:
-        file, path = Path(request["content"]), request["path"]
-        content = file.read_bytes()
-        file.unlink()
-        try:
-            return import_configuration(container, content, may_delete=request.get("may_delete", False))
-        except InvalidInput as error:
-            return {"exit": 2, "error": f"{path}: {error}; nothing was changed"}
-
-    def do_check_up(request: Mapping[str, Any]) -> Mapping[str, Any]:
-        asked = Path(request["content"]).with_suffix(".request")  # goes with a command that was killed
-        trial = Trial(request["mission"]) if request["is_tried"] else None
-        try:
-            return check_up(
-                container, request["robot"], trial, lambda: asked.exists() and not withdrawn(asked).exists()
-            )
-        except InvalidInput as error:
-            return {"exit": 2, "error": str(error)}
-
+    run = _InBackground("run now", partial(_begin_run, container))  # a robot may have to be asked for the parameters
     return {
-        "import": _InBackground("import", do_import).take,
-        "check_up": _InBackground("check-up", do_check_up).take,
-        "run_now": take_run_now,
-        "remove_pin": take_remove_pin,
-        "move_here": take_move_here,
-        "clock_is_right": take_clock_is_right,
+        "import": _InBackground("import", partial(_import, container)).take,
+        "check_up": _InBackground("check-up", partial(_check_up, container)).take,
+        "run_now": partial(_take_run_now, container, run),
+        "remove_pin": lambda _request: {"was_set": container.access.remove()},
+        "move_here": lambda _request: {"was_copy": container.tablet.move_here()},
+        "clock_is_right": lambda _request: _take_clock_is_right(container),
     }
+
+
+def _begin_run(container: Container, request: Mapping[str, Any]) -> Mapping[str, Any]:
+    try:
+        run_now(container, request["robot"], request["mission"], request["parameters"], request["token"])
+    except InvalidInput as error:
+        return {"exit": 2, "error": str(error)}
+    return {}
+
+
+def _take_run_now(container: Container, run: _InBackground, request: Mapping[str, Any]) -> Mapping[str, Any] | None:
+    """Answered once the robot has accepted it or it has ended: until then the request stays in the inbox."""
+    if (hold := container.holds.active()) is not None and hold.is_copy:
+        return {"exit": 2, "error": f"{hold.reason}: with --move-here this machine starts its missions"}
+    execution = container.ledger.by_token(request["token"])
+    if execution is None:
+        return run.take(request) or None
+    return None if execution.state in (State.WAITING, State.SUBMITTING) else outcome(execution)
+
+
+def _take_clock_is_right(container: Container) -> Mapping[str, Any] | None:
+    """Answered once it is known whether robots agree."""
+    problem = container.holds.clock_problem
+    if problem == UNPROVEN:
+        return None
+    if problem is not None:
+        container.holds.confirm_clock()
+    return {"was_in_doubt": problem is not None, **clock_now(container)}
+
+
+def _import(container: Container, request: Mapping[str, Any]) -> Mapping[str, Any]:
+    file, path = Path(request["content"]), request["path"]
+    content = file.read_bytes()
+    file.unlink()
+    try:
+        return import_configuration(container, content, may_delete=request.get("may_delete", False))
+    except InvalidInput as error:
+        return {"exit": 2, "error": f"{path}: {error}; nothing was changed"}
+
+
+def _check_up(container: Container, request: Mapping[str, Any]) -> Mapping[str, Any]:
+    asked = Path(request["content"]).with_suffix(".request")  # goes with a command that was killed
+    trial = Trial(request["mission"]) if request["is_tried"] else None
+    try:
+        return check_up(container, request["robot"], trial, lambda: asked.exists() and not withdrawn(asked).exists())
+    except InvalidInput as error:
+        return {"exit": 2, "error": str(error)}

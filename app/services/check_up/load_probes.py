@@ -116,6 +116,10 @@ def load(session: CheckUpSession) -> Found:
             message("Not found out whether it bears many questions: it leaves some unanswered at any time"),
             message("Check up again where the radio is better."),
         )
+    return _once_more(session, asked)
+
+
+def _once_more(session: CheckUpSession, asked: int) -> Found:
     session.pause(LOAD_S)
     asked_again, all_answered = _ask_often(session)
     if all_answered:

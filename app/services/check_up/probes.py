@@ -143,14 +143,9 @@ def clock(session: CheckUpSession) -> Found:
             message("It does not tell its time"),
             message("The app can't compare the tablet's clock with it: have the tablet set its time by the network."),
         )
-    difference = (
-        message("Its clock is {seconds} s ahead of the tablet's", seconds=round(offset))
-        if offset > 0
-        else message("Its clock is {seconds} s behind the tablet's", seconds=round(-offset))
-    )
     if abs(offset) > LARGE_OFFSET_S:
         return red(
-            difference,
+            _difference(offset),
             message(
                 "One of the two is wrong. If it is the tablet's, missions start at wrong times; if it is the robot's, the app "
                 "asks which one is right whenever it starts. Set it."
@@ -166,7 +161,7 @@ def clock(session: CheckUpSession) -> Found:
         )
     if abs(offset) > SMALL_OFFSET_S:
         return amber(
-            difference,
+            _difference(offset),
             message("Starts follow the tablet's clock. Let both set their time by the network."),
         )
     return green(
@@ -174,6 +169,12 @@ def clock(session: CheckUpSession) -> Found:
         if zone
         else message("Its clock is right; its time zone is not told")
     )
+
+
+def _difference(offset: float) -> Message:
+    if offset > 0:
+        return message("Its clock is {seconds} s ahead of the tablet's", seconds=round(offset))
+    return message("Its clock is {seconds} s behind the tablet's", seconds=round(-offset))
 
 
 def _differs(session: CheckUpSession, zone: str) -> bool:

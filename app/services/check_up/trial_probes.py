@@ -13,7 +13,7 @@ from app.mir.errors import Refusal, Unauthorized
 from app.mir.robot_vocabulary import CANCELLED, USER_REQUEST
 from app.mir.texts import clean, resolve
 from app.services.check_up.session import CheckUpSession, Found, amber, green, probe, red, why
-from app.services.check_up.trial import FIRST, LONGEST_WORD, TrialResult
+from app.services.check_up.trial import FIRST, LONGEST_WORD, Item, TrialResult
 
 DESCRIPTION, CREATED = "description", 201
 LONGEST_NAME = 80  # characters of a field's name
@@ -134,8 +134,34 @@ def _own_words(result: TrialResult) -> tuple[dict[str, str], list[str]]:
 
 @probe(Topic.WORDS)
 def _words(session: CheckUpSession, result: TrialResult) -> Found:
-    runs, (own, shared) = result.runs, _own_words(result)
+    own, shared = _own_words(result)
     session.facts["item_states"] = own
+    if (found := _ends(result)) is not None:
+        return found
+    if shared:
+        return amber(
+            message("It has one word for several states of missions: {words}", words=", ".join(shared)),
+            message(
+                "A run whose word is not known is followed until the robot has ended it, and shown as failed with that word."
+            ),
+        )
+    if own:
+        pairs = ", ".join(f"{word} = {state}" for word, state in own.items())
+        return amber(
+            message("It has words of its own for the states of missions: {words}", words=pairs),
+            message("The app knows them from now on. Nothing to do."),
+        )
+    if missing := [name for name in TIMES if parse.instant(result.runs[0].now.get(name)) is None]:
+        return amber(
+            message("A mission that is done lacks its times: {fields}", fields=", ".join(missing)),
+            message("How long runs take on it is not known, so charts and forecasts have no durations of it."),
+        )
+    return green(message("Its words for the states of missions are MiR's"))
+
+
+def _ends(result: TrialResult) -> Found | None:
+    """What is wrong with how the missions ended."""
+    runs = result.runs
     failed = next(
         (
             item
@@ -167,25 +193,7 @@ def _words(session: CheckUpSession, result: TrialResult) -> Found:
                 "Whether it was done can't be told there: the app shows such a run as failed, gone from the robot."
             ),
         )
-    if shared:
-        return amber(
-            message("It has one word for several states of missions: {words}", words=", ".join(shared)),
-            message(
-                "A run whose word is not known is followed until the robot has ended it, and shown as failed with that word."
-            ),
-        )
-    if own:
-        pairs = ", ".join(f"{word} = {state}" for word, state in own.items())
-        return amber(
-            message("It has words of its own for the states of missions: {words}", words=pairs),
-            message("The app knows them from now on. Nothing to do."),
-        )
-    if missing := [name for name in TIMES if parse.instant(runs[0].now.get(name)) is None]:
-        return amber(
-            message("A mission that is done lacks its times: {fields}", fields=", ".join(missing)),
-            message("How long runs take on it is not known, so charts and forecasts have no durations of it."),
-        )
-    return green(message("Its words for the states of missions are MiR's"))
+    return None
 
 
 def _is_unknown(word: str) -> bool:
@@ -197,12 +205,16 @@ def _cancelled(session: CheckUpSession, result: TrialResult) -> Found | None:
     item = result.cancelled
     if item is None:
         return None
-    word, text = item.word, resolve(item.now.get("message"))[:LONGEST_PREFIX]
     if result.cancel is not None and isinstance(result.cancel.error, Refusal):
         return red(
             message("A mission can't be cancelled: {problem}", problem=why(result.cancel)),
             message("What the app has started can only be stopped on the robot: give the user more rights there."),
         )
+    return _words_of_cancelled(session, result, item)
+
+
+def _words_of_cancelled(session: CheckUpSession, result: TrialResult, item: Item) -> Found:
+    word, text = item.word, resolve(item.now.get("message"))[:LONGEST_PREFIX]
     if not item.has_ended:
         return amber(
             message("A cancelled mission stays {state}", state=word or "?"),
