@@ -10,8 +10,10 @@ import pytest
 
 from app.database.backups import back_up, restore
 from app.domain.models import InvalidInput, Mission, State
+from app.services.executions.transitions import Event
 from tests.services.checks import *
 from tests.services.stage import *
+from tests.support.moments import once
 from tests.support.network import Fate
 from tests.support.site import GUIDS
 
@@ -182,17 +184,12 @@ def give(s, name="R1"):
 @step
 def when_given(s, *steps, before=()):
     """As soon as a start of a group is given to a robot: its row is noted, and these happen; ``before`` that is written others do."""
-    ledger = s.container.ledger
 
-    def bind(*values):
-        del ledger.bind
-        play(s, *before)
-        rows = ledger.bind(*values)
+    def note(rows):
         s.noted += rows[:1]
         play(s, *steps)
-        return rows
 
-    ledger.bind = bind
+    once(s.container.ledger, Event.ASSIGN, before=lambda: play(s, *before), after=note)
 
 
 @step

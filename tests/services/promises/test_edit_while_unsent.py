@@ -417,16 +417,17 @@ def group(tmp_path):
 @pytest.mark.parametrize(
     "taken_back", [off(), delete(), edit(at="09:05"), edit(at="09:05", group_id=None, robot_id=2)], ids=str
 )
-def test_taken_back_after_its_robot_was_deleted_it_is_not_sent_to_another(group, monkeypatch, taken_back):
+def test_taken_back_after_its_robot_was_deleted_it_is_not_sent_to_another(group, taken_back):
     """The intent is on the disk, and the worker has not closed yet."""
     play(group, plan(window=30))
-    once(monkeypatch, Event.ASSIGN, after=lambda rows: play(group, states(SUBMITTING), delete("robot"), taken_back))
+    act = [states(SUBMITTING), delete("robot"), taken_back]
+    once(group.container.ledger, Event.ASSIGN, after=lambda rows: play(group, *act))
     play(group, 600, sent())
 
 
-def test_a_mission_edited_between_intent_and_request_leaves_as_it_is_then(group, monkeypatch):
+def test_a_mission_edited_between_intent_and_request_leaves_as_it_is_then(group):
     play(group, plan(window=30))
-    once(monkeypatch, Event.ASSIGN, after=lambda rows: play(group, states(SUBMITTING), mission(does="Home")))
+    once(group.container.ledger, Event.ASSIGN, after=lambda rows: play(group, states(SUBMITTING), mission(does="Home")))
     play(group, 330, did("Home"))
 
 
@@ -441,9 +442,9 @@ def test_a_time_to_be_done_by_that_is_put_off_while_it_is_decided_counts(group, 
     play(group, 1500, states(COMPLETED))
 
 
-def test_a_window_that_is_made_longer_while_it_is_ended_counts(group, monkeypatch):
+def test_a_window_that_is_made_longer_while_it_is_ended_counts(group):
     play(group, plan(window=10), ALL_HELD, later(1000, release()))
-    once(monkeypatch, Event.EXPIRE, before=lambda: play(group, edit(window=60)))
+    once(group.container.ledger, Event.EXPIRE, before=lambda: play(group, edit(window=60)))
     play(group, 1500, states(COMPLETED))
 
 
