@@ -6,7 +6,6 @@ import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Generic, TypeVar
 
 from app.database.alarms import AlarmRepository
 from app.database.backups import newest_good_backup
@@ -48,7 +47,7 @@ from app.services.history.runs import History
 from app.services.history.shift_report import ShiftReports
 from app.services.live.access import Access
 from app.services.live.alarms import Alarms
-from app.services.live.changes import Changes, Topic
+from app.services.live.changes import CachedUntilChanged, Changes, Topic
 from app.services.live.downtime import Downtime
 from app.services.live.holds import Clearing, Holds
 from app.services.live.mission_parameters import MissionParameters
@@ -67,7 +66,6 @@ from app.services.robots.proposed_places import ProposedPlaces
 from app.services.suggestions.suggestions import Suggestions
 
 log = logging.getLogger(__name__)
-T = TypeVar("T")
 
 DATABASE_NAME = "amr-scheduler.db"
 MAPS = "maps"  # directory next to the database
@@ -321,27 +319,3 @@ class Connector:
             profile=robot.known,
             pace=self._paces.setdefault(robot.address, Pace()),
         )
-
-
-class CachedUntilChanged(Generic[T]):
-    """A value that is read often and changes rarely: kept until one of the topics is published."""
-
-    def __init__(self, read: Callable[[], T], changes: Changes, *topics: Topic) -> None:
-        self._read, self._topics = read, topics
-        self._value: T | None = None
-        self._version = 0
-        changes.subscribe(self._forget)
-
-    def _forget(self, topic: Topic, _about: int | None) -> None:
-        if topic in self._topics:
-            self._version += 1
-            self._value = None
-
-    def __call__(self) -> T:
-        value = self._value
-        if value is None:
-            version = self._version
-            value = self._read()
-            if version == self._version:  # else it may be of before the change
-                self._value = value
-        return value

@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from app import NAME, __version__
-from app.container import CachedUntilChanged, Container
+from app.container import Container
 from app.failures import BadInput
 from app.process import log_file
 from app.process.data_directory import AlreadyRunning, DataDirectory, InstanceLock, open_container
@@ -25,7 +25,7 @@ from app.process.requests import handlers
 from app.process.terminal import say_in_passing
 from app.services.files.daily_backup import DailyBackup
 from app.services.live.alarms import Alarms
-from app.services.live.changes import Topic
+from app.services.live.changes import CachedUntilChanged, Topic
 
 log = logging.getLogger(__name__)
 

@@ -20,7 +20,7 @@ from app.database.settings import WRONG_PINS, SettingsRepository
 from app.domain.clock import Clock
 from app.domain.models import InvalidInput
 from app.services.live.alarms import Alarms
-from app.services.live.changes import Changes, Topic
+from app.services.live.changes import CachedUntilChanged, Changes, Topic
 
 log = logging.getLogger(__name__)
 
@@ -73,10 +73,8 @@ class Access:
         self._db, self._settings, self._clock, self._changes, self._alarms = db, settings, clock, changes, alarms
         self._wrong: int = settings.get(db.read(), WRONG_PINS, 0)
         self._closed_until = clock.monotonic() + _wait_after(self._wrong)
-        self._cached: dict[str, Any] | None = None
-        self._is_cached = False  # whether ``_cached`` is what is stored
+        self._stored = CachedUntilChanged(lambda: settings.get(db.read(), PIN), changes, Topic.SETTINGS)
         self._trying = threading.Lock()
-        changes.subscribe(self._invalidate)
         self._warn()  # a restored backup knows nothing of it
 
     def is_set(self) -> bool:
@@ -136,15 +134,6 @@ class Access:
             self._wrong, self._closed_until = 0, self._clock.monotonic()
             self._db.write(lambda c: self._settings.put(c, WRONG_PINS, 0))
             self._alarms.clear(*_ALARM)
-
-    def _stored(self) -> dict[str, Any] | None:
-        if not self._is_cached:
-            self._cached, self._is_cached = self._settings.get(self._db.read(), PIN), True
-        return self._cached
-
-    def _invalidate(self, topic: Topic, _about: int | None) -> None:
-        if topic is Topic.SETTINGS:
-            self._is_cached = False
 
     def _put(self, value: dict[str, Any] | None) -> None:
         self._db.write(lambda c: self._settings.put(c, PIN, value))

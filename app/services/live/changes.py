@@ -1,4 +1,4 @@
-"""Notifications of changes: services publish a topic; screens and robot workers subscribe."""
+"""Notifications of changes: services publish a topic; screens, robot workers and cached values subscribe."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import logging
 import threading
 from collections.abc import Callable
 from enum import StrEnum
+from typing import Generic, TypeVar
 
 log = logging.getLogger(__name__)
 
@@ -21,6 +22,8 @@ class Topic(StrEnum):
     ALARMS = "alarms"
     HOLDS = "holds"
 
+
+T = TypeVar("T")
 
 NO_ROBOT = 0  # about executions for which no robot has been chosen yet
 
@@ -55,3 +58,27 @@ class Changes:
                 listener(topic, about)
             except Exception:
                 log.exception("A listener to %s failed", topic)  # a listener that fails must not stop the publisher
+
+
+class CachedUntilChanged(Generic[T]):
+    """A value that is read often and changes rarely: kept until one of the topics is published."""
+
+    def __init__(self, read: Callable[[], T], changes: Changes, *topics: Topic) -> None:
+        self._read, self._topics = read, topics
+        self._value: T | None = None
+        self._version = 0
+        changes.subscribe(self._forget)
+
+    def _forget(self, topic: Topic, _about: int | None) -> None:
+        if topic in self._topics:
+            self._version += 1
+            self._value = None
+
+    def __call__(self) -> T:
+        value = self._value
+        if value is None:
+            version = self._version
+            value = self._read()
+            if version == self._version:  # else it may be of before the change
+                self._value = value
+        return value
