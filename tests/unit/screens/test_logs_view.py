@@ -16,7 +16,7 @@ from app.screens.logs.facts import execution_filter, period_with
 from app.screens.logs.figures import Figures
 from app.screens.logs.kpi_view import DayBar, FactLine
 from app.screens.logs.view import UNDER_WAY, Filters, Period
-from app.services.history.figures import Delays, Facts
+from app.services.history.figures import Delays, Facts, Figure, Unit
 
 ZONE = ZoneInfo("Europe/Helsinki")
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
@@ -385,6 +385,7 @@ DAYS = tuple(
 )
 FIGURES = Figures(FACTS, Delays([4.0] * 2 + [65.0], [1.0], [3.0]), DAYS)
 EMPTY = Figures()
+FIGURE_KEYS = list(kpi_view.FIGURES)
 
 
 def plain(markup):
@@ -462,7 +463,21 @@ def test_a_long_history_is_condensed_to_few_points():
     assert kpi_view.condense([]) == ()
 
 
-@pytest.mark.parametrize("key", ["success", "duration", "per_day", "utilisation", "adherence"])
+def test_one_more_row_in_the_table_is_one_more_card_with_its_history_change_and_explanation(monkeypatch):
+    share = Figure(
+        "Cancelled by people", Unit.SHARE, lambda facts: facts.cancelled / (facts.total or 1), "Of all that ended."
+    )
+    monkeypatch.setitem(kpi_view.FIGURES, "cancelled", share)
+    figures = replace(
+        FIGURES, first_day=date(2026, 11, 14), last_day=date(2026, 11, 20), earlier=replace(FACTS, cancelled=10)
+    )
+    card = kpi_view.cards(figures)[-1]
+    assert (card.key, card.label, plain(card.value)) == ("cancelled", "Cancelled by people", "0.5 %")
+    assert (len(card.history), card.change) == (7, "−1.9 points against the 7 days before")
+    assert kpi_view.explanation("cancelled", figures).text == "Of all that ended."
+
+
+@pytest.mark.parametrize("key", FIGURE_KEYS)
 def test_every_figure_can_be_explained(key):
     for figures in (FIGURES, EMPTY):
         found = kpi_view.explanation(key, figures)
