@@ -5,14 +5,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
-from functools import partial
 
 import pytest
 
 from app.database.connection import DatabaseUnavailable
 from app.domain.models import Overlap
 from tests.services.story import *
-from tests.support.clock import VirtualClock
 from tests.support.seen import covered
 
 YEAR = 365 * DAY
@@ -232,158 +230,6 @@ test_jumped = told(
     ),
 )
 
-TWO_LATE = [plan("R1", on=1), plan("R2", on=2), 60, off_for(600), 15]
-
-
-@step
-def keep_r1(s, held=True, number=1):
-    assert s.container.operator.hold_starts([s.row("R1").id], held=held) == number
-
-
-def of(name, *wanted):
-    """How many items the robot has, and what its start waits for."""
-    return true(lambda s: (len(s.machines[name].queue), *[s.row(name).wait] * len(wanted[1:])) == wanted)
-
-
-test_absent = told(
-    Story("back within the window it runs once", [plan(), 60, off_for(600), 300, ends(DONE), raised("app_was_off")]),
-    Story("longer than the window it is missed", [plan(), 60, off_for(3600), 300, ends(MISSED)]),
-    Story(
-        "of many only the latest runs",
-        [plan(rule="FREQ=HOURLY"), 60, off_for(5 * 3600 + 400), 600, ends(MISSED, DONE), counts(5, 1)],
-    ),
-    Story("a short restart is none", [plan(), 280, off_for(10), 300, ends(DONE), not_raised()]),
-    Story("asleep over the window it is missed", plan(), 60, each(asleep(7200), asleep(3 * DAY)), [300, ends(MISSED)]),
-    Story(
-        "asleep: robots agree and what was missed is written so",
-        [plan(every=60), 60, asleep(7200), 600, ends(MISSED, DONE), counts(2, 1)],
-    ),
-    Story(
-        "with a window what is late is listed for half a minute first",
-        [plan(), 60],
-        each(
-            [off_for(600), 25],
-            [app_off(cleanly=False), do(lambda s: s.clock.advance(600)), clock(-DAY), app_on(), 2, clock(DAY), 20],
-        ),
-        [waits(Wait.LATE_START), runs(0), 300, ends(DONE), raised("app_was_off")],
-        with_window=True,
-    ),
-    Story(
-        "one of two on the list is held until it is released",
-        [TWO_LATE, keep_r1(), 120, of("R1", 0, HOLD), true(lambda s: not s.container.holds.current())],
-        [of("R2", 1), keep_r1(False), 5, of("R1", 1), 200],
-        robots=2,
-        with_window=True,
-    ),
-    Story(
-        "let go from the list it goes at once",
-        [TWO_LATE, keep_r1(False), 2, of("R1", 1), of("R2", 0), 300],
-        robots=2,
-        with_window=True,
-    ),
-    Story(
-        "held beyond its window it is skipped",
-        [
-            TWO_LATE,
-            keep_r1(),
-            900,
-            of("R1", 0),
-            true(lambda s: (s.row("R1").reason.code, s.row("R1").attempts) == (ReasonCode.HOLD, 0)),
-        ],
-        robots=2,
-        with_window=True,
-    ),
-    Story(
-        "held it is not sent because its schedule was edited there and back",
-        [TWO_LATE, keep_r1()],
-        each([off("R1"), 5, on("R1"), 5], [edit("R1", at="08:05"), 5, edit("R1", at="06:05"), 5]),
-        [200, of("R1", 0)],
-        robots=2,
-        with_window=True,
-        stays_open=True,
-    ),
-    Story(
-        "after another sleep it is listed for as long again",
-        [TWO_LATE, asleep(90), 20, waits(Wait.LATE_START, Wait.LATE_START), 60, runs(2), 200],
-        robots=2,
-        with_window=True,
-    ),
-    Story(
-        "held it stays so over another absence",
-        [TWO_LATE, keep_r1(), 10, off_for(120), 60, of("R1", 0), true(lambda s: s.row("R1").held)],
-        robots=2,
-        with_window=True,
-        stays_open=True,
-    ),
-    Story(
-        "pressed in the last moment a person is told the truth",
-        TWO_LATE,
-        each(
-            *(
-                later(at, do(lambda s: s.noted.append(s.container.operator.hold_starts([s.row("R1").id]))))
-                for at in (14.9, 15.0, 15.1)
-            )
-        ),
-        [120, true(lambda s: len(s.machines["R1"].queue) == 1 - s.noted[-1])],
-        robots=2,
-        with_window=True,
-        stays_open=True,
-    ),
-    Story(
-        "held while its robot is asked for its status it is not sent",
-        [TWO_LATE, 10, meets("GET", "/status", SLOW, 4.0, robot="R1"), later(7.0, keep_r1()), 120],
-        [of("R1", 0, HOLD), of("R2", 1)],
-        robots=2,
-        with_window=True,
-        stays_open=True,
-    ),
-    Story("on its way it is not held", [TWO_LATE, 60, keep_r1(number=0), 200], robots=2, with_window=True),
-)
-
-JUST_BEFORE = each(*(300.0 - before for before in (1.0, 0.5, 0.3, 0.2, 0.05)))
-NEEDS_HALF = plan(battery=50)
-
-test_asleep_just_before = told(
-    Story(
-        "the battery is read before anything is sent",
-        NEEDS_HALF,
-        JUST_BEFORE,
-        battery(10),
-        each(asleep(5), asleep(600), do(lambda s: s.clock.advance(600.0))),
-        [60, sent(), waits(BATTERY)],
-        stays_open=True,
-    ),
-    Story("a charged robot gets its start once", NEEDS_HALF, JUST_BEFORE, [asleep(600), 60, runs(1), 200]),
-    Story(
-        "a clock that is set looks the same",
-        NEEDS_HALF,
-        JUST_BEFORE,
-        battery(10),
-        each(clock(-600), clock(600)),
-        [700, sent()],
-        stays_open=True,
-    ),
-)
-
-
-def woken_first(s, seconds):
-    """The scheduler's thread is quicker than the robot's."""
-    VirtualClock.suspend(s.clock, seconds)
-    s.engine.advance()
-
-
-def stopped(s, seconds):
-    """Both clocks went on."""
-    s.clock.advance(seconds)
-
-
-@pytest.mark.parametrize("sleep", [woken_first, stopped])
-def test_asleep_between_connecting_and_sending_the_battery_is_read_again(tmp_path, monkeypatch, sleep):
-    s = Stage(tmp_path, "robot", 1)
-    monkeypatch.setattr(s.clock, "suspend", partial(sleep, s))
-    play(s, NEEDS_HALF, 60, post(Fate.ASLEEP, 300.0), later(239.99, battery(10)), 300, sent(), waits(BATTERY))
-    s.switch_off()
-
 
 def test_a_step_back_that_can_not_be_written_at_once_is_made_up_for(tmp_path, monkeypatch):
     s = Stage(tmp_path, "robot", 1)
@@ -412,12 +258,4 @@ def test_the_nights_in_which_helsinki_changes_its_clocks(tmp_path, begins, at):
     s.container.catalogue.save_schedule(night)
     s.run(20 * 3600)
     assert [f"{row.planned_at:%Y-%m-%dT%H:%M}" for row in s.executions()] == [at]
-    s.switch_off()
-
-
-def test_what_was_missed_says_between_when_the_app_was_off(tmp_path):
-    s = Stage(tmp_path, "robot", 1)
-    play(s, plan(), 60, off_for(3600), 300, ends(MISSED))
-    details = s.row().reason.details
-    assert details["start"] < s.row().planned_at.isoformat() < details["end"]
     s.switch_off()
