@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from enum import StrEnum
 from itertools import islice
@@ -30,6 +30,9 @@ SILENT_FOR = timedelta(days=60)
 RESULTS_AFTER = timedelta(days=14)
 DOUBLES = 2  # times as large a share of late starts ends the silence
 MOST = 3  # suggestions at once
+MOST_EXAMINED = (
+    10  # late schedules for which the plan is searched: a preview for each robot may take a tenth of a second
+)
 
 HasMission = Callable[[int, str], bool]
 FreeAt = Callable[[Schedule], datetime | None]
@@ -73,7 +76,6 @@ class Result:
     starts: int
     late_before: int
     starts_before: int
-    answer_id: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True)
@@ -100,8 +102,8 @@ class Suggestions:
         site = _Site(c, self._has_mission, self._free_at)
         runs = self._repository.runs(c, now - LOOKS_BACK)
         found = findings(runs, self._since(site, answers, now), lambda *at: self._repository.activity_at(c, *at))
-        heard = (site.suggestion(one) for one in found if not _is_silent(one, answers, now))
-        helpful = tuple(islice((one for one in heard if one.changes), MOST))
+        worst = islice((one for one in found if not _is_silent(one, answers, now)), MOST_EXAMINED)
+        helpful = tuple(islice((one for one in map(site.suggestion, worst) if one.changes), MOST))
         self.latest = Advice(helpful, tuple(self._results(c, site, answers, now)))
         return self.latest
 
@@ -158,7 +160,7 @@ class Suggestions:
                 continue
             runs = [run for run in self._repository.runs_of(c, answer.schedule_id, answer.at) if counts(run)]
             if runs:
-                yield Result(schedule, sum(map(is_late, runs)), len(runs), answer.late, answer.starts, answer.id)
+                yield Result(schedule, sum(map(is_late, runs)), len(runs), answer.late, answer.starts)
 
 
 def _before(answer: Answer) -> datetime:
