@@ -55,7 +55,6 @@ class UserPrompt:
     question: str
     options: tuple[str, ...] = ()
     timeout_s: float | None = None
-    user_group: str = ""
     more_options: int = 0  # that are not among ``options``: too many, too long, or of what can't be shown
 
 
@@ -140,9 +139,7 @@ class QueueItem:
     ordered: datetime | None = None
     started: datetime | None = None
     finished: datetime | None = None
-    created_by_id: str | None = None
     created_by_name: str = ""
-    control_state: int | None = None  # > 0: waits for something outside (area, lift, map transition)
 
     @property
     def is_pending(self) -> bool:
@@ -164,19 +161,12 @@ class MissionInfo:
 
 @dataclass(frozen=True)
 class MissionDetail:
-    """Everything about one mission."""
+    """What one mission tells about its parameters and actions. ``has_user_parameters``: None where it does not say."""
 
     guid: str
-    name: str
-    description: str = ""
-    group_id: str | None = None
-    hidden: bool = False
-    is_template: bool = False
-    valid: bool | None = None
     has_user_parameters: bool | None = None
     actions_url: str = ""
     definition_url: str = ""
-    created_by_name: str = ""
 
 
 @dataclass(frozen=True)

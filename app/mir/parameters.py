@@ -17,7 +17,7 @@ from typing import Any
 from app.domain.message import message
 from app.domain.robot import POSITIONS, MissionActions, MissionParameter
 from app.mir.errors import Unreadable
-from app.mir.parse import LONGEST_LIST, Object, float_or_none, int_or_none, text_or_none
+from app.mir.parse import LONGEST_LIST, Object, float_or_none, int_or_none, some_objects, text_or_none
 from app.mir.texts import clean
 
 MOST_PARAMETERS = 50  # of a mission: each is a field on the screen
@@ -50,7 +50,7 @@ def from_definition(value: Any) -> list[MissionParameter]:
         _parameter(entry)
         for definition in definitions[:LONGEST_LIST]
         if isinstance(definition, dict)
-        for entry in _objects(definition.get("parameters"))
+        for entry in some_objects(definition.get("parameters"))
     )
 
 
@@ -62,13 +62,13 @@ def from_actions(value: Any) -> list[MissionParameter]:
             _parameter({"id": entry.get("input_name"), "type": entry.get("id"), "default": entry.get("value")}),
             clean(entry.get("id"), 40),
         )
-        for action in _objects(value)
-        for entry in _objects(action.get("parameters"))
+        for action in some_objects(value)
+        for entry in some_objects(action.get("parameters"))
     )
 
 
 def actions(value: Any) -> MissionActions:
-    in_order = sorted(_objects(value), key=lambda action: int_or_none(action.get("priority")) or 0)
+    in_order = sorted(some_objects(value), key=lambda action: int_or_none(action.get("priority")) or 0)
     return MissionActions(
         _is_way_to_charger(value), tuple(goal for action in in_order for goal in _goals(action))[:MOST_STOPS]
     )
@@ -79,14 +79,14 @@ def _goals(action: Object) -> list[str]:
         return [""]
     return [
         "" if entry.get("input_name") else text_or_none(entry.get("value")) or ""
-        for entry in _objects(action.get("parameters"))
+        for entry in some_objects(action.get("parameters"))
         if entry.get("id") in POSITIONS
     ][:1]
 
 
 def _is_way_to_charger(value: Any) -> bool:
     """Whether a mission with these actions charges the robot, and does nothing else but go there."""
-    types = {str(action.get("action_type")) for action in _objects(value)}
+    types = {str(action.get("action_type")) for action in some_objects(value)}
     return isinstance(value, list) and len(value) <= LONGEST_LIST and CHARGING in types and types <= WAY_TO_CHARGER
 
 
@@ -108,10 +108,6 @@ def _setting(parameter: MissionParameter, sets: str) -> MissionParameter:
         minimum=low if parameter.minimum is None else parameter.minimum,
         maximum=high if parameter.maximum is None else parameter.maximum,
     )
-
-
-def _objects(value: Any) -> list[Object]:
-    return [entry for entry in value[:LONGEST_LIST] if isinstance(entry, dict)] if isinstance(value, list) else []
 
 
 def _unique(found: Iterable[MissionParameter]) -> list[MissionParameter]:
@@ -137,7 +133,8 @@ def _parameter(value: Object) -> MissionParameter:
         None,
     )
     labelled = tuple(
-        (_plain(entry.get("value")), clean(entry.get("name") or str(entry.get("value")))) for entry in _objects(choices)
+        (_plain(entry.get("value")), clean(entry.get("name") or str(entry.get("value"))))
+        for entry in some_objects(choices)
     )
     return MissionParameter(
         name=clean(value.get("input_name")) or clean(value.get("id")),

@@ -112,6 +112,11 @@ def objects(value: Any, what: Message) -> list[Object]:
     return value
 
 
+def some_objects(value: Any) -> list[Object]:
+    """Those that there are; [] where it is no list."""
+    return [entry for entry in value[:LONGEST_LIST] if isinstance(entry, dict)] if isinstance(value, list) else []
+
+
 def single(value: Any, what: Message) -> Object:
     """One object, where MiR's REST definition 3.5.4 says a list of them, as for /users/me."""
     return object_(value[0] if isinstance(value, list) and value else value, what)
@@ -207,7 +212,7 @@ def status(
         robot_name=clean(value.get("robot_name"), 80),
         robot_model=clean(value.get("robot_model"), 80),
         serial_number=text_or_none(value.get("serial_number")),
-        errors=tuple(_problem(entry) for entry in _some(value.get("errors"))),
+        errors=tuple(_problem(entry) for entry in some_objects(value.get("errors"))),
         user_prompt=_prompt(value.get("user_prompt")),
         position=_pose(value.get("position")),
         map_id=text_or_none(value.get("map_id")),
@@ -231,10 +236,6 @@ def _robot_state(state_id: int | None, text: str) -> RobotState:
 _STATE_TEXTS = {state.name.replace("_", "").casefold(): state for state in RobotState}
 
 
-def _some(value: Any) -> list[Object]:
-    return [entry for entry in value[:LONGEST_LIST] if isinstance(entry, dict)] if isinstance(value, list) else []
-
-
 def _problem(value: Object) -> RobotProblem:
     return RobotProblem(
         int_or_none(value.get("code")),
@@ -249,18 +250,17 @@ def _prompt(value: Any) -> UserPrompt | None:
         return None
     options = value.get("options")
     options = options if isinstance(options, list) else []
-    given = [option.strip() for option in options[:MOST_OPTIONS] if _can_be_given(option)]
+    usable = [option.strip() for option in options[:MOST_OPTIONS] if _is_usable(option)]
     return UserPrompt(
         guid,
         resolve(value.get("question")),
-        tuple(given),
+        tuple(usable),
         not_negative(value.get("timeout")),
-        clean(value.get("user_group"), 80),
-        len(options) - len(given),
+        len(options) - len(usable),
     )
 
 
-def _can_be_given(option: Any) -> bool:
+def _is_usable(option: Any) -> bool:
     """An answer that would be shown or sent as something else than what the robot offers is none."""
     return isinstance(option, str) and 0 < len(option) <= LONGEST_ANSWER and clean(option) == option.strip() != ""
 
@@ -282,8 +282,6 @@ _QUEUE_STATES = {
     "aborted": QueueState.ABORTED,
     "abort": QueueState.ABORTING,
 }
-
-
 _QUEUE_ITEM = message("the queue item")
 
 
@@ -323,9 +321,7 @@ def queue_item(value: Any) -> QueueItem:
         ordered=instant(value.get("ordered")),
         started=instant(value.get("started")),
         finished=instant(value.get("finished")),
-        created_by_id=text_or_none(value.get("created_by_id")),
         created_by_name=clean(value.get("created_by_name"), 80),
-        control_state=int_or_none(value.get("control_state")),
     )
 
 
@@ -342,16 +338,9 @@ def mission_detail(value: Any) -> MissionDetail:
         raise Unreadable(problem=message("the mission has no guid"))
     return MissionDetail(
         guid,
-        clean(found.get("name"), 255) or guid,
-        clean(found.get("description")),
-        text_or_none(found.get("group_id")),
-        hidden=found.get("hidden") is True,
-        is_template=found.get("is_template") is True,
-        valid=bool_or_none(found.get("valid")),
-        has_user_parameters=bool_or_none(found.get("has_user_parameters")),
-        actions_url=api_url(found.get("actions")),
-        definition_url=api_url(found.get("definition")),
-        created_by_name=clean(found.get("created_by_name"), 80),
+        bool_or_none(found.get("has_user_parameters")),
+        api_url(found.get("actions")),
+        api_url(found.get("definition")),
     )
 
 

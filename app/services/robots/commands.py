@@ -75,14 +75,9 @@ class Operator:
     ) -> None:
         """``answered`` is called with robot, question (its guid) and answer that the robot has taken."""
         self._db, self._robots, self._missions = db, robots, missions
-        self._ledger, self._clock, self._engine, self._settings, self._make_client = (
-            ledger,
-            clock,
-            engine,
-            settings,
-            make_client,
-        )
-        self._holds, self._clearing, self._parameters, self._keep_paused = holds, clearing, parameters, keep_paused
+        self._ledger, self._clock, self._engine = ledger, clock, engine
+        self._settings, self._make_client, self._parameters = settings, make_client, parameters
+        self._holds, self._clearing, self._keep_paused = holds, clearing, keep_paused
         self._answered = answered
 
     # ------------------------------------------------------------------ missions

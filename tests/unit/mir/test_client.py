@@ -129,12 +129,7 @@ def test_mission(robot: RobotClient, responses: RequestsMock) -> None:
         },
     )
     mission = robot.mission(MISSION)
-    assert (mission.name, mission.valid, mission.has_user_parameters, mission.group_id) == (
-        "Deliver",
-        True,
-        False,
-        None,
-    )
+    assert (mission.guid, mission.has_user_parameters) == (MISSION, False)
     assert mission.definition_url == f"/api/v2.0.0/missions/{MISSION}/definition"
 
 

@@ -238,7 +238,7 @@ def test_errors_and_prompt_with_their_templates() -> None:
         RobotProblem(10120, "Failed to reach 'S2'", "MissionController", resettable=False),
         RobotProblem(10201, "Lost"),
     )
-    assert status.user_prompt == UserPrompt("g-1", "Loaded?", ("Yes",), 60.0, "u", 2)
+    assert status.user_prompt == UserPrompt("g-1", "Loaded?", ("Yes",), 60.0, 2)
 
 
 @pytest.mark.parametrize("value", [None, [], {}, "x", 5, [STATUS], {"robot_name": "R1"}, {"error": "no"}])
@@ -256,12 +256,11 @@ def test_a_recorded_queue_item() -> None:
             message='{"message": "At %(x)s", "args": {"x": "A"}}',
             description="token",
             parameters=[{"input_name": "n", "value": 1}],
-            control_state=2,
             priority=4,
         )
     )
     assert (found.id, found.state, found.state_text) == (723, QueueState.EXECUTING, "Executing")
-    assert (found.message, found.description, found.priority, found.control_state) == ("At A", "token", 4, 2)
+    assert (found.message, found.description, found.priority) == ("At A", "token", 4)
     assert found.parameters == ({"input_name": "n", "value": 1},)
     assert found.finished is not None
     assert found.started is not None
