@@ -42,8 +42,7 @@ from app.services.files.calendar_import import CalendarFiles
 from app.services.files.exports import DataFiles
 from app.services.files.plan_export import PlanFiles
 from app.services.history.kpis import Kpis
-from app.services.history.robot_states import RobotStates
-from app.services.history.runs import History
+from app.services.history.runs import History, RobotStates
 from app.services.history.shift_report import ShiftReports
 from app.services.live.access import Access
 from app.services.live.alarms import Alarms

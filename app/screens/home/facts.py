@@ -16,8 +16,7 @@ from app.screens.common.holding import hold_at, hold_of_run
 from app.screens.common.name_order import by_name
 from app.services.catalogue.catalogue import Catalogue
 from app.services.dispatch.engine import Engine
-from app.services.history.robot_states import RobotStates
-from app.services.history.runs import History
+from app.services.history.runs import History, RobotStates
 from app.services.live.alarms import Alarms
 from app.services.live.holds import Hold, Holds
 from app.services.live.snapshots import Snapshots

@@ -18,8 +18,7 @@ from app.services.catalogue.catalogue import Catalogue
 from app.services.dispatch.ledger import Ledger
 from app.services.files.exports import DataFiles
 from app.services.history.kpis import Kpis
-from app.services.history.robot_states import RobotStates
-from app.services.history.runs import History
+from app.services.history.runs import History, RobotStates
 from app.services.history.shift_report import ShiftReports
 from app.services.live.holds import Holds
 from app.services.live.snapshots import Snapshots

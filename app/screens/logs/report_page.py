@@ -20,7 +20,7 @@ from app.screens.logs.more_view import cause_text
 from app.screens.logs.robot_states import word
 from app.services.history import figures
 from app.services.history.figures import FIGURES, Facts, Unit
-from app.services.history.robot_states import RobotTimeline
+from app.services.history.runs import RobotTimeline
 from app.services.history.shift_report import ShiftReport
 
 

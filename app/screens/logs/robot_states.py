@@ -17,7 +17,7 @@ from app.screens.logs.facts import LogsServices
 from app.screens.logs.kpi_view import Explanation, FactLine
 from app.screens.logs.view import Filters, period_start
 from app.services.history.figures import Facts
-from app.services.history.robot_states import RobotTimeline
+from app.services.history.runs import RobotTimeline
 
 COLUMNS = 600  # of a band; finer can't be seen
 HOUR = 3600.0

@@ -15,7 +15,7 @@ from app.domain.clock import Clock, midnight
 from app.domain.models import Alarm, Execution, Settings
 from app.services.history.figures import Cause, Delays, Facts, GroupFacts
 from app.services.history.kpis import KpiFilter, Kpis
-from app.services.history.robot_states import RobotStates, RobotTimeline
+from app.services.history.runs import RobotStates, RobotTimeline
 
 SHIFT = timedelta(hours=8)
 LINES, LEAST = 18, 6  # of robots (two each), runs and alarms that fit on a page; of runs and alarms always some

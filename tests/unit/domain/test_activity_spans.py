@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from app.database.activities import ActivityRepository
 from app.domain.activity import ACTIVITIES, NO_DATA, ActivitySpan, SpanRecorder, as_drawn, without_gaps
-from app.services.history.robot_states import RobotStates
+from app.services.history.runs import RobotStates
 from tests.support.examples import examples
 from tests.support.kpi_world import NOON, World
 

@@ -16,7 +16,7 @@ from app.domain.activity import ACTIVITIES, ActivitySpan, seen_seconds
 from app.domain.clock import midnight
 from app.domain.models import State
 from app.services.history.kpis import KpiFilter, Kpis
-from app.services.history.robot_states import RobotStates
+from app.services.history.runs import RobotStates
 from tests.support.clock import VirtualClock
 from tests.support.examples import examples
 from tests.support.kpi_world import HELSINKI, NOON, World

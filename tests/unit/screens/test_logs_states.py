@@ -10,7 +10,7 @@ import pytest
 from app.domain.activity import ACTIVITIES, NO_DATA, ActivitySpan
 from app.screens.logs import robot_states as states
 from app.services.history.figures import Facts
-from app.services.history.robot_states import RobotTimeline
+from app.services.history.runs import RobotTimeline
 
 ZONE = ZoneInfo("Europe/Helsinki")
 START = datetime(2026, 11, 19, 22, 0, tzinfo=UTC)  # midnight in Helsinki
