@@ -15,9 +15,12 @@ from typing import Any, NamedTuple
 
 from app.domain.conflicts import ConflictCode
 from app.domain.models import Group, Place
-from app.services.planning.occupancy import CROWDED, HOUR, Occupancy, Overload, Span, load, merged
+from app.services.planning.occupancy import Occupancy, Overload, Span, merged
 from app.services.planning.overlaps import ASSUMED_S
 from app.services.planning.planned import Conflict, PlannedRun
+
+HOUR = timedelta(hours=1)
+CROWDED = 0.7  # of any hour: above that what waits for a place waits long
 
 
 @dataclass(frozen=True)
@@ -65,13 +68,14 @@ def _span(run: PlannedRun, slow: bool) -> Span:
 
 
 def crowded_hours(place: Resource) -> Iterator[Conflict]:
-    """Those in which it is wanted for most of the time."""
-    hours = defaultdict[datetime, list[Span]](list)
+    """Those in which it is wanted for most of the time, by the runs that begin in them."""
+    seconds = defaultdict[datetime, float](float)
     for span in place.spans:
-        hours[span.begins.replace(minute=0, second=0, microsecond=0)].append(span)
+        hour = span.begins.replace(minute=0, second=0, microsecond=0)
+        seconds[hour] += (span.ends - span.begins).total_seconds()
     of_place = {name: place.details[name] for name in ("place", "place_id")}
-    for hour, spans in hours.items():
-        if (share := load(spans, place.room, hour)) > CROWDED:
+    for hour, total in seconds.items():
+        if (share := total / (place.room * HOUR.total_seconds())) > CROWDED:
             details = {**of_place, "percent": round(100 * share), "until": hour + HOUR}
             yield Conflict(ConflictCode.PLACE_CROWDED, hour, details)
 

@@ -12,9 +12,17 @@ from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository, Skip
 from app.domain.conflicts import ConflictCode
 from app.domain.models import DurationEstimate, Group, Mission, Robot, Schedule
-from app.services.planning.conflicts import Resource, Shared, critical_behind, crowded_hours, late_because_of, resources
+from app.services.planning.conflicts import (
+    HOUR,
+    Resource,
+    Shared,
+    critical_behind,
+    crowded_hours,
+    late_because_of,
+    resources,
+)
 from app.services.planning.durations import MissionDurations
-from app.services.planning.occupancy import HOUR, Occupancy
+from app.services.planning.occupancy import Occupancy
 from app.services.planning.overlaps import Neighbours, OtherSchedule, neighbours
 from app.services.planning.planned import Conflict, PlannedRun, copy_at, planned_run
 from app.services.planning.recurrence import Occurrence

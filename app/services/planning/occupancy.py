@@ -8,12 +8,9 @@ from __future__ import annotations
 from bisect import bisect_left, bisect_right
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from datetime import datetime, timedelta
+from datetime import datetime
 from itertools import accumulate
 from typing import NamedTuple
-
-HOUR = timedelta(hours=1)
-CROWDED = 0.7  # of any hour: above that what waits for a place waits long
 
 
 class Span(NamedTuple):
@@ -62,27 +59,12 @@ class Occupancy:
 
     def first_overload(self, room: int, begins: datetime, ends: datetime) -> Overload | None:
         """The first that there is in [begins, ends), with what wants it from ``begins`` on."""
-        for crowd in self.overloads(room):
-            if crowd.until > begins and crowd.at < ends:
-                return crowd if crowd.at >= begins else Overload(begins, self.at(begins), crowd.until)
+        for found in self.overloads(room):
+            if found.until > begins and found.at < ends:
+                return found if found.at >= begins else Overload(begins, self.at(begins), found.until)
         return None
 
 
-def merged(spans: Iterable[Span]) -> Iterator[Span]:
+def merged(spans: Iterable[Span]) -> list[Span]:
     """Of one robot: what overlaps is one span, as it wants the robot only once."""
-    last: Span | None = None
-    for span in sorted(spans):
-        if last is not None and span.begins <= last.ends:
-            last = last._replace(ends=max(last.ends, span.ends))
-            continue
-        if last is not None:
-            yield last
-        last = span
-    if last is not None:
-        yield last
-
-
-def load(spans: Iterable[Span], room: int, hour: datetime) -> float:
-    """Share of an hour for which a place is wanted by what is planned in it: runs × duration ÷ room."""
-    seconds = sum((span.ends - span.begins).total_seconds() for span in spans if hour <= span.begins < hour + HOUR)
-    return seconds / (room * HOUR.total_seconds())
+    return [Span(begins, ends) for begins, _number, ends in Occupancy(spans).overloads(0)]

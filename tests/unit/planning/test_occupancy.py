@@ -7,7 +7,9 @@ from datetime import UTC, datetime, timedelta
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.services.planning.occupancy import Occupancy, Overload, Span, load, merged
+from app.domain.conflicts import ConflictCode
+from app.services.planning.conflicts import Resource, crowded_hours
+from app.services.planning.occupancy import Occupancy, Overload, Span, merged
 from tests.support.examples import examples
 
 NOW = datetime(2026, 11, 23, 7, 30, tzinfo=UTC)
@@ -32,12 +34,14 @@ def test_runs_that_touch_and_runs_of_no_length_crowd_nobody():
 
 
 def test_what_one_robot_does_is_one_span_where_it_overlaps():
-    assert list(merged([span(5, 15), span(0, 10), span(20, 30), span(15, 16)])) == [span(0, 16), span(20, 30)]
+    assert merged([span(5, 15), span(0, 10), span(20, 30), span(15, 16)]) == [span(0, 16), span(20, 30)]
 
 
-def test_the_load_of_an_hour_is_runs_times_duration_by_room():
-    spans = [span(30, 45), span(40, 70), span(89, 104), span(90, 200), span(29, 200)]
-    assert load(spans, 2, at(30)) == (15 + 30 + 15) / 120
+def test_an_hour_is_crowded_by_the_runs_that_begin_in_it():
+    """Of 120 minutes that two robots may be there, these take 15 + 30 + 45."""
+    spans = [span(-30, -15), span(-20, 10), span(29, 74), span(30, 70), span(-31, 0)]
+    [hour] = crowded_hours(Resource(ConflictCode.PLACE_FULL, 2, {"place": "Dock 2", "place_id": 1}, spans))
+    assert (hour.at, hour.details["percent"]) == (at(-30), 75)
 
 
 SPANS = st.lists(
