@@ -1,0 +1,326 @@
+"""Constraints, refusals and the ways a request can go wrong: what each start ends as, and what the robot really has."""
+
+from __future__ import annotations
+
+from datetime import timedelta
+
+from app.domain.models import Mission, Overlap
+from app.domain.reasons import sentence, waiting_sentence
+from app.services.dispatch import messages
+from mir_sim import world
+from mir_sim.mission_queue import MissionQueue
+from tests.services.story import *
+
+LINE_1 = world.BY_NAME["Line 1"].guid
+CUT_OFF = [plan(window=5), post(ANSWER_LOST), 306, down("R1")]
+CANCEL_THERE = do(lambda s: s.container.make_client(s.robot("R1")).cancel(s.row().queue_id))
+
+test_constraints = told(
+    Story(
+        "a low battery waits and runs when charged",
+        [battery(12), plan(battery=30), 310, waits(BATTERY), tries(0), battery(80), 10, runs(1), 200],
+    ),
+    Story(
+        "a battery low all window long is skipped with the numbers",
+        [battery(12), plan(battery=30, window=5), 700, ends((State.SKIPPED, ReasonCode.BATTERY_LOW)), runs(0)],
+        true(
+            lambda s: (
+                (s.row().reason.details["minimum"], round(s.row().reason.details["battery"])) in ((30, 11), (30, 12))
+            )
+        ),
+    ),
+    Story(
+        "an emergency stop hides the battery, so that no minimum is met",
+        [do(lambda s: s.machines["R1"].press_emergency_stop(True)), plan(battery=1), 310, waits(BATTERY)],
+        stays_open=True,
+    ),
+    Story(
+        "the general minimum holds unless the schedule says none",
+        [battery(12), set_up(minimum_battery_percent=30), plan("inherits"), plan("none", battery=0), 310],
+        true(lambda s: [row.schedule for row in s.executions(WAITING)] == ["inherits"]),
+        stays_open=True,
+    ),
+    Story(
+        "the run before is still open",
+        each(
+            *(
+                [
+                    plan(every=1, overlap=overlap),
+                    305,
+                    robot_pauses(),
+                    60,
+                    true(
+                        lambda s, end=end: (
+                            (s.executions()[1].state, s.executions()[1].reason and s.executions()[1].reason.code) == end
+                        )
+                    ),
+                ]
+                for overlap, end in (
+                    (Overlap.SKIP, (State.SKIPPED, ReasonCode.OVERLAP)),
+                    (Overlap.QUEUE, (QUEUED, None)),
+                )
+            )
+        ),
+        true(lambda s: s.executions()[0].state.is_open),
+        stays_open=True,
+    ),
+    Story(
+        "a busy robot gets it in its own queue",
+        [
+            plan(),
+            298,
+            run_now(),
+            do(lambda s: s.kick()),
+            4,
+            states(EXECUTING, QUEUED),
+            items("Executing", "Pending"),
+            300,
+        ],
+    ),
+    Story(
+        "what matters more goes first among those due together",
+        [plan("a"), plan("b", priority=5), 305, true(lambda s: [item.priority for item in s.items()] == [5, 0])],
+        [true(lambda s: s.row("b").queue_id < s.row("a").queue_id), 300],
+    ),
+    Story(
+        "parameters travel by input name",
+        do(lambda s: s.container.operator.run_now(1, s.add_mission("Go to position").id, {"Position": LINE_1})),
+        [do(lambda s: s.kick()), 5],
+        true(lambda s: [(p["input_name"], p["value"]) for p in s.items()[0].parameters] == [("Position", LINE_1)]),
+        300,
+    ),
+    Story(
+        "held until the window closes it is skipped",
+        [hold(), plan(window=5), 310, waits(HOLD), 300, ends(PAUSED), runs(0)],
+    ),
+    Story(
+        "a hold that ends lets it go",
+        do(lambda s: s.container.holds.hold("meeting", until=BEGIN + timedelta(minutes=10))),
+        [plan(), 590, runs(0), 20, runs(1), 200],
+    ),
+)
+
+test_refused = told(
+    Story(
+        "the robot does not have the mission",
+        do(lambda s: s.container.catalogue.save_mission(Mission("Gone", "00000000-0000-0000-0000-000000000000"))),
+        [do(lambda s: s.container.operator.run_now(1, 2)), do(lambda s: s.kick()), 5],
+        [ends((FAILED, ReasonCode.UNKNOWN_MISSION)), tries(1)],
+    ),
+    Story(
+        "a wrong password",
+        do(lambda s: s.container.catalogue.save_robot(s.robot("R1"), password="changed on the robot")),
+        [app_off(), app_on(), plan(), 305, ends((FAILED, ReasonCode.UNAUTHORIZED))],
+        true(lambda s: s.alarms().count("unauthorized") == 1),
+    ),
+    Story(
+        "another machine at the address gets nothing",
+        [60, do(lambda s: setattr(s.machines["R1"], "serial_number", "somebody else")), plan(), 400, runs(0)],
+        [ends((FAILED, ReasonCode.WRONG_ROBOT)), raised("wrong_robot")],
+        true(lambda s: s.row().reason.details["found"] == "somebody else"),
+    ),
+    Story(
+        "a retry limit of zero means no second try",
+        [set_up(retry_limit=0), plan(), down(), 330, ends((FAILED, ReasonCode.RETRY_LIMIT)), tries(1)],
+    ),
+    Story(
+        "the window ends the tries too",
+        [plan(window=1), down(), 400, ends((FAILED, ReasonCode.WINDOW_CLOSED))],
+        true(lambda s: s.row().ended_at - s.row().planned_at < timedelta(seconds=80)),
+    ),
+)
+
+UNKNOWN_FATES = (LOST, ANSWER_LOST, LATE, ERROR_BEFORE, ERROR_AFTER, Fate.PAGE, Fate.CUT)
+
+test_unknown = told(
+    Story(
+        "it ends as exactly one item",
+        plan(),
+        each(*([post(fate), 900, tries(2 if fate in (LOST, ERROR_BEFORE) else 1)] for fate in UNKNOWN_FATES)),
+        [ends(DONE), runs(1), true(lambda s: s.items()[0].id == s.row().queue_id)],
+    ),
+    Story(
+        "the tablet dies meanwhile",
+        plan(),
+        each(*(post(fate) for fate in UNKNOWN_FATES)),
+        [306, off_for(20), 900, ends(DONE), runs(1)],
+    ),
+    Story(
+        "cancelled meanwhile it is never sent again", [plan(), post(LOST), 306, cancel(), 600, ends(CANCELLED), runs(0)]
+    ),
+    Story(
+        "a copy that lands after all is cancelled and told",
+        [plan(), post(LOST), 306, robot_pauses(), 120],
+        do(lambda s: s.container.make_client(s.robot("R1")).enqueue(s.row().mission_guid, description=s.row().token)),
+        [60, items("Pending", "Aborted"), raised("duplicate_healed")],
+        stays_open=True,
+    ),
+    Story(
+        "an item that is gone from the robot has vanished",
+        [plan(), 306, do(lambda s: setattr(s.machines["R1"], "queue", MissionQueue())), 60],
+        ends((FAILED, ReasonCode.VANISHED)),
+    ),
+    Story(
+        "the robot stays silent until the window is over",
+        [plan(window=5), post(LOST), 306, down(), 600, ends(UNKNOWN), not_raised("execution_failed")],
+        true(lambda s: s.alarms().count("unknown_outcome") == 1),
+    ),
+    Story(
+        "once it is known no alarm asks for it",
+        CUT_OFF,
+        each(
+            [],
+            do(
+                lambda s: s.container.alarms.raise_(
+                    "unknown_outcome", "execution:99", robot="R1", mission="Home", problem="none"
+                )
+            ),
+        ),
+        [600, raised("unknown_outcome"), up(), 60, ends(DONE)],
+        true(
+            lambda s: (
+                {a.key for a in s.container.alarms.open() if a.code in ("unknown_outcome", "execution_failed")}
+                <= {"execution:99"}
+            )
+        ),
+    ),
+    Story(
+        "what is found late was sent when its request left",
+        [plan(window=60), post(ANSWER_LOST), 306, down(), 600, up(), 60, ends(DONE)],
+        true(lambda s: 0 <= (s.row().submitted_at - s.row().planned_at).total_seconds() < 40),
+    ),
+    Story(
+        "a failure that turns out to be none is no alarm any more",
+        [set_up(retry_limit=1, unknown_outcome_quiet_seconds=5), plan(), post(LATE, 60), post(REFUSED), 340],
+        [ends((FAILED, ReasonCode.RETRY_LIMIT)), raised("execution_failed"), 120, ends(DONE), not_raised()],
+    ),
+)
+
+WHY = "the robot answered: Position mirconst-guid not found (status 500)"
+SAYS_WHY = [plan(), post(Fate.SAYS_WHY), until(lambda s: s.executions(SUBMITTING) and s.network.posts()), 5]
+REFUSED_SO = true(lambda s: sentence(s.row().reason, "UTC") == f"The robot refused it: {WHY}")
+SENT_ONCE = true(lambda s: len(s.network.posts()) == 1)
+
+test_answered_why = told(
+    Story(
+        "it is shown while it is looked for, and then it is refused and not sent again",
+        [SAYS_WHY, true(lambda s: waiting_sentence(s.row()) == f"Checking with the robot: {WHY}")],
+        each([95], [off_for(1), 190]),
+        [ends((FAILED, ReasonCode.REFUSED)), REFUSED_SO, 900, SENT_ONCE],
+    ),
+    Story("cancelled it ends as cancelled", [SAYS_WHY, cancel(), 95, ends(CANCELLED)]),
+    Story(
+        "a robot that only says that something went wrong is tried again",
+        [plan(window=2), post(ERROR_BEFORE, count=2), 900, states(FAILED), true(lambda s: len(s.network.posts()) == 2)],
+        true(lambda s: "the robot answered: Internal server error (status 500)" in sentence(s.row().reason, "UTC")),
+    ),
+    Story(
+        "of a group another robot gets it",
+        [plan(), post(Fate.SAYS_WHY), 1200, ends(DONE)],
+        true(
+            lambda s: (
+                [(t["code"], t["robot"] != s.row().robot) for t in s.row().tried.values() if t.get("is_for_good")]
+                == [("refused", True)]
+            )
+        ),
+        on="group",
+        robots=3,
+    ),
+)
+
+test_followed = told(
+    Story(
+        "a robot that can't be reached leaves what runs open",
+        [plan(), until(lambda s: s.executions(EXECUTING)), down(), 4 * 3600, states(EXECUTING), up(), 60, ends(DONE)],
+    ),
+    Story(
+        "Clear queue takes what runs, what is queued and what waits",
+        [
+            plan(),
+            plan("B"),
+            plan("C", battery=99),
+            310,
+            clear_queue(),
+            do(lambda s: s.kick()),
+            30,
+            ends(CLEARED, CLEARED, CLEARED),
+        ],
+    ),
+    Story(
+        "cancelled on the robot it is cancelled here",
+        [plan(), until(lambda s: s.executions(EXECUTING)), CANCEL_THERE, 60, ends(CANCELLED)],
+    ),
+)
+
+
+def test_a_poll_in_the_moment_of_aborting_waits_for_what_the_robot_says(tmp_path):
+    """``Abort`` has no message yet: judged then, a cancellation would look like a failure."""
+    s = Stage(tmp_path, "robot", 1)
+    play(s, plan(), until(lambda s: s.executions(EXECUTING)), CANCEL_THERE)
+    assert str(s.items()[0].state) == "Abort"
+    worker = s.container.make_worker(s.robot("R1"))
+    worker.handle(messages.Poll())
+    worker.advance()
+    play(s, states(EXECUTING), 60, ends(CANCELLED))
+    s.switch_off()
+
+
+# ---------------------------------------------------------------------- switched off or on, and that undone
+@step
+def switch(s, enabled=False):
+    s.noted.append(s.container.catalogue.switch_schedule(s.schedule().id, enabled))
+
+
+SWITCH_BACK = do(lambda s: s.container.catalogue.switch_back(s.noted[0]))
+IS_ON = true(lambda s: s.schedule().enabled)
+FLAT = each(
+    [battery(12), plan(battery=30, window=20), 310, waits(BATTERY)],
+    [battery(12), plan(battery=30, window=20, rule="FREQ=DAILY"), 310, waits(BATTERY)],
+)
+CHARGED = [battery(80), 600]
+
+test_switched_back = told(
+    Story(
+        "what waited runs once",
+        FLAT,
+        [switch(), true(lambda s: not s.schedule().enabled)],
+        each(0, 3),
+        [SWITCH_BACK, IS_ON, CHARGED, ends(DONE), runs(1)],
+    ),
+    Story("while it is off nothing is sent", FLAT, [switch(), CHARGED, runs(0)]),
+    Story("undone twice it runs once", FLAT, [switch(), SWITCH_BACK, SWITCH_BACK, CHARGED, SWITCH_BACK, 600, runs(1)]),
+    Story(
+        "what fell due while it was off by mistake runs",
+        [plan(rule="FREQ=DAILY", window=20), 298, switch(), 5, SWITCH_BACK, 600, ends(DONE), minutes(5)],
+    ),
+    Story(
+        "too late for what waited it is on all the same",
+        [
+            battery(12),
+            plan(rule="FREQ=DAILY", battery=30, window=20),
+            310,
+            switch(),
+            1500,
+            SWITCH_BACK,
+            CHARGED,
+            IS_ON,
+            runs(0),
+        ],
+    ),
+    Story(
+        "switching on is undone by switching off",
+        [plan(rule="FREQ=DAILY", enabled=False), switch(True), IS_ON, SWITCH_BACK, 600, states()],
+        true(lambda s: not s.schedule().enabled),
+    ),
+    Story(
+        "what was changed since stays",
+        FLAT,
+        [switch(), edit(priority=3), SWITCH_BACK, IS_ON, true(lambda s: s.schedule().priority == 3)],
+        stays_open=True,
+    ),
+    Story(
+        "one that is deleted is not switched",
+        FLAT,
+        [switch(), delete(), refused(SWITCH_BACK, "there is no such schedule any more")],
+    ),
+)
