@@ -70,12 +70,11 @@ class Holds:
 
     def active(self, robot_id: int | None = None) -> Hold | None:
         """The hold that applies to this robot now (None: the one of all robots)."""
-        return self._tablet_hold() or next((hold for hold in self.current() if hold.robot_id in (None, robot_id)), None)
+        return next((hold for hold in self.all_active() if hold.robot_id in (None, robot_id)), None)
 
     def all_active(self) -> list[Hold]:
         """The tablet's own, if there is one, and those that an operator set."""
-        own = self._tablet_hold()
-        return [*([own] if own else ()), *self.current()]
+        return [*filter(None, [self._tablet_hold()]), *self.current()]
 
     def _tablet_hold(self) -> Hold | None:
         now, mono = self._clock.now(), self._clock.monotonic()
@@ -166,7 +165,8 @@ class Holds:
         held, before, stored = self._db.write(work)
         if before != (now := _in_words(stored)):
             log.info("hold of %s: %s → %s", held, before, now)
-        self._reloaded()
+        self.reload()
+        self.announce()
         return stored
 
     def doubt_clock(self, problem: Message | None) -> None:
@@ -175,7 +175,7 @@ class Holds:
             if problem == self._clock_problem:
                 return
             self._clock_problem = problem
-        self._changes.publish(Topic.HOLDS)
+        self.announce()
 
     def clock_checked(self, now: datetime, mono: float) -> None:
         """At that time, wall and monotonic."""
@@ -190,7 +190,7 @@ class Holds:
         """A person says that the tablet's clock is right, whatever robots say."""
         with self._lock:
             self._clock_problem, self._is_clock_confirmed = None, True
-        self._changes.publish(Topic.HOLDS)
+        self.announce()
 
     def take_clock_confirmation(self) -> bool:
         """Whether a person has said so since this was asked last."""
@@ -200,10 +200,6 @@ class Holds:
 
     def announce(self) -> None:
         """Somebody changed what holds."""
-        self._changes.publish(Topic.HOLDS)
-
-    def _reloaded(self) -> None:
-        self.reload()
         self._changes.publish(Topic.HOLDS)
 
 

@@ -122,7 +122,7 @@ class MissionParameters:
             robot_id
         )  # as it is known before: should it have changed since, names are asked for again
         found = _ask_client(client, guid)
-        self._keep({(robot_id, guid): found}, map_id)
+        self.keep({(robot_id, guid): found}, map_id)
         return found
 
     def ask_for_start(self, robot_id: int, guid: str, client: RobotClient) -> Sequence[MissionParameter] | None:
@@ -145,11 +145,10 @@ class MissionParameters:
             return Reason(ReasonCode.REFUSED, {"problem": problem.message})
         return None
 
-    def keep(self, answers: Mapping[tuple[int, str], Sequence[MissionParameter] | None]) -> None:
-        """What robots have just said; None: one was asked and does not say."""
-        self._keep(answers, None)
-
-    def _keep(self, answers: Mapping[tuple[int, str], Sequence[MissionParameter] | None], map_id: str | None) -> None:
+    def keep(
+        self, answers: Mapping[tuple[int, str], Sequence[MissionParameter] | None], map_id: str | None = None
+    ) -> None:
+        """What robots have just said, on that map; None: one was asked and does not say."""
         now = self._clock.monotonic()
         new = {key: found for key, found in answers.items() if found is not None and found != self._of(*key).parameters}
         with self._lock:
