@@ -1,4 +1,4 @@
-"""Backups of the database beside it: made by SQLite's backup API, verified by opening, rotated, restored by command.
+"""Backups of the database, in a directory next to it: made by SQLite's backup API, verified by opening, rotated, restored by command.
 
 They hold the robots' tokens, so they are as private as the database itself.
 """
@@ -43,7 +43,7 @@ SEQUENCE_GAP = 1000  # ids skipped at a restore: what was made after the backup 
 def daily_backup(path: Path, now: datetime) -> Path | None:
     """Today's backup (by UTC) unless there is one already, and the oldest beyond seven dropped. Raises DatabaseUnavailable.
 
-    Reads through a connection of its own, so it may run on any thread and delays nobody.
+    Reads through a connection of its own, so it may run on any thread and delays no one.
     """
     directory = path.parent / BACKUPS
     target = directory / f"daily-{now:%Y-%m-%d}.db"
@@ -157,7 +157,7 @@ def backups_of(path: Path) -> list[Path]:
     with contextlib.suppress(OSError):  # there is no such directory
         for backup in (path.parent / BACKUPS).iterdir():
             if backup.suffix.lower() == ".db" and not backup.name.startswith("."):
-                with contextlib.suppress(FileNotFoundError):  # the oldest may be deleted meanwhile
+                with contextlib.suppress(FileNotFoundError):  # the oldest may just have been deleted
                     found.append((backup.stat().st_mtime_ns, backup))
     return [backup for _changed, backup in sorted(found, reverse=True)]
 

@@ -37,7 +37,7 @@ class CheckUpRepository:
         return None if stored is None or stored.report is None else _report(json.loads(stored.report), stored.profile)
 
     def put(self, c: sqlite3.Connection, robot_id: int, report: Report) -> None:
-        """In the place of the one before. A robot that has been removed, or is another machine by now, gets none."""
+        """In the place of the one before. A robot that has been removed, or is another machine now, gets none."""
         self._put(
             c,
             robot_id,

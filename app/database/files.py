@@ -12,7 +12,9 @@ from app.database.errors import DatabaseUnavailable
 from app.domain.message import message_of_system
 
 DIRECTORY_MODE, FILE_MODE = 0o700, 0o600
-NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # for opening: whoever put a link there would decide which file is written
+NO_LINK = getattr(
+    os, "O_NOFOLLOW", 0
+)  # for opening: a link put there by someone else would decide which file is written
 SIDES = ("", "-wal", "-shm")  # the files that make up one SQLite database
 _CAN_SET_MODES = os.name == "posix"
 
@@ -38,9 +40,9 @@ def make_private(path: Path) -> None:
             sync_directory(path.parent)
         for side in SIDES:
             with contextlib.suppress(FileNotFoundError):
-                beside = sibling(path, side)
-                if _CAN_SET_MODES and beside.stat().st_mode & 0o077:
-                    beside.chmod(FILE_MODE)
+                side_file = sibling(path, side)
+                if _CAN_SET_MODES and side_file.stat().st_mode & 0o077:
+                    side_file.chmod(FILE_MODE)
     except OSError as error:
         raise DatabaseUnavailable(
             "{path} can't be written: {problem}", path=path, problem=message_of_system(error)

@@ -146,7 +146,7 @@ class StopRepository:
     """Positions that missions drive to: the same guid is the same mission, on whichever robot it is."""
 
     def of(self, c: sqlite3.Connection, mission_guid: str) -> tuple[Stop, ...]:
-        """In order; empty also where no robot has told them."""
+        """In order; empty also where no robot said them."""
         return tuple(
             map(_stop, c.execute("SELECT * FROM mission_stops WHERE mission_guid = ? ORDER BY number", (mission_guid,)))
         )
@@ -158,14 +158,14 @@ class StopRepository:
             found[row["mission_guid"]] = (*found.get(row["mission_guid"], ()), _stop(row))
         return found
 
-    def keep(self, c: sqlite3.Connection, told: Mapping[str, Sequence[Stop]]) -> None:
+    def keep(self, c: sqlite3.Connection, known: Mapping[str, Sequence[Stop]]) -> None:
         """Instead of what was known of these missions; of missions that are not configured any more nothing is."""
-        c.executemany("DELETE FROM mission_stops WHERE mission_guid = ?", [(guid,) for guid in told])
+        c.executemany("DELETE FROM mission_stops WHERE mission_guid = ?", [(guid,) for guid in known])
         c.executemany(
             "INSERT INTO mission_stops VALUES (?, ?, ?, ?, ?, ?, ?)",
             [
                 (guid, number, stop.position, stop.name, *(stop.spot or (None, None, None)))
-                for guid, stops in told.items()
+                for guid, stops in known.items()
                 for number, stop in enumerate(stops)
             ],
         )

@@ -110,7 +110,7 @@ class Rehearsal:
         self.copy.close()
 
     def repeat(self, c: sqlite3.Connection) -> bool:
-        """Write the same, unless what it followed from has changed meanwhile: then nothing is written, and the answer is False."""
+        """Write the same, unless what it followed from has changed since: then nothing is written, and the answer is False."""
         if not (
             all(_rows(c, query) == self._before[name] for name, query in _COMPARED.items())
             and self._same_schedules(_rows(c, _SCHEDULES))
@@ -140,7 +140,7 @@ class Rehearsal:
 
 
 def _changed(before: Rows, after: Rows) -> set[int]:
-    """The keys of rows that are another by now, or gone."""
+    """The keys of rows that have changed or were deleted."""
     return {key for key, row in before.items() if after.get(key) != row}
 
 

@@ -27,7 +27,7 @@ Work = Callable[[sqlite3.Connection], T]
 AT_ONCE = 256  # works in one transaction at most
 PATIENCE = 0.005  # s that a patient work waits for another to share its transaction
 WRITE_BACK_EVERY = 100  # transactions after which the WAL is written back
-WAL_KEPT = 16 << 20  # bytes to which a longer one is cut when it begins anew
+WAL_KEPT = 16 << 20  # bytes to which a longer one is cut when it starts again
 
 
 class Writer(Protocol):

@@ -93,7 +93,7 @@ def earlier_robots(tried: Mapping[str, Any], robot: str, translate: Translate = 
 
 
 def stuck_since(execution: Execution, snapshot: RobotSnapshot) -> datetime | None:
-    """Since when the robot does not answer that may have this start, which therefore nobody else gets; None: it isn't so, or it is not
+    """Since when the robot does not answer that may have this start, which therefore no other robot gets; None: it isn't so, or it is not
     sent again anyhow."""
     is_silent = snapshot.connection not in (Connection.CONNECTED, Connection.SLOW, Connection.UNKNOWN)
     return snapshot.since if execution.state is State.SUBMITTING and execution.revoked is None and is_silent else None
@@ -177,7 +177,7 @@ def _queued(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) 
 
 
 def _more(choice: Mapping[str, Any], robots: Sequence[Mapping[str, Any]], translate: Translate) -> list[str]:
-    more = max(0, len(robots) - MOST_SHOWN) + (given if isinstance(given := choice.get("more"), int) else 0)
+    more = max(0, len(robots) - MOST_SHOWN) + (count if isinstance(count := choice.get("more"), int) else 0)
     return [translate("and {count} more").format(count=more)] if more else []
 
 

@@ -5,11 +5,14 @@ Everything that knows the time takes a ``Clock``, so a year of operation runs in
 
 from __future__ import annotations
 
+import re
 import time
+import zoneinfo
 from dataclasses import dataclass
 from datetime import UTC, date, datetime
 from datetime import time as time_of_day
 from functools import lru_cache
+from pathlib import Path
 from typing import Protocol
 from zoneinfo import ZoneInfo, available_timezones
 
@@ -61,3 +64,35 @@ def zone_names() -> frozenset[str]:
     """The IANA names of time zones that this system knows; kept, because asking for them reads hundreds of files. Systems list
     some files among them that are no zones (zic(8)): a copy of the machine's own zone, and a placeholder for "not set"."""
     return frozenset(available_timezones() - {"localtime", "posixrules", "Factory"})
+
+
+try:
+    from tzdata import IANA_VERSION
+except ModuleNotFoundError:  # --help works without what the app depends on
+    IANA_VERSION = ""
+
+_VERSION = re.compile(r"\b(\d{4})([a-z]+)")  # 2026f; the z of a year would be followed by za
+
+
+def use_newest_zone_data() -> None:
+    """From now on ``ZoneInfo`` reads the app's own data, and the system's only where they are known to be as new or newer."""
+    own = _comparable(IANA_VERSION)
+    zoneinfo.reset_tzpath(to=[path for path in zoneinfo.TZPATH if own <= _comparable(_version_in(Path(path)))])
+    zoneinfo.ZoneInfo.clear_cache()
+
+
+def _comparable(version: str) -> tuple[str, int, str]:
+    """Less than any other where it says nothing."""
+    found = _VERSION.search(version)
+    return (found[1], len(found[2]), found[2]) if found else ("", 0, "")
+
+
+def _version_in(directory: Path) -> str:
+    """As the files say that come with zone data; "" where none does."""
+    for name in ("+VERSION", "tzdata.zi"):
+        try:
+            with (directory / name).open(encoding="ascii", errors="replace") as file:
+                return file.readline(100)
+        except OSError:
+            continue
+    return ""

@@ -78,9 +78,9 @@ def render(what: object, translate: Callable[[str], str] = lambda text: text) ->
 def _rendered(what: object, translate: Callable[[str], str]) -> str:
     if not is_message(what):
         return "" if what is None else str(what)
-    msgid, given = what["msgid"][:LONGEST], what.get("params")
+    msgid, values = what["msgid"][:LONGEST], what.get("params")
     params = _Params(
-        {name: _in_words(value, translate) for name, value in given.items()} if isinstance(given, Mapping) else {}
+        {name: _in_words(value, translate) for name, value in values.items()} if isinstance(values, Mapping) else {}
     )
     for text in (translate(msgid), msgid):  # the second for a translation with a wrong placeholder
         if not _PLACEHOLDERS.fullmatch(text):

@@ -351,7 +351,7 @@ class Execution:
 
     @property
     def own_name(self) -> str:
-        """Its schedule's, where a person has given one; "" where that says what it does where."""
+        """Its schedule's, where a person typed it; "" where it was generated: that says what it does where."""
         return names.own_schedule_name(self.schedule, self.mission, self.robot_group or self.robot)
 
 
@@ -365,7 +365,7 @@ class Connection(StrEnum):
     UNAUTHORIZED = "unauthorized"
     WRONG_ROBOT = "wrong_robot"
     OTHER_CERTIFICATE = "other_certificate"
-    UNTRUSTED = "untrusted"  # a certificate that nobody has trusted
+    UNTRUSTED = "untrusted"  # a certificate that no one has accepted
     NOT_A_ROBOT = "not_a_robot"
     DISABLED = "disabled"
 
@@ -378,7 +378,7 @@ class RobotSnapshot:
     connection: Connection = Connection.UNKNOWN
     status: RobotStatus | None = None
     read_at: datetime | None = None  # of status
-    queue: tuple[QueueItem, ...] = ()  # running first, then pending in order, whoever put them there
+    queue: tuple[QueueItem, ...] = ()  # running first, then pending in order; also those of others
     queue_read_at: datetime | None = None
     since: datetime | None = None  # of this connection state
     problem: Message = ""  # what the last failure says, empty when it answers

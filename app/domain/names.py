@@ -1,5 +1,5 @@
 """Characters that a name may have: visible ones. Invisible characters and those that change the direction of writing would make two
-different names look alike; marks heaped on one letter would be drawn over what stands beside it.
+different names look alike; marks heaped on one letter would be drawn over the next letters.
 
 Categories are Unicode's (UAX 44). The joiners of UAX 31, section 2.3, stay where a script writes with them: inside a word of Arabic or
 Indic letters, inside an emoji.
@@ -86,7 +86,7 @@ def is_of_schedule(name: str, mission: str, robot: str) -> bool:
 
 
 def own_schedule_name(name: str, mission: str, robot: str) -> str:
-    """``name`` as a person has given it; "" where ``of_schedule`` makes it: its number would read as part of the robot's name."""
+    """``name`` as a person typed it; "" where ``of_schedule`` makes it: its number would read as part of the robot's name."""
     return "" if is_of_schedule(name, mission, robot) else name
 
 

@@ -35,15 +35,15 @@ class WrongValue(ValueError):
         super().__init__(render(what))
 
 
-def values_for(mission: str, parameters: Sequence[MissionParameter], given: Mapping[str, Any]) -> dict[str, Any]:
+def values_for(mission: str, parameters: Sequence[MissionParameter], typed: Mapping[str, Any]) -> dict[str, Any]:
     """The values to send with a mission of this name that asks for ``parameters``. Raises InvalidInput, which names mission and parameter:
     for one that it does not have, for a value that it can't take, and for one that is missing and has no default."""
     by_name = {parameter.name: parameter for parameter in parameters}
-    if unknown := next((name for name in given if name not in by_name), None):
+    if unknown := next((name for name in typed if name not in by_name), None):
         raise _unknown(mission, unknown, list(by_name))
     values = {}
     for parameter in parameters:
-        entered = given.get(parameter.name, parameter.default)
+        entered = typed.get(parameter.name, parameter.default)
         if entered is None or entered == "":
             raise InvalidInput(
                 "parameters",
@@ -51,7 +51,7 @@ def values_for(mission: str, parameters: Sequence[MissionParameter], given: Mapp
                 name=parameter.name,
                 mission=mission,
             )
-        if parameter.name in given:
+        if parameter.name in typed:
             try:
                 values[parameter.name] = value_for(parameter, entered)
             except WrongValue as problem:

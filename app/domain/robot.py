@@ -7,10 +7,13 @@ robot are naive times of its own clock, which may be wrong: only differences bet
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from enum import Enum, IntEnum, StrEnum
 from typing import Any, NamedTuple
+
+from app.domain.message import Message, message
 
 ENTRIES = frozenset(
     {1, 8, 21, 26}
@@ -189,11 +192,11 @@ class MissionParameter:
         """Whether the robot wants the guid of a position on its map."""
         return self.sets in POSITIONS
 
-    def value_of(self, given: Any) -> Any:
-        """One of the choices: ``given`` itself, or the one that people call so; None where it is none of them."""
-        if any(given == value and type(given) is type(value) for value, _label in self.choices):
-            return given
-        word = str(given).strip().casefold()
+    def value_of(self, entered: Any) -> Any:
+        """One of the choices: ``entered`` itself, or the one that people call so; None where it is none of them."""
+        if any(entered == value and type(entered) is type(value) for value, _label in self.choices):
+            return entered
+        word = str(entered).strip().casefold()
         for places in (self.choices, self.on_other_maps):
             named = [value for value, label in places if word in (label.casefold(), str(value).casefold())]
             if named:
@@ -292,3 +295,28 @@ class MapPosition:
     @property
     def spot(self) -> Spot | None:
         return None if self.pose is None or self.map_id is None else Spot(self.map_id, self.pose.x, self.pose.y)
+
+
+MOST_PROBLEMS = 3
+LONGEST_PROBLEMS = 280  # characters, so that the number of the others fits into 300
+
+
+def problems_in_words(problems: Sequence[RobotProblem]) -> Message:
+    """The first different ones, each with its code, and how many more there are; empty when nothing is said of any."""
+    found = list(dict.fromkeys(filter(None, map(_described, problems))))
+    shown = found[:MOST_PROBLEMS]
+    while len(shown) > 1 and len("; ".join(shown)) > LONGEST_PROBLEMS:
+        shown.pop()
+    text, more = clipped("; ".join(shown), LONGEST_PROBLEMS), len(found) - len(shown)
+    return message("{problems} … and {count} more", problems=text, count=more) if more else text
+
+
+def _described(problem: RobotProblem) -> str:
+    """In the robot's words, with the number under which its manual has it."""
+    text, number = problem.description or problem.module, "" if problem.code is None else f" ({problem.code})"
+    return (clipped(text, LONGEST_PROBLEMS - len(number)) + number).strip()
+
+
+def clipped(text: str, longest: int) -> str:
+    """The text, or its beginning."""
+    return text if len(text) <= longest else text[: longest - 1] + "…"

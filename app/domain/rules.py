@@ -159,7 +159,7 @@ def is_excluded(tried: Mapping[str, Any], robot_id: int) -> bool:
 
 
 def may_try_again(tried: Mapping[str, Any]) -> dict[str, Any]:
-    """What became of a start of a group on its robots, where they may be asked anew: it is another mission now. What may be found there
+    """What became of a start of a group on its robots, where they may be asked again: it is another mission now. What may be found there
     stays."""
     return {
         robot_id: {**each, "is_for_good": False, "until": each.get("at", each["until"])}

@@ -62,7 +62,7 @@ def test_missions(app, told):
     app.catalogue.restore(removed)
     assert told() == [
         "mission 'Charge' of robot 'Aino' added",
-        "mission 'Charge' changed: favourite no → yes, usual_minutes none → 5, robot 'Aino' → none",
+        "mission 'Charge' changed: usual_minutes none → 5, favourite no → yes, robot 'Aino' → none",
         "mission 'Charge' removed, and 0 schedules with it",
         "mission 'Charge' put back",
     ]

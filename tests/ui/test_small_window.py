@@ -14,8 +14,7 @@ from kivy.uix.label import Label
 from kivy.uix.scrollview import ScrollView
 
 from app.domain.models import Alarm, Connection, Group, Priority
-from app.domain.problems import in_words
-from app.domain.robot import RobotProblem, UserPrompt
+from app.domain.robot import RobotProblem, UserPrompt, problems_in_words
 from app.i18n import _
 from app.screens.common.overlays import Dialogs
 from app.screens.common.pin_dialog import PinDialog
@@ -75,7 +74,7 @@ ALARM = OpenIssues(
             "robot:1",
             Priority.HIGH,
             sample.ago(minutes=2),
-            {"robot": "Aino", "problem": in_words(LOUD)},
+            {"robot": "Aino", "problem": problems_in_words(LOUD)},
             id=1,
         ),
         *(

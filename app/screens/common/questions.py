@@ -7,8 +7,7 @@ from typing import Protocol
 from kivy.clock import Clock
 
 from app.domain.models import Robot
-from app.domain.problems import clipped
-from app.domain.robot import UserPrompt
+from app.domain.robot import UserPrompt, clipped
 from app.i18n import _
 from app.mir.errors import Rejected
 from app.screens.common.formats import LONGEST_QUESTION

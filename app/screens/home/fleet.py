@@ -10,8 +10,7 @@ from datetime import datetime
 
 from app.domain.message import render
 from app.domain.models import Connection, Robot, RobotSnapshot, Settings
-from app.domain.problems import in_words
-from app.domain.robot import RobotState
+from app.domain.robot import RobotState, problems_in_words
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.holding import HAND
@@ -129,7 +128,7 @@ def _detail(
         case Group.PAUSED if doing is not None:
             return doing.mission
         case Group.STOPPED | Group.LOOK if status is not None and status.errors:
-            return render(in_words(status.errors), _)
+            return render(problems_in_words(status.errors), _)
         case Group.LOOK if status is not None and status.state in AT_REST:
             return _("Battery under {minimum} %").format(minimum=formats.plain(settings.minimum_battery_percent or LOW))
         case Group.STOPPED | Group.LOOK | Group.STARTING:

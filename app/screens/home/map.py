@@ -7,8 +7,7 @@ from datetime import datetime
 from operator import itemgetter
 
 from app.domain.message import render
-from app.domain.problems import in_words
-from app.domain.robot import RobotState, RobotStatus
+from app.domain.robot import RobotState, RobotStatus, problems_in_words
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.problems import words_of
@@ -103,7 +102,7 @@ def own_words(status: RobotStatus | None) -> str:
     """What the robot says, unless its error says the same."""
     if status is None:
         return ""
-    said, error = status.mission_text, render(in_words(status.errors), _)
+    said, error = status.mission_text, render(problems_in_words(status.errors), _)
     return "" if error and said and (said in error or error in said) else said
 
 

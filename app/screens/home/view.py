@@ -8,8 +8,7 @@ from datetime import datetime, timedelta
 from app.domain import rules
 from app.domain.message import render
 from app.domain.models import Connection, Robot, RobotSnapshot, Settings
-from app.domain.problems import in_words
-from app.domain.robot import QueueItem, RobotState, RobotStatus, UserPrompt
+from app.domain.robot import QueueItem, RobotState, RobotStatus, UserPrompt, problems_in_words
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.formats import LONGEST_QUESTION
@@ -355,7 +354,7 @@ def _running(facts: HomeFacts, item: QueueItem, now: datetime) -> MissionView:
 
 
 def _errors(status: RobotStatus) -> str:
-    return render(in_words(status.errors), _)
+    return render(problems_in_words(status.errors), _)
 
 
 def error_words(status: RobotStatus) -> str:

@@ -35,7 +35,7 @@ from app.services.planning import public_holidays
 REHEARSALS = 5  # of many changes, until they can be repeated as they were
 DAYS_OFF = frozenset(
     {"working_days", "holiday_country", "holiday_subdivision"}
-)  # settings by which every schedule is planned anew
+)  # settings that change when schedules start
 MOST_NOTES = 20  # lines of the log for one change: an import makes thousands
 T = TypeVar("T")
 log = logging.getLogger(__name__)
@@ -102,7 +102,7 @@ class Catalogue:
         edits = list[Edit]()
 
         def transaction(c: Any) -> T:
-            edits[:] = [Edit(c, self._clock.now())]  # anew when it has to be repeated
+            edits[:] = [Edit(c, self._clock.now())]  # the last one, where the transaction has to be repeated
             return work(edits[0])
 
         result = self._db.write(transaction)
@@ -155,9 +155,8 @@ class Catalogue:
 
     def set_public_holidays(self, country: str, subdivision: str = "") -> Settings:
         """Close on the public holidays of a country (ISO 3166 code) and of a part of it; empty: of none."""
-        public_holidays.check(
-            country, subdivision
-        )  # here, because it reads a large library: others want to write meanwhile
+        # Here, because it reads a large library, during which others want to write.
+        public_holidays.check(country, subdivision)
         return self.change_settings(holiday_country=country, holiday_subdivision=subdivision)
 
     # ------------------------------------------------------------------ robots
@@ -235,8 +234,10 @@ class Catalogue:
         mission: who may ask robots does so before."""
         c = self._db.read()
         before = self._schedules.get(c, schedule.id) if schedule.id else None
-        given = checks.parameters(schedule.parameters)
-        if self.parameters is not None and parameter_check.needs_check(replace(schedule, parameters=given), before):
+        parameters = checks.parameters(schedule.parameters)
+        if self.parameters is not None and parameter_check.needs_check(
+            replace(schedule, parameters=parameters), before
+        ):
             _raise(parameter_check.Runners(c).check(schedule, self.known_parameters))
         return self.edit(lambda edit: edit.save_schedule(schedule))
 
@@ -249,7 +250,7 @@ class Catalogue:
         return self.edit(lambda edit: edit.switch_schedule(schedule_id, on))
 
     def switch_back(self, switched: Switched) -> None:
-        """What waited waits again, unless it is too late for that. Raises InvalidInput when the schedule is gone."""
+        """What waited waits again, unless it is too late for that. Raises InvalidInput when the schedule was deleted."""
         self.edit(lambda edit: switch_back(edit, switched))
 
     def remove_schedule(self, schedule_id: int) -> Removed:
@@ -257,7 +258,7 @@ class Catalogue:
         return self.edit(lambda edit: edit.remove_schedule(schedule_id))
 
     def restore(self, removed: Removed) -> None:
-        """Undo a deletion; raises InvalidInput when one of its names, or the robot's address, has been taken meanwhile."""
+        """Undo a deletion; raises InvalidInput when one of its names, or the robot's address, is taken now."""
         change = self.edit_rehearsed if removed.days else self.edit
         self._missed_uses = change(lambda edit: restore(edit, removed, self._missed_uses))
         removed.put_back.append(True)

@@ -1,4 +1,4 @@
-"""Changes as the log tells them: what was, and what is now. Names are of people, files and robots: each stands in quotes, escaped."""
+"""Lines of the log about changes: what was, and what is now. Names are of people, files and robots: each stands in quotes, escaped."""
 
 from __future__ import annotations
 
@@ -8,23 +8,11 @@ from enum import StrEnum
 from typing import Any
 
 from app.domain.models import Between, DayException, Group, IdleRule, Mission, Robot, Schedule
+from app.services.catalogue.fields import MISSION, ROBOT, SCHEDULE, attributes
 
-_OF_ROBOT = ("name", "address", "username", "enabled", "needs_password", "certificate_sha256", "serial_number")
-_OF_MISSION = ("name", "guid", "favourite", "usual_minutes", "on_low_battery", "charges")
-_OF_SCHEDULE = (
-    "name",
-    "start",
-    "timezone",
-    "recurrence",
-    "between",
-    "enabled",
-    "minimum_battery_percent",
-    "respect_working_days",
-    "start_window_minutes",
-    "overlap",
-    "priority",
-    "parameters",
-)
+_OF_ROBOT = (*attributes(ROBOT), "needs_password", "serial_number")
+_OF_MISSION = (*attributes(MISSION), "charges")
+_OF_SCHEDULE = ("name", *attributes(SCHEDULE))
 
 
 def differences(before: Mapping[str, object], after: Mapping[str, object]) -> str:

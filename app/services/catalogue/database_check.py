@@ -1,4 +1,4 @@
-"""Whether what a database holds can be read and used. A value that nobody could have entered here (somebody prepared the file, or another
+"""Whether what a database holds can be read and used. A value that can't have been entered here (the file was prepared, or another
 program wrote into it) would otherwise end all scheduling as soon as it is met."""
 
 from __future__ import annotations

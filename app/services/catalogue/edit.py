@@ -314,7 +314,7 @@ class Edit(GroupEdit, ScheduleEdit):
         return removed
 
     def _clear_alarms(self, robot_id: int) -> None:
-        """What was wrong with a robot that nobody asks any more."""
+        """The alarms of a robot that is not asked any more."""
         if self._alarms.clear_of_robot(self.c, robot_id, self.now):
             self.topics.add(Topic.ALARMS)
 

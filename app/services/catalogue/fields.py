@@ -1,5 +1,5 @@
 """What is configured, field by field: the keys of the configuration file (docs/interfaces.md), how each value is checked, and which
-attribute holds it. Files are read and written, entries checked and changes told by these tables."""
+attribute holds it. Files are read and written, entries checked and changes named by these tables."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _NOTHING = object()
 
 
 class Field:
-    """``name``: the key, as a message where sentences name it. ``attribute``: of the object, the key unless it is given; "": none.
+    """``name``: the key, as a message where sentences name it. ``attribute``: of the object, the key unless it is named; "": none.
 
     ``check`` takes a value and the field to name in a refusal, and returns its normal form; ``parse`` comes before it where a file writes
     the value in another way. ``required``: "yes", or "new": of a new object only. ``special``: names of other objects and the like, which
@@ -46,7 +46,7 @@ Fields = tuple[Field, ...]
 
 @dataclass(frozen=True)
 class Item:
-    """One object of a file: its place in the file, and the values given, in their normal form by key."""
+    """One object of a file: its place in the file, and its values by key, in their normal form."""
 
     path: str
     values: Mapping[str, Any]
@@ -67,6 +67,11 @@ class Item:
 
 
 # ---------------------------------------------------------------------- readers of the tables
+def attributes(fields: Fields) -> list[str]:
+    """Those that are stored as they are."""
+    return [field.attribute for field in fields if not field.special]
+
+
 def checked(entity: T, fields: Fields, *only: str) -> T:
     """With each value in its normal form, or ``only`` those of some attributes; raises InvalidInput for the first that can't be."""
     values = {
@@ -112,25 +117,25 @@ def _plain(value: object) -> object:
     return value
 
 
-def read_object(path: str, given: Any, fields: Fields) -> Item:
+def read_object(path: str, found: Any, fields: Fields) -> Item:
     """One object of a file. Raises InvalidInput with its place in the file."""
-    if not isinstance(given, dict):
+    if not isinstance(found, dict):
         raise InvalidInput(path, "{path}: an object with names and values is wanted here", path=path)
     by_key = {field.key: field for field in fields}
-    check_keys(path, given, by_key)
-    _check_has(path, given, [field for field in fields if field.required == "yes"])
-    return Item(path, {key: _value(f"{path}.{key}", value, by_key[key]) for key, value in given.items()}, fields)
+    check_keys(path, found, by_key)
+    _check_has(path, found, [field for field in fields if field.required == "yes"])
+    return Item(path, {key: _value(f"{path}.{key}", value, by_key[key]) for key, value in found.items()}, fields)
 
 
-def read_objects(path: str, given: Any, fields: Fields) -> list[Item]:
-    if not isinstance(given, list):
+def read_objects(path: str, found: Any, fields: Fields) -> list[Item]:
+    if not isinstance(found, list):
         raise InvalidInput(path, "{path}: a list is wanted here", path=path)
-    return [read_object(f"{path}[{number}]", each, fields) for number, each in enumerate(given)]
+    return [read_object(f"{path}[{number}]", each, fields) for number, each in enumerate(found)]
 
 
-def check_keys(path: str, given: Mapping[str, Any], known: Iterable[str]) -> None:
+def check_keys(path: str, found: Mapping[str, Any], known: Iterable[str]) -> None:
     """Raises InvalidInput for keys that are not known here; ``path`` is empty for the whole file."""
-    if unknown := sorted(given.keys() - set(known)):
+    if unknown := sorted(found.keys() - set(known)):
         raise InvalidInput(
             path or "file",
             "{where}unknown key {keys}; known are {known}",
@@ -140,9 +145,9 @@ def check_keys(path: str, given: Mapping[str, Any], known: Iterable[str]) -> Non
         )
 
 
-def _check_has(path: str, given: Mapping[str, Any], required: Sequence[Field]) -> None:
+def _check_has(path: str, found: Mapping[str, Any], required: Sequence[Field]) -> None:
     for field in required:
-        if field.key not in given:
+        if field.key not in found:
             raise InvalidInput(f"{path}.{field.key}", "{path}: {key!r} is missing", path=path, key=field.key)
 
 

@@ -56,7 +56,7 @@ def _rename(edit: Transaction, schedules: Sequence[Schedule], made_of: Mapping[i
 
 class Unnamed:
     """The unnamed schedules of one mission on one robot. ``names`` are tried in that order; ``taken`` are those that the file uses, to
-    which the caller adds each one given; ``stored`` finds a schedule by name. Each name is looked up once, however many there are."""
+    which the caller adds each one returned; ``stored`` finds a schedule by name. Each name is looked up once, however many there are."""
 
     def __init__(self, names: Iterator[str], taken: set[str], stored: Callable[[str], Schedule | None]) -> None:
         self._names, self._taken, self._stored = names, taken, stored
@@ -64,7 +64,7 @@ class Unnamed:
         self._passed: list[Schedule] = []  # stored under the names before it
         self._found: dict[
             tuple[str, ...], tuple[list[int], dict[tuple[object, ...], deque[str]]]
-        ] = {}  # by the keys that are given
+        ] = {}  # by the keys that have a value
 
     def name_of(self, values: Mapping[str, Any]) -> str:
         """The name of the stored schedule that has these values: importing a file twice must not plan everything twice. Else a free one."""

@@ -56,7 +56,7 @@ class GroupEdit(Transaction):
             raise InvalidInput("name", "there is a robot {name} already", name=robot.name)
 
     def remove_group(self, group_id: int) -> Removed:
-        """With its schedules. What no robot has yet is cancelled, whoever wanted it; what runs goes on."""
+        """With its schedules. What no robot has yet is cancelled, whatever caused it; what runs goes on."""
         group, schedules = self.the_group(group_id), self.schedules.for_group(self.c, group_id)
         starts = self.open_of(schedules)
         for schedule in schedules:

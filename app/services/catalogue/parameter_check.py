@@ -1,4 +1,4 @@
-"""Whether the robots that are to run a mission take the parameters that it is given, as they have said themselves."""
+"""Whether the robots that are to run a mission take the parameters entered for it, by what they said that it asks for."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Runners:
 
 
 def of_idle_rule(edit: Transaction, robot: Robot, rule: IdleRule, known: Known) -> Checked:
-    """Its mission is given nothing."""
+    """Its mission gets no parameters."""
     mission = edit.the_mission(rule.mission_id)
     parameters = known(robot, mission.guid)
     if parameters is not None and not (asked := missing(parameters)):
@@ -89,18 +89,18 @@ def _given(schedule: Schedule) -> tuple[object, ...]:
     return schedule.mission_id, schedule.robot_id, schedule.group_id, dict(schedule.parameters)
 
 
-def check(mission: str, given: Mapping[str, Any], robots: Sequence[tuple[Robot, str]], known: Known) -> Checked:
+def check(mission: str, values: Mapping[str, Any], robots: Sequence[tuple[Robot, str]], known: Known) -> Checked:
     """Of a mission of that name that one of these robots is to run, each with its guid there."""
     problem: InvalidInput | None = None
     for robot, guid in robots:
         if (parameters := known(robot, guid)) is None:
             continue
         try:
-            values_for(mission, parameters, given)
+            values_for(mission, parameters, values)
         except InvalidInput as why:
             problem = problem or why
         else:
             return Checked()
     if problem is not None:
         return Checked(problem, robots)
-    return Checked(None, robots[:ASKED_OF_A_GROUP] if given else ())
+    return Checked(None, robots[:ASKED_OF_A_GROUP] if values else ())

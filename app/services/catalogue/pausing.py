@@ -41,7 +41,7 @@ class Pausing:
         self._executions, self._settings = ExecutionRepository(), SettingsRepository()
 
     def skip_next(self, schedule_id: int, seen: datetime | None = None) -> datetime:
-        """Returns the instant (UTC) that was skipped: the next one as a person has ``seen`` it, though an earlier one may be there by now.
+        """Returns the instant (UTC) that was skipped: the next one as a person has ``seen`` it, though an earlier one may be there now.
         Raises InvalidInput when no start is left, or what was seen is skipped already, on its way or not planned any more."""
 
         def work(c: sqlite3.Connection) -> tuple[Schedule, datetime]:
@@ -71,7 +71,7 @@ class Pausing:
 
     def unskip(self, schedule_id: int, instant: datetime, *, must_run: bool = False) -> None:
         """Undo the skip of that start (UTC). Raises InvalidInput when its time has passed, and where it ``must_run`` also when it would not
-        all the same: the schedule is off, paused till then or has another rule by now."""
+        all the same: the schedule is off, paused until then or has another rule now."""
 
         def work(c: sqlite3.Connection) -> Schedule:
             now, schedule, settings = self._clock.now(), self._the_schedule(c, schedule_id), self._settings.load(c)

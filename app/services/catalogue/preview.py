@@ -43,7 +43,7 @@ MOST_SEARCHED = 2000  # starts that are searched for it
 class ConcernCode(StrEnum):
     """A possible problem of a schedule that can be saved nevertheless."""
 
-    OVERLAP = "overlap"  # another planned run of that robot is still under way, or begins meanwhile
+    OVERLAP = "overlap"  # another planned run of that robot is still under way, or begins before its end
     LOW_BATTERY = "low_battery"  # its battery stayed too low around that time of day several times lately
     DAY_OFF = "day_off"  # the first day is not a working day, so the schedule begins later
     CLOSED_DAYS = "closed_days"  # between the next starts lie days that the exception calendar closes
@@ -178,12 +178,12 @@ class Forecasts:
         """With other schedules, and the nearest time of the first start without any."""
         near = others.on_its_robot
         behind, of_resources = list(others.behind()), list(others.of_resources())
-        told = {(conflict.details["schedule_id"], conflict.details["start"], conflict.at) for conflict in behind}
+        reported = {(conflict.details["schedule_id"], conflict.details["start"], conflict.at) for conflict in behind}
         overlaps = list(find_overlaps(starts, usual, near)) if draft.robot_id is not None else []
         concerns = [
             _overlap(run)
             for run in overlaps
-            if (run.other.schedule.id, max(run.at, run.begins), min(run.at, run.begins)) not in told
+            if (run.other.schedule.id, max(run.at, run.begins), min(run.at, run.begins)) not in reported
         ]
         concerns += [Concern(ConcernCode(each.code), each.at, each.details) for each in [*behind, *of_resources]]
         if not (overlaps or of_resources) or draft.between is not None or "BYHOUR" in (draft.recurrence or "").upper():
@@ -227,7 +227,7 @@ class Forecasts:
 
 
 def _finish_by(draft: Schedule, mission: Mission | None, usual: DurationEstimate | None) -> Iterator[Concern]:
-    """It usually takes longer than it is given."""
+    """It usually takes longer than there is time."""
     seconds = usual.median_s if usual is not None else None
     details = finish_by_short(mission.name, draft.finish_by_minutes, seconds) if mission is not None else None
     if details is not None:

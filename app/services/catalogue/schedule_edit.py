@@ -149,13 +149,13 @@ class ScheduleEdit(Transaction):
         kept = [row for row in self.unsent_of([schedule]) if has_start(row, schedule, self.settings, calendar)]
         self.apply(transitions.want_again(row) for row in kept)
         was = "changed" if schedule.enabled else "switched_off"
-        gone = [
+        withdrawn = [
             row
             for row in self.withdraw_all(stored, was, {row.id for row in kept})
             if row.was_never_sent and not row.held
         ]
-        if gone:  # never sent: as if they had never been planned
-            instants, begun = {row.planned_at for row in gone}, schedule.started_through
+        if withdrawn:  # never sent: as if they had never been planned
+            instants, begun = {row.planned_at for row in withdrawn}, schedule.started_through
             last = max((row.planned_at for row in kept), default=min(instants) - _MOMENT)
             if begun is not None and begun not in instants:  # of another one, later by a clock that has been set back
                 last = max(last, begun)
@@ -166,8 +166,8 @@ class ScheduleEdit(Transaction):
         return schedule
 
     def change_waiting(self, schedule: Schedule, target: Robot | Group, mission: Mission) -> None:
-        """What waits says how it is to run by now, and is judged by that. When it is sent, and of what is on its way, that is asked once
-        more (``wanted``)."""
+        """What waits takes over how the schedule runs now, and is judged by that; so is what is on its way when it is sent
+        (``wanted``)."""
         for row in self.unsent_of([schedule]):
             columns = as_defined(
                 self.c, row, schedule, target, mission, self.settings, self._settings.install_id(self.c)

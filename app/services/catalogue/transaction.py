@@ -1,4 +1,4 @@
-"""What every change of the plan begins with: the rows that it is about, or InvalidInput where they are gone."""
+"""What every change of the plan begins with: the rows that it is about, or InvalidInput where they were deleted."""
 
 from __future__ import annotations
 

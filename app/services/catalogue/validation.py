@@ -43,18 +43,18 @@ def settings(changes: Mapping[str, Any]) -> dict[str, Any]:
     return {name: _SETTINGS[name].check(value, name) for name, value in changes.items()}
 
 
-def group(given: Group, *, may_be_empty: bool = False) -> Group:
-    given = fields.checked(given, fields.GROUP)
-    members = tuple(sorted(set(given.members)))
+def group(entered: Group, *, may_be_empty: bool = False) -> Group:
+    entered = fields.checked(entered, fields.GROUP)
+    members = tuple(sorted(set(entered.members)))
     if not members and not may_be_empty:
         raise InvalidInput("members", "choose the robots of the group")
-    if given.keep_free and (len(members) < FEWEST_TO_KEEP_FREE or given.keep_free >= len(members)):
+    if entered.keep_free and (len(members) < FEWEST_TO_KEEP_FREE or entered.keep_free >= len(members)):
         raise InvalidInput(
             "keep_free",
             "robots can be kept free in a group of {fewest} robots or more, and not all of them",
             fewest=FEWEST_TO_KEEP_FREE,
         )
-    return replace(given, members=members)
+    return replace(entered, members=members)
 
 
 def _machine(address: str) -> object:
@@ -65,17 +65,17 @@ def _machine(address: str) -> object:
         return address
 
 
-def check_is_no_other(given: Robot, others: Iterable[Robot]) -> None:
+def check_is_no_other(robot: Robot, others: Iterable[Robot]) -> None:
     """Raises InvalidInput for the address when one of ``others`` with another id is the same machine."""
-    at = _machine(given.address)
+    at = _machine(robot.address)
     for other in others:
-        if other.id == given.id:
+        if other.id == robot.id:
             continue
         if _machine(other.address) == at:
             raise InvalidInput(
                 "address", "this is the address of {robot}, which is configured already", robot=other.name
             )
-        if given.serial_number and other.serial_number == given.serial_number:
+        if robot.serial_number and other.serial_number == robot.serial_number:
             raise InvalidInput(
                 "address",
                 "this is {robot}, which is configured already: serial number {serial}",
@@ -84,27 +84,27 @@ def check_is_no_other(given: Robot, others: Iterable[Robot]) -> None:
             )
 
 
-def schedule(given: Schedule) -> Schedule:
-    given = fields.checked(given, fields.SCHEDULE)
-    if given.group_id is None and given.finish_by_minutes is not None:
+def schedule(entered: Schedule) -> Schedule:
+    entered = fields.checked(entered, fields.SCHEDULE)
+    if entered.group_id is None and entered.finish_by_minutes is not None:
         raise InvalidInput(
             "finish_by_minutes", "a time by which it has to be done can be given for a group of robots only"
         )
-    if given.group_id is None and given.overlap is Overlap.PARALLEL:
+    if entered.group_id is None and entered.overlap is Overlap.PARALLEL:
         raise InvalidInput("overlap", "one beside the other can run on a group of robots only")
-    if given.between is not None and not Recurrence.parse(given.recurrence).frequency.is_sub_daily:
+    if entered.between is not None and not Recurrence.parse(entered.recurrence).frequency.is_sub_daily:
         raise InvalidInput(
             "between", "a part of the day can be chosen for a recurrence every so many minutes or hours only"
         )
-    check_has_instants(given)
-    return given
+    check_has_instants(entered)
+    return entered
 
 
-def one_time_on_working_day(given: Schedule, calendar: WorkingCalendar) -> None:
+def one_time_on_working_day(schedule: Schedule, calendar: WorkingCalendar) -> None:
     """A one-time schedule that respects working days can't lie on another day: it would never run."""
-    if given.recurrence is not None or not given.respect_working_days:
+    if schedule.recurrence is not None or not schedule.respect_working_days:
         return
-    day = given.start.date()
+    day = schedule.start.date()
     status = calendar.day_status(day)
     if status.is_working:
         return
@@ -123,11 +123,11 @@ def one_time_on_working_day(given: Schedule, calendar: WorkingCalendar) -> None:
     )
 
 
-def day_exception(given: DayException) -> DayException:
+def day_exception(exception: DayException) -> DayException:
     """Closed days or extra working days."""
-    given = fields.checked(given, fields.DAY)
-    if given.last_day < given.first_day:
+    exception = fields.checked(exception, fields.DAY)
+    if exception.last_day < exception.first_day:
         raise InvalidInput("last_day", "the last day is before the first")
-    if given.last_day - given.first_day >= LONGEST_EXCEPTION:
+    if exception.last_day - exception.first_day >= LONGEST_EXCEPTION:
         raise InvalidInput("last_day", "at most a year can be entered at once")
-    return given
+    return exception

@@ -15,8 +15,7 @@ from app.domain.check_up import RobotProfile
 from app.domain.clock import ClockReading
 from app.domain.message import Message, message, message_of, render
 from app.domain.models import Connection, Execution, Robot
-from app.domain.problems import in_words
-from app.domain.robot import RobotState, RobotStatus
+from app.domain.robot import RobotState, RobotStatus, problems_in_words
 from app.mir.client import RobotClient
 from app.mir.errors import (
     AnotherRobot,
@@ -215,7 +214,7 @@ class Observation:
             self.clock = ClockReading((status.date - now).total_seconds(), self._s.clock.monotonic())
         self._observe(activity_of(status))
         self._change_connection(connection, problem, status=status, read_at=now)
-        trouble = in_words(status.errors) or status.mission_text or message("an error")
+        trouble = problems_in_words(status.errors) or status.mission_text or message("an error")
         self._set_alarm("emergency_stop", status.state is RobotState.EMERGENCY_STOP)
         self._set_alarm("robot_error", status.state is RobotState.ERROR, problem=trouble)
         if self._identified:

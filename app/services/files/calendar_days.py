@@ -1,6 +1,6 @@
 """The days that the events of a calendar file (.ics) name.
 
-Whole days are those of the zone in which they are written. Appointments, which have times of day, are told apart: work goes on around
+Whole days are those of the zone in which they are written. Appointments, which have times of day, are kept apart: work goes on around
 them, unless a person says otherwise.
 """
 

@@ -115,7 +115,7 @@ class DataFiles:
         """Newest first."""
         found = []
         for path in backups_of(self._db.path):
-            with contextlib.suppress(FileNotFoundError):  # the oldest may be deleted meanwhile
+            with contextlib.suppress(FileNotFoundError):  # the oldest may just have been deleted
                 stat = path.stat()
                 found.append(Backup(path, datetime.fromtimestamp(stat.st_mtime, UTC), stat.st_size))
         return found

@@ -1,7 +1,7 @@
 """Reading the files that people bring in, and writing where others may write too, such as in /tmp: a link put there by someone
 else must not decide which file an export replaces.
 
-To write, first the links are followed that nobody else can have made; what is opened then is opened without following any.
+To write, first the links are followed that no one else can have made; what is opened then is opened without following any.
 """
 
 from __future__ import annotations
@@ -91,15 +91,15 @@ def _could_be_planted(place: Path) -> bool:
 @contextlib.contextmanager
 def draft_of(target: Path) -> Iterator[TextIO]:
     """A file that takes the place of ``target``, a path ``without_links``, only when it is whole; its owner alone can read it. Raises
-    OSError, also where a directory on the way has become a link meanwhile."""
-    with _directory(target.parent) as (fd, beside):
-        draft = beside / f".{target.name}.{uuid.uuid4().hex[:8]}"
+    OSError, also where a directory on the way has become a link since."""
+    with _directory(target.parent) as (fd, base):
+        draft = base / f".{target.name}.{uuid.uuid4().hex[:8]}"
         flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | _NO_LINK | getattr(os, "O_BINARY", 0)
         descriptor = os.open(draft, flags, 0o600, dir_fd=fd)
         try:
             with os.fdopen(descriptor, "w", encoding="utf-8", newline="") as file:
                 yield file
-            os.replace(draft, beside / target.name, src_dir_fd=fd, dst_dir_fd=fd)
+            os.replace(draft, base / target.name, src_dir_fd=fd, dst_dir_fd=fd)
         except BaseException:
             with contextlib.suppress(FileNotFoundError):
                 os.unlink(draft, dir_fd=fd)
@@ -107,10 +107,10 @@ def draft_of(target: Path) -> Iterator[TextIO]:
 
 
 def open_in_place(target: Path) -> TextIO:
-    """A pipe or a device, a path ``without_links``, to be written into. Raises OSError, also where it has become a file meanwhile."""
-    with _directory(target.parent) as (fd, beside):
+    """A pipe or a device, a path ``without_links``, to be written into. Raises OSError, also where it has become a file since."""
+    with _directory(target.parent) as (fd, base):
         descriptor = os.open(
-            beside / target.name, os.O_WRONLY | (0 if _KERNEL in target.parents else _NO_LINK), dir_fd=fd
+            base / target.name, os.O_WRONLY | (0 if _KERNEL in target.parents else _NO_LINK), dir_fd=fd
         )
     if stat.S_ISREG(os.fstat(descriptor).st_mode):
         os.close(descriptor)

@@ -115,17 +115,17 @@ class Rule:
 
     @classmethod
     def parse(cls, text: str) -> Rule:
-        given = dict(part.strip().partition("=")[::2] for part in text.upper().split(";"))
-        given = {name.strip(): value.strip() for name, value in given.items() if value.strip()}
-        frequency = given.pop("FREQ", "")
+        named = dict(part.strip().partition("=")[::2] for part in text.upper().split(";"))
+        named = {name.strip(): value.strip() for name, value in named.items() if value.strip()}
+        frequency = named.pop("FREQ", "")
         if frequency not in FREQUENCIES:
             raise ValueError(f"{frequency[:40]} names no days")
-        interval, count = given.pop("INTERVAL", "1"), given.pop("COUNT", None)
-        until, week_starts = given.pop("UNTIL", None), given.pop("WKST", "MO")
+        interval, count = named.pop("INTERVAL", "1"), named.pop("COUNT", None)
+        until, week_starts = named.pop("UNTIL", None), named.pop("WKST", "MO")
         ends = None if until is None else _moment(until, "", False)
         parts = {
             name: _part(name, value)
-            for name, value in given.items()
+            for name, value in named.items()
             if name not in _OF_NO_EFFECT and (name, value) not in _USUAL and not name.startswith("X-")
         }
         return cls(

@@ -46,7 +46,7 @@ class FoundFile:
 
 
 def mounted() -> Iterator[Place]:
-    """Sticks, then shares, by name. Asks the table of mounts only: a share whose server is gone would not answer."""
+    """Sticks, then shares, by name. Asks the table of mounts only: a share whose server is off would not answer."""
     with contextlib.suppress(OSError):
         lines = (line.split() for line in MOUNTS.read_text(encoding="utf-8", errors="replace").splitlines())
         found = [place for fields in lines if len(fields) > 2 and (place := _place(Path(_plain(fields[1])), fields[2]))]
@@ -69,7 +69,7 @@ def found_in(directory: Path, suffix: str) -> list[FoundFile]:
     file's may be in capitals."""
     found: list[FoundFile] = []
     for path in islice(_named(directory, suffix), MOST_SEEN):
-        with contextlib.suppress(OSError, ValueError, OverflowError):  # gone, or of a day that no calendar has
+        with contextlib.suppress(OSError, ValueError, OverflowError):  # deleted, or of a day that no calendar has
             if path.is_file() and os.access(path, os.R_OK):
                 stat = path.stat()
                 found.append(FoundFile(path, datetime.fromtimestamp(stat.st_mtime, UTC), stat.st_size))

@@ -16,8 +16,8 @@ from app.domain import writing
 from app.domain.clock import Clock
 from app.domain.message import Decimal, Message, is_message, render
 from app.domain.models import Alarm, Priority, Robot
-from app.domain.problems import clipped
 from app.domain.reasons import instants_in_words, stored_sentence
+from app.domain.robot import clipped
 from app.domain.writing import Translate
 from app.services.live.changes import Changes, Topic
 

@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 
 import pytest
 
-from app.domain.zone_data import use_newest
+from app.domain.clock import use_newest_zone_data
 from tests.support.zone_files import file_of_rule, put
 
 PACIFIC = "PST8PDT,M3.2.0,M11.1.0"  # Vancouver until 2026: in winter 8 h behind; since then 7 h all year
@@ -25,7 +25,7 @@ def zones(tmp_path):
 
     def hour(*directories) -> int:
         zoneinfo.reset_tzpath(to=[str(directory) for directory in directories or [tmp_path]])
-        use_newest()
+        use_newest_zone_data()
         return SIX.replace(tzinfo=zoneinfo.ZoneInfo("America/Vancouver")).astimezone(UTC).hour
 
     yield hour

@@ -21,7 +21,7 @@ from app.services.catalogue.fields import KEY_OF, Item, at, differing
 from app.services.catalogue.generated_names import Unnamed
 from app.services.catalogue.parameter_check import Checked
 
-# Written in some 200 ms, while nobody else can write.
+# Written in some 200 ms, in which no one else can write.
 MOST_ROBOTS, MOST_GROUPS, MOST_PLACES, MOST_MISSIONS, MOST_SCHEDULES = 500, 100, 100, 2000, 2000
 
 
@@ -107,13 +107,13 @@ class _Import:
 
     def _check_room(self) -> None:
         """Each robot takes a thread, and each schedule time at every change of working days."""
-        edit, given = self._edit, self._document
+        edit, entry = self._edit, self._document
         for section, items, repository, most in (
-            ("robots", given.robots, edit.robots, MOST_ROBOTS),
-            ("groups", given.groups, edit.groups, MOST_GROUPS),
-            ("places", given.places, edit.places, MOST_PLACES),
-            ("missions", given.missions, edit.missions, MOST_MISSIONS),
-            ("schedules", given.schedules, edit.schedules, MOST_SCHEDULES),
+            ("robots", entry.robots, edit.robots, MOST_ROBOTS),
+            ("groups", entry.groups, edit.groups, MOST_GROUPS),
+            ("places", entry.places, edit.places, MOST_PLACES),
+            ("missions", entry.missions, edit.missions, MOST_MISSIONS),
+            ("schedules", entry.schedules, edit.schedules, MOST_SCHEDULES),
         ):
             if items and max(len(items), repository.count(edit.c)) > most:
                 raise InvalidInput(
@@ -171,23 +171,23 @@ class _Import:
 
     # ------------------------------------------------------------------ robots
     def _robot(self, item: Item) -> None:
-        given, password = item.values, item.values.get("password")
-        stored = self._edit.robots.by_name(self._edit.c, given["name"])
+        entry, password = item.values, item.values.get("password")
+        stored = self._edit.robots.by_name(self._edit.c, entry["name"])
         if stored is None:
             item.check_new()
         saved = self._edit.save_robot(replace(stored or Robot("", ""), **item.changes), password, is_one_of_many=True)
-        if password is not None and given.get("enabled") is False and saved.enabled:
+        if password is not None and entry.get("enabled") is False and saved.enabled:
             self._edit.save_robot(replace(saved, enabled=False))
 
     def _check_machines(self, before: Mapping[str, Robot | None]) -> None:
         """When all have their new addresses: two robots may swap theirs."""
         robots = {robot.name: robot for robot in self._edit.robots.all(self._edit.c)}
-        given = {item.values["name"] for item in self._document.robots}
+        entry = {item.values["name"] for item in self._document.robots}
         for item in self._document.robots:
             robot, stored = robots[item.values["name"]], before[item.path]
             if stored is None or robot.address != stored.address:
                 with _placed(item):
-                    self._check_is_no_other(robot, robots.values(), given if stored is None else robots)
+                    self._check_is_no_other(robot, robots.values(), entry if stored is None else robots)
 
     @staticmethod
     def _check_is_no_other(robot: Robot, others: Iterable[Robot], known: Collection[str]) -> None:
@@ -210,21 +210,21 @@ class _Import:
         if "idle" not in item.values:
             return
         robot = self._robot_named(item.values["name"], f"{item.path}.name")
-        given: Item | None = item.values["idle"]
-        if given is None:
+        entry: Item | None = item.values["idle"]
+        if entry is None:
             self._edit.set_idle_rule(robot.id, None)
             return
-        rule, path = robot.idle, given.path
-        if "mission" in given.values:
-            mission = self._mission_named(given.values["mission"], robot, f"{path}.mission")
+        rule, path = robot.idle, entry.path
+        if "mission" in entry.values:
+            mission = self._mission_named(entry.values["mission"], robot, f"{path}.mission")
             rule = replace(rule, mission_id=mission.id) if rule else IdleRule(mission.id)
         if rule is None:
             raise InvalidInput(f"{path}.mission", "{path}: 'mission' is missing", path=path)
-        with _placed(given):
-            rule = replace(rule, **given.changes)
+        with _placed(entry):
+            rule = replace(rule, **entry.changes)
             saved = self._edit.set_idle_rule(robot.id, rule)
         if parameter_check.is_mission_new(rule, robot.idle):
-            self._idle.append((given, parameter_check.of_idle_rule(self._edit, saved, rule, self._asked.known)))
+            self._idle.append((entry, parameter_check.of_idle_rule(self._edit, saved, rule, self._asked.known)))
 
     def _robot_line(self, item: Item, before: Robot | None) -> Iterator[Message]:
         after = self._robot_named(item.values["name"], item.path)
@@ -254,29 +254,29 @@ class _Import:
 
     # ------------------------------------------------------------------ groups and places
     def _group(self, item: Item) -> Iterator[Message]:
-        given, edit = item.values, self._edit
-        stored = edit.groups.by_name(edit.c, given["name"])
+        entry, edit = item.values, self._edit
+        stored = edit.groups.by_name(edit.c, entry["name"])
         if stored is None:
             item.check_new()
         values = item.changes
-        if "robots" in given:
+        if "robots" in entry:
             values["members"] = tuple(
-                sorted(self._robot_named(name, f"{item.path}.robots").id for name in given["robots"])
+                sorted(self._robot_named(name, f"{item.path}.robots").id for name in entry["robots"])
             )
         with _placed(item):
-            saved = edit.save_group(replace(stored or Group(given["name"]), **values), may_be_empty=True)
+            saved = edit.save_group(replace(stored or Group(entry["name"]), **values), may_be_empty=True)
         if stored is None:
             yield message("group {name} added", name=saved.name)
         elif changed := differing(stored, saved, fields.GROUP):
             yield message("group {name} changed: {what}", name=saved.name, what=_list(changed))
 
     def _place(self, item: Item) -> Iterator[Message]:
-        given, edit = item.values, self._edit
-        stored = edit.places.by_name(edit.c, given["name"])
+        entry, edit = item.values, self._edit
+        stored = edit.places.by_name(edit.c, entry["name"])
         if stored is None:
             item.check_new()
         with _placed(item):
-            saved = edit.save_place(replace(stored or Place(given["name"], 1), **item.changes))
+            saved = edit.save_place(replace(stored or Place(entry["name"], 1), **item.changes))
         if stored is None:
             yield message("place {name} added", name=saved.name)
         elif changed := differing(stored, saved, fields.PLACE):
@@ -319,31 +319,29 @@ class _Import:
     # ------------------------------------------------------------------ schedules
     def _schedules(self, items: Sequence[Item]) -> list[Message]:
         lines: list[Message] = []
-        taken = {
-            item.values["name"] for item in items if item.values.get("name")
-        }  # by name, so not to be given to others
+        taken = {item.values["name"] for item in items if item.values.get("name")}  # by name, so no others may get them
         for item in items:
             with _placed(item):
                 lines += self._schedule(item, taken)
         return lines
 
     def _schedule(self, item: Item, taken: set[str]) -> Iterator[Message]:
-        given = item.values
-        stored = self._stored(given["name"]) if given.get("name") else None
+        entry = item.values
+        stored = self._stored(entry["name"]) if entry.get("name") else None
         if stored is None:
             item.check_new()
         target = self._target(item, stored)
         values = item.changes
-        if "robot" in given or "group" in given:
+        if "robot" in entry or "group" in entry:
             values |= {
                 "robot_id": target.id if isinstance(target, Robot) else None,
                 "group_id": target.id if isinstance(target, Group) else None,
             }
-        if "mission" in given:
-            values["mission_id"] = self._mission_named(given["mission"], target, f"{item.path}.mission").id
-        if "robot" in given:
+        if "mission" in entry:
+            values["mission_id"] = self._mission_named(entry["mission"], target, f"{item.path}.mission").id
+        if "robot" in entry:
             values.setdefault("finish_by_minutes", None)
-        name = given.get("name") or self._name_of_unnamed(target, values, taken)
+        name = entry.get("name") or self._name_of_unnamed(target, values, taken)
         taken.add(name)
         stored = stored or self._stored(name)
         if stored is None:
@@ -359,17 +357,17 @@ class _Import:
             yield message("schedule {name} changed: {what}", name=saved.name, what=_list(changed))
 
     def _target(self, item: Item, stored: Schedule | None) -> Robot | Group:
-        given, edit = item.values, self._edit
-        if stored is not None and "robot" not in given and "group" not in given:
+        entry, edit = item.values, self._edit
+        if stored is not None and "robot" not in entry and "group" not in entry:
             return edit.target_of(stored)
-        if ("robot" in given) is ("group" in given):
+        if ("robot" in entry) is ("group" in entry):
             raise InvalidInput(f"{item.path}.robot", "{path}: name either a robot or a group", path=item.path)
-        if "robot" in given:
-            return self._robot_named(given["robot"], f"{item.path}.robot")
-        if group := edit.groups.by_name(edit.c, given["group"]):
+        if "robot" in entry:
+            return self._robot_named(entry["robot"], f"{item.path}.robot")
+        if group := edit.groups.by_name(edit.c, entry["group"]):
             return group
         path = f"{item.path}.group"
-        raise InvalidInput(path, "{path}: there is no group {name}", path=path, name=given["group"])
+        raise InvalidInput(path, "{path}: there is no group {name}", path=path, name=entry["group"])
 
     def _name_of_unnamed(self, target: Robot | Group, values: dict[str, Any], taken: set[str]) -> str:
         mission_id: int = values["mission_id"]

@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.domain.message import render
-from app.domain.problems import LONGEST, in_words
-from app.domain.robot import RobotProblem
+from app.domain.robot import LONGEST_PROBLEMS, RobotProblem, problems_in_words
 
 
 @pytest.mark.parametrize(
@@ -20,17 +19,20 @@ from app.domain.robot import RobotProblem
     ],
 )
 def test_an_error_is_told_with_its_code(problem, words):
-    assert in_words([problem]) == words
+    assert problems_in_words([problem]) == words
 
 
 def test_the_same_error_twice_is_told_once_and_another_code_is_another_error():
-    assert in_words([RobotProblem(1, "Hot"), RobotProblem(1, "Hot"), RobotProblem(2, "Hot")]) == "Hot (1); Hot (2)"
+    assert (
+        problems_in_words([RobotProblem(1, "Hot"), RobotProblem(1, "Hot"), RobotProblem(2, "Hot")])
+        == "Hot (1); Hot (2)"
+    )
 
 
 def test_of_many_and_of_endless_ones_the_codes_are_still_told():
     assert (
-        render(in_words([RobotProblem(number, f"E{number}") for number in range(5)]))
+        render(problems_in_words([RobotProblem(number, f"E{number}") for number in range(5)]))
         == "E0 (0); E1 (1); E2 (2) … and 2 more"
     )
-    endless = in_words([RobotProblem(701, "x" * 1000)])
-    assert (len(endless), endless[-6:]) == (LONGEST, " (701)")
+    endless = problems_in_words([RobotProblem(701, "x" * 1000)])
+    assert (len(endless), endless[-6:]) == (LONGEST_PROBLEMS, " (701)")
