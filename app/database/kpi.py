@@ -111,6 +111,7 @@ class GroupStarts(NamedTuple):
     starts: int
     in_time: int
     name: str  # as the newest of them has it
+    robots: str  # ids of those that completed any, as JSON
 
 
 class KpiRepository:
@@ -227,13 +228,14 @@ class KpiRepository:
         """One for each group with planned starts that were to be sent."""
         rows = c.execute(
             f"""SELECT group_id, count(*), count(*) FILTER (WHERE
-                    (julianday(submitted_at) - julianday(planned_at)) * 86400.0 + robot_delay_s <= ?), robot_group, max(ended_at)
+                    (julianday(submitted_at) - julianday(planned_at)) * 86400.0 + robot_delay_s <= ?), robot_group,
+                    json_group_array(DISTINCT robot_id) FILTER (WHERE state = 'completed'), max(ended_at)
                 FROM {_OF_GROUPS} {span.condition}
                 AND (submitted_at IS NOT NULL OR reason_code IS NULL OR reason_code NOT IN ({placeholders(_NOT_OF_ROBOTS)}))
                 GROUP BY group_id""",
             (within_s, *span.values, *_NOT_OF_ROBOTS),
         )
-        return [GroupStarts(*row[:4]) for row in rows]
+        return [GroupStarts(*row[:5]) for row in rows]
 
     def group_waits(self, c: sqlite3.Connection, span: Span, group_id: int, limit: int) -> list[float]:
         """Seconds from the planned instant to when the robot was chosen, of the newest ones that were sent."""

@@ -19,7 +19,7 @@ from app.database.groups import GroupRepository
 from app.database.kpi import EARLIEST, Count, KpiRepository, MissionRuns, Span
 from app.database.robots import RobotRepository
 from app.database.settings import SettingsRepository
-from app.database.values import to_instant, to_text
+from app.database.values import from_json, to_instant, to_text
 from app.domain.activity import seen_seconds
 from app.domain.clock import Clock, midnight
 from app.domain.models import Execution
@@ -221,7 +221,7 @@ class Kpis:
         found = []
         for one in self._repository.group_starts(c, span, LATE_S):
             group = groups.get(one.group_id)
-            name, members = (group.name, group.members) if group is not None else (one.name, ())
+            name, members = (group.name, group.members) if group is not None else (one.name, from_json(one.robots))
             if wanted.group not in (None, name):
                 continue
             waits = sorted(self._repository.group_waits(c, span, one.group_id, NEWEST))
