@@ -21,7 +21,7 @@ from app.screens.scheduler.form_warnings import WarningRow, dated, warnings
 from app.screens.scheduler.view import rule_line, rule_sentence
 from app.services.catalogue.preview import Forecast
 from app.services.planning.overlaps import ASSUMED_S
-from app.services.planning.sentences import left_out
+from app.services.planning.sentences import missing_months
 
 # field of a service's InvalidInput -> the form's field that shows it
 FIELDS = {
@@ -348,7 +348,7 @@ def _left_out(draft: Draft) -> str:
     """Whatever else is still missing in the form."""
     if draft.kind is not Kind.MONTHLY or draft.by_weekday or draft.month_day == LAST:
         return ""
-    words = left_out(replace(_schedule_so_far(draft), recurrence=f"FREQ=MONTHLY;BYMONTHDAY={draft.month_day}"), _)
+    words = missing_months(replace(_schedule_so_far(draft), recurrence=f"FREQ=MONTHLY;BYMONTHDAY={draft.month_day}"), _)
     return words[:1].upper() + words[1:]
 
 

@@ -26,7 +26,7 @@ class OtherSchedule:
     schedule: Schedule
     mission: str
     usual: DurationEstimate | None
-    skipped: Collection[datetime] = ()  # its starts that are left out
+    skipped: Collection[datetime] = ()  # its starts that a person has skipped
 
     @property
     def lasts(self) -> timedelta:

@@ -53,13 +53,13 @@ def sentence(schedule: Schedule, translate: Translate = lambda text: text) -> st
     return _Words(schedule, rule, translate).sentence()
 
 
-def left_out(schedule: Schedule, translate: Translate = lambda text: text) -> str:
+def missing_months(schedule: Schedule, translate: Translate = lambda text: text) -> str:
     """The months that a rule for a 29th, 30th or 31st leaves out, as in the sentence; "" where there are none. Never raises."""
     try:
         rule = Recurrence.parse(schedule.recurrence)
     except InvalidInput:
         return ""
-    return "".join(_Words(schedule, rule, translate).left_out())
+    return "".join(_Words(schedule, rule, translate).missing_months())
 
 
 class _Words:
@@ -89,7 +89,7 @@ class _Words:
                 end=self._time(between.end),
             )
         working_days = [self._say("on working days only")] if self._schedule.respect_working_days else []
-        return ", ".join([head, *self._limits(), *self.left_out(), *self._end(), *working_days])
+        return ", ".join([head, *self._limits(), *self.missing_months(), *self._end(), *working_days])
 
     def _every(self) -> str:
         one, many = _EVERY[self._rule.frequency]
@@ -169,7 +169,7 @@ class _Words:
                 )
         return said
 
-    def left_out(self) -> list[str]:
+    def missing_months(self) -> list[str]:
         """Of a rule for a 29th, 30th or 31st the months that have none."""
         rule, start = self._rule, self._schedule.start
         if rule.frequency not in (Frequency.MONTHLY, Frequency.YEARLY) or rule.weekdays:

@@ -238,7 +238,7 @@ class _Rule:
         return Passed(number + len(found), max([*latest, *found], default=None))
 
     def _is_even(self, day: date) -> bool:
-        """Whether the clock is changed neither on this day nor on those beside it."""
+        """Whether the clock is changed neither on this day nor on the days around it."""
         around = {stretches(self.zone_name, day + number * DAY) for number in (-1, 0, 1)}
         return len(around) == 1 and len(around.pop()) == 1
 
@@ -257,10 +257,10 @@ class _Rule:
         )
 
     def _by_steps(self, after: datetime, calendar: WorkingCalendar | None, last_day: date) -> Iterator[Occurrence]:
-        low, in_vain, have_times = max(after, to_utc(self.start, self.zone)), 0, dict[int, Callable[[int], bool]]()
+        low, misses, have_times = max(after, to_utc(self.start, self.zone)), 0, dict[int, Callable[[int], bool]]()
         earliest = seconds_of(low)
         for day in _working(self._dates(low, last_day), calendar):
-            if (in_vain := in_vain + 1) > SEARCHED:
+            if (misses := misses + 1) > SEARCHED:
                 raise _TooRare
             found = stretches(self.zone_name, day)
             if len(found) == 1:  # else the clock is changed on this day
@@ -270,7 +270,7 @@ class _Rule:
                     continue
             for offset, *within in self._parts(day, earliest):
                 for seconds in times(self.recurrence, *within):
-                    in_vain = 0
+                    misses = 0
                     nominal = datetime.combine(day, time()) + seconds * SECOND
                     yield Occurrence(nominal.replace(tzinfo=UTC) - offset * SECOND, nominal)
 
@@ -361,14 +361,14 @@ def _seconds(moment: time) -> int:
 
 def _working(days: Iterator[date], calendar: WorkingCalendar | None) -> Iterator[date]:
     """Working days only. Ends when for years none of many dates is one."""
-    since, in_vain = None, 0
+    since, misses = None, 0
     for day in days:
         if calendar is None or calendar.is_working_day(day):
-            since, in_vain = None, 0
+            since, misses = None, 0
             yield day
             continue
-        since, in_vain = since or day, in_vain + 1
-        if in_vain > CLOSED and day - since > LONG_CLOSED:
+        since, misses = since or day, misses + 1
+        if misses > CLOSED and day - since > LONG_CLOSED:
             return
 
 
