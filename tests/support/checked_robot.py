@@ -5,17 +5,23 @@ from __future__ import annotations
 import functools
 import tempfile
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from app.container import Container
 from app.database.connection import Database
 from app.domain.models import Robot
+from app.mir.transport import Response
 from app.services.check_up.service import CheckUps
 from mir_sim import Profile, SimulatedRobot
 from tests.support.asked_robot import ZONE, AskedRobot
+from tests.support.site import Site
 
 ENDED = ("Done", "Aborted")
 DATABASE = "amr-scheduler.db"
+
+
+class Killed(BaseException):
+    """The process ends here: nothing catches it, and nothing that follows has an effect."""
 
 
 class CheckedRobot:
@@ -38,6 +44,32 @@ class CheckedRobot:
     def open(self) -> None:
         """The app is started (again)."""
         self.container = _container(self._directory, self.asked)
+
+    def kill_at(self, number: int, *, is_handled: bool) -> None:
+        """The app, at that request from now on, before or after the robot has handled it, and at every later one."""
+        count = 0
+
+        def die_before(method: str, path: str) -> None:
+            nonlocal count
+            count += 1
+            if count > number or (count == number and not is_handled):
+                raise Killed
+
+        def die_after(method: str, path: str, answer: Response) -> Response:
+            if count == number:
+                raise Killed
+            return answer
+
+        def release(*args: Any, **values: Any) -> NoReturn:
+            raise Killed
+
+        self.asked.before, self.asked.meddle = die_before, die_after
+        self.container.holds.release = release  # type: ignore[method-assign]
+
+    def start_again(self) -> None:
+        self.asked.before, self.asked.meddle = lambda method, path: None, lambda method, path, answer: answer
+        self.container.db.close()
+        self.open()
 
     def as_it_is(self) -> dict[str, Any]:
         """What a trial changes on the robot, and has to put back."""
@@ -69,3 +101,29 @@ def _database(serial_number: str) -> bytes:
         assert container.catalogue.save_robot(robot, password="distributor").id == 1
         container.db.close()
         return (Path(directory) / DATABASE).read_bytes()
+
+
+class RunningClock:
+    """Of a site: while a check-up waits, everything else goes on."""
+
+    def __init__(self, site: Site) -> None:
+        self._site = site
+        self.now, self.monotonic = site.clock.now, site.clock.monotonic
+
+    def sleep(self, seconds: float) -> None:
+        self._site.run(seconds)
+
+
+def check_ups_of(site: Site) -> CheckUps:
+    """Of the app as it runs now."""
+    c = site.container
+    return CheckUps(
+        c.db,
+        clock=RunningClock(site),
+        ledger=c.ledger,
+        holds=c.holds,
+        alarms=c.alarms,
+        changes=c.changes,
+        settings=c.settings,
+        make_client=c.make_client,
+    )

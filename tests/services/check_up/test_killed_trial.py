@@ -7,41 +7,9 @@ import pytest
 from app.domain.check_up import Level, Trial
 from app.mir.errors import ConnectionLost, Unreachable
 from mir_sim import deviant
-from tests.support.checked_robot import CheckedRobot
+from tests.support.checked_robot import CheckedRobot, Killed
 
 pytestmark = pytest.mark.usefixtures("quick_reading")
-
-
-class Killed(BaseException):
-    """The process ends here: nothing catches it, and nothing that follows has an effect."""
-
-
-def kill_at(robot: CheckedRobot, number: int, *, is_handled: bool) -> None:
-    """At that request from now on, before or after the robot has handled it, and at every later one."""
-    count = 0
-
-    def die_before(method, path):
-        nonlocal count
-        count += 1
-        if count > number or (count == number and not is_handled):
-            raise Killed
-
-    def die_after(method, path, answer):
-        if count == number:
-            raise Killed
-        return answer
-
-    def release(*args, **values):
-        raise Killed
-
-    robot.asked.before, robot.asked.meddle = die_before, die_after
-    robot.container.holds.release = release
-
-
-def start_again(robot: CheckedRobot) -> None:
-    robot.asked.before, robot.asked.meddle = lambda method, path: None, lambda method, path, answer: answer
-    robot.container.db.close()
-    robot.open()
 
 
 def requests_of(directory, profile, trial) -> tuple[int, int]:
@@ -77,10 +45,10 @@ def test_whenever_it_is_killed_the_robot_is_as_it_was(tmp_path, name, mission, i
         (directory := tmp_path / str(number)).mkdir()
         robot = CheckedRobot(directory, profile)
         before = robot.as_it_is()
-        kill_at(robot, number, is_handled=is_handled)
+        robot.kill_at(number, is_handled=is_handled)
         with pytest.raises(Killed):
             robot.check_ups.run(robot.id, Trial(mission))
-        start_again(robot)
+        robot.start_again()
         robot.check_ups.put_back_all(list(robot.check_ups.left_behind()))
         assert robot.as_it_is() == before, number
         assert not robot.check_ups.left_behind()

@@ -16,15 +16,11 @@ from mir_sim.api import BASE
 from mir_sim.exchange import exchange
 from tests.support.asked_robot import TOKEN
 from tests.support.checked_robot import CheckedRobot
+from tests.support.findings import says
 
 HOME = next(mission.guid for mission in MISSIONS if mission.name == "Home")
 QUEUE = "/mission_queue"
 WAITING = "Waiting until it stands ready"
-
-
-@pytest.fixture
-def robot(tmp_path) -> CheckedRobot:
-    return CheckedRobot(tmp_path)
 
 
 def note(robot: CheckedRobot, left: LeftBehind) -> None:
@@ -144,8 +140,7 @@ def test_a_robot_that_does_not_let_the_mission_be_removed_is_released(robot):
         Response(403, b'{"error_human": "no"}', {}) if method == "DELETE" and path.startswith("/missions/") else answer
     )
     report = robot.check_ups.run(robot.id, Trial(), is_wanted=lambda: f"POST {QUEUE}" not in robot.asked.writes)
-    [left] = [finding for finding in report.findings if finding.topic is Topic.LEFT]
-    assert left.level is Level.RED
+    assert says(report, Topic.LEFT)[0] is Level.RED
     assert not robot.machine.paused
     robot.machine.pause()  # by a person
     robot.asked.meddle = lambda method, path, answer: answer

@@ -8,8 +8,7 @@ from typing import Any
 
 import pytest
 
-from app.domain.check_up import Level, Report, Topic, Trial
-from app.domain.message import render
+from app.domain.check_up import Level, Topic, Trial
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
 from app.mir.transport import Response
@@ -20,6 +19,7 @@ from mir_sim import profile as simulated
 from mir_sim.mission_queue import QueueItem
 from tests.support.asked_robot import ZONE, AskedRobot
 from tests.support.checked_robot import CheckedRobot
+from tests.support.findings import says
 
 AMBER, GREEN = Level.AMBER, Level.GREEN
 FEW = "Not found out: too few missions are in its queue"
@@ -31,11 +31,6 @@ def read(robot: AskedRobot) -> CheckUpSession:
     session = robot.session()
     read_robot(session)
     return session
-
-
-def says(found: CheckUpSession | Report, topic: Topic) -> tuple[Level, str]:
-    [finding] = [finding for finding in found.findings if finding.topic is topic]
-    return finding.level, render(finding.says)
 
 
 def of_queue(

@@ -17,8 +17,8 @@ from app.services.catalogue.database_check import find_problem
 from app.services.check_up.trials import RELEASED_WITHIN
 from mir_sim import MISSIONS, deviant
 from tests.services.check_up.test_reading import ODD, SIMULATED
-from tests.services.check_up.test_trial import in_words, told
 from tests.support.checked_robot import CheckedRobot
+from tests.support.findings import in_words, not_green, says
 
 FORBIDDEN = Response(403, b'{"error_code": "unauthorized", "error_human": "no"}', {})
 QUEUE = "/mission_queue"
@@ -39,11 +39,6 @@ def answers(robot: CheckedRobot, answer: Response | Exception, is_meant: Callabl
         return answer
 
     robot.asked.meddle = meddle
-
-
-def finding(report, topic):
-    [found] = [finding for finding in report.findings if finding.topic is topic]
-    return found
 
 
 MEANT: dict[str, Callable[[str, str], bool]] = {
@@ -86,7 +81,7 @@ def test_a_user_who_may_not_start_missions_is_a_red_finding(tmp_path):
     robot = CheckedRobot(tmp_path)
     robot.asked.meddle = lambda method, path, answer: FORBIDDEN if (method, path) == ("POST", QUEUE) else answer
     report = robot.check_ups.run(robot.id, Trial("Home"))
-    assert (finding(report, Topic.ORDER).level, render(finding(report, Topic.ORDER).says)) == (
+    assert says(report, Topic.ORDER) == (
         Level.RED,
         "User Distributor may not start missions",
     )
@@ -98,8 +93,8 @@ def test_a_user_who_may_not_make_missions_is_told_to_choose_one(tmp_path):
     robot.asked.before = lambda method, path: None
     answers(robot, FORBIDDEN, lambda method, path: (method, path) == ("POST", "/missions"))
     report = robot.check_ups.run(robot.id, Trial())
-    assert finding(report, Topic.ORDER).level is Level.AMBER
-    assert render(finding(report, Topic.ORDER).says) == "User Distributor may not make a mission for the trial"
+    assert says(report, Topic.ORDER)[0] is Level.AMBER
+    assert says(report, Topic.ORDER)[1] == "User Distributor may not make a mission for the trial"
     assert not report.is_complete
     robot.asked.meddle = lambda method, path, answer: answer
     robot.check_ups.put_back_all(list(robot.check_ups.left_behind()))
@@ -113,7 +108,7 @@ def test_a_user_who_may_not_pause_the_robot_learns_the_rest(tmp_path):
     robot.machine.pause = lambda: None
     report = robot.check_ups.run(robot.id, Trial())
     robot.machine.pause = real
-    assert told(report) == {**SIMULATED, Topic.PAUSE: Level.AMBER}, in_words(report)
+    assert not_green(report) == {**SIMULATED, Topic.PAUSE: Level.AMBER}, in_words(report)
     assert report.profile.token_field == "description"
 
 
@@ -129,7 +124,7 @@ def test_a_robot_that_does_not_pause_is_a_red_finding(tmp_path):
 
     robot.machine._settle = settle
     report = robot.check_ups.run(robot.id, Trial())
-    assert finding(report, Topic.PAUSE).level is Level.RED, in_words(report)
+    assert says(report, Topic.PAUSE)[0] is Level.RED, in_words(report)
 
 
 def test_a_robot_on_which_priority_counts_is_known_to(tmp_path):
@@ -139,10 +134,8 @@ def test_a_robot_on_which_priority_counts_is_known_to(tmp_path):
     queue.pending = lambda: sorted(pending(), key=lambda item: (-item.priority, item.id))
     report = robot.check_ups.run(robot.id, Trial())
     assert report.profile.priority_counts is True
-    assert told(report) == SIMULATED, in_words(report)
-    assert (
-        render(finding(report, Topic.PAUSE).says) == "While it is paused missions wait, and what ran goes on afterwards"
-    )
+    assert not_green(report) == SIMULATED, in_words(report)
+    assert says(report, Topic.PAUSE)[1] == "While it is paused missions wait, and what ran goes on afterwards"
 
 
 @pytest.mark.parametrize("profile", [None, deviant("german-states")])
@@ -152,11 +145,11 @@ def test_a_mission_that_fails_is_a_red_finding(tmp_path, profile):
         setattr(robot.machine, "failure_rate", 1.0) if path == "/mission_groups" else None
     )
     report = robot.check_ups.run(robot.id, Trial())
-    assert {topic for topic, level in told(report).items() if level is Level.RED} == {Topic.WORDS, Topic.LEFT}, (
+    assert {topic for topic, level in not_green(report).items() if level is Level.RED} == {Topic.WORDS, Topic.LEFT}, (
         in_words(report)
     )
     assert "Done" not in report.profile.item_states.values()
-    assert render(finding(report, Topic.LEFT).says) == "Nothing of the trial is left on it, but it stands with an error"
+    assert says(report, Topic.LEFT)[1] == "Nothing of the trial is left on it, but it stands with an error"
     assert robot.as_it_is()["open"] == []
 
 
@@ -165,7 +158,7 @@ def test_while_something_can_not_be_put_back_it_is_told_and_tried_again(tmp_path
     before = robot.as_it_is()
     robot.asked.meddle = _lost_when_deleted
     report = robot.check_ups.run(robot.id, Trial())
-    assert finding(report, Topic.LEFT).level is Level.RED
+    assert says(report, Topic.LEFT)[0] is Level.RED
     assert list(robot.check_ups.left_behind()) == [robot.id]
     robot.check_ups.put_back_all([robot.id])
     assert list(robot.check_ups.left_behind()) == [robot.id]
@@ -260,7 +253,7 @@ def test_missions_without_times_are_told(tmp_path):
     (tmp_path / "other").mkdir()
     robot = CheckedRobot(tmp_path / "other", fields={"item": frozenset(whole) - {"started", "finished"}})
     report = robot.check_ups.run(robot.id, Trial())
-    assert render(finding(report, Topic.WORDS).says) == "A mission that is done lacks its times: started, finished"
+    assert says(report, Topic.WORDS)[1] == "A mission that is done lacks its times: started, finished"
     assert report.is_complete
 
 
@@ -268,7 +261,7 @@ def test_one_word_for_several_states_is_not_learnt(tmp_path):
     robot = CheckedRobot(tmp_path, item_states=dict.fromkeys(("Executing", "Done"), "Runs"))
     report = robot.check_ups.run(robot.id, Trial())
     assert report.profile.item_states == {}
-    assert render(finding(report, Topic.WORDS).says) == "It has one word for several states of missions: Runs"
+    assert says(report, Topic.WORDS)[1] == "It has one word for several states of missions: Runs"
     (tmp_path / "other").mkdir()
     robot = CheckedRobot(tmp_path / "other", item_states=dict.fromkeys(("Done", "Cancelled"), "Over"))
     assert robot.check_ups.run(robot.id, Trial()).profile.item_states == {}

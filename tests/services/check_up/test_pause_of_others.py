@@ -8,16 +8,11 @@ import pytest
 
 from app.domain.check_up import Level, Report, Topic, Trial
 from app.domain.message import render
-from tests.services.check_up.test_killed_trial import Killed, kill_at, start_again
-from tests.support.checked_robot import ENDED, CheckedRobot
+from tests.support.checked_robot import ENDED, CheckedRobot, Killed
+from tests.support.findings import says
 
 STATE = ("PUT", "/status")
 MAYBE_THEIRS = "it stands in Pause, and somebody may have paused it; release it there or in the app"
-
-
-@pytest.fixture
-def robot(tmp_path) -> CheckedRobot:
-    return CheckedRobot(tmp_path)
 
 
 def at_each_request(robot: CheckedRobot, work: Callable[[], None]) -> None:
@@ -36,11 +31,6 @@ def press_pause(robot: CheckedRobot) -> list[str]:
 def runs(robot: CheckedRobot) -> bool:
     robot.machine.catch_up()
     return robot.machine.run is not None and not robot.machine.paused
-
-
-def says(report: Report, topic: Topic) -> tuple[Level, str]:
-    [found] = [finding for finding in report.findings if finding.topic is topic]
-    return found.level, render(found.says)
 
 
 def check_is_left_paused(robot: CheckedRobot, report: Report) -> None:
@@ -203,7 +193,7 @@ def killed_in_pause(robot: CheckedRobot, pauses: int) -> None:
     def die(method, path):
         put.extend([path] if (method, path) == STATE else [])
         if len(put) == 2 * pauses - 1 and robot.machine.paused and "POST /mission_queue" in robot.asked.writes:
-            kill_at(robot, 0, is_handled=False)
+            robot.kill_at(0, is_handled=False)
             raise Killed
 
     robot.asked.before = die
@@ -211,7 +201,7 @@ def killed_in_pause(robot: CheckedRobot, pauses: int) -> None:
         robot.check_ups.run(robot.id, Trial("Home"))
     robot.machine.catch_up()
     assert robot.machine.paused
-    start_again(robot)
+    robot.start_again()
 
 
 def check_is_said_until_it_is_released(robot: CheckedRobot) -> None:

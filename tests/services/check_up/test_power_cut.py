@@ -11,10 +11,8 @@ from app.domain.check_up import Level, Topic, Trial
 from app.domain.message import render
 from app.domain.models import InvalidInput, State, Wait
 from app.mir.transport import Response
-from app.services.check_up.service import CheckUps
-from tests.services.check_up.test_killed_trial import Killed, kill_at, start_again
-from tests.services.check_up.test_trial_and_plan import RunningClock
-from tests.support.checked_robot import CheckedRobot
+from tests.support.checked_robot import CheckedRobot, Killed, check_ups_of
+from tests.support.findings import says
 from tests.support.site import GUIDS, Site
 
 LEFT = "check_up_left"
@@ -32,21 +30,6 @@ def machine(site):
     return site.machines["R1"]
 
 
-def check_ups(site: Site) -> CheckUps:
-    """Of the app as it runs now."""
-    c = site.container
-    return CheckUps(
-        c.db,
-        clock=RunningClock(site),
-        ledger=c.ledger,
-        holds=c.holds,
-        alarms=c.alarms,
-        changes=c.changes,
-        settings=c.settings,
-        make_client=c.make_client,
-    )
-
-
 def alarms(site: Site) -> list[str]:
     return [alarm.code for alarm in site.container.alarms.open() if alarm.cleared_at is None]
 
@@ -60,7 +43,7 @@ def cut_in_pause(site: Site, robot, off_for: float) -> None:
 
     site.network.interrupt = cut
     with pytest.raises(Killed):
-        check_ups(site).run(robot.id, Trial())
+        check_ups_of(site).run(robot.id, Trial())
     site.network.interrupt = lambda where: None
     assert site.machines["R1"].paused
     site.switch_off(cleanly=False)
@@ -86,7 +69,7 @@ def test_a_start_that_is_due_waits_until_the_robot_is_as_it_was(site, plan, robo
     [row] = site.executions()
     assert (row.state, row.wait) == (State.WAITING, Wait.HOLD)
     assert not of_the_plan(site)
-    assert check_ups(site).put_back(robot.id) is None
+    assert check_ups_of(site).put_back(robot.id) is None
     assert not machine.paused
     assert not site.container.holds.current()
     site.run_until(lambda: site.executions(State.COMPLETED), within=600)
@@ -97,13 +80,13 @@ def test_a_robot_that_does_not_answer_is_held_back_until_it_does_and_an_alarm_sa
     plan("2026-11-23T06:30")
     cut_in_pause(site, robot, 1795 - site.seconds())
     site.network.down.add("R1")
-    check_ups(site).put_back_all([robot.id])
+    check_ups_of(site).put_back_all([robot.id])
     assert LEFT in alarms(site)
     site.run(120)
     site.network.down.clear()
     site.run(60)
     assert not of_the_plan(site)
-    check_ups(site).put_back_all([robot.id])
+    check_ups_of(site).put_back_all([robot.id])
     assert LEFT not in alarms(site)
     site.run_until(lambda: site.executions(State.COMPLETED), within=600)
 
@@ -122,15 +105,14 @@ def test_what_could_not_be_put_back_at_the_end_keeps_the_plan_back(site, robot, 
             site.network.down.add("R1")
 
     site.network.interrupt = fail
-    report = check_ups(site).run(robot.id, Trial())
-    [left] = [finding for finding in report.findings if finding.topic is Topic.LEFT]
-    assert left.level is Level.RED
+    report = check_ups_of(site).run(robot.id, Trial())
+    assert says(report, Topic.LEFT)[0] is Level.RED
     assert LEFT in alarms(site)
     [hold] = site.container.holds.current()
     assert (hold.robot_id, hold.until) == (robot.id, None)
     site.network.interrupt = lambda where: None
     site.network.down.clear()
-    assert check_ups(site).put_back(robot.id) is None
+    assert check_ups_of(site).put_back(robot.id) is None
     assert not site.container.holds.current()
     assert not machine.paused
     assert LEFT not in alarms(site)
@@ -142,14 +124,14 @@ def test_a_pause_of_minutes_is_the_trials_and_a_longer_one_may_be_a_persons(site
     """With an empty queue nothing moves when it is released; with missions of others it drives off."""
     cut_in_pause(site, robot, off_for)
     queue_by_another(site, robot)
-    problem = check_ups(site).put_back(robot.id)
+    problem = check_ups_of(site).put_back(robot.id)
     assert machine.paused is not is_released
     assert (problem is None) is is_released
     assert (LEFT in alarms(site)) is not is_released
     assert bool(site.container.holds.current()) is not is_released
     if not is_released:
         machine.resume()  # by a person
-        assert check_ups(site).put_back(robot.id) is None
+        assert check_ups_of(site).put_back(robot.id) is None
         assert not site.container.holds.current()
         assert LEFT not in alarms(site)
     machine.catch_up()
@@ -158,7 +140,7 @@ def test_a_pause_of_minutes_is_the_trials_and_a_longer_one_may_be_a_persons(site
 
 def test_long_after_it_a_robot_with_nothing_in_its_queue_is_released(site, robot, machine):
     cut_in_pause(site, robot, 12 * 3600)
-    assert check_ups(site).put_back(robot.id) is None
+    assert check_ups_of(site).put_back(robot.id) is None
     assert not machine.paused
 
 
@@ -166,7 +148,7 @@ def test_a_hold_that_was_let_go_says_that_a_person_has_the_robot(site, robot, ma
     cut_in_pause(site, robot, 60)
     site.container.holds.release(robot.id)
     queue_by_another(site, robot)
-    assert render(check_ups(site).put_back(robot.id)) == OTHERS
+    assert render(check_ups_of(site).put_back(robot.id)) == OTHERS
     assert machine.paused
 
 
@@ -202,13 +184,13 @@ def test_whenever_the_power_is_cut_after_a_transaction_the_robot_is_as_it_was(tm
 
         def cut(done, robot=robot, number=number):
             if done == number:
-                kill_at(robot, 0, is_handled=False)
+                robot.kill_at(0, is_handled=False)
                 raise Killed
 
         count_writes(robot, cut)
         with pytest.raises(Killed):
             robot.check_ups.run(robot.id, Trial())
-        start_again(robot)
+        robot.start_again()
         left = robot.check_ups.left_behind()
         assert [hold.robot_id for hold in robot.container.holds.current()] == list(left), number
         robot.check_ups.put_back_all(list(left))
@@ -256,7 +238,7 @@ def test_a_robot_removed_in_the_middle_and_put_back_is_released_in_the_end(site,
     removed = site.container.catalogue.remove_robot(robot.id)
     site.container.catalogue.restore(removed)
     assert site.container.holds.current()
-    assert check_ups(site).put_back(robot.id) is None
+    assert check_ups_of(site).put_back(robot.id) is None
     assert not site.container.holds.current()
     assert not machine.paused
 

@@ -21,6 +21,7 @@ from app.services.check_up.session import Cancelled
 from mir_sim import deviant
 from tests.support.asked_robot import AskedRobot
 from tests.support.checked_robot import CheckedRobot
+from tests.support.findings import in_words, not_green
 
 READ = [topic for topic in Topic if not topic.is_tried]
 SIMULATED = {Topic.CERTIFICATE: Level.AMBER, Topic.PASSWORD: Level.AMBER}  # it speaks http and has the default password
@@ -50,22 +51,11 @@ def read(robot: AskedRobot, **values):
     return session
 
 
-def told(session) -> dict[Topic, Level]:
-    return {finding.topic: finding.level for finding in session.findings if finding.level is not Level.GREEN}
-
-
-def in_words(session) -> str:
-    return "\n".join(
-        f"{finding.level} {finding.topic}: {render(finding.says)} - {render(finding.means)}"
-        for finding in session.findings
-    )
-
-
 @pytest.mark.parametrize(("software", "history"), [("2.14.7", 3), ("3.5.4", 0), ("3.5.4", 400), ("3.8.1", 3)])
 def test_a_faithful_robot_is_green(software, history):
     robot = AskedRobot(software=software, history=history)
     session = read(robot)
-    assert told(session) == SIMULATED | ({} if history else EMPTY), in_words(session)
+    assert not_green(session) == SIMULATED | ({} if history else EMPTY), in_words(session)
     assert [finding.topic for finding in session.findings] == sorted(
         READ, key=[f.topic for f in session.findings].index
     )
@@ -101,7 +91,7 @@ def test_a_robot_that_is_slow_to_answer_is_asked_less_so_that_it_lasts_no_longer
 
 def test_another_robot_of_the_list_with_its_serial_number_has_to_be_put_right(tmp_path):
     robot = CheckedRobot(tmp_path)
-    assert Topic.IDENTITY not in told(robot.check_ups.run(robot.id))
+    assert Topic.IDENTITY not in not_green(robot.check_ups.run(robot.id))
     serial = robot.machine.serial_number
     robots = robot.container.repositories.robots
     for name, number in (("Veikko", serial), ("Sisu", serial), ("Lempi", "of another"), ("Onni", "")):
@@ -113,7 +103,7 @@ def test_another_robot_of_the_list_with_its_serial_number_has_to_be_put_right(tm
                 lambda c, other=other, number=number: robots.note_identity(c, other, serial_number=number)
             )
     report = robot.check_ups.run(robot.id)
-    assert told(report)[Topic.IDENTITY] is Level.RED
+    assert not_green(report)[Topic.IDENTITY] is Level.RED
     assert f"red identity: Its serial number {serial} is also that of Sisu, Veikko - They are one machine" in in_words(
         report
     )

@@ -13,12 +13,6 @@ from app.domain.models import InvalidInput
 from app.mir.errors import Unreachable
 from app.services.live.changes import Topic as Change
 from mir_sim import MISSIONS
-from tests.support.checked_robot import CheckedRobot
-
-
-@pytest.fixture
-def robot(tmp_path) -> CheckedRobot:
-    return CheckedRobot(tmp_path)
 
 
 def test_it_says_what_will_happen(robot):

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 
 import pytest
 
-from app.domain.check_up import Level, Report, RobotProfile, Topic, Trial
-from app.domain.message import render
+from app.domain.check_up import Level, RobotProfile, Topic, Trial
 from mir_sim import DEVIANTS, deviant
 from tests.services.check_up.test_reading import EMPTY, SIMULATED
 from tests.services.check_up.test_reading import NAMED as READ
 from tests.support.checked_robot import CheckedRobot
+from tests.support.findings import in_words, not_green
 
 AMBER = Level.AMBER
 # The topics that are not green, besides those that are read.
@@ -46,17 +46,6 @@ FAITHFUL = {
 }
 
 
-def told(report: Report) -> dict[Topic, Level]:
-    return {finding.topic: finding.level for finding in report.findings if finding.level is not Level.GREEN}
-
-
-def in_words(report: Report) -> str:
-    return "\n".join(
-        f"{finding.level} {finding.topic}: {render(finding.says)} - {render(finding.means)}"
-        for finding in report.findings
-    )
-
-
 def tried(profile: RobotProfile) -> dict[str, object]:
     return {name: getattr(profile, name) for name in FAITHFUL}
 
@@ -69,7 +58,7 @@ def test_a_faithful_robot_is_green(tmp_path, software, history, mission):
     robot = CheckedRobot(tmp_path, software=software, history=history)
     before = robot.as_it_is()
     report = robot.check_ups.run(robot.id, Trial(mission))
-    assert told(report) == SIMULATED | ({} if history else EMPTY), in_words(report)
+    assert not_green(report) == SIMULATED | ({} if history else EMPTY), in_words(report)
     assert [finding.topic for finding in report.findings] == sorted(
         Topic, key=[each.topic for each in report.findings].index
     )
@@ -88,7 +77,7 @@ def test_each_deviant_is_named_by_what_differs(tmp_path, name):
     robot.asked.clock.advance(3630)
     before = robot.as_it_is()
     report = robot.check_ups.run(robot.id, Trial())
-    assert told(report) == {**SIMULATED, **READ[name], **TRIED.get(name, {})}, in_words(report)
+    assert not_green(report) == {**SIMULATED, **READ[name], **TRIED.get(name, {})}, in_words(report)
     assert tried(report.profile) == FAITHFUL | KNOWN.get(name, {})
     assert report.is_complete
     assert robot.as_it_is() == before

@@ -16,34 +16,14 @@ from app.i18n import _, translator
 from app.screens.scheduler.hold_view import held_sentence
 from app.services.check_up.journal import HOLD
 from app.services.check_up.service import CheckUps
-from tests.support.site import Site
-
-
-class RunningClock:
-    """Of the site; while somebody waits, everybody else goes on."""
-
-    def __init__(self, site: Site) -> None:
-        self._site = site
-        self.now, self.monotonic = site.clock.now, site.clock.monotonic
-
-    def sleep(self, seconds: float) -> None:
-        self._site.run(seconds)
+from tests.support.checked_robot import RunningClock, check_ups_of
+from tests.support.findings import says
 
 
 @pytest.fixture
 def check_ups(site) -> CheckUps:
     site.run(10)  # robot and clock have been looked at
-    c = site.container
-    return CheckUps(
-        c.db,
-        clock=RunningClock(site),
-        ledger=c.ledger,
-        holds=c.holds,
-        alarms=c.alarms,
-        changes=c.changes,
-        settings=c.settings,
-        make_client=c.make_client,
-    )
+    return check_ups_of(site)
 
 
 @pytest.fixture
@@ -220,16 +200,16 @@ def test_a_person_ends_it_and_the_robot_is_as_it_was(site, check_ups, robot):
 
 
 # ---------------------------------------------------------------------- a person presses Pause in the app meanwhile
-@pytest.mark.parametrize("says", ["Queueing missions", "Waiting until the missions have ended"])
+@pytest.mark.parametrize("stage", ["Queueing missions", "Waiting until the missions have ended"])
 @pytest.mark.parametrize("is_again", [False, True])
-def test_a_persons_pause_ends_it_and_stays(site, robot, says, is_again):
+def test_a_persons_pause_ends_it_and_stays(site, robot, stage, is_again):
     """Whether the trial has paused the robot at that moment or not."""
     c, pressed = site.container, []
 
     def told(progress):
-        if render(progress.says) == says:
+        if render(progress.says) == stage:
             pressed.append(site.clock.now())
-            if len(pressed) == (3 if is_again else 1) or (is_again and says == "Queueing missions"):
+            if len(pressed) == (3 if is_again else 1) or (is_again and stage == "Queueing missions"):
                 c.operator.pause(robot.id)
 
     check_ups = c.check_ups
@@ -240,8 +220,7 @@ def test_a_persons_pause_ends_it_and_stays(site, robot, says, is_again):
     assert site.machines["R1"].paused
     assert not report.is_complete
     assert not [item for item in site.machines["R1"].queue if str(item.state) in ("Pending", "Executing")]
-    [left] = [finding for finding in report.findings if finding.topic is Topic.LEFT]
-    assert (left.level, render(left.says)) == (
+    assert says(report, Topic.LEFT) == (
         Level.GREEN,
         "Nothing of the trial is left on it; it stands in Pause, as somebody wanted",
     )
