@@ -145,12 +145,6 @@ def _parameter(found: dict[str, Any]) -> MissionParameter:
 class StopRepository:
     """Positions that missions drive to: the same guid is the same mission, on whichever robot it is."""
 
-    def of(self, c: sqlite3.Connection, mission_guid: str) -> tuple[Stop, ...]:
-        """In order; empty also where no robot said them."""
-        return tuple(
-            map(_stop, c.execute("SELECT * FROM mission_stops WHERE mission_guid = ? ORDER BY number", (mission_guid,)))
-        )
-
     def all(self, c: sqlite3.Connection) -> dict[str, tuple[Stop, ...]]:
         """Of missions that drive anywhere."""
         found: dict[str, tuple[Stop, ...]] = {}

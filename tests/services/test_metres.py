@@ -34,7 +34,7 @@ def hall(tmp_path):
 
 
 def stops(hall, name="Deliver"):
-    return StopRepository().of(hall.container.db.read(), GUIDS[name])
+    return StopRepository().all(hall.container.db.read()).get(GUIDS[name], ())
 
 
 def put(hall, **poses):
