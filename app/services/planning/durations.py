@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from datetime import date
 from itertools import pairwise
-from math import ceil
 
 from app.database.missions import DurationRepository, MissionRepository
 from app.domain.models import DurationEstimate, Group, Mission, Robot
@@ -197,4 +196,4 @@ class MissionDurations:
 def fast_s(estimate: DurationEstimate | None) -> float | None:
     """What nine of ten runs took at least; None where none was measured."""
     samples = estimate.samples_s if estimate else ()
-    return samples[len(samples) - ceil(0.9 * len(samples))] if samples else None
+    return samples[len(samples) - math.ceil(0.9 * len(samples))] if samples else None
