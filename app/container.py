@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 from app.database.alarms import AlarmRepository
@@ -70,29 +69,16 @@ DATABASE_NAME = "amr-scheduler.db"
 MAPS = "maps"  # directory next to the database
 
 
-@dataclass(frozen=True)
 class Repositories:
-    robots: RobotRepository
-    missions: MissionRepository
-    schedules: ScheduleRepository
-    executions: ExecutionRepository
-    settings: SettingsRepository
-    alarms: AlarmRepository
-    holds: HoldRepository
-    calendar: CalendarRepository
-
-    @classmethod
-    def build(cls) -> Repositories:
-        return cls(
-            RobotRepository(),
-            MissionRepository(),
-            ScheduleRepository(),
-            ExecutionRepository(),
-            SettingsRepository(),
-            AlarmRepository(),
-            HoldRepository(),
-            CalendarRepository(),
-        )
+    def __init__(self) -> None:
+        self.robots = RobotRepository()
+        self.missions = MissionRepository()
+        self.schedules = ScheduleRepository()
+        self.executions = ExecutionRepository()
+        self.settings = SettingsRepository()
+        self.alarms = AlarmRepository()
+        self.holds = HoldRepository()
+        self.calendar = CalendarRepository()
 
 
 class Container:
@@ -111,7 +97,7 @@ class Container:
     ) -> None:
         self.db, self._find_zone = db, find_zone
         self.clock = clock = clock or SystemClock()
-        self.repositories = repositories = Repositories.build()
+        self.repositories = repositories = Repositories()
         self.changes = Changes()
         self.make_client = make_client or Connector()
         self._settings = CachedUntilChanged(lambda: repositories.settings.load(db.read()), self.changes, Topic.SETTINGS)
@@ -199,6 +185,16 @@ class Container:
         self.engine.add_chore("Reading the public holidays", self._read_holidays)
         self.runner = Runner(db, self.engine, clock, self.alarms)
         self.mission_actions = MissionActionsReader(db, self.catalogue, self.snapshots, self.make_client, clock)
+        self.check_ups = CheckUps(
+            db,
+            clock=clock,
+            ledger=self.ledger,
+            holds=self.holds,
+            alarms=self.alarms,
+            changes=self.changes,
+            settings=self.settings,
+            make_client=self.make_client,
+        )
         self.operator = Operator(
             db,
             robots=repositories.robots,
@@ -211,18 +207,8 @@ class Container:
             settings=self.settings,
             make_client=self.make_client,
             parameters=self.parameters,
-            keep_paused=lambda robot_id: self.check_ups.keep_paused(robot_id),
+            keep_paused=self.check_ups.keep_paused,
             answered=self.prompts.answered,
-        )
-        self.check_ups = CheckUps(
-            db,
-            clock=clock,
-            ledger=self.ledger,
-            holds=self.holds,
-            alarms=self.alarms,
-            changes=self.changes,
-            settings=self.settings,
-            make_client=self.make_client,
         )
         self.maps = RobotMaps(db.path.parent / MAPS, self.catalogue.robot, self.make_client, clock)
         self.proposed_places = ProposedPlaces(db)
