@@ -15,7 +15,7 @@ from mir_sim import Profile, deviant
 from mir_sim.profile import Reboots
 from tests.screenshots.registry import picture
 from tests.screenshots.settings import EVERY_SIZE, NOW, Plant
-from tests.support.checked_robot import CheckedRobot
+from tests.support.check_up_site import CheckedRobot
 
 KINDS = {
     "good": Profile(),

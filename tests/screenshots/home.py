@@ -39,7 +39,7 @@ from app.widgets.positions import PositionDialog, Spot
 from app.widgets.snackbar import Snackbars
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
 from tests.support import home_facts as sample
-from tests.support import standing
+from tests.support import sample_alarms
 
 EVERY_SIZE = (*BOTH, SMALL, SHARP, LARGE_TEXT, SMALL_LARGE_TEXT, GLOVES)
 PARAMETERS = (
@@ -145,7 +145,7 @@ def home(
     background: Any = _NOWHERE,
 ) -> HomeScreen:
     """Home in its frame, with these facts, and with ``issues``, by default those that the app would have; ``more`` services by name."""
-    issues = standing.issues_of(facts) if issues is None else issues
+    issues = sample_alarms.issues_of(facts) if issues is None else issues
     services: Any = SimpleNamespace(
         **{
             "maps": SimpleNamespace(is_due=lambda _robot_id, _map_id: False),

@@ -13,7 +13,7 @@ import pytest
 from app.domain.models import Execution, Schedule, State
 from mir_sim import DEVIANTS, Profile, deviant
 from mir_sim.mission_queue import ItemState, QueueItem
-from tests.support.checked_up import checked_up
+from tests.support.expected_findings import checked_up
 from tests.support.network import Fate, Submission
 from tests.support.site import USER, Site
 

@@ -28,7 +28,7 @@ from app.services.live.tablet import old_token
 from app.services.live.tablet_zone import TabletZone
 from mir_sim.control import COMMANDS
 from mir_sim.state import RobotError
-from tests.support.checked_up import checked_up
+from tests.support.expected_findings import checked_up
 from tests.support.network import Fate
 from tests.support.site import GUIDS, PASSWORD, USER, Site
 

@@ -12,7 +12,7 @@ from app.domain.models import ReasonCode, Robot, State
 from mir_sim import Profile, deviant
 from mir_sim.mission_queue import ItemState
 from mir_sim.site import ADMINISTRATOR
-from tests.support.checked_up import checked_up
+from tests.support.expected_findings import checked_up
 from tests.support.network import Fate
 from tests.support.site import USER, Site
 

@@ -33,7 +33,7 @@ from tests.simulation.operator import IDLE_MISSION, Person
 from tests.simulation.oracles import Judge
 from tests.simulation.profile import Findings, Nature, Profile
 from tests.simulation.weather import SPEED, PowerOff, Weather
-from tests.support.checked_up import checked_up
+from tests.support.expected_findings import checked_up
 from tests.support.network import HARMFUL, Fate, Network, Planned
 from tests.support.site import GUIDS, Site
 

@@ -231,7 +231,7 @@ HELD = execution(
     minimum_battery_percent=80.0,
 )
 
-# What tests/support/month.py plans next and has finished last; tests/unit/screens/test_one_story.py compares them.
+# What tests/support/month.py plans next and has finished last; tests/unit/screens/test_sample_facts_agree.py compares them.
 PLANNED = (
     planned(AINO, KITS, minutes=22),
     planned(VEIKKO, EMPTIES, minutes=32),

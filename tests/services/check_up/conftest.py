@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from app.services.check_up import load_probes
-from tests.support.checked_robot import CheckedRobot
+from tests.support.check_up_site import CheckedRobot
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import pytest
 from app.domain.check_up import Level, Trial
 from app.mir.errors import ConnectionLost, Unreachable
 from mir_sim import deviant
-from tests.support.checked_robot import CheckedRobot, Killed
+from tests.support.check_up_site import CheckedRobot, Killed
 
 pytestmark = pytest.mark.usefixtures("quick_reading")
 

@@ -14,9 +14,9 @@ from app.mir.transport import Response
 from mir_sim import MISSIONS, Request
 from mir_sim.api import BASE
 from mir_sim.exchange import exchange
-from tests.support.asked_robot import TOKEN
-from tests.support.checked_robot import CheckedRobot
+from tests.support.check_up_site import CheckedRobot
 from tests.support.findings import says
+from tests.support.recorded_robot import TOKEN
 
 HOME = next(mission.guid for mission in MISSIONS if mission.name == "Home")
 QUEUE = "/mission_queue"

@@ -11,7 +11,7 @@ from app.domain.message import render
 from app.mir.errors import ConnectionLost
 from app.mir.transport import Response
 from app.services.check_up.load_probes import latency, load
-from tests.support.asked_robot import AskedRobot
+from tests.support.recorded_robot import AskedRobot
 
 
 def says(session) -> tuple[Level, str]:

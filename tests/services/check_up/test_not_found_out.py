@@ -17,9 +17,9 @@ from app.services.check_up.probes import read_robot
 from app.services.check_up.session import CheckUpSession
 from mir_sim import profile as simulated
 from mir_sim.mission_queue import QueueItem
-from tests.support.asked_robot import ZONE, AskedRobot
-from tests.support.checked_robot import CheckedRobot
+from tests.support.check_up_site import CheckedRobot
 from tests.support.findings import says
+from tests.support.recorded_robot import ZONE, AskedRobot
 
 AMBER, GREEN = Level.AMBER, Level.GREEN
 FEW = "Not found out: too few missions are in its queue"

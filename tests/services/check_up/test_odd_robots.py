@@ -17,7 +17,7 @@ from app.services.catalogue.database_check import find_problem
 from app.services.check_up.trials import RELEASED_WITHIN
 from mir_sim import MISSIONS, deviant
 from tests.services.check_up.test_reading import ODD, SIMULATED
-from tests.support.checked_robot import CheckedRobot
+from tests.support.check_up_site import CheckedRobot
 from tests.support.findings import in_words, not_green, says
 
 FORBIDDEN = Response(403, b'{"error_code": "unauthorized", "error_human": "no"}', {})

@@ -8,7 +8,7 @@ import pytest
 
 from app.domain.check_up import Level, Report, Topic, Trial
 from app.domain.message import render
-from tests.support.checked_robot import ENDED, CheckedRobot, Killed
+from tests.support.check_up_site import ENDED, CheckedRobot, Killed
 from tests.support.findings import says
 
 STATE = ("PUT", "/status")

@@ -11,7 +11,7 @@ from app.domain.check_up import Level, Topic, Trial
 from app.domain.message import render
 from app.domain.models import InvalidInput, State, Wait
 from app.mir.transport import Response
-from tests.support.checked_robot import CheckedRobot, Killed, check_ups_of
+from tests.support.check_up_site import CheckedRobot, Killed, check_ups_of
 from tests.support.findings import says
 from tests.support.site import GUIDS, Site
 

@@ -19,9 +19,9 @@ from app.services.check_up.load_probes import latency, load
 from app.services.check_up.probes import read_robot
 from app.services.check_up.session import Cancelled
 from mir_sim import deviant
-from tests.support.asked_robot import AskedRobot
-from tests.support.checked_robot import CheckedRobot
+from tests.support.check_up_site import CheckedRobot
 from tests.support.findings import in_words, not_green
+from tests.support.recorded_robot import AskedRobot
 
 READ = [topic for topic in Topic if not topic.is_tried]
 SIMULATED = {Topic.CERTIFICATE: Level.AMBER, Topic.PASSWORD: Level.AMBER}  # it speaks http and has the default password

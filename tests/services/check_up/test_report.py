@@ -13,8 +13,8 @@ from app.domain.message import message
 from app.services.check_up import report as reports
 from mir_sim import DEVIANTS, Profile, deviant
 from mir_sim.profile import ITEM_FIELDS, KEYS, read
-from tests.support.asked_robot import ZONE
-from tests.support.checked_robot import CheckedRobot
+from tests.support.check_up_site import CheckedRobot
+from tests.support.recorded_robot import ZONE
 
 NOT_IN_A_PROFILE = (Topic.OTHERS, Topic.LANGUAGE)  # who else uses the robot; texts of which nothing depends
 MEASURED = ("clock_offset", "latency", "lost", "quiet_s", "timeout_s", "rest")

@@ -10,7 +10,7 @@ from app.domain.check_up import Level, RobotProfile, Topic, Trial
 from mir_sim import DEVIANTS, deviant
 from tests.services.check_up.test_reading import EMPTY, SIMULATED
 from tests.services.check_up.test_reading import NAMED as READ
-from tests.support.checked_robot import CheckedRobot
+from tests.support.check_up_site import CheckedRobot
 from tests.support.findings import in_words, not_green
 
 AMBER = Level.AMBER

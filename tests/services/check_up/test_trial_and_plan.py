@@ -16,7 +16,7 @@ from app.i18n import _, translator
 from app.screens.scheduler.hold_view import held_sentence
 from app.services.check_up.journal import HOLD
 from app.services.check_up.service import CheckUps
-from tests.support.checked_robot import RunningClock, check_ups_of
+from tests.support.check_up_site import RunningClock, check_ups_of
 from tests.support.findings import says
 
 

@@ -13,7 +13,7 @@ from app.domain.models import Robot
 from app.mir.transport import Response
 from app.services.check_up.service import CheckUps
 from mir_sim import Profile, SimulatedRobot
-from tests.support.asked_robot import ZONE, AskedRobot
+from tests.support.recorded_robot import ZONE, AskedRobot
 from tests.support.site import Site
 
 ENDED = ("Done", "Aborted")

@@ -20,7 +20,7 @@ from app.screens.home.facts import LAST_FINISHED, NEXT_PLANNED
 from mir_sim import world
 from tests.support import fleet_facts, month
 from tests.support import home_facts as sample
-from tests.support.standing import issues_of
+from tests.support.sample_alarms import issues_of
 
 OF_HOME = {
     "all well": sample.FACTS,
