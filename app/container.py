@@ -21,6 +21,7 @@ from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
 from app.mir.transport import Pace
+from app.services.catalogue import zones
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.database_check import find_problem
 from app.services.catalogue.pausing import Pausing
@@ -273,7 +274,7 @@ class Container:
         if not settings.is_stored(self.db.read(), "install_id"):
             self.db.write(settings.install_id)
         self.tablet.begin()
-        for line in self.catalogue.edit(lambda edit: edit.take_known_zones(self._find_zone)):
+        for line in self.catalogue.edit(lambda edit: zones.take_known_zones(edit, self._find_zone)):
             log.warning("At the start %s", line)
         if count := self.catalogue.edit(lambda edit: edit.replan_outdated()):
             log.warning(

@@ -13,6 +13,7 @@ from app.database.connection import Database
 from app.domain.models import Robot
 from app.failures import BadInput
 from app.process.demo import furnish
+from app.services.catalogue import zones
 from app.services.live.tablet_zone import TabletZone
 from tests.support.clock import VirtualClock
 
@@ -47,7 +48,9 @@ def test_a_mission_starts_within_two_minutes_whatever_day_it_is(make, day):
 
 def test_it_asks_for_no_time_zone(make):
     container = make(datetime(2026, 11, 23, 3, 7, 20, tzinfo=UTC))
-    container.catalogue.edit(lambda edit: edit.take_known_zones(lambda: TabletZone("Etc/UTC", "/etc/localtime", False)))
+    container.catalogue.edit(
+        lambda edit: zones.take_known_zones(edit, lambda: TabletZone("Etc/UTC", "/etc/localtime", False))
+    )
     furnish(container, ROBOTS, MISSIONS)
     assert container.alarms.open() == []
 

@@ -21,6 +21,7 @@ from app.mir.errors import CertificateMismatch, CertificateProblem, SerialNumber
 from app.process import host
 from app.process.data_directory import InstanceLock
 from app.process.host import watch
+from app.services.catalogue import zones
 from app.services.files.daily_backup import DailyBackup
 from app.services.live.access import ALARM_AFTER
 from app.services.live.alarms import SENTENCES, alarm_sentence
@@ -352,7 +353,7 @@ def too_few_files(site, plan):
 def zone_guessed(site, plan):
     guess = TabletZone("Europe/Helsinki", "/etc/localtime", False)
     site.container.db.write(lambda c: site.container.repositories.settings.save(c, timezone="Mars/Base"))
-    site.container.catalogue.edit(lambda edit: edit.take_known_zones(lambda: guess))
+    site.container.catalogue.edit(lambda edit: zones.take_known_zones(edit, lambda: guess))
 
 
 def zone_unknown(site, plan):

@@ -21,7 +21,7 @@ from app.screens.common.options import Option
 from app.screens.common.problems import sentence_of, words_of
 from app.screens.common.robot_appearance import link_appearance
 from app.screens.settings.facts import SettingsFacts
-from app.services.catalogue.configuration.importing import stops_a_robot
+from app.services.catalogue.configuration.import_lines import stops_a_robot
 
 # key, icon (empty: the robot glyph); the names are in section_names
 SECTIONS = (

@@ -25,7 +25,7 @@ from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
 from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule, Settings
 from app.domain.robot import MissionParameter
-from app.services.catalogue import checks, parameter_check
+from app.services.catalogue import checks, parameter_check, zones
 from app.services.catalogue.edit import Edit
 from app.services.catalogue.undo import Removed, Switched, Uses, restore, switch_back, wait_again
 from app.services.live.changes import Changes
@@ -138,7 +138,7 @@ class Catalogue:
     def guess_zone_again(self, zone: str) -> None:
         """Undo that a person has chosen the time zone, of which ``zone`` was the guess: an alarm asks for it again. Raises
         InvalidInput."""
-        self.edit(lambda edit: edit.guess_zone_again(zone))
+        self.edit(lambda edit: zones.guess_again(edit, zone))
 
     # ------------------------------------------------------------------ days off and extra working days
     def save_days(self, exception: DayException) -> DayException:

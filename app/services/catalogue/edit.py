@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -17,20 +17,18 @@ from app.domain.models import (
     Reason,
     ReasonCode,
     Robot,
-    Schedule,
     Settings,
     Trigger,
 )
 from app.mir.credentials import token_for
-from app.services.catalogue import change_log, checks, fields, generated_names, validation
+from app.services.catalogue import change_log, fields, generated_names, validation, zones
 from app.services.catalogue.group_edit import GroupEdit
 from app.services.catalogue.schedule_edit import ScheduleEdit
 from app.services.catalogue.undo import Removed
 from app.services.executions import transitions
 from app.services.executions.transitions import NOT_WITH_THE_ROBOT, Event
-from app.services.live.alarms import ZONE_GUESSED, alarm_of
+from app.services.live.alarms import alarm_of
 from app.services.live.changes import Topic
-from app.services.live.tablet_zone import TabletZone
 from app.services.planning import public_holidays
 
 _NO_NEWS = frozenset({"selected_robot_id"})  # settings that change whenever somebody looks at another robot
@@ -45,16 +43,16 @@ class Edit(GroupEdit, ScheduleEdit):
         before = self.settings
         changed = replace(before, **validation.settings(changes))
         if "timezone" in changes:
-            self._zone_was_chosen()
+            zones.was_chosen(self)
         if _days_off(changed)[1:] != _days_off(before)[1:]:
             public_holidays.check(changed.holiday_country, changed.holiday_subdivision)
         changes = {
             name: value
             for name, value in validation.settings(changes).items()
-            if value != getattr(before, name) or not self._settings.is_stored(self.c, name)
+            if value != getattr(before, name) or not self.stored_settings.is_stored(self.c, name)
         }
         if changes:
-            self.settings = self._settings.save(self.c, **changes)
+            self.settings = self.stored_settings.save(self.c, **changes)
             self.topics.add(Topic.SETTINGS)
             wanted = sorted(changes.keys() - _NO_NEWS)
             if line := change_log.differences(
@@ -69,58 +67,6 @@ class Edit(GroupEdit, ScheduleEdit):
             )
             self.update_waiting(filter(None, found))  # of a deleted one something may be in doubt
         return self.settings
-
-    def take_known_zones(self, find_zone: Callable[[], TabletZone]) -> list[str]:
-        """At a start: where the settings have no time zone, or one that is not known here (of another system or version), they take the
-        tablet's, and a person is asked where that isn't certain. Schedules whose zone isn't known take that of the settings; they are
-        switched off where that is only a guess, as they would start at a wrong time. Returns one line for each, for the log."""
-        lines, stored = [], self.settings.timezone
-        is_stored = self._settings.is_stored(self.c, "timezone")
-        if not is_stored or not checks.is_zone(stored):
-            found = find_zone()
-            if is_stored:
-                lines.append(f"the time zone {stored} is not known here; the settings take {found.name}")
-            self.settings = self._settings.save(self.c, timezone=found.name)
-            self.topics.add(Topic.SETTINGS)
-            if not found.is_certain:
-                self._zone_is_guess()
-                lines.append(
-                    f"it was not certain which time zone the tablet has; the settings take {found.name} until one is chosen"
-                )
-        for schedule in self.schedules.all(self.c):
-            if not checks.is_zone(schedule.timezone):
-                lines.append(self._take_known_zone(schedule))
-        return lines
-
-    def _take_known_zone(self, schedule: Schedule) -> str:
-        unknown, zone = schedule.timezone, self.settings.timezone
-        is_guess = self._alarms.active(self.c, *ZONE_GUESSED) is not None
-        known = replace(schedule, timezone=zone, enabled=schedule.enabled and not is_guess, changed_at=self.now)
-        self.schedules.update(self.c, replace(known, next_at=self.first_due(known, self.calendar)))
-        self.topics.add(Topic.SCHEDULES)
-        if not is_guess or not schedule.enabled:
-            return f"the time zone {unknown} is not known here; the schedule {schedule.name} takes {zone}"
-        details = {"schedule": schedule.name, "zone": unknown}
-        self._alarms.raise_once(self.c, alarm_of("zone_unknown", f"zone:{schedule.id}", self.now, details))
-        self.topics.add(Topic.ALARMS)
-        return f"the time zone {unknown} is not known here; the schedule {schedule.name} is switched off"
-
-    def guess_zone_again(self, zone: str) -> None:
-        """Undo that a person has chosen another one."""
-        self.change_settings(timezone=zone)
-        self._zone_is_guess()
-
-    def _zone_is_guess(self) -> None:
-        """That of the settings, until a person has chosen one."""
-        self._alarms.raise_once(self.c, alarm_of(*ZONE_GUESSED, self.now, {"zone": self.settings.timezone}))
-        self.topics.add(Topic.ALARMS)
-
-    def _zone_was_chosen(self) -> None:
-        """By a person, or with a configuration: the question is answered."""
-        if guessed := self._alarms.active(self.c, *ZONE_GUESSED):
-            self._alarms.clear(self.c, *ZONE_GUESSED, self.now)
-            self._alarms.acknowledge(self.c, guessed.id, self.now)
-            self.topics.add(Topic.ALARMS)
 
     def _replan_schedules(self) -> None:
         """What is due already stays due; a one-time schedule runs whatever the working days are."""
@@ -235,7 +181,7 @@ class Edit(GroupEdit, ScheduleEdit):
                 self._clear_alarms(robot.id)
             if robot.needs_password and stored.enabled:
                 details = {"robot": robot.name, "robot_id": robot.id}
-                self._alarms.raise_once(self.c, alarm_of("needs_password", f"robot:{robot.id}", self.now, details))
+                self.alarms.raise_once(self.c, alarm_of("needs_password", f"robot:{robot.id}", self.now, details))
                 self.topics.add(Topic.ALARMS)
             elif stored.needs_password and not robot.needs_password:
                 self._clear_alarms(robot.id)
@@ -315,7 +261,7 @@ class Edit(GroupEdit, ScheduleEdit):
 
     def _clear_alarms(self, robot_id: int) -> None:
         """The alarms of a robot that is not asked any more."""
-        if self._alarms.clear_of_robot(self.c, robot_id, self.now):
+        if self.alarms.clear_of_robot(self.c, robot_id, self.now):
             self.topics.add(Topic.ALARMS)
 
     # ------------------------------------------------------------------ missions

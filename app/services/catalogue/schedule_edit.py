@@ -127,7 +127,7 @@ class ScheduleEdit(Transaction):
                     self._move_skipped_row(schedule, old, new)
 
     def _move_skipped_row(self, schedule: Schedule, old: datetime, new: datetime) -> None:
-        install_id = self._settings.install_id(self.c)
+        install_id = self.stored_settings.install_id(self.c)
         row = self.executions.by_token(self.c, token_of(install_id, schedule.id, old))
         if row is not None and row.ended_at is not None and not self.executions.has_instant(self.c, schedule.id, new):
             moved = {
@@ -170,7 +170,7 @@ class ScheduleEdit(Transaction):
         (``wanted``)."""
         for row in self.unsent_of([schedule]):
             columns = as_defined(
-                self.c, row, schedule, target, mission, self.settings, self._settings.install_id(self.c)
+                self.c, row, schedule, target, mission, self.settings, self.stored_settings.install_id(self.c)
             )
             columns = {name: value for name, value in columns.items() if value != getattr(row, name)}
             if row.state is State.SUBMITTING:

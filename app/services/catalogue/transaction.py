@@ -38,11 +38,15 @@ class Transaction:
 
     def __post_init__(self) -> None:
         self.robots, self.missions, self.schedules = RobotRepository(), MissionRepository(), ScheduleRepository()
-        self.executions, self._settings, self.holds = ExecutionRepository(), SettingsRepository(), HoldRepository()
+        self.executions, self.stored_settings, self.holds = (
+            ExecutionRepository(),
+            SettingsRepository(),
+            HoldRepository(),
+        )
         self.groups, self.places, self.group_starts = GroupRepository(), PlaceRepository(), GroupExecutionRepository()
         self.durations, self.check_ups = DurationRepository(), CheckUpRepository()
-        self.days, self._alarms = CalendarRepository(), AlarmRepository()
-        self.settings = self._settings.load(self.c)
+        self.days, self.alarms = CalendarRepository(), AlarmRepository()
+        self.settings = self.stored_settings.load(self.c)
 
     @property
     def calendar(self) -> WorkingCalendar:

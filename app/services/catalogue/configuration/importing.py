@@ -4,20 +4,20 @@ runs only after a person has confirmed it."""
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from functools import reduce
 from typing import Any
 
 from app.domain import names
-from app.domain.message import Message, message, render
+from app.domain.message import Message, message
 from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule
-from app.services.catalogue import fields, parameter_check, validation
+from app.services.catalogue import parameter_check, validation
 from app.services.catalogue.catalogue import Catalogue, Edit
+from app.services.catalogue.configuration import import_lines
 from app.services.catalogue.configuration.asked_robots import AskedRobots, MoreToAsk
 from app.services.catalogue.configuration.document import Document, read
-from app.services.catalogue.fields import KEY_OF, Item, at, differing
+from app.services.catalogue.fields import KEY_OF, Item, at
 from app.services.catalogue.generated_names import Unnamed
 from app.services.catalogue.parameter_check import Checked
 
@@ -58,11 +58,6 @@ def import_configuration(catalogue: Catalogue, content: bytes, *, may_delete: bo
             return lines
 
 
-def stops_a_robot(line: Message) -> bool:
-    """Whether a line says that a robot is switched off until its password is entered."""
-    return "needs a password" in render(line)
-
-
 class _Import:
     def __init__(self, edit: Edit, document: Document, asked: AskedRobots) -> None:
         self._edit, self._document, self._asked = edit, document, asked
@@ -70,6 +65,7 @@ class _Import:
         self._idle: list[tuple[Item, Checked]] = []
         self._unnamed: dict[tuple[str, int], Unnamed] = {}
         self._place_ids: dict[str, int] = {}
+        self._taken: set[str] = set()  # names of schedules in the file, which no others may get
 
     def run(self) -> list[Message]:
         """Settings first, as new schedules take their defaults from them; idle rules after the missions that they name."""
@@ -85,35 +81,46 @@ class _Import:
         }
         for item in self._document.robots:
             with _placed(item):
-                self._robot(item)
+                self._robot(item, before[item.path])
         self._check_machines(before)
-        group_lines = [line for item in self._document.groups for line in self._group(item)]
-        place_lines = [line for item in self._document.places for line in self._place(item)]
+        group_lines = self._each(self._document.groups, self._group)
+        place_lines = self._each(self._document.places, self._place)
         self._place_ids = self._edit.places.ids(self._edit.c)
-        mission_lines: list[Message] = []
-        for item in self._document.missions:
-            with _placed(item):
-                mission_lines += self._mission(item)
+        mission_lines = self._each(self._document.missions, self._mission)
         for item in self._document.robots:
             self._idle_rule(item)
-        schedule_lines = self._schedules(self._document.schedules)
+        self._taken |= {item.values["name"] for item in self._document.schedules if item.values.get("name")}
+        schedule_lines = self._each(self._document.schedules, self._schedule)
         self._check_room()
         runners = parameter_check.Runners(self._edit.c)
         self._asked.judge(
             [*self._idle, *((item, runners.check(schedule, self._asked.known)) for item, schedule in self._to_check)]
         )
-        robot_lines = [line for item in self._document.robots for line in self._robot_line(item, before[item.path])]
+        robots = {robot.name: robot for robot in self._edit.robots.all(self._edit.c)}
+        robot_lines = [
+            line
+            for item in self._document.robots
+            for line in import_lines.of_robot(before[item.path], robots[item.values["name"]])
+        ]
         return [*setting_lines, *robot_lines, *group_lines, *place_lines, *mission_lines, *schedule_lines]
+
+    @staticmethod
+    def _each(items: Sequence[Item], take: Callable[[Item], Iterator[Message]]) -> list[Message]:
+        lines: list[Message] = []
+        for item in items:
+            with _placed(item):
+                lines += take(item)
+        return lines
 
     def _check_room(self) -> None:
         """Each robot takes a thread, and each schedule time at every change of working days."""
-        edit, entry = self._edit, self._document
+        edit, document = self._edit, self._document
         for section, items, repository, most in (
-            ("robots", entry.robots, edit.robots, MOST_ROBOTS),
-            ("groups", entry.groups, edit.groups, MOST_GROUPS),
-            ("places", entry.places, edit.places, MOST_PLACES),
-            ("missions", entry.missions, edit.missions, MOST_MISSIONS),
-            ("schedules", entry.schedules, edit.schedules, MOST_SCHEDULES),
+            ("robots", document.robots, edit.robots, MOST_ROBOTS),
+            ("groups", document.groups, edit.groups, MOST_GROUPS),
+            ("places", document.places, edit.places, MOST_PLACES),
+            ("missions", document.missions, edit.missions, MOST_MISSIONS),
+            ("schedules", document.schedules, edit.schedules, MOST_SCHEDULES),
         ):
             if items and max(len(items), repository.count(edit.c)) > most:
                 raise InvalidInput(
@@ -131,12 +138,7 @@ class _Import:
             after = self._edit.change_settings(**changes)
         for name in changes:
             if getattr(after, name) != getattr(before, name):
-                yield message(
-                    "setting {name} changed: {before} -> {after}",
-                    name=words[name],
-                    before=_shown(getattr(before, name)),
-                    after=_shown(getattr(after, name)),
-                )
+                yield import_lines.of_setting(words[name], getattr(before, name), getattr(after, name))
 
     def _different(self, item: Item, changes: Mapping[str, Any]) -> Iterator[Message]:
         """Those that are not as they are by default either."""
@@ -170,24 +172,23 @@ class _Import:
             )
 
     # ------------------------------------------------------------------ robots
-    def _robot(self, item: Item) -> None:
-        entry, password = item.values, item.values.get("password")
-        stored = self._edit.robots.by_name(self._edit.c, entry["name"])
+    def _robot(self, item: Item, stored: Robot | None) -> None:
+        password = item.values.get("password")
         if stored is None:
             item.check_new()
         saved = self._edit.save_robot(replace(stored or Robot("", ""), **item.changes), password, is_one_of_many=True)
-        if password is not None and entry.get("enabled") is False and saved.enabled:
+        if password is not None and item.values.get("enabled") is False and saved.enabled:
             self._edit.save_robot(replace(saved, enabled=False))
 
     def _check_machines(self, before: Mapping[str, Robot | None]) -> None:
         """When all have their new addresses: two robots may swap theirs."""
         robots = {robot.name: robot for robot in self._edit.robots.all(self._edit.c)}
-        entry = {item.values["name"] for item in self._document.robots}
+        in_file = {item.values["name"] for item in self._document.robots}
         for item in self._document.robots:
             robot, stored = robots[item.values["name"]], before[item.path]
             if stored is None or robot.address != stored.address:
                 with _placed(item):
-                    self._check_is_no_other(robot, robots.values(), entry if stored is None else robots)
+                    self._check_is_no_other(robot, robots.values(), in_file if stored is None else robots)
 
     @staticmethod
     def _check_is_no_other(robot: Robot, others: Iterable[Robot], known: Collection[str]) -> None:
@@ -226,61 +227,25 @@ class _Import:
         if parameter_check.is_mission_new(rule, robot.idle):
             self._idle.append((entry, parameter_check.of_idle_rule(self._edit, saved, rule, self._asked.known)))
 
-    def _robot_line(self, item: Item, before: Robot | None) -> Iterator[Message]:
-        after = self._robot_named(item.values["name"], item.path)
-        if before is None:
-            yield (
-                message("robot {name} added; it is switched off and needs a password", name=after.name)
-                if after.needs_password
-                else message("robot {name} added", name=after.name)
-            )
-            return
-        changed = differing(before, after, fields.ROBOT)
-        if after.token != before.token and after.token is not None:
-            changed.append(message("password"))
-        if changed:
-            what = _list(changed)
-            yield (
-                message(
-                    "robot {name} changed: {what}; it is switched off and needs a password", name=after.name, what=what
-                )
-                if after.needs_password
-                else message("robot {name} changed: {what}", name=after.name, what=what)
-            )
-        if before.address.startswith("https:") and after.address.startswith("http:"):
-            yield message("the connection to robot {name} is no longer encrypted", name=after.name)
-        elif before.certificate_sha256 and not after.certificate_sha256:
-            yield message("the certificate of robot {name} is no longer the only one that is trusted", name=after.name)
-
     # ------------------------------------------------------------------ groups and places
     def _group(self, item: Item) -> Iterator[Message]:
-        entry, edit = item.values, self._edit
-        stored = edit.groups.by_name(edit.c, entry["name"])
+        edit, name, values = self._edit, item.values["name"], item.changes
+        stored = edit.groups.by_name(edit.c, name)
         if stored is None:
             item.check_new()
-        values = item.changes
-        if "robots" in entry:
-            values["members"] = tuple(
-                sorted(self._robot_named(name, f"{item.path}.robots").id for name in entry["robots"])
-            )
-        with _placed(item):
-            saved = edit.save_group(replace(stored or Group(entry["name"]), **values), may_be_empty=True)
-        if stored is None:
-            yield message("group {name} added", name=saved.name)
-        elif changed := differing(stored, saved, fields.GROUP):
-            yield message("group {name} changed: {what}", name=saved.name, what=_list(changed))
+        if "robots" in item.values:
+            members = (self._robot_named(robot, f"{item.path}.robots").id for robot in item.values["robots"])
+            values["members"] = tuple(sorted(members))
+        saved = edit.save_group(replace(stored or Group(name), **values), may_be_empty=True)
+        return import_lines.line("groups", stored, saved, name=name)
 
     def _place(self, item: Item) -> Iterator[Message]:
-        entry, edit = item.values, self._edit
-        stored = edit.places.by_name(edit.c, entry["name"])
+        edit, name = self._edit, item.values["name"]
+        stored = edit.places.by_name(edit.c, name)
         if stored is None:
             item.check_new()
-        with _placed(item):
-            saved = edit.save_place(replace(stored or Place(entry["name"], 1), **item.changes))
-        if stored is None:
-            yield message("place {name} added", name=saved.name)
-        elif changed := differing(stored, saved, fields.PLACE):
-            yield message("place {name} changed: {what}", name=saved.name, what=_list(changed))
+        saved = edit.save_place(replace(stored or Place(name, 1), **item.changes))
+        return import_lines.line("places", stored, saved, name=name)
 
     def _uses(self, mission: Mission, item: Item) -> bool:
         """Have the mission use the places that the file names, and no others; whether that is something new."""
@@ -301,31 +266,13 @@ class _Import:
         if stored is None:
             item.check_new()
         saved = self._edit.save_mission(replace(stored or Mission(name, "", robot_id=robot_id), **item.changes))
-        uses_others = self._uses(saved, item)
-        if stored is None:
-            yield (
-                message("mission {name} of {robot} added", name=name, robot=robot.name)
-                if robot
-                else message("mission {name} added", name=name)
-            )
-        elif changed := differing(stored, saved, fields.MISSION) + [message("places")] * uses_others:
-            what = _list(changed)
-            yield (
-                message("mission {name} of {robot} changed: {what}", name=name, robot=robot.name, what=what)
-                if robot
-                else message("mission {name} changed: {what}", name=name, what=what)
-            )
+        more = [message("places")] * self._uses(saved, item)
+        if robot is None:
+            return import_lines.line("missions", stored, saved, more, name=name)
+        return import_lines.line("missions.own", stored, saved, more, name=name, robot=robot.name)
 
     # ------------------------------------------------------------------ schedules
-    def _schedules(self, items: Sequence[Item]) -> list[Message]:
-        lines: list[Message] = []
-        taken = {item.values["name"] for item in items if item.values.get("name")}  # by name, so no others may get them
-        for item in items:
-            with _placed(item):
-                lines += self._schedule(item, taken)
-        return lines
-
-    def _schedule(self, item: Item, taken: set[str]) -> Iterator[Message]:
+    def _schedule(self, item: Item) -> Iterator[Message]:
         entry = item.values
         stored = self._stored(entry["name"]) if entry.get("name") else None
         if stored is None:
@@ -341,8 +288,8 @@ class _Import:
             values["mission_id"] = self._mission_named(entry["mission"], target, f"{item.path}.mission").id
         if "robot" in entry:
             values.setdefault("finish_by_minutes", None)
-        name = entry.get("name") or self._name_of_unnamed(target, values, taken)
-        taken.add(name)
+        name = entry.get("name") or self._name_of_unnamed(target, values)
+        self._taken.add(name)
         stored = stored or self._stored(name)
         if stored is None:
             defaults = {"name": name, "timezone": self._edit.settings.timezone}
@@ -351,10 +298,7 @@ class _Import:
             saved = self._edit.save_schedule(replace(stored, **values))
         if parameter_check.needs_check(saved, stored):
             self._to_check.append((item, saved))
-        if stored is None:
-            yield message("schedule {name} added", name=saved.name)
-        elif changed := differing(stored, saved, fields.SCHEDULE):
-            yield message("schedule {name} changed: {what}", name=saved.name, what=_list(changed))
+        return import_lines.line("schedules", stored, saved, name=name)
 
     def _target(self, item: Item, stored: Schedule | None) -> Robot | Group:
         entry, edit = item.values, self._edit
@@ -369,12 +313,12 @@ class _Import:
         path = f"{item.path}.group"
         raise InvalidInput(path, "{path}: there is no group {name}", path=path, name=entry["group"])
 
-    def _name_of_unnamed(self, target: Robot | Group, values: dict[str, Any], taken: set[str]) -> str:
+    def _name_of_unnamed(self, target: Robot | Group, values: dict[str, Any]) -> str:
         mission_id: int = values["mission_id"]
         unnamed = self._unnamed.get((target.name, mission_id))
         if unnamed is None:
             made = names.of_schedule(self._edit.the_mission(mission_id).name, target.name)
-            unnamed = self._unnamed[target.name, mission_id] = Unnamed(made, taken, self._stored)
+            unnamed = self._unnamed[target.name, mission_id] = Unnamed(made, self._taken, self._stored)
         return unnamed.name_of(values)
 
     def _stored(self, name: str) -> Schedule | None:
@@ -441,13 +385,3 @@ def _check_no_doubles(document: Document) -> None:
                     name=identity[0],
                 )
             seen.add(identity)
-
-
-def _list(words: Sequence[Message]) -> Message:
-    return reduce(lambda so_far, word: message("{words}, {word}", words=so_far, word=word), words)
-
-
-def _shown(value: object) -> Message | int | float:
-    if value is None or value == "":
-        return message("none")
-    return " ".join(value) if isinstance(value, tuple) else value if isinstance(value, int | float) else str(value)

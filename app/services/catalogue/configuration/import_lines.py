@@ -1,0 +1,64 @@
+"""What an import says of each object that it has added or changed: one sentence, none where all was there already."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import reduce
+from types import MappingProxyType
+
+from app.domain.message import Message, message, render
+from app.domain.models import Robot
+from app.services.catalogue.fields import SECTIONS, differing
+
+# By section of the file: of what is new, and of what was changed.
+SENTENCES: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "robots": ("robot {name} added", "robot {name} changed: {what}"),
+        "robots.waiting": (
+            "robot {name} added; it is switched off and needs a password",
+            "robot {name} changed: {what}; it is switched off and needs a password",
+        ),
+        "groups": ("group {name} added", "group {name} changed: {what}"),
+        "places": ("place {name} added", "place {name} changed: {what}"),
+        "missions": ("mission {name} added", "mission {name} changed: {what}"),
+        "missions.own": ("mission {name} of {robot} added", "mission {name} of {robot} changed: {what}"),
+        "schedules": ("schedule {name} added", "schedule {name} changed: {what}"),
+    }
+)
+
+
+def line(kind: str, before: object, after: object, more: Sequence[Message] = (), **names: str) -> Iterator[Message]:
+    """``before``: None if it is new. ``more``: what has changed besides its fields. ``names``: of the sentence."""
+    added, changed = SENTENCES[kind]
+    if before is None:
+        yield message(added, **names)
+    elif words := [*differing(before, after, SECTIONS[kind.partition(".")[0]]), *more]:
+        what = reduce(lambda so_far, word: message("{words}, {word}", words=so_far, word=word), words)
+        yield message(changed, what=what, **names)
+
+
+def of_robot(before: Robot | None, after: Robot) -> Iterator[Message]:
+    has_new_password = after.token not in (None, before and before.token)
+    kind = "robots.waiting" if after.needs_password else "robots"
+    yield from line(kind, before, after, [message("password")] * has_new_password, name=after.name)
+    if before is None:
+        return
+    if before.address.startswith("https:") and after.address.startswith("http:"):
+        yield message("the connection to robot {name} is no longer encrypted", name=after.name)
+    elif before.certificate_sha256 and not after.certificate_sha256:
+        yield message("the certificate of robot {name} is no longer the only one that is trusted", name=after.name)
+
+
+def of_setting(name: Message, before: object, after: object) -> Message:
+    return message("setting {name} changed: {before} -> {after}", name=name, before=_shown(before), after=_shown(after))
+
+
+def _shown(value: object) -> Message | int | float:
+    if value is None or value == "":
+        return message("none")
+    return " ".join(value) if isinstance(value, tuple) else value if isinstance(value, int | float) else str(value)
+
+
+def stops_a_robot(line: Message) -> bool:
+    """Whether a line says that a robot is switched off until its password is entered."""
+    return "needs a password" in render(line)
