@@ -109,7 +109,7 @@ def test_neither_do_those_of_a_robot_s_runs(site):
     assert "executions_missed" in [alarm.code for alarm in site.container.alarms.past(KEPT)[0]]
 
 
-def test_what_nobody_acknowledges_is_counted_and_stays_short(site):
+def test_unacknowledged_alarms_are_counted_and_stay_short(site):
     alarms = site.container.alarms
     alarms.raise_("unknown_outcome", "execution:0", robot="R2", robot_id=2, mission="M", problem="none")
     for number in range(1, 501):

@@ -70,7 +70,7 @@ def test_nor_has_a_template_that_is_filled_in(written: Any, limit: int) -> None:
         assert_hidden(resolve(written(secret), limit))
 
 
-def test_what_a_text_says_besides_stays() -> None:
+def test_the_rest_of_a_text_stays() -> None:
     assert (
         clean(f"no such user {PAIR}, ask 3d7c7c40-ce85-11ef-904a-000e8e9884eb")
         == "no such user distributor:***, ask 3d7c7c40-ce85-11ef-904a-000e8e9884eb"

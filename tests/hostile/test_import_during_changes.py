@@ -120,7 +120,7 @@ def test_what_an_import_followed_from_has_changed(container, monkeypatch, statem
 
 
 @pytest.mark.parametrize("statement", NOTED.values(), ids=NOTED.keys())
-def test_what_is_noted_while_missions_are_started_is_no_reason_to_begin_anew(container, monkeypatch, statement):
+def test_what_starting_missions_writes_does_not_restart_the_import(container, monkeypatch, statement):
     container.db.write(lambda c: c.execute(WAITING, ("other",)))
     container.db.write(
         lambda c: c.execute("UPDATE executions SET state = 'completed', ended_at = created_at WHERE id = 3")
@@ -137,7 +137,7 @@ def test_a_plan_that_changes_all_the_time_is_not_imported(container, monkeypatch
     assert (len(made), priority(container)) == (catalogues.REHEARSALS, 0)
 
 
-def test_a_robot_that_is_switched_off_takes_back_what_became_due_meanwhile(container, monkeypatch):
+def test_switching_a_robot_off_withdraws_what_became_due_during_the_import(container, monkeypatch):
     container.db.write(lambda c: c.execute("UPDATE robots SET token = 'Basic eDp5', enabled = 1, needs_password = 0"))
     made = disturb(monkeypatch, container.db, WAITING.replace("?", "'other'"), times=1)
     robots = [{"name": "R", "address": "h", "enabled": False}]
@@ -147,7 +147,7 @@ def test_a_robot_that_is_switched_off_takes_back_what_became_due_meanwhile(conta
     assert [row[0] for row in rows] == [State.CANCELLED]
 
 
-def test_what_falls_due_meanwhile_is_not_planned_twice(container, monkeypatch):
+def test_what_falls_due_during_the_import_is_not_planned_twice(container, monkeypatch):
     """The planner notes how far a schedule has been planned; an import that changes another one leaves that."""
     disturb(monkeypatch, container.db, NOTED["how far another schedule is planned"], times=1)
     import_configuration(container.catalogue, content(priority=1))

@@ -72,7 +72,7 @@ def somebody_else(container: Container) -> Iterator[list[int]]:
         writer.join()
 
 
-def test_unnamed_schedules_hold_nobody_up(container):
+def test_unnamed_schedules_do_not_delay_others(container):
     """138 kB of them held the writer for a minute."""
     content = document([{} for _ in range(1900)])
     with somebody_else(container) as wrote:

@@ -166,7 +166,7 @@ def test_a_recurrence_has_at_most_five_hundred_characters(container):
 
 
 # ---------------------------------------------------------------------- the plan
-def test_odd_rules_that_fall_due_together_delay_nobody(tmp_path):
+def test_odd_rules_that_fall_due_together_delay_no_other_start(tmp_path):
     site = Site(tmp_path)
     site.add_robots()
     site.add_mission("Deliver")
@@ -207,7 +207,7 @@ def test_odd_rules_that_fall_due_together_delay_nobody(tmp_path):
     ],
     ids=["working days", "holidays", "closed days"],
 )
-def test_a_change_of_working_days_holds_nobody_up(container, change):
+def test_a_change_of_working_days_delays_no_one(container, change):
     import_configuration(
         container.catalogue, document([{"name": f"s{number}", "recurrence": "FREQ=DAILY"} for number in range(1000)])
     )

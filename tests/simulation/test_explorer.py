@@ -65,7 +65,7 @@ def test_an_intent_that_is_not_committed_is_found(monkeypatch):
 
 
 @pytest.mark.long
-def test_what_an_earlier_run_sent_and_nobody_looks_for_is_found(monkeypatch):
+def test_an_unexpected_item_of_an_earlier_run_is_found(monkeypatch):
     """After a crash what was on its way is taken for not sent."""
 
     def recover(self):
@@ -76,7 +76,7 @@ def test_what_an_earlier_run_sent_and_nobody_looks_for_is_found(monkeypatch):
 
 
 @pytest.mark.long
-def test_a_second_copy_that_nobody_looks_for_is_found(monkeypatch):
+def test_an_unexpected_second_copy_is_found(monkeypatch):
     """Of a request that lands after the quiet time nobody is told."""
     monkeypatch.setattr(Duplicates, "remove_duplicates", lambda self, open_items: None)
     assert is_found("nobody was told")

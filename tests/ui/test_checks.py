@@ -88,7 +88,7 @@ def test_fields_that_are_not_level_are_found(ui):
     assert [found for found in checks.problems(root) if "level" in found]
 
 
-def test_a_bar_over_an_edge_is_found_and_one_beside_it_is_none(ui):
+def test_only_a_bar_over_an_edge_is_found(ui):
     root = laid_out(
         ui,
         """ScrollView:

@@ -28,7 +28,7 @@ def places(bar, ui) -> list[tuple[float, float]]:
     return [widget.to_window(*widget.pos) for widget in (bell, ui.find(Ico, bell))]
 
 
-def test_the_bell_keeps_its_place_whatever_is_counted_and_said_beside_it(bar, ui):
+def test_the_bell_keeps_its_position_whatever_is_next_to_it(bar, ui):
     before, size = places(bar, ui), tuple(bar.ids.bell.size)
     for count in ("1", "12", "128"):
         bar.bell_count, bar.bell_icon = count, "bell-ring-outline"

@@ -139,7 +139,7 @@ def test_of_many_groups_the_chosen_one_is_offered_and_the_list_of_all(home, hall
     ui.wait(lambda: ui.find_all(CommandButton, card, text="Run on any of Night crew"))
 
 
-def test_what_no_robot_can_take_waits_above_the_queue_and_is_given_by_hand(home, hall, ui):
+def test_what_no_robot_can_take_waits_above_the_queue_and_is_assigned_by_hand(home, hall, ui):
     stop_both(home, ui)
     choose(ui, "Any of Hall 1")
     choose(ui, "Before everything else")
@@ -164,7 +164,7 @@ def test_what_no_robot_can_take_waits_above_the_queue_and_is_given_by_hand(home,
     assert (row.robot, row.robot_group) == ("Aino", "Hall 1")
 
 
-def test_a_robot_that_refuses_what_it_was_given_is_named_in_the_message_and_on_the_card(home, hall, ui):
+def test_a_robot_that_refuses_the_values_is_named_in_the_message_and_on_the_card(home, hall, ui):
     home.site.add_missions("Collect empties")
     ui.wait(lambda: ui.find_all(ChoiceChip, text="Collect empties"))
     stop_both(home, ui)

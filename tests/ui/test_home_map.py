@@ -55,7 +55,7 @@ def test_the_robot_drives_on_the_screen(site, ui):
         assert chart.texture is ground  # made once, whatever moves on it
 
 
-def test_each_robot_has_its_own_place_and_one_that_is_gone_looks_so(site, ui):
+def test_each_robot_has_its_own_position_and_an_offline_one_looks_so(site, ui):
     with shown(site.container, ui):
         ui.wait(lambda: ui.find_all(RobotMap) and len(ui.find_all(RobotChip)) == 2)
         site.aino.control({"reboot_seconds": 600})

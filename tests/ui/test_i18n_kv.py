@@ -47,7 +47,7 @@ def test_a_text_with_a_count_follows_both(ui, finnish):
     assert "1 robotti · Epäonnistui" in ui.texts()
 
 
-def test_widgets_that_are_gone_are_forgotten(ui):
+def test_collected_widgets_are_forgotten(ui):
     for _n in range(5):  # what earlier tests left
         gc.collect()
     before = tr.bound

@@ -241,7 +241,7 @@ def test_after_escape_the_round_goes_on_where_the_dialog_was_opened(ui, keys, by
     assert keys.target.text == "Three"
 
 
-def test_what_stands_where_the_opener_was_has_the_ring_when_that_is_gone(ui, keys):
+def test_what_replaced_the_opener_has_the_ring(ui, keys):
     page, _opened = opening("One", "Two", "Three")
     ui.show(page, (300, 300))
     for key in (TAB, TAB, ENTER, TAB):

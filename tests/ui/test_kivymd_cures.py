@@ -457,7 +457,7 @@ Widget:
     assert box.found == (value,)
 
 
-def test_a_part_whose_root_has_gone_follows_nothing(ui):
+def test_a_part_whose_root_was_collected_is_not_updated(ui):
     """Somebody may still hold it when the language is switched."""
     root = Builder.load_string("""
 BoxLayout:

@@ -57,7 +57,7 @@ def test_what_a_turn_of_the_window_replaces_is_collected_while_it_is_used(contai
     assert {name: count - before[name] for name, count in after.items() if count - before[name] >= TURNS} == {}
 
 
-def test_screens_that_another_size_of_texts_replaces_are_gone_before_as_much_has_come(container, ui):
+def test_screens_replaced_by_another_text_size_are_freed_in_time(container, ui):
     with shown(container, ui) as app, quiet_garbage(app):
         Wear(app, ui).turn(0)
         old = weakref.ref(app.shell.navigator.screen("home"))

@@ -134,7 +134,7 @@ def test_the_window_runs_so(ui, monkeypatch):
     assert seen == [IN_USE]
 
 
-def test_kivys_loop_does_as_it_is_told():
+def test_kivys_loop_obeys_the_frame_rate():
     """In a process of its own, where time is real. Slower than this is only a slow machine."""
     told = subprocess.run(
         [sys.executable, "-c", LOOP], cwd=ROOT, check=True, capture_output=True, text=True, timeout=90

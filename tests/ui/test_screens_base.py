@@ -105,7 +105,7 @@ def test_who_subscribed_to_a_class_hears_of_its_kinds(ui, bus):
     assert seen == ["slow", "SlowRead", "SlowRead"]
 
 
-def test_a_broken_handler_stops_nobody_else(ui, bus, caplog):
+def test_a_broken_handler_does_not_stop_the_others(ui, bus, caplog):
     seen: list[int] = []
     bus.subscribe(RobotRead, lambda event: 1 / 0)
     bus.subscribe(RobotRead, lambda event: seen.append(event.battery))
@@ -137,7 +137,7 @@ def test_a_failure_is_delivered_too(ui, background):
     assert isinstance(failures[0], ZeroDivisionError)
 
 
-def test_a_failure_nobody_asked_for_is_reported_and_logged(ui, bus, caplog):
+def test_a_failure_without_a_handler_is_reported_and_logged(ui, bus, caplog):
     told: list[BaseException] = []
     background = Background(bus, unexpected=told.append)
     background.run(lambda: {}["missing"])
@@ -264,7 +264,7 @@ def test_a_view_model_listens_and_ticks_only_while_shown(ui, bus):
     assert model.calls == [("opened", {"section": "robots"}), "closed"]
 
 
-def test_what_is_not_shown_reads_nothing_whoever_asks(ui, background):
+def test_a_screen_that_is_not_shown_reads_nothing(ui, background):
     """A finger that moved something may be lifted after its screen has gone, and after the last work was taken."""
     read: list[int] = []
     shell = SimpleNamespace(background=background, say_problem=pytest.fail)
@@ -392,7 +392,7 @@ def test_rebuilding_comes_back_to_the_place(navigator, log):
     assert log[-1] == ("shown", "home", {"robot_id": 2})
 
 
-def test_screens_that_were_thrown_away_are_gone_and_none_was_shown_again(ui, navigator, log):
+def test_discarded_screens_are_freed_and_not_shown_again(ui, navigator, log):
     """The next ones take their memory: Home alone is 27 MB."""
     for name in ("home", "logs", "settings"):
         navigator.go(name)

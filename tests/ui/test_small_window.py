@@ -221,7 +221,7 @@ def test_of_a_robot_that_somebody_has_to_go_to_all_that_is_needed_is_seen_at_onc
 
 @pytest.mark.long
 @pytest.mark.parametrize("status", [sample.READY, sample.CHARGING])
-def test_the_map_of_a_robot_on_which_nothing_runs_is_beside_its_battery_below_a_banner(ui, status):
+def test_the_map_of_an_idle_robot_is_next_to_its_battery_below_a_banner(ui, status):
     """Without one it is below, and the address is beside the battery."""
     facts = sample.with_aino(status, queue=())
     home(Rig(ui), facts)
@@ -288,7 +288,7 @@ def test_a_list_of_settings_can_be_reached_below_its_tools_and_a_banner(
         assert "\n".join(checks.problems(ui.find(Frame))) == ""
 
 
-def test_fields_beside_each_other_are_level_whatever_is_below_them(ui):
+def test_fields_in_one_row_are_aligned_at_the_top(ui):
     with window(ui, (1024, 600), 1.3, "fi") as rig:
         screen = Plant(rig).screen(rig, "scheduler")
         ui.advance(0.3)
@@ -308,7 +308,7 @@ def test_the_bar_of_the_list_of_what_waits_lies_on_no_button(ui):
 
 @pytest.mark.long
 @pytest.mark.parametrize("size", [(600, 480), (800, 480), (800, 1280), (1024, 600)], ids="{0[0]}x{0[1]}".format)
-def test_the_words_of_a_run_have_room_beside_its_time(ui, size):
+def test_the_text_of_a_run_fits_next_to_its_time(ui, size):
     with window(ui, size, 1.3, "fi") as rig:
         stand = Stand(rig, "logs")
         row = ui.find_all(LogRow)[0]

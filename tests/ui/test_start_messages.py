@@ -114,7 +114,7 @@ def test_one_that_still_has_none_after_a_moment_is_said_to_wait_once(world, ui):
     assert world.told == [told]
 
 
-def test_a_robot_that_refuses_what_it_was_given_is_named(world, ui):
+def test_a_robot_that_refuses_the_values_is_named(world, ui):
     world.row = BOUND
     world.reports.follow(BOUND)
     world.becomes(REFUSED)
@@ -224,7 +224,7 @@ def test_a_start_of_a_group_that_is_not_held_any_more_is_said_to_wait_for_a_robo
     assert told.startswith("Kits is not sent yet. Waits for a robot of Hall 1 until ")
 
 
-def test_nobody_listens_for_a_start_whose_message_is_over(world, ui):
+def test_a_start_is_not_followed_after_its_message_ended(world, ui):
     """Not even for a database that was put in the place of this one."""
     world.row = HELD
     world.reports.follow(HELD)
@@ -245,7 +245,7 @@ SILENT = replace(execution(7, AINO, "Kits", State.WAITING), wait=Wait.DUE)
         (replace(SILENT, state=State.SUBMITTING, cancel_code=ReasonCode.USER_CANCELLED), []),
     ],
 )
-def test_a_robot_that_did_not_answer_is_not_said_to_be_waited_for_once_it_has_or_nobody_does(world, ui, becomes, said):
+def test_a_robot_is_no_longer_waited_for_once_it_answered_or_the_start_ended(world, ui, becomes, said):
     world.row = SILENT
     world.reports.follow(SILENT, is_silent=True)
     [told] = world.told
@@ -283,7 +283,7 @@ def test_a_robot_known_to_be_silent_is_said_to_be_waited_for_even_when_it_was_tr
     assert told.startswith("Kits waits for an answer of Aino, until ")
 
 
-def test_a_start_of_a_group_that_has_got_a_robot_is_said_to_wait_for_its_answer(world, ui):
+def test_an_assigned_start_of_a_group_is_said_to_wait_for_the_answer(world, ui):
     world.row = UNBOUND
     world.reports.follow(UNBOUND)
     world.becomes(BOUND)
@@ -334,7 +334,7 @@ def dock(world) -> dict[str, str]:
     return {"goal": guid}
 
 
-def test_what_is_said_of_a_start_names_what_it_was_given(world, dock, ui):
+def test_messages_about_a_start_name_its_values(world, dock, ui):
     world.row = replace(UNBOUND, parameters=dock)
     world.reports.follow(world.row)
     ui.advance(1.2)
@@ -398,7 +398,7 @@ def test_what_is_released_at_once_is_not_said_to_be_held_after_that(world, start
     assert world.told == ["Kits is released"]
 
 
-def test_what_a_person_does_with_a_start_names_what_it_was_given(world, starts, dock, ui):
+def test_actions_on_a_start_name_its_values(world, starts, dock, ui):
     start = replace(UNBOUND, parameters=dock)
     starts.hold(start, True)
     assert world.told == ["Kits · Dock 3 is held; it is skipped unless it is released in time"]

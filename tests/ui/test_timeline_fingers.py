@@ -96,7 +96,7 @@ def test_a_dialog_that_opens_by_itself_takes_the_finger_off_the_timeline(ui, hou
     assert fires[0] == [("planned",)]
 
 
-def test_a_finger_may_rest_a_little_beside_a_bar_that_stays_where_it_is(ui):
+def test_a_finger_may_rest_next_to_a_bar_that_does_not_move(ui):
     """Beside one that can be moved it lifts that."""
     chart = ui.show(
         Timeline(
@@ -196,7 +196,7 @@ def drawn(monkeypatch) -> list[Drawing]:
     return begun
 
 
-def test_while_it_is_dragged_and_when_it_is_let_go_nothing_is_drawn_anew(ui, drawn):
+def test_dragging_and_letting_go_redraw_nothing(ui, drawn):
     chart = ui.show(Timeline(lanes=LANES, hours=24, ticks=[(n, str(n), False) for n in range(0, 24, 2)]), (800, 150))
     before, [drawing] = instructions(drawn[0]._bars), drawn
     touch = put_down(600, chart.center_y)
@@ -286,7 +286,7 @@ def test_two_fingers_tap_nothing_whichever_leaves_first(ui, lanes, apart):
 
 
 @pytest.mark.parametrize("held", [0.1, LONG + 0.1])
-def test_what_a_finger_came_down_on_is_what_it_opens_or_lifts_also_when_lanes_move_meanwhile(ui, lanes, held):
+def test_a_finger_opens_or_lifts_what_it_touched_first_also_when_lanes_move(ui, lanes, held):
     opened, moved = fired(lanes, "on_bar"), fired(lanes, "on_moved")
     touch = put_down(lanes.left_of(5), lanes.y + 20)
     lanes.lanes = [lanes.lanes[2], *lanes.lanes[:2]]

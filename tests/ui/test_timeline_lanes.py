@@ -74,7 +74,7 @@ def test_starts_at_one_time_are_both_named_where_there_is_room(ui, first, second
     assert set(names(chart, "Kits · Empties", "Empties +1", "Waste")) == {"Empties +1", "Waste"}
 
 
-def test_no_name_stands_beside_a_bar_that_is_another_one(ui):
+def test_no_name_stands_next_to_a_bar_it_does_not_belong_to(ui):
     chart = shown(ui, Lane("Aino", bars=(Bar("a", 1, 3, "Deliver kits to line 2"), Bar("b", 1.5, 3.5, "Empties"))))
     assert set(names(chart, "Deliver kits to line 2", "Empties")) == {"Empties"}
 

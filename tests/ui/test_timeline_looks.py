@@ -57,7 +57,7 @@ def test_no_two_kinds_of_bars_look_the_same(ui, stage, theme):
 @pytest.mark.parametrize(
     ("hours", "bars"), [(24, [(2.0, 8.0)]), (168, [(2.0, 2.8)]), (24, [(n / 10, n / 10 + 0.1) for n in range(240)])]
 )
-def test_a_bar_whose_robot_is_a_forecast_is_told_by_its_shape_at_every_width(ui, hours, bars):
+def test_a_bar_whose_robot_is_a_forecast_has_its_own_shape_at_every_width(ui, hours, bars):
     def shapes(state: str) -> int:
         lane = Lane("Aino", bars=[Bar(n, *span, "", state) for n, span in enumerate(bars)])
         chart = ui.show(Timeline(lanes=[lane], hours=hours), (800, 100))
@@ -198,7 +198,7 @@ def day_of(hour: float) -> str:
     return f"Day {int(hour // 24)}"
 
 
-def test_the_day_at_the_left_edge_is_named_beside_the_axis_also_while_it_is_dragged(ui):
+def test_the_day_at_the_left_edge_is_named_at_the_axis_also_while_dragging(ui):
     chart = ui.show(Timeline(lanes=LANES, hours=6, first=44, day_text=day_of), (800, 150))
 
     def named() -> list:
@@ -231,7 +231,7 @@ def test_a_long_name_of_a_day_moves_the_hours_rather_than_lie_on_them(ui):
 
 
 @pytest.mark.parametrize("now", [23.8, 24.0, 24.2])
-def test_the_day_that_begins_near_now_is_named_beside_the_time(ui, now):
+def test_the_day_that_begins_near_now_is_named_next_to_the_time(ui, now):
     ticks = [*((n, f"{n % 24:02d}:00", False) for n in range(18, 36) if n != 24), (24, "Tue 24 Nov", True)]
     chart = ui.show(Timeline(lanes=LANES, hours=6, first=21, ticks=ticks, now=now, now_label="23:48"), (800, 150))
     drawn = {

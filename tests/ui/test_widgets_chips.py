@@ -193,7 +193,7 @@ def test_kivymds_turns_for_ever_and_is_never_freed(ui):
 
 
 # ------------------------------------------------------------------ messages
-def test_a_long_message_wraps_beside_its_button(ui):
+def test_a_long_message_wraps_next_to_its_button(ui):
     bars = Snackbars()
     bars.undo(
         "Schedule deleted: deliver full pallets to dispatch and return to the charger, on all robots, every Monday",

@@ -93,7 +93,7 @@ def test_escape_closes_a_form_in_which_nothing_was_typed(ui, dialogs):
     assert dialogs.top is None
 
 
-def test_a_tap_beside_a_question_does_not_answer_it(ui, dialogs):
+def test_a_tap_outside_a_question_does_not_answer_it(ui, dialogs):
     said: list[str] = []
     dialogs.confirm("Clear?", "", "Clear", lambda: said.append("yes"), declined=lambda: said.append("no"))
     ui.advance()
@@ -185,7 +185,7 @@ def test_search_narrows_by_all_words_in_text_and_note(ui, dialogs):
     assert "Nothing found" in ui.texts()
 
 
-def test_a_tap_beside_a_list_closes_it_without_a_choice(ui, dialogs):
+def test_a_tap_outside_a_list_closes_it_without_a_choice(ui, dialogs):
     chosen: list[int] = []
     dialogs.choose("Mission", MISSIONS[:3], chosen.append)
     ui.advance(0.2)

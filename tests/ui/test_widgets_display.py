@@ -48,7 +48,7 @@ def test_every_tone_has_all_its_colours():
         assert {tone, f"{tone}_bg", f"{tone}_on", f"{tone}_solid"} <= COLOURS.keys()
 
 
-def test_a_note_beside_the_title_of_a_narrow_card_goes_on_below(ui):
+def test_a_note_next_to_the_title_of_a_narrow_card_wraps_below(ui):
     head = ui.show(
         Factory.CardHead(title="Aja nyt", note="odottaa enintään klo 02.41 asti", padding=(0, 0, 12, 0)), (224, 60)
     )
@@ -65,7 +65,7 @@ def test_an_unknown_icon_is_an_error_not_a_blank(ui):
     assert Ico(icon="wifi").text == md_icons["wifi"]
 
 
-def test_a_fact_has_an_icon_while_it_is_given_one(ui):
+def test_a_fact_has_an_icon_while_one_is_set(ui):
     fact = ui.show(Fact(label="Missions", value="3"), (300, 80))
     value = ui.find(Value)
     assert (ui.find_all(Ico), value.x) == ([], fact.x)

@@ -146,7 +146,7 @@ def test_a_password_is_hidden_until_the_eye_is_pressed(ui):
     assert field.text == "secret"
 
 
-def test_a_text_that_is_cut_is_told_until_it_is_shorter(ui):
+def test_a_shortened_text_is_reported_until_it_fits(ui):
     field = ui.show(FormField(label="Name", help="Of the robot", max_length=5), (400, 120))
     ui.type(field, "Aino")
     assert ui.texts(field) == ["Name", "Of the robot"]
@@ -193,7 +193,7 @@ def step_field(ui, **kwargs) -> StepField:
 
 
 @pytest.mark.parametrize("value", [7, 8])
-def test_a_typed_number_is_shown_as_it_was_taken(ui, value):
+def test_a_typed_number_is_shown_as_it_was_read(ui, value):
     field = step_field(ui, value=value)
     field.text = "007"
     field.commit()

@@ -60,7 +60,7 @@ def test_a_finger_on_a_screen_of_the_bar_shows(ui):
     assert indicator.state_layer_color[3] == 0
 
 
-def test_a_finger_on_the_bar_gets_there_though_its_words_change_meanwhile(ui):
+def test_a_tap_on_the_bar_counts_although_its_text_changes(ui):
     window = frame(ui)
     calls = fired(window, "on_go")
     lift = ui.press(ui.find(NavItem, name="logs"))
@@ -87,7 +87,7 @@ def test_the_present_screen_is_marked_in_the_colours_of_the_theme(ui, stage, the
 
 
 @pytest.mark.parametrize("width", range(640, 1280, 40))
-def test_the_date_stays_or_is_gone_however_old_what_is_known_is(ui, width):
+def test_a_growing_age_does_not_change_whether_the_date_is_shown(ui, width):
     bar = ui.show(TopBar(title="Home", date="Fri 20 Nov 2026", clock="14:38", robot="Aino"), (width, 64))
     narrow = set()
     for age in ("now", "2 s ago", "58 s ago", "59 min ago"):

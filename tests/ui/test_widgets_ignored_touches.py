@@ -269,7 +269,7 @@ def bars(ui):
 
 
 @pytest.mark.parametrize("by", ["its button", "its time"])
-def test_what_a_message_lay_on_takes_no_touch_when_it_has_gone_and_all_else_does(ui, page, bars, by):
+def test_only_what_was_under_a_closed_message_ignores_touches(ui, page, bars, by):
     bars.undo("Schedule deleted", "Undo", lambda: None)
     ui.advance(1)
     place = ui.find(Snackbar).ids.snack_button.center

@@ -57,7 +57,7 @@ def test_a_queue_that_moves_under_the_finger_cancels_nothing_else(ui):
 
 
 @pytest.mark.parametrize("kind", [ScrollRows, LongList])
-def test_what_slides_under_the_finger_after_a_row_has_gone_is_not_pressed(ui, kind):
+def test_what_slides_under_the_finger_after_a_row_was_removed_is_not_pressed(ui, kind):
     rows = ui.show(kind(viewclass="QueueRow", data=queue(1, 2, 3)), (400, 300))
     happened = actions_of(rows)
     cross = ui.find(IconButton, root=ui.find(QueueRow, key=2))
@@ -116,7 +116,7 @@ def test_a_notch_of_the_wheel_is_never_taken_back(ui, kind):
 
 
 @pytest.mark.parametrize("kind", [ScrollRows, LongList])
-def test_what_comes_after_the_last_row_has_gone_can_be_pressed_at_once(ui, kind):
+def test_what_appears_after_the_last_row_was_removed_can_be_pressed_at_once(ui, kind):
     """Another tab, for example."""
     rows = ui.show(kind(viewclass="QueueRow", data=queue(1)), (400, 300))
     happened = actions_of(rows)
@@ -155,7 +155,7 @@ def test_rows_are_updated_not_rebuilt(ui):
     assert [row.key for row in reversed(rows.children)] == [2, 1]
 
 
-def test_a_row_that_comes_is_shown_by_the_view_of_one_that_has_gone(ui):
+def test_a_new_row_reuses_the_view_of_a_removed_one(ui):
     rows = ui.show(Rows(viewclass="QueueRow", orientation="vertical", data=queue(1, 2, 3)), (400, 300))
     views = set(rows.children)
     rows.data = queue(3, 4, 5)

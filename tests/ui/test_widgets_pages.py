@@ -34,7 +34,7 @@ def page(ui):
     return page
 
 
-def test_a_tap_in_the_inner_column_and_one_beside_it_press_once(page, ui):
+def test_a_tap_inside_and_one_outside_the_inner_column_press_once(page, ui):
     pressed = []
     page.button.bind(on_release=lambda _button: pressed.append("above"))
     ui.tap(page.button)
@@ -48,7 +48,7 @@ def test_a_tap_in_the_inner_column_and_one_beside_it_press_once(page, ui):
     assert pressed == ["above", "0"]
 
 
-def test_a_drag_in_the_column_scrolls_the_column_and_one_beside_it_the_page(page, ui):
+def test_a_drag_in_the_column_scrolls_the_column_and_one_outside_it_the_page(page, ui):
     ui.drag(page.button, 0, 120)
     assert page.scroll_y < 1
     assert page.column.scroll_y == 1

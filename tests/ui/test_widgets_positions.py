@@ -193,7 +193,7 @@ def test_what_is_cancelled_chooses_nothing(ui, fields):
     assert (fields.values(), ui.find_all(PositionDialog)) == ({"goal": None}, [])
 
 
-def test_only_positions_that_can_be_told_apart_are_on_the_map(ui, fields):
+def test_only_distinguishable_positions_are_on_the_map(ui, fields):
     """Those of one name, and names that are no positions to choose, are left to the list."""
     assert [(place.key, place.name) for place in open_map(ui).places] == [("g-1", "Dock 3"), ("g-2", "Press")]
 

@@ -160,7 +160,7 @@ def test_undo_lasts_eight_seconds_and_runs_once(ui, bars):
     assert "Schedule deleted" not in ui.texts()
 
 
-def test_nobody_undid_it(ui, bars):
+def test_an_undo_that_is_not_pressed_ends(ui, bars):
     calls: list[str] = []
     bars.undo("Robot deleted", "Undo", lambda: calls.append("undo"), lambda: calls.append("ended"))
     ui.advance(8.2)
@@ -200,7 +200,7 @@ def test_each_of_two_deletions_keeps_its_own_undo(ui, bars):
     assert undone == ["B", "A"]
 
 
-def test_what_lies_beside_a_message_can_still_be_pressed(ui, bars):
+def test_what_is_next_to_a_message_can_be_pressed(ui, bars):
     button = ui.show(CommandButton(text="Pause"), (200, 64))
     taps: list[int] = []
     button.bind(on_release=lambda *_: taps.append(1))
@@ -210,7 +210,7 @@ def test_what_lies_beside_a_message_can_still_be_pressed(ui, bars):
     assert taps == [1]
 
 
-def test_clearing_says_that_nobody_undid_anything(ui, bars):
+def test_clearing_ends_every_offered_undo(ui, bars):
     calls: list[str] = []
     for n in range(5):
         bars.undo(f"Deleted {n}", "Undo", lambda: calls.append("undo"), lambda: calls.append("ended"))
@@ -219,7 +219,7 @@ def test_clearing_says_that_nobody_undid_anything(ui, bars):
     assert bars.texts == []
 
 
-def test_undo_is_hit_beside_its_word(ui, bars):
+def test_undo_is_pressed_by_a_tap_near_its_text(ui, bars):
     undone: list[str] = []
     for x in (-27, 27):
         bars.undo("Schedule deleted", "Undo", lambda: undone.append("undo"))

@@ -10,7 +10,7 @@ SCALE = TimeScale([(54.0, 60.0), (6.0, 30.0)], 4.0)
 @pytest.mark.parametrize(
     ("hour", "drawn"), [(-3, -3), (6, 6), (18, 8), (30, 10), (54, 34), (57, 36), (60, 38), (61, 39)]
 )
-def test_folded_time_takes_as_much_room_as_it_is_given(hour, drawn):
+def test_folded_time_takes_the_width_that_is_set(hour, drawn):
     assert SCALE.drawn(hour) == pytest.approx(drawn)
     assert SCALE.hour(drawn) == pytest.approx(hour)
 

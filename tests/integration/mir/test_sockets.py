@@ -103,7 +103,7 @@ def test_a_search_is_sorted_as_clients_on_robots_ask_for_it(serve: Serve, connec
     assert b"sort_by=id,desc" in server.requests[0].split(b"\r\n")[0]  # the comma as it is
 
 
-def test_what_is_packed_though_nobody_asked_for_it_is_refused(serve: Serve, connect: Connect) -> None:
+def test_an_unrequested_compressed_answer_is_refused(serve: Serve, connect: Connect) -> None:
     server = serve(after_request(lambda robot: robot.answer(gzip.compress(READY), "200 OK", "Content-Encoding: gzip")))
     error = status_fails(connect(server))
     assert (type(error), error.text) == (
@@ -186,7 +186,7 @@ def test_every_address_of_a_name_is_tried(serve: Serve, connect: Connect, monkey
     assert connect(server, host="robot").status().robot_name == "R1"
 
 
-def test_a_connection_that_nobody_takes_sent_nothing(connect: Connect, closing: ExitStack) -> None:
+def test_a_connection_that_is_not_accepted_sent_nothing(connect: Connect, closing: ExitStack) -> None:
     listener = closing.enter_context(socket.create_server(("127.0.0.1", 0), backlog=0))
     port = listener.getsockname()[1]
     for _ in range(8):  # fill the queue of connections that the kernel accepts by itself

@@ -155,7 +155,7 @@ def at_a_terminal(data, *arguments, answer: str) -> tuple[int, str]:
 
 
 @pytest.mark.parametrize("answer", ["\n", "n\n", "\x04"])  # the last one ends the input
-def test_whoever_sits_at_a_terminal_is_asked_before_anything_moves(data, robot, answer):
+def test_a_terminal_asks_before_anything_moves(data, robot, answer):
     code, err = at_a_terminal(data, "--check-up", robot.name, "--with-mission", answer=answer)
     assert code == 2
     assert f"{robot.name} gets a mission that waits a second" in err
@@ -164,7 +164,7 @@ def test_whoever_sits_at_a_terminal_is_asked_before_anything_moves(data, robot, 
 
 
 @pytest.mark.long
-def test_who_interrupts_the_question_is_told_that_nothing_was_done(data, robot):
+def test_interrupting_the_question_says_that_nothing_was_done(data, robot):
     ours, terminal = pty.openpty()
     process = start(data, "--check-up", robot.name, "--with-mission", stdin=terminal)
     try:
@@ -194,7 +194,7 @@ def test_a_trial_is_done(data, robot, tmp_path):
 
 
 @pytest.mark.long
-def test_beside_a_running_app_that_does_it_and_goes_on(data, robot):
+def test_a_running_app_does_the_check_up_and_continues(data, robot):
     with headless(data):
         code, out, err = run(data, "--check-up", robot.name, "--with-mission", "Home", "--yes")
         assert (code, err) == (0, "")
@@ -291,7 +291,7 @@ def test_when_the_app_is_killed_it_gives_up_so_that_the_app_can_start_again(data
         (signal.SIGHUP, True),
     ],
 )
-def test_who_interrupts_it_or_closes_its_terminal_leaves_nothing(data, robot, number, is_beside_an_app):
+def test_interrupting_it_or_closing_its_terminal_leaves_nothing(data, robot, number, is_beside_an_app):
     before = missions(robot)
     with headless(data) if is_beside_an_app else nullcontext():
         process = start(data, "--check-up", robot.name, "--with-mission", "--yes")

@@ -74,7 +74,7 @@ def test_a_handler_that_fails_is_an_answer_too(tmp_path):
     assert "ZeroDivisionError" in answer["error"]
 
 
-def test_nobody_answers_when_the_app_is_gone(tmp_path):
+def test_there_is_no_answer_after_the_app_ended(tmp_path):
     with pytest.raises(HolderEnded, match="ended"):
         ask(tmp_path, "greet", timeout=10, has_holder_ended=lambda: True)
     assert list((tmp_path / "inbox").iterdir()) == []
@@ -90,7 +90,7 @@ def test_a_full_disk_is_said_and_leaves_no_draft(tmp_path, monkeypatch):
     assert list((tmp_path / "inbox").iterdir()) == []
 
 
-def test_an_app_that_was_started_at_once_is_asked_anew(tmp_path):
+def test_an_app_that_was_restarted_at_once_is_asked_again(tmp_path):
     """Between the two the lock was free for a moment that the command did not see."""
     begun, takes_over = threading.Event(), threading.Event()
 

@@ -118,7 +118,7 @@ def test_nothing_is_clipped_or_too_small(container, app, alarms, ui, gloves):
 
 
 # ---------------------------------------------------------------------- heard
-def test_a_new_alarm_is_heard_and_again_when_nobody_acknowledges_it(container, app, alarms, ui):
+def test_a_new_alarm_sounds_and_again_while_it_is_unacknowledged(container, app, alarms, ui):
     loudspeaker = app.shell.loudspeaker
     before = loudspeaker.played
     alarms.raise_("emergency_stop", "robot:77", robot="Aino")

@@ -197,7 +197,7 @@ def test_the_ring_goes_along_to_a_robot_and_back(container, robots, ui):
             settle(app, ui)  # and there on the tile
 
 
-def test_the_banner_of_all_robots_is_after_a_visit_to_one_as_it_was_before(container, robots, ui):
+def test_the_banner_of_all_robots_is_unchanged_after_a_visit_to_one(container, robots, ui):
     container.alarms.raise_("robot_error", f"robot:{robots[4].id}", robot=robots[4].name, problem="Left motor too hot")
     with shown(container, ui) as app:
 
@@ -296,7 +296,7 @@ def test_the_list_of_robots_follows_them_while_it_is_open_and_no_row_moves_under
         assert (dialog.selected, dialog.title) == ([robots[2].id], "Robot")
 
 
-def test_what_waits_for_a_robot_is_told_above_all_of_them(container, ui, robots):
+def test_waiting_starts_are_shown_above_all_robots(container, ui, robots):
     group = container.catalogue.save_group(Group("Hall 1", tuple(robot.id for robot in robots)))
     with shown(container, ui) as app:
         settle(app, ui)
@@ -311,7 +311,7 @@ def test_what_waits_for_a_robot_is_told_above_all_of_them(container, ui, robots)
         assert [(row.priority, row.urgent) for row in rows] == [("High", True)] * 2
 
 
-def test_a_start_is_given_to_a_robot_by_keys_alone(container, ui, robots):
+def test_a_start_is_assigned_to_a_robot_with_the_keyboard_alone(container, ui, robots):
     """Enter presses what the ring is at: what waits, Give to a robot, and then a robot can be chosen."""
     group = container.catalogue.save_group(Group("Hall 1", tuple(robot.id for robot in robots)))
     container.operator.run_on_any(group.id, container.catalogue.missions()[0].id)

@@ -247,7 +247,7 @@ def test_a_count_filters_until_it_is_tapped_again(container, robots, ui):
         assert counted(ui) == ["6 ready"]
 
 
-def test_a_filter_that_no_robot_fits_ends_by_itself_where_nobody_taps(container, robots, ui):
+def test_a_filter_that_no_robot_fits_ends_by_itself_without_a_tap(container, robots, ui):
     with shown(container, ui):
         see(container, robots[2], sample.STOPPED)
         ui.wait(lambda: "1 stopped" in counted(ui))
@@ -269,7 +269,7 @@ def test_a_filter_that_no_robot_fits_ends_by_itself_where_nobody_taps(container,
         assert "0 stopped" not in counted(ui)
 
 
-def test_the_time_of_an_empty_filter_begins_anew_when_it_comes_on_screen(container, robots, ui):
+def test_the_time_of_an_empty_filter_restarts_when_it_comes_on_screen(container, robots, ui):
     """What it fits has changed meanwhile."""
     with shown(container, ui) as app:
         see(container, robots[2], sample.STOPPED)

@@ -122,7 +122,7 @@ def test_reset_errors_never_moves_the_robot_and_resume_lights_up_after_it(home, 
     assert loud(ui) == ["Resume"]
 
 
-def test_reset_errors_says_that_they_are_gone_only_when_they_are(home, ui):
+def test_reset_errors_reports_success_only_when_no_error_is_left(home, ui):
     home.aino.control({"error": {"code": 10120, "description": "Failed to reach goal position 'Line 1'"}})
     ui.wait(lambda: ERROR in ui.texts())
     press(ui, "Reset errors")  # its cause is still there
@@ -264,7 +264,7 @@ def test_what_runs_is_stopped_only_after_a_question(home, ui):
     assert execution.reason.code is ReasonCode.USER_CANCELLED
 
 
-def test_who_stops_a_mission_is_told_what_the_robot_goes_on_with(home, ui):
+def test_stopping_a_mission_says_what_the_robot_continues_with(home, ui):
     run(ui, "Deliver")
     ui.wait(lambda: is_shown_running(ui))
     api(home.aino, "POST", "/mission_queue", mission_id=GUIDS["Home"])
@@ -281,7 +281,7 @@ def test_who_stops_a_mission_is_told_what_the_robot_goes_on_with(home, ui):
     assert not any("goes on with" in text for text in ui.texts())
 
 
-def test_what_the_robot_could_not_be_told_is_not_cancelled_yet(home, ui):
+def test_what_could_not_be_cancelled_on_the_robot_is_not_cancelled_yet(home, ui):
     pend(home)
     run(ui, "Deliver")
     ui.wait(lambda: is_shown_pending(ui))
@@ -412,7 +412,7 @@ def test_an_item_that_the_robot_does_not_know_any_more_had_ended(home, ui, monke
     ui.wait(lambda: "Home had already ended" in ui.texts())
 
 
-def test_a_robot_that_is_gone_while_pausing_is_reported_in_one_sentence(home, ui):
+def test_a_robot_that_goes_offline_while_pausing_is_reported_in_one_sentence(home, ui):
     """It was there when the finger came down; the press itself meets a dead line."""
     home.aino.control({"fault": {"kind": "drop_request", "method": "PUT", "path": "/status", "count": None}})
     press(ui, "Pause")
@@ -426,7 +426,7 @@ def test_a_robot_that_is_gone_while_pausing_is_reported_in_one_sentence(home, ui
     ui.wait(lambda: "Paused" in ui.texts())
 
 
-def test_a_robot_that_does_not_answer_keeps_nobody_from_pausing_another_one(home, ui):
+def test_another_robot_can_be_paused_while_one_does_not_answer(home, ui):
     home.aino.control({"fault": {"kind": "hang", "method": "PUT", "path": "/status", "count": None, "seconds": 60}})
     press(ui, "Pause")
     assert "pause" in home.root_vm.busy
@@ -442,7 +442,7 @@ def test_a_robot_that_does_not_answer_keeps_nobody_from_pausing_another_one(home
     ui.wait(lambda: "pause" not in home.root_vm.busy, seconds=20)
 
 
-def test_pause_can_be_pressed_although_the_robot_is_known_to_be_gone(home, ui):
+def test_pause_can_be_pressed_although_the_robot_is_known_to_be_offline(home, ui):
     home.aino.control({"reboot_seconds": 60})
     ui.wait(lambda: "No answer" in ui.texts())
     press(ui, "Pause")

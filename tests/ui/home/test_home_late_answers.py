@@ -80,7 +80,7 @@ def test_run_that_waits_for_the_robot_comes_to_nothing_when_something_else_is_ch
     assert not home.site.container.history.open()
 
 
-def test_run_that_waits_for_the_robot_starts_nothing_on_a_group_that_is_chosen_meanwhile(home, ui, group):
+def test_run_waiting_for_the_robot_starts_nothing_on_a_group_chosen_later(home, ui, group):
     press_run_before_it_is_known_what_is_asked_for(home, ui, "Move coils to press")
     ui.tap(ui.find(ChoiceChip, text="Any of Fleet"))
     ui.wait(lambda: f"Move coils to press {NOT_KNOWN}" in home.shell.snackbars.texts)
@@ -88,14 +88,14 @@ def test_run_that_waits_for_the_robot_starts_nothing_on_a_group_that_is_chosen_m
     assert not home.site.container.history.open()
 
 
-def test_run_that_waits_for_a_robot_that_is_stopped_meanwhile_says_so(home, ui):
+def test_run_waiting_for_a_robot_says_when_the_robot_is_stopped(home, ui):
     press_run_before_it_is_known_what_is_asked_for(home, ui, "Return to charger")
     home.aino.control({"emergency_stop": True})
     ui.wait(lambda: "Return to charger was not started on Aino. Aino is stopped" in home.shell.snackbars.texts)
     assert not home.site.container.history.open()
 
 
-def test_what_runs_by_now_is_stopped_only_after_that_question_whatever_has_become_known_of_its_robot(home, ui):
+def test_what_runs_already_is_stopped_only_after_the_question(home, ui):
     catalogue = home.site.container.catalogue
     pend(home)
     run(ui, "Deliver")
@@ -134,7 +134,7 @@ def test_what_is_being_cancelled_is_said_although_a_start_with_the_number_of_tha
     assert "Being cancelled" in ui.texts(ui.find(QueueRow))
 
 
-def test_a_start_on_a_group_that_was_chosen_anew_goes_first_only_where_that_is_seen(home, ui, group):
+def test_choosing_a_group_again_clears_start_first(home, ui, group):
     vm = home.root_vm
     ui.wait(lambda: ui.find_all(ChoiceChip, text="Any of Fleet"))
     choose(ui, "Any of Fleet")
@@ -144,7 +144,7 @@ def test_a_start_on_a_group_that_was_chosen_anew_goes_first_only_where_that_is_s
     assert (vm.run.can_be_first, vm.goes_first) == (True, False)
 
 
-def test_run_is_aimed_at_the_robot_that_it_names_when_the_group_is_gone(home, ui, group):
+def test_run_is_aimed_at_the_named_robot_when_the_group_was_deleted(home, ui, group):
     ui.wait(lambda: ui.find_all(ChoiceChip, text="Any of Fleet"))
     choose(ui, "Any of Fleet")
     home.site.container.catalogue.remove_group(group.id)
@@ -154,7 +154,7 @@ def test_run_is_aimed_at_the_robot_that_it_names_when_the_group_is_gone(home, ui
     assert home.shell.snackbars.texts == ["Home is sent to Aino"]
 
 
-def test_values_that_were_entered_for_a_group_that_is_gone_run_on_no_robot(home, ui, group):
+def test_values_that_were_entered_for_a_deleted_group_run_on_no_robot(home, ui, group):
     home.site.add_missions("Wait at home")
     ui.wait(lambda: ui.find_all(ChoiceChip, text="Any of Fleet") and ui.find_all(ChoiceChip, text="Wait at home"))
     choose(ui, "Wait at home")

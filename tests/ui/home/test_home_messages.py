@@ -47,7 +47,7 @@ def test_a_start_that_is_cancelled_is_not_said_to_wait_for_an_answer(home, ui):
     assert home.shell.snackbars.texts == ["Home is cancelled"]
 
 
-def test_a_start_that_the_robot_has_got_is_said_to_be_sent(home, ui):
+def test_a_start_that_the_robot_accepted_is_said_to_be_sent(home, ui):
     say_silent(home, ui)
     home.aino.control({"reboot_seconds": 0})
     ui.wait(lambda: home.shell.snackbars.texts == ["Home is sent to Aino"])

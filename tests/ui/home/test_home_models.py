@@ -19,7 +19,7 @@ from tests.support.home_facts import AINO, FACTS, FAILED, NOW, READY, execution,
 @pytest.mark.parametrize(
     "over", [lambda report: report.look(with_aino(READY)), lambda report: report.forget()], ids=["gone", "left"]
 )
-def test_an_error_that_comes_back_was_not_reset_in_vain(monkeypatch, over):
+def test_an_error_that_returns_later_is_no_failed_reset(monkeypatch, over):
     """Nor one that is looked at again later: somebody may have seen to its cause."""
     monkeypatch.setattr(reset, "READ_WITHIN", 0.0)
     report, failed = ResetReport(lambda *_said: None), with_aino(FAILED)

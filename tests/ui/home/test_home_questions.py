@@ -83,7 +83,7 @@ def test_a_finger_on_its_way_to_one_question_answers_no_other_one(home, ui):
     ui.wait(lambda: answer_sent(home))
 
 
-def test_an_answer_that_comes_too_late_is_told_by_the_name_of_the_robot(home, ui, monkeypatch):
+def test_a_late_answer_is_reported_with_the_name_of_the_robot(home, ui, monkeypatch):
     ask(home, "Is the aisle free?")
     ui.wait(lambda: "Is the aisle free?" in ui.texts())
     answer = home.site.container.operator.answer_prompt

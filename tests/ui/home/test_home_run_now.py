@@ -127,7 +127,7 @@ def test_run_asks_once_more_for_the_parameters_that_the_robot_did_not_tell(home,
     assert not home.site.container.history.open()
 
 
-def test_what_another_robot_has_told_is_asked_for_where_the_robot_does_not_answer(home, ui):
+def test_parameters_known_from_another_robot_are_asked_for_at_a_silent_one(home, ui):
     """It would be queued without what it needs, and refused as soon as the robot answers."""
     home.site.add_missions("Go to position")
     ui.tap(ui.find(RobotChip, name="Veikko"))

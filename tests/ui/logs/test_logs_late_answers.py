@@ -76,9 +76,7 @@ def test_no_row_is_missing_where_a_run_has_begun_while_more_were_loaded(screen, 
     ],
     ids=["filter", "screen", "part", "search"],
 )
-def test_a_story_that_arrives_late_takes_nothing_away_that_was_chosen_meanwhile(
-    screen, container, ui, monkeypatch, then
-):
+def test_a_late_story_does_not_undo_a_newer_choice(screen, container, ui, monkeypatch, then):
     old = container.history.page(failures(container)).rows[-1]
     get, go_on = container.ledger.get, threading.Event()
     monkeypatch.setattr(container.ledger, "get", lambda number: go_on.wait(30) and get(number))

@@ -342,7 +342,7 @@ def test_saving_waits_for_what_the_mission_asks_for(screen, container, ui, monke
     assert "The mission asks for values: enter them, then save" in ui.texts()
 
 
-def test_what_another_robot_has_told_is_asked_for_where_the_robot_does_not_answer(screen, container, ui, monkeypatch):
+def test_parameters_known_from_another_robot_are_asked_for_at_a_silent_one(screen, container, ui, monkeypatch):
     silent = next(robot.id for robot in container.catalogue.robots() if robot.name == "Aino")
 
     def parameters(robot_id: int, _guid: str) -> tuple[MissionParameter, ...]:

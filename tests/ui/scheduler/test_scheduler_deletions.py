@@ -15,7 +15,7 @@ from tests.ui.planner import KITS, PALLETS, choose, field, said, save, save_butt
 
 # ---------------------------------------------------------------------- what it names
 @pytest.mark.parametrize("what", ["Mission", "Robot"])
-def test_what_is_deleted_is_to_be_chosen_anew_and_is_there_again_when_that_is_undone(screen, container, ui, what):
+def test_a_deleted_choice_must_be_chosen_again_unless_it_is_restored(screen, container, ui, what):
     catalogue = container.catalogue
     choose(screen, ui, "Mission", KITS)
     screen.plan.form.set(priority=3)
@@ -76,7 +76,7 @@ def test_one_that_was_to_be_shown_and_is_not_there_is_not_shown_later(screen, co
 
 # ---------------------------------------------------------------------- a refusal whose reason has gone
 @pytest.mark.parametrize("is_read", ["before", "after"])
-def test_a_schedule_that_is_deleted_while_it_is_being_saved_can_be_made_anew(screen, container, ui, slow, is_read):
+def test_a_schedule_that_is_deleted_while_it_is_being_saved_can_be_created_again(screen, container, ui, slow, is_read):
     schedule = stock(container)
     screen.plan.edit(schedule.id)
     screen.plan.form.set(priority=3)

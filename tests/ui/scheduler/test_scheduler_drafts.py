@@ -256,7 +256,7 @@ def test_five_are_kept(screen, container, ui):
 
 # ---------------------------------------------------------------------- the schedule is changed or deleted meanwhile
 @pytest.mark.parametrize("aside", [False, True])
-def test_what_was_saved_meanwhile_stays_where_nothing_else_was_entered(screen, container, ui, aside):
+def test_what_was_saved_elsewhere_stays_where_nothing_was_entered(screen, container, ui, aside):
     if aside:
         put_aside(screen, container, ui)
     else:
@@ -277,7 +277,7 @@ def test_what_was_saved_meanwhile_stays_where_nothing_else_was_entered(screen, c
     assert after.paused_until is not None
 
 
-def test_parameters_that_were_saved_meanwhile_stay_too(screen, container, ui, monkeypatch):
+def test_parameters_that_were_saved_elsewhere_stay_too(screen, container, ui, monkeypatch):
     both = (PALLETS, MissionParameter("height", "Height", "integer", 1, 1, None))
     monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: both)
     schedule = container.catalogue.save_schedule(replace(stock(container), parameters={"count": 5, "height": 1}))
@@ -292,7 +292,7 @@ def test_parameters_that_were_saved_meanwhile_stay_too(screen, container, ui, mo
     assert stored(container, schedule).parameters == {"count": 8, "height": 3}
 
 
-def test_a_mission_that_was_saved_meanwhile_asks_for_what_it_needs(screen, container, ui, monkeypatch):
+def test_a_mission_that_was_saved_elsewhere_asks_for_its_parameters(screen, container, ui, monkeypatch):
     kits = next(mission for mission in container.catalogue.missions() if mission.name == KITS)
     monkeypatch.setattr(
         container.robot_missions, "parameters", lambda _robot_id, guid: (PALLETS,) if guid == kits.guid else ()
@@ -338,7 +338,7 @@ def test_entries_of_a_schedule_that_is_deleted_can_be_brought_back_to_it_when_th
     assert [schedule.name for schedule in schedules(container) if schedule.priority == 3] == ["Count"]
 
 
-def test_entries_of_a_schedule_that_somebody_else_deletes_make_it_anew(screen, container, ui):
+def test_unsaved_entries_of_a_deleted_schedule_create_it_again(screen, container, ui):
     before = len(schedules(container))
     screen.plan.edit(stock(container).id)
     screen.plan.form.set(name="Count")

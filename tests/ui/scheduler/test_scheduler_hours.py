@@ -136,7 +136,7 @@ def test_a_planned_start_that_is_dragged_is_changed_by_save_and_not_before(scree
     assert named(container, "Night stock count", "Aino").start.time() == time(20, 30)
 
 
-def test_of_a_dragged_start_that_is_skipped_meanwhile_nobody_says_that_it_starts(screen, container, ui):
+def test_a_dragged_start_that_was_skipped_is_not_said_to_start(screen, container, ui):
     kits, at = named(container, KITS, "Aino"), datetime(2026, 11, 20, 15, 0, tzinfo=UTC)
     once = container.catalogue.save_schedule(
         Schedule("", kits.robot_id, kits.mission_id, datetime(2026, 11, 20, 17, 0), month.ZONE)

@@ -80,14 +80,14 @@ def test_the_form_shows_no_made_name_and_what_is_made_follows_the_mission(screen
     assert next(one for one in schedules(container) if one.id == second.id).name == f"{WASTE} on Aino"
 
 
-def test_a_made_name_that_is_taken_by_now_holds_up_no_undo(screen, container, ui, second):
+def test_a_generated_name_that_is_already_used_does_not_prevent_undo(screen, container, ui, second):
     removed = container.catalogue.remove_schedule(second.id)
     container.catalogue.save_schedule(replace(second, id=0, name=""))
     container.catalogue.restore(removed)
     assert next(one for one in schedules(container) if one.id == second.id).name == f"{SHOWN} 3"
 
 
-def test_a_made_name_that_comes_back_follows_what_was_renamed_meanwhile(screen, container, ui, second):
+def test_a_generated_name_that_is_restored_uses_the_new_names(screen, container, ui, second):
     removed = container.catalogue.remove_schedule(second.id)
     mission = next(mission for mission in container.catalogue.missions() if mission.id == second.mission_id)
     container.catalogue.save_mission(replace(mission, name="Bring kits"))
@@ -95,7 +95,7 @@ def test_a_made_name_that_comes_back_follows_what_was_renamed_meanwhile(screen, 
     assert next(one for one in schedules(container) if one.id == second.id).name.startswith("Bring kits on Aino")
 
 
-def test_a_form_in_which_nothing_was_changed_follows_a_name_that_is_given_elsewhere(screen, container, ui, second):
+def test_an_unchanged_form_shows_a_name_that_was_changed_elsewhere(screen, container, ui, second):
     screen.plan.edit(second.id)
     settle(screen, ui)
     container.catalogue.save_schedule(replace(second, name="Night kits"))

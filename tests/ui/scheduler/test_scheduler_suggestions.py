@@ -147,7 +147,7 @@ def test_what_is_answered_goes_at_once_and_the_dialog_is_not_seen_empty(app, ui,
     assert not ui.find_all(CommandButton, icon=BULB)
 
 
-def test_what_is_answered_goes_at_once_though_it_was_found_again_meanwhile(app, container, ui, monkeypatch):
+def test_an_answered_suggestion_disappears_at_once_although_it_was_found_again(app, container, ui, monkeypatch):
     """What had begun to be computed before the answer is delivered before it, too."""
     open_all(app, ui)
     suggestions = container.suggestions

@@ -40,7 +40,7 @@ def twice(screen, container, ui):
     return one, two
 
 
-def test_it_stays_while_the_plan_is_read_and_foreseen_anew(screen, container, ui):
+def test_typed_text_stays_while_the_plan_is_read_and_forecast_again(screen, container, ui):
     choose(screen, ui, "Mission", KITS)
     field = type_name(screen, ui, "Typed")
     container.catalogue.save_schedule(replace(named(container, "Night stock count", "Aino"), priority=2))

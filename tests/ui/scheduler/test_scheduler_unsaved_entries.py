@@ -135,7 +135,7 @@ def bring_back(ui):
     return ui.find(IconButton, ui.find(FormCard), icon="backup-restore")
 
 
-def test_what_was_put_aside_can_be_brought_back_long_after_the_message_has_gone(screen, container, ui):
+def test_what_was_put_aside_can_be_restored_long_after_the_message_closed(screen, container, ui):
     choose(screen, ui, "Mission", KITS)
     entered = screen.plan.form.draft
     screen.plan.edit(named(container, "Night stock count", "Aino").id)

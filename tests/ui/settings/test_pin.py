@@ -131,7 +131,7 @@ def test_a_keyboard_does_too(site, app, ui):
     ui.wait(lambda: current(app) == "settings")
 
 
-def test_whoever_does_not_know_it_stays_where_they_are(site, app, ui):
+def test_closing_the_pin_dialog_stays_on_the_screen(site, app, ui):
     site.container.access.set_pin("4711")
     ui.tap(ui.find(NavItem, name="logs"))
     to_settings(ui)
@@ -162,7 +162,7 @@ def test_after_five_wrong_ones_half_a_minute_is_counted_down(site, app, ui, cloc
     unlock(ui, app)
 
 
-def test_nobody_is_asked_for_a_pin_that_was_removed(site, app, ui):
+def test_a_removed_pin_is_not_asked_for(site, app, ui):
     site.container.access.set_pin("4711")
     to_settings(ui)
     assert ui.find_all(PinDialog)
@@ -183,7 +183,7 @@ def test_it_is_asked_again_after_another_tab(site, app, ui):
     assert ui.find_all(PinDialog)
 
 
-def test_settings_closes_when_nobody_is_there_for_two_minutes(site, app, ui, clock):
+def test_settings_closes_after_two_minutes_without_a_touch(site, app, ui, clock):
     site.container.access.set_pin("4711")
     to_settings(ui)
     unlock(ui, app)
@@ -321,7 +321,7 @@ def test_what_could_not_be_brought_back_stays_behind_the_pin(site, app, ui):
     assert ui.find_all(PinDialog)
 
 
-def test_whoever_sets_it_is_in_already(site, app, ui):
+def test_the_person_who_set_the_pin_is_not_asked_for_it(site, app, ui):
     to_settings(ui)
     ui.wait(lambda: ui.find_all(SectionRow))
     site.container.access.set_pin("4711")

@@ -102,7 +102,7 @@ def test_a_robot_of_the_plan_is_not_added_a_second_time(site, app, ui):
     assert len(robots(site)) == 2
 
 
-def test_nobody_adds_a_robot_that_another_person_has_just_added(site, app, ui):
+def test_a_robot_that_another_person_has_just_added_is_not_added_twice(site, app, ui):
     go(ui, "robots")
     press(ui, "Add robot")
     dialog = fill_in(ui, name="Third", address=site.fleet.robots[0].url, username=USER, password=PASSWORD)

@@ -49,7 +49,7 @@ def question(ui) -> ConfirmDialog:
 
 
 @pytest.mark.parametrize("password", ["", PASSWORD], ids=["stored", "entered anew"])
-def test_no_leaves_the_robot_as_it_was(site, app, ui, machine, password):
+def test_answering_no_leaves_the_robot_unchanged(site, app, ui, machine, password):
     replaced(site, ui, machine)
     dialog = dialog_of_aino(ui)
     enter(ui, dialog.ids.password_field, password)
@@ -82,7 +82,7 @@ def test_yes_sends_the_stored_password_and_saving_keeps_the_answer(site, app, ui
     ui.wait(lambda: ui.find(RobotPanel, name="Aino").badge.startswith("Connected"))
 
 
-def test_the_answer_holds_for_the_address_it_was_given_for(site, app, ui, machine):
+def test_the_answer_holds_only_for_the_address_it_was_about(site, app, ui, machine):
     replaced(site, ui, machine)
     with capture(**machine.hides) as thief:
         dialog = dialog_of_aino(ui)

@@ -452,7 +452,7 @@ def test_nothing_passes_for_a_setting_before_settings_are_read(site, app, ui, mo
 @pytest.mark.parametrize(
     "leave", [lambda app, ui: app.shell.go("home"), lambda app, ui: go(ui, "display")], ids=["screen", "section"]
 )
-def test_a_number_that_could_not_be_saved_when_its_page_was_left_is_told(site, app, ui, monkeypatch, leave):
+def test_a_number_that_could_not_be_saved_when_leaving_its_page_is_reported(site, app, ui, monkeypatch, leave):
     def refuse(**_changes):
         raise DatabaseUnavailable("The disk is full")
 

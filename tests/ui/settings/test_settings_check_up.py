@@ -150,7 +150,7 @@ def test_the_last_report_is_shown_again_and_a_new_one_can_be_made(site, app, ui,
     assert not dialog.vm.wants_trial
 
 
-def test_a_robot_that_does_not_answer_is_told_and_stays_unchecked(site, app, ui, aino):
+def test_a_robot_that_does_not_answer_is_reported_and_stays_unchecked(site, app, ui, aino):
     aino.control({"fault": {"kind": "drop_request", "path": "*", "count": None}})
     dialog = opened(ui)
     begin(ui, dialog)
@@ -249,7 +249,7 @@ def test_the_end_of_the_app_ends_it(site, app, ui, waiting):
 
 
 # ---------------------------------------------------------------------- trying it
-def test_a_trial_says_what_moves_names_it_on_the_button_and_leaves_the_robot_as_it_was(site, app, ui, aino, clock):
+def test_a_trial_names_what_moves_and_restores_the_robot(site, app, ui, aino, clock):
     clock.hurry = 12
     aino.model.profile = deviant("no-id")
     missions, queued, _paused = state_of(aino)
@@ -281,7 +281,7 @@ def test_one_of_the_robots_own_missions_may_be_chosen(site, app, ui, aino):
     assert dialog.vm.mission_word == name
 
 
-def test_nobody_chooses_a_mission_for_a_check_up_whose_dialog_is_closed(site, app, ui, aino):
+def test_no_mission_is_chosen_after_the_check_up_dialog_is_closed(site, app, ui, aino):
     dialog = opened(ui)
     try_with_a_mission(ui, dialog)
     aino.control({"fault": {"kind": "late", "count": None, "seconds": 1.0}})

@@ -173,7 +173,7 @@ def test_an_unusable_configuration_is_one_sentence_and_changes_nothing(site, app
         assert outcome(app, "configuration").text == ""
 
 
-def test_a_result_does_not_stay_beside_what_went_wrong_after_it(site, app, ui):
+def test_a_result_does_not_stay_after_a_later_failure(site, app, ui):
     file = site.documents / "plant.json"
     file.write_text(json.dumps({"format": "amr-scheduler/1", "settings": {"retry_limit": 3}}), encoding="utf-8")
     go(ui, "data")
@@ -212,7 +212,7 @@ def test_log_and_backup_say_where_they_are(site, app, ui):
     ui.wait(lambda: page(app).vm.backups.startswith("1 backup"))
 
 
-def test_a_backup_that_was_brought_meanwhile_is_there_when_the_section_is_opened(site, app, ui):
+def test_a_backup_added_later_is_listed_when_the_section_is_opened(site, app, ui):
     go(ui, "data")
     page(app).back_up()
     ui.wait(lambda: page(app).vm.backups.startswith("1 backup"))
@@ -299,7 +299,7 @@ def dead_share(stick, tmp_path, monkeypatch) -> Iterator[Path]:
     back.set()
 
 
-def test_a_share_that_hangs_holds_up_nobody_who_looks_elsewhere(site, app, dead_share, ui):
+def test_a_share_that_hangs_delays_no_other_folder(site, app, dead_share, ui):
     go(ui, "data")
     row = file_row(ui, "Import from")
     for _tap in range(4):

@@ -59,7 +59,7 @@ def test_a_lower_limit_deletes_nothing_before_it_is_confirmed(site, app, ui):
     ui.wait(lambda: settings(site).history_limit == 1)
 
 
-def test_who_leaves_before_that_is_asked_is_told_that_nothing_is_deleted(site, app, ui):
+def test_leaving_before_the_question_says_that_nothing_is_deleted(site, app, ui):
     add_runs(site, 3)
     go(ui, "scheduler")
     ui.find(SchedulerPage).step("history_limit", 2)

@@ -65,7 +65,7 @@ def test_when_everything_is_here_that_is_said(site, app, ui):
     ui.wait(lambda: says(ui, f"All {len(found)} missions of Veikko are already added"))
 
 
-def test_who_has_gone_elsewhere_is_not_asked_there_but_told_that_the_missions_are_here(site, app, ui):
+def test_on_another_page_a_message_says_that_the_missions_arrived(site, app, ui):
     site.add_robots()
     site.fleet.robots[0].control({"fault": {"kind": "late", "path": "/missions", "count": None, "seconds": 2.0}})
     go(ui, "missions")
@@ -89,7 +89,7 @@ def test_who_has_gone_elsewhere_is_not_asked_there_but_told_that_the_missions_ar
     ui.wait(lambda: ui.find_all(ChoiceDialog, multiple=True))
 
 
-def test_who_has_gone_elsewhere_is_told_that_the_robot_did_not_tell_its_missions(site, app, ui, monkeypatch):
+def test_on_another_page_a_message_says_that_the_robot_did_not_list_its_missions(site, app, ui, monkeypatch):
     left = threading.Event()
 
     def fetch_missions(_robot_id: int) -> None:
@@ -108,7 +108,7 @@ def test_who_has_gone_elsewhere_is_told_that_the_robot_did_not_tell_its_missions
     assert "Aino" in said
 
 
-def test_a_robot_that_is_gone_while_its_missions_are_asked_for(site, app, ui):
+def test_a_robot_that_is_deleted_while_its_missions_are_asked_for(site, app, ui):
     site.add_robots()
     go(ui, "missions")
     site.fleet.robots[0].control({"fault": {"kind": "drop_request", "path": "*", "count": None}})

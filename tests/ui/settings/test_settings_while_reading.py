@@ -110,9 +110,7 @@ def choose(ui, mission: str) -> None:
     ui.tap(ui.find(OptionRow, text=mission))
 
 
-def test_the_mission_that_was_chosen_last_is_the_idle_mission_though_the_robot_went_silent_meanwhile(
-    site, app, ui, hold_asking
-):
+def test_the_last_choice_is_the_idle_mission_although_the_robot_went_silent(site, app, ui, hold_asking):
     robot, _other = site.add_robots()
     _home, deliver = site.add_missions("Home", "Deliver")
     ui.wait(lambda: site.container.snapshots.get(robot.id).connection is Connection.CONNECTED)
@@ -129,9 +127,7 @@ def test_the_mission_that_was_chosen_last_is_the_idle_mission_though_the_robot_w
     assert robots(site)[0].idle.mission_id == deliver.id
 
 
-def test_a_robot_that_does_not_answer_is_given_no_mission_that_asks_for_something_as_far_as_that_is_known(
-    site, app, ui
-):
+def test_a_silent_robot_gets_no_mission_with_known_parameters(site, app, ui):
     robot, _other = site.add_robots()
     (go_to,) = site.add_missions("Go to position")
     ui.wait(lambda: site.container.snapshots.get(robot.id).connection is Connection.CONNECTED)
@@ -145,7 +141,7 @@ def test_a_robot_that_does_not_answer_is_given_no_mission_that_asks_for_somethin
     assert robots(site)[0].idle is None
 
 
-def test_who_has_gone_on_is_told_that_a_mission_is_no_idle_mission(site, app, ui, hold_asking):
+def test_on_another_page_a_message_says_that_a_mission_is_no_idle_mission(site, app, ui, hold_asking):
     robot, _other = site.add_robots()
     site.add_missions("Go to position")
     ui.wait(lambda: site.container.snapshots.get(robot.id).connection is Connection.CONNECTED)
@@ -190,7 +186,7 @@ def test_a_number_that_is_typed_stays_while_the_one_chosen_before_is_still_being
     ui.wait(lambda: settings(site).minimum_battery_percent == 45)
 
 
-def test_what_could_not_be_saved_is_shown_as_it_was(site, app, ui, monkeypatch):
+def test_a_value_that_could_not_be_saved_shows_the_stored_one(site, app, ui, monkeypatch):
     def refuse(**_changes):
         raise DatabaseUnavailable("The disk is full")
 
@@ -201,7 +197,7 @@ def test_what_could_not_be_saved_is_shown_as_it_was(site, app, ui, monkeypatch):
     assert ui.find(Segment, text="Mon").selected
 
 
-def test_what_is_not_written_yet_stays_as_it_was_chosen_whatever_is_read(site, app, ui, monkeypatch):
+def test_an_unwritten_choice_stays_whatever_is_read(site, app, ui, monkeypatch):
     """And goes back to what is stored where that fails after all."""
     go_on = Event()
 

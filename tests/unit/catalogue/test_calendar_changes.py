@@ -116,7 +116,7 @@ def test_the_calendar_has_an_end(world, monkeypatch):
         world.catalogue.save_days(CLOSED)
 
 
-def test_what_is_gone_can_not_be_changed(world):
+def test_what_was_deleted_cannot_be_changed(world):
     saved = world.catalogue.save_days(CLOSED)
     world.catalogue.remove_days(saved.id)
     with refuses("days", "no such entry"):

@@ -89,7 +89,7 @@ def test_an_idle_rule_can_be_taken_away(world):
 
 
 # ---------------------------------------------------------------------- settings
-def test_settings_are_stored_and_told(world):
+def test_settings_are_stored_and_announced(world):
     assert world.catalogue.change_settings(retry_limit=3, history_limit=None).retry_limit == 3
     assert world.told == [Topic.SETTINGS]
     world.told.clear()
@@ -128,7 +128,7 @@ def test_what_a_setting_cannot_be_is_reported_at_its_field_and_nothing_changes(w
     assert world.catalogue.change_settings() == Settings()
 
 
-def test_other_working_days_plan_anew_what_respects_them(world):
+def test_other_working_days_replan_what_respects_them(world):
     daily, free = world.schedule(), world.schedule(name="Free", respect_working_days=False)
     weekend = world.schedule(name="Weekend", recurrence="FREQ=WEEKLY;BYDAY=SU")
     once = world.schedule(name="Once", recurrence=None)
@@ -208,7 +208,7 @@ def test_a_place_that_is_put_back_keeps_those_of_its_missions_that_there_still_a
     assert world.catalogue.places() == [replace(place, missions=(world.mission.id,))]
 
 
-def test_a_place_is_not_put_back_twice_nor_beside_another_of_its_name(world):
+def test_a_deleted_place_is_not_restored_twice_nor_to_a_name_in_use(world):
     place = world.catalogue.edit(lambda edit: edit.save_place(Place("Dock 2", 1, (world.mission.id,))))
     removed = world.catalogue.remove_place(place.id)
     world.catalogue.restore(removed)

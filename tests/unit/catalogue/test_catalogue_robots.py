@@ -149,7 +149,7 @@ def test_a_removed_robot_comes_back_with_everything_under_its_old_ids(world):
     assert len(HoldRepository().all(world.db.read())) == 1
 
 
-def test_undo_says_when_the_name_has_been_taken_meanwhile(world):
+def test_undo_says_when_the_name_is_in_use(world):
     removed = world.catalogue.remove_robot(world.robot.id)
     world.catalogue.save_robot(Robot("Aino", "10.0.0.5"))
     with refuses("name", "there is another robot Aino by now: give that one another name, then undo again"):
@@ -163,7 +163,7 @@ def test_undo_says_when_the_name_has_been_taken_meanwhile(world):
     }
 
 
-def test_undo_brings_no_second_robot_to_an_address_that_is_taken_by_now(world):
+def test_undo_adds_no_second_robot_at_an_address_in_use(world):
     removed = world.catalogue.remove_robot(world.robot.id)
     world.catalogue.save_robot(Robot("Alma", "10.0.0.1"))
     with refuses(
@@ -173,7 +173,7 @@ def test_undo_brings_no_second_robot_to_an_address_that_is_taken_by_now(world):
     assert [robot.name for robot in ROBOTS.all(world.db.read())] == ["Alma"]
 
 
-def test_undo_says_what_else_was_taken_or_went_meanwhile_and_changes_nothing(world):
+def test_undo_says_what_else_was_taken_or_removed_and_changes_nothing(world):
     own = world.catalogue.save_mission(Mission("Home", "guid-2", robot_id=world.robot.id))
     home, morning = world.schedule(name="Home", mission_id=own.id), world.schedule()
     gone = {

@@ -170,7 +170,7 @@ def test_a_file_read_in_after_a_robot_was_deleted_plans_on_the_robots_that_it_na
     assert world.schedules["Morning"].robot_id == world.robots["R2"].id
 
 
-def test_keys_given_are_set_and_the_others_stay(world):
+def test_keys_in_the_file_are_set_and_the_others_stay(world):
     world.take(FULL)
     before = world.robots["R1"]
     moved = {"name": "R1", "address": "10.0.0.9", "password": "secret"}
@@ -291,7 +291,7 @@ def test_taking_the_same_file_again_changes_nothing_and_fires_nothing(world):
     ("path", "value", "state"),
     [("schedules.0.priority", 4, State.WAITING), ("schedules.0.start", "2026-11-23T09:40", State.CANCELLED)],
 )
-def test_what_waits_of_a_changed_schedule_follows_it_unless_its_instant_is_gone(world, path, value, state):
+def test_a_waiting_start_of_a_changed_schedule_is_updated_unless_its_instant_was_removed(world, path, value, state):
     world.take(FULL)
     schedule, now = world.schedules["Morning"], world.clock.now()
     row = world.db.write(
@@ -388,7 +388,7 @@ def test_the_end_of_a_trusted_certificate_is_said(world):
     )
 
 
-def test_a_robot_can_be_given_its_password_and_stay_off(world):
+def test_a_robot_can_get_its_password_and_stay_off(world):
     robot = {"name": "R1", "address": "10.0.0.1", "username": "a"}
     world.take({"format": FORMAT, "robots": [robot]})
     world.take({"format": FORMAT, "robots": [{**robot, "password": "x", "enabled": False}]})

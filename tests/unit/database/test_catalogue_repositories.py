@@ -79,7 +79,7 @@ def schedule(db, robot, mission):
 
 
 # ---------------------------------------------------------------------- robots
-def test_a_robot_comes_back_as_it_was(db, robot):
+def test_a_robot_is_read_back_unchanged(db, robot):
     assert robot == replace(FULL, id=robot.id)
     assert ROBOTS.get(db.read(), robot.id) == robot
     assert ROBOTS.by_name(db.read(), "Äiti") == robot
@@ -156,7 +156,7 @@ def test_a_robots_own_mission_hides_the_one_for_all(db, robot, mission):
     assert MISSIONS.all(c) == [mission, own]
 
 
-def test_a_name_is_given_once_for_all_and_once_per_robot(db, robot, mission):
+def test_a_name_is_unique_among_shared_missions_and_per_robot(db, robot, mission):
     db.write(lambda c: MISSIONS.add(c, Mission("Deliver", "guid-2", robot_id=robot.id)))
     for robot_id in (None, robot.id):
         with pytest.raises(sqlite3.IntegrityError):
@@ -164,7 +164,7 @@ def test_a_name_is_given_once_for_all_and_once_per_robot(db, robot, mission):
 
 
 # ---------------------------------------------------------------------- schedules
-def test_a_schedule_comes_back_as_it_was(db, schedule):
+def test_a_schedule_is_read_back_unchanged(db, schedule):
     c = db.read()
     assert SCHEDULES.get(c, schedule.id) == schedule == SCHEDULES.by_name(c, "Morning")
     assert (
@@ -350,7 +350,7 @@ def test_an_event_is_counted_each_time_and_stays_open_until_acknowledged(db):
     assert raise_(db, alarm("app_was_off", event=True), minutes=2) is True
 
 
-def test_a_condition_stays_open_until_it_is_gone_and_acknowledged(db):
+def test_a_condition_stays_open_until_it_has_ended_and_was_acknowledged(db):
     raise_(db, alarm())
     [found] = ALARMS.open(db.read())
     db.write(lambda c: ALARMS.acknowledge(c, found.id, NOON))

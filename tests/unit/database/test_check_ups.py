@@ -85,7 +85,7 @@ def put(container, robot, report=REPORT) -> None:
 @pytest.mark.parametrize(
     "report", [REPORT, replace(REPORT, findings=(), profile=RobotProfile("S1", None), mission="", is_complete=True)]
 )
-def test_it_comes_back_as_it_was(container, robot, report):
+def test_it_is_read_back_unchanged(container, robot, report):
     put(container, robot, report)
     assert CHECK_UPS.report(container.db.read(), robot.id) == report
 
@@ -123,7 +123,7 @@ def test_it_goes_and_comes_with_its_robot(container, robot):
     assert CHECK_UPS.left_behind(container.db.read()) == {robot.id: left}
 
 
-def test_what_was_left_behind_is_kept_beside_it(container, robot):
+def test_what_was_left_behind_is_stored_with_it(container, robot):
     left = LeftBehind("S1", tokens=("a", "b"))
     container.db.write(lambda c: CHECK_UPS.note_left_behind(c, robot.id, left))
     put(container, robot)

@@ -107,7 +107,7 @@ def test_a_sound_database_is_kept_aside_when_a_backup_takes_its_place(backed_up,
     aside.close()
 
 
-def test_ids_given_after_the_backup_are_not_given_again(path, clock):
+def test_ids_used_after_the_backup_are_not_reused(path, clock):
     def add(c):
         return c.execute("INSERT INTO missions (name, guid) VALUES (hex(randomblob(8)), 'g') RETURNING id").fetchone()[
             0
@@ -258,7 +258,7 @@ def die_after(patched: pytest.MonkeyPatch, left: int, is_done: bool) -> None:
         patched.setattr(owner, name, dying(getattr(owner, name)))
 
 
-def test_an_export_beside_an_interrupted_restore_says_so(backed_up):
+def test_an_export_during_an_interrupted_restore_says_so(backed_up):
     files.copy_private(newest_good_backup(backed_up), files.sibling(backed_up, ".to-restore"))
     with pytest.raises(DatabaseUnavailable, match=r"A restore was interrupted .*: start the app once"):
         Database.open_for_reading(backed_up)
@@ -296,7 +296,7 @@ def test_one_a_day_and_the_newest_seven_stay(path, clock):
     assert (names[0], names[-1]) == ("daily-2026-11-26.db", "daily-2026-12-02.db")
 
 
-def test_a_backup_is_one_private_file_made_beside_a_running_writer(path, clock):
+def test_a_backup_made_during_writes_is_one_private_file(path, clock):
     db = Database.open(path, clock=clock)
     db.write(lambda c: SETTINGS.put(c, "a", 1))
     target = path.parent / BACKUPS / "manual.db"

@@ -40,7 +40,7 @@ def ended(row, state=State.COMPLETED, minutes=0, **values):
 
 
 # ---------------------------------------------------------------------- once
-def test_a_row_comes_back_as_it_was(db, row):
+def test_a_row_is_read_back_unchanged(db, row):
     full = row(
         trigger=Trigger.IDLE,
         parameters={"a": 1},

@@ -159,7 +159,7 @@ def test_steps_are_taken_one_after_another(path, clock):
 
 
 # ---------------------------------------------------------------------- for reading
-def test_an_export_reads_beside_the_running_app_and_cannot_write(path, clock):
+def test_an_export_reads_while_the_app_runs_and_cannot_write(path, clock):
     db = Database.open(path, clock=clock)
     beside = Database.open_for_reading(path)
     db.write(lambda c: SettingsRepository().put(c, "a", 1))
@@ -218,7 +218,7 @@ ROWS = [  # trigger, schedule, planned_at (and token), state, reason, ended_at, 
 ]
 
 
-def test_what_decisions_read_from_the_history_before_is_kept_beside_what_they_are_about(tmp_path, clock):
+def test_the_migration_stores_what_decisions_read_from_the_history(tmp_path, clock):
     path = tmp_path / "a.db"
     old = Database.open(path, clock=clock, migrations=MIGRATIONS[: MIGRATIONS.index(_NO_DECISION_READS_HISTORY)])
     old.write(lambda c: [c.execute(statement) for statement in HISTORY.split(";")] and c.executemany(ROW, ROWS))

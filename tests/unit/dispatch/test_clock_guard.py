@@ -91,7 +91,7 @@ def test_when_the_tablets_clock_is_believed_at_the_start(tablet, heartbeat, offs
     assert ("clock_implausible" in tablet.codes()) is not is_trusted
 
 
-def test_nothing_is_believed_until_a_robot_has_told_its_time(tablet):
+def test_the_clock_is_not_trusted_before_a_robot_reported_its_time(tablet):
     assert not tablet.judge().is_trusted
     assert tablet.holds.active().clock
     assert tablet.codes() == []  # that is no trouble yet

@@ -130,7 +130,7 @@ def test_a_drawing_keeps_its_edges_and_every_error(stored, columns):
 # ---------------------------------------------------------------------- stored
 @examples(40)
 @given(stored=STORED)
-def test_a_period_is_read_as_it_was_stored(tmp_path_factory, stored):
+def test_a_period_is_read_back_unchanged(tmp_path_factory, stored):
     world = World(tmp_path_factory.mktemp("spans"))
     spans = [(activity, at(start), at(start + length)) for activity, start, length in stored]
     world.db.write(lambda c: ActivityRepository().save(c, 1, spans))

@@ -57,7 +57,7 @@ def test_what_people_write_stays(text):
         ("\ufe0fR1", "U+FE0F"),
     ],
 )
-def test_what_nobody_can_see_is_refused_and_named(text, code):
+def test_an_invisible_character_is_refused_and_named(text, code):
     with pytest.raises(InvalidInput) as refused:
         checks.name(text, "robots[0].name")
     assert refused.value.field == "robots[0].name"

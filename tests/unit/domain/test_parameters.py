@@ -82,7 +82,7 @@ def test_what_does_not_is_refused_with_mission_and_parameter(given, problem):
     assert (caught.value.field, caught.value.text) == ("parameters", problem)
 
 
-def test_what_has_no_default_has_to_be_given():
+def test_what_has_no_default_is_required():
     assert missing(ALL) == ["Goal"]
     assert values_for("M", ALL[1:], {}) == {}
     with pytest.raises(InvalidInput, match="Goal is missing"):

@@ -18,18 +18,18 @@ from app.domain.robot import LONGEST_PROBLEMS, RobotProblem, problems_in_words
         (RobotProblem(), ""),
     ],
 )
-def test_an_error_is_told_with_its_code(problem, words):
+def test_an_error_is_shown_with_its_code(problem, words):
     assert problems_in_words([problem]) == words
 
 
-def test_the_same_error_twice_is_told_once_and_another_code_is_another_error():
+def test_the_same_error_twice_is_shown_once_and_another_code_is_another_error():
     assert (
         problems_in_words([RobotProblem(1, "Hot"), RobotProblem(1, "Hot"), RobotProblem(2, "Hot")])
         == "Hot (1); Hot (2)"
     )
 
 
-def test_of_many_and_of_endless_ones_the_codes_are_still_told():
+def test_many_or_endless_errors_still_show_their_codes():
     assert (
         render(problems_in_words([RobotProblem(number, f"E{number}") for number in range(5)]))
         == "E0 (0); E1 (1); E2 (2) … and 2 more"

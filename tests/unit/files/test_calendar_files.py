@@ -154,7 +154,7 @@ def test_garbage_in_an_event_costs_nothing(lines):
         ["X-WR-CALDESC:one", "two", "BEGIN", "METHOD", "REFRESH-INTERVAL:12H"],
     ],
 )
-def test_garbage_beside_an_event_costs_nothing(lines):
+def test_garbage_around_an_event_is_ignored(lines):
     good = event("DTSTART;VALUE=DATE:20270705")
     assert whole(read(calendar(*lines, *good))) == whole(read(calendar(*good, *lines))) == ["2027-07-05"]
 
@@ -637,7 +637,7 @@ def test_the_whole_name_of_a_zone_means_that_zone_whatever_the_file_says(name):
         assert timed(read(calendar(*defined, *in_zone(name)))) == ["2027-07-06"]
 
 
-def test_a_time_of_utc_stays_one_beside_a_zone_of_that_name():
+def test_a_utc_time_stays_one_when_a_zone_has_that_name():
     assert timed(read(calendar(*zone("UTC", "-0500", "-0400"), *event("DTSTART:20270705T173000Z")))) == ["2027-07-05"]
 
 
@@ -734,7 +734,7 @@ DAYS_IN_UTC = [
     "starts", [["DTSTART;VALUE=DATE:20270705"], ["DTSTART:20270705T000000", "DTEND:20270705T235959"]]
 )
 @pytest.mark.parametrize(("plant", "midnight", "end"), DAYS_IN_UTC)
-def test_a_time_of_utc_beside_dates_means_the_date_that_begins_or_ends_then_at_the_plant(starts, plant, midnight, end):
+def test_a_utc_time_among_dates_means_the_date_that_begins_or_ends_then_at_the_plant(starts, plant, midnight, end):
     for until in (midnight, end):
         found = read(calendar(*event(*starts, f"RRULE:FREQ=DAILY;UNTIL={until}")), ZoneInfo(plant))
         assert whole(found) == ["2027-07-05/2027-07-09"]

@@ -102,7 +102,7 @@ def test_an_open_row_has_empty_cells_where_there_is_nothing_yet(db):
     ]
 
 
-def test_of_a_group_it_is_told_which_and_why_that_robot(db):
+def test_a_start_of_a_group_says_which_robot_and_why(db):
     add(db, robot_group="Hall 1", choice={"robots": [{"robot": "Aino"}, {"robot": "Sisu", "out": "silent"}]})
     add(db, robot_group="Hall 1", robot_id=None, robot="")
     assert [(row["robot"], row["group"], row["choice"]) for row in cells(db)] == [
@@ -170,7 +170,7 @@ def test_only_what_is_filtered(db):
     assert "Bella" in file.getvalue()
 
 
-def test_it_reads_beside_the_running_app(db, tmp_path):
+def test_it_reads_while_the_app_runs(db, tmp_path):
     add(db)
     beside = Database.open_for_reading(db.path)
     file = io.StringIO(newline="")

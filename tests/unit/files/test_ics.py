@@ -333,13 +333,13 @@ def test_of_a_series_that_is_partly_known_the_rest_is_offered(world, tmp_path):
         (b"x" * (5 * 1024 * 1024 + 1), "larger than 5 MiB"),
     ],
 )
-def test_what_is_no_calendar_is_told_in_one_sentence_and_nothing_changes(world, tmp_path, content, told):
+def test_what_is_no_calendar_is_refused_in_one_sentence_and_nothing_changes(world, tmp_path, content, told):
     (tmp_path / "plant.ics").write_bytes(content)
     with pytest.raises(InvalidInput, match=told) as caught:
         world.files.read("plant.ics")
     assert caught.value.field == "path"
 
 
-def test_a_file_that_is_not_there_is_told(world):
+def test_a_missing_file_is_reported(world):
     with pytest.raises(InvalidInput, match="there is no file"):
         world.files.read("nowhere.ics")

@@ -218,7 +218,7 @@ def test_enqueue(robot: RobotClient, responses: RequestsMock) -> None:
     }
 
 
-def test_enqueue_leaves_out_what_is_not_given(robot: RobotClient, responses: RequestsMock) -> None:
+def test_enqueue_omits_unset_fields(robot: RobotClient, responses: RequestsMock) -> None:
     responses.post(f"{API}/mission_queue", status=201, json=item(1))
     assert robot.enqueue(MISSION) == 1
     assert body(responses) == {"mission_id": MISSION, "priority": 0}
@@ -274,7 +274,7 @@ def test_a_queue_item(robot: RobotClient, responses: RequestsMock) -> None:
     assert (found.id, found.state, found.mission_id) == (723, QueueState.PENDING, MISSION)
 
 
-def test_a_queue_item_that_is_gone(robot: RobotClient, responses: RequestsMock) -> None:
+def test_an_unknown_queue_item(robot: RobotClient, responses: RequestsMock) -> None:
     responses.get(f"{API}/mission_queue/723", status=404, json={"error_code": "not_found", "error_human": "Not found"})
     with pytest.raises(Rejected) as refused:
         robot.queue_item(723)

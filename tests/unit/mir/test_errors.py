@@ -68,7 +68,7 @@ def test_the_robots_own_words_come_along() -> None:
     assert Unauthorized(status=401).code == "unauthorized"
 
 
-def test_a_sentence_may_be_given_whole() -> None:
+def test_a_sentence_may_be_set_as_a_whole() -> None:
     assert NotAMir("serial number {7} answers").text == "serial number {7} answers"
     assert NotAMir("{ is no template").text == "{ is no template"
 

@@ -49,7 +49,7 @@ def test_starts_at_one_instant_go_to_different_robots_and_the_fourth_to_the_one_
     assert all(one.in_time for one in found.values())
 
 
-def test_of_equals_the_one_that_has_run_less_today_and_after_midnight_all_begin_anew():
+def test_of_equals_the_one_that_has_run_less_today_counted_from_midnight():
     wanted = [kits(0.0), kits(7200.0)]
     assert whose(forecast(wanted, site(hours={1: 2.0, 2: 3.0, 3: 1.0})), 0) == "Veikko"
     assert whose(forecast(wanted, site(hours={1: 2.0, 2: 3.0, 3: 1.0})), 1) == "Veikko"
@@ -63,7 +63,7 @@ def test_the_robot_that_a_fixed_start_wants_soon_is_left_to_it():
     assert whose(alone, 0) == "Aino"
 
 
-def test_a_start_that_finds_nobody_within_its_window_goes_into_a_queue_at_the_last_call():
+def test_a_start_without_a_free_robot_is_queued_at_the_end_of_its_window():
     found = forecast(
         [kits(0.0, members=(1, 2)), kits(0.0, members=(1, 2)), kits(10.0, members=(1, 2), window=60.0)], site()
     )
@@ -81,12 +81,12 @@ def test_a_robot_that_is_held_gets_nothing_until_that_ends():
     assert (late.begins, late.in_time) == (600.0, True)
 
 
-def test_what_cannot_be_done_by_when_it_has_to_be_gets_nobody():
+def test_what_cannot_be_done_in_time_gets_no_robot():
     assert forecast([kits(0.0, finish=299.0)], site()) == {}
     assert whose(forecast([kits(0.0, finish=301.0)], site()), 0) == "Aino"
 
 
-def test_a_group_without_a_usable_robot_finds_none_and_disturbs_nobody():
+def test_a_group_without_a_usable_robot_finds_none_and_delays_no_other():
     assert whose(forecast([kits(0.0, members=()), kits(0.0)], site()), 1) == "Aino"
 
 
@@ -106,7 +106,7 @@ def test_a_full_place_keeps_a_start_waiting_but_no_robot_from_another_one():
     assert forecast(wanted, site(room={"Dock": 2}, at_places={"Dock": [100.0, 200.0]}))[0].begins == 100.0
 
 
-def test_whoever_uses_a_place_uses_it_also_robots_of_other_groups_and_of_none():
+def test_a_place_is_used_also_by_robots_of_other_groups_and_of_none():
     wanted = [
         fixed(0.0, 4, places=("Dock",)),
         kits(10.0, members=(1, 2), places=("Dock",)),
@@ -155,7 +155,7 @@ def of(lasts):
 
 @examples(150)
 @given(plans())
-def test_nobody_does_two_things_at_once_nor_before_their_time_nor_what_is_not_theirs(plan):
+def test_each_robot_does_one_thing_at_a_time_on_time_and_only_its_own(plan):
     wanted, lasts = plan
     found = forecast(wanted, of(lasts))
     for robot_id in NAMES:
@@ -172,7 +172,7 @@ def test_nobody_does_two_things_at_once_nor_before_their_time_nor_what_is_not_th
 
 @examples(150)
 @given(plans())
-def test_only_what_cannot_be_done_in_time_or_waits_for_a_place_gets_nobody(plan):
+def test_only_what_cannot_be_done_in_time_or_waits_for_a_place_gets_no_robot(plan):
     wanted, lasts = plan
     found = forecast(wanted, of(lasts))
     in_groups = {robot_id for each in wanted if not each.fixed for robot_id in each.members}
@@ -250,7 +250,7 @@ def test_the_forecast_of_the_first_hour_is_the_same_however_far_it_reaches(plan)
 
 
 @pytest.mark.long
-def test_more_starts_than_robots_can_ever_do_are_given_up_instead_of_computed_for_minutes():
+def test_a_forecast_of_far_too_many_starts_is_cut_short():
     crowd = [kits(number * 1.0, window=3600.0) for number in range(6000)]
     assert 0 < len(forecast(crowd, site())) < 500
 

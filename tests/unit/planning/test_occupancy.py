@@ -29,7 +29,7 @@ def test_four_starts_want_three_robots_until_one_of_them_has_ended():
     assert list(occupancy.overloads(4)) == []
 
 
-def test_runs_that_touch_and_runs_of_no_length_crowd_nobody():
+def test_runs_that_touch_or_have_no_length_are_no_conflict():
     assert list(Occupancy([span(0, 10), span(10, 20), span(5, 5)]).overloads(1)) == []
 
 

@@ -81,7 +81,7 @@ def test_countries_and_regions_have_names():
     ("country", "region", "field"),
     [("XX", "", "holiday_country"), ("FI", "BY", "holiday_subdivision"), ("", "BY", "holiday_subdivision")],
 )
-def test_a_country_or_region_nobody_knows_is_refused(country, region, field):
+def test_an_unknown_country_or_region_is_refused(country, region, field):
     with pytest.raises(InvalidInput) as caught:
         public_holidays.check(country, region)
     assert caught.value.field == field

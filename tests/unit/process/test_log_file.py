@@ -87,7 +87,7 @@ def test_a_log_that_cannot_be_written_is_said_unless_it_is_only_read(directory):
     assert logs.note_crash(ValueError("why")) == " (why)"
 
 
-def test_a_crash_is_reported_also_when_the_log_file_is_gone(directory):
+def test_a_crash_is_reported_without_the_log_file(directory):
     logs.start(directory, stderr=False)
     shutil.rmtree(directory)
     assert logs.note_crash(ValueError("why")) == " (why)"

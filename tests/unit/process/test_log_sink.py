@@ -51,7 +51,7 @@ def written(log) -> bool:
     return log.handlers[0].is_written(WITHIN)
 
 
-def test_whoever_logs_goes_on_and_what_found_no_room_is_counted(log, place):
+def test_logging_never_blocks_and_dropped_lines_are_counted(log, place):
     log.info("first")
     assert place.hangs.wait(WITHIN)  # the thread has taken it, so that the whole queue is free
     for number in range(MOST_WAITING + 212):

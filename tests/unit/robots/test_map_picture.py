@@ -164,7 +164,7 @@ def test_a_picture_of_nothing_and_an_impossible_scale_are_unreadable() -> None:
 
 
 # ---------------------------------------------------------------------- as a file
-def test_a_kept_map_comes_back_as_it_was() -> None:
+def test_a_stored_map_is_read_back_unchanged() -> None:
     picture = picture_of(floor(hall()), [MapPosition("1", "Linja 2 ä", 0, "m", Pose(-2.0, -12.0, 0.0))])
     again = from_bytes(to_bytes(picture))
     assert (again.name, again.shade, again.size, again.origin, again.extent, again.places) == (

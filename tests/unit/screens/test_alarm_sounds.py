@@ -77,12 +77,12 @@ def test_one_that_comes_back_is_heard_again():
     assert heard((after(0), [STOP]), (after(1), [over]), (after(2), [replace(STOP, count=2)])) == [True, False, True]
 
 
-def test_what_nobody_can_acknowledge_is_heard_once():
+def test_what_cannot_be_acknowledged_sounds_once():
     database = alarm("database", "database", id=0)
     assert heard((after(0), [database]), (after(400), [database])) == [True, False]
 
 
-def test_the_banner_is_larger_and_says_for_how_long_nobody_has_acknowledged_it():
+def test_the_banner_is_larger_and_says_for_how_long_it_is_unacknowledged():
     def shown(alarm: Alarm):
         return banner(OpenIssues([alarm]), {}, SETTINGS, NOW)
 

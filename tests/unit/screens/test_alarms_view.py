@@ -190,7 +190,7 @@ def test_a_question_can_be_answered_where_the_robot_gives_answers():
     assert button_of(replace(asked, cleared_at=NOW), ROBOTS).act is Act.ACKNOWLEDGE
 
 
-def test_the_alarm_of_a_robot_that_is_gone_leads_nowhere():
+def test_the_alarm_of_a_deleted_robot_leads_nowhere():
     gone = alarm("unreachable", "robot:99", details={"robot": "Nobody"})
     assert way_to(gone, ROBOTS) is None
     assert menu_of(gone, ROBOTS)[0].key == "note"

@@ -64,7 +64,7 @@ def test_a_robot_says_when_it_was_checked_up_and_how_it_stands(found, shown):
     assert line(AINO, found) == shown
 
 
-def test_what_is_another_machine_or_another_software_by_now_has_to_be_checked_up_again():
+def test_another_machine_or_other_software_needs_another_check_up():
     assert line(replace(AINO, software="3.8.1"), report(LOAD)) == (
         "Software is 3.8.1 now: check it up again",
         "attention",
@@ -128,7 +128,7 @@ def test_the_button_names_what_it_does():
     assert check_up_view.begin_word(AINO, Trial()) == "Check up and queue 4 missions on Aino"
 
 
-def test_progress_is_told_in_seconds_and_never_more_than_all():
+def test_progress_is_in_seconds_and_never_above_the_total():
     words = check_up_view.progress_words(Progress(message("Reading its queue"), 18.0, 95.0))
     assert words == ("Reading its queue", "18 s of about 1 min 35 s", 18 / 95)
     assert check_up_view.progress_words(Progress("", 100.0, 95.0))[2] == 1.0

@@ -87,7 +87,7 @@ def test_where_the_robot_is_on_screen_already_it_can_be_acknowledged():
     assert show(alarm("emergency_stop", acknowledged_at=NOW), here=HOME).act is Act.NOTHING
 
 
-def test_an_error_is_told_in_full_by_the_banner_or_by_the_card_below_it():
+def test_an_error_is_shown_in_full_by_the_banner_or_the_card():
     assert show(alarm("robot_error")).text == "Aino: it broke"
     view = show(alarm("robot_error"), here=HOME)
     assert (view.text, view.note) == ("Aino reports an error", "Since 14:36")
@@ -221,7 +221,7 @@ def test_of_several_late_starts_the_button_says_that_it_holds_all_of_them():
     assert [banner(each, ROBOTS, SETTINGS, NOW).action for each in (issues, one)] == ["Hold all", "Hold"]
 
 
-def test_a_late_start_is_called_by_what_it_was_given_too():
+def test_a_late_start_is_named_with_its_values():
     late = replace(HELD, wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=24), parameters={"goal": DOCK})
     issues = OpenIssues(late_starts=[late], given=Given(names={DOCK: "Dock 3"}))
     assert (

@@ -102,7 +102,7 @@ def test_a_reading_that_is_too_old_is_no_answer():
     ("robot", "group"),
     [(replace(AINO, enabled=False), Group.OFF), (replace(AINO, enabled=False, needs_password=True), Group.LOOK)],
 )
-def test_one_that_is_switched_off_needs_nobody_unless_its_password_is_missing(robot, group):
+def test_a_disabled_robot_needs_attention_only_for_a_missing_password(robot, group):
     found, tile = look(sample.STOPPED, robot)
     assert (found, tile.detail) == (group, "Needs its password" if robot.needs_password else "")
 
@@ -149,7 +149,7 @@ def test_counts_are_by_urgency_and_leave_out_what_there_is_not():
     assert [count.tone for count in found] == ["fault", "attention", "neutral", "neutral"]
 
 
-def test_the_group_that_is_shown_is_counted_even_when_nobody_is_in_it():
+def test_an_empty_group_that_is_shown_is_counted():
     count = counts(GROUPS, Look(Group.ASKS))[1]
     assert (count.text, count.selected, count.tone) == ("0 ask", True, "neutral")
 
@@ -162,7 +162,7 @@ def test_who_needs_a_person_comes_first_the_others_as_they_were():
     assert [tile.key for tile in arranged(TILES, GROUPS, Look(needy_first=True))] == [3, 5, 2, 4, 1]
 
 
-def test_all_is_well_when_nobody_needs_a_person():
+def test_all_is_well_when_no_robot_needs_a_person():
     assert not fleet.all_well(GROUPS, alarms=0)
     assert fleet.all_well({1: Group.READY, 2: Group.CHARGING, 3: Group.OFF}, alarms=0)
     assert not fleet.all_well({1: Group.READY}, alarms=1)

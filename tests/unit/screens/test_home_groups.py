@@ -107,7 +107,7 @@ def test_what_is_not_shown_is_counted():
     assert [waiting.more_words(count) for count in (0, 2, 5)] == ["", "", "Show 3 more"]
 
 
-def test_it_can_be_given_to_members_that_are_on_with_what_each_does():
+def test_it_can_be_assigned_to_enabled_members_each_with_its_state():
     off = replace(VEIKKO, enabled=False)
     assert [(option.key, option.note) for option in robots_for(row(), (AINO, off), (HALL,), (), SETTINGS, NOW)] == [
         (1, "Aino busy until about 14:52")
@@ -154,7 +154,7 @@ def test_a_run_of_a_group_says_why_it_came_here():
     assert entry.origin.endswith(" · Aino: free now")  # of the others tells its story in Logs
 
 
-def test_a_start_that_a_silent_robot_may_have_is_told_and_others_are_offered():
+def test_other_robots_are_offered_for_a_start_that_a_silent_robot_may_have():
     lost = replace(row(60), state=State.SUBMITTING, robot_id=1, robot="Aino")
     silent = snapshot(1, READY, connection=Connection.UNREACHABLE)
     given = facts(lost, snapshots={1: silent, 2: snapshot(2, READY)})
@@ -208,7 +208,7 @@ def aimed(given, target=None, mission=KITS.id):
     return run_now.aimed(present(given, NOW, mission).run, given, target or Target(5), NOW)
 
 
-def test_groups_come_first_and_the_robot_is_chosen_as_long_as_nobody_chooses_a_group():
+def test_groups_come_first_and_the_robot_is_the_default():
     view = aimed(facts(), Target())
     assert [(option.text, option.selected) for option in view.targets] == [("Any of Hall 1", False), ("Aino", True)]
     assert (view.text, view.can_be_first) == ("Run on Aino", False)

@@ -42,7 +42,7 @@ from tests.support.home_facts import (
 
 
 # ---------------------------------------------------------------------- the queue
-def test_what_missions_are_given_stands_beside_their_names():
+def test_the_values_of_missions_are_next_to_their_names():
     here = {"goal": "a1c4e008-5d0f-11ef-93c1-0001297b6e20"}
     run = replace(FACTS.planned[0], schedule=replace(FACTS.planned[0].schedule, parameters=here))
     rows = [replace(row, parameters=here) for row in (RUNNING, QUEUED, HELD)]
@@ -170,7 +170,7 @@ def test_clearing_counts_what_is_on_the_robot_and_what_waits_here():
     assert present(FACTS, NOW).controls.clear_count == len(QUEUE) + 1
 
 
-def test_a_mission_nobody_entered_here_is_called_as_the_robot_does():
+def test_a_mission_that_was_not_entered_here_has_the_name_of_the_robot():
     item = QueueItem(9, QueueState.PENDING, mission_id="strange")
     facts = replace(with_aino(READY, (item,)), open=())
     assert facts.needs_name(item)

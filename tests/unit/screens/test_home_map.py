@@ -101,5 +101,5 @@ def test_those_that_need_help_come_first_and_then_the_one_that_is_shown() -> Non
     ]
 
 
-def test_without_a_map_nobody_is_on_it() -> None:
+def test_without_a_map_no_robot_is_on_it() -> None:
     assert robots_on_map(replace(FACTS, map=None), NOW) == ()

@@ -52,7 +52,7 @@ def test_no_robot_is_an_invitation_and_nothing_else():
     assert empty.run.off
 
 
-def test_a_robot_that_is_gone_gives_its_place_to_the_first():
+def test_the_first_robot_is_shown_after_the_selected_one_was_deleted():
     facts = replace(FACTS, settings=replace(SETTINGS, selected_robot_id=99))
     assert facts.robot == AINO
 
@@ -81,7 +81,7 @@ def test_a_running_mission_shows_elapsed_against_usual():
     assert card.mission.progress == pytest.approx(252 / 390)
 
 
-def test_beside_the_battery_is_when_it_will_be_done():
+def test_the_expected_end_is_next_to_the_battery():
     tile = view(FACTS).card.beside
     assert (tile.label, tile.value, tile.note) == ("Done about", "14:40", "2 min left")
 
@@ -128,7 +128,7 @@ def test_a_mission_that_charges_and_is_paused_is_held_by_the_pause_alone():
         with_aino(EXECUTING, age=1200),
     ],
 )
-def test_nobody_knows_the_end_of_what_is_new_or_held_or_not_heard_of(facts):
+def test_what_is_new_or_held_or_silent_has_no_expected_end(facts):
     assert view(facts).card.beside.label == "Address"
 
 
@@ -250,7 +250,7 @@ def test_an_old_reading_promises_nothing():
     assert view(silent, 2).run.low_battery.startswith("The battery of Aino is not known")
 
 
-def test_nobody_says_that_a_silent_robot_has_nothing_to_do():
+def test_a_silent_robot_is_not_said_to_have_nothing_to_do():
     idle = with_aino(READY, ())
     assert view(idle).queue_empty.startswith("Aino has nothing to do.")
     silent = with_aino(READY, (), age=300, connection=Connection.UNREACHABLE)

@@ -111,7 +111,7 @@ def test_every_activity_has_a_word_and_details(activity):
     assert [line.value for line in details.lines] == ["01:00", "02:00", "1 h"]
 
 
-def test_a_tap_beside_every_span_or_on_no_robot_finds_nothing():
+def test_a_tap_outside_every_span_or_on_no_robot_finds_nothing():
     found = facts(8, ("idle", 1, 2))
     assert states.span_at(found, 1, 0.9) is None
     assert states.span_at(found, 2, 0.2) is None

@@ -68,7 +68,7 @@ TO_DOCK = Given({"g": (MissionParameter("goal", "Position", choices=((GOAL, "Doc
 
 
 # ---------------------------------------------------------------------- rows
-def test_a_run_says_what_it_was_given():
+def test_a_run_shows_its_values():
     run = replace(DONE, parameters={"goal": GOAL})
     row = view.row(run, NOW, ZONE, USUAL, opened=True, given=TO_DOCK)
     assert (row.mission, row.message) == ("Deliver kits · Dock 3", "Position: Dock 3\nQueue item 14026 of the robot")

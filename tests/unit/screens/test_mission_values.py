@@ -30,7 +30,7 @@ def test_the_name_of_a_position_is_known_for_any_mission_and_without_one_nothing
     assert (KNOWN.line(MISSION, {}), KNOWN.mission(HOME, {})) == ("", "Home")
 
 
-def test_runs_and_schedules_are_called_by_what_they_were_given_too():
+def test_runs_and_schedules_are_named_with_their_values():
     at = datetime(2026, 11, 20, 12, tzinfo=UTC)
     run = Execution(
         Trigger.MANUAL, 1, "Aino", "Go to position", MISSION, at, at, at, "t", "UTC", parameters={"goal": DOCK}
@@ -93,7 +93,7 @@ def test_a_robot_is_asked_once_for_what_is_shown():
     assert asking.given.known.line(MISSION, {"goal": DOCK}) == "Position: Dock 3"
 
 
-def test_one_that_has_not_told_is_asked_again_but_seldom():
+def test_a_robot_that_did_not_answer_is_asked_again_but_seldom():
     asking = Asking(answers=False)
     for now in (0, 1, ASK_AGAIN_AFTER - 1, ASK_AGAIN_AFTER):
         asking.now = now

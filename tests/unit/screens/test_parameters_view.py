@@ -171,7 +171,7 @@ def test_digits_without_end_stay_as_they_are():
         assert caught.value.by_name == {"count": "A number is needed"}
 
 
-def test_a_number_of_a_kind_that_nobody_tells_is_sent_as_its_own_value_is():
+def test_a_number_of_unknown_kind_is_sent_as_the_kind_of_its_default():
     unknown = MissionParameter("n", default=3)
     assert [type(values_of([unknown], {"n": text})["n"]) for text in ("3", "4.0", "4.5")] == [int, int, float]
     assert type(values_of([replace(SPEED, default=1)], {"speed": "1"})["speed"]) is float

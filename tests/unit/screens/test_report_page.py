@@ -172,7 +172,7 @@ def test_much_trouble_is_cut_to_one_page_and_the_rest_counted(container):
     assert report.more_alarms == 30 - len(report.alarms)
 
 
-def test_what_failed_is_called_by_what_it_was_given_too(world):
+def test_a_failure_is_named_with_its_values(world):
     dock = "a1c4e008-5d0f-11ef-93c1-0001297b6e20"
     world.row(
         State.FAILED, -1, mission="Go to position", parameters={"goal": dock}, reason=Reason(ReasonCode.ROBOT_ABORTED)

@@ -244,7 +244,7 @@ def test_a_start_can_be_dragged_only_where_the_rule_has_one_then(rule, before, a
     ],
     ids=["theirs", "not those of another mission"],
 )
-def test_parameters_that_are_stored_meanwhile_are_taken_with_their_mission(mine, theirs, is_asked, is_given):
+def test_parameters_that_were_stored_later_are_taken_with_their_mission(mine, theirs, is_asked, is_given):
     entered = replace(draft(base=stored(), origin=stored(), name="Morning"), entered={"to": "3"}, **mine)
     taken = entered.brought_up_to_date(stored(**theirs), lambda schedule: schedule.name)
     assert (taken.mission_id, taken.parameters) == (is_asked, is_given)

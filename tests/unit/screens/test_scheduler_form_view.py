@@ -110,7 +110,7 @@ def test_the_next_starts_are_shown_and_those_with_a_warning_marked():
     assert not form.save_off
 
 
-def test_schedules_of_one_mission_are_told_apart_by_what_it_is_given():
+def test_schedules_of_one_mission_differ_by_their_values():
     known = facts(schedules=(TO_DOCK,), given=Given(names={DOCK: "Dock 3", PRESS: "Press"}))
     concern = Concern(
         ConcernCode.OVERLAP,

@@ -48,7 +48,7 @@ def test_a_start_says_when_it_ends_and_what_it_needs():
     assert next(row for row in view.days(facts(planned=runs), NOW) if row.time == "15:00").condition == condition
 
 
-def test_what_missions_are_given_stands_beside_their_names():
+def test_the_values_of_missions_are_next_to_their_names():
     goal = {"goal": "a1c4e008-5d0f-11ef-93c1-0001297b6e20"}
     own, started = replace(HOURLY, parameters=goal), execution(State.COMPLETED, 300, parameters=goal)
     given = facts(

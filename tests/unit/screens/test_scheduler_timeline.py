@@ -246,7 +246,7 @@ def test_what_waits_says_how_its_length_is_known_too(known, marked):
     assert bar.end - bar.start == pytest.approx((ASSUMED_S if "assumed" in marked else 1500.0) / 3600)
 
 
-def test_bars_too_thin_to_be_told_apart_become_one_that_a_tap_zooms_into():
+def test_bars_too_thin_to_distinguish_become_one_that_a_tap_zooms_into():
     runs = tuple(planned(10 * n, 60.0) for n in range(1, 40))
     seen = timeline(facts(planned=runs), NOW, Window(None, 12)).lanes[0].bars
     assert len(seen) == 39  # 10 min apart are distinguished on 12 h
@@ -499,7 +499,7 @@ def test_the_legend_explains_what_is_drawn_and_nothing_else():
 
 
 @pytest.mark.parametrize(("hours", "kinds"), [(6, ["planned"]), (24, ["planned", "past", "closed"])])
-def test_the_legend_is_of_what_is_seen_and_not_of_what_was_read_beside_it(hours, kinds):
+def test_the_legend_lists_only_what_is_visible(hours, kinds):
     """Some hours before and after are read too."""
     known = facts(
         planned=(planned(22), planned(60 * 7, 1200.0), planned(60 * 7 + 5, 1200.0)) if hours == 6 else (planned(22),),

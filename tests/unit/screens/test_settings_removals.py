@@ -44,7 +44,7 @@ def test_a_mission_takes_its_schedules_and_idle_rules_along():
     assert removals.mission_sentence(both, CHARGE) == "Charge deleted, and with it: 1 schedule, idle automation on Aino"
 
 
-def test_schedules_of_one_mission_are_told_apart_by_what_it_is_given():
+def test_schedules_of_one_mission_differ_by_their_values():
     dock = "a1c4e008-5d0f-11ef-93c1-0001297b6e20"
     known = facts(schedules=(replace(MORNING, parameters={"goal": dock}),), given=Given(names={dock: "Dock 3"}))
     assert removals.mission_question(known, DELIVER).splitlines()[1] == "Deliver kits · Dock 3 on Aino"

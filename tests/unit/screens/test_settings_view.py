@@ -53,7 +53,7 @@ def notes(given):
 
 
 # ---------------------------------------------------------------------- sections
-def test_groups_are_counted_beside_the_robots_that_they_are_found_with():
+def test_groups_are_counted_with_the_robots_in_their_section():
     assert view.section_notes(facts(groups=(Group("Hall 1", (1, 2), id=1),)), NOW)["robots"].text == "2 robots, 1 group"
 
 
@@ -274,7 +274,7 @@ def test_missions_are_found_by_words_of_name_guid_or_robot(query, names):
     assert [row.name for row in missions_view.mission_views(facts(), query)] == names
 
 
-def test_a_mission_is_missing_where_it_is_used_and_the_robot_told():
+def test_a_mission_is_missing_only_where_it_is_used_and_the_robot_has_answered():
     told = facts(names={1: {"guid-charge": "Charge"}})
     assert missions_view.missing_sentence(told, DELIVER) == "Not on Aino any more"
     assert missions_view.missing_sentence(told, CHARGE) == ""
@@ -294,7 +294,7 @@ def test_an_unused_mission_that_no_robot_has_is_reported():
 
 
 # ---------------------------------------------------------------------- taking over from a robot
-def test_a_name_of_the_robot_that_is_cut_is_told():
+def test_a_shortened_name_of_the_robot_is_reported():
     short, long = missions_view.offer_options(offers(("A", "guid-1"), ("L" * 81, "guid-2")))
     assert (short.note, long.text, long.note) == ("", "L" * 80, "Name cut at 80 characters")
 

@@ -103,7 +103,7 @@ def test_what_is_left_out_or_null_is_faithful() -> None:
 
 
 @pytest.mark.parametrize("report", ["found", 17, ["a"], {"findings": [{"level": "red"}]}])
-def test_what_a_client_found_besides_is_nothing_to_the_robot(report: object) -> None:
+def test_other_findings_of_a_client_do_not_change_the_robot(report: object) -> None:
     assert profile_of({"report": report}) == FAITHFUL
 
 
@@ -189,7 +189,7 @@ def test_what_a_post_answers() -> None:
     assert (response.status, set(response.json())) == (200, {"id", "state", "url"})
 
 
-def test_a_description_may_be_told_with_more_around_it() -> None:
+def test_a_description_may_be_listed_inside_a_longer_text() -> None:
     robot = asker(description_text="{mission}: {description}", description_field="name")
     robot.order(description="{mission}")
     assert robot.item(1)["name"] == "Deliver: {mission}"
@@ -216,7 +216,7 @@ def test_a_phrase_is_replaced_once_and_the_longest_that_fits() -> None:
     assert profile.text("Ready, Pause, Ready to go") == "Pause, Ready, Los"
 
 
-def test_all_that_is_told_of_a_failure_is_in_the_robots_words() -> None:
+def test_a_failure_is_described_in_the_robots_words() -> None:
     robot = Asker(profile=deviant("german-texts"))
     robot.control(fail_next_mission="Failed to reach goal position 'Line 1'")
     number = robot.order()

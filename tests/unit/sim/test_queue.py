@@ -120,7 +120,7 @@ def test_a_user_parameter_may_be_named_by_input_name_or_by_id(aino: Asker) -> No
     assert aino.status()["position"] == {"x": 35.0, "y": 17.0, "orientation": 90.0}
 
 
-def test_a_parameter_that_must_be_given_is_asked_for(aino: Asker) -> None:
+def test_a_required_parameter_is_asked_for(aino: Asker) -> None:
     assert aino.send("POST", "/mission_queue", {"mission_id": GUIDS["Go to position"]}).status == 400
     wrong = [{"input_name": "Position", "value": "nowhere"}]
     assert (
@@ -128,7 +128,7 @@ def test_a_parameter_that_must_be_given_is_asked_for(aino: Asker) -> None:
     )
 
 
-def test_a_parameter_with_a_default_need_not_be_given(aino: Asker) -> None:
+def test_a_parameter_with_a_default_is_optional(aino: Asker) -> None:
     assert aino.order("Wait at home")
 
 

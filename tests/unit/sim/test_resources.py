@@ -130,7 +130,7 @@ def test_an_impossible_action_fails_the_mission(
     assert (aino.item(number)["state"], aino.item(number)["message"]) == ("Aborted", text)
 
 
-def test_a_deleted_mission_is_gone_on_the_newer_software_and_not_found_on_the_older() -> None:
+def test_a_deleted_mission_answers_410_on_newer_software_and_404_on_older() -> None:
     for software, status in (("3.5.4", 410), ("2.14.7", 404)):
         asker = Asker(software=software)
         number = asker.order("Home")

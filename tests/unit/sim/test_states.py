@@ -97,7 +97,7 @@ def test_only_the_next_mission_fails(aino: Asker) -> None:
     assert aino.state_of(third) == "Done"
 
 
-def test_an_error_lasts_until_its_cause_is_gone_and_the_client_has_cleared_it(aino: Asker) -> None:
+def test_an_error_lasts_until_its_cause_ended_and_the_client_has_cleared_it(aino: Asker) -> None:
     number = aino.order()
     aino.pass_time(5)
     aino.control(error={"code": 701, "description": "Left motor too hot"})
@@ -214,7 +214,7 @@ def test_what_is_held_is_cancelled_all_the_same(aino: Asker) -> None:
 
 
 # ---------------------------------------------------------------------- reboot
-def test_a_robot_shows_that_it_shuts_down_before_it_is_gone(aino: Asker) -> None:
+def test_a_robot_shows_that_it_shuts_down_before_it_is_offline(aino: Asker) -> None:
     running, waiting = aino.order(), aino.order("Home")
     aino.pass_time(5)
     aino.control(reboot_seconds=20)

@@ -89,7 +89,7 @@ def window(new_window: Window) -> Window:
     return new_window
 
 
-def test_what_was_shown_for_a_while_and_has_gone_is_collected_in_use(window: Window) -> None:
+def test_what_was_shown_for_a_while_is_collected_in_use(window: Window) -> None:
     shown: list[list[Ring]] = []
     most = 0
     for _n in range(500):
@@ -127,7 +127,7 @@ def many_more(window: Window, least: int) -> list[Kept]:
 
 
 @pytest.mark.long
-def test_what_was_frozen_and_has_gone_is_collected_at_a_rest_when_as_much_has_come(window: Window) -> None:
+def test_discarded_frozen_objects_are_collected_at_rest_when_as_many_are_new(window: Window) -> None:
     count = frozen_garbage(window)
     window.rest()
     assert Ring.alive == count
@@ -253,7 +253,7 @@ def test_what_is_let_go_of_a_moment_later_is_collected_then(window: Window) -> N
 
 
 @pytest.mark.long
-def test_what_nothing_holds_is_collected_before_the_window_is_built_anew(window: Window) -> None:
+def test_unreferenced_objects_are_collected_before_the_window_is_rebuilt(window: Window) -> None:
     frozen_garbage(window)
     window.garbage.much_has_gone()
     assert Ring.alive == 0
@@ -312,7 +312,7 @@ def test_all_threads_share_one_heap(first: str, one: bool) -> None:
     assert (said.count("<heap nr=") == 1) == one
 
 
-def test_python_is_left_as_it_was() -> None:
+def test_python_is_left_unchanged() -> None:
     before = gc.get_threshold()
     garbage = Garbage(VirtualClock().monotonic)
     garbage.begin()
