@@ -85,11 +85,12 @@ class Step:
 @dataclass(frozen=True)
 class Each:
     values: tuple
+    quick: int
 
 
-def each(*values) -> Each:
-    """One of these."""
-    return Each(values)
+def each(*values, quick=100) -> Each:
+    """One of these. Only so many are tried by quick tests."""
+    return Each(values, quick)
 
 
 def step(act: Callable) -> Callable[..., Step]:
@@ -127,8 +128,9 @@ class Story:
         self.stays_open, self.doubles = stays_open, doubles
 
     def cases(self) -> Iterator:
-        axes = [self.on.values, *(one.values for one in self.steps if isinstance(one, Each))]
-        most = max(map(len, axes))
+        chosen = [self.on, *(one for one in self.steps if isinstance(one, Each))]
+        axes = [one.values for one in chosen]
+        most = max(min(len(one.values), one.quick) for one in chosen)
         quick = [tuple(number % len(axis) for axis in axes) for number in range(most)]
         for chosen in sorted(product(*map(range, map(len, axes))), key=lambda chosen: chosen not in quick):
             values = [axis[index] for axis, index in zip(axes, chosen, strict=True) if len(axis) > 1]

@@ -172,7 +172,8 @@ test_jumped = told(
                     (skip(), [720, 1320, 1920]),
                     (set_up(working_days=("MO", "TU", "WE", "TH", "FR", "SA")), [720, 1320, 1920]),
                 )
-            )
+            ),
+            quick=6,
         ),
         stays_open=True,
     ),

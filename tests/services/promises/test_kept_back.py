@@ -129,6 +129,10 @@ def kept(back=300, **values):
     return [plan(**PUT_BY_HAND | values), 10, hold("R1"), 600, keep(), release(), clock(-back), 5, states()]
 
 
+RULES = ("FREQ=MONTHLY", None, "FREQ=DAILY")
+BACK_AND_RULES = [
+    (back, rule) for turn in range(3) for back, rule in zip((20, 180, 300), RULES[turn:] + RULES[:turn], strict=True)
+]
 WAITS_ON = [
     [600, true(lambda s: [row.planned_at.minute for row in held(s)] == [10]), runs(0)],
     [let_go_of_all(60), runs(1)],
@@ -138,7 +142,7 @@ SEVERAL = plan(at="06:08", every=1, window=60, workdays=False, overlap=Overlap.Q
 test_kept_back_and_still_to_come = told(
     Story(
         "it waits to be let go when its time has come",
-        each(*(kept(back, rule=rule) for back in (20, 180, 300) for rule in ("FREQ=MONTHLY", None, "FREQ=DAILY"))),
+        each(*(kept(back, rule=rule) for back, rule in BACK_AND_RULES), quick=3),
         [clock(-10), app_off(cleanly=False), app_on()],
         true(lambda s: [(run.at.minute, run.held) for run in s.container.plan.next(1)] == [(10, True)]),
         WAITS_ON,
