@@ -45,7 +45,7 @@ test_clear_queue = told(
     Story(
         "in vain: a cancel that the robot has not heard of stays",
         [plan(window=60), robot_pauses(), 303, states(QUEUED), down(), cancel(), in_vain(), up(), 120, robot_goes_on()],
-        [900, states(State.CANCELLED)],
+        [500, states(State.CANCELLED)],
     ),
     Story(
         "in vain: what a person holds in that moment stays held",

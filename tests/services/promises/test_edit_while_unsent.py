@@ -33,7 +33,7 @@ test_taken_back = told(
     Story(
         "in doubt: it is not sent again and says so",
         [plan(), IN_DOUBT],
-        each(*([act, 600, runs(0), ends(end), tries(1)] for act, end in TAKEN_BACK)),
+        each(*([act, 450, runs(0), ends(end), tries(1)] for act, end in TAKEN_BACK)),
         sent(300),
     ),
     Story(
@@ -222,7 +222,7 @@ test_a_robot_edited = told(
             16,
             true(lambda s: s.robot("R1").enabled and s.row("A").state.is_open),
         ],
-        [900, true(lambda s: s.row("A").state is COMPLETED)],
+        [500, true(lambda s: s.row("A").state is COMPLETED)],
         on="group",
         robots=3,
     ),

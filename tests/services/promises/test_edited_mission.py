@@ -21,7 +21,7 @@ test_a_mission_edited = told(
         "what waits or is in doubt takes the robot's own one",
         plan(window=60, battery=30),
         each([battery(12), 306], IN_DOUBT),
-        [own_mission(), 3, battery(90), 900, did("Home")],
+        [own_mission(), 3, battery(90), 500, did("Home")],
     ),
     Story(
         "the robot's own one was a mistake and is deleted while its start waits",
@@ -47,7 +47,7 @@ test_a_mission_edited = told(
         each(
             [IN_DOUBT, mission(name="Bring")], [down(), 300.5, give("R1"), up(), mission(name="Bring"), robot_off("R1")]
         ),
-        [900, ends(DONE), true(lambda s: s.row().mission == "Bring")],
+        [500, ends(DONE), true(lambda s: s.row().mission == "Bring")],
         on="group",
         robots=3,
     ),

@@ -92,7 +92,7 @@ test_started_on_another = told(
     ),
     Story(
         "it is not sent again when its robot was deleted and is put back",
-        [IN_DOUBT, instead(), 30, delete("robot"), 5, up(), undo(), 900, runs(1)],
+        [IN_DOUBT, instead(), 30, delete("robot"), 5, up(), undo(), 500, runs(1)],
         **GROUP,
     ),
     Story(
@@ -195,7 +195,7 @@ test_started_on_another = told(
     Story(
         "that both have it is told whatever the history keeps",
         [set_up(history_limit=1), IS_THERE, instead(SECOND)],
-        each(120, 900),
+        each(120, 500),
         [do(lambda s: s.container.operator.run_now(other(s, THIRD).id, 1)), 300],
         [do(lambda s: s.container.operator.run_now(other(s, THIRD).id, 1)), 300, up(), 200, raised("started_twice")],
         **GROUP,

@@ -36,7 +36,7 @@ test_a_deletion_undone = told(
         each([post(LOST), 306], [post(LATE, 30.0), 306], [post(ANSWER_LOST), 306]),
         DELETIONS,
         each(3, 120),
-        [undo(), 900, items("Done")],
+        [undo(), 500, items("Done")],
     ),
     Story(
         "the history is not read for it",
@@ -51,7 +51,7 @@ test_a_deletion_undone = told(
         "what comes back runs the mission that was corrected since",
         plan(window=60, battery=30),
         WAITS_OR_DOUBT,
-        [delete(), mission(does="Home"), 3, undo(), battery(90), 900, did("Home")],
+        [delete(), mission(does="Home"), 3, undo(), battery(90), 500, did("Home")],
     ),
     Story(
         "what was paused in doubt stays so when its schedule is off and on, or deleted and back",
@@ -70,7 +70,7 @@ test_a_deletion_undone = told(
             [delete(), 2, robot_off(), 2, robot_on(), 3, undo()],
             [delete(), 2, robot_off(), 2, robot_on(), 120, undo()],
         ),
-        [900, runs(0)],
+        [500, runs(0)],
     ),
     Story(
         "what a person has stopped stays stopped",
@@ -82,7 +82,7 @@ test_a_deletion_undone = told(
         "what was taken back before is not wanted again",
         [plan(window=60), post(LOST), 306],
         each(off(), MOVED),
-        [delete(), 3, undo(), 900, runs(0), ends(CHANGED), tries(1)],
+        [delete(), 3, undo(), 500, runs(0), ends(CHANGED), tries(1)],
     ),
     Story(
         "what is in doubt is wanted again when its edit is taken back",
@@ -113,12 +113,12 @@ test_a_deletion_undone = told(
     Story(
         "one deletion is undone once",
         [set_up(history_limit=1), plan(window=60), plan("B", "06:08", window=60), hold("R1"), 310],
-        [delete(), do(lambda s: s.noted.append(s.removed[0])), undo(), release(), 900, delete()],
+        [delete(), do(lambda s: s.noted.append(s.removed[0])), undo(), release(), 500, delete()],
         [refused(do(lambda s: s.container.catalogue.restore(s.noted[0]))), 60],
     ),
     Story(
         "a setting can be changed while a start of a deleted schedule is in doubt",
-        [plan(window=60), post(LOST), 306, delete(), set_up(start_window_minutes=60), states(SUBMITTING), 900],
+        [plan(window=60), post(LOST), 306, delete(), set_up(start_window_minutes=60), states(SUBMITTING), 500],
     ),
     Story(
         "all that waited beside each other is there again",
@@ -136,7 +136,7 @@ test_a_deletion_undone = told(
     ),
     Story(
         "a start that found it had not left is never between two answers",
-        [plan(window=60), while_posting(delete(), later(0.05, undo())), 900, items("Done")],
+        [plan(window=60), while_posting(delete(), later(0.05, undo())), 500, items("Done")],
     ),
 )
 
@@ -145,7 +145,7 @@ test_a_deletion_undone_of_a_group = told(
         "a robot's undo wants no start that was taken back since",
         [plan(window=60), post(LOST), 306, delete("robot"), 3],
         each(off(), MOVED, delete(), pause()),
-        [3, undo(0), 900, runs(0)],
+        [3, undo(0), 500, runs(0)],
         on="group",
         robots=3,
     ),
@@ -153,7 +153,7 @@ test_a_deletion_undone_of_a_group = told(
         "the last robot's undo wants no start that was taken back since",
         [plan(window=60), down(), battery(1), 306, states(WAITING), delete("robot"), 3, states(State.CANCELLED)],
         each(off(), MOVED, delete(), pause()),
-        [up(), battery(90), 3, undo(0), 900, runs(0)],
+        [up(), battery(90), 3, undo(0), 500, runs(0)],
         on="group",
     ),
     Story("no start is left in doubt at no robot", FIRST_REMOVED, [undo(), 10800, ends(DONE), runs(1)], on="group"),
@@ -179,14 +179,14 @@ test_a_deletion_undone_of_a_group = told(
         each(post(ANSWER_LOST), post(LATE, 30.0)),
         [until(lambda s: s.network.posts()), 1, states(SUBMITTING)],
         each(delete(), delete("mission"), delete("group")),
-        [delete("robot"), 1, undo(0), 900, true(lambda s: len(s.network.posts()) == 1)],
+        [delete("robot"), 1, undo(0), 500, true(lambda s: len(s.network.posts()) == 1)],
         on="group",
         robots=2,
     ),
     Story(
         "a start that is given back while its deletion is undone",
         [plan(window=60), post(LOST), 306, delete(), 85, down("R2"), until(lambda s: not s.executions(SUBMITTING))],
-        [undo(), up(), 900, runs(1)],
+        [undo(), up(), 500, runs(1)],
         on="group",
         robots=3,
     ),
