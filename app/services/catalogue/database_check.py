@@ -21,11 +21,13 @@ from app.database.missions import MissionRepository
 from app.database.robots import HoldRepository, RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import CLOCK_CONFIRMED_AT, DECLINED_PLACES, WRONG_PINS, SettingsRepository
+from app.database.table import Table
 from app.database.value_checks import FULL, YEARS, tables, unusable, wrong_number
 from app.database.values import to_optional_instant
 from app.domain.message import Message, message
 from app.domain.models import OPEN_STATES, InvalidInput
 from app.services.catalogue import checks, fields, validation
+from app.services.catalogue.fields import checked
 from app.services.live.access import PIN, is_hash
 from app.services.live.tablet import stored_move
 from app.services.planning.recurrence import Recurrence
@@ -73,6 +75,14 @@ def _check_instants(found: Iterable[Any]) -> None:
 def _check_objects(*values: object) -> None:
     for value in values:
         _require(isinstance(value, Mapping), "no JSON object")
+
+
+def _each(repository: Table[Any], check: Callable[[Any], object]) -> Callable[[sqlite3.Connection], None]:
+    def check_all(c: sqlite3.Connection) -> None:
+        for each in repository.all(c):
+            check(each)
+
+    return check_all
 
 
 # ---------------------------------------------------------------------- table by table
@@ -150,58 +160,20 @@ def _settings(c: sqlite3.Connection) -> None:
     )
 
 
-def _robots(c: sqlite3.Connection) -> None:
-    """One that can't be reached at its address holds up no other, and is an alarm."""
-    for robot in RobotRepository().all(c):
-        if robot.idle is not None:
-            fields.checked(robot.idle, fields.IDLE)
-
-
-def _missions(c: sqlite3.Connection) -> None:
-    for mission in MissionRepository().all(c):
-        fields.checked(mission, fields.MISSION, "guid", "usual_minutes")
-
-
-def _groups(c: sqlite3.Connection) -> None:
-    for group in GroupRepository().all(c):
-        validation.group(group, may_be_empty=True)
-
-
-def _places(c: sqlite3.Connection) -> None:
-    for place in PlaceRepository().all(c):
-        fields.checked(place, fields.PLACE)
-
-
 def _schedules(c: sqlite3.Connection) -> None:
     """What could be entered in an older version is taken: only what would end the planning of others is refused."""
     found = ScheduleRepository().all(c)
     for schedule in found:
         _check_objects(schedule.parameters)
         Recurrence.parse(schedule.recurrence)
-        fields.checked(
-            schedule, fields.SCHEDULE, "minimum_battery_percent", "start_window_minutes", "finish_by_minutes"
-        )
+        checked(schedule, fields.SCHEDULE, "minimum_battery_percent", "start_window_minutes", "finish_by_minutes")
         _require(schedule.start.year in checks.YEARS, f"start {schedule.start}")
     _check_instants(found)
 
 
-def _skips(c: sqlite3.Connection) -> None:
-    for (planned_at,) in c.execute("SELECT planned_at FROM skips"):
-        _require(datetime.fromisoformat(planned_at).tzinfo is not None, planned_at)
-
-
-def _watches(c: sqlite3.Connection) -> None:
-    for (until,) in c.execute("SELECT until FROM watches"):
-        _require(datetime.fromisoformat(until).tzinfo is not None, until)
-
-
-def _calendar(c: sqlite3.Connection) -> None:
-    for exception in CalendarRepository().all(c):
-        validation.day_exception(replace(exception, name="-"))
-
-
-def _holds(c: sqlite3.Connection) -> None:
-    _check_instants(HoldRepository().all(c))
+def _texts_of_instants(c: sqlite3.Connection, table: str, column: str) -> None:
+    for (text,) in c.execute(f"SELECT {column} FROM {table}"):
+        _require(datetime.fromisoformat(text).tzinfo is not None, text)
 
 
 def _alarms(c: sqlite3.Connection) -> None:
@@ -252,21 +224,22 @@ def _numbers(c: sqlite3.Connection, table: str, rows: str) -> None:
     _require(problem is None, problem or "")
 
 
+# One robot that can't be reached at its address holds up no other, and is an alarm: its address is not checked.
 _CHECKS: Mapping[str, Callable[[sqlite3.Connection], None]] = {
     "sqlite_schema": _sizes,
     "sqlite_sequence": _sequences,
     "settings": _settings,
-    "robots": _robots,
-    "missions": _missions,
-    "robot_groups": _groups,
-    "places": _places,
+    "robots": _each(RobotRepository(), lambda robot: robot.idle and checked(robot.idle, fields.IDLE)),
+    "missions": _each(MissionRepository(), lambda mission: checked(mission, fields.MISSION, "guid", "usual_minutes")),
+    "robot_groups": _each(GroupRepository(), partial(validation.group, may_be_empty=True)),
+    "places": _each(PlaceRepository(), partial(checked, fields=fields.PLACE)),
     "schedules": _schedules,
-    "skips": _skips,
-    "watches": _watches,
+    "skips": partial(_texts_of_instants, table="skips", column="planned_at"),
+    "watches": partial(_texts_of_instants, table="watches", column="until"),
     "mission_stops": lambda c: _lengths(c, "mission_stops", "abs(x)", "abs(y)"),
     "check_ups": CheckUpRepository().check,
-    "calendar_days": _calendar,
-    "holds": _holds,
+    "calendar_days": _each(CalendarRepository(), lambda day: validation.day_exception(replace(day, name="-"))),
+    "holds": lambda c: _check_instants(HoldRepository().all(c)),
     "alarms": _alarms,
     "executions": _executions,
 }
