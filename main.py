@@ -104,13 +104,13 @@ def main(arguments: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         return _say("interrupted; what was begun may still be done", 1) if _one_shot(options) else 0
     except Exception as problem:  # the traceback goes to the log file
-        from app.process.log_file import note_crash
+        from app.process.log_file import log_crash
 
-        return _say(f"unexpected error: {type(problem).__name__}{note_crash(problem)}", 1)
+        return _say(f"unexpected error: {type(problem).__name__}{log_crash(problem)}", 1)
 
 
 def _say(problem: object, code: int) -> int:
-    terminal.complain(str(problem))
+    terminal.print_error(str(problem))
     return code
 
 
@@ -158,7 +158,7 @@ def _start(options: argparse.Namespace) -> int:
             return _schedule(options, DataDirectory.prepare(path), robots)
     is_export = bool(options.export_config or options.export_log)
     begins_data = options.import_config or options.restore_backup or not _one_shot(options)
-    directory = DataDirectory.prepare(options.data_dir, only_to_read=is_export, has_data=not begins_data)
+    directory = DataDirectory.prepare(options.data_dir, read_only=is_export, has_data=not begins_data)
     if _one_shot(options):
         from app.process import commands
 

@@ -308,7 +308,7 @@ class HttpTransport:
             error.is_stale = method == "GET" and not (connection.is_new or connection.received)
             raise
 
-    def kept(self) -> object:
+    def read_connection(self) -> object:
         return (sock := self._reading.sock) and self._reading.is_connected and sock
 
     def close(self) -> None:

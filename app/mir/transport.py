@@ -67,7 +67,7 @@ class Transport(Protocol):
         Raises Unreachable or NotWanted when nothing was sent, TimedOut, ConnectionLost or Unreadable when something was.
         """
 
-    def kept(self) -> object:
+    def read_connection(self) -> object:
         """The open connection that reads share, None where their last answer ended it, False where the robot has hung up since."""
 
     def close(self) -> None:

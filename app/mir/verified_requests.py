@@ -119,7 +119,7 @@ class VerifiedRequests:
             self._check_may_be_hidden()
         shown = IdentifiedBy.SERIAL_NUMBER if is_open and status.serial_number else IdentifiedBy.ADDRESS
         self.identified_by = IdentifiedBy.CERTIFICATE if self.address.is_secure else shown
-        self._verified_at, self._verified_over = self._clock(), self._transport.kept()
+        self._verified_at, self._verified_over = self._clock(), self._transport.read_connection()
         return status
 
     def _answer_of_status(self) -> tuple[Response, bool]:
@@ -143,9 +143,9 @@ class VerifiedRequests:
 
     def _is_verified(self) -> bool:
         """Whether credentials may go out: the known serial number was shown a moment ago, or on a connection that has been open since."""
-        kept = self._transport.kept()
-        lasts = VERIFIED_FOR if kept and kept is self._verified_over else VERIFIED_WITHOUT
-        return kept is not False and self._clock() - self._verified_at <= lasts
+        connection = self._transport.read_connection()
+        lasts = VERIFIED_FOR if connection and connection is self._verified_over else VERIFIED_WITHOUT
+        return connection is not False and self._clock() - self._verified_at <= lasts
 
     def _check_may_be_hidden(self) -> None:
         """Whoever takes a robot's place could hide its serial number to get the credentials. A certificate can't be hidden."""

@@ -48,7 +48,7 @@ PUT_BACK_WITHIN = 60.0  # s for it to put a robot back when the command is inter
 
 def run(options: argparse.Namespace, directory: DataDirectory) -> int:
     """Returns the exit code. Raises BadInput or Failure with the one line to say."""
-    log_file.start(directory.logs, stderr=False, only_to_read=directory.only_to_read)
+    log_file.start(directory.logs, stderr=False, read_only=directory.read_only)
     if options.restore_backup:
         return _restore(directory, options.restore_backup)
     if options.remove_pin:
@@ -107,7 +107,7 @@ def _check_up(directory: DataDirectory, options: argparse.Namespace) -> int:
     terminal.end_as_interrupted()
     trial = None if options.with_mission is None else Trial(options.with_mission or None)
     if trial is not None and not options.yes and sys.stdin is not None and sys.stdin.isatty():
-        terminal.ask(_moves(directory, options.check_up, trial))
+        terminal.confirm(_moves(directory, options.check_up, trial))
 
     # A target that can't be written is found before the robot is asked. Raising leaves an old file as it was.
     is_file = bool(options.report) and options.report != "-"

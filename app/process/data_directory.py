@@ -31,15 +31,15 @@ _DIRECTORIES = ("backups", "inbox", "logs", "maps")
 
 @dataclass(frozen=True)
 class DataDirectory:
-    """``only_to_read``: it may lie where nothing can be written."""
+    """``read_only``: it may lie where nothing can be written."""
 
     path: Path
-    only_to_read: bool = False
+    read_only: bool = False
 
     @classmethod
-    def prepare(cls, path: Path | None, *, only_to_read: bool = False, has_data: bool = False) -> DataDirectory:
+    def prepare(cls, path: Path | None, *, read_only: bool = False, has_data: bool = False) -> DataDirectory:
         """Make the directory, or take the one there. Raises BadInput for one of another user, for one that is neither empty nor ours, that
-        can't be written unless it is ``only_to_read``, or without a database if it ``has_data``: a name mistyped makes no directory."""
+        can't be written unless it is ``read_only``, or without a database if it ``has_data``: a name mistyped makes no directory."""
         path = path or platformdirs.user_data_path("amr-scheduler", appauthor=False)
         try:
             if has_data and not path.exists():
@@ -50,7 +50,7 @@ class DataDirectory:
                 raise BadInput(f"{path} holds other files; give an empty directory or one of {DATABASE_NAME}")
             if has_data and not any(entry.name.startswith(DATABASE_NAME) for entry in path.iterdir()):
                 raise BadInput(f"{path} holds no data yet; check --data-dir, or start the app there first")
-            if not only_to_read:
+            if not read_only:
                 path.chmod(0o700)
             elif path.stat().st_mode & 0o077:
                 with contextlib.suppress(OSError):
@@ -59,7 +59,7 @@ class DataDirectory:
             raise BadInput(f"{path} is not a directory; give a directory with --data-dir") from None
         except OSError as error:
             raise BadInput(f"{path} can't be used: {error.strerror}; give another directory with --data-dir") from None
-        return cls(path.resolve(), only_to_read)
+        return cls(path.resolve(), read_only)
 
     @property
     def database(self) -> Path:

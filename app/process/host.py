@@ -22,7 +22,7 @@ from app.process.data_directory import AlreadyRunning, DataDirectory, InstanceLo
 from app.process.demo import furnish
 from app.process.inbox import Inbox
 from app.process.requests import handlers
-from app.process.terminal import say_in_passing
+from app.process.terminal import print_without_waiting
 from app.services.files.daily_backup import DailyBackup
 from app.services.live.alarms import Alarms
 from app.services.live.changes import CachedUntilChanged, Topic
@@ -107,7 +107,7 @@ def _say_ready(container: Container, stop: queue.SimpleQueue[int]) -> None:
     deadline = container.clock.monotonic() + 5.0
     while not container.engine.is_ready and container.clock.monotonic() < deadline and stop.empty():
         time.sleep(0.02)
-    say_in_passing("ready")
+    print_without_waiting("ready")
 
 
 def watch(container: Container, lock: InstanceLock) -> None:

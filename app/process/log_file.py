@@ -102,8 +102,8 @@ class _FairShare:
         return line if fits else None
 
 
-def start(directory: Path, *, stderr: bool, only_to_read: bool = False) -> None:
-    """Set the root logger up, once per process. If the file can't be written, ``only_to_read`` goes on without it; otherwise raises
+def start(directory: Path, *, stderr: bool, read_only: bool = False) -> None:
+    """Set the root logger up, once per process. If the file can't be written, ``read_only`` goes on without it; otherwise raises
     BadInput."""
     global _file
     root = logging.getLogger()
@@ -113,7 +113,7 @@ def start(directory: Path, *, stderr: bool, only_to_read: bool = False) -> None:
         directory.mkdir(mode=0o700, exist_ok=True)
         file = RotatingFile(path, BYTES, FILES)
     except OSError as error:
-        if not only_to_read:
+        if not read_only:
             raise BadInput(
                 f"{path} can't be written: {error.strerror}; check the permissions of the data directory"
             ) from None
@@ -148,7 +148,7 @@ def _crashed(kind: type[BaseException], error: BaseException, trace: TracebackTy
     log.critical("Unexpected error", exc_info=(kind, error, trace))
 
 
-def note_crash(error: BaseException) -> str:
+def log_crash(error: BaseException) -> str:
     """Write the traceback into the log file; returns the words that say where it is, or what went wrong where there is no file (any
     more: that of ``--demo`` goes with its directory)."""
     record = log.makeRecord(

@@ -22,11 +22,11 @@ from app.mir.errors import RobotError
 from app.process.data_directory import DataDirectory, open_for_reading
 from app.process.inbox import NoAnswer, here_or_by_the_running_app, raise_for
 from app.process.requests import MORE_THAN_A_WINDOW, outcome, run_now
-from app.process.terminal import complain, say
+from app.process.terminal import print_error, say
 from app.services.dispatch.worker import RobotWorker
 
-HEARD_WITHIN = 1.0  # s for the robots of a group to answer before one of them is chosen
-SAID_EVERY = 10.0  # s between two sentences about what it waits for
+ANSWER_WITHIN = 1.0  # s for the robots of a group to answer before one of them is chosen
+REPORT_EVERY = 10.0  # s between two sentences about what it waits for
 
 
 def run(directory: DataDirectory, robot: str, mission: str, assignments: Sequence[str]) -> int:
@@ -120,7 +120,7 @@ def _go_on(container: Container, readers: Mapping[int, _Reader], execution: Exec
     if execution.robot_id is None:
         for reader in readers.values():
             reader.read()
-        end = time.monotonic() + HEARD_WITHIN
+        end = time.monotonic() + ANSWER_WITHIN
         for reader in readers.values():
             reader.join(max(0.0, end - time.monotonic()))
         container.allocator.advance({key: reader.worker for key, reader in readers.items()}, only=execution.id)
@@ -164,17 +164,17 @@ class _Reader:
 def _progress_on_stderr(directory: DataDirectory, token: str) -> Iterator[None]:
     """What the start with this token waits for; by a thread of its own, as stderr may stand still."""
     is_over = threading.Event()
-    threading.Thread(target=_say, args=(directory, token, is_over), name="waiting", daemon=True).start()
+    threading.Thread(target=_report, args=(directory, token, is_over), name="waiting", daemon=True).start()
     try:
         yield
     finally:
         is_over.set()
 
 
-def _say(directory: DataDirectory, token: str, is_over: threading.Event) -> None:
-    while not is_over.wait(SAID_EVERY):
+def _report(directory: DataDirectory, token: str, is_over: threading.Event) -> None:
+    while not is_over.wait(REPORT_EVERY):
         if text := _waits_for(directory, token):
-            complain(text)
+            print_error(text)
 
 
 def _waits_for(directory: DataDirectory, token: str) -> str:

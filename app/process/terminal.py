@@ -40,10 +40,10 @@ def say(text: str) -> None:
         _drop_rest_of(sys.stdout)
         problem = f"done, but stdout can't be written: {error.strerror}"
         log.warning(problem)
-        complain(problem)
+        print_error(problem)
 
 
-def complain(text: str) -> None:
+def print_error(text: str) -> None:
     """One line on stderr, if that takes any. Past its buffer: a thread that hangs in it would keep the process from ending."""
     if sys.stderr is not None:
         _write(unbuffered(sys.stderr), f"main.py: {' '.join(text.split())}\n".encode(errors="backslashreplace"))
@@ -58,7 +58,7 @@ def _drop_rest_of(stream: TextIO | None) -> None:
     os.close(nowhere)
 
 
-def say_in_passing(line: str) -> None:
+def print_without_waiting(line: str) -> None:
     """On stdout, without waiting: it may be closed, or stand still."""
     if sys.stdout is not None:
         threading.Thread(
@@ -71,7 +71,7 @@ def _write(write: Write, data: bytes) -> None:
         write(data)
 
 
-def ask(says: str) -> None:
+def confirm(says: str) -> None:
     """They are told what will happen on the robot. Elsewhere the option itself is the agreement. Raises BadInput unless they say yes."""
     answer = ""
     try:

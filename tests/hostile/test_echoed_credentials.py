@@ -87,7 +87,7 @@ class Echoing:
     def send(self, *_args: object, **_options: object) -> Response:
         return self._answer
 
-    def kept(self) -> None:
+    def read_connection(self) -> None:
         """No connection."""
 
     def close(self) -> None:

@@ -28,7 +28,7 @@ class Answers:
     def send(self, *_args, **_options) -> Response:
         return self.answer
 
-    def kept(self) -> None:
+    def read_connection(self) -> None:
         """No connection."""
 
     def close(self) -> None:

@@ -208,13 +208,13 @@ def contents(directory: Path) -> dict[str, str]:
     }
 
 
-@pytest.mark.parametrize("only_to_read", [False, True])
-def test_the_directory_of_another_user_is_refused(prepared_by_others, precious, monkeypatch, only_to_read):
+@pytest.mark.parametrize("read_only", [False, True])
+def test_the_directory_of_another_user_is_refused(prepared_by_others, precious, monkeypatch, read_only):
     before = contents(prepared_by_others)
     prepared_by_others.chmod(0o777)
     monkeypatch.setattr(os, "geteuid", lambda: prepared_by_others.stat().st_uid + 1)
     with pytest.raises(BadInput, match="belongs to another user"):
-        DataDirectory.prepare(prepared_by_others, only_to_read=only_to_read)
+        DataDirectory.prepare(prepared_by_others, read_only=read_only)
     assert prepared_by_others.stat().st_mode & 0o777 == 0o777
     assert contents(prepared_by_others) == before
     assert precious.read_text(encoding="utf-8") == "precious"

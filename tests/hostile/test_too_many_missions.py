@@ -32,7 +32,7 @@ class Missions:
     def send(self, *_args: object, **_options: object) -> Response:
         return Response(200, self._body)
 
-    def kept(self) -> None:
+    def read_connection(self) -> None:
         """No connection."""
 
     def close(self) -> None:

@@ -25,7 +25,7 @@ def fleet():
 
 @pytest.fixture(autouse=True)
 def often(monkeypatch):
-    monkeypatch.setattr(run_now_command, "SAID_EVERY", 0.5)
+    monkeypatch.setattr(run_now_command, "REPORT_EVERY", 0.5)
 
 
 def silent(configuration):
@@ -71,8 +71,8 @@ def test_what_is_taken_at_once_waits_for_nothing(tmp_path, fleet, capsys):
 NOTES_THAT_IT_WAITS = """
 import sys, pathlib, main
 from app.process import run_now_command
-say, noted = run_now_command.complain, pathlib.Path(sys.argv.pop())
-run_now_command.complain, run_now_command.SAID_EVERY = lambda text: (noted.touch(), say(text)), 0.2
+say, noted = run_now_command.print_error, pathlib.Path(sys.argv.pop())
+run_now_command.print_error, run_now_command.REPORT_EVERY = lambda text: (noted.touch(), say(text)), 0.2
 sys.exit(main.main(sys.argv[1:]))"""
 
 

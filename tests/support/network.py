@@ -316,7 +316,7 @@ class SimulatedTransport:
             "Date": _http_date((clock.start + timedelta(seconds=elapsed + clock.error(elapsed))).replace(microsecond=0))
         }
 
-    def kept(self) -> object:
+    def read_connection(self) -> object:
         """As if the connection to a machine stayed open until another one answers."""
         return self._network.impostors.get(self._name, self._machine)
 

@@ -107,7 +107,7 @@ class _Direct:
         answer = Response(result.response.status, result.response.body, {**result.response.headers, "Date": date})
         return asked.meddle(method, path, answer)
 
-    def kept(self) -> object:
+    def read_connection(self) -> object:
         return self._asked
 
     def close(self) -> None:

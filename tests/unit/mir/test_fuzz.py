@@ -81,7 +81,7 @@ class Scripted:
         path.encode("ascii")
         return self.answers.pop(0) if len(self.answers) > 1 else self.answers[0]
 
-    def kept(self) -> None:
+    def read_connection(self) -> None:
         """No connection."""
 
     def close(self) -> None:

@@ -87,7 +87,7 @@ class QueueTransport:
     def _answer(value: Any, status: int = 200) -> Response:
         return Response(status, json_module.dumps(value).encode())
 
-    def kept(self) -> None:
+    def read_connection(self) -> None:
         pass
 
     def close(self) -> None:

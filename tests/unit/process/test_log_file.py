@@ -44,7 +44,7 @@ def test_every_event_is_one_line(directory, capfd):
         breaks()
     except ValueError as error:
         log.exception("It broke")
-        where = logs.note_crash(error)
+        where = logs.log_crash(error)
         sys.excepthook(type(error), error, error.__traceback__)
     assert where == f"; details in {directory / logs.FILE_NAME}"
     robot, exception, crash, hook = lines_of(directory)
@@ -83,14 +83,14 @@ def test_a_log_that_cannot_be_written_is_said_unless_it_is_only_read(directory):
     directory.write_text("a file where the directory should be")
     with pytest.raises(BadInput, match=r"amr-scheduler.log can't be written: .+; check the permissions"):
         logs.start(directory, stderr=False)
-    logs.start(directory, stderr=False, only_to_read=True)
-    assert logs.note_crash(ValueError("why")) == " (why)"
+    logs.start(directory, stderr=False, read_only=True)
+    assert logs.log_crash(ValueError("why")) == " (why)"
 
 
 def test_a_crash_is_reported_without_the_log_file(directory):
     logs.start(directory, stderr=False)
     shutil.rmtree(directory)
-    assert logs.note_crash(ValueError("why")) == " (why)"
+    assert logs.log_crash(ValueError("why")) == " (why)"
 
 
 def test_what_python_would_print_on_stderr_is_a_line_of_the_log(directory, capfd):
