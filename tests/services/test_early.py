@@ -8,10 +8,9 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from app.domain.models import ReasonCode, State, Wait
+from app.domain.models import State
 from app.services.dispatch import messages
-from app.services.dispatch.timing import INTENT_LEAD, LONGEST_WAIT, PUT_OFF_AT_MOST, RECHECK, ROUND_TAKES
-from tests.support.network import Fate
+from app.services.dispatch.timing import INTENT_LEAD, PUT_OFF_AT_MOST, ROUND_TAKES
 
 DUE = 300.0  # s from the beginning: 06:05
 INSTANT = datetime(2026, 11, 23, 6, 5, tzinfo=UTC)
@@ -74,82 +73,6 @@ def test_nothing_is_written_earlier_than_that(site, plan):
     assert [run.state for run in site.executions()] == [State.SUBMITTING]
 
 
-# ---------------------------------------------------------------- what people do in that moment
-def _switch_off(site, schedule):
-    site.container.catalogue.set_schedule_enabled(schedule.id, False)
-    return State.CANCELLED, ReasonCode.SCHEDULE_CHANGED
-
-
-def _delete(site, schedule):
-    site.container.catalogue.remove_schedule(schedule.id)
-    return State.CANCELLED, ReasonCode.SCHEDULE_CHANGED
-
-
-def _edit(site, schedule):
-    stored = site.container.repositories.schedules.get(site.container.db.read(), schedule.id)
-    site.container.catalogue.save_schedule(replace(stored, start=datetime(2026, 11, 23, 7, 0)))
-    return State.CANCELLED, ReasonCode.SCHEDULE_CHANGED
-
-
-def _pause_schedule(site, schedule):
-    site.container.pausing.pause(schedule.id, INSTANT + timedelta(hours=1))
-
-
-def _pause(site, schedule):
-    _pause_schedule(site, schedule)
-    return State.SKIPPED, ReasonCode.HOLD
-
-
-def _cancel(site, schedule):
-    site.container.operator.cancel_execution(site.executions()[0].id)
-    return State.CANCELLED, ReasonCode.USER_CANCELLED
-
-
-def _switch_the_robot_off(site, schedule):
-    robot = site.container.repositories.robots.get(site.container.db.read(), schedule.robot_id)
-    site.container.catalogue.save_robot(replace(robot, enabled=False))
-    return State.CANCELLED, ReasonCode.ROBOT_REMOVED
-
-
-def _take_the_robot_away(site, schedule):
-    site.container.catalogue.remove_robot(schedule.robot_id)
-    return State.CANCELLED, ReasonCode.ROBOT_REMOVED
-
-
-@pytest.mark.parametrize(
-    "change", [_switch_off, _delete, _edit, _pause, _cancel, _switch_the_robot_off, _take_the_robot_away]
-)
-def test_what_is_taken_back_in_that_moment_is_not_sent(site, in_hand, change):
-    site.clock.advance(0.01)
-    outcome = change(site, in_hand)
-    site.run(600.0)
-    run = site.executions()[0]
-    assert (run.state, run.reason.code) == outcome
-    assert sent(site) == []
-
-
-def test_what_is_taken_back_never_counts_as_tried(site, in_hand):
-    site.clock.advance(0.01)
-    _switch_off(site, in_hand)
-    site.run(1.0)
-    [run] = site.executions()
-    assert (run.state, run.attempts) == (State.CANCELLED, 0)
-
-
-def test_a_hold_in_that_moment_stops_it(site, in_hand):
-    site.container.holds.hold("cleaning")
-    site.run(10.0)
-    [run] = site.executions()
-    assert (run.state, run.wait, run.attempts) == (State.WAITING, Wait.HOLD, 0)
-    assert sent(site) == []
-
-
-def test_another_schedule_that_is_changed_stops_nothing(site, plan, in_hand):
-    plan("2026-11-23T09:00", name="another")
-    site.run(0.1)
-    assert len(sent(site)) == 1
-
-
 def test_the_ledger_is_not_asked_while_nobody_changes_anything(site, in_hand, monkeypatch):
     """It would be one more wait between the instant and the POST."""
     asked = []
@@ -159,58 +82,7 @@ def test_the_ledger_is_not_asked_while_nobody_changes_anything(site, in_hand, mo
     assert asked == []
 
 
-# ---------------------------------------------------------------- what prevents a start is judged at the instant
-@pytest.mark.parametrize(
-    "obstacle", ["paused", "held", "low battery", "not read", "one before", "still running", "switched off robot"]
-)
-def test_what_something_stands_in_the_way_of_is_not_written_early(site, plan, obstacle):
-    if obstacle == "one before":
-        site.machines["R1"].set_battery(20.0)
-        plan("2026-11-23T06:04", minimum_battery_percent=50)
-    schedule = plan("2026-11-23T06:05", "FREQ=DAILY", minimum_battery_percent=50 if obstacle == "low battery" else 0)
-    match obstacle:
-        case "paused":
-            _pause_schedule(site, schedule)
-        case "held":
-            site.container.holds.hold("cleaning")
-        case "low battery":
-            site.machines["R1"].set_battery(20.0)
-        case "not read":
-            site.run(DUE - 5.0)
-            site.network.next("GET", "/status", Fate.REFUSED)
-        case "switched off robot":
-            _switch_the_robot_off(site, schedule)
-        case "still running":
-            site.container.db.write(
-                lambda c: c.execute(
-                    """INSERT INTO executions (trigger, schedule_id, robot_id, robot, mission, mission_guid, timezone,
-                                               token, state, planned_at, closes_at, created_at)
-                       VALUES ('scheduled', ?, 1, 'R1', 'Deliver', 'g', 'UTC', 't', 'executing',
-                               '2026-11-22T06:05:00.000000Z', '2026-11-22T06:35:00.000000Z',
-                               '2026-11-22T06:05:00.000000Z')""",
-                    (schedule.id,),
-                )
-            )
-    site.run(DUE - EARLIER - site.seconds())
-    assert [run for run in site.executions() if run.planned_at == INSTANT] == []
-    site.run(2 * EARLIER)
-    assert len([run for run in site.executions() if run.planned_at == INSTANT]) == 1
-
-
 # ---------------------------------------------------------------- clocks, stops, trouble
-@pytest.mark.parametrize("step", [-3600.0, -DAY, 40.0])
-def test_a_clock_that_is_set_in_that_moment_delays_only_until_it_is_judged_and_doubles_nothing(site, in_hand, step):
-    """Set back, its instant is still to come."""
-    site.clock.step(step)
-    site.run(EARLIER + LONGEST_WAIT + RECHECK)
-    site.container.catalogue.change_settings(poll_interval_seconds=600)  # a day has many polls
-    site.run(max(0.0, -step))
-    assert len(sent(site)) == 1
-    site.run(2 * 3600.0)
-    assert len(sent(site)) == 1
-    assert len(site.executions()) == 1
-
-
 def test_a_worker_that_is_closed_releases_what_it_holds(site, in_hand):
     robot = only_worker(site).robot
     site.close(robot.id)
@@ -228,14 +100,6 @@ def test_one_that_was_never_taken_in_hand_is_given_back_too(site, plan):
     intents = come_close(site)
     only_worker(site).close(intents)
     assert [(run.state, run.attempts) for run in site.executions()] == [(State.WAITING, 0)]
-
-
-def test_a_power_cut_in_that_moment_loses_nothing_and_doubles_nothing(site, in_hand):
-    site.switch_off(cleanly=False)
-    site.switch_on()
-    site.run(300.0)
-    [run] = site.executions()
-    assert sent(site) == [run.token]
 
 
 def test_an_unexpected_error_with_one_leaves_the_others_in_hand(site, plan):
@@ -314,25 +178,3 @@ def test_what_the_robot_has_taken_is_written_down_when_there_is_time(site, plan)
     only_worker(site).advance()
     assert len(sent(site)) == 2
     assert {run.state for run in site.executions()} == {State.QUEUED}
-
-
-# ---------------------------------------------------------------- what chores do, on the scheduler's own thread
-def test_what_a_chore_takes_back_is_not_sent(site, plan):
-    schedule = plan("2026-11-23T06:05")
-    catalogue = site.container.catalogue
-    site.engine.add_chore(
-        "an import", lambda: site.executions(State.SUBMITTING) and catalogue.set_schedule_enabled(schedule.id, False)
-    )
-    site.run(DUE + 5.0 - site.seconds())
-    [run] = site.executions()
-    assert sent(site) == []
-    assert (run.state, run.reason.code) == (State.CANCELLED, ReasonCode.SCHEDULE_CHANGED)
-
-
-def test_what_a_chore_starts_is_sent_at_once(site):
-    [robot], [mission] = site.container.catalogue.robots(), site.container.catalogue.missions()
-    site.run(20.0)  # between two polls
-    site.engine.add_chore("a command", lambda: site.container.operator.run_now(robot.id, mission.id, token="t"))
-    site.engine.advance()
-    site.run(0.1)
-    assert sent(site) == ["t"]

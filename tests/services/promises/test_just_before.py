@@ -1,0 +1,99 @@
+"""In the moment before its instant a start is on the disk and with its robot's worker: what happens then is respected, and what stands in
+its way keeps it from being written early."""
+
+from __future__ import annotations
+
+from app.services.dispatch.timing import LONGEST_WAIT, RECHECK
+from tests.services.story import *
+
+DUE, EARLIER = 300.0, 0.05  # s: the instant, and how long before it the start is in its worker's hand
+IN_HAND = [plan(battery=20), DUE - EARLIER, states(SUBMITTING)]
+MOMENT = do(lambda s: s.clock.advance(0.01))
+
+
+def at_five_past(number):
+    """So many rows are of that instant."""
+    return true(lambda s: len([row for row in s.executions() if row.planned_at.minute == 5]) == number)
+
+
+def as_a_chore(act):
+    """It happens on the scheduler's own thread."""
+    return do(lambda s: s.engine.add_chore("a chore", lambda: act(s)))
+
+
+@step
+def run_now_as(s, token):
+    s.container.operator.run_now(1, s.mission().id, token=token)
+
+
+test_in_hand = told(
+    Story(
+        "taken back it is not sent, and says so",
+        [IN_HAND, MOMENT],
+        each(
+            [off(), 1, tries(0), 600, ends(CHANGED)],
+            [delete(), 600, ends(CHANGED)],
+            [edit(at="07:00"), 600, ends(CHANGED)],
+            [pause(60), 600, ends(PAUSED)],
+            [cancel(), 600, ends(CANCELLED)],
+            [robot_off(), 600, ends(REMOVED)],
+            [delete("robot"), 600, ends(REMOVED)],
+        ),
+        runs(0),
+    ),
+    Story("a hold stops it", [IN_HAND, hold(), 10, waits(HOLD), tries(0), runs(0)], stays_open=True),
+    Story(
+        "another schedule that is changed stops nothing",
+        [IN_HAND, plan("another", "09:00"), 0.1, runs(1), 200],
+    ),
+    Story(
+        "a clock that is set delays only until it is judged, and doubles nothing",
+        IN_HAND,
+        each(
+            *(
+                [
+                    do(lambda s, by=by: s.clock.step(by)),
+                    EARLIER + LONGEST_WAIT + RECHECK,
+                    set_up(poll_interval_seconds=600),
+                    max(0.0, -by),
+                ]
+                for by in (-3600.0, -DAY, 40.0)
+            )
+        ),
+        [runs(1), 7200, runs(1), ends(DONE)],
+    ),
+    Story(
+        "a power cut loses nothing and doubles nothing",
+        [IN_HAND, app_off(cleanly=False), app_on(), 300, runs(1), ends(DONE)],
+    ),
+    Story(
+        "taken back by a chore it is not sent",
+        plan(),
+        as_a_chore(lambda s: s.executions(SUBMITTING) and play(s, off())),
+        [DUE + 5, runs(0), ends(CHANGED)],
+    ),
+    Story(
+        "what a chore starts is sent at once",
+        [20, as_a_chore(lambda s: play(s, run_now_as("t"))), do(lambda s: s.engine.advance()), 0.1],
+        [true(lambda s: [item.description for item in s.items()] == ["t"]), 200],
+    ),
+)
+
+DAILY = plan(rule="FREQ=DAILY", battery=0)
+
+test_not_written_early = told(
+    Story(
+        "what something stands in the way of",
+        each(
+            [DAILY, pause(65), DUE - EARLIER],
+            [DAILY, hold(), DUE - EARLIER],
+            [plan(rule="FREQ=DAILY", battery=50), battery(20), DUE - EARLIER],
+            [DAILY, DUE - 5, meets("GET", "/status", REFUSED), 5 - EARLIER],
+            [battery(20), plan("B", "06:04", battery=50), DAILY, DUE - EARLIER],
+            [plan(at="06:04", every=1), 241, robot_pauses(), 59 - EARLIER],
+            [DAILY, robot_off(), DUE - EARLIER],
+        ),
+        [at_five_past(0), 2 * EARLIER, at_five_past(1)],
+        stays_open=True,
+    ),
+)
