@@ -7,7 +7,6 @@ however many maps it names.
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import logging
 import os
@@ -15,6 +14,7 @@ import tempfile
 import threading
 from collections import OrderedDict
 from collections.abc import Callable
+from contextlib import closing, suppress
 from pathlib import Path
 
 from app.domain.clock import Clock
@@ -51,7 +51,7 @@ class RobotMaps:
         self._pictures: OrderedDict[Key, MapPicture] = OrderedDict()
         self._due_at: dict[Key, float] = {}  # of maps, and of robots, the earliest time
         self._ask_at: dict[int, float] = {}
-        self._complained: set[int] = set()  # robots
+        self._warned: set[int] = set()  # robots
 
     def known(self, robot_id: int, map_id: str) -> MapPicture | None:
         with self._lock:
@@ -79,13 +79,13 @@ class RobotMaps:
         try:
             picture = self._ask(robot, map_id)
         except Unreadable as problem:
-            self._complain(robot, problem)
+            self._warn_once(robot, problem)
             self._postpone(key)
             return self.known(robot_id, map_id)
         except (RobotError, InvalidInput):
             return self.known(robot_id, map_id)
         with self._lock:
-            self._complained.discard(robot_id)
+            self._warned.discard(robot_id)
         self._remember(key, picture)
         self._postpone(key)
         self._keep(self._path(robot.serial_number or robot.address, map_id), picture)
@@ -93,14 +93,11 @@ class RobotMaps:
 
     # ------------------------------------------------------------------ inside
     def _ask(self, robot: Robot, map_id: str) -> MapPicture:
-        client = self._make_client(robot)
-        try:
+        positions: list[MapPosition] = []
+        with closing(self._make_client(robot)) as client:
             floor = client.map(map_id)
-            positions: list[MapPosition] = []
-            with contextlib.suppress(RobotError):  # a map without names is a map
+            with suppress(RobotError):  # a map without names is a map
                 positions = client.positions(map_id)
-        finally:
-            client.close()
         return picture_of(floor, positions)
 
     def _remember(self, key: Key, picture: MapPicture) -> None:
@@ -108,8 +105,8 @@ class RobotMaps:
             self._pictures[key] = picture
             self._pictures.move_to_end(key)
             while len(self._pictures) > MOST_IN_MEMORY:
-                gone, _picture = self._pictures.popitem(last=False)
-                self._due_at.pop(gone, None)
+                oldest, _picture = self._pictures.popitem(last=False)
+                self._due_at.pop(oldest, None)
 
     def _postpone(self, key: Key) -> None:
         with self._lock:
@@ -118,11 +115,11 @@ class RobotMaps:
             while len(self._due_at) > MOST_POSTPONED:
                 del self._due_at[next(iter(self._due_at))]
 
-    def _complain(self, robot: Robot, problem: Unreadable) -> None:
+    def _warn_once(self, robot: Robot, problem: Unreadable) -> None:
         """Once, until a map of this robot can be shown again."""
         with self._lock:
-            is_new = robot.id not in self._complained
-            self._complained.add(robot.id)
+            is_new = robot.id not in self._warned
+            self._warned.add(robot.id)
         if is_new:
             log.warning("The map of %s can't be shown: %s", robot.name, problem)
 

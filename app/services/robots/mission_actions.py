@@ -26,7 +26,7 @@ from app.services.live.snapshots import Snapshots
 log = logging.getLogger(__name__)
 
 CHECK_EVERY = 60.0  # s
-ASK_AGAIN_AFTER = 600.0  # s, a robot that told nothing
+ASK_AGAIN_AFTER = 600.0  # s, a robot that does not tell what a mission does
 VALID_FOR = 12 * 3600.0  # s of an answer: an integrator may edit a mission, or move a position
 
 
@@ -39,7 +39,7 @@ class _Actions(NamedTuple):
 
 
 class MissionActionsReader:
-    """Asks a robot for the actions of each mission that it may be given, until one has told them. ``tick`` is called every now and then
+    """Asks a robot for the actions of each mission that it may be sent, until one has answered. ``tick`` is called every now and then
     (a chore of the poll loop) and returns at once; robots are asked on a thread of its own."""
 
     def __init__(
@@ -54,7 +54,7 @@ class MissionActionsReader:
         self._make_client, self._clock = make_client, clock
         self._robots, self._missions, self._stops = RobotRepository(), MissionRepository(), StopRepository()
         self._known = dict[str, _Actions]()  # by guid
-        self._ask_at = dict[tuple[int, str], float]()  # monotonic, where a robot told nothing about a guid
+        self._ask_at = dict[tuple[int, str], float]()  # monotonic, where a robot does not tell about a guid
         self._check_at = -math.inf  # monotonic
         self._thread: threading.Thread | None = None
 
@@ -86,7 +86,7 @@ class MissionActionsReader:
                     if self._catalogue.robot(robot.id) is None:
                         return  # removed in the meantime
                     if self._knows(guid):
-                        continue  # told by another robot since
+                        continue  # another robot has answered since
                     try:
                         found = client.actions(guid)
                         stops = tuple(_stops(client, found.drives_to, positions))
