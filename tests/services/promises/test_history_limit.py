@@ -5,6 +5,7 @@ from __future__ import annotations
 import tempfile
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from hypothesis import Phase, example, given, settings
 from hypothesis import strategies as st
 
 from app.domain.models import Schedule, State
+from tests.services.story import *
 from tests.support.groups import Hall
 from tests.support.network import Fate
 from tests.support.seen import sent_at
@@ -52,73 +54,90 @@ class Plant:
         return [(round(post.at, 1), post.robot, post.mission_id) for post in self.site.network.posts()]
 
 
-@pytest.fixture
-def plant(tmp_path):
-    plant = Plant(tmp_path, 1)
-    yield plant
-    plant.site.switch_off()
+# By mission, user and number it is judged there which item is a start's, and so by which ones others have.
+FORGETS_WHOSE = do(lambda s: setattr(s.network, "forgets_descriptions", True))
 
 
-def test_a_start_that_ran_does_not_run_again_when_its_schedule_is_renamed(plant):
-    """A one-time start is done, whether or not its row is still kept."""
-    site, once = plant.site, plant.plan("Once", "06:05")
-    site.run(720)
-    site.container.catalogue.save_schedule(replace(once, name="Once more"))
-    site.run(300)
-    assert sent_at(site, "R1") == [300]
+def finished(number):
+    """Items of R1."""
+    return true(
+        lambda s: len([item for item in s.all_items() if item in s.machines["R1"].queue and item.finished]) == number
+    )
 
 
-def test_a_skipped_start_stays_skipped_when_the_plan_is_made_anew(plant):
-    """Skip next holds, whether or not its row is still kept."""
-    site, daily = plant.site, plant.plan("Daily", "06:20", "FREQ=DAILY")
-    site.container.pausing.skip_next(daily.id)
-    site.run(720)
-    site.container.catalogue.change_settings(working_days=("MO", "TU", "WE", "TH", "FR", "SA"))
-    site.run(600)
-    assert sent_at(site, "R1") == []
+# R2 works all the time, so that the history, which keeps one row, soon forgets everything about R1.
+FORGETTING = [
+    set_up(history_limit=1, poll_interval_seconds=60),
+    [plan("Other", "06:02", on=2, every=4), plan("Paused", "06:01", on=2, every=2)],
+    do(lambda s: s.container.pausing.pause(2, BEGIN + timedelta(days=8))),
+]
+SKIPPED = [plan(at="06:20", rule="FREQ=DAILY"), skip(), 720]
+PlantStory = partial(Story, robots=2, robot_speed=4.0, stays_open=True)
 
 
-def test_a_skipped_start_stays_skipped_when_its_schedule_is_deleted_and_put_back(plant):
-    """Undo gives back what was skipped, too."""
-    site, daily = plant.site, plant.plan("Daily", "06:20", "FREQ=DAILY")
-    site.container.pausing.skip_next(daily.id)
-    site.run(720)
-    removed = site.container.catalogue.remove_schedule(daily.id)
-    site.run(10)
-    site.container.catalogue.restore(removed)
-    site.run(600)
-    assert sent_at(site, "R1") == []
+def sent_to_r1(*seconds):
+    return true(lambda s: sent_at(s, "R1") == list(seconds))
 
 
-def test_a_start_skipped_beyond_others_stays_skipped(plant):
-    """As when a clock that was ahead is set back: starts come before the skipped one then."""
-    site, often = plant.site, plant.plan("Often", "06:01", "FREQ=MINUTELY;INTERVAL=8", start_window_minutes=1)
-    site.clock.step(200)
-    site.run(5)  # 06:01 counts as missed
-    assert site.container.pausing.skip_next(often.id) == datetime(2026, 11, 23, 6, 9, tzinfo=UTC)
-    site.clock.step(-200)
-    site.run(1100)
-    assert sent_at(site, "R1") == [60, 1020]
-
-
-def test_the_idle_mission_runs_once_in_each_idle_period(plant):
-    """A robot that nobody has used since stays where its idle mission has put it."""
-    site = plant.site
-    site.container.catalogue.save_idle_rule(plant.r1.id, plant.home.id, after_minutes=5)
-    site.run(2400)
-    assert len(sent_at(site, "R1")) == 1
-
-
-def test_a_robot_that_loses_tokens_is_known_however_old_its_last_item_is(plant):
-    """Whether a robot gives descriptions back is remembered of the robot, not read from old rows."""
-    site = plant.site
-    site.network.forgets_descriptions = True
-    plant.plan("First", "06:05")
-    plant.plan("Second", "06:15")
-    site.run(600)
-    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST, robot="R1")
-    site.run(700)
-    assert sent_at(site, "R1") == [300, 900]
+test_forgotten = told(
+    PlantStory(
+        "a start that ran does not run again when its schedule is renamed",
+        FORGETTING,
+        [plan(), 720, edit(name="More"), 300, sent_to_r1(300)],
+    ),
+    PlantStory(
+        "a skipped start stays skipped when the plan is made again, or its schedule deleted and put back",
+        [FORGETTING, SKIPPED],
+        each(set_up(working_days=("MO", "TU", "WE", "TH", "FR", "SA")), [delete(), 10, undo()]),
+        [600, sent_to_r1()],
+    ),
+    PlantStory(
+        "a start skipped beyond others stays skipped",
+        [FORGETTING, plan(at="06:01", every=8, window=1), clock(200), 5, skip()],  # 06:01 counts as missed
+        [true(lambda s: s.noted[-1].minute == 9), clock(-200), 1100, sent_to_r1(60, 1020)],
+    ),
+    PlantStory(
+        "the idle mission runs once in each idle period",
+        [FORGETTING, rest(), 2400, true(lambda s: len(sent_at(s, "R1")) == 1)],
+    ),
+    PlantStory(
+        "a robot that loses tokens is known however old its last item is",
+        [
+            FORGETTING,
+            FORGETS_WHOSE,
+            plan(),
+            plan("B", "06:15"),
+            600,
+            post(ANSWER_LOST, robot="R1"),
+            700,
+            sent_to_r1(300, 900),
+        ],
+    ),
+    PlantStory(
+        "an item of a start that is forgotten is not taken for a later one",
+        [FORGETTING, FORGETS_WHOSE, set_up(poll_interval_seconds=600), plan(), plan("B", "06:10"), 598],
+        [
+            true(lambda s: "A" not in [row.schedule for row in s.executions()]),
+            post(REFUSED, robot="R1"),
+            120,
+            finished(2),
+        ],
+    ),
+    PlantStory(
+        "nor that of one that ran while the other waited for its second try",
+        [FORGETTING, FORGETS_WHOSE, set_up(poll_interval_seconds=600), plan(battery=50, window=60), plan("B", "06:06")],
+        [298, post(REFUSED, robot="R1"), 2.5, battery(30, "R1"), 600, finished(1), battery(90, "R1"), 240, finished(2)],
+    ),
+    Story(
+        "nor where any robot of a group may have the other",
+        [set_up(history_limit=1, poll_interval_seconds=600), FORGETS_WHOSE, plan(battery=50, window=60)],
+        [plan(f"On {n} at {minute}", f"06:{minute}", on=n) for minute in (12, 13, 14) for n in (1, 2)],
+        [299.5, post(REFUSED, count=2), 1, until(lambda s: len(s.row("A").tried) == 2, 30), battery(30), 780, runs(6)],
+        [battery(90), 240, runs(7)],
+        on="group",
+        robots=2,
+    ),
+)
 
 
 # ---------------------------------------------------------------------- the same for everything a person may do
@@ -299,70 +318,3 @@ def test_with_a_history_of_one_row_and_of_all_robots_of_a_group_are_sent_the_sam
     short, long = posts_of_group(story, 1), posts_of_group(story, None)
     assert [(robot, mission) for robot, _at, mission in short] == [(robot, mission) for robot, _at, mission in long]
     assert [at for _robot, at, _mission in short] == pytest.approx([at for _robot, at, _mission in long], abs=1.0)
-
-
-# ---------------------------------------------------------------------- robots that forget whose an item is
-@pytest.fixture
-def forgetful(plant):
-    """By mission, user and number it is judged there which item is a start's, and so by which ones others have."""
-    plant.site.network.forgets_descriptions = True
-    plant.site.container.catalogue.change_settings(poll_interval_seconds=600)
-    return plant
-
-
-def missions_of(plant):
-    plant.site.machines["R1"].catch_up()
-    return len([item for item in plant.site.machines["R1"].queue if item.finished])
-
-
-def test_an_item_of_a_start_that_is_forgotten_is_not_taken_for_a_later_one(forgetful):
-    """The later one's first try was refused, and before its second one the robot is asked what it has of it."""
-    site = forgetful.site
-    forgetful.plan("Earlier", "06:05")
-    forgetful.plan("Later", "06:10")
-    site.run(598)
-    assert "Earlier" not in [row.schedule for row in site.executions()]
-    site.network.next("POST", "/mission_queue", Fate.REFUSED, robot="R1")
-    site.run(120)
-    assert missions_of(forgetful) == 2
-
-
-def test_nor_is_that_of_one_that_ran_while_the_other_waited_for_its_second_try(forgetful):
-    site = forgetful.site
-    forgetful.plan("Waits", "06:05", minimum_battery_percent=50, start_window_minutes=60)
-    forgetful.plan("Runs", "06:06")
-    site.run(298)
-    site.network.next("POST", "/mission_queue", Fate.REFUSED, robot="R1")
-    site.run(2.5)
-    site.machines["R1"].set_battery(30)
-    site.run(600)
-    assert missions_of(forgetful) == 1
-    site.machines["R1"].set_battery(90)
-    site.run(240)
-    assert missions_of(forgetful) == 2
-
-
-def test_nor_where_any_robot_of_a_group_may_have_the_other(tmp_path):
-    """It was given back by one that refused the connection, and waits for none in particular."""
-    hall = Hall(tmp_path, robots=2)
-    hall.container.catalogue.change_settings(history_limit=1, poll_interval_seconds=600)
-    hall.network.forgets_descriptions = True
-    hall.plan("Waits", "2026-11-23T06:05", minimum_battery_percent=50, start_window_minutes=60)
-    for minute in (12, 13, 14):
-        for name in hall.machines:
-            hall.plan(
-                f"Runs on {name} at {minute}", f"2026-11-23T06:{minute}", group_id=None, robot_id=hall.robot(name).id
-            )
-    hall.run(299.5)
-    hall.network.next("POST", "/mission_queue", Fate.REFUSED, count=2)
-    hall.run(1)
-    hall.run_until(lambda: len(hall.run_of("Waits").tried) == 2, within=30)
-    for machine in hall.machines.values():
-        machine.set_battery(30)
-    hall.run(780)
-    assert len(hall.items()) == 6
-    for machine in hall.machines.values():
-        machine.set_battery(90)
-    hall.run(240)
-    assert len(hall.items()) == 7
-    hall.switch_off()
