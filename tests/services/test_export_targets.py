@@ -13,9 +13,10 @@ import pytest
 
 from app.failures import BadInput
 from app.process.commands import export_target
+from tests.support.examples import at_night
 from tests.support.process import ROOT, command, configuration_of, environment, is_one_line, prepared, run
 
-EXPORTS = pytest.mark.parametrize("option", ["--export-config", "--export-log"])
+EXPORTS = pytest.mark.parametrize("option", ["--export-config", *at_night("--export-log")])
 
 
 @pytest.fixture
@@ -39,6 +40,7 @@ def test_a_data_directory_without_data_is_bad_input_and_stays_as_it_is(tmp_path,
     assert not is_there or not list(directory.iterdir())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "arguments",
     [("--run-now", "R1", "Home"), ("--check-up", "R1"), ("--remove-pin",), ("--move-here",), ("--clock-is-right",)],
@@ -55,12 +57,10 @@ def test_nor_does_a_command_that_needs_data_make_one(tmp_path, arguments):
     "name",
     [
         "amr-scheduler.db",
-        "amr-scheduler.db-wal",
-        "scheduler.lock",
-        "logs/amr-scheduler.log",
-        "backups/daily.db",
-        "inbox/x.request",
         "link",
+        *at_night(
+            "amr-scheduler.db-wal", "scheduler.lock", "logs/amr-scheduler.log", "backups/daily.db", "inbox/x.request"
+        ),
     ],
 )
 def test_an_export_takes_the_place_of_nothing_that_the_app_keeps(data, tmp_path, option, name):
@@ -99,6 +99,7 @@ def test_a_stdout_that_takes_nothing_is_bad_input(data, option):
     assert "stdout can't be written: No space left on device" in ended.stderr
 
 
+@pytest.mark.long
 @EXPORTS
 def test_a_closed_stdout_is_bad_input(data, option):
     ended = subprocess.run(

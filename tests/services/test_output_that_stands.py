@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 import mir_sim
+from tests.support.examples import at_night
 from tests.support.process import (
     PATIENCE,
     ROOT,
@@ -71,14 +72,14 @@ def in_shell(script: str, arguments: list[str], **environ: str) -> subprocess.Co
     )
 
 
-@pytest.mark.parametrize("stdout", ["> /dev/full", ">&-", "| true", "> /dev/full 2>&1", ">&- 2>&-"])
+@pytest.mark.parametrize("stdout", ["> /dev/full", *at_night(">&-", "| true", "> /dev/full 2>&1", ">&- 2>&-")])
 def test_a_mission_is_started_once_and_the_command_is_done_whatever_takes_its_answer(site, robot, stdout):
     done = in_shell(f'set -o pipefail; "$@" {stdout}', command(site, "--run-now", "Hall", "Home"))
     assert (done.returncode, done.stdout, started(robot)) == (0, "", 1)
     assert done.stderr == "" or (is_one_line(done.stderr) and "done, but stdout can't be written" in done.stderr)
 
 
-@pytest.mark.parametrize("encoding", ["cp1252", "iso8859-1", "ascii:strict"])
+@pytest.mark.parametrize("encoding", ["cp1252", *at_night("iso8859-1", "ascii:strict")])
 def test_the_answer_is_utf_8_whatever_the_locale_has(site, robot, encoding):
     done = in_shell('"$@"', command(site, "--run-now", "Hall", "Home"), PYTHONIOENCODING=encoding)
     assert (done.returncode, done.stderr, started(robot)) == (0, "", 1)
@@ -88,6 +89,7 @@ def test_the_answer_is_utf_8_whatever_the_locale_has(site, robot, encoding):
     assert "no robot '東'; known: Łaźnia 東" in refused.stderr
 
 
+@pytest.mark.long
 def test_other_commands_that_act_are_done_too(site):
     path = write_configuration(
         site.with_name("more.json"), {"format": "amr-scheduler/1", "places": [{"name": "Dock", "most": 2}]}
@@ -109,7 +111,9 @@ def headless(site: Path, script: str) -> subprocess.Popen[bytes]:
     )
 
 
-@pytest.mark.parametrize("output", ["", ">&-", ">&- 2>&-", "> /dev/full 2> /dev/full", "> >(true) 2> >(true)"])
+@pytest.mark.parametrize(
+    "output", [">&- 2>&-", *at_night("", ">&-", "> /dev/full 2> /dev/full", "> >(true) 2> >(true)")]
+)
 def test_whatever_takes_ready_it_schedules(site, robot, output):
     app = headless(site, f'exec "$@" {output}')
     try:
@@ -166,7 +170,7 @@ def _read(descriptor: int, said: list[bytes]) -> None:
             return
 
 
-@pytest.mark.parametrize("stopped", ["before it begins", "while it runs"])
+@pytest.mark.parametrize("stopped", ["while it runs", *at_night("before it begins")])
 def test_a_terminal_that_stands_still_delays_no_start_and_no_end(site, robot, stopped):
     with on_a_terminal(site) as (app, terminal, said):
         if stopped == "while it runs":
@@ -179,6 +183,7 @@ def test_a_terminal_that_stands_still_delays_no_start_and_no_end(site, robot, st
         assert app.wait(ENDS_WITHIN) == 0
 
 
+@pytest.mark.long
 def test_what_a_terminal_missed_comes_when_it_goes_on(site, robot):
     with on_a_terminal(site) as (app, terminal, said):
         wait_for(lambda: b"ready" in b"".join(said), what="ready")

@@ -33,6 +33,7 @@ def test_they_are_refused_at_once_and_nothing_is_sent(tmp_path, fleet, beside):
     assert fleet.robots[0].state()["queue"] == []
 
 
+@pytest.mark.long
 def test_an_empty_directory_takes_no_file_with_them_either(tmp_path, fleet):
     configuration = configuration_of(fleet)
     wrong = once_now(

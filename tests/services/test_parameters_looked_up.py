@@ -12,6 +12,7 @@ from app.domain.robot import MissionParameter
 from app.mir.client import RobotClient
 from app.mir.errors import AnotherRobot, NotAMir, Unauthorized
 from app.services.catalogue.configuration import import_configuration
+from tests.support.examples import at_night
 from tests.support.network import Planned
 
 GO_TO_POSITION = "3d7c7c49-ce85-11ef-904a-000e8e9884eb"
@@ -90,6 +91,7 @@ def test_a_robot_that_has_changed_its_map_goes_to_the_position_on_that_map(site,
     assert sent(site) == [line_1["guid"], NEW_GUID]
 
 
+@pytest.mark.long
 def test_a_robot_that_changes_its_map_just_before_the_start_is_asked_again(site, mission, line_1, hall_b):
     take(site, {"Position": "Line 1"}, start="2026-11-23T06:10")
     site.container.robot_missions.parameters(1, GO_TO_POSITION)
@@ -152,7 +154,7 @@ def test_what_another_machine_has_said_is_forgotten_with_its_serial_number(site,
 
 # ---------------------------------------------------------------------- robots that do not say it
 @pytest.mark.parametrize("error", [Unauthorized(status=403), NotAMir(code="web_page")], ids=["no rights", "a web page"])
-@pytest.mark.parametrize("call", ["mission", "_parameters", "positions"])
+@pytest.mark.parametrize("call", ["positions", *at_night("mission", "_parameters")])
 def test_a_robot_that_keeps_it_from_this_user_judges_for_itself(site, mission, line_1, monkeypatch, call, error):
     def refused(*_args: object, **_values: object) -> None:
         raise error
@@ -164,6 +166,7 @@ def test_a_robot_that_keeps_it_from_this_user_judges_for_itself(site, mission, l
     assert (row.attempts, sent(site)) == (1, [line_1["guid"]])
 
 
+@pytest.mark.long
 def test_another_robot_is_sent_nothing(site, mission, line_1, monkeypatch):
     def refused(*_args: object, **_values: object) -> None:
         raise AnotherRobot(expected="1", found="2")

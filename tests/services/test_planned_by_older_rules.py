@@ -85,6 +85,7 @@ def test_what_was_due_while_the_app_was_off_is_not_lost(site):
     assert restarted(site, every_eight_hours(), at(5 - 48), at(-3 - 48)) == at(6 - 48)
 
 
+@pytest.mark.long
 def test_a_day_that_was_closed_since_stays_due(site):
     schedule = Schedule("S", 1, 1, datetime(2026, 5, 2, 6), "Europe/Helsinki", "FREQ=DAILY")
     sunday = at(6) - 24 * HOUR
@@ -99,6 +100,7 @@ def test_other_zone_data(site):
     assert restarted(site, schedule, MONDAY + 14 * HOUR, MONDAY - 10 * HOUR) == MONDAY + 13 * HOUR
 
 
+@pytest.mark.long
 def test_a_single_start_follows_the_zone_data_too(site):
     schedule = Schedule("S", 1, 1, datetime(2026, 12, 1, 6), "America/Vancouver", respect_working_days=False)
     assert restarted(site, schedule, datetime(2026, 12, 1, 14, tzinfo=UTC), None) == datetime(
@@ -120,10 +122,12 @@ def test_a_skipped_start_stays_skipped_at_its_new_time(site):
     assert started(site) == ([at(14)], [at(6)])
 
 
+@pytest.mark.long
 def test_several_skipped_starts_in_a_row_stay_so(site):
     assert restarted(site, every_eight_hours(), at(21), at(-3), skipped=[at(5), at(13)]) == at(22)
 
 
+@pytest.mark.long
 def test_a_skip_that_moved_can_be_undone(site):
     restarted(site, every_eight_hours(), at(13), at(-3), skipped=[at(5)])
     site.container.pausing.unskip(1, at(6))
@@ -137,6 +141,7 @@ def test_a_start_that_is_kept_back_stays_so_at_its_new_time(site):
     assert [(row.planned_at, row.state, row.held) for row in site.executions()] == [(at(6), State.WAITING, True)]
 
 
+@pytest.mark.long
 def test_a_skip_after_the_last_start_of_the_rule_moves_back(site):
     schedule = Schedule(
         "S", 1, 1, datetime(2026, 5, 2, 6), "America/Vancouver", "FREQ=DAILY;UNTIL=20261124", respect_working_days=False
@@ -147,6 +152,7 @@ def test_a_skip_after_the_last_start_of_the_rule_moves_back(site):
     assert started(site) == ([first], [last])
 
 
+@pytest.mark.long
 def test_what_an_edit_left_behind_is_not_taken_for_a_skip_of_a_schedule_that_is_planned_right(site):
     assert restarted(site, every_eight_hours(), at(6), at(-2), skipped=[at(13)]) == at(6)
     site.run(12 * 3600)

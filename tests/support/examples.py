@@ -24,3 +24,8 @@ def first_of_each(cases: Mapping[str, Any], kind: Callable[[Any], object] = lamb
         seen.add(kind(case))
         found.append(pytest.param(*(case if isinstance(case, tuple) else (case,)), id=name, marks=marks))
     return found
+
+
+def at_night(*cases: Any) -> list[ParameterSet]:
+    """Parameters that the default run leaves out, as others that differ little are in it."""
+    return [pytest.param(case, marks=pytest.mark.long) for case in cases]

@@ -35,7 +35,7 @@ from tests.ui.whole_app import Plant, shown  # noqa: E402
 
 PENDING = 200.0  # s of virtual time, longer than any animation and than kivy's caches keep what they drew
 LET_GO_WITHIN = 20.0  # s, in which threads of the test before end
-SCREENS = {"container", "shared_container", "site", "shared_site", "app", "shared_app", "small"}
+SCREENS = {"container", "shared_container", "site", "shared_site", "app", "shared_app", "small", "usual"}
 LOOKS = {"size", "scale", "language", "theme", "gloves"}
 FIRST = 2  # tests of a file with whole screens that the default run has
 _shown_before: list[str] = []  # the last test that had the window
