@@ -19,7 +19,7 @@ from app.database.errors import DatabaseRefused, DatabaseUnavailable, primary_co
 from app.database.schema import APPLICATION_ID, MIGRATIONS, configured
 from app.database.schema_figures import RECOUNT
 from app.database.settings import WRONG_PINS, SettingsRepository
-from app.database.value_checks import LARGEST, problem_in_backup
+from app.database.value_checks import LARGEST_IN_BACKUP, problem_in_backup
 from app.database.values import to_text
 from app.domain.message import Message, message, message_of_system
 from app.domain.models import Settings
@@ -271,6 +271,6 @@ def _wrong_pins(database: Path) -> int:
         with contextlib.closing(
             sqlite3.connect(f"{database.as_uri()}?mode=ro{'&immutable=1' * is_whole}", uri=True)
         ) as connection:
-            return min(int(SettingsRepository().get(configured(connection), WRONG_PINS, 0)), LARGEST)
+            return min(int(SettingsRepository().get(configured(connection), WRONG_PINS, 0)), LARGEST_IN_BACKUP)
     except (sqlite3.Error, ValueError, TypeError, OverflowError):
         return 0

@@ -105,7 +105,7 @@ class ScheduleRepository(Table[Schedule]):
     def for_mission(self, c: sqlite3.Connection, mission_id: int) -> list[Schedule]:
         return self.select(c, "WHERE mission_id = ? ORDER BY name", mission_id)
 
-    def use_instead(self, c: sqlite3.Connection, old_id: int, new_id: int, robot_id: int) -> None:
+    def replace_mission(self, c: sqlite3.Connection, old_id: int, new_id: int, robot_id: int) -> None:
         """Another mission in all schedules of a robot that have this one."""
         c.execute(
             "UPDATE schedules SET mission_id = ? WHERE mission_id = ? AND robot_id = ?", (new_id, old_id, robot_id)
@@ -132,7 +132,7 @@ class ScheduleRepository(Table[Schedule]):
         """Those of which instants that are still to come have their rows, and those that were planned or changed at such a time."""
         return self.select(c, "WHERE planned_through > ? OR changed_at > ?", to_text(now), to_text(now))
 
-    def plan_anew(
+    def replan(
         self,
         c: sqlite3.Connection,
         schedule_id: int,

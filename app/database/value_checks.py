@@ -10,8 +10,8 @@ from app.database.values import to_instant
 from app.domain.activity import ACTIVITIES
 from app.domain.message import Message, message
 
-LARGEST = 2**53  # of every number of a backup, either way: exact as a float too
-FULL = 2**62  # of those in use, which have grown since: still far from where adding fails
+LARGEST_IN_BACKUP = 2**53  # of every number of a backup, either way: exact as a float too
+LARGEST_IN_USE = 2**62  # of those in use, which have grown since: still far from where adding fails
 YEARS = range(1970, 9000)  # of instants: far from where adding to one fails
 FLAGS = {
     "enabled",
@@ -60,7 +60,7 @@ def problem_in_backup(c: sqlite3.Connection) -> Message | None:
     """Of a backup of any version: numbers of all tables, and what robots were seen doing. What is only counted (``ended_days``) is
     counted again when it is restored."""
     for table in tables(c):
-        problem = None if table == "ended_days" else wrong_number(c, table, LARGEST)
+        problem = None if table == "ended_days" else wrong_number(c, table, LARGEST_IN_BACKUP)
         if problem is None and table in ("observed", "activity_days", "activity_spans"):
             problem = _wrong_activity(c, table)
         if problem is not None:

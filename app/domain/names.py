@@ -68,26 +68,26 @@ def of_file(name: str) -> str:
     return text.encode("utf-8", "replace").decode()
 
 
-def of_schedule(mission: str, robot: str) -> Iterator[str]:
+def generated(mission: str, robot: str) -> Iterator[str]:
     """ "<mission> on <robot>", then the same with 2, 3 … behind it; never longer than a name may be."""
-    return (_of_schedule(mission, robot, number) for number in count(1))
+    return (_generated(mission, robot, number) for number in count(1))
 
 
-def _of_schedule(mission: str, robot: str, number: int) -> str:
+def _generated(mission: str, robot: str, number: int) -> str:
     ending = f" {number}" if number > 1 else ""
     return cleaned(f"{mission} on {robot}", LONGEST - len(ending)) + ending
 
 
-def is_of_schedule(name: str, mission: str, robot: str) -> bool:
-    """Whether ``of_schedule`` makes this name."""
+def is_generated(name: str, mission: str, robot: str) -> bool:
+    """Whether ``generated`` makes this name."""
     number = name.rpartition(" ")[2]
     is_numbered = number.isascii() and number.isdecimal() and len(number) < 4
-    return name in (_of_schedule(mission, robot, 1), _of_schedule(mission, robot, int(number)) if is_numbered else "")
+    return name in (_generated(mission, robot, 1), _generated(mission, robot, int(number)) if is_numbered else "")
 
 
 def own_schedule_name(name: str, mission: str, robot: str) -> str:
-    """``name`` as a person typed it; "" where ``of_schedule`` makes it: its number would read as part of the robot's name."""
-    return "" if is_of_schedule(name, mission, robot) else name
+    """``name`` as a person typed it; "" where ``generated`` makes it: its number would read as part of the robot's name."""
+    return "" if is_generated(name, mission, robot) else name
 
 
 def _is_unwanted(character: str) -> bool:

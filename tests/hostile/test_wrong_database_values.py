@@ -17,7 +17,7 @@ from app.database import backups
 from app.database.connection import DatabaseDamaged, DatabaseRefused
 from app.database.group_executions import GroupExecutionRepository, Watch
 from app.database.schema import APPLICATION_ID, MIGRATIONS
-from app.database.value_checks import LARGEST, tables
+from app.database.value_checks import LARGEST_IN_BACKUP, tables
 from app.domain import rules
 from app.domain.check_up import LeftBehind, Report, RobotProfile
 from app.domain.message import render
@@ -407,8 +407,12 @@ def test_no_number_is_restored_to_which_nothing_can_be_added(full, tmp_path, tab
 
 def test_what_is_restored_may_grow_and_is_still_opened(full, tmp_path):
     """With the largest numbers that a backup may have, and one more run."""
-    backup = spoilt(full, tmp_path / "backup.db", f"UPDATE robots SET drain_runs = {LARGEST}, failures = {LARGEST}")
-    spoilt_more = spoilt(backup, tmp_path / "more.db", f"UPDATE sqlite_sequence SET seq = {LARGEST}")
+    backup = spoilt(
+        full,
+        tmp_path / "backup.db",
+        f"UPDATE robots SET drain_runs = {LARGEST_IN_BACKUP}, failures = {LARGEST_IN_BACKUP}",
+    )
+    spoilt_more = spoilt(backup, tmp_path / "more.db", f"UPDATE sqlite_sequence SET seq = {LARGEST_IN_BACKUP}")
     database = tmp_path / "data" / "amr-scheduler.db"
     backups.restore(spoilt_more, database, NOW, find_problem)
     spoilt(database, database, "UPDATE robots SET drain_runs = drain_runs + 1, failures = failures + 1")

@@ -22,7 +22,7 @@ from app.database.robots import HoldRepository, RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import CLOCK_CONFIRMED_AT, DECLINED_PLACES, WRONG_PINS, SettingsRepository
 from app.database.table import Table
-from app.database.value_checks import FULL, YEARS, tables, unusable, wrong_number
+from app.database.value_checks import LARGEST_IN_USE, YEARS, tables, unusable, wrong_number
 from app.database.values import to_optional_instant
 from app.domain.message import Message, message
 from app.domain.models import OPEN_STATES, InvalidInput
@@ -116,7 +116,7 @@ def _sizes(c: sqlite3.Connection) -> None:
 
 def _sequences(c: sqlite3.Connection) -> None:
     for table, last in c.execute("SELECT name, seq FROM sqlite_sequence"):
-        _require(isinstance(last, int) and 0 <= last <= FULL, f"{table}: {last!r}")
+        _require(isinstance(last, int) and 0 <= last <= LARGEST_IN_USE, f"{table}: {last!r}")
     for table in (
         "robots",
         "missions",
@@ -129,7 +129,7 @@ def _sequences(c: sqlite3.Connection) -> None:
         "calendar_days",
     ):
         low, high = c.execute(f"SELECT coalesce(min(id), 1), coalesce(max(id), 1) FROM {table}").fetchone()
-        _require(0 < low <= high <= FULL, f"{table}: {low}, {high}")
+        _require(0 < low <= high <= LARGEST_IN_USE, f"{table}: {low}, {high}")
 
 
 def _settings(c: sqlite3.Connection) -> None:
@@ -152,10 +152,10 @@ def _settings(c: sqlite3.Connection) -> None:
     declined = repository.get(c, DECLINED_PLACES, [])
     _require(isinstance(declined, list) and all(isinstance(position, str) for position in declined), DECLINED_PLACES)
     wrong, offsets = repository.get(c, WRONG_PINS, 0), repository.get(c, "confirmed_clock_offsets", {})
-    _require(type(wrong) is int and 0 <= wrong <= FULL, f"{WRONG_PINS} {wrong!r}"[:60])
+    _require(type(wrong) is int and 0 <= wrong <= LARGEST_IN_USE, f"{WRONG_PINS} {wrong!r}"[:60])
     _check_objects(offsets)
     _require(
-        all(isinstance(offset, int | float) and abs(offset) <= FULL for offset in offsets.values()),
+        all(isinstance(offset, int | float) and abs(offset) <= LARGEST_IN_USE for offset in offsets.values()),
         "confirmed_clock_offsets",
     )
 
@@ -220,7 +220,7 @@ def _of_numbers(c: sqlite3.Connection) -> Iterator[tuple[str, Callable[[sqlite3.
 
 
 def _numbers(c: sqlite3.Connection, table: str, rows: str) -> None:
-    problem = wrong_number(c, table, FULL, rows)
+    problem = wrong_number(c, table, LARGEST_IN_USE, rows)
     _require(problem is None, problem or "")
 
 

@@ -296,20 +296,20 @@ class Edit(GroupEdit, ScheduleEdit):
             self.update_waiting(self.schedules.for_mission(self.c, mission.id))
             if stored.guid != mission.guid:
                 self._withdraw_idle_of(mission.id)
-        self.prefer_own(mission)
+        self.use_own_mission(mission)
         self.topics.add(Topic.MISSIONS)
         return mission
 
-    def prefer_own(self, mission: Mission) -> None:
+    def use_own_mission(self, mission: Mission) -> None:
         if mission.robot_id is not None and (general := self.missions.by_name(self.c, mission.name)):
-            self._use_instead(general.id, mission.id, mission.robot_id)
+            self._replace_mission(general.id, mission.id, mission.robot_id)
 
     def _check_used_only_on(self, mission: Mission) -> None:
         if self.missions.used_on(self.c, mission.id) - {mission.robot_id}:
             raise InvalidInput("robot", "the mission {name} is used on other robots too", name=mission.name)
 
-    def _use_instead(self, old_id: int, new_id: int, robot_id: int) -> None:
-        self.schedules.use_instead(self.c, old_id, new_id, robot_id)
+    def _replace_mission(self, old_id: int, new_id: int, robot_id: int) -> None:
+        self.schedules.replace_mission(self.c, old_id, new_id, robot_id)
         self.update_waiting(self.schedules.for_mission(self.c, new_id))
         robot = self.the_robot(robot_id)
         if robot.idle and robot.idle.mission_id == old_id:
@@ -321,7 +321,7 @@ class Edit(GroupEdit, ScheduleEdit):
         """With the schedules and idle rules that use it; those of a robot's own one go on with the mission of that name for all robots."""
         mission = self.the_mission(mission_id)
         if mission.robot_id is not None and (general := self.missions.by_name(self.c, mission.name)):
-            self._use_instead(mission_id, general.id, mission.robot_id)
+            self._replace_mission(mission_id, general.id, mission.robot_id)
         idle = self._withdraw_idle_of(mission_id)
         schedules = self.schedules.for_mission(self.c, mission_id)
         starts = self.open_of(schedules)

@@ -47,8 +47,8 @@ def _rename(edit: Transaction, schedules: Sequence[Schedule], made_of: Mapping[i
     taken, free = edit.schedules.names(edit.c), dict[Made, Iterator[str]]()
     for schedule in sorted(schedules, key=lambda schedule: (len(schedule.name), schedule.name)):
         before, now = made_of[schedule.id]
-        if names.is_of_schedule(schedule.name, *before) and not names.is_of_schedule(schedule.name, *now):
-            name = next(name for name in free.setdefault(now, names.of_schedule(*now)) if name not in taken)
+        if names.is_generated(schedule.name, *before) and not names.is_generated(schedule.name, *now):
+            name = next(name for name in free.setdefault(now, names.generated(*now)) if name not in taken)
             edit.schedules.update(edit.c, replace(schedule, name=name))
             edit.notes.append(f"schedule {schedule.name!r} changed: name {schedule.name!r} → {name!r}")
             edit.topics.add(Topic.SCHEDULES)

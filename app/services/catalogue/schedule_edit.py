@@ -199,8 +199,12 @@ class ScheduleEdit(Transaction):
         self, schedule: Schedule, stored: Schedule | None, target: Robot | Group, mission: Mission
     ) -> str:
         if not schedule.name.strip():
-            is_made = stored is not None and names.is_of_schedule(stored.name, mission.name, target.name)
-            return stored.name if stored is not None and is_made else self.free_schedule_name(mission.name, target.name)
+            is_generated = stored is not None and names.is_generated(stored.name, mission.name, target.name)
+            return (
+                stored.name
+                if stored is not None and is_generated
+                else self.free_schedule_name(mission.name, target.name)
+            )
         name = checks.name(schedule.name)
         other = self.schedules.by_name(self.c, name)
         if other is not None and other.id != schedule.id:
@@ -208,7 +212,7 @@ class ScheduleEdit(Transaction):
         return name
 
     def free_schedule_name(self, mission: str, robot: str) -> str:
-        return next(name for name in names.of_schedule(mission, robot) if self.schedules.by_name(self.c, name) is None)
+        return next(name for name in names.generated(mission, robot) if self.schedules.by_name(self.c, name) is None)
 
     def remove_schedule(self, schedule_id: int) -> Removed:
         """Takes effect at once; what waits of it is cancelled, what runs goes on, history stays."""

@@ -116,7 +116,7 @@ class Transaction:
         return {
             schedule.id
             for schedule in schedules
-            if names.is_of_schedule(
+            if names.is_generated(
                 schedule.name, self.the_mission(schedule.mission_id).name, self.target_of(schedule).name
             )
         }

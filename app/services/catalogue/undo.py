@@ -140,7 +140,7 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
             )
         edit.missions.add(edit.c, mission)
         edit.notes.append(f"mission {mission.name!r} put back")
-        edit.prefer_own(mission)
+        edit.use_own_mission(mission)
     missed = edit.places.use_again(edit.c, uses)
     if removed.robot is not None and removed.robot.idle is not None:
         _restore_idle(edit, removed.robot.id, removed.robot.idle)
@@ -149,9 +149,9 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
     calendar = edit.calendar
     for schedule in removed.schedules:
         does = edit.the_mission(schedule.mission_id).name, edit.target_of(schedule).name
-        is_made = schedule.id in removed.made_names
-        if is_made and (
-            edit.schedules.by_name(edit.c, schedule.name) or not names.is_of_schedule(schedule.name, *does)
+        is_generated = schedule.id in removed.made_names
+        if is_generated and (
+            edit.schedules.by_name(edit.c, schedule.name) or not names.is_generated(schedule.name, *does)
         ):
             schedule = replace(schedule, name=edit.free_schedule_name(*does))
         if edit.schedules.by_name(edit.c, schedule.name):

@@ -225,7 +225,7 @@ class Planner:
             calendar,
             self._schedules.skipped(c, schedule.id),
         )
-        self._schedules.plan_anew(c, schedule.id, next_at, through, now)
+        self._schedules.replan(c, schedule.id, next_at, through, now)
 
     def _time_unplanned(self, c: sqlite3.Connection, now: datetime, step: timedelta) -> None:
         """A Run now lasts as long as it was to, however the clock is set; its times stay, as that may be set ahead again. One from before

@@ -236,7 +236,7 @@ def test_how_far_schedules_have_been_planned(db, schedule):
     )
     assert [found.id for found in SCHEDULES.planned_beyond(db.read(), NOON)] == [schedule.id]
     db.write(lambda c: c.execute("UPDATE schedules SET changed_at = ? WHERE id = ?", (to_text(later), schedule.id)))
-    db.write(lambda c: SCHEDULES.plan_anew(c, schedule.id, NOON + day, NOON, NOON))
+    db.write(lambda c: SCHEDULES.replan(c, schedule.id, NOON + day, NOON, NOON))
     assert SCHEDULES.get(db.read(), schedule.id) == replace(
         schedule, next_at=NOON + day, planned_through=NOON, started_through=NOON, changed_at=NOON
     )

@@ -143,7 +143,7 @@ def test_missions_of_a_robot_can_be_taken_over_whatever_they_are_called():
 
 
 def test_a_schedule_without_a_name_gets_one_that_can_be_entered():
-    made = names.of_schedule("M" * 72 + FAMILY, "R")
+    made = names.generated("M" * 72 + FAMILY, "R")
     assert [checks.name(next(made)) for _ in range(3)] == [
         f"{'M' * 72}{FAMILY} on"[:80].strip(),
         f"{'M' * 72}{FAMILY} 2",

@@ -317,8 +317,8 @@ class _Import:
         mission_id: int = values["mission_id"]
         unnamed = self._unnamed.get((target.name, mission_id))
         if unnamed is None:
-            made = names.of_schedule(self._edit.the_mission(mission_id).name, target.name)
-            unnamed = self._unnamed[target.name, mission_id] = Unnamed(made, self._taken, self._stored)
+            generated = names.generated(self._edit.the_mission(mission_id).name, target.name)
+            unnamed = self._unnamed[target.name, mission_id] = Unnamed(generated, self._taken, self._stored)
         return unnamed.name_of(values)
 
     def _stored(self, name: str) -> Schedule | None:
