@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from enum import StrEnum
 from pathlib import Path
 
 from app.domain.models import OPEN_STATES, State
-from app.services.executions.transitions import RULES
+from app.services.executions.apply import RULES, Check, Effect
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "architecture.md"
 HEAD = "| event | in | becomes | asked once more | written with it |\n|---|---|---|---|---|\n"
@@ -18,8 +17,10 @@ def states(found: Sequence[State]) -> str:
     return names.get(tuple(found), ", ".join(found)) or "–"
 
 
-def texts(found: Sequence[StrEnum]) -> str:
-    return "; ".join(found) or "–"
+def texts(found: Sequence[Check | Effect]) -> str:
+    """The first sentences of their docstrings."""
+    says = [(each.__doc__ or "").split(".")[0] for each in found]
+    return "; ".join(text[:1].lower() + text[1:] for text in says) or "–"
 
 
 def table() -> str:

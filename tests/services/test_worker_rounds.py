@@ -21,20 +21,20 @@ COUNT = 10
 
 @pytest.fixture
 def ledger(site, monkeypatch) -> SimpleNamespace:
-    """What is asked of the ledger from here on: ``looks`` for what waits, sizes of the ``writes`` that make moves."""
+    """What is asked of the ledger from here on: ``looks`` for what waits, sizes of the ``writes`` that change rows."""
     seen, real = SimpleNamespace(looks=0, writes=[]), site.container.ledger
-    unsent_of, make = real.unsent_of, real.make
+    unsent_of, apply = real.unsent_of, real.apply
 
     def look(robot_id):
         seen.looks += 1
         return unsent_of(robot_id)
 
-    def write(moves, **how):
-        seen.writes += [len(moves)] if moves else []
-        return make(moves, **how)
+    def write(found, **how):
+        seen.writes += [len(found)] if found else []
+        return apply(found, **how)
 
     monkeypatch.setattr(real, "unsent_of", look)
-    monkeypatch.setattr(real, "make", write)
+    monkeypatch.setattr(real, "apply", write)
     return seen
 
 

@@ -523,7 +523,7 @@ MUTANTS = (
         "what is edited while it is in doubt is sent as it was",
         "services.executions.apply:apply_in",
         "for check in rule.checks:",
-        "for check in [each for each in rule.checks if each is not Check.WANTED]:",
+        "for check in [each for each in rule.checks if each is not is_wanted]:",
         "as another mission",
         Profile(acts_per_hour=120, events_per_hour=40).only(
             acts="change_mission",
@@ -602,7 +602,7 @@ MUTANTS = (
         "an idle mission that comes after it was overtaken is nobody's",
         "services.executions.apply:apply_in",
         "for effect in rule.effects:",
-        "for effect in [each for each in rule.effects if each is not Effect.RAN_IDLE]:",
+        "for effect in [each for each in rule.effects if each is not note_ran_idle]:",
         "two idle missions",
         CALM_HOURS,
         seed=20212,

@@ -77,9 +77,6 @@ class Ledger:
         wanted = ExecutionFilter(robot_ids=[robot_id], start=start, end=end)
         return list(self._executions.stream(self._db.read(), wanted))
 
-    def has_open_idle(self, robot_id: int) -> bool:
-        return any(row.trigger is Trigger.IDLE for row in self.open_for(robot_id))
-
     # ------------------------------------------------------------------ new rows
     def add(self, execution: Execution, instead_of: Execution | None = None) -> Execution | None:
         """Write a new row; None when its token is already in the ledger. ``instead_of`` is not sent again: raises InvalidInput where that
@@ -234,10 +231,6 @@ class Ledger:
     def forget_idle(self, robot_id: int) -> None:
         """There was no idle mission in this idle period."""
         self._db.write(lambda c: self._robots.note_idle(c, robot_id, None))
-
-    def may_get(self, execution: Execution) -> bool:
-        """Whether the robot that a start of a group was given to is still one that may get it."""
-        return self._starts.may_get(self._db.read(), execution)
 
     def wanted(self, execution: Execution) -> Verdict:
         """Whether its plan still has it, as it is or otherwise."""

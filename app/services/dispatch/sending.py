@@ -36,9 +36,9 @@ from app.services.dispatch.duplicates import Duplicates
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.refusals import answer_in_doubt, refusal, tried_here
 from app.services.dispatch.timing import INTENT_LEAD, RECHECK, RECONCILE_EVERY
-from app.services.dispatch.waiting import Waiting, robot_off
+from app.services.dispatch.waiting import Waiting
 from app.services.executions import transitions
-from app.services.executions.transitions import Event, Transition, is_other_machine, withdrawn
+from app.services.executions.transitions import Event, Transition, is_other_machine
 
 log = logging.getLogger(__name__)
 
@@ -170,38 +170,22 @@ class Sending:
         is_charged = rules.battery_allows(status.battery_percentage, intent.minimum_battery_percent)
         return is_charged and (can_work(status) or not may_change_robot(intent))
 
-    def _taken_back(self, row: Execution) -> Reason | None:
-        """Why it must not be sent (again). ``row`` was read a moment ago."""
-        if reason := withdrawn(row):
-            return reason
-        if self._seen.robot.enabled or row.group_id is not None:
-            return None
-        robot = self._s.robots.get(
-            self._s.db.read(), self._robot_id
-        )  # it may have been switched on since, which is not known here
-        return None if robot is not None and robot.enabled else robot_off(row.robot)
-
     def _is_wanted(self, intent: Execution, plan_version: int) -> bool:
         """``plan_version``: of the plan that the intent was written from."""
         is_changed = plan_version != self._s.plan_version()
         may_go = not intent.held and self._clock.now() < intent.closes_at and not self._s.clearing.blocks(intent)
-        return may_go and not (is_changed and self._is_taken_back(intent))
+        return may_go and not (is_changed and self._has_changed(intent))
 
-    def _is_taken_back(self, intent: Execution) -> bool:
+    def _has_changed(self, intent: Execution) -> bool:
+        """Whether it must not leave as it is in hand."""
         row = self._ledger.get(intent.id)
         if row is None or row.held or row.state is not State.SUBMITTING or self._clock.now() >= row.closes_at:
             return True
-        if (
-            self._taken_back(row) is not None
-            or self._ledger.wanted(row).columns != {}
-            or self._ledger.full_place(row) is not None
-        ):
-            return True
-        return row.group_id is not None and not self._ledger.may_get(row)
+        return self._ledger.wanted(row).columns != {} or self._ledger.full_place(row) is not None
 
     def _is_own(self, row: Execution) -> bool:
         """Whether it waits for this robot, and for no other."""
-        return row.group_id is None or (not may_change_robot(row) and self._ledger.may_get(row))
+        return not may_change_robot(row) and "robot_id" not in (self._ledger.wanted(row).columns or {})
 
     def _release(self, intents: Sequence[Execution]) -> None:
         """Intents of which nothing was sent wait again, or end where they were taken back."""
@@ -210,7 +194,7 @@ class Sending:
         for waiting in self._ledger.apply([transitions.not_sent(intent) for intent in intents]):
             if waiting.ended_at is not None:
                 self._forget_idle([waiting])
-            elif reason := self._taken_back(waiting):
+            elif reason := self._ledger.wanted(waiting).why:
                 self._ledger.apply([transitions.withdraw(waiting, reason)])
             elif self._is_own(waiting):
                 self._later(waiting, 0.0)
@@ -249,8 +233,8 @@ class Sending:
     def _may_try(self, row: Execution) -> bool:
         """One waiting execution: whether it is to be tried now; else it is ended here, or left waiting, or given back to its group."""
         if self._is_own(row):
-            return self._waiting.may_be_tried(row, self._taken_back(row)) and self._waiting.has_room(row)
-        if self._seen.robot.enabled and self._waiting.may_be_tried(row, self._taken_back(row)):
+            return self._waiting.may_be_tried(row, self._ledger.wanted(row).why) and self._waiting.has_room(row)
+        if self._seen.robot.enabled and self._waiting.may_be_tried(row, self._ledger.wanted(row).why):
             return True
         self._release_robot(row)
         return False
@@ -379,7 +363,7 @@ class Sending:
         for waiting in tried:
             if waiting.ended_at is not None:
                 self.attempts.pop(waiting.id, None)
-            elif reason := self._taken_back(waiting) or rules.after_failed_attempt(waiting, settings, problem):
+            elif reason := self._ledger.wanted(waiting).why or rules.after_failed_attempt(waiting, settings, problem):
                 ends.append(transitions.withdraw(waiting, reason))
                 self.attempts.pop(waiting.id, None)
             else:
@@ -495,7 +479,7 @@ class Sending:
     def _is_not_there(self, row: Execution) -> None:
         """Not on the robot: failed, or refused where it said why."""
         answer = row.wait_details.get("answer")
-        if row.wait_details.get("is_reason") and self._taken_back(row) is None:
+        if row.wait_details.get("is_reason") and self._ledger.wanted(row).why is None:
             self._refused(
                 [row], self._said_of_parameters(row, Reason(ReasonCode.REFUSED, {"problem": answer})), may_come=True
             )

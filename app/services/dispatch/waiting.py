@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Sequence
 from datetime import datetime
 
 from app.domain import rules
-from app.domain.models import Execution, HandOver, Reason, ReasonCode, Robot, State, Trigger, Wait
+from app.domain.models import Execution, HandOver, Reason, Robot, State, Trigger, Wait
 from app.domain.robot import RobotStatus
 from app.services.allocation.choose import LAST_CALL
 from app.services.dispatch.availability import is_free
@@ -36,11 +36,11 @@ class Waiting:
     def forget_all_but(self, ids: Collection[int]) -> None:
         self._listed_until = {key: until for key, until in self._listed_until.items() if key[0] in ids}
 
-    def may_be_tried(self, row: Execution, taken_back: Reason | None) -> bool:
-        """Whether it may be tried now; else it is ended here, or left waiting. ``taken_back``: why it must not be sent."""
+    def may_be_tried(self, row: Execution, why_not: Reason | None) -> bool:
+        """Whether it may be tried now; else it is ended here, or left waiting. ``why_not``: why it must not be sent."""
         now = self._clock.now()
-        if taken_back:
-            self._ledger.apply([transitions.withdraw(row, taken_back)])
+        if why_not:
+            self._ledger.apply([transitions.withdraw(row, why_not)])
         elif now >= row.closes_at:
             self._ledger.end(
                 Event.EXPIRE,
@@ -127,7 +127,3 @@ class Waiting:
             silent = {"robots": ", ".join(found.silent)} if found.silent else {}
             self._waits(row, Wait.ELSEWHERE, **silent, **(rules.LISTED_LATER if row.wait is Wait.LATE_START else {}))
         return found.robot is not None or not found.is_certain
-
-
-def robot_off(name: str) -> Reason:
-    return Reason(ReasonCode.ROBOT_REMOVED, {"robot": name})

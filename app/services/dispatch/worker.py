@@ -321,7 +321,7 @@ class RobotWorker:
         )
         if (
             not self._idle_mission_is_due(last, idle_seconds)
-            or self._s.ledger.has_open_idle(self.robot.id)
+            or any(row.trigger is Trigger.IDLE for row in self._s.ledger.open_for(self.robot.id))
             or self._queue_was_reset(last)
         ):
             return

@@ -1,20 +1,20 @@
-"""Every change of an execution's row: the table of what may become of which state, and the columns that each change writes.
+"""Every change of an execution's row: the event, and the columns that it writes. Pure: no SQL, no clock.
 
-Pure: no SQL, no clock. ``app.services.executions.apply`` writes a transition, with everything that belongs to it, in one transaction.
+``app.services.executions.apply`` says in which states an event may happen, and writes it with everything that belongs to it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime
 from enum import StrEnum
-from typing import Any, NamedTuple
+from typing import Any
 
 from app.database.executions import UNBOUND
 from app.domain import rules
 from app.domain.message import Message
-from app.domain.models import OPEN_STATES, Execution, Reason, ReasonCode, Robot, State, Wait
+from app.domain.models import Execution, Reason, ReasonCode, Robot, State, Wait
 from app.domain.robot import QueueItem
 
 NOT_WITH_THE_ROBOT = (State.WAITING, State.SUBMITTING)  # or at least may be
@@ -54,69 +54,6 @@ class Event(StrEnum):
     RESTORE = "what ended it was undone"
     MOVE = "its instant is another one by newer rules or time zones"
     REOPEN = "the robot has it after all, or another item than was thought"
-
-
-class Check(StrEnum):
-    """What is asked once more in the transaction that writes it; where it does not hold, nothing is written."""
-
-    ROOM = "there is room at its places"
-    WANTED = "its plan has it: it is written as that defines it now"
-    AS_READ = "what its end rests on is as it was read"
-    AS_CHOSEN = "what the choice of its robot rests on is as it was read"
-
-
-class Effect(StrEnum):
-    """What is written with it, besides the row."""
-
-    BEGUN = "its schedule has begun this instant"
-    SKIP = "its schedule skips this instant, where a person held or cancelled it"
-    ACCEPTED = "the robot's last item; its idle period is used"
-    RAN_IDLE = "the robot's idle period is used, where it is an idle mission"
-    LATE = "a request that may still arrive is watched for"
-    OUTCOME = "the robot did well, or failed"
-
-
-class Rule(NamedTuple):
-    """``targets``: what it may become; none: it stays what it is."""
-
-    sources: Sequence[State]
-    targets: Sequence[State] = ()
-    checks: Sequence[Check] = ()
-    effects: Sequence[Effect] = ()
-
-
-_WAITING, _SUBMITTING, _QUEUED, _EXECUTING = OPEN_STATES
-_FAILED, _CANCELLED, _SKIPPED, _MISSED = State.FAILED, State.CANCELLED, State.SKIPPED, State.MISSED
-
-RULES: Mapping[Event, Rule] = {
-    Event.WAIT: Rule([_WAITING]),
-    Event.HOLD: Rule([_WAITING]),
-    Event.REDEFINE: Rule(NOT_WITH_THE_ROBOT),
-    Event.ASSIGN: Rule([_WAITING], NOT_WITH_THE_ROBOT, [Check.AS_CHOSEN, Check.WANTED], [Effect.BEGUN]),
-    Event.UNASSIGN: Rule([_WAITING]),
-    Event.BEGIN: Rule([_WAITING], [_SUBMITTING], [Check.ROOM, Check.WANTED], [Effect.BEGUN]),
-    Event.NOT_SENT: Rule([_SUBMITTING], [_WAITING], [Check.WANTED]),
-    Event.ANSWER: Rule([_SUBMITTING]),
-    Event.ACCEPT: Rule([_SUBMITTING], [_QUEUED], effects=[Effect.ACCEPTED]),
-    Event.ADOPT: Rule([_WAITING], [_QUEUED], effects=[Effect.BEGUN, Effect.ACCEPTED]),
-    Event.FAIL: Rule(NOT_WITH_THE_ROBOT, [_WAITING], [Check.WANTED], [Effect.LATE]),
-    Event.GIVE_BACK: Rule(NOT_WITH_THE_ROBOT, [_WAITING], [Check.WANTED], [Effect.LATE, Effect.OUTCOME]),
-    Event.START: Rule([_QUEUED], [_EXECUTING]),
-    Event.COMPLETE: Rule(WITH_THE_ROBOT, [State.COMPLETED], effects=[Effect.OUTCOME]),
-    Event.ABORT: Rule(WITH_THE_ROBOT, [_FAILED, _CANCELLED], effects=[Effect.OUTCOME]),
-    Event.GIVE_UP: Rule(MAY_BE_WITH_THE_ROBOT, [_FAILED], effects=[Effect.LATE]),
-    Event.EXPIRE: Rule([_WAITING], [_FAILED, _SKIPPED, _MISSED], [Check.AS_READ], [Effect.SKIP]),
-    Event.REFUSE: Rule(NOT_WITH_THE_ROBOT, [_FAILED], [Check.AS_READ], [Effect.LATE, Effect.OUTCOME]),
-    Event.WITHDRAW: Rule(NOT_WITH_THE_ROBOT, [_SUBMITTING, _CANCELLED, _SKIPPED]),
-    Event.CANCEL: Rule(OPEN_STATES, [*MAY_BE_WITH_THE_ROBOT, _CANCELLED], effects=[Effect.SKIP]),
-    Event.UNCANCEL: Rule(OPEN_STATES),
-    Event.REPLACE: Rule(tuple(State)),
-    Event.WANT_AGAIN: Rule([_SUBMITTING]),
-    Event.REMOVE: Rule(OPEN_STATES, [_CANCELLED]),
-    Event.RESTORE: Rule([_CANCELLED], OPEN_STATES),
-    Event.MOVE: Rule([_SKIPPED]),
-    Event.REOPEN: Rule(tuple(State), [_QUEUED], effects=[Effect.RAN_IDLE]),
-}
 
 
 @dataclass(frozen=True)
@@ -166,8 +103,7 @@ def list_late(row: Execution, now: datetime, uncertain_through: datetime | None 
 
 
 def hold(row: Execution, held: bool) -> Transition:
-    columns: dict[str, Any] = {"held": held, "wait": Wait.HOLD if held else Wait.DUE, "wait_details": {}}
-    return Transition(Event.HOLD, row, columns)
+    return Transition(Event.HOLD, row, {"held": held, "wait": Wait.HOLD if held else Wait.DUE, "wait_details": {}})
 
 
 def redefine(row: Execution, **columns: Any) -> Transition:
@@ -213,19 +149,25 @@ def begin(row: Execution, robot: Robot, queue_floor: int | None) -> Transition:
     """The intent on disk before the POST, one attempt more, and the highest queue id known before it. The floor of the first attempt on
     this machine is kept: everything that this execution ever put there lies above it."""
     is_first = row.queue_floor is None or is_other_machine(row, robot.serial_number)
-    columns = {
-        "state": State.SUBMITTING,
-        "attempts": row.attempts + 1,
-        "queue_floor": queue_floor if is_first else row.queue_floor,
-        **_sent_to(robot),
-    }
-    return Transition(Event.BEGIN, row, columns)
+    return Transition(
+        Event.BEGIN,
+        row,
+        {
+            "state": State.SUBMITTING,
+            "attempts": row.attempts + 1,
+            "queue_floor": queue_floor if is_first else row.queue_floor,
+            **_sent_to(robot),
+        },
+    )
 
 
 def not_sent(intent: Execution) -> Transition:
     """That of a group waits again though its robot has been removed since, where its plan still has it."""
-    columns = {"state": State.WAITING, "attempts": intent.attempts - 1, "reason": None, "ended_at": None}
-    return Transition(Event.NOT_SENT, intent, columns)
+    return Transition(
+        Event.NOT_SENT,
+        intent,
+        {"state": State.WAITING, "attempts": intent.attempts - 1, "reason": None, "ended_at": None},
+    )
 
 
 def answer(row: Execution, said: Mapping[str, Any], taken_at: datetime | None) -> Transition:
@@ -236,25 +178,29 @@ def answer(row: Execution, said: Mapping[str, Any], taken_at: datetime | None) -
 
 def accept(row: Execution, robot: Robot, queue_id: int, since: datetime) -> Transition:
     """If this were never written, the robot would be asked."""
-    columns = {"state": State.QUEUED, "queue_id": queue_id, "submitted_at": since, **_sent_to(robot)}
-    return Transition(Event.ACCEPT, row, columns)
+    return Transition(
+        Event.ACCEPT, row, {"state": State.QUEUED, "queue_id": queue_id, "submitted_at": since, **_sent_to(robot)}
+    )
 
 
 def adopt(row: Execution, robot: Robot, item: QueueItem, now: datetime) -> Transition:
     """On the robot that it waits for, or on another one."""
-    columns = {
-        **(UNBOUND if row.robot_id != robot.id else {}),
-        "state": State.QUEUED,
-        "queue_id": item.id,
-        "token": item.description,
-        "submitted_at": now,
-        "attempts": max(1, row.attempts),
-        "queue_floor": item.id - 1,
-        "robot_id": robot.id,
-        "robot": robot.name,
-        **_sent_to(robot),
-    }
-    return Transition(Event.ADOPT, row, columns)
+    return Transition(
+        Event.ADOPT,
+        row,
+        {
+            **(UNBOUND if row.robot_id != robot.id else {}),
+            "state": State.QUEUED,
+            "queue_id": item.id,
+            "token": item.description,
+            "submitted_at": now,
+            "attempts": max(1, row.attempts),
+            "queue_floor": item.id - 1,
+            "robot_id": robot.id,
+            "robot": robot.name,
+            **_sent_to(robot),
+        },
+    )
 
 
 def fail(row: Execution, problem: Message, *, may_come: bool, is_first: bool) -> Transition:
@@ -288,19 +234,22 @@ def give_back(
 
 # ---------------------------------------------------------------------- with the robot
 def start(row: Execution, now: datetime, robot_delay_s: float | None) -> Transition:
-    columns = {"state": State.EXECUTING, "started_at": now, "robot_delay_s": robot_delay_s}
-    return Transition(Event.START, row, columns)
+    return Transition(Event.START, row, {"state": State.EXECUTING, "started_at": now, "robot_delay_s": robot_delay_s})
 
 
 def complete(row: Execution, now: datetime, duration_s: float | None, robot_delay_s: float | None) -> Transition:
     """Seen done; a fast one is first seen so, and then began about now."""
-    columns = {
-        "state": State.COMPLETED,
-        "duration_s": duration_s,
-        "robot_delay_s": robot_delay_s,
-        "started_at": row.started_at or now,
-    }
-    return Transition(Event.COMPLETE, row, columns, went_well=True)
+    return Transition(
+        Event.COMPLETE,
+        row,
+        {
+            "state": State.COMPLETED,
+            "duration_s": duration_s,
+            "robot_delay_s": robot_delay_s,
+            "started_at": row.started_at or now,
+        },
+        went_well=True,
+    )
 
 
 def reopen(row: Execution, robot: Robot, queue_id: int, now: datetime) -> Transition:

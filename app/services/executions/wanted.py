@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import sqlite3
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+from app.database.executions import UNBOUND
+from app.database.group_executions import GroupExecutionRepository
 from app.database.groups import target_of
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
@@ -13,6 +16,7 @@ from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain import rules
 from app.domain.models import Execution, Group, Mission, Reason, ReasonCode, Robot, Schedule, Settings, Trigger
+from app.services.executions.transitions import withdrawn
 from app.services.planning.planned import first_due
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
@@ -26,7 +30,7 @@ _FOLLOWS = (
     "closes_at",
     "finish_by",
 )
-_MISSIONS, _SETTINGS = MissionRepository(), SettingsRepository()
+_MISSIONS, _SETTINGS, _STARTS = MissionRepository(), SettingsRepository(), GroupExecutionRepository()
 
 
 def as_defined(
@@ -54,15 +58,18 @@ def as_defined(
 class Verdict(NamedTuple):
     """The columns that have to change for it to run as its plan has it now; None: it must not be sent, and why not."""
 
-    columns: dict[str, Any] | None
+    columns: Mapping[str, Any] | None
     why: Reason | None = None
 
 
 def wanted(c: sqlite3.Connection, row: Execution, *, reopen: bool = False) -> Verdict:
-    """What a person started is as that person wanted it. ``reopen``: it has ended, or was withdrawn; whether the plan has it as if nothing
-    had been."""
+    """What a person started is as that person wanted it. One of a group goes on without a robot where that may not get it any more.
+    ``reopen``: it has ended, or was withdrawn; whether the plan has it as if nothing had been."""
+    if not reopen and (why := withdrawn(row) or _robot_is_off(c, row)):
+        return Verdict(None, why)
+    may_stay = reopen or None in (row.group_id, row.robot_id) or _STARTS.may_get(c, row)
     if row.trigger is Trigger.MANUAL:
-        return Verdict({})
+        return Verdict({} if may_stay else UNBOUND)
     if row.trigger is Trigger.IDLE:
         is_idle = _is_idle_mission(c, row)
         return Verdict({}) if is_idle else Verdict(None, Reason(ReasonCode.SCHEDULE_CHANGED, {"idle": True}))
@@ -76,6 +83,7 @@ def wanted(c: sqlite3.Connection, row: Execution, *, reopen: bool = False) -> Ve
     if not is_planned or target is None or mission is None:  # foreign keys prevent that there is no target or mission
         return Verdict(None, Reason(ReasonCode.SCHEDULE_CHANGED))
     columns = as_defined(c, row, schedule, target, mission, settings, _SETTINGS.install_id(c))
+    columns |= {} if may_stay else UNBOUND
     return Verdict({name: value for name, value in columns.items() if value != getattr(row, name)})
 
 
@@ -83,6 +91,12 @@ def has_start(row: Execution, schedule: Schedule, settings: Settings, calendar: 
     """Whether the schedule has a start at that instant, on that robot or group."""
     at = first_due(replace(schedule, planned_through=None), settings, row.planned_at, calendar)
     return _is_for(row, schedule) and at == row.planned_at
+
+
+def _robot_is_off(c: sqlite3.Connection, row: Execution) -> Reason | None:
+    robot = RobotRepository().get(c, row.robot_id or 0)
+    is_off = row.group_id is None and (robot is None or not robot.enabled)
+    return Reason(ReasonCode.ROBOT_REMOVED, {"robot": row.robot}) if is_off else None
 
 
 def _is_for(row: Execution, schedule: Schedule) -> bool:

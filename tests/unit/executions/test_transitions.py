@@ -19,9 +19,10 @@ from app.database.schedules import ScheduleRepository
 from app.domain import rules
 from app.domain.models import Execution, Group, Mission, Reason, ReasonCode, Robot, Schedule, Settings, State, Wait
 from app.domain.robot import QueueItem, QueueState
+from app.services.executions import apply as table
 from app.services.executions import transitions
-from app.services.executions.apply import apply_in
-from app.services.executions.transitions import RULES, Effect, Event, Transition
+from app.services.executions.apply import RULES, apply_in
+from app.services.executions.transitions import Event, Transition
 from tests.support.clock import VirtualClock
 
 NOW = datetime(2026, 11, 23, 6, 5, tzinfo=UTC)
@@ -61,12 +62,12 @@ MADE: dict[Event, Any] = {
     Event.REOPEN: lambda row: transitions.reopen(row, ROBOT, 7, NOW),
 }
 SEEN = {
-    Effect.BEGUN: "SELECT started_through FROM schedules",
-    Effect.SKIP: "SELECT count(*) FROM skips",
-    Effect.ACCEPTED: "SELECT last_queue_id FROM robots WHERE id = 1",
-    Effect.RAN_IDLE: "SELECT idle_queue_id FROM robots WHERE id = 1",
-    Effect.LATE: "SELECT count(*) FROM watches",
-    Effect.OUTCOME: "SELECT failures FROM robots WHERE id = 1",
+    table.note_begun: "SELECT started_through FROM schedules",
+    table.note_skip: "SELECT count(*) FROM skips",
+    table.note_accepted: "SELECT last_queue_id FROM robots WHERE id = 1",
+    table.note_ran_idle: "SELECT idle_queue_id FROM robots WHERE id = 1",
+    table.watch_for_late: "SELECT count(*) FROM watches",
+    table.note_outcome: "SELECT failures FROM robots WHERE id = 1",
 }
 
 
@@ -104,7 +105,7 @@ class Site:
 
         return self.db.write(work)
 
-    def effects(self) -> dict[Effect, Any]:
+    def effects(self) -> dict[table.Effect, Any]:
         c = self.db.read()
         return {effect: next(iter(c.execute(question)))[0] for effect, question in SEEN.items()}
 
@@ -148,11 +149,11 @@ def test_an_event_writes_what_its_rule_says_and_only_in_its_states(site, event):
         assert after.state in (rule.targets or [state]), state
         assert {name: getattr(after, name) for name in made.columns} == dict(made.columns), state
         assert (after.ended_at is not None) is not after.state.is_open
-        expected = set(rule.effects) - {Effect.RAN_IDLE}
+        expected = set(rule.effects) - {table.note_ran_idle}
         if event is Event.REFUSE and state is State.WAITING:
-            expected.discard(Effect.OUTCOME)  # the robot was not sent it
+            expected.discard(table.note_outcome)  # the robot was not sent it
         if after.state.is_open:
-            expected.discard(Effect.SKIP)
+            expected.discard(table.note_skip)
         assert {effect for effect, value in site.effects().items() if value != before[effect]} == expected, state
 
 
