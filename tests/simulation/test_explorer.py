@@ -11,7 +11,7 @@ from app.domain.message import message
 from app.domain.models import OPEN_STATES, State
 from app.services.dispatch.duplicates import Duplicates
 from app.services.dispatch.sending import Sending
-from app.services.executions import apply, wanted
+from app.services.executions import wanted
 from tests.simulation.choices import Scenario
 from tests.simulation.explorer import explore
 
@@ -84,6 +84,5 @@ def test_an_unexpected_second_copy_is_found(monkeypatch):
 @pytest.mark.long
 def test_a_start_that_is_sent_again_although_it_was_taken_back_is_found(monkeypatch):
     """A request is lost, its schedule is switched off, and after the quiet time it leaves again."""
-    for module in (apply, wanted):
-        monkeypatch.setattr(module, "withdrawn", lambda row: None)
+    monkeypatch.setattr(wanted, "withdrawn", lambda row: None)
     assert is_found("after it was taken back", faults=2, acts=("switch off A",))

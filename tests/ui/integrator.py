@@ -42,7 +42,7 @@ def tablet(directory: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Plant]:
         yield site
 
 
-def begin_anew(site: Plant, app: SchedulerApp, ui: Driver, screen: str) -> None:
+def restart(site: Plant, app: SchedulerApp, ui: Driver, screen: str) -> None:
     """Show ``screen`` as a first start would, whatever the test before has entered, saved and left open."""
     app.shell.dialogs.close_all()
     app.shell.snackbars.clear()

@@ -11,7 +11,7 @@ from app.widgets.frame import AlarmBanner, NavItem, TopBar
 from app.widgets.lists import STILL
 from app.widgets.tokens import tk
 from tests.support.stored import Stored
-from tests.ui.whole_app import begin_anew, plant, shown
+from tests.ui.whole_app import plant, restart, shown
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +43,7 @@ def app(shared_app, site, ui):
         site.calm_down(ui)
         shared_app.stored.put_back()
 
-    begin_anew(shared_app, ui, put_back)
+    restart(shared_app, ui, put_back)
     ui.wait(lambda: "Ready" in ui.texts() and not ui.find_all(AlarmBanner))
     assert (tk.theme, translator.language, ui.find(TopBar).robot) == ("light", "en", "Aino")
     return shared_app

@@ -13,7 +13,7 @@ from app.widgets.fields import PickField
 from app.widgets.rows import OptionRow, QueueRow
 from app.widgets.snackbar import Snackbar
 from tests.support.stored import Stored
-from tests.ui.whole_app import GUIDS, api, begin_anew, plant, shown
+from tests.ui.whole_app import GUIDS, api, plant, restart, shown
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +46,7 @@ def home(app, ui):
         for group in app.site.container.catalogue.groups():
             app.site.container.catalogue.remove_group(group.id)
 
-    begin_anew(app, ui, put_back)
+    restart(app, ui, put_back)
     app.root_vm.choose_mission(None)
     app.root_vm.choose_target(("robot", 0))
     app.root_vm.go_first(False)

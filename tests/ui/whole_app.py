@@ -155,7 +155,7 @@ def shown(
         ui.advance()
 
 
-def begin_anew(app: SchedulerApp, ui: Driver, put_back: Callable[[], object]) -> None:
+def restart(app: SchedulerApp, ui: Driver, put_back: Callable[[], object]) -> None:
     """The first screen with nothing open above it, for the next test that shares the app: ``put_back`` is called when nothing is under way
     any more."""
     app.shell.go("home")

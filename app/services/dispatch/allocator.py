@@ -80,7 +80,7 @@ class Allocator:
     # ------------------------------------------------------------------ what waits
     def _is_to_be_given(self, row: Execution, group: Group | None, robots: Mapping[int, Robot]) -> bool:
         reason = withdrawn(row)
-        if reason is None and self._has_no_robot(row, group, robots):  # as far as their workers know by now
+        if reason is None and self._has_no_robot(row, group, robots):  # as far as their workers know
             reason = self._has_no_robot(
                 row, group, {robot.id: robot for robot in self._s.robots.all(self._s.db.read())}
             )
@@ -132,7 +132,7 @@ class Allocator:
     def _decide(
         self, rows: Sequence[Execution], groups: Mapping[int, Group], workers: Mapping[int, RobotWorker]
     ) -> tuple[set[int], set[int]]:
-        """Returns the ids of those that were given to a robot, and of those that were to be and had changed meanwhile, or the robot had."""
+        """Returns the ids of those that were given to a robot, and of those that were to be and had changed, or the robot had."""
         state, by_id = (
             GroupState(self._s, self._usual_durations, workers, self.members, self._lacks),
             {row.id: row for row in rows},

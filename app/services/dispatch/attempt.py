@@ -1,4 +1,4 @@
-"""A start on its way to its robot: what its worker knows of it besides its row."""
+"""A start on its way to its robot: what its worker knows of it, and its row does not."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ def intent_of(row: Execution) -> tuple[object, ...]:
 
 
 class Attempts(dict[int, Attempt]):
-    """Those of one robot, by the id of their execution. A row that says ``submitting`` and is not here belongs to a process that is
-    gone."""
+    """Those of one robot, by the id of their execution. A row that says ``submitting`` and is not here belongs to a process that has
+    ended."""
 
     def of(self, phase: Phase) -> Iterator[Attempt]:
         return (attempt for attempt in self.values() if attempt.phase is phase)

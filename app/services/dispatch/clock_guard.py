@@ -59,7 +59,7 @@ class _Doubt:
     shown: Span | None = None  # the times that it showed until then, or until it moved
     moved_s: float = 0.0  # ahead, since then
 
-    def begin_anew(self, mono: float) -> None:
+    def restart(self, mono: float) -> None:
         """After a jump: what was read up to that very moment says nothing any more."""
         self.since_mono = math.nextafter(mono, math.inf)
 
@@ -69,7 +69,7 @@ class _Doubt:
             self.shown = (self.shown[0], before)
         self.moved_s += step
         if self.jump_s:
-            self.jump_s = max(0.0, self.jump_s + step)  # perhaps taken back
+            self.jump_s = max(0.0, self.jump_s + step)  # perhaps set back
 
     def found_wrong(self, readings: Readings) -> Span | None:
         """The wrong times that the clock showed, where a robot agrees that had contradicted it before it was set ahead by about as much. In
@@ -95,8 +95,10 @@ class ClockGuard:
         self._beat_at = -1e9
         self._doubt: _Doubt | None = None
         self._absent_since: datetime | None = None
-        self._unreported: Gap | None = None  # an absence that is told once the clock is trusted
-        self._started_at: float | None = None  # on the monotonic clock, until it is told for how long the app was off
+        self._unreported: Gap | None = None  # an absence that is reported once the clock is trusted
+        self._started_at: float | None = (
+            None  # on the monotonic clock, until it is reported for how long the app was off
+        )
         self._went_back = False
         self._step = timedelta()
         self._overruled: dict[
@@ -157,10 +159,10 @@ class ClockGuard:
 
     # ------------------------------------------------------------------ inside
     def _begin_doubt(self, now: datetime, jump_s: float = 0.0, said_at: float = math.inf) -> _Doubt:
-        """``said_at``: what robots have told since then still counts, as long as they tell nothing newer."""
+        """``said_at``: what robots have said since then still counts, as long as they say nothing newer."""
         doubt = self._doubt = _Doubt(now, min(said_at, self._clock.monotonic()), jump_s)
         if jump_s:
-            doubt.begin_anew(self._clock.monotonic())
+            doubt.restart(self._clock.monotonic())
         self._holds.doubt_clock(UNPROVEN)
         return doubt
 
@@ -225,7 +227,7 @@ class ClockGuard:
         return self._confirmed_at is not None and timedelta() <= now - self._confirmed_at <= CONFIRMATION_LASTS
 
     def _unproven(self, can_ask: bool, now: datetime, mono: float) -> Message | None:
-        """No robot has told its time yet."""
+        """No robot has said its time yet."""
         doubt, then = self._doubt, self._last_heartbeat
         if doubt is not None and can_ask and mono - doubt.since_mono < FIRST_DOUBT:
             return UNPROVEN
@@ -288,7 +290,7 @@ class ClockGuard:
             self._went_back = True
         self._wrong_since = None
         if self._doubt is not None:  # what was read before says nothing any more
-            self._doubt.begin_anew(mono)
+            self._doubt.restart(mono)
             self._doubt.move(now - timedelta(seconds=step), step)
         elif step > self._shortest_doubtful():
             self._begin_doubt(self._last[0], step)

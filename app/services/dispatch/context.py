@@ -25,7 +25,7 @@ from app.services.planning.working_days import WorkingCalendar
 
 @dataclass(frozen=True)
 class Context:
-    """``plan_version`` grows with every change that may take a start back. ``is_contradicted``: whether a robot's clock alone puts the
+    """``plan_version`` grows with every change that may withdraw a start. ``is_contradicted``: whether a robot's clock alone puts the
     tablet's in doubt."""
 
     db: Database

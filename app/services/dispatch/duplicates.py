@@ -51,7 +51,7 @@ class Duplicates:
         self._watched: dict[str, tuple[int, float]] = {}  # by token: queue floor, and until when on the monotonic clock
         self._unsearched_since = math.inf  # the first of the searches for them that failed in a row, on the same clock
         self._alarmed: set[tuple[str, int]] = set()  # alarms by code and queue id
-        self.note_accepted: Callable[[], None] = lambda: None  # writes which items have been told to be ours
+        self.note_accepted: Callable[[], None] = lambda: None  # writes which items are known to be ours
         self._has_forgotten = False  # an item that is certainly ours came without its token
         self._read: dict[
             int, QueueItem | None
@@ -137,8 +137,8 @@ class Duplicates:
         return self._has_forgotten if known is None or known.token_field is None else known.token_field == ""
 
     def newest_of_idle_mission(self, last_queue_id: int | None, highest: int | None) -> int | None:
-        """The robot's newest item, where all since its last idle mission are copies of idle missions of ours: nobody has used the robot.
-        None: somebody has, or its answers don't tell. Raises RobotError when it does not answer."""
+        """The robot's newest item, where all since its last idle mission are copies of idle missions of ours: it was not used
+        otherwise. None: it was, or its answers don't tell. Raises RobotError when it does not answer."""
         if last_queue_id is None or highest is None or highest <= last_queue_id:
             return None
         try:
@@ -169,7 +169,7 @@ class Duplicates:
             if robot.serial_number and found and found != robot.serial_number:  # another machine
                 return
             highest = self._client.highest_queue_id() or 0
-            if highest < max(self._read, default=0):  # its numbers have begun anew
+            if highest < max(self._read, default=0):  # its numbers have begun again
                 self._read, known = {}, 0
             items = self._client.items_after(max(0, highest - SEARCHED_AFTER_RESTORE), self._read, highest)
             last = self._s.robots.last_accepted(self._s.db.read(), robot.id)
@@ -208,7 +208,7 @@ class Duplicates:
         self._ledger.watch(row, self._seen.robot.id)
 
     def watch_again(self) -> None:
-        """What an earlier run of the app gave up; where its time is over, once more, for it may have come while nobody looked."""
+        """What an earlier run of the app gave up; where its time is over, once more, for it may have come while no one looked."""
         now, mono = self._s.clock.now(), self._s.clock.monotonic()
         for watch in self._ledger.watches_of(self._seen.robot.id):
             left = (watch.until - now).total_seconds()
@@ -322,7 +322,7 @@ class Duplicates:
         ]
 
     def _watched_from(self) -> int:
-        """What has to be searched has a higher number, unless the robot's numbers have begun anew since."""
+        """What has to be searched has a higher number, unless the robot's numbers have begun again since."""
         floor, highest = min(floor for floor, _until in self._watched.values()), self._seen.highest
         return 0 if highest is not None and highest < floor else floor
 
@@ -352,14 +352,14 @@ class Duplicates:
         if item.id < row.queue_id and row.state.is_open:  # the earlier one is ours
             later = row.queue_id
             return not self._reopen(row, item) or self.cancel_copy(self._client.queue_item(later), row)
-        if row.cancel_code and item.is_open:  # nobody wants it, however often it comes
+        if row.cancel_code and item.is_open:  # cancelled, however often it comes
             return self._cancel_late(row, item)
         return self.cancel_copy(item, row)
 
     def _item_elsewhere(self, row: Execution, item: QueueItem) -> bool:
-        """One of a group that this robot gave back, and another one may have by now: the first that can be seen is the one, where nothing
+        """One of a group that this robot gave back, and another one may have: the first that can be seen is the one, where nothing
         has been sent to that one. Returns whether that is done."""
-        if row.cancel_code and item.is_open:  # nobody wants it, on whichever robot
+        if row.cancel_code and item.is_open:  # cancelled, on whichever robot
             return self._cancel_late(row, item)
         if row.state is State.WAITING:  # a copy that was cancelled here says nothing about it
             return item.state is QueueState.ABORTED or bool(

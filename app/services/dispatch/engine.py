@@ -60,7 +60,7 @@ _REDEFINING = (
     Topic.ROBOTS,
     Topic.MISSIONS,
     Topic.SETTINGS,
-)  # what is about to be sent, or take it back
+)  # what is about to be sent, or withdraw it
 _DECIDING = (
     Topic.ROBOTS,
     Topic.SCHEDULES,
@@ -79,7 +79,7 @@ class Mailboxes(Protocol):
         """Its worker is not needed any more; it releases what it holds."""
 
     def post(self, robot_id: int, message: messages.Message) -> None:
-        """A worker is not told of a change of the ledger that it has just made itself."""
+        """A worker gets no message about a change of the ledger that it has just made itself."""
 
 
 class Engine:
@@ -116,7 +116,7 @@ class Engine:
         self._sought: frozenset[int] = frozenset()  # robots that a start waits for
         self._lock = threading.Lock()  # for what other threads ask: workers, whose turn it is
         self._inserting: int | None = None  # the thread that is writing what is due
-        self.plan_version = 1  # counts changes that may take a start back
+        self.plan_version = 1  # counts changes that may withdraw a start
         self._was_trusted = self._may_send = False  # the clock: ever, and now
         self._robots_version = 1  # counts changes of the robots
         self._matched_version = 0  # of the robots that have their workers
@@ -142,7 +142,7 @@ class Engine:
 
     def start(self) -> None:
         """Once, before the first ``advance``. Raises DatabaseUnavailable."""
-        self._ledger.unassign()  # of a process that is gone: nothing was sent of these
+        self._ledger.unassign()  # of a process that has ended: nothing was sent of these
         self._guard.start()
 
     def stop(self) -> None:
@@ -159,7 +159,7 @@ class Engine:
 
     @property
     def seconds_to_cycle(self) -> float:
-        """Until every robot is polled again, when nobody else asks for it."""
+        """Until every robot is polled again, when nothing else asks for it."""
         every = self._poll_interval() * (2 if self._window_drives else 1)
         return (
             self._cycle_at
@@ -316,7 +316,7 @@ class Engine:
             wait = self._allocator.advance(workers)
         finally:
             self._allocating = None
-        if self._allocate_at == latest:  # nobody has asked for it meanwhile
+        if self._allocate_at == latest:  # it was not asked for since
             self._allocate_at = self._allocated_at + wait
         before, self._sought = self._sought, self._allocator.members
         for robot_id in before ^ self._sought:
@@ -354,7 +354,7 @@ class Engine:
     # ------------------------------------------------------------------ robots and their turns
     def _match_workers(self) -> None:
         """One worker for each robot as it is configured now. One that can't be made is tried again, and holds up no other."""
-        version = self._robots_version  # another change meanwhile asks for another round
+        version = self._robots_version  # another change since asks for another round
         self._match_again_at = math.inf
         wanted = {robot.id: robot for robot in self._robots()}
         for key in list(self._workers):
@@ -421,5 +421,5 @@ class Engine:
 
 
 def _connection_of(robot: Robot) -> tuple[object, ...]:
-    """What a worker's connection is made of; when it changes, the worker is made anew."""
+    """What a worker's connection is made of; when it changes, a new worker is made."""
     return robot.address, robot.token, robot.certificate_sha256

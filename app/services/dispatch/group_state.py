@@ -35,13 +35,13 @@ from app.services.live.snapshots import STALE_POLLS
 from app.services.planning.durations import expected, pooled
 
 MOST_TOLD = 5  # robots of which a choice tells
-ABOUT = 30.0  # s: an instant is told to the nearest minute
+ABOUT = 30.0  # s: an instant is given to the nearest minute
 KEPT_FOR = 60.0  # s that an estimate holds
 
 
 class UsualDurations:
-    """How long missions take on robots, what they drive to, and how long robots have run today, read once a minute from what is kept beside
-    the history. How long that is decides nothing."""
+    """How long missions take on robots, what they drive to, and how long robots have run today, read once a minute from what is kept
+    besides the history. How long that is decides nothing."""
 
     def __init__(self, context: Context) -> None:
         self._s, self._durations, self._all_stops = context, DurationRepository(), StopRepository()

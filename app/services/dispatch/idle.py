@@ -33,7 +33,7 @@ class IdleWatch:
         self._seen, self._highest = mono, highest
 
     def not_seen(self) -> None:
-        """The robot could not be read, or the tablet slept: what it did meanwhile is unknown."""
+        """The robot could not be read, or the tablet slept: what it did then is unknown."""
         self._since = None
         self._seen = -math.inf
 
@@ -63,7 +63,7 @@ def idle_mission_is_due(
     """Whether the idle mission starts now.
 
     Once per idle period: a period ends when anything else runs, which shows as a queue id above that of the last idle mission, or below it
-    where the robot's queue began anew. So a restart of the app does not fire it again.
+    where the robot's queue began again. So a restart of the app does not fire it again.
     """
     if rule is None or not rule.enabled or situation.idle_seconds < rule.after_minutes * 60:
         return False

@@ -223,7 +223,7 @@ class Ledger:
         if robots:
             self.apply_found(find, quietly=True)
 
-    # ------------------------------------------------------------------ besides rows
+    # ------------------------------------------------------------------ robots and watches
     def note_idle_copy(self, robot_id: int, queue_id: int, *, runs: bool) -> None:
         """Of an idle mission ``queue_id`` is one too many."""
         self._db.write(lambda c: note_used_by_idle(c, robot_id, queue_id, runs=runs))
@@ -241,7 +241,7 @@ class Ledger:
         return self._starts.full_place(self._db.read(), execution)
 
     def watches_of(self, robot_id: int) -> list[Watched]:
-        """What may still come to this robot though it was given up there, or may have come while nobody looked."""
+        """What may still come to this robot though it was given up there, or may have come while no one looked."""
         return self._starts.watches_of(self._db.read(), robot_id)
 
     def watch(self, execution: Execution, robot_id: int) -> None:
@@ -315,8 +315,11 @@ class Ledger:
         """Raise the alarm of a failed or skipped execution, but of an idle mission that was overtaken, and of an unknown outcome, which has
         its own; repetitions of one schedule are counted."""
         code = {State.FAILED: "execution_failed", State.SKIPPED: "execution_skipped"}.get(ended.state)
-        told_elsewhere = (ReasonCode.UNKNOWN_OUTCOME, *([ReasonCode.OVERLAP] if ended.trigger is Trigger.IDLE else []))
-        if code and ended.reason and ended.reason.code not in told_elsewhere:
+        alarmed_elsewhere = (
+            ReasonCode.UNKNOWN_OUTCOME,
+            *([ReasonCode.OVERLAP] if ended.trigger is Trigger.IDLE else []),
+        )
+        if code and ended.reason and ended.reason.code not in alarmed_elsewhere:
             self._alarms.raise_(
                 code,
                 _about(ended),
@@ -351,7 +354,7 @@ def _may_have_run(row: Execution) -> bool:
 
 
 def _may_be_there(row: Execution) -> bool:
-    """Whether it ended while nobody knew whether its robot had it."""
+    """Whether it ended while it was not known whether its robot had it."""
     was_removed = row.reason is not None and row.reason.code is ReasonCode.ROBOT_REMOVED
     return _is_unknown(row) or (was_removed and not row.was_never_sent)
 

@@ -39,7 +39,7 @@ class Start:
 
 @dataclass(frozen=True)
 class LedgerChanged:
-    """Something may wait, or may have been taken back."""
+    """Something may wait, or may have been withdrawn."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Recover:
 
 @dataclass(frozen=True)
 class ClockJumped:
-    """The tablet slept, or its clock was set: what the robot did meanwhile was not seen."""
+    """The tablet slept, or its clock was set: what the robot did then was not seen."""
 
 
 Message = Poll | Prefetch | Start | LedgerChanged | RobotEdited | OnScreen | NeededByGroup | Recover | ClockJumped

@@ -125,7 +125,7 @@ class Observation:
         if any(value and value != getattr(self.robot, name) for name, value in found.items()):
             changes = {name: value for name, value in found.items() if value}
             if not self._s.db.write(lambda c: self._s.robots.note_identity(c, self.robot, **changes)):
-                return  # edited meanwhile: asked again as it is then
+                return  # edited since: asked again as it is then
             self.robot = replace(self.robot, **changes)
         self._identified, self._refused = True, False
         self.user_name = identity.user_name
@@ -229,7 +229,7 @@ class Observation:
 
     @property
     def answers_in_part(self) -> bool:
-        """Whether it told its status last, and something else could not be read."""
+        """Whether it gave its status last, and something else could not be read."""
         return self._in_part_since < math.inf
 
     def note_all_read(self) -> None:
@@ -316,7 +316,7 @@ class Observation:
         self._evaluated.add(code)
 
     def _judge_check_up(self) -> None:
-        """A person is told that a profile says nothing any more."""
+        """An alarm says that a profile does not count any more."""
         profile, robot = self.robot.profile, self.robot
         change: Message = ""
         if profile is not None and robot.serial_number != profile.serial_number:
@@ -360,7 +360,7 @@ class Observation:
 
 
 def _may_have_changed(before: RobotStatus | None, status: RobotStatus, robot: Robot) -> bool:
-    """Whether its software may be another one by now: it says so, or has booted."""
+    """Whether its software may be another one: it says so, or has booted."""
     if status.software not in (None, robot.software):
         return True
     return before is not None and status.has_booted_since(before.uptime_s)

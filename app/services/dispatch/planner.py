@@ -146,7 +146,7 @@ class Planner:
         return batch
 
     def _take_due(self, c: sqlite3.Connection, batch: DueBatch, ready: Callable[[int], Readiness | None]) -> bool:
-        """What is due by now, when the writer has come to it, and not only what was due when it was asked for; returns whether there may be
+        """What is due when the writer has come to it, and not only what was due when it was asked for; returns whether there may be
         more of it."""
         now, read, work = self._clock.now(), 0, 0
         rows: list[Execution] = []
@@ -172,7 +172,7 @@ class Planner:
             self._executions.drop_oldest(c, self._executions.surplus(c, limit))
         self._schedules.advance_all(c, progress)
         for row in added:
-            if row.held and row.schedule_id is not None:  # the row says so by now
+            if row.held and row.schedule_id is not None:  # now the row says so
                 self._schedules.unskip(c, row.schedule_id, row.planned_at)
         if len(added) < len(rows):
             log.info("%d occurrences are in the ledger already", len(rows) - len(added))
@@ -229,7 +229,7 @@ class Planner:
 
     def _time_unplanned(self, c: sqlite3.Connection, now: datetime, step: timedelta) -> None:
         """A Run now lasts as long as it was to, however the clock is set; its times stay, as that may be set ahead again. One from before
-        this start of the app lasts a whole window more, as nobody knows how old it is."""
+        this start of the app lasts a whole window more, as it is not known how old it is."""
         for row in self._executions.unplanned_after(c, now):
             left, window = row.closes_at - (now - step), row.closes_at - row.planned_at
             left = left if timedelta() < left < window else window  # perhaps made between two steps

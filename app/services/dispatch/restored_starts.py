@@ -78,7 +78,7 @@ class RestoredStarts:
         self._db, self._repository, self._clock, self._changes = db, repository, clock, changes
         self._tablet, self._robots, self._settings = tablet, robots, settings
         self._lock = threading.Lock()
-        self._restored_at = repository.restored_at(db.read())  # who goes back to a backup opens everything anew
+        self._restored_at = repository.restored_at(db.read())  # who goes back to a backup opens everything again
         self._settled = repository.get(db.read(), SETTLED) or {}
         self._right_since: datetime | None = None
         self._search = _Search(self._noted, clock.monotonic())
@@ -148,7 +148,7 @@ class RestoredStarts:
             self._current_search().answers[robot.id, robot.address] = _Answer(robot, asked_at, earliest)
 
     def _current_search(self) -> _Search:
-        """A new one when the plan has moved here meanwhile."""
+        """A new one when the plan has moved here since."""
         if self._search.noted != self._noted:
             self._search = _Search(self._noted, self._clock.monotonic())
         return self._search

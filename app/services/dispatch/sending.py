@@ -48,7 +48,7 @@ STARTED_TOGETHER = (
 
 
 class Sending:
-    """``is_still_idle`` judges an idle mission anew."""
+    """``is_still_idle`` asks once more whether an idle mission may start."""
 
     def __init__(
         self,
@@ -62,15 +62,15 @@ class Sending:
         self._seen, self._duplicates, self._is_still_idle = observation, duplicates, is_still_idle
         self.attempts = Attempts()
         self._first: set[int] = set()  # of which nothing was ever here before they were begun
-        self._recovered: set[tuple[object, ...]] = set()  # intents that were looked for as those of nobody
+        self._recovered: set[tuple[object, ...]] = set()  # intents that were looked for as lost ones
         self._waiting = Waiting(context, observation.robot.id, self._later)
         duplicates.note_accepted = self.note
         self.waits_for_free_robot = False  # something waits until the robot is free
 
     # ------------------------------------------------------------------ what the worker asks for
     def recover(self) -> None:
-        """Rows that say submitting and are in nobody's hands: the process that had them is gone, or the database failed in between. Each is
-        looked for on the robot as if its request had just left."""
+        """Rows that say submitting and no worker has in hand: the process that had them has ended, or the database failed in between.
+        Each is looked for on the robot as if its request had just left."""
         for row in self._ledger.open_for(self._robot_id, (State.SUBMITTING,)):
             attempt = self.attempts.get(row.id)
             if attempt is None or attempt.phase is Phase.BACKOFF:  # it does not know that its intent was written
@@ -81,7 +81,7 @@ class Sending:
         self._duplicates.watch_again()
 
     def take_over(self, intents: Iterable[Execution], plan_version: int) -> None:
-        """Send each at its instant, however the wall clock is set meanwhile. One that came after it was looked for is not."""
+        """Send each at its instant, however the wall clock is set until then. One that came after it was looked for is not."""
         self._add_ready(self._own(intents), plan_version)
 
     def _add_ready(self, intents: Iterable[Execution], plan_version: int) -> None:
@@ -188,14 +188,12 @@ class Sending:
         return not may_change_robot(row) and "robot_id" not in (self._ledger.wanted(row).columns or {})
 
     def _release(self, intents: Sequence[Execution]) -> None:
-        """Intents of which nothing was sent wait again, or end where they were taken back."""
+        """Intents of which nothing was sent wait again, or end where they were withdrawn."""
         for intent in intents:
             self.attempts.pop(intent.id, None)
         for waiting in self._ledger.apply([transitions.not_sent(intent) for intent in intents]):
             if waiting.ended_at is not None:
                 self._forget_idle([waiting])
-            elif reason := self._ledger.wanted(waiting).why:
-                self._ledger.apply([transitions.withdraw(waiting, reason)])
             elif self._is_own(waiting):
                 self._later(waiting, 0.0)
             else:
@@ -266,7 +264,7 @@ class Sending:
                 self._start(before)
                 if not self._is_still_idle(row):
                     self._ledger.end(Event.EXPIRE, row, rules.reason_overtaken(row, self._clock.now()))
-                    self._ledger.forget_idle(self._robot_id)  # it may begin anew
+                    self._ledger.forget_idle(self._robot_id)  # it may begin again
                     return False
             if self._seen.highest is None:
                 self._seen.highest = self._client.highest_queue_id() or 0
@@ -352,8 +350,7 @@ class Sending:
         self._ledger.apply(found)
 
     def _failed(self, rows: list[Execution], problem: Message, waited: bool = False) -> None:
-        """Certainly nothing on the robot: try again later (at once, when it has ``waited`` enough), or end: taken back, or tried too
-        often."""
+        """Certainly nothing on the robot: try again later (at once, when it has ``waited`` enough), or end: tried too often."""
         self._give_back([row for row in rows if row.group_id is not None], problem=problem, may_come=waited)
         rows = [row for row in rows if row.group_id is None]
         settings, ends = self._s.settings(), []
@@ -363,7 +360,7 @@ class Sending:
         for waiting in tried:
             if waiting.ended_at is not None:
                 self.attempts.pop(waiting.id, None)
-            elif reason := self._ledger.wanted(waiting).why or rules.after_failed_attempt(waiting, settings, problem):
+            elif reason := rules.after_failed_attempt(waiting, settings, problem):
                 ends.append(transitions.withdraw(waiting, reason))
                 self.attempts.pop(waiting.id, None)
             else:
@@ -371,19 +368,19 @@ class Sending:
         self._forget_idle([*tried, *self._ledger.apply(ends)])
 
     def _is_first(self, row: Execution) -> bool:
-        """Whether nothing of it can have been here before its last attempt. Of an idle mission the floor tells too that nobody has used the
-        robot since: it stays."""
+        """Whether nothing of it can have been here before its last attempt. Of an idle mission the floor tells too that the robot was not
+        used since: it stays."""
         is_first = (row.state is State.SUBMITTING and row.attempts == 1) or row.id in self._first
         return is_first and row.trigger is not Trigger.IDLE
 
     def _forget_idle(self, ended: Iterable[Execution]) -> None:
-        """Of an idle mission that was taken back nothing is here: its idle period has had none."""
+        """Of an idle mission that was withdrawn nothing is here: its idle period has had none."""
         if any(row.trigger is Trigger.IDLE and row.revoked is not None for row in ended):
             self._ledger.forget_idle(self._robot_id)
 
     def _post(self, intent: Execution, plan_version: int) -> None:
         """``description`` carries the token; ``message`` is for people and the robot overwrites it. Whatever goes wrong in an unforeseen
-        way leaves it in doubt. Until it leaves, which may take a while, it may be taken back."""
+        way leaves it in doubt. Until it leaves, which may take a while, it may be withdrawn."""
 
         def is_wanted() -> bool:
             is_ready = self._seen.may_be_sent_by and self._s.holds.active(self._robot_id) is None

@@ -11,7 +11,7 @@ INTENT_LEAD = (
 )  # before its instant a start is on disk: many of groups are given to robots in it
 INTENT_EVERY = 0.025  # between looks for what falls due in a moment: some of it shares a transaction
 PREFETCH_LEAD = 1.2  # a robot is read so long before something is due
-PREFETCH_TOGETHER = 0.5  # robots with instants this close together are told at once
+PREFETCH_TOGETHER = 0.5  # robots with instants this close together get their message at once
 PREFETCH_SPREAD = 0.4  # over which their reads are spread
 FIRST_POLL_WITHIN = 5.0  # until "ready", whatever the robots do
 CYCLE_TAKES = 2.0  # within which every robot has its turn

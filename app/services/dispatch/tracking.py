@@ -27,7 +27,7 @@ MANY = 3  # open executions that are asked for in one request instead of one eac
 
 class Tracking:
     """One robot's accepted executions. Raises RobotError when the robot can't be asked: rows stay open. ``on_pause`` is called between two
-    requests, so that what falls due meanwhile need not wait for all of them."""
+    requests, so that what falls due between need not wait for all of them."""
 
     def __init__(
         self,

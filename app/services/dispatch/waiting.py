@@ -1,4 +1,4 @@
-"""What a start that waits waits for, or why it ends: asked of every one before anything is sent, whoever is to send it."""
+"""What a start that waits waits for, or why it ends: asked before anything is sent, by workers and by the allocator."""
 
 from __future__ import annotations
 

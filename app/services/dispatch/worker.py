@@ -1,7 +1,7 @@
 """Everything that is done with one robot: read it, follow its executions, start what is due on it.
 
 A worker has no thread of its own (the runner gives it one; the simulation calls it directly). It gets messages (``handle``) and is asked to
-go on (``advance``). A robot that hangs or is gone therefore delays nobody but itself.
+go on (``advance``). A robot that hangs or is gone therefore delays only itself.
 
 What happens to a start is in ``sending``: its row is ``waiting``, then ``submitting`` while its POST is under way or its outcome
 unknown, then ``queued``. After ``submitting`` it is sent again only when the robot's queue, read after the quiet time, does not have it.
@@ -58,7 +58,7 @@ class RobotWorker:
         self._to_recover, self._expected = (
             {0},
             {0},
-        )  # rows may be in nobody's hands: the messages that came, and all that will
+        )  # rows may be in no worker's hands: the messages that came, and all that will
         self._poll_wanted = True
         self._ledger_changed = True
         self._unanswered = 0  # attempts in a row to read what runs on it while it is switched off
@@ -102,8 +102,8 @@ class RobotWorker:
                 self._ledger_changed = True
 
     def expect_recovery(self) -> messages.Recover:
-        """What to tell it when rows may be in nobody's hands. From now on until it has looked for them it is ready for nothing, so that
-        what it then finds is not on its way to it. Any thread may call."""
+        """The message for it when rows may be in no worker's hands. Until it has looked for them it is ready for nothing, so that what it
+        then finds is not on its way to it. Any thread may call."""
         number = next(self._recoveries)
         self._expected.add(number)
         return messages.Recover(number)
@@ -266,7 +266,7 @@ class RobotWorker:
         self._duplicates.answer()
         try:
             self._tracking.follow(None)
-            if self._duplicates.is_watching:  # what comes now nobody wants
+            if self._duplicates.is_watching:  # what comes now is not wanted
                 self._duplicates.remove_duplicates(self._client.open_items())
         except RobotError as error:
             if not self._unanswered:
@@ -329,7 +329,7 @@ class RobotWorker:
             if (copy := self._duplicates.newest_of_idle_mission(last, self.seen.highest)) is not None:
                 self._s.ledger.note_idle_copy(
                     self.robot.id, copy, runs=True
-                )  # found out now: nobody has used the robot since
+                )  # found out now: the robot was not used since
                 return
         except RobotError:
             return
@@ -347,7 +347,7 @@ class RobotWorker:
             self._ledger_changed = True
 
     def _queue_was_reset(self, last_queue_id: int | None) -> bool:
-        """Whether the robot's numbers seem to have begun anew, though its last idle mission is still there or can't be asked for: a list
+        """Whether the robot's numbers seem to have begun again, though its last idle mission is still there or can't be asked for: a list
         that ends too early gives a number that is too low."""
         if last_queue_id is None or self.seen.highest is None or self.seen.highest >= last_queue_id:
             return False
@@ -373,7 +373,7 @@ class RobotWorker:
         return False
 
     def _is_still_idle(self, row: Execution) -> bool:
-        """An idle mission is judged anew before it is sent: nothing else may have run. Raises RobotError."""
+        """An idle mission is judged again before it is sent: nothing else may have run. Raises RobotError."""
         self.seen.highest = self._client.highest_queue_id() or 0
         is_wanted = self._s.ledger.wanted(row).why is None
         return is_wanted and self.seen.highest == row.queue_floor and self._idle_mission_is_due(None, math.inf)

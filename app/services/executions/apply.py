@@ -22,7 +22,6 @@ from app.services.executions.transitions import (
     Event,
     Transition,
     withdraw,
-    withdrawn,
 )
 from app.services.executions.wanted import wanted
 
@@ -44,8 +43,7 @@ def has_room(c: sqlite3.Connection, transition: Transition, columns: Columns) ->
 
 
 def is_wanted(c: sqlite3.Connection, transition: Transition, columns: Columns) -> Columns | None:
-    """Its plan has it, and it is written as that defines it now. What waits again all the same is ended at the next look; what only waited
-    follows its plan already."""
+    """Its plan has it, and it is written as that defines it now. What only waited follows its plan already."""
     row, waits = transition.row, columns.get("state") is State.WAITING
     if waits and row.state is State.WAITING:
         return columns
@@ -193,8 +191,8 @@ def apply_in(c: sqlite3.Connection, transition: Transition, now: datetime) -> Ex
         return None
     for effect in rule.effects:
         effect(c, transition, made, now)
-    if made.state is State.WAITING and row.state is State.SUBMITTING and (reason := withdrawn(made)):
-        return apply_in(c, withdraw(made, reason), now)  # here: an undo may come in any moment between two transactions
+    if made.state is State.WAITING and row.state is State.SUBMITTING and (why := wanted(c, made).why):
+        return apply_in(c, withdraw(made, why), now)  # here: an undo may come in any moment between two transactions
     return made
 
 

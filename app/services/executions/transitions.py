@@ -58,7 +58,7 @@ class Event(StrEnum):
 
 @dataclass(frozen=True)
 class Transition:
-    """A change of a row as it was read. It is not made where the row's state, or of one that waits its robot, is another one by now."""
+    """A change of a row as it was read. It is not made where the row's state, or of one that waits its robot, has changed."""
 
     event: Event
     row: Execution

@@ -1,4 +1,4 @@
-"""What the plan wants by now of a start that no robot has: edits come while it waits, is on its way or in doubt, or after it has ended."""
+"""What the plan wants of a start that no robot has: edits come while it waits, is on its way or in doubt, or after it has ended."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def as_defined(
     install_id: str,
 ) -> dict[str, Any]:
     """The columns that make it run as its schedule is defined now. Of a group: a robot that it was given to has its own mission of that
-    name, for another mission all robots may be asked anew, and where a person has put it before others it stays there."""
+    name, for another mission all robots may be asked again, and where a person has put it before others it stays there."""
     made = rules.scheduled(schedule, target, mission, settings, install_id, row.planned_at, row.created_at)
     columns = {name: getattr(made, name) for name in _FOLLOWS} | {"tried": row.tried}
     if isinstance(target, Group):

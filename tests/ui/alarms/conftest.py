@@ -7,7 +7,7 @@ import pytest
 from app.widgets.frame import AlarmBanner, TopBar
 from tests.support import month
 from tests.support.stored import Stored
-from tests.ui.whole_app import begin_anew, shown
+from tests.ui.whole_app import restart, shown
 
 
 class Recorder:
@@ -52,7 +52,7 @@ def app(shared_app, container, ui):
         shared_app.stored.put_back()
         ui.skip(1e3)  # what rests after a press takes presses again, however long a test lets it rest
 
-    begin_anew(shared_app, ui, put_back)
+    restart(shared_app, ui, put_back)
     assert not ui.find_all(AlarmBanner)
     assert ui.find(TopBar).bell_count == ""
     return shared_app

@@ -9,7 +9,7 @@ from app.widgets.frame import AlarmBanner, TopBar
 from app.widgets.rows import RobotChip
 from tests.support.stored import Stored
 from tests.ui.home.operator import rows
-from tests.ui.whole_app import begin_anew, plant, shown
+from tests.ui.whole_app import plant, restart, shown
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +41,7 @@ def home(app, ui):
         app.stored.put_back()
         app.site.container.parameters._answers.clear()  # what the robots have told a test before
 
-    begin_anew(app, ui, put_back)
+    restart(app, ui, put_back)
     app.root_vm.choose_mission(None)
     ui.wait(
         lambda: (

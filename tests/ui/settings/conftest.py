@@ -8,7 +8,7 @@ import pytest
 
 from app.window.application import SchedulerApp
 from tests.ui.driver import Driver
-from tests.ui.integrator import begin_anew, tablet
+from tests.ui.integrator import restart, tablet
 from tests.ui.whole_app import Plant, shown
 
 
@@ -45,7 +45,7 @@ def first_screen() -> str:
 
 @pytest.fixture(name="app")
 def app_begun_anew(shared_site, shared_app, ui, first_screen) -> SchedulerApp:
-    begin_anew(shared_site, shared_app, ui, first_screen)
+    restart(shared_site, shared_app, ui, first_screen)
     return shared_app
 
 

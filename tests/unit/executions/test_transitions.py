@@ -61,6 +61,10 @@ MADE: dict[Event, Any] = {
     Event.REPLACE: lambda row: transitions.replaced(row, Reason(ReasonCode.USER_CANCELLED)),
     Event.REOPEN: lambda row: transitions.reopen(row, ROBOT, 7, NOW),
 }
+OF_GROUPS: dict[Event, dict[str, Any]] = {
+    Event.ASSIGN: {"is_for_group": True, "held": False},
+    Event.GIVE_BACK: {"is_for_group": True, "robot_id": 1},
+}
 SEEN = {
     table.note_begun: "SELECT started_through FROM schedules",
     table.note_skip: "SELECT count(*) FROM skips",
@@ -133,11 +137,10 @@ def test_each_event_has_a_rule_and_is_tried_here():
 
 @pytest.mark.parametrize("event", Event, ids=lambda event: event.name)
 def test_an_event_writes_what_its_rule_says_and_only_in_its_states(site, event):
-    is_for_group = event is Event.ASSIGN
     for state in STATES:
-        if is_for_group and state in transitions.MAY_BE_WITH_THE_ROBOT:
+        if event is Event.ASSIGN and state in transitions.MAY_BE_WITH_THE_ROBOT:
             continue  # such a row has a robot
-        row = site.add(state, is_for_group=is_for_group, held=not is_for_group)
+        row = site.add(state, **OF_GROUPS.get(event, {}))
         made, before = MADE[event](row), site.effects()
         after = apply(site, made)
         rule = RULES[event]
@@ -163,7 +166,7 @@ def test_of_a_row_that_has_moved_on_nothing_is_written(site, event):
         for state in STATES:
             if state is read or (event is Event.ASSIGN and state in transitions.MAY_BE_WITH_THE_ROBOT):
                 continue
-            row, before = site.add(state, is_for_group=event is Event.ASSIGN), site.effects()
+            row, before = site.add(state, **OF_GROUPS.get(event, {})), site.effects()
             found = apply(site, MADE[event](replace(row, state=read)))
             assert (found, stored(site, row), site.effects()) == (None, row, before), (read, state)
 
