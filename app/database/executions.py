@@ -188,21 +188,16 @@ class ExecutionRepository:
             group_id,
         )
 
-    def unsent_of_schedule(self, c: sqlite3.Connection, schedule_id: int) -> list[Execution]:
-        """What no robot has yet, oldest first."""
+    def open_of_schedule(
+        self, c: sqlite3.Connection, schedule_id: int, states: Sequence[State] = OPEN_STATES
+    ) -> list[Execution]:
+        """What is not over, or in some of these states, oldest first."""
         return self._list(
             c,
             f"""INDEXED BY executions_open_of_schedule WHERE schedule_id = ? AND {OPEN}
-                                 AND state IN ('waiting', 'submitting') ORDER BY planned_at""",
+                                 AND state IN ({placeholders(states)}) ORDER BY planned_at""",
             schedule_id,
-        )
-
-    def open_of_schedule(self, c: sqlite3.Connection, schedule_id: int) -> list[Execution]:
-        """What is not over, oldest first."""
-        return self._list(
-            c,
-            f"INDEXED BY executions_open_of_schedule WHERE schedule_id = ? AND {OPEN} ORDER BY planned_at",
-            schedule_id,
+            *states,
         )
 
     def unplanned_after(self, c: sqlite3.Connection, instant: datetime) -> list[Execution]:
@@ -221,8 +216,8 @@ class ExecutionRepository:
                                                 WHERE {OPEN} AND state IN ('waiting', 'submitting') AND schedule_id IS NOT NULL""")
         ]
 
-    def drop_taken_back(self, c: sqlite3.Connection, schedule_id: int, since: datetime) -> None:
-        """An instant that an edit had taken back, with nothing sent, is planned again: its old row makes room."""
+    def drop_withdrawn(self, c: sqlite3.Connection, schedule_id: int, since: datetime) -> None:
+        """An instant that an edit had withdrawn, with nothing sent, is planned again: its old row makes room."""
         c.execute(
             f"""DELETE FROM executions WHERE schedule_id = ? AND planned_at >= ? AND state = 'cancelled' AND {NEVER_SENT}
                       AND reason_code IN ('schedule_changed', 'robot_removed')""",

@@ -24,7 +24,7 @@ from app.domain.clock import Clock
 from app.domain.models import InvalidInput, Reason, ReasonCode, Schedule
 from app.services.catalogue import change_log
 from app.services.executions.apply import apply_in
-from app.services.executions.transitions import withdraw
+from app.services.executions.transitions import NOT_WITH_THE_ROBOT, withdraw
 from app.services.live.changes import Changes, Topic
 from app.services.planning.planned import MOMENT, first_due
 from app.services.planning.recurrence import next_occurrence
@@ -104,7 +104,7 @@ class Pausing:
                 raise InvalidInput("until", "choose a time in the future")
             self._schedules.pause(c, schedule_id, until)
             reason = Reason(ReasonCode.HOLD, {"paused_until": until.isoformat()})
-            for row in self._executions.unsent_of_schedule(c, schedule_id):
+            for row in self._executions.open_of_schedule(c, schedule_id, NOT_WITH_THE_ROBOT):
                 if row.planned_at < until:
                     apply_in(c, withdraw(row, reason), now)
             return schedule

@@ -162,7 +162,7 @@ class ScheduleEdit(Transaction):
             schedule = replace(schedule, planned_through=last)
         schedule = replace(schedule, next_at=self.first_due(schedule, calendar))
         if schedule.next_at is not None:
-            self.executions.drop_taken_back(self.c, schedule.id, schedule.next_at)
+            self.executions.drop_withdrawn(self.c, schedule.id, schedule.next_at)
         return schedule
 
     def change_waiting(self, schedule: Schedule, target: Robot | Group, mission: Mission) -> None:

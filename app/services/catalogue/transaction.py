@@ -21,7 +21,7 @@ from app.domain import names
 from app.domain.models import Execution, Group, InvalidInput, Mission, Place, Reason, ReasonCode, Robot, Schedule
 from app.services.executions import transitions
 from app.services.executions.apply import apply_in
-from app.services.executions.transitions import Transition
+from app.services.executions.transitions import NOT_WITH_THE_ROBOT, Transition
 from app.services.live.changes import Topic
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
@@ -144,7 +144,11 @@ class Transaction:
 
     def unsent_of(self, schedules: Sequence[Schedule]) -> list[Execution]:
         """What no robot has yet of these, as far as is known."""
-        return [row for schedule in schedules for row in self.executions.unsent_of_schedule(self.c, schedule.id)]
+        return [
+            row
+            for schedule in schedules
+            for row in self.executions.open_of_schedule(self.c, schedule.id, NOT_WITH_THE_ROBOT)
+        ]
 
     def open_of(self, schedules: Sequence[Schedule]) -> list[Execution]:
         """What is not over of these."""

@@ -130,86 +130,28 @@ def test_a_column_that_does_not_exist_is_a_mistake_in_the_program(db, row):
         change(db, stored, OPEN_STATES, nonsense=1)
 
 
-def test_what_is_taken_back_of_a_schedule_ends_or_is_marked_and_what_the_robot_has_goes_on(db, row):
-    waiting, submitting, running = (
-        add(db, row()),
-        add(db, row(state=State.SUBMITTING)),
-        add(db, row(state=State.EXECUTING)),
-    )
-    other, reason = add(db, row(schedule_id=2)), Reason(ReasonCode.SCHEDULE_CHANGED)
-    assert db.write(lambda c: EXECUTIONS.take_back(c, reason, NOON, schedule_id=1)) == [waiting.id]
-    c = db.read()
-    assert EXECUTIONS.get(c, waiting.id) == replace(waiting, state=State.CANCELLED, reason=reason, ended_at=NOON)
-    assert EXECUTIONS.get(c, submitting.id) == replace(submitting, revoked=reason)
-    assert (EXECUTIONS.get(c, running.id), EXECUTIONS.get(c, other.id)) == (running, other)
-
-
-def test_only_some_of_a_schedule_are_taken_back(db, row):
-    rows = [add(db, row()) for _ in range(2)] + [add(db, row(state=State.SUBMITTING)) for _ in range(2)]
-    reason = Reason(ReasonCode.SCHEDULE_CHANGED)
-    assert db.write(lambda c: EXECUTIONS.take_back(c, reason, NOON, schedule_id=1, ids=[rows[0].id, rows[2].id])) == [
-        rows[0].id
-    ]
-    found = [EXECUTIONS.get(db.read(), row.id) for row in rows]
-    assert [(each.state, each.revoked) for each in found] == [
-        (State.CANCELLED, None),
-        (State.WAITING, None),
-        (State.SUBMITTING, reason),
-        (State.SUBMITTING, None),
-    ]
-    assert db.write(lambda c: EXECUTIONS.take_back(c, reason, NOON, schedule_id=1, ids=[])) == []
-
-
-def test_what_an_edit_ended_is_opened_again_also_when_the_history_has_forgotten_it_but_not_what_moved_on(db, row):
-    kept, forgotten, moved_on = (add(db, row()) for _n in range(3))
-    db.write(lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.SCHEDULE_CHANGED), NOON, schedule_id=1))
-    db.write(lambda c: c.execute("DELETE FROM executions WHERE id = ?", (forgotten.id,)))
-    db.write(lambda c: EXECUTIONS.change(c, moved_on.id, (State.CANCELLED,), state=State.COMPLETED))
-    for each in (kept, forgotten, moved_on):
-        db.write(lambda c, each=each: EXECUTIONS.open_again(c, each))
-    assert [EXECUTIONS.get(db.read(), each.id) for each in (kept, forgotten)] == [kept, forgotten]
-    assert EXECUTIONS.get(db.read(), moved_on.id).state is State.COMPLETED
-
-
-@pytest.mark.parametrize(
-    ("first", "then", "left"),
-    [
-        (ReasonCode.SCHEDULE_CHANGED, ReasonCode.HOLD, ReasonCode.HOLD),
-        (ReasonCode.HOLD, ReasonCode.SCHEDULE_CHANGED, ReasonCode.HOLD),
-    ],
-)
-def test_a_change_of_the_plan_which_may_be_undone_covers_no_other_reason(db, row, first, then, left):
-    on_its_way = add(db, row(state=State.SUBMITTING))
-    for code in (first, then):
-        db.write(lambda c, code=code: EXECUTIONS.take_back(c, Reason(code), NOON, schedule_id=1))
-    assert EXECUTIONS.get(db.read(), on_its_way.id).revoked.code is left
-
-
-def test_an_instant_that_was_taken_back_makes_room_unless_something_was_sent(db, row):
+def test_an_instant_that_was_withdrawn_makes_room_unless_something_was_sent(db, row):
     before, taken_back, tried, sent = (
-        add(db, row(planned_at=NOON + timedelta(minutes=minutes), attempts=attempts, queue_floor=floor))
+        add(
+            db,
+            row(
+                planned_at=NOON + timedelta(minutes=minutes),
+                attempts=attempts,
+                queue_floor=floor,
+                state=State.CANCELLED,
+                reason=Reason(ReasonCode.SCHEDULE_CHANGED),
+                ended_at=NOON,
+            ),
+        )
         for minutes, attempts, floor in ((-1, 0, None), (0, 0, 7), (1, 3, None), (2, 1, 7))
     )
     assert [each.was_never_sent for each in (before, taken_back, tried, sent)] == [True, True, True, False]
-    db.write(lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.SCHEDULE_CHANGED), NOON, schedule_id=1))
-    db.write(lambda c: EXECUTIONS.drop_taken_back(c, 1, NOON))
+    db.write(lambda c: EXECUTIONS.drop_withdrawn(c, 1, NOON))
     assert [EXECUTIONS.get(db.read(), each.id) is None for each in (before, taken_back, tried, sent)] == [
         False,
         True,
         True,
         False,
-    ]
-
-
-def test_what_a_robot_still_had_to_do_ends(db, row):
-    waiting, running, other = add(db, row()), add(db, row(state=State.QUEUED)), add(db, row(robot_id=2))
-    reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": "Aino"})
-    db.write(lambda c: EXECUTIONS.end_open_of_robot(c, 1, reason, NOON))
-    c = db.read()
-    assert [EXECUTIONS.get(c, found.id).state for found in (waiting, running, other)] == [
-        State.CANCELLED,
-        State.CANCELLED,
-        State.WAITING,
     ]
 
 
@@ -394,23 +336,19 @@ SMALL = ("executions_open", "executions_open_of_schedule")  # indexes that hold 
         lambda c: EXECUTIONS.has_sent(c, 1),
         lambda c: EXECUTIONS.open_of_schedules(c, [1, 2]),
         lambda c: EXECUTIONS.waited_for(c, [1, 2]),
-        lambda c: EXECUTIONS.unsent_of_schedule(c, 1),
+        lambda c: EXECUTIONS.open_of_schedule(c, 1, [State.WAITING]),
         lambda c: EXECUTIONS.last_of_schedule(c, 1),
         lambda c: EXECUTIONS.waiting_of_group(c, 1),
         EXECUTIONS.schedules_with_unsent,
-        lambda c: EXECUTIONS.hold_late(c, NOON, NOON, NOON, NOON),
-        lambda c: EXECUTIONS.drop_taken_back(c, 1, NOON),
+        lambda c: EXECUTIONS.late(c, NOON, NOON),
+        lambda c: EXECUTIONS.drop_withdrawn(c, 1, NOON),
         lambda c: EXECUTIONS.make_room_after(c, 1, NOON, NOON),
         lambda c: EXECUTIONS.last_ended(c, 5),
         lambda c: EXECUTIONS.drop_oldest(c, (5, 5)),
         lambda c: EXECUTIONS.page(c, ExecutionFilter(), PageKey(NOON, 5), 9),
         lambda c: EXECUTIONS.change(c, 1, OPEN_STATES, attempts=1),
-        lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.SCHEDULE_CHANGED), NOON, schedule_id=1),
-        lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.SCHEDULE_CHANGED), NOON, schedule_id=1, ids=[1, 2]),
-        lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.ROBOT_REMOVED), NOON, robot_id=1),
-        lambda c: EXECUTIONS.end_open_of_robot(c, 1, Reason(ReasonCode.ROBOT_REMOVED), NOON),
     ],
-    ids=range(23),
+    ids=range(19),
 )
 def test_no_question_of_daily_work_reads_the_whole_history(db, row, ask):
     add(db, ended(row))

@@ -192,6 +192,11 @@ def test_an_edit_covers_no_other_reason_why_it_was_withdrawn(site):
     assert stored(site, row).revoked == Reason(ReasonCode.HOLD)
 
 
+def test_any_other_reason_covers_an_edit(site):
+    row = site.add(State.SUBMITTING, revoked=Reason(ReasonCode.SCHEDULE_CHANGED))
+    assert apply(site, transitions.withdraw(row, Reason(ReasonCode.HOLD))).revoked == Reason(ReasonCode.HOLD)
+
+
 def test_a_cleared_queue_covers_a_cancellation_and_is_not_taken_back_by_the_robot(site):
     row = site.add(State.QUEUED, queue_id=7)
     row = apply(site, transitions.cancel(row, ReasonCode.USER_CANCELLED))
