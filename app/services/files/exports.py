@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from itertools import count
 from pathlib import Path
 from typing import TextIO
 
@@ -65,12 +66,7 @@ class DataFiles:
 
     def suggested(self, stem: str, suffix: str, directory: Path | None = None) -> Path:
         """A file that doesn't exist yet, named after today (UTC): ``amr-scheduler-log-2026-11-20.csv``, then ``…-2.csv``."""
-        name, directory = f"{stem}-{self._clock.now():%Y-%m-%d}", directory or self.directory
-        path, number = directory / f"{name}{suffix}", 1
-        while path.exists():
-            number += 1
-            path = directory / f"{name}-{number}{suffix}"
-        return path
+        return _free_path(directory or self.directory, f"{stem}-{self._clock.now():%Y-%m-%d}", suffix)
 
     # ------------------------------------------------------------------ out
     def export_configuration(self, path: str) -> Path:
@@ -122,11 +118,7 @@ class DataFiles:
 
     def back_up_now(self) -> Backup:
         """A copy of the database as it is now, whole and verified."""
-        stem = f"manual-{self._clock.now():%Y-%m-%dT%H%M%SZ}"
-        path, number = self.data_directory / BACKUPS / f"{stem}.db", 1
-        while path.exists():
-            number += 1
-            path = path.with_name(f"{stem}-{number}.db")
+        path = _free_path(self.data_directory / BACKUPS, f"manual-{self._clock.now():%Y-%m-%dT%H%M%SZ}", ".db")
         try:
             back_up(self._db.path, path)
         except DatabaseError as error:
@@ -163,6 +155,12 @@ class DataFiles:
                 target.parent.mkdir(mode=0o700, exist_ok=True)
         with _as_invalid_input(target), draft_of(found) as file:
             yield target, file
+
+
+def _free_path(directory: Path, stem: str, suffix: str) -> Path:
+    """The first of ``stem``, ``stem-2``, ``stem-3`` … that does not exist."""
+    paths = (directory / f"{stem}{f'-{number}' if number > 1 else ''}{suffix}" for number in count(1))
+    return next(path for path in paths if not path.exists())
 
 
 @contextlib.contextmanager
