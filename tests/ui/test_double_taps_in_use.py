@@ -15,6 +15,8 @@ from tests.ui.home.operator import is_shown_pending, pend, press, run
 from tests.ui.planner import opened, settle
 from tests.ui.whole_app import plant, shown
 
+pytestmark = pytest.mark.long
+
 GAPS = [0.2, *(pytest.param(gap, marks=pytest.mark.long) for gap in (0.35, 0.5))]
 
 

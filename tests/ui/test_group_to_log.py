@@ -19,6 +19,8 @@ from app.widgets.rows import OptionRow
 from tests.ui.test_plan_to_log import ShiftedClock, go
 from tests.ui.whole_app import GUIDS, PASSWORD, USER, shown
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture
 def fleet():

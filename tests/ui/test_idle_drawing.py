@@ -11,6 +11,8 @@ from tests.ui.fleet.operator import add_robots
 from tests.ui.wear import SECTIONS
 from tests.ui.whole_app import shown
 
+pytestmark = pytest.mark.long
+
 SECONDS = 10
 AT_MOST = 1  # frames in SECONDS: the line of the timeline that says what time it is
 PLACES = [("home", {}), ("scheduler", {}), ("logs", {}), *[("settings", {"section": section}) for section in SECTIONS]]

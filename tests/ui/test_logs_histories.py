@@ -14,6 +14,8 @@ from app.widgets.rows import LogRow
 from tests.support import month
 from tests.ui.logbook import opened, settle, tap
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture
 def nothing(tmp_path) -> Iterator[Container]:

@@ -12,6 +12,8 @@ from app.widgets.display import LegendItem
 from app.widgets.timeline import Timeline
 from tests.ui.planner import choose, named, opened, pick_time, save, settle
 
+pytestmark = pytest.mark.long
+
 DOCK = "Bring pallet to dock"  # Aino has never brought one
 
 

@@ -22,6 +22,8 @@ from tests.support import home_facts as sample
 from tests.ui.fleet.operator import add_robots, go_back, open_tile, see, settle, tab_to, tiles
 from tests.ui.whole_app import shown
 
+pytestmark = pytest.mark.long
+
 _UP, DOWN, RIGHT, _LEFT = ARROWS
 
 

@@ -9,6 +9,8 @@ from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.frame import AlarmBanner, TopBar
 from tests.ui.home.operator import run
 
+pytestmark = pytest.mark.long
+
 REASON = "Failed to reach goal position 'Dock'"
 
 

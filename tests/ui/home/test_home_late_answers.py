@@ -14,6 +14,8 @@ from app.widgets.rows import QueueRow, RobotChip
 from tests.ui.home.operator import choose, is_shown_pending, is_shown_running, pend, press, run
 from tests.ui.whole_app import GUIDS, api
 
+pytestmark = pytest.mark.long
+
 NOT_KNOWN = "was not started on Aino. It was not known yet what it asks for"
 
 

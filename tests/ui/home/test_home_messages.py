@@ -9,6 +9,8 @@ from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.dialogs import ConfirmDialog
 from tests.ui.home.operator import choose, press, rows
 
+pytestmark = pytest.mark.long
+
 ERROR = "Failed to reach goal position 'Line 1' (10120)"
 STANDS = f"Still there: {ERROR}. See to its cause at Aino, then reset again"
 

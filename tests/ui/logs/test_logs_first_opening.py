@@ -13,6 +13,8 @@ from app.widgets.figures import FigureCard
 from tests.ui.logbook import settle
 from tests.ui.whole_app import shown
 
+pytestmark = pytest.mark.long
+
 SIZES = ((1280, 800), (800, 1280), (1024, 600))
 
 

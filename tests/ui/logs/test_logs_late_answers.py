@@ -12,6 +12,8 @@ from app.screens.logs.cards import RunsList
 from app.widgets.buttons import Segment
 from tests.ui.logbook import failures, settle, show_anew, tap
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture
 def screen(logs, ui):

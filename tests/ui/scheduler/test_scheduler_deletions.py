@@ -12,6 +12,8 @@ from app.domain.models import Group, InvalidInput
 from app.widgets.flow import ParameterFields
 from tests.ui.planner import KITS, PALLETS, choose, field, said, save, save_button, schedules, settle, stock
 
+pytestmark = pytest.mark.long
+
 
 # ---------------------------------------------------------------------- what it names
 @pytest.mark.parametrize("what", ["Mission", "Robot"])

@@ -34,6 +34,8 @@ from tests.ui.planner import (
     tap_bar,
 )
 
+pytestmark = pytest.mark.long
+
 
 # ---------------------------------------------------------------------- upcoming
 def test_the_timeline_has_a_lane_per_robot_and_a_planned_bar_says_what_it_is_and_leads_to_its_schedule(

@@ -16,6 +16,8 @@ from app.widgets.timeline_painting import AXIS
 from tests.ui import checks
 from tests.ui.planner import KITS, choose, kind, named, save, schedules, settle
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture
 def low(screen, container, ui):

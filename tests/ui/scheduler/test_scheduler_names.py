@@ -14,6 +14,8 @@ from app.widgets.fields import FormField
 from app.widgets.rows import OptionRow
 from tests.ui.planner import KITS, WASTE, card_of, choose, menu, named, save, schedules, settle, take, tap_bar
 
+pytestmark = pytest.mark.long
+
 SHOWN = "Deliver kits to line 2 on Aino"
 
 

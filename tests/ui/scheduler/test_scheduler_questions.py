@@ -10,6 +10,8 @@ from app.widgets.dialogs import Overlay
 from app.widgets.snackbar import Snackbar
 from tests.ui.planner import KITS, choose, field, named, schedules, settle
 
+pytestmark = pytest.mark.long
+
 
 def is_asked(ui) -> bool:
     return any(dialog.is_open for dialog in ui.find_all(Overlay))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from app.domain.robot import MissionParameter
 from app.i18n import translator
 from app.widgets.dialogs import Overlay
@@ -21,6 +23,8 @@ from tests.ui.planner import (
     schedules,
     settle,
 )
+
+pytestmark = pytest.mark.long
 
 
 def test_drafts_that_were_put_aside_are_still_there(screen, container, ui):

@@ -5,6 +5,8 @@ from __future__ import annotations
 import threading
 from dataclasses import replace
 
+import pytest
+
 from app.widgets.flow import ParameterFields
 from tests.ui.planner import (
     KITS,
@@ -20,6 +22,8 @@ from tests.ui.planner import (
     stock,
     stored,
 )
+
+pytestmark = pytest.mark.long
 
 
 def test_what_is_changed_while_save_waits_is_not_saved_before_it_is_pressed_again(screen, container, ui, hanging):

@@ -9,6 +9,8 @@ from app.widgets.plan_rows import ScheduleLine
 from app.widgets.timeline import Timeline
 from tests.ui.planner import KITS, named
 
+pytestmark = pytest.mark.long
+
 
 def notes(ui) -> dict[str, str]:
     return {lane.name: lane.note for lane in ui.find(Timeline).lanes}

@@ -12,6 +12,8 @@ from app.widgets.buttons import ChoiceChip, Segment
 from app.widgets.fields import FieldInput, FormField, StepField
 from tests.ui.planner import KITS, choose, kind, named, reveal, save_button, schedules, settle
 
+pytestmark = pytest.mark.long
+
 
 def type_name(screen, ui, text: str) -> FormField:
     screen.plan.form.more = True

@@ -10,6 +10,8 @@ from app.widgets.dialogs import ConfirmDialog
 from tests.ui.integrator import enter, fill_in, go, press, robots
 from tests.ui.whole_app import PASSWORD, USER
 
+pytestmark = pytest.mark.long
+
 SLOW = {"kind": "late", "count": None, "seconds": 2.0}
 
 

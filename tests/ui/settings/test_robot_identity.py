@@ -16,6 +16,8 @@ from tests.hostile.capture import Capture, capture
 from tests.ui.integrator import enter, go, press, robots
 from tests.ui.whole_app import PASSWORD, USER
 
+pytestmark = pytest.mark.long
+
 QUESTION = "Send the password all the same?"
 
 

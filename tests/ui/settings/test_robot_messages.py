@@ -17,6 +17,8 @@ from tests.ui import checks
 from tests.ui.integrator import enter, fill_in, go, press, robots
 from tests.ui.whole_app import PASSWORD, USER
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture
 def low(app, ui) -> Iterator[None]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from app.domain.models import Execution, State, Trigger
 from app.screens.settings.files import FileRow
 from app.screens.settings.page import SwitchRow
@@ -10,6 +12,8 @@ from app.widgets.buttons import Segment, Toggle
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import StepField
 from tests.ui.integrator import enter, go, is_saved, page, press, says, settings
+
+pytestmark = pytest.mark.long
 
 
 def add_runs(site, count: int) -> None:

@@ -20,6 +20,8 @@ from app.widgets.fields import StepField
 from app.widgets.rows import OptionRow
 from tests.ui.integrator import enter, go, is_saved, page, press, robots, says, settings
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture
 def hold_readings(monkeypatch):

@@ -17,6 +17,8 @@ from app.widgets.fields import StepField
 from app.widgets.rows import OptionRow, SectionRow
 from tests.ui.integrator import forget_all, press, reveal, says
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture
 def site(shared_site, ui):

@@ -9,9 +9,9 @@ import pytest
 from app.i18n import SOURCE_LANGUAGE, translator
 
 
-@pytest.fixture(autouse=True, scope="module")
+@pytest.fixture(autouse=True, scope="package")
 def no_widgets() -> None:
-    """Those of an app that has ended would follow a switch of the language."""
+    """Those of an app that has ended, in a test of another folder, would follow a switch of the language."""
     gc.unfreeze()
     gc.collect()
 

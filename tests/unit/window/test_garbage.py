@@ -191,6 +191,7 @@ def test_what_will_close_is_not_frozen_before_it_is_much(window: Window) -> None
     assert gc.get_freeze_count() >= before + len(stays)
 
 
+@pytest.mark.long
 def test_before_the_heap_grows_beyond_what_lived_in_it_all_that_is_dead_is_collected(new_window: Window) -> None:
     """Whatever is open."""
     count = frozen_garbage(new_window)
@@ -243,6 +244,7 @@ def test_the_heap_does_not_grow_beyond_its_room_while_little_has_come(new_window
     assert Ring.alive == 0
 
 
+@pytest.mark.long
 def test_what_is_let_go_of_a_moment_later_is_collected_then(window: Window) -> None:
     held = Ring()
     window.garbage.much_has_gone()
