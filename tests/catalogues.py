@@ -1,8 +1,8 @@
-"""The catalogues of the texts:  ``python -m tests.catalogues extract | check | compile [DIR]``
+"""The catalogues of the texts:  ``python -m tests.catalogues extract | check``
 
-``extract`` reads every text from the code, writes locale/amr.pot and brings each locale/<language>/LC_MESSAGES/amr.po up to date:
-translations stay, new texts come in empty, texts that are gone leave. ``check`` says what is missing, unused or has other placeholders,
-and exits 1. ``compile`` writes .mo files for packagers; the app itself reads the .po files.
+``extract`` reads every text from the code, writes locale/amr.pot, brings each locale/<language>/LC_MESSAGES/amr.po up to date and compiles
+it to the .mo file that the app reads: translations stay, new texts come in empty, texts that are no longer used leave. ``check`` says what
+is missing, unused, outdated or has other placeholders, and exits 1.
 
 Texts are the constants in ``_("…")``, ``ngettext``, ``pgettext`` and ``N_("…")`` (marked here, translated later) of Python and in
 ``tr._("…")``, ``tr.n_``, ``tr.p_`` of kv. What is refused (``InvalidInput``), kept in parts (``message``) and the tables named SENTENCES
@@ -14,18 +14,25 @@ Services that get ``translate`` handed in keep their sentences in tables; of suc
 from __future__ import annotations
 
 import ast
+import io
 import re
 import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
 from string import Formatter
 from typing import TypeGuard
 
-from app.i18n import CONTEXT_MARK, DOMAIN, LOCALE_DIR, compile_mo, languages, po_entries, read_po
+from babel.messages.catalog import Catalog, Message
+from babel.messages.mofile import write_mo
+from babel.messages.pofile import read_po, write_po
+
+from app.i18n import DOMAIN, LOCALE_DIR
 
 ROOT = Path(__file__).resolve().parents[1]
+MADE = datetime(2026, 1, 1, tzinfo=UTC)  # always: the same texts make the same files
 # name of a function: which of its arguments are context, msgid, plural
 CALLS = {
     "_": (None, 0, None),
@@ -58,7 +65,7 @@ class Text:
     @property
     def key(self) -> str:
         """As gettext joins them in a .mo file."""
-        key = f"{self.context}{CONTEXT_MARK}{self.msgid}" if self.context is not None else self.msgid
+        key = f"{self.context}\x04{self.msgid}" if self.context is not None else self.msgid
         return f"{key}\0{self.plural}" if self.plural is not None else key
 
 
@@ -170,46 +177,52 @@ def _constant(call: ast.Call, n: int, path: Path) -> str | None:
     return argument.value if isinstance(argument, ast.Constant) and isinstance(argument.value, str) else None
 
 
-# ---------------------------------------------------------------------- .po files
-def quoted(text: str) -> str:
-    return '"' + text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
+# ---------------------------------------------------------------------- .po and .mo files
+def template(root: Path = ROOT) -> Catalog:
+    """Every text of the code, with the files that it stands in."""
+    catalogue = Catalog(header_comment="# Written by: python -m tests.catalogues extract", creation_date=MADE)
+    for text in texts_of_code(root).values():
+        catalogue.add(
+            (text.msgid, text.plural) if text.plural is not None else text.msgid,
+            context=text.context,
+            locations=[(file, 0) for file in sorted({place.rpartition(":")[0] for place in text.places})],
+            flags=["python-brace-format"] if "{" in text.msgid else [],
+        )
+    return catalogue
 
 
-def write_po(path: Path, texts: dict[str, Text], translated: dict[str, list[str]], header: str) -> None:
-    lines = ['msgid ""', 'msgstr ""', *(quoted(line + "\n") for line in header.strip().splitlines()), ""]
-    for text in texts.values():
-        lines.append("#: " + " ".join(sorted({place.rpartition(":")[0] for place in text.places})))
-        if "{" in text.msgid:
-            lines.append("#, python-brace-format")
-        if text.context is not None:
-            lines.append(f"msgctxt {quoted(text.context)}")
-        lines.append(f"msgid {quoted(text.msgid)}")
-        forms = translated.get(text.key, ["", ""] if text.plural is not None else [""])
-        if text.plural is not None:
-            lines.append(f"msgid_plural {quoted(text.plural)}")
-            lines += [f"msgstr[{n}] {quoted(form)}" for n, form in enumerate(forms)]
-        else:
-            lines.append(f"msgstr {quoted(forms[0])}")
-        lines.append("")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text("\n".join(lines), encoding="utf-8")
+def read(path: Path) -> Catalog:
+    """A .po file. Raises ``babel.messages.pofile.PoFileError``, which says where."""
+    with path.open("rb") as file:
+        return read_po(file, locale=path.parents[1].name, abort_invalid=True)
 
 
-HEADER = """Content-Type: text/plain; charset=UTF-8
-Content-Transfer-Encoding: 8bit
-Language: {language}
-Plural-Forms: nplurals=2; plural=(n != 1);"""
+def compiled(catalogue: Catalog) -> bytes:
+    """As a .mo file."""
+    file = io.BytesIO()
+    write_mo(file, catalogue)
+    return file.getvalue()
 
 
-def extract(directory: Path = LOCALE_DIR, root: Path = ROOT) -> dict[str, Text]:
-    """Write the template and bring every language up to date."""
-    texts = texts_of_code(root)
-    write_po(directory / f"{DOMAIN}.pot", texts, {}, HEADER.format(language=""))
-    for path in sorted(directory.glob(f"*/LC_MESSAGES/{DOMAIN}.po")):
-        translated = read_po(path)
-        header = translated.pop("", [HEADER.format(language=path.parents[1].name)])[0]
-        write_po(path, texts, translated, header)
+def extract(directory: Path = LOCALE_DIR, root: Path = ROOT) -> Catalog:
+    """Write the template, bring every language up to date and compile it."""
+    texts = template(root)
+    _write(directory / f"{DOMAIN}.pot", texts)
+    for path in po_files(directory):
+        catalogue = read(path)
+        catalogue.update(texts, no_fuzzy_matching=True, update_header_comment=True)
+        _write(path, catalogue)
+        path.with_suffix(".mo").write_bytes(compiled(catalogue))
     return texts
+
+
+def _write(path: Path, catalogue: Catalog) -> None:
+    with path.open("wb") as file:
+        write_po(file, catalogue, width=0, omit_header=not catalogue.locale, ignore_obsolete=True, include_lineno=False)
+
+
+def po_files(directory: Path = LOCALE_DIR) -> list[Path]:
+    return sorted(directory.glob(f"*/LC_MESSAGES/{DOMAIN}.po"))
 
 
 # ---------------------------------------------------------------------- checks
@@ -222,16 +235,11 @@ def problems(directory: Path = LOCALE_DIR, root: Path = ROOT) -> list[str]:
     """Sentences about what is wrong with the catalogues."""
     texts = texts_of_code(root)
     found = []
-    for language in languages(directory)[1:]:
-        path = directory / language / "LC_MESSAGES" / f"{DOMAIN}.po"
-        translated = read_po(path)
-        translated.pop("", None)
-        keys = [entry["msgid"] for entry in po_entries(path)]
-        found += [
-            f"{language}: twice {key!r}"
-            for key in sorted({k for k in keys if keys.count(k) > 1} - {""})
-            if not any(text.context for text in texts.values() if text.msgid == key)
-        ]
+    for path in po_files(directory):
+        language, catalogue = path.parents[1].name, read(path)
+        translated = {
+            key_of(entry): entry for entry in catalogue if entry.id and all(forms_of(entry)) and not entry.fuzzy
+        }
         found += [
             f"{language}: missing {text.msgid!r} ({text.places[0]})"
             for key, text in texts.items()
@@ -241,18 +249,25 @@ def problems(directory: Path = LOCALE_DIR, root: Path = ROOT) -> list[str]:
         for key in translated.keys() & texts.keys():
             text = texts[key]
             allowed = placeholders(text.msgid) | placeholders(text.plural or "")
-            for form in translated[key]:
+            for form in forms_of(translated[key]):
                 if placeholders(form) - allowed or (text.plural is None and placeholders(form) != allowed):
                     found.append(f"{language}: other placeholders in {form!r} than in {text.msgid!r}")
     return found
 
 
-def compile_all(target: Path, directory: Path = LOCALE_DIR) -> None:
-    """Write <target>/<language>/LC_MESSAGES/amr.mo of every language."""
-    for path in directory.glob(f"*/LC_MESSAGES/{DOMAIN}.po"):
-        out = target / path.relative_to(directory).with_suffix(".mo")
-        out.parent.mkdir(parents=True, exist_ok=True)
-        out.write_bytes(compile_mo(read_po(path)))
+def outdated(directory: Path = LOCALE_DIR) -> list[Path]:
+    """The .mo files that don't have what their .po files have."""
+    return [mo for po in po_files(directory) if (mo := po.with_suffix(".mo")).read_bytes() != compiled(read(po))]
+
+
+def forms_of(entry: Message) -> tuple[str, ...]:
+    return entry.string if isinstance(entry.string, tuple) else (entry.string,)
+
+
+def key_of(entry: Message) -> str:
+    """That of its ``Text``."""
+    msgid, plural = entry.id if isinstance(entry.id, tuple) else (entry.id, None)
+    return Text(msgid, plural, entry.context).key
 
 
 def main(arguments: list[str]) -> int:
@@ -260,11 +275,9 @@ def main(arguments: list[str]) -> int:
         case ["extract"]:
             print(f"{len(extract())} texts")
         case ["check"]:
-            found = problems()
+            found = problems() + [f"{path} is outdated: run `extract`" for path in outdated()]
             print("\n".join(found) or "catalogues are complete")
             return bool(found)
-        case ["compile"] | ["compile", _]:
-            compile_all(Path(arguments[1]) if len(arguments) > 1 else LOCALE_DIR)
         case _:
             print(__doc__, file=sys.stderr)
             return 2

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from tests import catalogues
+
 FINNISH = r"""
 msgid ""
 msgstr ""
@@ -47,4 +49,5 @@ def write_finnish(locale: Path) -> Path:
     folder = locale / "fi" / "LC_MESSAGES"
     folder.mkdir(parents=True)
     (folder / "amr.po").write_text(FINNISH, encoding="utf-8")
+    (folder / "amr.mo").write_bytes(catalogues.compiled(catalogues.read(folder / "amr.po")))
     return locale
