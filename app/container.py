@@ -216,7 +216,7 @@ class Container:
         self.robot_states = RobotStates(db)
         self.forecasts = Forecasts(db, clock, live)
         self.suggestions = Suggestions(db, clock, self._may_have, self.forecasts.free_at)
-        self.pausing = Pausing(db, clock, self.changes)
+        self.pausing = Pausing(self.catalogue)
         self.files = DataFiles(db, self.catalogue, clock)
         self.plan_files = PlanFiles(db, self.catalogue, clock, self.plan)
         self.calendar_files = CalendarFiles(db, self.catalogue, clock)

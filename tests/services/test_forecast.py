@@ -326,7 +326,7 @@ def test_a_first_day_that_has_passed_says_nothing_about_when_it_begins(container
 
 # ---------------------------------------------------------------------- skipping
 def skipping(container):
-    return Pausing(container.db, container.clock, container.changes)
+    return Pausing(container.catalogue)
 
 
 def test_skipping_writes_the_row_at_once_and_goes_on_with_the_start_after_it(container):

@@ -33,7 +33,7 @@ class Plant:
         self.container.catalogue.change_settings(timezone="UTC")
         self.container.catalogue.save_robot(Robot("Aino", "10.0.0.1", "user"), "secret")
         self.container.catalogue.save_mission(Mission("Deliver", "guid-1"))
-        self.skipping = Pausing(self.container.db, self.clock, self.container.changes)
+        self.skipping = Pausing(self.container.catalogue)
         self.daily = self.container.catalogue.save_schedule(
             Schedule("Daily", 1, 1, datetime(2026, 11, 23, 6, 30), "UTC", "FREQ=DAILY")
         )
@@ -221,7 +221,7 @@ def reopened(plant, path) -> None:
     plant.container = Container(
         Database.open(path / "a.db", clock=plant.clock, durable=False, threaded=False), plant.clock
     )
-    plant.skipping = Pausing(plant.container.db, plant.clock, plant.container.changes)
+    plant.skipping = Pausing(plant.container.catalogue)
 
 
 def test_a_later_start_is_skipped_and_only_that_one(plant, tmp_path):

@@ -85,7 +85,7 @@ def test_every_start_of_thirty_days_is_an_event(container, files, tmp_path):
 def test_what_the_calendar_closes_and_what_is_paused_is_not_in_it(container, files):
     daily = plan(container)
     container.catalogue.save_days(DayException("Audit", date(2026, 11, 26), date(2026, 11, 27)))
-    Pausing(container.db, container.clock, container.changes).pause(daily.id, datetime(2026, 11, 24, 22, tzinfo=UTC))
+    Pausing(container.catalogue).pause(daily.id, datetime(2026, 11, 24, 22, tzinfo=UTC))
     days = [f"{event.start:%Y%m%d}" for event in events_of(files.export().path)]
     assert days[:2] == ["20261125", "20261130"]
 

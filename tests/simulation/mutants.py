@@ -495,8 +495,8 @@ MUTANTS = (
     Mutant(
         "a pause leaves what waits",
         "services.catalogue.pausing:Pausing.pause",
-        "if row.planned_at < until:",
-        "if False:",
+        "if row.planned_at < until)",
+        "if False)",
         "taken back",
         PEOPLE,
         seed=76,

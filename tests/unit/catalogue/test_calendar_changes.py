@@ -96,7 +96,7 @@ def test_what_is_due_already_stays_due(world):
 
 def test_a_start_that_was_skipped_is_not_planned_again(world):
     daily = world.schedule()
-    Pausing(world.db, world.clock, world.changes).skip_next(daily.id)
+    Pausing(world.catalogue).skip_next(daily.id)
     assert next_of(world, daily) == "2026-11-25"
     world.catalogue.save_days(DayException("Inventory", date(2026, 11, 26), date(2026, 11, 26)))
     assert next_of(world, daily) == "2026-11-25"
