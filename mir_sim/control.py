@@ -30,8 +30,8 @@ def refusal(request: Request, peer: str, key: str) -> Response | None:
         return None
     if "origin" in request.headers:  # of browsers only: whichever page was opened could move the robots
         return _refusal(403, "Requests of web pages are refused.")
-    given = request.headers.get(KEY_HEADER.lower(), "")
-    if not _is_here(peer) and not hmac.compare_digest(given.encode(), key.encode()):
+    sent = request.headers.get(KEY_HEADER.lower(), "")
+    if not _is_here(peer) and not hmac.compare_digest(sent.encode(), key.encode()):
         return _refusal(
             401, f"From another machine the header {KEY_HEADER} needs the key that was printed at the start."
         )

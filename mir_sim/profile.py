@@ -181,13 +181,13 @@ def _phrases(value: Any, name: str) -> dict[str, str]:
 
 def _fleet(value: Any, name: str) -> FleetOrders:
     guids = {mission.name: mission.guid for mission in MISSIONS}
-    given = _object(
+    orders = _object(
         value,
         name,
         {"mission": lambda one, its: guids[checks.one_of(one, its, guids)], "every_seconds": _seconds(1.0)},
         complete=True,
     )
-    return FleetOrders(**given)
+    return FleetOrders(**orders)
 
 
 def _reboots(value: Any, name: str) -> Reboots:

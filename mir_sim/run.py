@@ -53,11 +53,11 @@ class Run:
 
     def values(self, action: Row) -> dict[str, Any]:
         """The parameter values of an action, with those given when the mission was queued."""
-        given = {
+        parameters = {
             parameter.get("input_name") or parameter.get("id"): parameter.get("value")
             for parameter in self.item.parameters
         }
         return {
-            one["id"]: given.get(one["input_name"], one["value"]) if one.get("input_name") else one["value"]
+            one["id"]: parameters.get(one["input_name"], one["value"]) if one.get("input_name") else one["value"]
             for one in action["parameters"]
         }

@@ -88,16 +88,16 @@ def order(call: Call) -> Response:
 def _check_parameters(call: Call, mission_id: str, parameters: list[Row]) -> None:
     """Clients name a parameter by ``input_name`` or by ``id``; robots accept both. An unknown name gives 500 (reported)."""
     wanted = call.robot.site.user_parameters(mission_id)
-    given: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for parameter in parameters:
         name = parameter.get("input_name") or parameter.get("id")
         if not isinstance(name, str):
             raise argument_error("parameters")
         if name not in wanted:
             raise ApiError(500)
-        given[name] = parameter.get("value")
+        values[name] = parameter.get("value")
     for name, asked in wanted.items():
-        value = given.get(name, asked["value"])
+        value = values.get(name, asked["value"])
         is_place = asked["id"] in ("position", "marker")
         if (
             value is None

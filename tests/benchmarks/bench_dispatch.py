@@ -214,15 +214,15 @@ def main() -> None:
     options.add_argument("--groups", action="store_true")
     options.add_argument("--seed", type=int, default=7)
     options.add_argument("--repeat", type=int, default=1)
-    given = options.parse_args()
-    if given.groups:
+    args = options.parse_args()
+    if args.groups:
         for name, scenario in GROUPS.items():
             print(
                 f"\n{name}: {scenario.jobs} missions for {scenario.groups} groups of {scenario.robots // scenario.groups} robots at one "
                 f"instant, {scenario.ill} robots dead, {scenario.dropping} refuse from {DROP_AHEAD} s before\n{HEADER}"
             )
-            for repeat in range(given.repeat):
-                figures = measure("app", scenario, given.seed + repeat)
+            for repeat in range(args.repeat):
+                figures = measure("app", scenario, args.seed + repeat)
                 print(line("app", figures, None))
                 if figures.moved:
                     print(
@@ -231,7 +231,7 @@ def main() -> None:
                         flush=True,
                     )
         return
-    for name in given.scenario or SCENARIOS:
+    for name in args.scenario or SCENARIOS:
         scenario = SCENARIOS[name]
         print(
             f"\n{name}: {scenario.jobs} missions on {scenario.robots} robots "
@@ -240,9 +240,9 @@ def main() -> None:
             f"({scenario.refusing} refuse, {scenario.ill - scenario.refusing} hang)\n{HEADER}"
         )
         app = None
-        for engine in given.engine or ENGINES:
-            for repeat in range(given.repeat):
-                figures = measure(engine, scenario, given.seed + repeat)
+        for engine in args.engine or ENGINES:
+            for repeat in range(args.repeat):
+                figures = measure(engine, scenario, args.seed + repeat)
                 app = app or (figures if engine == "app" else None)
                 print(line(engine, figures, app), flush=True)
 

@@ -123,11 +123,11 @@ def main() -> None:
     options = argparse.ArgumentParser(prog="python -m tests.benchmarks.bench_idle")
     options.add_argument("--seconds", type=float, default=180.0)
     options.add_argument("--days", type=int, default=30)
-    given = options.parse_args()
-    if given.seconds:
-        idle(given.seconds)
-    if given.days:
-        month(given.days)
+    args = options.parse_args()
+    if args.seconds:
+        idle(args.seconds)
+    if args.days:
+        month(args.days)
 
 
 if __name__ == "__main__":

@@ -33,7 +33,7 @@ def main() -> None:
     options.add_argument("count", type=int, nargs="?", default=1000)
     options.add_argument("--kinds", action="store_true")
     options.add_argument("--memory", action="store_true")
-    given = options.parse_args()
+    args = options.parse_args()
     logging.getLogger("kivy").addHandler(logging.NullHandler())  # which clipboards this machine lacks is no news here
     logging.getLogger("kivy").propagate = False
     headless.install()
@@ -50,26 +50,26 @@ def main() -> None:
             wear.rounds(WARM)
             gc.unfreeze()
             counts, classes, kinds_of_widgets = wear.counts(), kinds(), widgets()
-            if given.memory:
+            if args.memory:
                 tracemalloc.start()
                 memory = tracemalloc.take_snapshot()
             print(f"{'resident, MiB':<36} {'after 100':>9} {'at end':>9} {'growth':>8} {'most':>8}")
             for name, count, step in (
-                ("screens", given.count, wear.switch),
-                ("dialogs", given.count, wear.dialog),
-                ("sizes", min(given.count, SIZES), wear.resize),
+                ("screens", args.count, wear.switch),
+                ("dialogs", args.count, wear.dialog),
+                ("sizes", min(args.count, SIZES), wear.resize),
             ):
                 wear_out(f"{count} {name}", count, step, wear.settle)
             print(f"\n{'alive':<36} {'before':>9} {'after':>9} {'growth':>8}")
             for name, now in wear.counts().items():
                 print(f"{name:<36} {counts[name]:>9} {now:>9} {now - counts[name]:>+8}")
-            if given.kinds:
+            if args.kinds:
                 print("\nclasses of which there are more:")
                 for name, more in (kinds() - classes).most_common(15):
                     print(f"  {name:<60} {classes[name]:>8} +{more}")
                 for name, more in (widgets() - kinds_of_widgets).most_common(10):
                     print(f"  widget {name:<53} {kinds_of_widgets[name]:>8} +{more}")
-            if given.memory:
+            if args.memory:
                 tell_memory(memory, tracemalloc.take_snapshot())
         container.close()
 

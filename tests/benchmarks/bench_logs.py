@@ -69,10 +69,10 @@ def measure(directory: Path) -> None:
 
 
 if __name__ == "__main__":
-    given = sys.argv[1] if len(sys.argv) > 1 else "1000000"
-    if Path(given).is_dir():
-        measure(Path(given))
+    count_or_directory = sys.argv[1] if len(sys.argv) > 1 else "1000000"
+    if Path(count_or_directory).is_dir():
+        measure(Path(count_or_directory))
     else:
         with tempfile.TemporaryDirectory() as name:
-            make(int(given.replace(",", "").replace("_", "")), Path(name))
+            make(int(count_or_directory.replace(",", "").replace("_", "")), Path(name))
             measure(Path(name))

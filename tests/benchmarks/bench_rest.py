@@ -73,19 +73,19 @@ def main() -> None:
     options = argparse.ArgumentParser(prog="python -m tests.benchmarks.bench_rest")
     options.add_argument("--seconds", type=float, default=60.0)
     options.add_argument("--one", choices=SCREENS, help=argparse.SUPPRESS)
-    given = options.parse_args()
-    if given.one:
-        print(measure(given.one, given.seconds), flush=True)
+    args = options.parse_args()
+    if args.one:
+        print(measure(args.one, args.seconds), flush=True)
         return
     for screen in SCREENS:
-        told = subprocess.run(
-            [sys.executable, "-m", "tests.benchmarks.bench_rest", "--seconds", str(given.seconds), "--one", screen],
+        output = subprocess.run(
+            [sys.executable, "-m", "tests.benchmarks.bench_rest", "--seconds", str(args.seconds), "--one", screen],
             check=True,
             text=True,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
         ).stdout
-        print(told.splitlines()[-1], flush=True)
+        print(output.splitlines()[-1], flush=True)
 
 
 if __name__ == "__main__":

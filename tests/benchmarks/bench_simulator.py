@@ -111,18 +111,18 @@ def main() -> None:
     options.add_argument("--seconds", type=int, default=20)
     options.add_argument("--time-scale", type=float, default=1.0)
     options.add_argument("--history", type=int, default=0)
-    given = options.parse_args()
-    process, urls = start(given.robots, given.time_scale, given.history)
+    args = options.parse_args()
+    process, urls = start(args.robots, args.time_scale, args.history)
     try:
         cpu_before = cpu_seconds(process.pid)
-        taken, late = asyncio.run(measure(urls, given.seconds))
-        cpu = (cpu_seconds(process.pid) - cpu_before) / given.seconds
+        taken, late = asyncio.run(measure(urls, args.seconds))
+        cpu = (cpu_seconds(process.pid) - cpu_before) / args.seconds
         threads = len(os.listdir(f"/proc/{process.pid}/task"))
     finally:
         process.terminate()
         process.wait()
     print(
-        f"{given.robots} robots, {len(taken)} status polls in {given.seconds} s, time scale {given.time_scale:g}, {threads} threads, "
+        f"{args.robots} robots, {len(taken)} status polls in {args.seconds} s, time scale {args.time_scale:g}, {threads} threads, "
         f"{cpu:.0%} of a core, load {os.getloadavg()[0]:.1f}"
     )
     print(

@@ -39,8 +39,8 @@ def frames(seconds: float) -> list[float]:
     return sorted(late)
 
 
-def report(what: str, seconds: float, meanwhile: Callable[[], None]) -> None:
-    thread = threading.Timer(0.5, meanwhile)
+def report(what: str, seconds: float, work: Callable[[], None]) -> None:
+    thread = threading.Timer(0.5, work)
     thread.start()
     late = frames(seconds)
     thread.join()

@@ -88,13 +88,13 @@ def main() -> None:
     figures: dict[str, list[float]] = {}
     for _run in range(runs):
         for what in ("app", "home"):
-            told = subprocess.run(
+            output = subprocess.run(
                 [sys.executable, "-m", "tests.benchmarks.bench_window", "--one", what],
                 check=True,
                 text=True,
                 stdout=subprocess.PIPE,
             ).stdout
-            for name, figure in json.loads(told.splitlines()[-1]).items():
+            for name, figure in json.loads(output.splitlines()[-1]).items():
                 figures.setdefault(name, []).append(figure)
     for name, values in figures.items():
         print(f"{name:<40} {median(values):>8.1f}   ({min(values):.1f}–{max(values):.1f})")

@@ -50,8 +50,8 @@ class Spec:
 
     @classmethod
     def read(cls, text: str) -> Spec:
-        given = json.loads(text)
-        return cls(given["robots"], [Job(*job) for job in given["jobs"]], given["idle_jobs"], given["groups"])
+        data = json.loads(text)
+        return cls(data["robots"], [Job(*job) for job in data["jobs"]], data["idle_jobs"], data["groups"])
 
     def write(self) -> str:
         return json.dumps(

@@ -202,8 +202,8 @@ def main() -> None:
     options.add_argument("--hanging", type=int, default=0)
     options.add_argument("--dropping", type=int, default=0)
     options.add_argument("--out", required=True)
-    given = options.parse_args()
-    asyncio.run(serve(given.robots, given.refusing, given.hanging, given.dropping, given.out))
+    args = options.parse_args()
+    asyncio.run(serve(args.robots, args.refusing, args.hanging, args.dropping, args.out))
 
 
 if __name__ == "__main__":

@@ -82,7 +82,7 @@ class Capture:
 
 
 @contextmanager
-def capture(certificate: str = "", **given: Any) -> Iterator[Capture]:
+def capture(certificate: str = "", **settings: Any) -> Iterator[Capture]:
     """Listens until the block ends; with a certificate (a file's name) over https."""
 
     class Handler(BaseHTTPRequestHandler):
@@ -122,7 +122,7 @@ def capture(certificate: str = "", **given: Any) -> Iterator[Capture]:
             context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
             context.load_cert_chain(CERTIFICATES / certificate)
             server.socket = context.wrap_socket(server.socket, server_side=True)
-        machine = Capture(f"http{'s' if certificate else ''}://127.0.0.1:{server.server_port}", **given)
+        machine = Capture(f"http{'s' if certificate else ''}://127.0.0.1:{server.server_port}", **settings)
         thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True)
         thread.start()
         try:

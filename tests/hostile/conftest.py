@@ -16,7 +16,7 @@ from tests.hostile.hands import Listen
 @pytest.fixture
 def listen() -> Iterator[Listen]:
     with ExitStack() as stack:
-        yield lambda *args, **given: stack.enter_context(capture(*args, **given))
+        yield lambda *args, **settings: stack.enter_context(capture(*args, **settings))
 
 
 @pytest.fixture

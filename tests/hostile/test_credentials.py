@@ -250,12 +250,12 @@ def test_what_the_machine_before_an_edit_said_is_not_noted_of_the_one_after_it(
     robot = add(tablet, machine.url, serial_number="A-1" if is_known else None)
     worker, answer = tablet.make_worker(robot), machine.answer
 
-    def edited_meanwhile(one: Seen) -> tuple[int, Any]:
+    def edited_while_answering(one: Seen) -> tuple[int, Any]:
         if one.path == "/users/me":
             tablet.catalogue.save_robot(replace(robot, **change), PASSWORD)
         return answer(one)
 
-    machine.answer = edited_meanwhile  # type: ignore[method-assign]
+    machine.answer = edited_while_answering  # type: ignore[method-assign]
     worker.advance()
     assert stored(tablet) == replace(robot, **change, token=stored(tablet).token)
     assert worker.robot == robot  # so that it is seen to be of another connection

@@ -29,8 +29,8 @@ def name(monkeypatch: pytest.MonkeyPatch) -> Name:
     means: list[Any] = []
     asked = socket.getaddrinfo
 
-    def look_up(host: str, *args: Any, **given: Any) -> Any:
-        return list(means) if host == "robot.test" else asked(host, *args, **given)
+    def look_up(host: str, *args: Any, **kwargs: Any) -> Any:
+        return list(means) if host == "robot.test" else asked(host, *args, **kwargs)
 
     monkeypatch.setattr(socket, "getaddrinfo", look_up)
 

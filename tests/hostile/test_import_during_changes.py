@@ -53,7 +53,7 @@ NOTED = {
 
 
 def content(**schedule: Any) -> bytes:
-    given = {
+    fields = {
         "name": "mine",
         "robot": "R",
         "mission": "M",
@@ -61,7 +61,7 @@ def content(**schedule: Any) -> bytes:
         "recurrence": "FREQ=DAILY",
         **schedule,
     }
-    return json.dumps({"format": "amr-scheduler/1", "schedules": [given]}).encode()
+    return json.dumps({"format": "amr-scheduler/1", "schedules": [fields]}).encode()
 
 
 @pytest.fixture

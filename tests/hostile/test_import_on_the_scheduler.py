@@ -44,7 +44,7 @@ def document(schedules: list[dict[str, Any]], sections: dict[str, Any] | None = 
             "settings": {"timezone": "UTC"},
             "robots": [{"name": "R", "address": "h"}],
             "missions": [{"name": "M", "guid": "g"}],
-            "schedules": [{**schedule, **given} for given in schedules],
+            "schedules": [{**schedule, **fields} for fields in schedules],
             **(sections or {}),
         }
     ).encode()
@@ -82,10 +82,10 @@ def test_unnamed_schedules_do_not_delay_others(container):
 
 
 def test_unnamed_schedules_keep_their_names_in_any_order(container):
-    given = [{"priority": number} for number in range(300)]
-    import_configuration(container.catalogue, document(given))
-    random.Random(1).shuffle(given)
-    assert import_configuration(container.catalogue, document(given)) == []
+    fields = [{"priority": number} for number in range(300)]
+    import_configuration(container.catalogue, document(fields))
+    random.Random(1).shuffle(fields)
+    assert import_configuration(container.catalogue, document(fields)) == []
     changed = import_configuration(
         container.catalogue, document([{"priority": number, "overlap": "queue"} for number in range(300)])
     )
@@ -190,7 +190,7 @@ def test_what_waits_is_changed_and_taken_back_as_by_any_edit(tmp_path):
     site.add_robots()
     site.add_mission("Deliver")
     catalogue = site.container.catalogue
-    given = {
+    fields = {
         "name": "S",
         "robot": "R1",
         "mission": "Deliver",
@@ -198,7 +198,7 @@ def test_what_waits_is_changed_and_taken_back_as_by_any_edit(tmp_path):
     }
 
     def take(**values: Any) -> None:
-        content = {"format": "amr-scheduler/1", "schedules": [{**given, "respect_working_days": False, **values}]}
+        content = {"format": "amr-scheduler/1", "schedules": [{**fields, "respect_working_days": False, **values}]}
         import_configuration(catalogue, json.dumps(content).encode())
 
     take()

@@ -81,9 +81,9 @@ def test_a_date_that_is_years_away_is_found_in_few_steps(rule, expected):
     "now", ["2026-12-07 23:58", "2027-03-28 00:59", "2027-03-28 01:30", "2027-10-30 23:59", "2027-10-31 00:59"]
 )
 def test_a_dense_rule_costs_little_at_any_time_of_any_day(rule, now):
-    given, after = schedule(rule, "Europe/Helsinki"), datetime.fromisoformat(now).replace(tzinfo=UTC)
-    next_occurrence(given, NOW, EVERY_DAY)  # where COUNT ends is known from now on
-    assert steps(lambda: next_occurrence(given, after, EVERY_DAY)) <= FEW
+    rule_of, after = schedule(rule, "Europe/Helsinki"), datetime.fromisoformat(now).replace(tzinfo=UTC)
+    next_occurrence(rule_of, NOW, EVERY_DAY)  # where COUNT ends is known from now on
+    assert steps(lambda: next_occurrence(rule_of, after, EVERY_DAY)) <= FEW
 
 
 @pytest.mark.parametrize("rule", ["FREQ=DAILY", "FREQ=MINUTELY", "FREQ=WEEKLY;BYDAY=SA", f"FREQ=HOURLY;{EVERY_MINUTE}"])
@@ -123,12 +123,12 @@ def test_a_count_that_takes_years_of_days_is_refused(rule):
     ],
 )
 def test_a_count_is_counted_by_days(rule, last):
-    given, found = schedule(rule), []
-    steps(lambda: check_has_instants(given), most=SOME)
+    rule_of, found = schedule(rule), []
+    steps(lambda: check_has_instants(rule_of), most=SOME)
     around = datetime.fromisoformat(last).replace(tzinfo=UTC) - timedelta(days=1)
-    steps(lambda: found.append(next_occurrence(given, around, EVERY_DAY)), most=SOME)
+    steps(lambda: found.append(next_occurrence(rule_of, around, EVERY_DAY)), most=SOME)
     assert found[0] is not None
-    assert [f"{o.instant:%Y-%m-%d %H:%M}" for o in occurrences(given, around, EVERY_DAY)][-1] == last
+    assert [f"{o.instant:%Y-%m-%d %H:%M}" for o in occurrences(rule_of, around, EVERY_DAY)][-1] == last
 
 
 def test_the_last_of_a_large_count_may_lie_beyond_the_calendar():

@@ -76,8 +76,8 @@ def test_the_machine_that_asks_is_that_of_the_connection(monkeypatch, peer):
 
 def test_the_key_can_be_chosen():
     keys = []
-    for given in ("mine", "", ""):
-        fleet = mir_sim.Fleet([], key=given)
+    for chosen_key in ("mine", "", ""):
+        fleet = mir_sim.Fleet([], key=chosen_key)
         keys.append(fleet.key)
         fleet.stop()
     assert keys[0] == "mine"

@@ -205,7 +205,7 @@ def test_a_start_that_was_taken_and_can_not_be_found_is_never_sent_again(site, p
     if is_known:
         check_up(site, "no-id")
     plan(START)
-    site.network.as_given = lambda robot, path, body: b"[]" if path.startswith("/mission_queue") else body
+    site.network.as_answered = lambda robot, path, body: b"[]" if path.startswith("/mission_queue") else body
     site.run_until(lambda: site.network.posts())
     site.run(2)
     if is_killed:

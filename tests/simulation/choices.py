@@ -338,15 +338,15 @@ class ChoiceSite(Site):
                 if row is None:
                     yield f"no row: {wanted.schedule} {wanted.instant:%H:%M}"
                 elif row.state is not State.COMPLETED and not self._was_overlapped(row, rows):
-                    yield f"did not run: {told(row)}"
+                    yield f"did not run: {describe(row)}"
             elif row is not None:
                 yield from (
-                    f"sent {post.at - wanted.taken_back:.1f} s after it was taken back: {told(row)}"
+                    f"sent {post.at - wanted.taken_back:.1f} s after it was taken back: {describe(row)}"
                     for post in self.network.submissions
                     if post.token == row.token and post.at > wanted.taken_back + GRACE
                 )
         yield from (
-            f"sent early: {told(row)}"
+            f"sent early: {describe(row)}"
             for row in rows
             for post in self.network.submissions
             if post.token == row.token and post.at < (row.planned_at - BEGIN).total_seconds() - 0.001
@@ -356,15 +356,15 @@ class ChoiceSite(Site):
         done = [(robot, item.id) for robot, item in items if item.state == "Done"]
         shown = ", ".join(f"{robot} {item.state}" for robot, item in items)
         if row.state.is_open:
-            yield f"has not ended: {told(row)}"
+            yield f"has not ended: {describe(row)}"
         if len(items) > 1 and not was_beyond:
-            yield f"{len(items)} items ({shown}): {told(row)}"
-        if len(done) > 1 and was_beyond and not self._is_told(row):
-            yield f"ran twice and nobody was told: {told(row)}"
-        if (row.state is State.COMPLETED) != bool(done) and not (was_beyond and self._is_told(row)):
-            yield f"the robot says {shown or 'nothing'}: {told(row)}"
+            yield f"{len(items)} items ({shown}): {describe(row)}"
+        if len(done) > 1 and was_beyond and not self._has_alarm(row):
+            yield f"ran twice and nobody was told: {describe(row)}"
+        if (row.state is State.COMPLETED) != bool(done) and not (was_beyond and self._has_alarm(row)):
+            yield f"the robot says {shown or 'nothing'}: {describe(row)}"
         if row.state is State.COMPLETED and (row.robot, row.queue_id) not in done:
-            yield f"another item than the one that ran: {told(row)}"
+            yield f"another item than the one that ran: {describe(row)}"
 
     @staticmethod
     def _was_overlapped(row: Execution, rows: list[Execution]) -> bool:
@@ -382,7 +382,7 @@ class ChoiceSite(Site):
             )
         )
 
-    def _is_told(self, row: Execution) -> bool:
+    def _has_alarm(self, row: Execution) -> bool:
         codes = self.container.db.read().execute("SELECT code FROM alarms WHERE key = ?", (f"execution:{row.id}",))
         return bool({code for (code,) in codes} & {"duplicate_running", "duplicate_healed", "late_cancelled"})
 
@@ -425,6 +425,6 @@ GROUP_ACTS: dict[str, Callable[[ChoiceSite], None]] = {
 }
 
 
-def told(row: Execution) -> str:
+def describe(row: Execution) -> str:
     reason = f" {row.reason.code}" if row.reason else ""
     return f"{row.schedule} {row.planned_at:%H:%M} {row.state}{reason}, {row.attempts} attempts, item {row.queue_id}"

@@ -69,7 +69,7 @@ class Wishes:
     closed: frozenset[date] = frozenset()
     groups: dict[int, frozenset[str]] = field(default_factory=dict)  # names of their robots
     at_once: set[int] = field(default_factory=set)  # groups whose starts go into queues
-    given: set[str] = field(default_factory=set)  # tokens, by a person to a robot
+    assigned: set[str] = field(default_factory=set)  # tokens, by a person to a robot
     one_line: set[str] = field(default_factory=set)  # robots that get one start at a time
 
     def copy(self) -> Wishes:

@@ -309,8 +309,8 @@ def main() -> int:
         problems = replay(scenario, options.replay)
         print("\n".join(problems) or "no violation")
         return 1 if problems else 0
-    given = ",".join(ACTS if options.robots == 1 else GROUP_ACTS) if options.acts is None else options.acts
-    acts, off_for = tuple(filter(None, given.split(","))), tuple(map(float, options.off.split(",")))
+    names = ",".join(ACTS if options.robots == 1 else GROUP_ACTS) if options.acts is None else options.acts
+    acts, off_for = tuple(filter(None, names.split(","))), tuple(map(float, options.off.split(",")))
     found = explore(
         scenario,
         options.faults,

@@ -131,7 +131,7 @@ class GroupPerson(Person):
             raise LookupError
         self._decide(
             lambda: self._app.operator.assign_robot(row.id, self._id(self._robot())),
-            lambda wishes: wishes.given.add(row.token),
+            lambda wishes: wishes.assigned.add(row.token),
         )
 
     def start_on_another(self) -> None:

@@ -39,7 +39,7 @@ WORKS = (StateId.READY, StateId.EXECUTING, StateId.ABORTED, StateId.COMPLETED, S
 class GroupJudge:
     def __init__(self, world: World, judge: Judge) -> None:
         self.world, self.judge, self.diary = world, judge, world.diary
-        self.told_metres = 0
+        self.checked_metres = 0
         self._last_called: set[str] = set()  # tokens
         self._posts: dict[str, list[Submission]] = defaultdict(list)  # by token
         self._stopped_since: dict[str, float] = {}  # robots by when they were first seen unable to work
@@ -96,7 +96,7 @@ class GroupJudge:
             self._judge_state(post, name)
             self._judge_metres(post, name)
             wishes = self.diary.between(post.at - 10.0, post.at)
-            if not any(group_id in each.at_once or post.token in each.given for each in wishes) and self._is_judged(
+            if not any(group_id in each.at_once or post.token in each.assigned for each in wishes) and self._is_judged(
                 post.token
             ):
                 self._judge_order(post, group_id, name)
@@ -132,11 +132,11 @@ class GroupJudge:
             return
         [mission] = [mission for mission in MISSIONS if mission.guid == post.mission_id]
         goal, pose = STATIONS[mission.actions[0].parameters["position"]].pose, self.world.site.machines[post.robot].pose
-        for told in row.choice.get("robots", ())[:1]:
-            if "metres" in told:
-                self.told_metres += 1
-                if abs(told["metres"] - math.dist((pose.x, pose.y), (goal.x, goal.y))) > OFF_BY:
-                    self.judge.object(f"truth: {told['metres']} m were told: {name} at {pose.x:.0f}, {pose.y:.0f}")
+        for chosen in row.choice.get("robots", ())[:1]:
+            if "metres" in chosen:
+                self.checked_metres += 1
+                if abs(chosen["metres"] - math.dist((pose.x, pose.y), (goal.x, goal.y))) > OFF_BY:
+                    self.judge.object(f"truth: {chosen['metres']} m were stated: {name} at {pose.x:.0f}, {pose.y:.0f}")
 
     def _judge_place(self, post: Submission, name: str) -> None:
         guid = self.diary.guids[self._at_the_place]
@@ -290,7 +290,7 @@ class GroupJudge:
             or start < 60.0
         ):
             return None
-        if token in self._posts or any(token in each.given for each in wishes):
+        if token in self._posts or any(token in each.assigned for each in wishes):
             return None  # where that request got lost, its robot keeps it
         members = [self.diary.robots_of(each.plans[key[0]], each) for each in wishes if key[0] in each.plans]
         for robot in sorted(frozenset.intersection(*members)):
@@ -312,6 +312,6 @@ class GroupJudge:
             for robot in {post.robot for post in self._posts.get(row.token, ())} - {row.robot}:
                 if ids[robot] not in row.tried:
                     self.judge.object(f"truth: nothing is noted of {robot}: {row.token[:8]}")
-            told = row.choice.get("robots", [])
-            if row.robot_id is not None and told and told[0]["robot"] != row.robot:
-                self.judge.object(f"truth: {row.robot} has it, {told[0]['robot']} was chosen: {row.token[:8]}")
+            chosen = row.choice.get("robots", [])
+            if row.robot_id is not None and chosen and chosen[0]["robot"] != row.robot:
+                self.judge.object(f"truth: {row.robot} has it, {chosen[0]['robot']} was chosen: {row.token[:8]}")

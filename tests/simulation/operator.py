@@ -224,7 +224,7 @@ class Person:
         robot_id, was_off = self._id(robot), robot in self.diary.now.off
         plans = [plan for plan in self.diary.now.plans.values() if plan.robot_id == robot_id]
         now = self.diary.now
-        gone = {token for token, manual in now.manual.items() if manual.robot == robot} - now.cancelled
+        dropped = {token for token, manual in now.manual.items() if manual.robot == robot} - now.cancelled
         for row in self._app.history.open():
             if row.robot_id == robot_id:
                 self.diary.excused[row.token] = "its robot was removed"
@@ -233,7 +233,7 @@ class Person:
             for plan in plans:
                 wishes.plans.pop(plan.id)
             wishes.off.add(robot)
-            wishes.cancelled |= gone
+            wishes.cancelled |= dropped
 
         removed = self._decide(lambda: self._app.catalogue.remove_robot(robot_id), note)
         self._undo_later(
@@ -242,7 +242,7 @@ class Person:
             self.rng.choice((1.0, 20.0, 100.0)),
             must=True,
             on_again=None if was_off else robot,
-            wanted=gone,
+            wanted=dropped,
         )
 
     def _undo_later(

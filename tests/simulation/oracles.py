@@ -185,7 +185,7 @@ class Judge:
             and self._back_at - self._away_since > ABSENCE
             and post.at < self._back_at + LISTED_FOR
             and not any(
-                post.token in each.given | each.kept_back for each in self.diary.between(self._back_at, post.at)
+                post.token in each.assigned | each.kept_back for each in self.diary.between(self._back_at, post.at)
             )
         ):
             self.object(f"safety: started late after an absence without the list: {name}")

@@ -74,7 +74,7 @@ EVENTS: Mapping[str, float] = MappingProxyType(
         "big_step": 0.5,
         "disk": 0.5,
         "poison": 0.5,
-        "queue_begins_anew": 0.15,
+        "queue_is_reset": 0.15,
         "another_robot": 0.2,
         "wrong_clock": 0.3,
         "power_cut": 1,

@@ -278,7 +278,7 @@ def _about_rows(rows: list[sqlite3.Row], items: dict[str, list[tuple[str, Any]]]
     for row in rows:
         states = [str(item.state) for _robot, item in items.get(row["token"], ())]
         if (row["state"] == "completed") != ("Done" in states) or row["ended_at"] is None:
-            yield f"the robot says {states}, the row {_told(row)}"
+            yield f"the robot says {states}, the row {_describe(row)}"
 
 
 def _not_run(
@@ -295,7 +295,7 @@ def _not_run(
                 if event["about"] not in touched:
                     yield f"no row of {event['about']}"
             elif not {event["about"], row["token"]} & touched and row["token"] not in items:
-                yield f"never ran: {_told(row)}"
+                yield f"never ran: {_describe(row)}"
 
 
 def _sent_though_taken_back(
@@ -329,7 +329,7 @@ def _sent_though_taken_back(
                 yield f"arrived {at - event['at']:.1f} s after {event['act']} of {event['about']}: {token}"
 
 
-def _told(row: sqlite3.Row) -> str:
+def _describe(row: sqlite3.Row) -> str:
     what = row["schedule"] or row["trigger"]
     return f"#{row['id']} {what} on {row['robot']}: {row['state']} {row['reason_code']}, {row['attempts']} attempts"
 

@@ -172,7 +172,7 @@ class Weather:
         else:  # however calm it is
             self.world.site.at(self.rng.uniform(2000, 6000), cure)
 
-    def queue_begins_anew(self) -> None:
+    def queue_is_reset(self) -> None:
         """The robot's database is set up anew: its queue and its history are gone."""
         name = self._name()
         machine = self._machine(name)

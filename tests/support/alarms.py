@@ -25,5 +25,5 @@ def alarm(code: str, key: str = "robot:1", **values: Any) -> Alarm:
         "end": ago(hours=1).isoformat(),
     }
     cleared = ago(minutes=2) if code in EVENTS else None
-    given = {"raised_at": ago(minutes=2), "details": details, "id": 1, "cleared_at": cleared, **values}
-    return Alarm(code, key, SENTENCES[code][0], **given)
+    fields = {"raised_at": ago(minutes=2), "details": details, "id": 1, "cleared_at": cleared, **values}
+    return Alarm(code, key, SENTENCES[code][0], **fields)

@@ -68,7 +68,7 @@ def drill(
         for life in range(kills):
             _make_trouble(fleet, chance)
             app = App(data_dir)
-            importing = _import_beside(data_dir, batches.pop()) if life % 3 == 0 and batches else None
+            importing = _start_import(data_dir, batches.pop()) if life % 3 == 0 and batches else None
             time.sleep(chance.uniform(0.3, 2.0))
             app.kill()
             verdict.tracebacks += [line for line in app.stderr if "Traceback" in line]
@@ -110,7 +110,7 @@ def _make_trouble(fleet: mir_sim.Fleet, chance: random.Random) -> None:
         )
 
 
-def _import_beside(data_dir: Path, schedules: Sequence[dict[str, Any]]) -> subprocess.Popen[str]:
+def _start_import(data_dir: Path, schedules: Sequence[dict[str, Any]]) -> subprocess.Popen[str]:
     """Handed to the app that is just starting, which may die over it."""
     path = write_configuration(
         data_dir.with_name(f"batch-{schedules[0]['name']}.json"), {"format": "amr-scheduler/1", "schedules": schedules}

@@ -70,7 +70,8 @@ class Planned:
 
     def fits(self, robot: str, method: str, path: str) -> bool:
         return all(
-            wanted in ("*", given) for wanted, given in ((self.robot, robot), (self.method, method), (self.path, path))
+            wanted in ("*", actual)
+            for wanted, actual in ((self.robot, robot), (self.method, method), (self.path, path))
         )
 
 
@@ -162,7 +163,7 @@ class Network:
         return [one for one in self.submissions if robot in ("*", one.robot)]
 
     # ------------------------------------------------------------------ what robots give back
-    def as_given(self, robot: str, path: str, body: bytes) -> bytes:
+    def as_answered(self, robot: str, path: str, body: bytes) -> bytes:
         """An answer as these robots give it."""
         if not body or not path.startswith(QUEUE) or not (self.forgets_descriptions or self.shown or self.words):
             return body
@@ -306,7 +307,7 @@ class SimulatedTransport:
             query = {**asked, "sort_by": "id", "limit": str(network.short_lists)}
         answer = api.handle(machine, Request(method, unquote(f"{api.BASE}{path}"), query, headers, body))
         return Response(
-            answer.status, network.as_given(self._name, path, answer.body), {**answer.headers, **self._date()}
+            answer.status, network.as_answered(self._name, path, answer.body), {**answer.headers, **self._date()}
         )
 
     def _date(self) -> dict[str, str]:

@@ -29,7 +29,7 @@ def opened(container: Container, ui: Driver, part: str = "") -> Iterator[object]
         yield app
 
 
-def show_anew(app, ui: Driver, part: str = "runs") -> None:
+def reset_logs(app, ui: Driver, part: str = "runs") -> None:
     """What one test has chosen and opened must not be there for the next one that uses the same app."""
     app.shell.dialogs.close_all()
     app.shell.snackbars.clear()

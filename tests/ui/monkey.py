@@ -342,10 +342,10 @@ def main() -> None:
     options = argparse.ArgumentParser(prog="python -m tests.ui.monkey")
     options.add_argument("--acts", type=int, default=20_000)
     options.add_argument("--seed", type=int, default=1)
-    given = options.parse_args()
+    args = options.parse_args()
     app.widgets.load()
     with tempfile.TemporaryDirectory() as directory:
-        said, growth = play(Path(directory), Driver(), given.acts, given.seed, lambda line: print(line, flush=True))
+        said, growth = play(Path(directory), Driver(), args.acts, args.seed, lambda line: print(line, flush=True))
     print("\n".join(said) or f"no error; {growth:+.1f} MiB since act {WARM}")
     if said or growth > MOST_GROWTH_MIB:
         raise SystemExit(1)

@@ -40,7 +40,7 @@ def opened(container: Container, ui: Driver) -> Iterator[object]:
         yield app
 
 
-def show_anew(app, ui) -> None:
+def rebuild_scheduler(app, ui) -> None:
     """The screen as when it was opened: what one test has entered or scrolled must not be there for the next one of the same app."""
     app.shell.dialogs.close_all()
     app.shell.snackbars.clear()

@@ -67,11 +67,11 @@ def ask_for_cycles(site, ui, asked: list[bool]) -> None:
 
 # ---------------------------------------------------------------------- survival
 def test_a_flood_of_failures_is_reported_once_a_second_even_if_reporting_fails():
-    told = []
-    survivor = UiExceptionHandler(told.append)
+    reported = []
+    survivor = UiExceptionHandler(reported.append)
     for _n in range(5):
         survivor.handle_exception(RuntimeError("x"))
-    assert len(told) == 1
+    assert len(reported) == 1
 
     def fails(_problem):
         raise ValueError
@@ -91,7 +91,7 @@ def late_schedule(site, name: str = "Home", position: str = "") -> None:
     container = site.container
     (robot,) = site.add_robots()
     (mission,) = site.add_missions(name)
-    given = {
+    facts = {
         asked.name: next(key for key, label in asked.choices if label == position)
         for asked in (container.robot_missions.parameters(robot.id, mission.guid) if position else ())
     }
@@ -105,7 +105,7 @@ def late_schedule(site, name: str = "Home", position: str = "") -> None:
             due.replace(tzinfo=None, second=0, microsecond=0),
             "UTC",
             respect_working_days=False,
-            parameters=given,
+            parameters=facts,
         )
     )
     heartbeat = now - timedelta(hours=1)
@@ -175,8 +175,8 @@ def test_a_damaged_database_is_a_screen_with_a_restore_button(tmp_path, ui, by):
     app._run_prepare()
     try:
         ui.advance(0.2)
-        (told,) = (text for text in ui.texts() if text.startswith(f"The database {damage.path} is damaged ("))
-        assert told.endswith(f"), kept as {damage.kept_as}")
+        (reported,) = (text for text in ui.texts() if text.startswith(f"The database {damage.path} is damaged ("))
+        assert reported.endswith(f"), kept as {damage.kept_as}")
         assert not [text for text in ui.texts() if "main.py" in text]  # whoever stands there has a button, and no shell
         assert "The database is damaged; nothing is scheduled" in ui.texts()
         if by == "finger":

@@ -122,7 +122,7 @@ def test_garbage_for_a_map_is_no_map_and_one_line_in_the_log(site, ui, caplog, p
     assert len([record for record in caplog.records if "map of Aino" in record.getMessage()]) == 1
 
 
-class Told:
+class RecordedTexts:
     """Notes where it writes."""
 
     def text(self, words, x, y, *args, **kwargs):
@@ -135,11 +135,11 @@ class Told:
         super().draw()
 
 
-class ToldPlace(Told, PlaceMap):
+class RecordedPlace(RecordedTexts, PlaceMap):
     pass
 
 
-class ToldWhole(Told, WholeMap):
+class RecordedWhole(RecordedTexts, WholeMap):
     def draw(self):
         self.tones = []
         super().draw()
@@ -152,7 +152,7 @@ class ToldWhole(Told, WholeMap):
 @pytest.mark.parametrize("at", [(0.9, 0.1), (0.97, 0.12), (0.8, 0.15)])
 def test_no_name_of_a_place_is_under_the_icon_that_enlarges_the_map(ui, at):
     places = [Place("Compactor", *at), Place("Home", 0.2, 0.5)]
-    chart = ToldPlace(places=places, size_hint=(None, None), size=(350, 135))
+    chart = RecordedPlace(places=places, size_hint=(None, None), size=(350, 135))
     Window.add_widget(chart)
     ui.advance(0.1)
     assert "Home" in chart.written
@@ -166,7 +166,9 @@ def test_where_robots_stand_together_the_first_is_uppermost_and_no_name_lies_ove
         Marker(0.3, 0.5, 0, tone, name)
         for tone, name in (("fault", "Sisu · Stopped"), ("attention", "Veikko · Look at it"), ("accent", "Aino"))
     ]
-    chart = ToldWhole(robots=[*home, Marker(0.7, 0.5, 0, "accent", "Toivo")], size_hint=(None, None), size=(700, 400))
+    chart = RecordedWhole(
+        robots=[*home, Marker(0.7, 0.5, 0, "accent", "Toivo")], size_hint=(None, None), size=(700, 400)
+    )
     Window.add_widget(chart)
     ui.advance(0.1)
     assert chart.tones[-1] == "fault"

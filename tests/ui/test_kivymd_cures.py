@@ -116,12 +116,12 @@ def test_a_widget_whose_kv_reads_the_ids_of_another_is_freed(ui):
         "MDBoxLayout:\n    MDBoxLayout:\n        id: inner\n    MDLabel:\n        width: root.ids.inner.width\n"
     )
     ui.show(widget)
-    gone = weakref.ref(widget)
+    reference = weakref.ref(widget)
     Window.remove_widget(widget)
     del widget
     ui.advance()
     gc.collect()
-    assert gone() is None
+    assert reference() is None
 
 
 def test_ids_in_kv_still_need_the_cure():
@@ -134,12 +134,12 @@ def test_ids_in_kv_still_need_the_cure():
 def test_a_child_with_an_id_from_python_is_freed(ui):
     child = MDLabel(id="told", text="Deliver")
     ui.show(MDBoxLayout(child))
-    gone = weakref.ref(child)
+    reference = weakref.ref(child)
     Window.remove_widget(child.parent)
     del child
     ui.advance()
     gc.collect()
-    assert gone() is None
+    assert reference() is None
 
 
 def test_declared_ids_still_need_the_cure():

@@ -44,16 +44,16 @@ print(turns)
 
 @pytest.fixture
 def turns(ui):
-    """What the loop was told last, of how often it is to turn a second."""
-    told: list[int] = []
+    """The frame rates that the loop was set to."""
+    rates: list[int] = []
     ui.show(Widget())
-    with slow_at_rest(told.append):
-        yield told
-    assert told[-1] == IN_USE
-    told.clear()
+    with slow_at_rest(rates.append):
+        yield rates
+    assert rates[-1] == IN_USE
+    rates.clear()
     Window.dispatch("on_mouse_move", 10, 10, [])
     ui.advance(2 * REST)
-    assert told == []  # nobody asks any more
+    assert rates == []  # it is no longer adjusted
 
 
 def rest(ui, turns) -> None:
@@ -136,7 +136,7 @@ def test_the_window_runs_so(ui, monkeypatch):
 
 def test_kivys_loop_obeys_the_frame_rate():
     """In a process of its own, where time is real. Slower than this is only a slow machine."""
-    told = subprocess.run(
+    output = subprocess.run(
         [sys.executable, "-c", LOOP], cwd=ROOT, check=True, capture_output=True, text=True, timeout=90
     ).stdout
-    assert float(told.splitlines()[-1]) <= 1.5 * AT_REST < IN_USE
+    assert float(output.splitlines()[-1]) <= 1.5 * AT_REST < IN_USE

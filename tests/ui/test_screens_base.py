@@ -138,12 +138,12 @@ def test_a_failure_is_delivered_too(ui, background):
 
 
 def test_a_failure_without_a_handler_is_reported_and_logged(ui, bus, caplog):
-    told: list[BaseException] = []
-    background = Background(bus, unexpected=told.append)
+    reported: list[BaseException] = []
+    background = Background(bus, unexpected=reported.append)
     background.run(lambda: {}["missing"])
     ui.wait(lambda: background.idle)
     background.close()
-    assert isinstance(told[0], KeyError)
+    assert isinstance(reported[0], KeyError)
     assert "work in the background failed" in caplog.text
 
 

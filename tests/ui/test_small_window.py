@@ -200,17 +200,17 @@ def test_of_a_robot_that_somebody_has_to_go_to_all_that_is_needed_is_seen_at_onc
     """1280×800 with an alarm: what it says, its battery, where it is or was, and its controls."""
     screen = home(Rig(ui), facts, issues=OpenIssues([alarm]))
     ui.advance(0.5)
-    told = (
+    parts = (
         ui.find(MissionTile),
         ui.find(ValueTile, icon=screen.vm.card.battery.icon),
         ui.find(PlaceMap),
         ui.find(RobotControls),
     )
-    for part in told:
+    for part in parts:
         assert checks.is_seen(part), part
     assert ui.find(PlaceMap).height >= 150
     assert ui.find(MissionTile).height < 120  # two lines for the error with its code; what room is left is the map's
-    bands = sorted(checks.area(part)[1::2] for part in told)
+    bands = sorted(checks.area(part)[1::2] for part in parts)
     assert all(above - below <= 24 for (_bottom, below), (above, _top) in pairwise(bands))  # no gap
     assert "\n".join(checks.problems(ui.find(Frame))) == ""
     screen.vm.take(sample.FACTS)

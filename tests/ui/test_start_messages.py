@@ -76,7 +76,7 @@ class World:
         self.ui.advance()
 
     @property
-    def told(self) -> list[str]:
+    def messages(self) -> list[str]:
         return self.shell.snackbars.texts
 
 
@@ -94,24 +94,24 @@ def world(ui, caplog):
 def test_a_start_of_a_group_that_soon_has_a_robot_is_not_said_to_wait(world, ui):
     world.row = UNBOUND
     world.reports.follow(UNBOUND)
-    assert world.told == []
+    assert world.messages == []
     ui.advance(0.3)
     world.becomes(BOUND)
-    assert world.told == []
+    assert world.messages == []
     world.becomes(SENT)
-    assert world.told == ["Kits is sent to Aino. Aino: free now"]
+    assert world.messages == ["Kits is sent to Aino. Aino: free now"]
     ui.advance(2)
-    assert world.told == ["Kits is sent to Aino. Aino: free now"]
+    assert world.messages == ["Kits is sent to Aino. Aino: free now"]
 
 
 def test_one_that_still_has_none_after_a_moment_is_said_to_wait_once(world, ui):
     world.row = UNBOUND
     world.reports.follow(UNBOUND)
     ui.advance(1.2)
-    [told] = world.told
-    assert told.startswith("Kits is not sent yet. Waits for a robot of Hall 1 until ")
+    [message] = world.messages
+    assert message.startswith("Kits is not sent yet. Waits for a robot of Hall 1 until ")
     world.becomes(UNBOUND)
-    assert world.told == [told]
+    assert world.messages == [message]
 
 
 def test_a_robot_that_refuses_the_values_is_named(world, ui):
@@ -119,17 +119,17 @@ def test_a_robot_that_refuses_the_values_is_named(world, ui):
     world.reports.follow(BOUND)
     world.becomes(REFUSED)
     ui.advance(1.2)
-    [told] = world.told
-    assert told.startswith("Kits is not sent yet. Veikko refused it: The robot has no such mission: ")
+    [message] = world.messages
+    assert message.startswith("Kits is not sent yet. Veikko refused it: The robot has no such mission: ")
 
 
 def test_what_one_refused_and_another_took_tells_both(world, ui):
     world.row = REFUSED
     world.reports.follow(REFUSED)
     world.becomes(replace(SENT, tried=REFUSED.tried))
-    [told] = world.told
-    assert told.startswith("Kits is sent to Aino. Veikko refused it: The robot has no such mission")
-    assert told.endswith("; given to Aino")
+    [message] = world.messages
+    assert message.startswith("Kits is sent to Aino. Veikko refused it: The robot has no such mission")
+    assert message.endswith("; given to Aino")
 
 
 HELD = replace(BOUND, wait=Wait.HOLD, wait_details={"hold": "Maintenance"})
@@ -138,22 +138,22 @@ HELD = replace(BOUND, wait=Wait.HOLD, wait_details={"hold": "Maintenance"})
 def test_what_was_held_and_is_released_is_not_said_to_wait_any_more(world, ui):
     world.row = HELD
     world.reports.follow(HELD)
-    [told] = world.told
-    assert told.startswith("Kits is not sent to Aino yet. ")
+    [message] = world.messages
+    assert message.startswith("Kits is not sent to Aino yet. ")
     ui.advance(2)
     world.becomes(BOUND, Topic.HOLDS)  # released, on its way
-    assert world.told == []
+    assert world.messages == []
     world.becomes(SENT)
-    assert world.told == ["Kits is sent to Aino. Aino: free now"]
+    assert world.messages == ["Kits is sent to Aino. Aino: free now"]
 
 
 def test_what_was_held_and_is_cancelled_is_not_said_to_wait_any_more(world, ui):
     world.row = HELD
     world.reports.follow(HELD)
     world.becomes(replace(HELD, state=State.CANCELLED))
-    assert world.told == []
+    assert world.messages == []
     world.becomes(HELD)  # Undo: that it waits again is said where that is done
-    assert world.told == []
+    assert world.messages == []
 
 
 def test_long_after_that_was_read_nothing_more_is_said(world, ui):
@@ -161,7 +161,7 @@ def test_long_after_that_was_read_nothing_more_is_said(world, ui):
     world.reports.follow(HELD)
     ui.advance(60)
     world.becomes(SENT)
-    assert world.told == []
+    assert world.messages == []
 
 
 def test_what_is_said_already_is_not_said_again_with_every_change(world, ui):
@@ -170,7 +170,7 @@ def test_what_is_said_already_is_not_said_again_with_every_change(world, ui):
     ui.advance(5)
     world.becomes(replace(HELD, priority=50))
     ui.advance(3.5)
-    assert world.told == []  # 8 s after it was said the first time
+    assert world.messages == []  # 8 s after it was said the first time
 
 
 def test_what_was_held_is_followed_while_an_undo_covers_that_it_was(world, ui):
@@ -180,7 +180,7 @@ def test_what_was_held_is_followed_while_an_undo_covers_that_it_was(world, ui):
     world.shell.snackbars.undo("Count is deleted", "Undo", lambda: None)
     ui.advance(7.5)
     world.becomes(SENT)
-    assert world.told == ["Count is deleted", "Kits is sent to Aino. Aino: free now"]
+    assert world.messages == ["Count is deleted", "Kits is sent to Aino. Aino: free now"]
 
 
 def test_what_was_held_is_not_said_to_be_when_its_robot_does_not_answer_after_that(world, ui):
@@ -188,20 +188,20 @@ def test_what_was_held_is_not_said_to_be_when_its_robot_does_not_answer_after_th
     world.reports.follow(HELD)
     ui.advance(1)
     world.becomes(BOUND)
-    assert world.told == []
+    assert world.messages == []
     ui.advance(5.2)
-    [told] = world.told
-    assert told.startswith("Kits waits for an answer of Aino, until ")
+    [message] = world.messages
+    assert message.startswith("Kits waits for an answer of Aino, until ")
 
 
 def test_what_was_held_is_not_said_to_be_when_another_screen_is_shown_and_it_is_sent(world, ui):
     world.row = HELD
     world.reports.follow(HELD)
     world.close()
-    [told] = world.told
-    assert told.startswith("Kits is not sent to Aino yet. ")
+    [message] = world.messages
+    assert message.startswith("Kits is not sent to Aino yet. ")
     world.becomes(SENT)
-    assert world.told == ["Kits is sent to Aino. Aino: free now"]
+    assert world.messages == ["Kits is sent to Aino. Aino: free now"]
 
 
 def test_nothing_begins_to_be_said_once_another_screen_is_shown(world, ui):
@@ -211,17 +211,17 @@ def test_nothing_begins_to_be_said_once_another_screen_is_shown(world, ui):
     world.reports.follow(BOUND)  # it was written only then
     ui.advance(6)
     world.becomes(SENT)
-    assert world.told == []
+    assert world.messages == []
 
 
 def test_a_start_of_a_group_that_is_not_held_any_more_is_said_to_wait_for_a_robot(world, ui):
     world.row = replace(UNBOUND, wait=Wait.HOLD, wait_details={"hold": "Maintenance"})
     world.reports.follow(UNBOUND)
-    [told] = world.told
-    assert told.startswith("Kits is not sent yet. Held back: Maintenance")
+    [message] = world.messages
+    assert message.startswith("Kits is not sent yet. Held back: Maintenance")
     world.becomes(UNBOUND)
-    [told] = world.told
-    assert told.startswith("Kits is not sent yet. Waits for a robot of Hall 1 until ")
+    [message] = world.messages
+    assert message.startswith("Kits is not sent yet. Waits for a robot of Hall 1 until ")
 
 
 def test_a_start_is_not_followed_after_its_message_ended(world, ui):
@@ -231,7 +231,7 @@ def test_a_start_is_not_followed_after_its_message_ended(world, ui):
     world.close()
     world.shell.snackbars.clear()
     world.becomes(SENT)
-    assert (world.told, world.bus._handlers[Changed]) == ([], [])
+    assert (world.messages, world.bus._handlers[Changed]) == ([], [])
 
 
 SILENT = replace(execution(7, AINO, "Kits", State.WAITING), wait=Wait.DUE)
@@ -248,11 +248,11 @@ SILENT = replace(execution(7, AINO, "Kits", State.WAITING), wait=Wait.DUE)
 def test_a_robot_is_no_longer_waited_for_once_it_answered_or_the_start_ended(world, ui, becomes, said):
     world.row = SILENT
     world.reports.follow(SILENT, is_silent=True)
-    [told] = world.told
-    assert told.startswith("Kits waits for an answer of Aino, until ")
+    [message] = world.messages
+    assert message.startswith("Kits waits for an answer of Aino, until ")
     ui.advance(1)
     world.becomes(becomes)
-    assert world.told == said
+    assert world.messages == said
 
 
 def test_each_try_to_reach_a_robot_says_no_more_than_the_first(world, ui):
@@ -264,23 +264,23 @@ def test_each_try_to_reach_a_robot_says_no_more_than_the_first(world, ui):
     world.row = SILENT
     world.reports.follow(SILENT)
     world.becomes(failed(1))
-    [told] = world.told
-    assert told.startswith("Kits is not sent to Aino yet. Attempt 1 failed: it refused the connection; ")
+    [message] = world.messages
+    assert message.startswith("Kits is not sent to Aino yet. Attempt 1 failed: it refused the connection; ")
     for attempts in (2, 3):
         ui.advance(3)
         world.becomes(replace(failed(attempts), state=State.SUBMITTING))
         world.becomes(failed(attempts))
-        assert world.told == [told]
+        assert world.messages == [message]
     ui.advance(3)
-    assert world.told == []
+    assert world.messages == []
 
 
 def test_a_robot_known_to_be_silent_is_said_to_be_waited_for_even_when_it_was_tried_before_that_was_read(world, ui):
     world.row = replace(SILENT, wait=Wait.RETRY, wait_details={"problem": "it refused the connection"}, attempts=1)
     world.reports.follow(SILENT, is_silent=True)
     ui.advance()
-    [told] = world.told
-    assert told.startswith("Kits waits for an answer of Aino, until ")
+    [message] = world.messages
+    assert message.startswith("Kits waits for an answer of Aino, until ")
 
 
 def test_an_assigned_start_of_a_group_is_said_to_wait_for_the_answer(world, ui):
@@ -288,8 +288,8 @@ def test_an_assigned_start_of_a_group_is_said_to_wait_for_the_answer(world, ui):
     world.reports.follow(UNBOUND)
     world.becomes(BOUND)
     ui.advance(5.2)
-    [told] = world.told
-    assert told.startswith("Kits waits for an answer of Aino, until ")
+    [message] = world.messages
+    assert message.startswith("Kits waits for an answer of Aino, until ")
 
 
 def test_what_was_sent_and_is_being_cancelled_is_not_said_to_be_sent(world, ui):
@@ -299,14 +299,14 @@ def test_what_was_sent_and_is_being_cancelled_is_not_said_to_be_sent(world, ui):
     say_cancelled(world.shell, None, "Kits", asked, lambda: None)
     world.becomes(asked)
     world.becomes(replace(asked, state=State.CANCELLED))
-    assert world.told == ["Kits is being cancelled"]
+    assert world.messages == ["Kits is being cancelled"]
 
 
 def test_that_it_was_sent_does_not_come_back_below_that_it_is_cancelled(world, ui):
     world.row = SENT
     world.reports.follow(SENT)
     say_cancelled(world.shell, None, "Kits", SENT, lambda: None)
-    assert world.told == ["Kits is being cancelled"]
+    assert world.messages == ["Kits is being cancelled"]
 
 
 def test_two_starts_with_the_same_words_are_both_followed(world, ui):
@@ -316,14 +316,14 @@ def test_two_starts_with_the_same_words_are_both_followed(world, ui):
     for row in rows.values():
         world.reports.follow(row)
     ui.advance(1.2)
-    assert len(world.told) == 1
+    assert len(world.messages) == 1
     rows[7] = SENT
     world.becomes(SENT)
-    assert world.told[-1] == "Kits is sent to Aino. Aino: free now"
-    assert world.told[0].startswith("Kits is not sent yet. ")
+    assert world.messages[-1] == "Kits is sent to Aino. Aino: free now"
+    assert world.messages[0].startswith("Kits is not sent yet. ")
     rows[8] = replace(SENT, id=8, robot="Veikko", choice={})
     world.becomes(SENT)
-    assert world.told == ["Kits is sent to Aino. Aino: free now", "Kits is sent to Veikko"]
+    assert world.messages == ["Kits is sent to Aino. Aino: free now", "Kits is sent to Veikko"]
 
 
 @pytest.fixture
@@ -338,9 +338,9 @@ def test_messages_about_a_start_name_its_values(world, dock, ui):
     world.row = replace(UNBOUND, parameters=dock)
     world.reports.follow(world.row)
     ui.advance(1.2)
-    assert world.told[0].startswith("Kits · Dock 3 is not sent yet. ")
+    assert world.messages[0].startswith("Kits · Dock 3 is not sent yet. ")
     world.becomes(replace(SENT, parameters=dock))
-    assert world.told == ["Kits · Dock 3 is sent to Aino. Aino: free now"]
+    assert world.messages == ["Kits · Dock 3 is sent to Aino. Aino: free now"]
 
 
 class Rows:
@@ -392,19 +392,19 @@ def starts(world):
 
 def test_what_is_released_at_once_is_not_said_to_be_held_after_that(world, starts, ui):
     starts.hold(UNBOUND, True)
-    assert world.told == ["Kits is held; it is skipped unless it is released in time"]
+    assert world.messages == ["Kits is held; it is skipped unless it is released in time"]
     ui.advance(1)
     starts.hold(UNBOUND, False)
-    assert world.told == ["Kits is released"]
+    assert world.messages == ["Kits is released"]
 
 
 def test_actions_on_a_start_name_its_values(world, starts, dock, ui):
     start = replace(UNBOUND, parameters=dock)
     starts.hold(start, True)
-    assert world.told == ["Kits · Dock 3 is held; it is skipped unless it is released in time"]
+    assert world.messages == ["Kits · Dock 3 is held; it is skipped unless it is released in time"]
     ui.advance(1)
     starts.cancel(start)
-    assert world.told == ["Kits · Dock 3 is being cancelled"]
+    assert world.messages == ["Kits · Dock 3 is being cancelled"]
     starts.give(start, [])
     assert ui.find(ChoiceDialog).title == "Give Kits · Dock 3 to"
     world.shell.dialogs.close_all()
@@ -414,19 +414,19 @@ def test_what_is_cancelled_at_once_is_not_said_to_be_held_after_that(world, star
     starts.hold(UNBOUND, True)
     ui.advance(1)
     starts.cancel(UNBOUND)
-    assert world.told == ["Kits is being cancelled"]
+    assert world.messages == ["Kits is being cancelled"]
 
 
 def test_a_start_that_was_tried_is_cancelled_only_after_a_question_as_it_can_not_wait_again(world, starts, ui):
     starts.cancel(replace(UNBOUND, attempts=1))
     ui.advance(0.3)
-    assert (world.told, ui.find(ConfirmDialog).title, ui.find(ConfirmDialog).text) == (
+    assert (world.messages, ui.find(ConfirmDialog).title, ui.find(ConfirmDialog).text) == (
         [],
         "Cancel Kits?",
         "This can't be undone.",
     )
     ui.tap(ui.find(CommandButton, text="Cancel it"))
-    assert world.told == ["Kits is being cancelled"]
+    assert world.messages == ["Kits is being cancelled"]
 
 
 def test_a_start_that_runs_by_the_time_that_its_cancelling_is_agreed_to_is_stopped_only_after_that_question(
@@ -438,9 +438,9 @@ def test_a_start_that_runs_by_the_time_that_its_cancelling_is_agreed_to_is_stopp
     world.row = replace(waits, state=State.EXECUTING, robot_id=1, robot="Aino")
     ui.tap(ui.find(CommandButton, text="Cancel it"))
     ui.advance(0.5)
-    assert (world.told, ui.find(ConfirmDialog).title) == ([], "Stop Kits?")
+    assert (world.messages, ui.find(ConfirmDialog).title) == ([], "Stop Kits?")
     ui.tap(ui.find(CommandButton, text="Stop it"))
-    assert world.told == ["Kits is being cancelled"]
+    assert world.messages == ["Kits is being cancelled"]
 
 
 def test_what_is_held_while_it_is_said_to_wait_for_a_robot_is_said_to_be_held_alone(world, starts, ui):
@@ -448,15 +448,15 @@ def test_what_is_held_while_it_is_said_to_wait_for_a_robot_is_said_to_be_held_al
     world.reports.follow(UNBOUND)
     ui.advance(1.2)
     starts.hold(UNBOUND, True)
-    assert world.told == ["Kits is held; it is skipped unless it is released in time"]
+    assert world.messages == ["Kits is held; it is skipped unless it is released in time"]
     world.becomes(replace(UNBOUND, wait=Wait.HOLD, held=True))
-    assert world.told == ["Kits is held; it is skipped unless it is released in time"]
+    assert world.messages == ["Kits is held; it is skipped unless it is released in time"]
 
 
 def test_that_one_is_held_says_nothing_of_another_one(world, starts, ui):
     starts.hold(UNBOUND, True)
     starts.hold(replace(UNBOUND, id=8, mission="Count"), False)
-    assert world.told == ["Kits is held; it is skipped unless it is released in time", "Count is released"]
+    assert world.messages == ["Kits is held; it is skipped unless it is released in time", "Count is released"]
 
 
 @pytest.fixture
@@ -469,21 +469,21 @@ def late(world):
 
 def test_late_starts_are_not_said_to_be_held_once_one_of_them_is_released(world, late, ui):
     late([7, 8], True)
-    assert world.told == ["2 starts are held; those that are not released in time are skipped"]
+    assert world.messages == ["2 starts are held; those that are not released in time are skipped"]
     ui.advance(1)
     late([9], False)
-    assert len(world.told) == 1
+    assert len(world.messages) == 1
     late([8], False)
-    assert world.told == []
+    assert world.messages == []
 
 
 def test_a_late_start_that_is_released_elsewhere_is_not_said_to_be_held(world, late, starts):
     late([7, 8], True)
     starts.hold(UNBOUND, False)
-    assert world.told == ["Kits is released"]
+    assert world.messages == ["Kits is released"]
 
 
 def test_a_late_start_that_is_held_is_not_said_to_be_released(world, late, starts):
     starts.hold(UNBOUND, False)
     late([7], True)
-    assert world.told == ["1 start is held; it is skipped unless it is released in time"]
+    assert world.messages == ["1 start is held; it is skipped unless it is released in time"]

@@ -282,7 +282,7 @@ KINDS = {
 }
 
 
-def all_gone(ui, references: list[weakref.ref]) -> bool:
+def all_collected(ui, references: list[weakref.ref]) -> bool:
     """A dialog goes in stages, within half a second: what kv bound to its children keeps it until they are gone, as do delayed calls."""
     for _stage in range(10):
         ui.advance()
@@ -302,7 +302,7 @@ def test_closed_dialogs_are_freed(ui, dialogs, kind):
         dialog.dismiss()
         references.append(weakref.ref(dialog))
         del dialog
-    assert all_gone(ui, references)
+    assert all_collected(ui, references)
 
 
 @pytest.mark.long
@@ -322,7 +322,7 @@ def test_of_a_hundred_dialogs_that_faded_out_none_is_alive(ui):
         gc.collect()
     assert len(references) == 100
     assert Window.children == behind
-    assert all_gone(ui, references)
+    assert all_collected(ui, references)
 
 
 @pytest.mark.parametrize("pause", [0.05, 0.15])

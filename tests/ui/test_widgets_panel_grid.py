@@ -174,12 +174,12 @@ def test_what_scrolls_into_sight_was_filled_before_a_few_panels_a_frame(ui):
 
 
 def test_a_list_tells_that_it_moves_until_it_has_come_to_rest(ui):
-    root, told = grid(ui, 60), []
-    root.bind(moves=lambda _grid, moves: told.append(moves))
+    root, reported = grid(ui, 60), []
+    root.bind(moves=lambda _grid, moves: reported.append(moves))
     for _frame in moved(ui, root, 25, 10):
         assert root.moves
     ui.advance(0.3)
-    assert told == [True, False]
+    assert reported == [True, False]
 
 
 def test_after_a_touch_no_panel_changes_places_for_a_while(ui):

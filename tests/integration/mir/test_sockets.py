@@ -147,10 +147,10 @@ LOOK_UP = socket.getaddrinfo
 
 
 def test_an_unknown_name_sent_nothing(connect: Connect, monkeypatch: pytest.MonkeyPatch) -> None:
-    def nobody(host: str, port: int, **options: Any) -> list[Any]:
+    def no_addresses(host: str, port: int, **options: Any) -> list[Any]:
         raise socket.gaierror(socket.EAI_NONAME, "Name or service not known")
 
-    monkeypatch.setattr(socket, "getaddrinfo", nobody)
+    monkeypatch.setattr(socket, "getaddrinfo", no_addresses)
     error = enqueue_fails(connect(80, host="no-such-robot"))
     assert (error.code, error.delivery, error.params["host"]) == ("unknown_name", Delivery.NOT_SENT, "no-such-robot")
 

@@ -281,7 +281,7 @@ def test_when_the_app_is_killed_it_gives_up_so_that_the_app_can_start_again(data
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("number", "is_beside_an_app"),
+    ("number", "app_runs"),
     [
         (signal.SIGINT, False),
         (signal.SIGINT, True),
@@ -291,9 +291,9 @@ def test_when_the_app_is_killed_it_gives_up_so_that_the_app_can_start_again(data
         (signal.SIGHUP, True),
     ],
 )
-def test_interrupting_it_or_closing_its_terminal_leaves_nothing(data, robot, number, is_beside_an_app):
+def test_interrupting_it_or_closing_its_terminal_leaves_nothing(data, robot, number, app_runs):
     before = missions(robot)
-    with headless(data) if is_beside_an_app else nullcontext():
+    with headless(data) if app_runs else nullcontext():
         process = start(data, "--check-up", robot.name, "--with-mission", "--yes")
         try:
             wait_for(lambda: len(queue(robot)) >= 2, within=WITHIN)

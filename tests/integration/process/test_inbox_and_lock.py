@@ -94,7 +94,7 @@ def test_an_app_that_was_restarted_at_once_is_asked_again(tmp_path):
     """Between the two the lock was free for a moment that the command did not see."""
     begun, takes_over = threading.Event(), threading.Event()
 
-    def is_gone():
+    def has_ended():
         begun.set()
         takes_over.wait(10)
         return False
@@ -109,7 +109,7 @@ def test_an_app_that_was_restarted_at_once_is_asked_again(tmp_path):
     app = threading.Thread(target=begin)
     app.start()
     with pytest.raises(HolderEnded):
-        ask(tmp_path, "greet", timeout=1.0, has_holder_ended=is_gone)
+        ask(tmp_path, "greet", timeout=1.0, has_holder_ended=has_ended)
     app.join()
 
 

@@ -203,20 +203,20 @@ def test_the_banner_of_all_robots_is_unchanged_after_a_visit_to_one(container, r
     container.alarms.raise_("robot_error", f"robot:{robots[4].id}", robot=robots[4].name, problem="Left motor too hot")
     with shown(container, ui) as app:
 
-        def told() -> tuple[str, str, str]:
+        def banner_texts() -> tuple[str, str, str]:
             banner = ui.find(AlarmBanner)
             return banner.text, banner.note, banner.action
 
         ui.wait(lambda: ui.find_all(FleetPage) and ui.find_all(AlarmBanner))
-        before = told()
+        before = banner_texts()
         assert (before[0], before[2]) == (f"{robots[4].name}: Left motor too hot", f"Show {robots[4].name}")
         settle(app, ui)
         ui.tap(ui.find(CommandButton, ui.find(AlarmBanner)))
-        ui.wait(lambda: ui.find_all(HomeWide) and told()[2] == "Acknowledge")
+        ui.wait(lambda: ui.find_all(HomeWide) and banner_texts()[2] == "Acknowledge")
         settle(app, ui)
         ui.key(ESCAPE)
         ui.wait(lambda: ui.find_all(FleetPage))
-        assert told() == before
+        assert banner_texts() == before
 
 
 def test_escape_leads_back_to_all_robots_where_they_were(container, ui):

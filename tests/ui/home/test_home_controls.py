@@ -417,9 +417,9 @@ def test_a_robot_that_goes_offline_while_pausing_is_reported_in_one_sentence(hom
     home.aino.control({"fault": {"kind": "drop_request", "method": "PUT", "path": "/status", "count": None}})
     press(ui, "Pause")
     ui.wait(lambda: "pause" not in home.root_vm.busy)
-    (told,) = home.shell.snackbars.texts
-    assert told.startswith("Pause: ")
-    assert "Aino" in told
+    (message,) = home.shell.snackbars.texts
+    assert message.startswith("Pause: ")
+    assert "Aino" in message
     assert not ui.find(CommandButton, text="Pause").disabled  # it can be tried again at once
     home.aino.control({"fault": None})
     press(ui, "Pause")

@@ -31,8 +31,8 @@ def test_run_now_under_a_hold_says_that_it_waits(home, ui):
     ui.wait(lambda: ui.find_all(CommandButton, text="Queue, held"))
     press(ui, "Queue, held")
     ui.wait(lambda: home.shell.snackbars.texts)
-    (told,) = home.shell.snackbars.texts
-    assert told.startswith("Home is not sent to Aino yet. Held back: shift meeting; waits until ")
+    (message,) = home.shell.snackbars.texts
+    assert message.startswith("Home is not sent to Aino yet. Held back: shift meeting; waits until ")
 
 
 def test_run_now_on_a_silent_robot_says_that_it_waits_for_an_answer(home, ui):
@@ -41,8 +41,8 @@ def test_run_now_on_a_silent_robot_says_that_it_waits_for_an_answer(home, ui):
     ui.wait(lambda: ui.find_all(CommandButton, text="Send when Aino answers"))
     press(ui, "Send when Aino answers")
     ui.wait(lambda: home.shell.snackbars.texts)
-    (told,) = home.shell.snackbars.texts
-    assert told.startswith("Home waits for an answer of Aino, until ")
+    (message,) = home.shell.snackbars.texts
+    assert message.startswith("Home waits for an answer of Aino, until ")
 
 
 def test_run_now_that_the_robot_refuses_says_why_and_nothing_else(home, ui):
@@ -52,8 +52,8 @@ def test_run_now_that_the_robot_refuses_says_why_and_nothing_else(home, ui):
     ui.wait(lambda: ui.find_all(ChoiceChip, text="Removed on the robot"))
     run(ui, "Removed on the robot")
     ui.wait(lambda: home.shell.snackbars.texts)
-    (told,) = home.shell.snackbars.texts
-    assert told.startswith("Removed on the robot was not started on Aino. The robot has no mission ")
+    (message,) = home.shell.snackbars.texts
+    assert message.startswith("Removed on the robot was not started on Aino. The robot has no mission ")
 
 
 def test_a_mission_in_the_queue_says_that_it_came_from_run_now(home, ui):

@@ -29,13 +29,13 @@ from app.widgets.snackbar import Snackbar
 from app.widgets.text import Note
 from tests.support.home_facts import FAILED, READY
 from tests.ui import checks
-from tests.ui.logbook import failures, settle, show_anew, tap
+from tests.ui.logbook import failures, reset_logs, settle, tap
 from tests.ui.whole_app import standing
 
 
 @pytest.fixture
 def screen(logs, ui):
-    show_anew(logs, ui)
+    reset_logs(logs, ui)
     return logs
 
 
@@ -349,7 +349,7 @@ def test_a_story_comes_into_sight_however_long_its_list_takes_to_be_read(screen,
     tap(screen, ui, ui.find(Segment, text="Today"))  # which does not have it
     old = container.history.page(failures(container)).rows[-1]
     page, may_read = container.history.page, threading.Event()
-    monkeypatch.setattr(container.history, "page", lambda *given, **more: may_read.wait(60) and page(*given, **more))
+    monkeypatch.setattr(container.history, "page", lambda *args, **more: may_read.wait(60) and page(*args, **more))
     screen.shell.go("home")
     screen.shell.go("logs", execution_id=old.id)
     ui.wait(lambda: screen.logs.opened_run == old.id)

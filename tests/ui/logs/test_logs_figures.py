@@ -17,12 +17,12 @@ from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from tests.support import month
 from tests.ui import checks
-from tests.ui.logbook import show_anew, tap
+from tests.ui.logbook import reset_logs, tap
 
 
 @pytest.fixture
 def screen(logs, ui):
-    show_anew(logs, ui, "figures")
+    reset_logs(logs, ui, "figures")
     return logs
 
 

@@ -25,7 +25,7 @@ def place(ui) -> float:
 @pytest.mark.parametrize("size", SIZES)
 def test_the_list_stays_where_it_is_when_the_figures_come_or_have_fewer_lines(container, ui, monkeypatch, size):
     facts, may_read, before = container.kpis.facts, threading.Event(), Window.size
-    monkeypatch.setattr(container.kpis, "facts", lambda *given: may_read.wait(60) and facts(*given))
+    monkeypatch.setattr(container.kpis, "facts", lambda *args: may_read.wait(60) and facts(*args))
     Window.size = size
     try:
         with shown(container, ui, "logs") as app:

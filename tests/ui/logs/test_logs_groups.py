@@ -17,7 +17,7 @@ from app.widgets.dialogs import ChoiceDialog
 from app.widgets.rows import LogRow, OptionRow, StoryStep
 from app.widgets.snackbar import Snackbar
 from tests.support.stored import Stored
-from tests.ui.logbook import settle, show_anew, tap
+from tests.ui.logbook import reset_logs, settle, tap
 
 
 @pytest.fixture
@@ -46,7 +46,7 @@ def hall(logs, container, ui):
         choice={"robots": [{"robot": robots[0].name}, {"robot": robots[1].name, "out": "silent"}]},
     )
     container.db.write(lambda c: container.repositories.executions.add(c, run))
-    show_anew(logs, ui)
+    reset_logs(logs, ui)
     yield group
     stored.put_back()
 
@@ -114,7 +114,7 @@ def test_the_figures_of_a_group_have_a_card_where_there_are_any(logs, container,
         schedule_id=None,
     )
     container.db.write(lambda c: container.repositories.executions.add(c, planned))
-    show_anew(logs, ui, "figures")
+    reset_logs(logs, ui, "figures")
     ui.wait(lambda: ui.find_all(GroupCard))
     card = ui.find(GroupCard)
     assert (card.title, card.note) == ("Any of Hall 1", "1 start")

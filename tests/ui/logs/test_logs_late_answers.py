@@ -10,14 +10,14 @@ from app.database.executions import ExecutionFilter
 from app.screens.logs import screen as screen_module
 from app.screens.logs.cards import RunsList
 from app.widgets.buttons import Segment
-from tests.ui.logbook import failures, settle, show_anew, tap
+from tests.ui.logbook import failures, reset_logs, settle, tap
 
 pytestmark = pytest.mark.long
 
 
 @pytest.fixture
 def screen(logs, ui):
-    show_anew(logs, ui)
+    reset_logs(logs, ui)
     return logs
 
 

@@ -13,12 +13,12 @@ from app.widgets.dialogs import ChoiceDialog
 from app.widgets.figures import FigureDialog
 from app.widgets.rows import OptionRow
 from tests.ui import checks
-from tests.ui.logbook import settle, show_anew, tap
+from tests.ui.logbook import reset_logs, settle, tap
 
 
 @pytest.fixture
 def screen(logs, ui):
-    show_anew(logs, ui, "robots")
+    reset_logs(logs, ui, "robots")
     return logs
 
 

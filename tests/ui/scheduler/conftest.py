@@ -9,7 +9,7 @@ import pytest
 from app.domain.models import InvalidInput
 from tests.support import month
 from tests.support.stored import Stored
-from tests.ui.planner import opened, show_anew
+from tests.ui.planner import opened, rebuild_scheduler
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +38,7 @@ def screen(scheduler, container, stored, ui):
     """With the plan and the time as they were before the first test, an empty form and nothing open above it."""
     container.clock.step((month.NOW - container.clock.now()).total_seconds())
     stored.put_back()
-    show_anew(scheduler, ui)
+    rebuild_scheduler(scheduler, ui)
     return scheduler
 
 

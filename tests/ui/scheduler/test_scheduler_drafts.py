@@ -118,7 +118,7 @@ def test_the_starts_that_are_shown_are_those_of_the_schedule_in_the_form(screen,
     other(screen, container, ui)
     assert form.view.starts
     go, foresee = threading.Event(), container.forecasts.of
-    monkeypatch.setattr(container.forecasts, "of", lambda *given: go.wait(30) and foresee(*given))
+    monkeypatch.setattr(container.forecasts, "of", lambda *args: go.wait(30) and foresee(*args))
     screen.plan.edit(stock(container).id)
     ui.advance(0.5)
     assert (form.view.starts, form.view.can_skip) == ((), False)
@@ -262,17 +262,17 @@ def test_what_was_saved_elsewhere_stays_where_nothing_was_entered(screen, contai
     else:
         screen.plan.edit(stock(container).id)
         screen.plan.form.set(priority=3)
-    meanwhile = container.catalogue.save_schedule(
+    changed = container.catalogue.save_schedule(
         replace(stock(container), name="Inventory", minimum_battery_percent=55.0)
     )
-    container.pausing.pause(meanwhile.id, container.clock.now() + timedelta(days=5))
-    container.catalogue.set_schedule_enabled(meanwhile.id, False)
+    container.pausing.pause(changed.id, container.clock.now() + timedelta(days=5))
+    container.catalogue.set_schedule_enabled(changed.id, False)
     settle(screen, ui)
     if aside:
         ui.tap(bring_back(ui))
         settle(screen, ui)
     save(screen, ui)
-    after = stored(container, meanwhile)
+    after = stored(container, changed)
     assert (after.name, after.priority, after.minimum_battery_percent, after.enabled) == ("Inventory", 3, 55, False)
     assert after.paused_until is not None
 
@@ -300,13 +300,11 @@ def test_a_mission_that_was_saved_elsewhere_asks_for_its_parameters(screen, cont
     screen.plan.edit(stock(container).id)
     screen.plan.form.set(priority=3)
     settle(screen, ui)
-    meanwhile = container.catalogue.save_schedule(
-        replace(stock(container), mission_id=kits.id, parameters={"count": 8})
-    )
+    changed = container.catalogue.save_schedule(replace(stock(container), mission_id=kits.id, parameters={"count": 8}))
     settle(screen, ui)
     assert ui.find(ParameterFields).values() == {"count": "8"}
     save(screen, ui)
-    after = stored(container, meanwhile)
+    after = stored(container, changed)
     assert (after.mission_id, after.parameters, after.priority) == (kits.id, {"count": 8}, 3)
 
 

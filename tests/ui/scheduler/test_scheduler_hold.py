@@ -22,7 +22,7 @@ from app.widgets.snackbar import Snackbar
 from app.widgets.timeline import Timeline
 from app.widgets.tokens import tk
 from tests.support.planner import insert_due
-from tests.ui.planner import KITS, choose, menu, named, pick_day, press, row, save, settle, show_anew
+from tests.ui.planner import KITS, choose, menu, named, pick_day, press, rebuild_scheduler, row, save, settle
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
 
@@ -287,7 +287,7 @@ def test_closed_days_are_hatched_and_the_form_refuses_them_by_name(screen, conta
 
 def test_the_menu_of_a_schedule_says_that_a_copy_sends_nothing_too(screen, container, ui, monkeypatch):
     monkeypatch.setattr(container.holds, "is_copy", IS_COPY)
-    show_anew(screen, ui)
+    rebuild_scheduler(screen, ui)
     settle(screen, ui)
     ui.advance(1)
     ui.tap(ui.find(IconButton, row(ui, named(container, "Collect empties", "Veikko")), icon="dots-vertical"))

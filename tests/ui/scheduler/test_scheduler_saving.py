@@ -115,7 +115,7 @@ def test_a_forecast_counts_while_a_parameter_is_typed(screen, container, ui, mon
     choose(screen, ui, "Mission", "Bring pallet to dock")
     settle(screen, ui)
     go, foresee = threading.Event(), container.forecasts.of
-    monkeypatch.setattr(container.forecasts, "of", lambda *given: go.wait(30) and foresee(*given))
+    monkeypatch.setattr(container.forecasts, "of", lambda *args: go.wait(30) and foresee(*args))
     screen.plan.form.set(priority=3)
     ui.advance(0.3)
     typed_in = ui.find(ParameterFields).children[0]

@@ -86,9 +86,9 @@ def test_a_suggestion_tells_what_was_and_fills_the_form_which_a_person_saves(app
 @pytest.fixture
 def unnamed(container):
     """No person has given it a name: that was made, with a number."""
-    given = replace(kits(container), name="Kits to line 2 on Aino 2")
-    container.db.write(lambda c: container.repositories.schedules.update(c, given))
-    return given
+    numbered = replace(kits(container), name="Kits to line 2 on Aino 2")
+    container.db.write(lambda c: container.repositories.schedules.update(c, numbered))
+    return numbered
 
 
 def test_a_made_name_is_said_without_its_number_and_follows_to_the_group(unnamed, app, container, ui):

@@ -44,7 +44,7 @@ def first_screen() -> str:
 
 
 @pytest.fixture(name="app")
-def app_begun_anew(shared_site, shared_app, ui, first_screen) -> SchedulerApp:
+def restarted_app(shared_site, shared_app, ui, first_screen) -> SchedulerApp:
     restart(shared_site, shared_app, ui, first_screen)
     return shared_app
 

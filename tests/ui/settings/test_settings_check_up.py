@@ -223,12 +223,12 @@ def test_it_goes_on_while_its_dialog_is_closed_and_tells_its_end(site, app, ui, 
     closed = weakref.ref(dialog)
     del dialog
 
-    def has_gone() -> bool:
+    def is_collected() -> bool:
         gc.unfreeze()
         gc.collect()
         return closed() is None
 
-    ui.wait(has_gone)
+    ui.wait(is_collected)
     dialog = opened(ui, "Check-up")
     assert dialog.vm.part == "CheckUpRunning"
     ui.key(ESCAPE)

@@ -57,15 +57,15 @@ def start(number: int = 1, **values) -> Start:
     return Start(number, "Deliver", **{"members": ALL} | values)
 
 
-def given_to(*args, **values) -> dict[int, int | None]:
+def assigned(*args, **values) -> dict[int, int | None]:
     return {decision.start.id: decision.robot_id for decision in choose(situation(*args, **values))}
 
 
 # ---------------------------------------------------------------------- to whom
 def test_of_equals_the_one_that_ran_less_and_then_the_first_by_name():
-    assert given_to(start()) == {1: AINO.id}
-    assert given_to(start(), robots=(replace(AINO, hours=1.0), SISU, VEIKKO)) == {1: SISU.id}
-    assert given_to(
+    assert assigned(start()) == {1: AINO.id}
+    assert assigned(start(), robots=(replace(AINO, hours=1.0), SISU, VEIKKO)) == {1: SISU.id}
+    assert assigned(
         start(),
         duration=lambda robot_id, mission, slow=False: 300.0 + 2 * EVEN * (robot_id == 2),
         robots=(replace(AINO, hours=1.0), SISU, replace(VEIKKO, hours=3.0)),
@@ -127,14 +127,14 @@ def test_a_busy_robot_is_waited_for_only_if_it_is_done_much_sooner():
     def fast_aino(robot_id, mission, slow=False):
         return 100.0 if robot_id == AINO.id else 100.0 + PATIENCE + 60.0
 
-    assert given_to(start(), robots=(busy(AINO, 59.0), SISU), duration=fast_aino) == {1: None}
-    assert given_to(start(), robots=(busy(AINO, 61.0), SISU), duration=fast_aino) == {1: SISU.id}
+    assert assigned(start(), robots=(busy(AINO, 59.0), SISU), duration=fast_aino) == {1: None}
+    assert assigned(start(), robots=(busy(AINO, 61.0), SISU), duration=fast_aino) == {1: SISU.id}
 
 
 def test_hours_run_never_have_a_start_wait_for_another_robot():
     tired = replace(AINO, hours=12.0)
-    assert given_to(start(), robots=(tired, busy(SISU, 1.0), replace(busy(VEIKKO, 1.0), hours=3.0))) == {1: AINO.id}
-    assert given_to(start(), robots=(tired, replace(SISU, hours=9.0), replace(VEIKKO, hours=10.0))) == {1: SISU.id}
+    assert assigned(start(), robots=(tired, busy(SISU, 1.0), replace(busy(VEIKKO, 1.0), hours=3.0))) == {1: AINO.id}
+    assert assigned(start(), robots=(tired, replace(SISU, hours=9.0), replace(VEIKKO, hours=10.0))) == {1: SISU.id}
 
 
 def failed(robot: Member, times: int = 1) -> Member:
@@ -143,9 +143,9 @@ def failed(robot: Member, times: int = 1) -> Member:
 
 @pytest.mark.parametrize("times", [1, 3, 1000])
 def test_a_robot_that_failed_is_taken_after_those_that_are_free(times):
-    assert given_to(start(1), start(2), robots=(failed(AINO, times), SISU, VEIKKO)) == {1: SISU.id, 2: VEIKKO.id}
+    assert assigned(start(1), start(2), robots=(failed(AINO, times), SISU, VEIKKO)) == {1: SISU.id, 2: VEIKKO.id}
     far_and_tired = replace(SISU, hours=20.0)
-    assert given_to(
+    assert assigned(
         start(),
         robots=(failed(AINO, times), far_and_tired),
         duration=lambda robot_id, *_args, slow=False: 300.0 + 100.0 * (robot_id == SISU.id),
@@ -153,7 +153,7 @@ def test_a_robot_that_failed_is_taken_after_those_that_are_free(times):
 
 
 def test_after_one_failure_a_start_does_not_wait_for_a_robot_that_has_just_begun():
-    assert given_to(start(1), start(2), start(3), robots=(failed(AINO), SISU, VEIKKO)) == {
+    assert assigned(start(1), start(2), start(3), robots=(failed(AINO), SISU, VEIKKO)) == {
         1: SISU.id,
         2: VEIKKO.id,
         3: AINO.id,
@@ -161,23 +161,23 @@ def test_after_one_failure_a_start_does_not_wait_for_a_robot_that_has_just_begun
 
 
 def test_of_those_that_failed_the_one_that_did_so_less_often():
-    assert given_to(start(), robots=(failed(AINO, 2), failed(SISU, 1))) == {1: SISU.id}
+    assert assigned(start(), robots=(failed(AINO, 2), failed(SISU, 1))) == {1: SISU.id}
 
 
 def test_with_no_other_it_gets_every_start():
-    assert given_to(start(), robots=(failed(AINO, 1000),)) == {1: AINO.id}
-    assert given_to(start(), robots=(failed(AINO, 1000), replace(SISU, ineligible=Ineligible.HELD))) == {1: AINO.id}
-    assert given_to(start(finish_s=301.0), robots=(failed(AINO, 3), busy(SISU, 60.0))) == {1: AINO.id}
+    assert assigned(start(), robots=(failed(AINO, 1000),)) == {1: AINO.id}
+    assert assigned(start(), robots=(failed(AINO, 1000), replace(SISU, ineligible=Ineligible.HELD))) == {1: AINO.id}
+    assert assigned(start(finish_s=301.0), robots=(failed(AINO, 3), busy(SISU, 60.0))) == {1: AINO.id}
     soon = PlannedStart("Shift bus", ALL, 60.0, 300.0, CRITICAL)
-    assert given_to(start(), robots=(failed(AINO, 3),), planned=(soon,)) == given_to(
+    assert assigned(start(), robots=(failed(AINO, 3),), planned=(soon,)) == assigned(
         start(), robots=(AINO,), planned=(soon,)
     )
 
 
 def test_a_busy_robot_is_waited_for_rather_but_not_for_ever():
     longest = MOST_FAILED * FAILED - PATIENCE
-    assert given_to(start(), robots=(failed(AINO, 3), busy(SISU, longest - 1))) == {1: None}
-    assert given_to(start(), robots=(failed(AINO, 3), busy(SISU, longest + 1))) == {1: AINO.id}
+    assert assigned(start(), robots=(failed(AINO, 3), busy(SISU, longest - 1))) == {1: None}
+    assert assigned(start(), robots=(failed(AINO, 3), busy(SISU, longest + 1))) == {1: AINO.id}
 
 
 def test_failures_are_no_other_reason_for_the_choice():
@@ -193,7 +193,7 @@ def test_failures_are_no_other_reason_for_the_choice():
 
 
 def test_what_is_laid_on_a_robot_is_there_for_the_next_start():
-    assert given_to(start(1), start(2), start(3), start(4)) == {1: 1, 2: 2, 3: 3, 4: None}
+    assert assigned(start(1), start(2), start(3), start(4)) == {1: 1, 2: 2, 3: 3, 4: None}
 
 
 def test_the_most_important_chooses_first_then_who_is_in_a_hurry_then_who_waits_longest():
@@ -203,7 +203,7 @@ def test_the_most_important_chooses_first_then_who_is_in_a_hurry_then_who_waits_
         start(3, priority=HIGH),
         start(4, priority=LOW, planned_s=-900),
     )
-    assert given_to(*starts) == {3: 1, 2: 2, 1: 3, 4: None}
+    assert assigned(*starts) == {3: 1, 2: 2, 1: 3, 4: None}
 
 
 # ---------------------------------------------------------------------- who can't
@@ -242,8 +242,8 @@ def test_a_robot_that_lacks_the_mission_or_has_refused_it_is_passed_by():
 
 def test_so_much_battery_is_left_when_a_run_ends():
     enough = replace(AINO, battery=RESERVE + 10 * 300 / 3600)
-    assert given_to(replace(start(), members=(1,)), robots=(enough,)) == {1: 1}
-    assert given_to(replace(start(), members=(1,)), robots=(replace(enough, battery=enough.battery - 0.01),)) == {
+    assert assigned(replace(start(), members=(1,)), robots=(enough,)) == {1: 1}
+    assert assigned(replace(start(), members=(1,)), robots=(replace(enough, battery=enough.battery - 0.01),)) == {
         1: None
     }
 
@@ -252,7 +252,7 @@ def test_so_much_battery_is_left_when_a_run_ends():
 def test_before_its_window_closes_a_start_goes_into_the_queue_of_the_one_that_is_done_first():
     robots = (busy(AINO, 900.0), busy(SISU, 200.0))
     two = replace(start(), members=(1, 2))
-    assert given_to(replace(two, closes_s=LAST_CALL + 0.1), robots=robots) == {1: None}
+    assert assigned(replace(two, closes_s=LAST_CALL + 0.1), robots=robots) == {1: None}
     [decision] = choose(situation(replace(two, closes_s=LAST_CALL), robots=robots))
     assert (decision.robot_id, decision.is_last_call) == (SISU.id, True)
 
@@ -260,18 +260,18 @@ def test_before_its_window_closes_a_start_goes_into_the_queue_of_the_one_that_is
 def test_what_has_to_be_done_by_then_is_not_begun_when_it_cannot_be():
     [decision] = choose(situation(start(finish_s=299.0)))
     assert (decision.robot_id, decision.too_late) == (None, True)
-    assert given_to(start(finish_s=300.0)) == {1: 1}
+    assert assigned(start(finish_s=300.0)) == {1: 1}
 
 
 def test_a_group_that_hands_over_at_once_waits_for_no_free_robot():
-    assert given_to(replace(start(at_once=True), members=(1, 2)), robots=(busy(AINO, 900.0), busy(SISU, 200.0))) == {
+    assert assigned(replace(start(at_once=True), members=(1, 2)), robots=(busy(AINO, 900.0), busy(SISU, 200.0))) == {
         1: SISU.id
     }
 
 
 def test_robots_are_kept_free_for_what_matters_more():
-    assert given_to(start(1, keep_free=1), start(2, keep_free=1), start(3, keep_free=1)) == {1: 1, 2: 2, 3: None}
-    assert given_to(start(1, keep_free=3, priority=HIGH)) == {1: 1}
+    assert assigned(start(1, keep_free=1), start(2, keep_free=1), start(3, keep_free=1)) == {1: 1, 2: 2, 3: None}
+    assert assigned(start(1, keep_free=3, priority=HIGH)) == {1: 1}
 
 
 # ---------------------------------------------------------------------- looking ahead
@@ -286,7 +286,7 @@ def test_in_a_group_of_one_robot_an_equal_start_later_keeps_it_from_nothing():
     alone = replace(start(), members=(1,))
     for is_fixed, robot_id in ((False, AINO.id), (True, None)):
         later = planned_start(120.0, (1,), alone.priority, is_fixed=is_fixed)
-        assert given_to(alone, robots=(AINO,), duration=long_ones, planned=[later]) == {1: robot_id}
+        assert assigned(alone, robots=(AINO,), duration=long_ones, planned=[later]) == {1: robot_id}
 
 
 def test_the_last_free_robot_is_kept_for_what_matters_more():
@@ -294,16 +294,16 @@ def test_the_last_free_robot_is_kept_for_what_matters_more():
     robots = (AINO, busy(SISU, 1800.0), busy(VEIKKO, 1800.0))
     [decision] = choose(situation(start(priority=LOW), robots=robots, planned=[planned_start(120.0)]))
     assert (decision.robot_id, decision.waits_for_planned) == (None, planned_start(120.0))
-    assert given_to(start(priority=LOW), robots=robots, planned=[planned_start(500.0)]) == {1: AINO.id}  # done before
-    assert given_to(start(priority=CRITICAL), robots=robots, planned=[planned_start(120.0)]) == {
+    assert assigned(start(priority=LOW), robots=robots, planned=[planned_start(500.0)]) == {1: AINO.id}  # done before
+    assert assigned(start(priority=CRITICAL), robots=robots, planned=[planned_start(120.0)]) == {
         1: AINO.id
     }  # no less important
-    assert given_to(start(priority=LOW, closes_s=1.0), robots=robots, planned=[planned_start(120.0)]) == {1: AINO.id}
+    assert assigned(start(priority=LOW, closes_s=1.0), robots=robots, planned=[planned_start(120.0)]) == {1: AINO.id}
 
 
 def test_a_fixed_start_is_protected_whatever_its_priority():
     two = replace(start(priority=HIGH), members=(1, 2))
-    assert given_to(two, robots=(AINO, SISU), planned=[planned_start(60.0, (AINO.id,), LOW, is_fixed=True)]) == {
+    assert assigned(two, robots=(AINO, SISU), planned=[planned_start(60.0, (AINO.id,), LOW, is_fixed=True)]) == {
         1: SISU.id
     }
 

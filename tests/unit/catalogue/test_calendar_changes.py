@@ -38,10 +38,10 @@ def next_of(world, schedule):
 def test_closed_days_move_the_next_start_and_their_removal_moves_it_back(world):
     daily, free = world.schedule(), world.schedule(name="Free", respect_working_days=False)
     assert next_of(world, daily) == "2026-11-24"
-    world.told.clear()
+    world.announced.clear()
     saved = world.catalogue.save_days(CLOSED)
     assert (next_of(world, daily), next_of(world, free)) == ("2026-11-26", "2026-11-24")
-    assert world.told == [Topic.CALENDAR, Topic.SCHEDULES]
+    assert world.announced == [Topic.CALENDAR, Topic.SCHEDULES]
     removed = world.catalogue.remove_days(saved.id)
     assert next_of(world, daily) == "2026-11-24"
     world.catalogue.restore(removed)

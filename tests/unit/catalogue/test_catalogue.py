@@ -91,10 +91,10 @@ def test_an_idle_rule_can_be_taken_away(world):
 # ---------------------------------------------------------------------- settings
 def test_settings_are_stored_and_announced(world):
     assert world.catalogue.change_settings(retry_limit=3, history_limit=None).retry_limit == 3
-    assert world.told == [Topic.SETTINGS]
-    world.told.clear()
+    assert world.announced == [Topic.SETTINGS]
+    world.announced.clear()
     world.catalogue.change_settings(retry_limit=3)
-    assert world.told == []
+    assert world.announced == []
 
 
 @pytest.mark.parametrize(
@@ -161,7 +161,7 @@ def test_several_changes_are_made_all_or_not_at_all(world):
         world.catalogue.edit(work)
     assert world.catalogue.change_settings().retry_limit == 10
     assert MISSIONS.all(world.db.read()) == [world.mission]
-    assert world.told == []
+    assert world.announced == []
 
 
 # ---------------------------------------------------------------------- places

@@ -31,8 +31,8 @@ def test_without_a_password_a_new_robot_is_off_until_it_has_one(world):
     new = world.catalogue.save_robot(Robot("Bella", "10.0.0.2", "user"))
     assert (new.enabled, new.needs_password, new.token) == (False, True, None)
     assert world.catalogue.set_robot_enabled(new.id, True) == new
-    given = world.catalogue.save_robot(new, password="secret")
-    assert (given.enabled, given.needs_password, given.token) == (True, False, world.robot.token)
+    saved = world.catalogue.save_robot(new, password="secret")
+    assert (saved.enabled, saved.needs_password, saved.token) == (True, False, world.robot.token)
 
 
 @pytest.mark.parametrize("change", [{"username": "other"}, {"address": "10.0.0.9"}, {"certificate_sha256": "ab" * 32}])
@@ -98,7 +98,7 @@ def test_what_a_robot_cannot_be_is_reported_at_its_field_and_nothing_changes(wor
         world.catalogue.save_robot(replace(world.robot, **values))
     assert caught.value.field == field
     assert ROBOTS.all(world.db.read()) == [world.robot]
-    assert world.told == []
+    assert world.announced == []
 
 
 def test_names_are_taken_once(world):
@@ -176,14 +176,14 @@ def test_undo_adds_no_second_robot_at_an_address_in_use(world):
 def test_undo_says_what_else_was_taken_or_removed_and_changes_nothing(world):
     own = world.catalogue.save_mission(Mission("Home", "guid-2", robot_id=world.robot.id))
     home, morning = world.schedule(name="Home", mission_id=own.id), world.schedule()
-    gone = {
+    conflicts = {
         "another schedule Morning by now": (world.catalogue.remove_schedule(morning.id), lambda: world.schedule()),
         "another mission Home by now": (
             world.catalogue.remove_mission(own.id),
             lambda: world.catalogue.save_mission(Mission("Home", "guid-3", robot_id=world.robot.id)),
         ),
     }
-    for told, (removed, take) in gone.items():
+    for told, (removed, take) in conflicts.items():
         take()
         with refuses("name", told):
             world.catalogue.restore(removed)
@@ -193,7 +193,7 @@ def test_undo_says_what_else_was_taken_or_removed_and_changes_nothing(world):
         world.catalogue.restore(removed)
     world.catalogue.remove_robot(world.robot.id)
     with refuses("robot", "no such robot any more"):
-        world.catalogue.restore(gone["another mission Home by now"][0])
+        world.catalogue.restore(conflicts["another mission Home by now"][0])
     assert (MISSIONS.all(world.db.read()), SCHEDULES.all(world.db.read()), world.stored(home)) == ([], [], None)
 
 

@@ -24,7 +24,7 @@ def test_a_new_schedule_knows_when_it_runs_first(world):
     assert schedule.next_at.isoformat() == "2026-11-24T06:30:00+00:00"
     assert schedule.changed_at == world.clock.now()
     assert world.stored(schedule) == schedule
-    assert world.told == [Topic.SCHEDULES]
+    assert world.announced == [Topic.SCHEDULES]
 
 
 def test_a_blank_name_is_made_of_mission_and_robot(world):
@@ -37,14 +37,14 @@ def test_a_blank_name_is_made_of_mission_and_robot(world):
 
 def test_schedules_that_the_app_named_carry_the_new_name_of_their_robot(world):
     made = [world.schedule(name=""), world.schedule(name=""), world.schedule(name="Deliver on Aino tonight")]
-    world.told.clear()
+    world.announced.clear()
     world.catalogue.save_robot(replace(world.robot, name="Alma"))
     assert [world.stored(schedule).name for schedule in made] == [
         "Deliver on Alma",
         "Deliver on Alma 2",
         "Deliver on Aino tonight",
     ]
-    assert set(world.told) == {Topic.ROBOTS, Topic.SCHEDULES}
+    assert set(world.announced) == {Topic.ROBOTS, Topic.SCHEDULES}
 
 
 def test_renaming_keeps_the_order_of_numbers_and_leaves_what_a_person_typed(world):
@@ -129,12 +129,12 @@ def test_saving_what_was_not_changed_touches_nothing(world):
     schedule = world.schedule()
     waiting = world.row(schedule)
     world.db.write(lambda c: SCHEDULES.advance(c, schedule.id, None))
-    world.told.clear()
+    world.announced.clear()
     world.clock.advance(3600)
     world.catalogue.save_schedule(schedule)
     assert world.stored(schedule) == replace(schedule, next_at=None)
     assert world.outcome(waiting) == (State.WAITING, None)
-    assert world.told == []
+    assert world.announced == []
 
 
 def test_switching_off_and_on(world):

@@ -415,7 +415,7 @@ def test_a_file_with_the_name_that_a_robot_had_makes_no_second_one_of_it(world):
     world.take(FULL)
     world.catalogue.save_robot(replace(world.robots["R1"], name="Aino"))
     before = world.export()
-    for document, told in (
+    for document, problem in (
         (
             FULL,
             r"robots\[0\].address: R1 has the address of Aino, which is configured already; if it is the same one, write Aino in ",
@@ -425,7 +425,7 @@ def test_a_file_with_the_name_that_a_robot_had_makes_no_second_one_of_it(world):
             r"schedules\[0\].robot: there is no robot R1; add it, or write the name that it has now",
         ),
     ):
-        with pytest.raises(InvalidInput, match=told):
+        with pytest.raises(InvalidInput, match=problem):
             world.take(document)
     assert world.export() == before
 

@@ -116,14 +116,14 @@ BAD: list[tuple[str, Any, str, str]] = [
 
 
 @pytest.mark.parametrize(
-    ("path", "value", "field", "told"), BAD, ids=[f"{path}={value!r:.30}" for path, value, _, _ in BAD]
+    ("path", "value", "field", "problem"), BAD, ids=[f"{path}={value!r:.30}" for path, value, _, _ in BAD]
 )
-def test_what_cannot_be_taken_is_reported_with_its_place_and_nothing_is_changed(world, path, value, field, told):
+def test_what_cannot_be_taken_is_reported_with_its_place_and_nothing_is_changed(world, path, value, field, problem):
     before = world.everything()
     with pytest.raises(InvalidInput) as caught:
         world.take(changed(path, value))
     assert caught.value.field == field
-    assert told in caught.value.text
+    assert problem in caught.value.text
     assert (
         field == "file" or caught.value.text.startswith(field) or caught.value.text.startswith(field.rpartition(".")[0])
     )
@@ -132,7 +132,7 @@ def test_what_cannot_be_taken_is_reported_with_its_place_and_nothing_is_changed(
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "problem"),
     [
         (b"", "line 1, column 1"),
         (b"{", "line 1"),
@@ -150,8 +150,8 @@ def test_what_cannot_be_taken_is_reported_with_its_place_and_nothing_is_changed(
     ],
     ids=range(13),
 )
-def test_what_is_no_configuration_is_reported_in_one_sentence(world, content, told):
-    with pytest.raises(InvalidInput, match=told) as caught:
+def test_what_is_no_configuration_is_reported_in_one_sentence(world, content, problem):
+    with pytest.raises(InvalidInput, match=problem) as caught:
         world.take(content)
     assert caught.value.field in ("file", "format")
     assert "\n" not in caught.value.text

@@ -38,17 +38,17 @@ class World:
     """A catalogue over a database, on Monday 2026-11-23 06:00 UTC, and what it published."""
 
     def __init__(self, path) -> None:
-        self.clock, self.changes, self.told = VirtualClock(), Changes(), []
-        self.changes.subscribe(lambda topic, about: self.told.append(topic))
+        self.clock, self.changes, self.announced = VirtualClock(), Changes(), []
+        self.changes.subscribe(lambda topic, about: self.announced.append(topic))
         self.db = Database.open(path / "data" / "a.db", clock=self.clock, threaded=False, durable=False)
         self.catalogue = Catalogue(self.db, self.clock, self.changes)
         self.robot = self.catalogue.save_robot(Robot("Aino", "10.0.0.1", "user"), password="secret")
         self.mission = self.catalogue.save_mission(Mission("Deliver", "guid-1"))
-        self.told.clear()
+        self.announced.clear()
 
     def schedule(self, **values) -> Schedule:
-        given = Schedule("Morning", self.robot.id, self.mission.id, datetime(2026, 11, 24, 6, 30), "UTC", "FREQ=DAILY")
-        return self.catalogue.save_schedule(replace(given, **values))
+        new = Schedule("Morning", self.robot.id, self.mission.id, datetime(2026, 11, 24, 6, 30), "UTC", "FREQ=DAILY")
+        return self.catalogue.save_schedule(replace(new, **values))
 
     def stored(self, schedule: Schedule) -> Schedule | None:
         return SCHEDULES.get(self.db.read(), schedule.id)
@@ -83,5 +83,5 @@ class World:
         return ExecutionFilter()
 
 
-def refuses(field: str, told: str):
-    return pytest.raises(InvalidInput, match=told, check=lambda error: error.field == field)
+def refuses(field: str, problem: str):
+    return pytest.raises(InvalidInput, match=problem, check=lambda error: error.field == field)

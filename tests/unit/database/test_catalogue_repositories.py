@@ -314,10 +314,10 @@ def alarm(code="unreachable", key="robot:1", event=False, **details) -> Alarm:
     return Alarm(code, key, Priority.MEDIUM, NOON, details, last_at=NOON, cleared_at=NOON if event else None)
 
 
-def raise_(db, given: Alarm, minutes: int = 0) -> bool:
-    at = given.raised_at + timedelta(minutes=minutes)
+def raise_(db, raised: Alarm, minutes: int = 0) -> bool:
+    at = raised.raised_at + timedelta(minutes=minutes)
     return db.write(
-        lambda c: ALARMS.raise_once(c, replace(given, raised_at=at, last_at=at, cleared_at=given.cleared_at and at))
+        lambda c: ALARMS.raise_once(c, replace(raised, raised_at=at, last_at=at, cleared_at=raised.cleared_at and at))
     )
 
 

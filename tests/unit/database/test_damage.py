@@ -37,7 +37,7 @@ def emptied(path):
     path.write_bytes(b"")
 
 
-def gone(path):
+def deleted(path):
     path.unlink()
 
 
@@ -53,7 +53,7 @@ def backed_up(path, clock):
     return path
 
 
-@pytest.mark.parametrize("damage", [garbage, zeros_in_the_middle, torn_off, emptied, gone])
+@pytest.mark.parametrize("damage", [garbage, zeros_in_the_middle, torn_off, emptied, deleted])
 def test_it_is_refused_now_and_at_later_starts_and_the_backup_is_named(backed_up, clock, damage):
     damage(backed_up)
     broken = backed_up.read_bytes() if backed_up.exists() else None

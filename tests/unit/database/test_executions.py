@@ -273,8 +273,8 @@ def test_a_stream_that_stands_still_keeps_the_log_of_changes_from_nothing(db, ro
     stream = EXECUTIONS.stream(db.read())
     read = [next(stream)]
     add(db, row(planned_at=NOON + timedelta(hours=1), schedule_id=9))
-    with closing(sqlite3.connect(db.path, timeout=0)) as beside:
-        busy, *_pages = beside.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()
+    with closing(sqlite3.connect(db.path, timeout=0)) as reader:
+        busy, *_pages = reader.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()
     assert not busy
     assert [*read, *stream][:5] == rows
 

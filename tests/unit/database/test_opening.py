@@ -161,12 +161,12 @@ def test_steps_are_taken_one_after_another(path, clock):
 # ---------------------------------------------------------------------- for reading
 def test_an_export_reads_while_the_app_runs_and_cannot_write(path, clock):
     db = Database.open(path, clock=clock)
-    beside = Database.open_for_reading(path)
+    reader = Database.open_for_reading(path)
     db.write(lambda c: SettingsRepository().put(c, "a", 1))
-    assert SettingsRepository().get(beside.read(), "a") == 1
+    assert SettingsRepository().get(reader.read(), "a") == 1
     with pytest.raises(DatabaseUnavailable, match="reading only"):
-        beside.write(lambda c: None)
-    beside.close()
+        reader.write(lambda c: None)
+    reader.close()
     db.close()
 
 

@@ -15,7 +15,7 @@ NOON = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)
 HELSINKI = "Europe/Helsinki"
 
 
-def told(code: ReasonCode, zone=HELSINKI, **details) -> str:
+def in_words(code: ReasonCode, zone=HELSINKI, **details) -> str:
     return sentence(Reason(code, details), zone)
 
 
@@ -129,24 +129,24 @@ def told(code: ReasonCode, zone=HELSINKI, **details) -> str:
     ],
 )
 def test_numbers_and_times_are_in_the_sentence(code, details, expected):
-    assert told(code, **details) == expected
+    assert in_words(code, **details) == expected
 
 
 def test_times_are_reported_in_the_zone_that_is_asked_for():
     assert (
-        told(ReasonCode.OVERLAP, ZoneInfo("Asia/Tokyo"), planned_at=NOON)
+        in_words(ReasonCode.OVERLAP, ZoneInfo("Asia/Tokyo"), planned_at=NOON)
         == "The run planned for 21:00 was not over yet"
     )
-    assert told(ReasonCode.OVERLAP, "No/Where", planned_at=NOON) == "The run planned for 12:00 was not over yet"
+    assert in_words(ReasonCode.OVERLAP, "No/Where", planned_at=NOON) == "The run planned for 12:00 was not over yet"
 
 
 @pytest.mark.parametrize("code", list(ReasonCode))
 def test_every_code_has_a_sentence_of_its_own_even_without_details(code):
-    text = told(code)
+    text = in_words(code)
     assert text[0].isupper()
     assert "{" not in text
     assert not text.endswith(".")
-    assert [told(other) for other in ReasonCode].count(text) == 1
+    assert [in_words(other) for other in ReasonCode].count(text) == 1
 
 
 ODD = st.none() | st.booleans() | st.integers() | st.floats() | st.text() | st.lists(st.integers()) | st.datetimes()
@@ -176,11 +176,11 @@ def test_odd_details_never_break_it(code, details):
 
 
 def test_a_text_from_outside_is_never_a_template():
-    assert told(ReasonCode.ROBOT_ABORTED, message="{0} {attempts} %s") == "The robot ended it: {0} {attempts} %s"
+    assert in_words(ReasonCode.ROBOT_ABORTED, message="{0} {attempts} %s") == "The robot ended it: {0} {attempts} %s"
 
 
 def test_a_very_long_text_is_cut():
-    assert len(told(ReasonCode.ROBOT_ABORTED, message="x" * 5000)) < 500
+    assert len(in_words(ReasonCode.ROBOT_ABORTED, message="x" * 5000)) < 500
 
 
 def test_it_is_translated_before_the_numbers_are_put_in():

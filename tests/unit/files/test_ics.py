@@ -323,7 +323,7 @@ def test_of_a_series_that_is_partly_known_the_rest_is_offered(world, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "problem"),
     [
         (b"nonsense", "is not a calendar file"),
         (calendar(), "has no days to take$"),
@@ -333,9 +333,9 @@ def test_of_a_series_that_is_partly_known_the_rest_is_offered(world, tmp_path):
         (b"x" * (5 * 1024 * 1024 + 1), "larger than 5 MiB"),
     ],
 )
-def test_what_is_no_calendar_is_refused_in_one_sentence_and_nothing_changes(world, tmp_path, content, told):
+def test_what_is_no_calendar_is_refused_in_one_sentence_and_nothing_changes(world, tmp_path, content, problem):
     (tmp_path / "plant.ics").write_bytes(content)
-    with pytest.raises(InvalidInput, match=told) as caught:
+    with pytest.raises(InvalidInput, match=problem) as caught:
         world.files.read("plant.ics")
     assert caught.value.field == "path"
 

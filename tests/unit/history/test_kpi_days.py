@@ -166,7 +166,7 @@ def test_a_long_period_is_the_sum_of_its_days(world, rows, start, end, robots):
             reason=Reason(codes[code % len(codes)]) if codes else None,
         )
     since, until = (None if minutes is None else NOON + timedelta(minutes=minutes) for minutes in (start, end))
-    told = world.kpis.facts(KpiFilter(since, until, robots))
+    figures = world.kpis.facts(KpiFilter(since, until, robots))
     five = world.kpis.facts(KpiFilter(since, until, robots))
     first, last = since or NOON - timedelta(days=22), until or NOON + timedelta(days=22)
     planned, ran, not_run, completed, failed, seconds = 0, 0, Counter(), 0, 0, 0.0
@@ -178,7 +178,7 @@ def test_a_long_period_is_the_sum_of_its_days(world, rows, start, end, robots):
         planned, ran, not_run = planned + one.planned, ran + one.ran, not_run + Counter(one.not_run)
         completed, failed, seconds = completed + its.completed, failed + its.failed, seconds + its.mission_s
         day += timedelta(days=1)
-    assert (told.planned, told.ran, Counter(told.not_run)) == (planned, ran, not_run)
+    assert (figures.planned, figures.ran, Counter(figures.not_run)) == (planned, ran, not_run)
     assert (five.completed, five.failed) == (completed, failed)
     assert five.mission_s == pytest.approx(seconds, abs=1e-4)
 

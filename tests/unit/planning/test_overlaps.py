@@ -65,8 +65,8 @@ def test_runs_that_meet_and_the_free_time_are_those_of_a_plain_search(draft, usu
         done = at + lasts(usual)
         return [begins for begins, ends in every if begins < done and at < ends]
 
-    told = {conflict.at: conflict.begins for conflict in find_overlaps(starts, usual, near)}
-    assert told == {start.instant: min(met) for start in starts if (met := in_the_way(start.instant))}
+    reported = {conflict.at: conflict.begins for conflict in find_overlaps(starts, usual, near)}
+    assert reported == {start.instant: min(met) for start in starts if (met := in_the_way(start.instant))}
     shifts = [sign * n * STEP for n in range(1, int(FURTHEST / STEP) + 1) for sign in (1, -1)]
     fitting = [shift for shift in shifts if all(stays(start, shift) for start in starts)]
     assert free_shift(starts, usual, near, NOW) == next(

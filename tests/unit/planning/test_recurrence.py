@@ -35,11 +35,11 @@ def utc(text: str) -> datetime:
 
 
 def starts(
-    given: Schedule, after: str | datetime = LONG_AGO, number: int = 100, calendar: WorkingCalendar = EVERY_DAY
+    source: Schedule, after: str | datetime = LONG_AGO, number: int = 100, calendar: WorkingCalendar = EVERY_DAY
 ) -> list[str]:
     """The next instants in UTC, as text; one that was moved by a clock change with a star."""
     after = utc(after) if isinstance(after, str) else after
-    found = islice(occurrences(given, after, calendar), number)
+    found = islice(occurrences(source, after, calendar), number)
     return [f"{o.instant:%Y-%m-%d %H:%M}{'*' if o.moved else ''}" for o in found]
 
 
@@ -65,7 +65,7 @@ def test_until_is_local_time_utc_or_a_whole_day(text, until):
 
 
 @pytest.mark.parametrize(
-    ("rule", "told"),
+    ("rule", "problem"),
     [
         ("", "null"),
         ("  ", "null"),
@@ -108,11 +108,11 @@ def test_until_is_local_time_utc_or_a_whole_day(text, until):
         ("FREQ=DAILY;INTERVAL=" + "9" * 5000, "INTERVAL"),
     ],
 )
-def test_what_cannot_be_a_rule_is_reported_in_one_sentence(rule, told):
+def test_what_cannot_be_a_rule_is_reported_in_one_sentence(rule, problem):
     with pytest.raises(InvalidInput) as caught:
         Recurrence.parse(rule)
     assert caught.value.field == "recurrence"
-    assert told in caught.value.text
+    assert problem in caught.value.text
     assert "\n" not in caught.value.text
     assert len(caught.value.text) < 250
 
@@ -188,9 +188,9 @@ def test_a_rule_wholly_in_the_past_is_valid_and_has_nothing_left():
     ],
 )
 def test_the_first_three_instants_of_each_kind(rule, expected):
-    given = schedule("2026-11-23T06:30", rule)
-    assert starts(given, number=3) == expected
-    assert starts(given, "2026-11-23 04:30", 3)[:2] == [text for text in expected if text > "2026-11-23 04:30"][:2]
+    source = schedule("2026-11-23T06:30", rule)
+    assert starts(source, number=3) == expected
+    assert starts(source, "2026-11-23 04:30", 3)[:2] == [text for text in expected if text > "2026-11-23 04:30"][:2]
 
 
 def test_the_start_is_an_occurrence_only_if_it_matches_the_rule():
@@ -387,10 +387,12 @@ def test_sub_daily_steps_run_on_through_a_repeated_hour_and_over_a_missing_one()
 SHIFTS = ["06:00", "14:00", "22:00"]
 
 
-def wall(given: Schedule, after: str, number: int) -> list[str]:
+def wall(source: Schedule, after: str, number: int) -> list[str]:
     """Days and times by the schedule's own clock."""
-    zone = ZoneInfo(given.timezone)
-    return [f"{o.instant.astimezone(zone):%d %H:%M}" for o in islice(occurrences(given, utc(after), EVERY_DAY), number)]
+    zone = ZoneInfo(source.timezone)
+    return [
+        f"{o.instant.astimezone(zone):%d %H:%M}" for o in islice(occurrences(source, utc(after), EVERY_DAY), number)
+    ]
 
 
 @pytest.mark.parametrize("rule", ["FREQ=HOURLY;INTERVAL=8", "FREQ=MINUTELY;INTERVAL=480"])

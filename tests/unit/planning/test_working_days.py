@@ -197,7 +197,7 @@ container.close()
 
 
 def test_the_library_of_holidays_is_read_only_when_a_country_is_chosen(tmp_path):
-    told = subprocess.run(
+    output = subprocess.run(
         [sys.executable, "-c", START, str(tmp_path)], capture_output=True, text=True, check=True, timeout=60
     )
-    assert told.stdout.split() == ["False", "True"]
+    assert output.stdout.split() == ["False", "True"]

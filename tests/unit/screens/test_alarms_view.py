@@ -37,12 +37,12 @@ UNKNOWN_NAME = Unreachable(code="unknown_name", host="mir7.plant")
 LATER = NOW + timedelta(hours=1, minutes=22)
 
 
-def words(given: Alarm) -> str:
-    return state_words(given, SETTINGS, NOW)[1]
+def words(shown_alarm: Alarm) -> str:
+    return state_words(shown_alarm, SETTINGS, NOW)[1]
 
 
-def note(given: Alarm, whole: bool = True) -> str:
-    return alarm_note(given, SETTINGS, NOW, whole)
+def note(shown_alarm: Alarm, whole: bool = True) -> str:
+    return alarm_note(shown_alarm, SETTINGS, NOW, whole)
 
 
 # ---------------------------------------------------------------------- its state
@@ -191,9 +191,9 @@ def test_a_question_can_be_answered_where_the_robot_gives_answers():
 
 
 def test_the_alarm_of_a_deleted_robot_leads_nowhere():
-    gone = alarm("unreachable", "robot:99", details={"robot": "Nobody"})
-    assert way_to(gone, ROBOTS) is None
-    assert menu_of(gone, ROBOTS)[0].key == "note"
+    unreachable = alarm("unreachable", "robot:99", details={"robot": "Nobody"})
+    assert way_to(unreachable, ROBOTS) is None
+    assert menu_of(unreachable, ROBOTS)[0].key == "note"
 
 
 def test_nothing_leads_to_where_one_is():

@@ -31,7 +31,7 @@ MAPS = Finding(Topic.MAPS, Level.GREEN, "It drives on the map Hall 1")
 
 
 def report(*findings: Finding, **values) -> Report:
-    given = {
+    fields = {
         "robot": "Aino",
         "address": AINO.address,
         "model": "MiR250",
@@ -40,7 +40,7 @@ def report(*findings: Finding, **values) -> Report:
         "findings": findings,
         "profile": RobotProfile("200104012", "3.5.4"),
     }
-    return Report(**{**given, **values})
+    return Report(**{**fields, **values})
 
 
 def line(robot: Robot, found: Report | None) -> tuple[str, str]:

@@ -131,11 +131,11 @@ def test_the_card_says_for_what_the_robot_is_kept():
     bus = Schedule("Shift bus", None, KITS.id, NOW.replace(tzinfo=None), "UTC", id=9, group_id=5)
     coming = PlannedRun(NOW + timedelta(minutes=5), bus, AINO, KITS, 300.0)
     held_back = row(wait_details={"group": "Hall 1", "robots": [], "kept_for": KITS.name})
-    given = facts(held_back, planned=(coming,), snapshots={1: snapshot(1, READY), 2: snapshot(2, READY)})
-    assert present(given, NOW).card.mission.note.startswith("Kept for ")
-    assert present(given, NOW).card.mission.note.endswith(" at 14:43")
-    assert waiting.kept_for(given, VEIKKO, NOW) == ""
-    assert waiting.kept_for(replace(given, open=()), AINO, NOW) == ""
+    shown = facts(held_back, planned=(coming,), snapshots={1: snapshot(1, READY), 2: snapshot(2, READY)})
+    assert present(shown, NOW).card.mission.note.startswith("Kept for ")
+    assert present(shown, NOW).card.mission.note.endswith(" at 14:43")
+    assert waiting.kept_for(shown, VEIKKO, NOW) == ""
+    assert waiting.kept_for(replace(shown, open=()), AINO, NOW) == ""
 
 
 def test_what_another_robot_may_take_is_probably_next():
@@ -143,9 +143,9 @@ def test_what_another_robot_may_take_is_probably_next():
     coming = PlannedRun(
         NOW + timedelta(minutes=22), kits, AINO, KITS, 300.0, group=HALL, begins_at=NOW + timedelta(minutes=22)
     )
-    given = facts(planned=(coming,), snapshots={1: snapshot(1, READY)})
-    assert present(given, NOW).card.mission.note.startswith(f"probably next: {KITS.name}, in 22 min")
-    assert present(replace(given, planned=(replace(coming, group=None),)), NOW).card.mission.note.startswith("next: ")
+    shown = facts(planned=(coming,), snapshots={1: snapshot(1, READY)})
+    assert present(shown, NOW).card.mission.note.startswith(f"probably next: {KITS.name}, in 22 min")
+    assert present(replace(shown, planned=(replace(coming, group=None),)), NOW).card.mission.note.startswith("next: ")
 
 
 def test_a_run_of_a_group_says_why_it_came_here():
@@ -157,14 +157,14 @@ def test_a_run_of_a_group_says_why_it_came_here():
 def test_other_robots_are_offered_for_a_start_that_a_silent_robot_may_have():
     lost = replace(row(60), state=State.SUBMITTING, robot_id=1, robot="Aino")
     silent = snapshot(1, READY, connection=Connection.UNREACHABLE)
-    given = facts(lost, snapshots={1: silent, 2: snapshot(2, READY)})
-    [(found, start)] = waiting.starts_with_a_robot(given, NOW)
+    shown = facts(lost, snapshots={1: silent, 2: snapshot(2, READY)})
+    [(found, start)] = waiting.starts_with_a_robot(shown, NOW)
     assert (found, start.is_stuck) == (lost, True)
     assert start.note.startswith("Aino may have it: silent since ")
     assert [(option.key, option.text) for option in waiting.others_for(lost, (AINO, VEIKKO), (HALL,))] == [
         (2, "Veikko")
     ]
-    [(_found, start)] = waiting.starts_with_a_robot(replace(given, snapshots={1: snapshot(1, READY)}), NOW)
+    [(_found, start)] = waiting.starts_with_a_robot(replace(shown, snapshots={1: snapshot(1, READY)}), NOW)
     assert not start.is_stuck
     assert waiting.starts_with_a_robot(facts(replace(lost, group_id=None), snapshots={1: silent}), NOW) == []
 
@@ -173,18 +173,18 @@ def test_other_robots_are_offered_for_a_start_that_a_silent_robot_may_have():
 def test_a_start_that_is_being_sent_to_a_robot_is_there_until_that_has_it(state):
     """Seen: it went from robot to robot for half a minute, and where it had been pressed nothing told of it."""
     sent = replace(row(60), state=state, robot_id=2, robot="Veikko", wait=Wait.DUE)
-    given = facts(sent, snapshots={2: snapshot(2, READY)})
-    [(found, start)] = waiting.starts_with_a_robot(given, NOW)
+    shown = facts(sent, snapshots={2: snapshot(2, READY)})
+    [(found, start)] = waiting.starts_with_a_robot(shown, NOW)
     assert (found, start.note, start.is_stuck, start.can_give) == (sent, "Being sent to Veikko", False, False)
     assert waiting.starts_with_a_robot(facts(replace(sent, state=State.QUEUED, queue_id=7)), NOW) == []
-    assert waiting.starts_with_a_robot(given, sent.planned_at + timedelta(seconds=1)) == []  # mostly it has it by then
+    assert waiting.starts_with_a_robot(shown, sent.planned_at + timedelta(seconds=1)) == []  # mostly it has it by then
 
 
 @pytest.mark.parametrize("wait", [Wait.HOLD, Wait.BATTERY, Wait.PLACE, Wait.CLOCK, Wait.ELSEWHERE, Wait.LATE_START])
 def test_what_a_person_gave_to_a_robot_on_which_it_waits_is_not_said_to_be_sent(wait):
     """It may wait so for hours; the robot's queue says for what."""
-    given = replace(row(60), robot_id=2, robot="Veikko", wait=wait, wait_details={})
-    assert waiting.starts_with_a_robot(facts(given, snapshots={2: snapshot(2, READY)}), NOW) == []
+    shown = replace(row(60), robot_id=2, robot="Veikko", wait=wait, wait_details={})
+    assert waiting.starts_with_a_robot(facts(shown, snapshots={2: snapshot(2, READY)}), NOW) == []
 
 
 def test_what_is_not_sent_again_is_not_said_to_be_sent():
@@ -204,8 +204,8 @@ def test_the_priority_of_what_has_a_robot_is_settled():
 
 
 # ---------------------------------------------------------------------- run now
-def aimed(given, target=None, mission=KITS.id):
-    return run_now.aimed(present(given, NOW, mission).run, given, target or Target(5), NOW)
+def aimed(shown, target=None, mission=KITS.id):
+    return run_now.aimed(present(shown, NOW, mission).run, shown, target or Target(5), NOW)
 
 
 def test_groups_come_first_and_the_robot_is_the_default():
@@ -243,15 +243,15 @@ def test_without_groups_run_now_is_as_ever():
     ],
 )
 def test_what_stands_in_the_way_is_on_the_button(change, text, off):
-    given = replace(facts(), **change)
-    view = aimed(given, mission=77 if "missions" in change else KITS.id)
+    shown = replace(facts(), **change)
+    view = aimed(shown, mission=77 if "missions" in change else KITS.id)
     assert (view.text, view.off) == (text, off)
 
 
 def test_the_missions_of_a_group_say_which_robot_does_not_have_them():
-    given = replace(facts(), missions=(KITS,), all_missions=(KITS,), known={1: {KITS.guid}, 2: {"other"}})
-    assert [option.note for option in run_now.mission_options(given, Target(5))] == ["not on Veikko"]
-    assert [option.note for option in run_now.mission_options(given, Target())] == [""]
+    shown = replace(facts(), missions=(KITS,), all_missions=(KITS,), known={1: {KITS.guid}, 2: {"other"}})
+    assert [option.note for option in run_now.mission_options(shown, Target(5))] == ["not on Veikko"]
+    assert [option.note for option in run_now.mission_options(shown, Target())] == [""]
 
 
 def test_a_group_that_sends_at_once_does_not_say_that_it_waits():

@@ -289,10 +289,10 @@ def test_yesterdays_run_shows_its_day():
 
 
 def test_the_source_of_an_item_is_a_name_that_a_person_gave_and_none_that_was_made():
-    given = execution(5, AINO, KITS.name, State.WAITING, schedule="Night kits 2")
-    made = [replace(given, schedule=f"{KITS.name} on Aino{number}") for number in ("", " 2")]
-    assert [trigger_words(row) for row in (given, *made)] == ["Night kits 2", "Schedule", "Schedule"]
-    of_group = replace(given, schedule=f"{KITS.name} on Hall 1 2", robot_group="Hall 1")  # whichever robot took it
+    own_name = execution(5, AINO, KITS.name, State.WAITING, schedule="Night kits 2")
+    made = [replace(own_name, schedule=f"{KITS.name} on Aino{number}") for number in ("", " 2")]
+    assert [trigger_words(row) for row in (own_name, *made)] == ["Night kits 2", "Schedule", "Schedule"]
+    of_group = replace(own_name, schedule=f"{KITS.name} on Hall 1 2", robot_group="Hall 1")  # whichever robot took it
     assert trigger_words(of_group) == "Schedule"
 
 

@@ -365,15 +365,13 @@ def test_charging_is_seen():
 # ---------------------------------------------------------------------- held robots
 def test_a_held_robot_says_so_on_its_card_and_its_tile():
     until = Hold("Maintenance", NOW + timedelta(minutes=38), ago(minutes=1), robot_id=2)
-    given = replace(FACTS, settings=replace(FACTS.settings, selected_robot_id=2), holds=(until,))
-    shown = present(given, NOW)
+    held = replace(FACTS, settings=replace(FACTS.settings, selected_robot_id=2), holds=(until,))
+    shown = present(held, NOW)
     assert (shown.card.state, shown.card.note) == ("Ready, held", "Veikko · MiR100 · held until 15:16")
     assert [(robot.name, robot.word) for robot in shown.robots] == [
         ("Aino", "Working"),
         ("Veikko", "Held"),
         ("Sisu", "Charging"),
     ]
-    assert present(replace(given, holds=(replace(until, until=None),)), NOW).card.note.endswith(
-        " · held until released"
-    )
-    assert present(replace(given, holds=()), NOW).card.state == "Ready"
+    assert present(replace(held, holds=(replace(until, until=None),)), NOW).card.note.endswith(" · held until released")
+    assert present(replace(held, holds=()), NOW).card.state == "Ready"

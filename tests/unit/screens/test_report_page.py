@@ -134,7 +134,7 @@ def test_alarms_of_the_period_and_of_the_robot(container):
 
 # ---------------------------------------------------------------------- one page
 @pytest.mark.parametrize(
-    ("runs", "alarms", "told"),
+    ("runs", "alarms", "expected"),
     [
         (0, 0, (0, 0)),
         (3, 2, (3, 2)),
@@ -146,8 +146,8 @@ def test_alarms_of_the_period_and_of_the_robot(container):
         (6, 7, (6, 6)),
     ],
 )
-def test_runs_and_alarms_share_the_lines_of_a_page(runs, alarms, told):
-    assert split_lines(runs, alarms, 12) == told
+def test_runs_and_alarms_share_the_lines_of_a_page(runs, alarms, expected):
+    assert split_lines(runs, alarms, 12) == expected
 
 
 def test_much_trouble_is_cut_to_one_page_and_the_rest_counted(container):
@@ -194,9 +194,9 @@ def rows_under(page: str, title: str) -> list[list[str]]:
 def test_what_failed_and_what_was_cancelled_stand_apart_for_each_robot(container):
     report = ShiftReports(container.db, container.clock).make(ReportPeriod.WEEK)
     head, *rows = rows_under(report_page.page(report), "Robots")
-    told = {row[0]: dict(zip(head, row, strict=True)) for row in rows if len(row) == len(head)}
+    table = {row[0]: dict(zip(head, row, strict=True)) for row in rows if len(row) == len(head)}
     for robot in report.facts.robots:
-        line = told[robot.robot]
+        line = table[robot.robot]
         numbers = [robot.completed, robot.failed, robot.cancelled]
         assert [line[name] for name in ("Completed", "Failed", "Cancelled")] == [str(number) for number in numbers]
 

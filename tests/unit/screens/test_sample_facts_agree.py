@@ -40,7 +40,7 @@ def minute(at: datetime | None) -> str:
     return f"{at.astimezone(ZoneInfo(sample.ZONE)):%d %H:%M}" if at else "–"
 
 
-def told(run: Execution) -> tuple[object, ...]:
+def summary(run: Execution) -> tuple[object, ...]:
     """What two screens may say of a run."""
     seconds = round(run.duration_s) if run.duration_s else None
     return (
@@ -75,12 +75,14 @@ def test_home_plans_what_the_scheduler_plans(plant):
 
 
 def test_home_has_the_runs_of_logs(plant):
-    assert [told(run) for run in sample.FINISHED] == [told(run) for run in plant.history.last_finished(LAST_FINISHED)]
+    assert [summary(run) for run in sample.FINISHED] == [
+        summary(run) for run in plant.history.last_finished(LAST_FINISHED)
+    ]
 
 
 def test_home_and_logs_have_the_same_under_way(plant):
     def by_robot(runs: tuple[Execution, ...] | list[Execution]) -> list[tuple[object, ...]]:
-        return sorted((told(run) for run in runs), key=str)
+        return sorted((summary(run) for run in runs), key=str)
 
     assert by_robot(sample.FACTS.open) == by_robot(plant.history.open())
     running = next(run for run in sample.FACTS.open if run.state is State.EXECUTING)

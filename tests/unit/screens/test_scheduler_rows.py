@@ -51,22 +51,22 @@ def test_a_start_says_when_it_ends_and_what_it_needs():
 def test_the_values_of_missions_are_next_to_their_names():
     goal = {"goal": "a1c4e008-5d0f-11ef-93c1-0001297b6e20"}
     own, started = replace(HOURLY, parameters=goal), execution(State.COMPLETED, 300, parameters=goal)
-    given = facts(
+    plan = facts(
         schedules=(own,),
         planned=(planned(22, schedule=own),),
         past=(started,),
         given=Given(names={goal["goal"]: "Dock 3"}),
     )
     rows = (
-        *view.schedule_rows(given, NOW),
-        *(row for row in view.days(given, NOW) if not row.heading),
-        *view.schedule_rows(given, NOW, listing=view.Listing(query="dock 3")),
+        *view.schedule_rows(plan, NOW),
+        *(row for row in view.days(plan, NOW) if not row.heading),
+        *view.schedule_rows(plan, NOW, listing=view.Listing(query="dock 3")),
     )
     assert [row.mission for row in rows] == 3 * ["Deliver kits · Dock 3"]
-    cards = bar_card.start_card(given, given.planned[0], NOW), bar_card.run_card(given, started, NOW)
+    cards = bar_card.start_card(plan, plan.planned[0], NOW), bar_card.run_card(plan, started, NOW)
     assert [card.title for card in cards] == 2 * ["Deliver kits · Dock 3"]
-    assert "Deliver kits · Dock 3" in [bar.label for lane in timeline(given, NOW).lanes for bar in lane.bars]
-    assert {(robot, values["goal"]) for robot, _guid, values in given.given_to()} == {(1, goal["goal"])}
+    assert "Deliver kits · Dock 3" in [bar.label for lane in timeline(plan, NOW).lanes for bar in lane.bars]
+    assert {(robot, values["goal"]) for robot, _guid, values in plan.given_to()} == {(1, goal["goal"])}
 
 
 @pytest.mark.parametrize(
@@ -88,8 +88,8 @@ def test_the_values_of_missions_are_next_to_their_names():
 )
 def test_what_starts_it_now_says_what_it_does(known, text, icon):
     """In its menu and on the card of its bar, as Home does."""
-    given = facts(schedules=(HOURLY,), planned=(planned(22),), **known)
-    for items in (view.schedule_menu(given, HOURLY, NOW), bar_card.start_card(given, given.planned[0], NOW).items):
+    plan = facts(schedules=(HOURLY,), planned=(planned(22),), **known)
+    for items in (view.schedule_menu(plan, HOURLY, NOW), bar_card.start_card(plan, plan.planned[0], NOW).items):
         assert [(item.text, item.icon) for item in items if item.key == "run"] == [(text, icon)]
         assert [item.key for item in items if item.disabled and item.key == "run"] == ["run"] * (
             icon == "play" and text != "Run now"
@@ -107,12 +107,12 @@ def test_what_starts_it_now_says_what_it_does(known, text, icon):
 )
 def test_what_no_robot_can_take_now_is_not_offered(members, has_it, text):
     of_hall = replace(HOURLY, robot_id=None, group_id=3)
-    given = facts(
+    plan = facts(
         schedules=(of_hall,),
         groups=(Group("Hall 1", members, id=3),),
         names={1: {KITS.guid if has_it else EMPTIES.guid: ""}},
     )
-    item = view.run_item(given, of_hall, NOW)
+    item = view.run_item(plan, of_hall, NOW)
     assert (item.text, item.disabled) == (text, text != "Run now")
     off = view.run_item(facts(), replace(HOURLY, robot_id=2), NOW)
     assert (off.text, off.disabled) == ("Veikko is switched off", True)
@@ -120,15 +120,15 @@ def test_what_no_robot_can_take_now_is_not_offered(members, has_it, text):
 
 def test_schedules_are_listed_by_words_robot_and_name():
     other = replace(HOURLY, id=8, name="A later one", robot_id=2, next_at=NOW + timedelta(hours=3))
-    given = facts(schedules=(HOURLY, other))
+    plan = facts(schedules=(HOURLY, other))
 
     def listed(**listing):
-        return [row.key for row in view.schedule_rows(given, NOW, listing=view.Listing(**listing))]
+        return [row.key for row in view.schedule_rows(plan, NOW, listing=view.Listing(**listing))]
 
     assert (listed(), listed(by_name=True)) == ([7, 8], [8, 7])
     assert (listed(target=2), listed(target=1)) == ([8], [7])
     assert (listed(query="LATER veikko"), listed(query="kits aino"), listed(query="nothing")) == ([8], [7], [])
-    assert view.schedules_note(given, 2) == "Veikko · 1 of 1 on"
+    assert view.schedules_note(plan, 2) == "Veikko · 1 of 1 on"
 
 
 # ---------------------------------------------------------------------- the schedules
@@ -159,11 +159,11 @@ MORNING = datetime(2026, 11, 20, 4, 30, tzinfo=UTC)  # 06:30 in Helsinki
 def row_of(schedule, last=None):
     """Its row, and which place it has among others: one that starts, one that is off."""
     off = replace(HOURLY, id=8, enabled=False, next_at=None)
-    given = facts(schedules=(schedule, off, HOURLY), last={schedule.id: last} if last else {})
-    rows = view.schedule_rows(given, NOW)
-    assert view.schedules_note(given) == ("1 of 3 on" if not last or not last.state.is_open else "2 of 3 on")
+    plan = facts(schedules=(schedule, off, HOURLY), last={schedule.id: last} if last else {})
+    rows = view.schedule_rows(plan, NOW)
+    assert view.schedules_note(plan) == ("1 of 3 on" if not last or not last.state.is_open else "2 of 3 on")
     place = [row.key for row in rows].index(schedule.id)
-    assert not rows[place].over or view.schedule_rows(given, NOW, listing=view.Listing(by_name=True))[-1] == rows[place]
+    assert not rows[place].over or view.schedule_rows(plan, NOW, listing=view.Listing(by_name=True))[-1] == rows[place]
     return rows[place], place
 
 
@@ -216,19 +216,19 @@ def test_a_name_of_its_own_is_shown_and_one_made_of_mission_and_robot_is_not():
 
 def test_a_start_that_is_skipped_stays_on_the_timeline_and_can_be_taken_again():
     ahead = execution(State.SKIPPED, -120, schedule_id=7, reason=Reason(ReasonCode.HOLD), ended_at=NOW)
-    given = facts(past=(ahead,), skips=frozenset({(7, ahead.planned_at)}))
-    (bar,) = timeline(given, NOW).lanes[0].bars
+    plan = facts(past=(ahead,), skips=frozenset({(7, ahead.planned_at)}))
+    (bar,) = timeline(plan, NOW).lanes[0].bars
     assert (bar.label, bar.state, bar.end - bar.start) == (
         "Not run: Deliver kits",
         "skipped",
         pytest.approx(ASSUMED_S / 3600),
     )
-    assert [(item.key, item.disabled) for item in bar_card.run_card(given, ahead, NOW).items] == [
+    assert [(item.key, item.disabled) for item in bar_card.run_card(plan, ahead, NOW).items] == [
         ("again", False),
         ("edit", False),
         ("log", False),
     ]
-    paused = replace(given, schedules=(replace(HOURLY, paused_until=NOW + timedelta(days=1)),))
+    paused = replace(plan, schedules=(replace(HOURLY, paused_until=NOW + timedelta(days=1)),))
     assert [(item.key, item.disabled) for item in bar_card.run_card(paused, ahead, NOW).items] == [
         ("again", True),
         ("edit", False),

@@ -339,22 +339,22 @@ def starts(count: int) -> tuple[PlannedRun, ...]:
 def test_of_many_robots_with_something_planned_those_of_a_group_are_one_line_that_opens():
     """A robot of two groups is in the first; one of them alone needs no line."""
     failed = execution(State.FAILED, 60, robot_id=2, robot="R02")
-    given = {"groups": HALLS, "planned": starts(MANY + 1), "past": (failed,)}
-    assert [lane.name or lane.line for lane in lanes(**given)] == [
+    plan = {"groups": HALLS, "planned": starts(MANY + 1), "past": (failed,)}
+    assert [lane.name or lane.line for lane in lanes(**plan)] == [
         "Hall 1 · 10 robots · 10 starts · 1 failed run",
         "Hall 2 · 2 robots · 2 starts",
         "R13",
         "37 robots with nothing planned",
     ]
-    hall = lanes(**given)[0].key
-    opened = lanes(Window(opened=frozenset({hall})), **given)
+    hall = lanes(**plan)[0].key
+    opened = lanes(Window(opened=frozenset({hall})), **plan)
     assert [lane.name for lane in opened[1:11]] == [f"R{n:02d}" for n in range(1, 11)]
     assert [lane.is_open for lane in opened if lane.line] == [True, False, False]
-    chosen = lanes(Window(robots=frozenset(range(1, 31))), **given)
+    chosen = lanes(Window(robots=frozenset(range(1, 31))), **plan)
     assert [lane.name for lane in chosen[:13]] == [
         f"R{n:02d}" for n in range(1, 14)
     ]  # who chooses robots wants to see them
-    few = lanes(**given | {"planned": starts(MANY), "past": ()})
+    few = lanes(**plan | {"planned": starts(MANY), "past": ()})
     assert [lane.name for lane in few[:-1]] == [f"R{n:02d}" for n in range(1, MANY + 1)]
 
 

@@ -81,12 +81,12 @@ def test_a_robot_says_which_group_is_empty_without_it():
 
 
 def test_a_group_names_its_schedules_and_what_waits():
-    told = facts(schedules=(replace(MORNING, robot_id=None, group_id=1),), groups=(HALL,))
-    assert removals.group_question(told, HALL, waiting=2).splitlines() == [
+    hall_facts = facts(schedules=(replace(MORNING, robot_id=None, group_id=1),), groups=(HALL,))
+    assert removals.group_question(hall_facts, HALL, waiting=2).splitlines() == [
         "This schedule goes with it:",
         "Deliver kits on Hall 1",
         "",
         "2 starts that wait for one of its robots are cancelled.",
         "Its robots stay, and what runs goes on.",
     ]
-    assert removals.group_sentence(told, HALL) == "Hall 1 deleted, and with it: 1 schedule"
+    assert removals.group_sentence(hall_facts, HALL) == "Hall 1 deleted, and with it: 1 schedule"

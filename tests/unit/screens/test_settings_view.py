@@ -35,21 +35,21 @@ MORNING = Schedule("Morning", 1, 10, datetime(2026, 11, 23, 6, 30), "Europe/Hels
 
 
 def facts(**values):
-    given = {
+    state = {
         "settings": Settings(timezone="Europe/Helsinki"),
         "robots": (AINO, SISU),
         "missions": (CHARGE, COILS, DELIVER),
         "schedules": (MORNING,),
     }
-    return SettingsFacts(**{**given, **values})
+    return SettingsFacts(**{**state, **values})
 
 
 def snapshot(robot_id=1, seconds_old=2.0, connection=Connection.CONNECTED):
     return RobotSnapshot(robot_id, connection, RobotStatus(), NOW - timedelta(seconds=seconds_old))
 
 
-def notes(given):
-    return {key: note.text for key, note in view.section_notes(given, NOW).items()}
+def notes(state):
+    return {key: note.text for key, note in view.section_notes(state, NOW).items()}
 
 
 # ---------------------------------------------------------------------- sections
@@ -58,12 +58,12 @@ def test_groups_are_counted_with_the_robots_in_their_section():
 
 
 def test_every_section_says_its_present_value():
-    given = facts(
+    state = facts(
         settings=Settings(timezone="Europe/Helsinki", minimum_battery_percent=30.0, language="fi", theme="dark"),
         robots=(replace(AINO, idle=IdleRule(11, 15)), SISU),
         backups=(Backup(Path("b.db"), datetime(2026, 11, 20, 0, 0, tzinfo=UTC), 5000),),
     )
-    assert notes(given) == {
+    assert notes(state) == {
         "robots": "2 robots",
         "missions": "3 missions",
         "constraints": "Battery 30 %, Mon–Fri",
@@ -87,8 +87,8 @@ def test_nothing_set_up_yet_is_said_and_not_shown_as_zero():
 
 
 def test_what_needs_somebody_is_amber_in_the_list():
-    given = facts(robots=(replace(AINO, needs_password=True, enabled=False), SISU), names={2: {"other": "Other"}})
-    found = view.section_notes(given, NOW)
+    state = facts(robots=(replace(AINO, needs_password=True, enabled=False), SISU), names={2: {"other": "Other"}})
+    found = view.section_notes(state, NOW)
     assert (found["robots"].text, found["robots"].tone) == ("Aino needs a password", "attention")
     assert (found["missions"].text, found["missions"].tone) == ("3 missions, 1 missing", "attention")
 
@@ -250,8 +250,8 @@ def test_a_failed_test_says_exactly_what_is_wrong(problem, sentence):
 
 # ---------------------------------------------------------------------- missions
 def test_missions_are_listed_favourites_first_with_what_uses_them():
-    given = facts(robots=(replace(AINO, idle=IdleRule(11, 15)), SISU))
-    rows = missions_view.mission_views(given)
+    state = facts(robots=(replace(AINO, idle=IdleRule(11, 15)), SISU))
+    rows = missions_view.mission_views(state)
     assert [(row.name, row.note) for row in rows] == [
         ("Charge", "idle automation on Aino"),
         ("Coils", "Only on Sisu · no schedule uses it"),
@@ -275,21 +275,21 @@ def test_missions_are_found_by_words_of_name_guid_or_robot(query, names):
 
 
 def test_a_mission_is_missing_only_where_it_is_used_and_the_robot_has_answered():
-    told = facts(names={1: {"guid-charge": "Charge"}})
-    assert missions_view.missing_sentence(told, DELIVER) == "Not on Aino any more"
-    assert missions_view.missing_sentence(told, CHARGE) == ""
-    assert missions_view.missing_sentence(told, COILS) == ""  # Sisu did not tell yet
+    known = facts(names={1: {"guid-charge": "Charge"}})
+    assert missions_view.missing_sentence(known, DELIVER) == "Not on Aino any more"
+    assert missions_view.missing_sentence(known, CHARGE) == ""
+    assert missions_view.missing_sentence(known, COILS) == ""  # Sisu did not tell yet
     assert missions_view.missing_sentence(facts(), DELIVER) == ""
 
 
 def test_what_is_missing_stands_first():
-    told = facts(names={1: {"guid-charge": "Charge"}})
-    assert [row.name for row in missions_view.mission_views(told)] == ["Deliver kits", "Charge", "Coils"]
+    known = facts(names={1: {"guid-charge": "Charge"}})
+    assert [row.name for row in missions_view.mission_views(known)] == ["Deliver kits", "Charge", "Coils"]
 
 
 def test_an_unused_mission_that_no_robot_has_is_reported():
-    told = facts(robots=(AINO,), names={1: {"guid-deliver": "Deliver kits"}})
-    assert missions_view.missing_sentence(told, CHARGE) == "No robot has it"
+    known = facts(robots=(AINO,), names={1: {"guid-deliver": "Deliver kits"}})
+    assert missions_view.missing_sentence(known, CHARGE) == "No robot has it"
     assert missions_view.missing_sentence(facts(names={1: {"guid-deliver": ""}}), CHARGE) == ""  # Sisu may have it
 
 
@@ -350,16 +350,16 @@ def test_nothing_to_choose_is_said():
 
 def test_a_robots_own_mission_hides_the_common_one_of_its_name():
     own = Mission("Deliver kits", "own", id=13, robot_id=2)
-    given = facts(missions=(CHARGE, DELIVER, own))
-    assert [option.key for option in missions_view.mission_options(given, SISU)] == [11, 13]
-    assert [option.key for option in missions_view.mission_options(given, AINO)] == [11, 10]
-    assert {option.icon for option in missions_view.mission_options(given, AINO)} <= {"star", "star-outline"}
+    state = facts(missions=(CHARGE, DELIVER, own))
+    assert [option.key for option in missions_view.mission_options(state, SISU)] == [11, 13]
+    assert [option.key for option in missions_view.mission_options(state, AINO)] == [11, 10]
+    assert {option.icon for option in missions_view.mission_options(state, AINO)} <= {"star", "star-outline"}
 
 
 # ---------------------------------------------------------------------- idle automation
 def test_idle_panels_say_what_will_happen():
-    given = facts(robots=(replace(AINO, idle=IdleRule(11, 15)), SISU))
-    [aino, sisu] = missions_view.idle_panels(given)
+    state = facts(robots=(replace(AINO, idle=IdleRule(11, 15)), SISU))
+    [aino, sisu] = missions_view.idle_panels(state)
     assert (aino.active, aino.mission, aino.minutes, aino.note) == (
         True,
         "Charge",
@@ -373,18 +373,18 @@ def test_idle_panels_say_what_will_happen():
 
 # ---------------------------------------------------------------------- files
 def test_backups_are_offered_newest_first_with_their_time():
-    given = facts(
+    state = facts(
         backups=(
             Backup(Path("/d/daily-2026-11-20.db"), datetime(2026, 11, 20, 0, 0, tzinfo=UTC), 512_000),
             Backup(Path("/d/daily-2026-11-19.db"), datetime(2026, 11, 19, 0, 0, tzinfo=UTC), 400),
         )
     )
-    options = view.backup_options(given, NOW)
+    options = view.backup_options(state, NOW)
     assert [(option.text, option.note) for option in options] == [
         ("02:00", "daily-2026-11-20.db, 512 kB"),
         ("Thu 19 Nov 02:00", "daily-2026-11-19.db, 1 kB"),
     ]
-    assert view.backups_phrase(given, NOW).startswith("2 backups, the newest of 02:00. Each gives access to the robots")
+    assert view.backups_phrase(state, NOW).startswith("2 backups, the newest of 02:00. Each gives access to the robots")
     assert view.backups_phrase(facts(), NOW) == "There is no backup yet"
 
 

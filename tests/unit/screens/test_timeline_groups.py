@@ -220,8 +220,8 @@ def test_what_wants_a_robot_or_a_place_with_too_many_others_is_hatched_and_its_c
     for key in hatched:
         assert list(found[key].overlaps) == [(bar.start, bar.end) for bar in found[key].bars]
     run = FIXED if conflict is BEHIND else FOUND
-    told = [line for line in bar_card.start_card(facts, run, NOW).text.split("\n") if line != HOW_TO_MOVE]
-    assert told[-1] == (words or "Usually 10 min")
+    lines = [line for line in bar_card.start_card(facts, run, NOW).text.split("\n") if line != HOW_TO_MOVE]
+    assert lines[-1] == (words or "Usually 10 min")
     assert (("overlap", "Overlap or conflict") in timeline(facts, NOW).legend) == bool(hatched)
 
 

@@ -223,11 +223,11 @@ class Follower:
 @pytest.mark.long
 def test_what_only_a_second_scan_finds_is_not_frozen(window: Window) -> None:
     all_of_them: dict[int, Follower] = {}
-    gone = [Ring() for _n in range(MUCH)]
-    for ring in gone:
+    discarded = [Ring() for _n in range(MUCH)]
+    for ring in discarded:
         Follower(ring, all_of_them)
     assert Follower.alive == MUCH
-    del gone, ring
+    del discarded, ring
     window.garbage.much_has_gone()
     assert (Ring.alive, Follower.alive, len(all_of_them)) == (0, 0, 0)
 
