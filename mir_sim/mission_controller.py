@@ -24,7 +24,7 @@ Event = tuple[float, Callable[[], object]]
 
 
 class MissionRobot(Robot, Protocol):
-    """What the mission controller needs of its robot, besides what its steps ask of it."""
+    """What the mission controller needs of its robot, in addition to what its steps need."""
 
     software: str
     rng: random.Random

@@ -206,7 +206,7 @@ def _reboots(value: Any, name: str) -> Reboots:
 
 
 WHOLE = "A profile"
-REPORT = "report"  # key for what a client that wrote the file has found besides; anything
+REPORT = "report"  # key for other findings of the client that wrote the file; anything
 KEYS: dict[str, Callable[[Any, str], Any]] = {
     "about": _any_text,
     "software": lambda value, name: checks.one_of(value, name, definition.SOFTWARE),

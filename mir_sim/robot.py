@@ -303,7 +303,7 @@ class SimulatedRobot:
         self._settle()
 
     def clear_errors(self) -> None:
-        """Clear the errors whose cause is gone. After the last one the robot is in Pause."""
+        """Clear the errors whose cause has ended. After the last one the robot is in Pause."""
         if self.errors:
             self.errors = [error for error in self.errors if error in self.error_causes]
             self.paused = self.paused or not self.errors

@@ -96,7 +96,7 @@ class RobotServer:
         except Exception:
             logging.getLogger("mir_sim").exception("%s %s could not be answered", request.method, request.path)
             result = Exchange(Fate.ANSWERED, refuse(self.robot, ApiError(500)))
-        if not self.robot.online:  # it has just gone offline, before the next check
+        if not self.robot.online:  # it went offline since the last check
             result = Exchange(Fate.REFUSED)
         if result.seconds:
             await asyncio.sleep(result.seconds)

@@ -1,4 +1,4 @@
-"""The actions of a mission in execution: how long each takes, what the robot shows meanwhile, and the effect."""
+"""The actions of a mission in execution: how long each takes, what the robot shows while it runs, and its effect."""
 
 from __future__ import annotations
 

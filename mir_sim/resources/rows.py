@@ -104,7 +104,7 @@ def shown(robot: SimulatedRobot, table: str, row: Row, fields: Mapping[str, defi
 
 
 def full(robot: SimulatedRobot, table: str, row: Row) -> dict[str, Any]:
-    """One row as GET shows it: the fields of the definition, and those that were recorded besides."""
+    """One row as GET shows it: the fields of the definition, and further recorded ones."""
     fields_shown = shown(robot, table, row, properties(robot.software, table))
     template = item_template(robot.software, table) or table
     built_in = row.get("guid") in missions.BUILT_IN

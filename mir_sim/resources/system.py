@@ -64,7 +64,7 @@ def system_status(call: Call) -> dict[str, Any]:
 
 
 def distances(call: Call) -> list[dict[str, Any]]:
-    """Metres driven by the end of each of the last days and by now. Clients read a list; the definition has one object."""
+    """Metres driven by the end of each of the last days and until now. Clients read a list; the definition has one object."""
     robot, metres = call.robot, call.robot.controller.odometer
     today = robot.clock.local(robot.now).replace(microsecond=0)
     began = robot.clock.local(0.0).replace(hour=0, minute=0, second=0, microsecond=0)

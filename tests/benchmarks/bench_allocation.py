@@ -1,4 +1,4 @@
-"""How starts that any of several robots may take come out under the app's own decision, beside other rules, on invented days.
+"""How starts that any of several robots may take come out under the app's own decision and under other rules, on invented days.
 
     uv run python -m tests.benchmarks.bench_allocation [--days 16] [--robots 5] [--fixed 0.0]
     uv run python -m tests.benchmarks.bench_allocation --optimum [--days 40]

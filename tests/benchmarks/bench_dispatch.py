@@ -1,4 +1,4 @@
-"""How late do missions arrive at healthy robots, while others are dead? The app beside APScheduler 3.x, ``schedule`` and the thesis's loop.
+"""How late do missions arrive at healthy robots, while others are dead? The app, APScheduler 3.x, ``schedule`` and the thesis's loop.
 
 Run by hand (about 20 minutes; nothing else on the machine):
 

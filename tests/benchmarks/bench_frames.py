@@ -4,7 +4,7 @@
 
 Of each frame, in ms from the touch or clock that begins it to the flip: CPU time of the main thread, and wall time, in which it also
 waited for other threads and processes. Not the flip, in which a graphics card (here a software renderer) does its part; of the CPU time
-that went into drawing before it, the same is told by itself; with KIVY_GL_BACKEND=mock nothing is rasterised and all of it is the app's. A
+that went into drawing before it, the same apart; with KIVY_GL_BACKEND=mock nothing is rasterised and all is the app's. A
 tablet draws 60 frames a second while nothing takes longer than 16 ms.
 Before the first and after the last line stands what a turn of an empty loop takes, by which machines and hours can be compared.
 """

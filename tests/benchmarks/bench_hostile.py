@@ -53,7 +53,7 @@ def hostile() -> tuple[subprocess.Popen[str], dict[str, str]]:
 
 
 def files(directory: Path) -> list[Path]:
-    """A calendar of some lines that stands for all days, and configurations that are long, deep, and of nobody."""
+    """A calendar of some lines that stands for all days, and configurations that are long, deep, or about nothing known."""
     months = ",".join(map(str, range(1, 13)))
     rule = f"BEGIN:VEVENT\r\nDTSTART;VALUE=DATE:20260101\r\nRRULE:FREQ=YEARLY;BYMONTH={months};BYDAY=MO,TU,WE,TH,FR,SA,SU\r\nEND:VEVENT\r\n"
     schedule = {"robot": "R0", "mission": "Deliver", "start": "2030-01-01T06:00"}

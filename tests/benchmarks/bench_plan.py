@@ -4,7 +4,7 @@
     uv run python -m tests.benchmarks.bench_plan --week     # no window: 200 schedules of a week, without groups and with them
 
 Dragging, scrolling, and new bars in the place of the old as they come after a drag: what the main thread does per frame (see
-bench_frames). At 24 hours and more bars are too thin to be told apart and become blocks. Preview: wall time of one answer, off the main
+bench_frames). At 24 hours and more bars are too thin to distinguish and become blocks. Preview: wall time of one answer, off the main
 thread. Reading: the whole screen's facts and bars.
 """
 
@@ -92,7 +92,7 @@ def drag(frames: Frames, lanes: Any, name: str) -> None:
         if frame % 30 == 0:
             chart.lanes = list(chart.lanes[::-1])
 
-    report(f"read anew twice a second, {name}", frames.run(3.0, renew))
+    report(f"read twice a second, {name}", frames.run(3.0, renew))
     window.remove_widget(chart)
     page = CalmScroll(size_hint=(None, None), size=window.size)
     page.add_widget(chart)

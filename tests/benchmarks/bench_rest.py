@@ -1,4 +1,4 @@
-"""What the window costs while nobody touches it and nothing happens: the real loop on the demo's history, three robots at rest that answer.
+"""What the window costs while it is not touched and nothing happens: the real loop on the demo's history, three robots at rest that answer.
 
     uv run python -m tests.benchmarks.bench_rest [--seconds 60]
 

@@ -1,4 +1,4 @@
-"""Robots that answer as nobody should, each fate on a port of its own: at every path, or at one path behind a good status.
+"""Robots that answer wrongly, each kind on its own port: at every path, or at one path behind a good status.
 
 Started by ``bench_hostile``: ``python -m tests.benchmarks.hostile_robots`` prints a line ``address fate`` for each, then ``ready``, and
 runs until it is terminated. Those at https are robots that are known by ``CERTIFICATE``.

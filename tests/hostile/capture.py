@@ -1,4 +1,4 @@
-"""A machine on loopback that answers like a robot, as whoever it pretends to be, and notes every request with all of its headers."""
+"""A machine on loopback that answers as the robot it pretends to be and records every request with its headers."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Capture:
     serial: str | None = "A-1"
     status_is_open: bool = True
     breaks_at: str = ""
-    status: Mapping[str, Any] = field(default_factory=dict)  # what it says besides, or otherwise
+    status: Mapping[str, Any] = field(default_factory=dict)  # fields of the status that are added or replaced
     says_close: bool = False
     seen: list[Seen] = field(default_factory=list)
     sockets: list[socket.socket] = field(default_factory=list)

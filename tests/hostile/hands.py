@@ -36,7 +36,7 @@ def stored(tablet: Container) -> Robot:
 
 
 def poll(tablet: Container, rounds: int = 2) -> None:
-    """As the robot's worker does it, beginning anew."""
+    """As the robot's worker does after a restart."""
     worker = tablet.make_worker(stored(tablet))
     for _ in range(rounds):
         worker.handle(messages.Poll())

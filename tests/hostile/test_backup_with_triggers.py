@@ -1,4 +1,4 @@
-"""Backups that hold more than data: triggers, views, tables and indexes that nobody made here."""
+"""Backups that hold more than data: triggers, views, tables and indexes that the app did not make."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_another_schema_is_not_restored(backup, tmp_path, script):
 
 
 def test_what_was_checked_is_what_is_installed(backup, tmp_path, monkeypatch):
-    """A medium that gives something else when it is read again, or somebody who changes the file meanwhile."""
+    """A medium that reads differently the second time, or a file that is changed between the reads."""
 
     def copied_late(source: Path, target: Path) -> None:
         spoil(source, HOSTILE["a trigger that changes addresses"])

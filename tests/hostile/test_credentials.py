@@ -72,7 +72,7 @@ def test_a_changed_robot_needs_its_password_before_anything_is_sent(
         tablet.operator.fetch_missions(robot.id)
     assert machine.credentials == thief.credentials == []
     tablet.catalogue.save_robot(replace(stored(tablet), address=robot.address, username=USER, certificate_sha256=None))
-    assert_needs_password(tablet)  # the token is gone, not kept for later
+    assert_needs_password(tablet)  # the token was deleted, not kept for later
 
 
 @pytest.mark.parametrize("key", ["host", "port", "scheme", "user", "pin"])

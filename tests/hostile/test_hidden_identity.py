@@ -58,7 +58,7 @@ def test_a_wrong_password_shows_there_too(tablet: Container, listen: Listen) -> 
 
 
 @hiding
-@pytest.mark.parametrize("password", [None, PASSWORD], ids=["stored", "entered anew"])
+@pytest.mark.parametrize("password", [None, PASSWORD], ids=["stored", "entered again"])
 def test_credentials_go_to_a_machine_that_hides_the_serial_number_only_after_somebody_agreed(
     tablet: Container, listen: Listen, hides: dict[str, Any], password: str | None
 ) -> None:

@@ -1,4 +1,4 @@
-"""An import while somebody else changes the plan: made anew where it has to be, refused when that never ends, never a long transaction."""
+"""An import while the plan changes: repeated where necessary, refused when that never ends, never a long transaction."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Configurations that are large, endless or made to take long: the scheduler and whoever else writes go on meanwhile."""
+"""Configurations that are large, endless or made to take long: the scheduler and other writers continue."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from app.services.catalogue.configuration.document import LARGEST_FILE
 from tests.support.process import PATIENCE, run, running
 from tests.support.site import Site
 
-OFTEN = 8  # times that somebody else gets on meanwhile; once or twice where an import holds them up
+OFTEN = 8  # writes by others during the import; once or twice where an import delays them
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""A file with a robot whose name looks like another's: whoever enters its password believes to know the machine that gets it."""
+"""A file with a robot whose name looks like another's: who enters its password thinks it goes to the known machine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A file that changes a robot's address takes its password away: production stops, so everybody is told, and nobody is asked for ever."""
+"""A file that changes a robot's address takes its password away: production stops, an alarm says so, and the question ends."""
 
 from __future__ import annotations
 

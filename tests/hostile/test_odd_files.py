@@ -1,4 +1,4 @@
-"""A stick or a folder with odd things in it: what can be chosen is offered all the same, and nobody waits for it."""
+"""A stick or a folder with odd things in it: what can be chosen is offered, and reading it delays no one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Databases with one value that nobody could have entered: each once ended all scheduling, or every start, without a word of it."""
+"""Databases with one impossible value: each once ended all scheduling, or every start, without a message."""
 
 from __future__ import annotations
 

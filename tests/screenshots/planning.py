@@ -73,7 +73,7 @@ class Stand:
         frame = framed(name, self.container)
         frame.add_widget(self.screen)
         studio.show(frame)
-        if name == "scheduler":  # nobody answers at the robots' addresses
+        if name == "scheduler":  # there are no robots at these addresses
             self.container.robot_missions.learn_names = lambda _robot_id: False
             self.container.robot_missions.parameters = lambda _robot_id, _guid: ()
         for close in (self.container.close, self.background.close, self.screen.hidden):  # the last one first
@@ -142,7 +142,7 @@ def typed(studio: Any) -> Any:
 
 
 def crowd(hours: float) -> Callable[[Any], Any]:
-    """Every 5 minutes on working days, beside what overlaps with it, seen at so many hours."""
+    """Every 5 minutes on working days, together with what overlaps with it, at so many hours."""
 
     def build(studio: Any) -> Any:
         def ahead(container: Container) -> None:
@@ -274,7 +274,7 @@ def parameters(studio: Any) -> Any:
 
 @picture("scheduler-position", sizes=EVERY_SIZE)
 def position(studio: Any) -> Any:
-    """Beside the list of days, where its field is below the fold."""
+    """Next to the list of days, where its field is below the fold."""
     stand = Stand(studio, "scheduler")
     stand.vm.choose_mode("days")
     stand.vm.form.set(mission_id=stand.mission("Deliver kits to line 2"), day=date(2026, 11, 23), at=time(6, 30))

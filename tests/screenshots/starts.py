@@ -41,7 +41,7 @@ def same_time(studio: Any) -> Any:
 
 @picture("scheduler-over", sizes=(*BOTH, SMALL, LARGE_TEXT))
 def over(studio: Any) -> Any:
-    """The list of schedules at its end, and beside it the next day at 6 h."""
+    """The list of schedules at its end, and next to it the next day at 6 h."""
     stand = Stand(studio, "scheduler", prepare=alike)
     stand.vm.zoom(False)
     stand.vm.zoom(False)

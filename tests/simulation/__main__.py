@@ -54,7 +54,7 @@ def main() -> int:
     parser.add_argument("--seeds", default="1", help="one number, or first-last")
     parser.add_argument("--calm", action="store_true", help="hours in which less happens")
     parser.add_argument(
-        "--groups", action="store_true", help="starts for any of three to five robots beside those for one"
+        "--groups", action="store_true", help="starts for any of three to five robots in addition to those for one"
     )
     parser.add_argument(
         "--deviants", action="store_true", help="some robots differ from the faithful one, checked up or not"

@@ -54,7 +54,7 @@ class Decisions(Protocol):
         """What this request to a robot meets: "fine", "refused", "lost", "answer_lost", or "late …" with its seconds."""
 
     def point(self, where: str) -> str:
-        """What happens here besides: "", "crash …" with the seconds off, "restart", or an operator's act."""
+        """What else happens here: "", "crash …" with the seconds off, "restart", or an operator's act."""
 
 
 @dataclass
@@ -146,7 +146,7 @@ class ChoiceSite(Site):
             self._act(what)
 
     def _act(self, what: str) -> None:
-        """As another thread would: neither the engine's round nor the worker's step under way knows of it, nor goes on meanwhile."""
+        """As another thread would: the engine's round and the worker's current step do not know of it and do not continue during it."""
         engine: Any = self.engine
         acting, self._acting = self._acting, None
         inserting, engine._inserting = engine._inserting, None
@@ -304,7 +304,7 @@ class ChoiceSite(Site):
         )
 
     def memory(self, grain: float) -> object:
-        """What the app remembers besides."""
+        """What else the app remembers."""
         mono, wall = self.clock.monotonic(), self.clock.now()
         inboxes = [(key, [type(message).__name__ for message in inbox]) for key, inbox in self._inboxes.items()]
         due = [(key, rounded(at - mono, grain)) for key, at in self._due.items()]
@@ -360,7 +360,7 @@ class ChoiceSite(Site):
         if len(items) > 1 and not was_beyond:
             yield f"{len(items)} items ({shown}): {describe(row)}"
         if len(done) > 1 and was_beyond and not self._has_alarm(row):
-            yield f"ran twice and nobody was told: {describe(row)}"
+            yield f"ran twice without an alarm: {describe(row)}"
         if (row.state is State.COMPLETED) != bool(done) and not (was_beyond and self._has_alarm(row)):
             yield f"the robot says {shown or 'nothing'}: {describe(row)}"
         if row.state is State.COMPLETED and (row.robot, row.queue_id) not in done:
@@ -388,7 +388,7 @@ class ChoiceSite(Site):
 
 
 class Crash(BaseException):
-    """The app is gone, for as many seconds as the text ends with. Not an Exception, so that nothing in the app can catch it."""
+    """The app is off for as many seconds as the text ends with. Not an Exception, so that nothing in the app can catch it."""
 
 
 class Restart(BaseException):

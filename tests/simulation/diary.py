@@ -119,7 +119,7 @@ class Diary:
         self.uncertain: set[str] = set()  # tokens whose cancellation may or may not have been noted
         self.by_person: set[str] = set()  # tokens that a person cancelled or kept back, or was about to
         self.restores: list[Restore] = []
-        self.lost_items: dict[str, list[QueueItem]] = defaultdict(list)  # by machine: of queues that began anew
+        self.lost_items: dict[str, list[QueueItem]] = defaultdict(list)  # by machine: of queues that were reset
         self.started_at: float = 0.0  # the app's last start
         self._tokens: dict[str, Key] = {}
         self._made: set[tuple[int, datetime]] = set()  # schedules and hours of which all tokens are known

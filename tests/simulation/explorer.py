@@ -120,7 +120,7 @@ class Explorer:
                 with os.fdopen(self._report, "wb") as pipe:
                     pickle.dump((self.found, self._new), pipe)
             finally:
-                os._exit(0)  # whatever happens: nobody else's work is done by a copy
+                os._exit(0)  # a copy of the process must not do the work of the original
         self.found.seconds = _processor_time() - self._began
         return self.found
 
@@ -238,7 +238,7 @@ def _digest(what: object) -> bytes:
 
 
 class Replay:
-    """The decisions of one trace, each step told."""
+    """The decisions of one trace, with a line for each step."""
 
     def __init__(self, trace: str) -> None:
         self._chosen = {

@@ -1,4 +1,4 @@
-"""What people do besides where robots form a group: who is in it, starts for any of them, and what they do about one by hand."""
+"""What people do in addition where robots form a group: who is in it, starts for any of them, and what they do about one by hand."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class GroupPerson(Person):
         self._doubt_groups_without_robots()
 
     def _decide(self, act: Callable[[], Any], note: Callable[[Wishes], Any]) -> Any:
-        """And how the groups are by now, as Settings shows it."""
+        """Also what the groups are now, as Settings shows them."""
 
         def note_all(wishes: Wishes) -> None:
             note(wishes)

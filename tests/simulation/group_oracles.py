@@ -30,7 +30,7 @@ UNKNOWN = 340.0  # the same while the duration is not known, and taken for five 
 GIVEN_WITH = 0.5  # s after another one a start may be sent that was given to its own robot in the same moment
 BINDING = 4.0  # s that a start may have waited unseen when another one was bound
 SLOWEST = 20.0  # s before a submission an answer may have been made that its choice rests on
-OFF_BY = 3.0  # m that a robot may be nearer or farther than was told
+OFF_BY = 3.0  # m that a robot may be nearer or farther than stated
 STATIONS = {station.guid: station for station in ALL_STATIONS}
 KNOWN = (Fate.FINE, Fate.SLOW, Fate.REFUSED, Fate.NOT_FOUND)
 WORKS = (StateId.READY, StateId.EXECUTING, StateId.ABORTED, StateId.COMPLETED, StateId.DOCKED, StateId.DOCKING)
@@ -69,7 +69,7 @@ class GroupJudge:
         return plan.group_id if plan else None
 
     def _is_judged(self, token: str) -> bool:
-        """Nobody made it uncertain, and no request of it arrives later than promised."""
+        """Its outcome is certain, and no request of it arrives later than promised."""
         late = any(
             post.lands_at is not None and post.lands_at - post.at > self.world.nature.quiet_s
             for post in self._posts.get(token, ())

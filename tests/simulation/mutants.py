@@ -406,7 +406,7 @@ MUTANTS = (
         seed=2,
     ),
     Mutant(
-        "nobody is followed",
+        "no robot is followed",
         f"{TRACKING}.follow",
         "for row, queue_id in accepted:",
         "for row, queue_id in accepted[:0]:",
@@ -415,7 +415,7 @@ MUTANTS = (
         seed=2,
     ),
     Mutant(
-        "only what ran is planned anew",
+        "only what ran is planned again",
         f"{SCHEDULES}.planned_beyond",
         'WHERE planned_through > ? OR changed_at > ?", to_text(now), ',
         'WHERE planned_through > ?", ',
@@ -457,7 +457,7 @@ MUTANTS = (
         PEOPLE,
     ),
     Mutant(
-        "the hold of all robots is nobody's",
+        "the hold of all robots holds none",
         f"{HOLDS}.active",
         "hold.robot_id in (None, robot_id)",
         "hold.robot_id == robot_id",
@@ -520,7 +520,7 @@ MUTANTS = (
         seed=2,
     ),
     Mutant(
-        "what is edited while it is in doubt is sent as it was",
+        "what is edited while it is in doubt is sent unchanged",
         "services.executions.apply:apply_in",
         "for check in rule.checks:",
         "for check in [each for each in rule.checks if each is not is_wanted]:",
@@ -599,7 +599,7 @@ MUTANTS = (
         hours=19.0,
     ),
     Mutant(
-        "an idle mission that comes after it was overtaken is nobody's",
+        "an idle mission that arrives after it was overtaken belongs to no row",
         "services.executions.apply:apply_in",
         "for effect in rule.effects:",
         "for effect in [each for each in rule.effects if each is not note_ran_idle]:",
@@ -609,7 +609,7 @@ MUTANTS = (
         hours=63.0,
     ),
     Mutant(
-        "tokens that nobody can foresee",
+        "tokens that are not predictable",
         f"{RULES}:token_of",
         "digest & ~(0xF000 << 64)",
         "(digest + 1) & ~(0xF000 << 64)",

@@ -53,7 +53,7 @@ class Judge:
         self._taken: dict[
             int, tuple[Iterable[QueueItem], int]
         ] = {}  # lists of items by identity, and how many of each are in these
-        self._known: set[int] = set()  # items, by identity: of a queue that began anew, most were taken before
+        self._known: set[int] = set()  # items, by identity: most items of a queue that was reset were taken before
         self._late: set[str] = set()  # tokens of requests that may arrive yet
         self._idle: set[str] = set()  # tokens
         self._back_at, self._away_since = -1e9, -1e9  # after the last absence
@@ -322,7 +322,7 @@ class Judge:
             return self.groups.chance(plan, key, due, due + 60.0 * minutes) if now > due + 60.0 * minutes else None
         robot = self.diary.names[
             self.diary.between(due, end)[-1].plans[key[0]].robot_id or 0
-        ]  # it may be another one's by now
+        ]  # another start may have it now
         shown = [
             at
             for at in self._times_shown(key[1])

@@ -130,7 +130,7 @@ class Profile:
         return Profile(**{**vars(self), **chosen, **values})  # type: ignore[arg-type]
 
     def with_groups(self) -> Profile:
-        """The same world with starts for any of three to five robots beside those for one."""
+        """The same world with starts for any of three to five robots in addition to those for one."""
         return replace(self, groups=True, acts={**self.acts, **(GROUP_ACTS if self.acts else {})})
 
 

@@ -1,7 +1,7 @@
 """Real threads, processes and sockets under stress: ``python -m tests.simulation.stress --minutes 60 [--seed 1]``.
 
 The app is a process (``tests.simulation.stress_tablet`` with operators that act at random, now and then ``main.py --headless`` with an
-import beside it), which is killed and started again at random moments while simulated robots answer slowly, lose requests and answers, and
+import at the same time), which is killed and started again at random while simulated robots answer slowly, lose requests and answers, and
 boot. At the end everything has to come to rest, and the robots' own histories are compared with the operators' diary and the app's ledger.
 """
 
@@ -200,7 +200,7 @@ class Stress:
         self.result.kills += 1
 
     def _live_headless(self, life: int, fleet: mir_sim.Fleet, for_seconds: float) -> None:
-        """The app itself, with an import beside it, which it may take over just as it dies."""
+        """The app itself, with an import at the same time, which it may take over just as it dies."""
         schedules = [
             once_now(self._rng.choice(fleet.robots).name, MISSION, f"import-{life}-{number}") for number in range(5)
         ]
@@ -268,7 +268,7 @@ class Stress:
         problems += [
             f"{len(copies)} items with one token: {token}" for token, copies in items.items() if len(copies) > 1
         ]
-        problems += [f"an item of nobody: {token}" for token in items.keys() - {row["token"] for row in rows}]
+        problems += [f"an item without a row: {token}" for token in items.keys() - {row["token"] for row in rows}]
         problems += list(_about_rows(rows, items))
         problems += list(_not_run(events, rows, items))
         problems += list(_sent_though_taken_back(events, rows, items, first_seen))
@@ -284,7 +284,7 @@ def _about_rows(rows: list[sqlite3.Row], items: dict[str, list[tuple[str, Any]]]
 def _not_run(
     events: list[dict[str, Any]], rows: list[sqlite3.Row], items: dict[str, list[tuple[str, Any]]]
 ) -> Iterator[str]:
-    """What was certainly added, and what nobody even began to take back, has been on its robot."""
+    """What was certainly added, and what was never even partly withdrawn, has been on its robot."""
     by_name = {row["schedule"]: row for row in rows if row["schedule"]}
     by_token = {row["token"]: row for row in rows}
     touched = {event["about"] for event in events if event["act"] in TAKES_BACK}

@@ -1,7 +1,7 @@
 """A tablet under stress, as a process: the real services with all their threads and sockets, and operators that act at random.
 
 ``python -m tests.simulation.stress_tablet DATA_DIR DIARY SEED OPERATORS``: with no operators it only works off what is planned. Each act is
-written to the diary before it begins and when it is over, so that whoever kills this process knows what was certainly done.
+written to the diary before it begins and when it is over, so that the process that kills this one knows what was certainly done.
 """
 
 from __future__ import annotations

@@ -76,9 +76,9 @@ def test_an_unexpected_item_of_an_earlier_run_is_found(monkeypatch):
 
 @pytest.mark.long
 def test_an_unexpected_second_copy_is_found(monkeypatch):
-    """Of a request that lands after the quiet time nobody is told."""
+    """No alarm is raised for a request that arrives after the quiet time."""
     monkeypatch.setattr(Duplicates, "remove_duplicates", lambda self, open_items: None)
-    assert is_found("nobody was told")
+    assert is_found("without an alarm")
 
 
 @pytest.mark.long

@@ -173,16 +173,16 @@ class Weather:
             self.world.site.at(self.rng.uniform(2000, 6000), cure)
 
     def queue_is_reset(self) -> None:
-        """The robot's database is set up anew: its queue and its history are gone."""
+        """The robot's database is reset: its queue and its history are lost."""
         name = self._name()
         machine = self._machine(name)
         machine.cancel_all()
         machine.controller.finish_abort()
         self.diary.lost_items[name] += list(machine.queue)
         for item in machine.queue:
-            self.diary.excused[item.description] = "the queue began anew"
+            self.diary.excused[item.description] = "the queue was reset"
         for post in self.world.site.network.posts(name)[-10:]:
-            self.diary.excused[post.token] = "the queue began anew"
+            self.diary.excused[post.token] = "the queue was reset"
         machine.queue = MissionQueue()
         self.diary.begin("queue", name, self.world.site.seconds() - 15000.0, 15300.0)
 

@@ -47,7 +47,7 @@ FAULT_LASTS = 12.0  # s from a request that met one until the robot counts as we
 
 
 def stops_of(mission: Mission) -> list[Stop]:
-    """As a robot that was asked would have told them."""
+    """As a robot would list them."""
     guids = [action.parameters.get("position") or action.parameters.get("marker") for action in mission.actions]
     there = [station for guid in guids for station in STATIONS if station.guid == guid]
     return [Stop(station.guid, station.name, Spot(MAP_GUID, station.pose.x, station.pose.y)) for station in there]
@@ -120,7 +120,7 @@ class World:
             self.site.at(CHECKED_UP_EVERY, self._check_up)
 
     def _check_up(self) -> None:
-        """Robots that are checked up, and have answered; again those whose check-up is gone, as after a restore."""
+        """Robots that are checked up, and have answered; again those whose check-up was lost, as after a restore."""
         self.site.at(CHECKED_UP_EVERY, self._check_up)
         if not self.is_on:
             return

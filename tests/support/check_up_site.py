@@ -1,4 +1,4 @@
-"""A simulated robot with the app that knows it, on a virtual clock: for check-ups, and what is to be as it was after them."""
+"""A simulated robot with the app that knows it, on a virtual clock: for check-ups, and what must be unchanged after them."""
 
 from __future__ import annotations
 

@@ -154,4 +154,4 @@ def _compare(data_dir: Path, fleet: mir_sim.Fleet, names: Sequence[str], verdict
                 f"{row['schedule']}: {row['state']} {row['reason_code']}, on the robot {item and item['state']}"
             )
     verdict.lost = [name for name in names if of_schedule[name] != 1 or name not in good]
-    verdict.strange += [f"item of nobody: {token}" for token in copies.keys() - {row["token"] for row in rows}]
+    verdict.strange += [f"item without a row: {token}" for token in copies.keys() - {row["token"] for row in rows}]

@@ -238,7 +238,7 @@ def _ran(row: Execution, state: State, took: float, rng: random.Random, reason: 
 
 
 def _extra_rounds(robot: Robot, now: datetime) -> Iterator[Execution]:
-    """What Aino was asked for beside her plan, so that her usual durations are known."""
+    """What Aino ran in addition to her plan, so that her usual durations are known."""
     rng = random.Random(8)
     for day in list(_days(now))[-6:-1]:
         for mission, start, seconds in EXTRA_ROUNDS:

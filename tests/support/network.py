@@ -151,7 +151,7 @@ class Network:
         return planned
 
     def time_out(self, seconds: float) -> None:
-        """The app waits in vain for an answer."""
+        """The app waits and gets no answer."""
         assert self.site is not None
         if self.others_wait:
             self.site.clock.advance(seconds)

@@ -40,7 +40,7 @@ class Raised:
 
 
 def issues_of(facts: HomeFacts) -> OpenIssues:
-    """With those of its robots that nobody has acknowledged, and its holds."""
+    """With the unacknowledged alarms of its robots and with its holds."""
     raised, changes, robots = Raised(facts), Changes(), {robot.id: robot for robot in facts.robots}
     snapshots = Snapshots(changes)
     Prompts(snapshots, raised, changes, robots.get)

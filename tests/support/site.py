@@ -111,7 +111,7 @@ class Site:
         return self.container.engine
 
     def switch_off(self, *, cleanly: bool = True) -> None:
-        """Stop the app; not cleanly is a power cut: whatever was not committed is gone."""
+        """Stop the app; not cleanly is a power cut: what was not committed is lost."""
         if cleanly:
             self.engine.stop()
             for key in list(self._workers):
@@ -279,7 +279,7 @@ class Site:
             self.run(seconds)
             return
         acting, worker = self._acting, self._acting_worker
-        self._acting = None  # what others do meanwhile its worker is told
+        self._acting = None  # its worker is notified of what others do
         self._blocked.add(worker)
         try:
             self.run(seconds)

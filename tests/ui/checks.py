@@ -103,7 +103,7 @@ def problems(root: Widget) -> list[str]:
 
 # ---------------------------------------------------------------------- touches
 def swallowed_touches(root: Widget) -> Iterator[str]:
-    """Widgets that nobody sees and that keep a touch all the same: transparent, without a size, or beside what holds them.
+    """Invisible widgets that keep a touch: transparent, without a size, or outside what holds them.
 
     A layout hands touches to what it holds wherever that lies, and a disabled widget keeps those on it (Widget.on_touch_down); only scroll
     views and screens look whether a touch is theirs. So every hidden part is touched wherever it has something that could take a touch.
@@ -234,7 +234,7 @@ def _box_problems(box: BoxLayout) -> Iterator[str]:
 
 
 def _level_problems(box: Widget) -> Iterator[str]:
-    """Fields beside each other whose labels are not: one has more lines below it."""
+    """Fields in one row whose labels are not: one has more lines below it."""
     fields = [child for child in box.children if isinstance(child, FieldBase)]
     for a, b in combinations(fields, 2):
         if min(a.top, b.top) - max(a.y, b.y) > SLACK and abs(a.top - b.top) > SLACK:

@@ -153,7 +153,7 @@ def container(tmp_path) -> Iterator[Container]:
 
 @pytest.fixture(scope="module")
 def shared_container(tmp_path_factory) -> Iterator[Container]:
-    """The same for all tests of a module, which leave it as it was."""
+    """One for all tests of a module, which leave it unchanged."""
     container = month.plant(tmp_path_factory.mktemp("data"))
     yield container
     container.close()
@@ -181,7 +181,7 @@ def app_of_site(site, ui, first_screen) -> Iterator[SchedulerApp]:
 
 @pytest.fixture(scope="module")
 def silent_robots() -> Iterator[None]:
-    """Nobody answers at the robots' addresses, and nobody asks there which missions they have."""
+    """There are no robots at these addresses, and none is asked for its missions."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(RobotMissions, "learn_names", lambda _self, _robot_id: False)
         patch.setattr(RobotMissions, "parameters", lambda _self, _robot_id, _guid: ())

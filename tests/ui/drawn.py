@@ -1,4 +1,4 @@
-"""What the tests of widgets share: who was told of what, fingers on a chart, and what is drawn there."""
+"""What the tests of widgets share: recorded events, fingers on a chart, and what is drawn there."""
 
 from __future__ import annotations
 

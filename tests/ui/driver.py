@@ -53,7 +53,7 @@ class Driver:
 
     # ------------------------------------------------------------------ time
     def advance(self, seconds: float = 0.0) -> None:
-        """Run the frames of ``seconds``, at least three, so that layouts settle. Only the last is drawn: nobody sees the others, and in
+        """Run the frames of ``seconds``, at least three, so that layouts settle. Only the last is drawn: in
         software each costs as much as all the rest of a frame."""
         frames = max(3, round(seconds / FRAME))
         window = EventLoop.window
@@ -68,7 +68,7 @@ class Driver:
         EventLoop.idle()
 
     def skip(self, seconds: float) -> None:
-        """Let so much time pass at once: what was to happen meanwhile happens now."""
+        """Let so much time pass at once: everything due in it happens now."""
         self._time.now += seconds
         self.advance()
 

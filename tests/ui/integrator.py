@@ -73,7 +73,7 @@ def forget_all(site: Plant, ui: Driver) -> None:
     history = site.container.repositories.executions
     site.container.db.write(lambda c: history.drop_oldest(c, history.surplus(c, 0)))
     assert (robots(site), missions(site), schedules(site), settings(site)) == ([], [], [], site.first_settings)
-    ui.wait(lambda: _is_calm(site))  # a worker may just have noted something about a robot that is gone now
+    ui.wait(lambda: _is_calm(site))  # a worker may just have noted something about a deleted robot
 
 
 def _forget_catalogue(site: Plant) -> None:

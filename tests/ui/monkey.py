@@ -4,7 +4,7 @@
 
 prints what the process has resident every ``WARM`` acts, with the same on screen each time, and ends with an error at the first
 exception, the first error in the log, or when memory has grown by more than ``MOST_GROWTH_MIB`` since act ``WARM``. The robots, which keep
-all they did, are in a process of their own. The same seed does the same, but for what robots answer meanwhile.
+all they did, are in a process of their own. The same seed does the same, except for what robots answer.
 """
 
 from __future__ import annotations
@@ -209,7 +209,7 @@ class Monkey:
 
     def rest(self) -> None:
         """The same on screen each time, whatever was done before, so that memory can be compared: settings, plan and history as they were
-        at first, all screens and sections built anew, and nothing open or under way on Home."""
+        at first, all screens and sections built again, and nothing open or under way on Home."""
         Window.size = SIZES[0]
         for robot in self._site.fleet.robots:
             robot.control(WELL)

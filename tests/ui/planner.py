@@ -205,7 +205,7 @@ def press_save(app, container, ui) -> None:
 
 @contextmanager
 def larger_controls(app, container, ui) -> Iterator[None]:
-    """The screen is built anew."""
+    """Build the screen again."""
 
     def switch(on: bool) -> None:
         old = app.plan

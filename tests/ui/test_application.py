@@ -62,7 +62,7 @@ def ask_for_cycles(site, ui, asked: list[bool]) -> None:
         ui.advance(10.1)
         assert len(asked) == 3 + 1 + 2  # a new interval begins with a cycle
     ui.advance(30)
-    assert len(asked) == 6  # closed: nobody asks any more
+    assert len(asked) == 6  # closed: nothing is asked any more
 
 
 # ---------------------------------------------------------------------- survival
@@ -177,7 +177,7 @@ def test_a_damaged_database_is_a_screen_with_a_restore_button(tmp_path, ui, by):
         ui.advance(0.2)
         (reported,) = (text for text in ui.texts() if text.startswith(f"The database {damage.path} is damaged ("))
         assert reported.endswith(f"), kept as {damage.kept_as}")
-        assert not [text for text in ui.texts() if "main.py" in text]  # whoever stands there has a button, and no shell
+        assert not [text for text in ui.texts() if "main.py" in text]  # the operator has a button and no shell
         assert "The database is damaged; nothing is scheduled" in ui.texts()
         if by == "finger":
             ui.tap(ui.find(CommandButton, text="Restore"))

@@ -79,7 +79,7 @@ def usual(ui, request) -> Iterator[Rig]:
 
 @pytest.mark.parametrize("minutes", [1, 20])
 def test_the_answers_are_seen_without_scrolling(ui, usual, minutes):
-    """Also when nobody has acknowledged that it asks."""
+    """Also when its alarm is not acknowledged."""
     home(
         usual,
         sample.with_aino(sample.ASKING),

@@ -116,8 +116,8 @@ def test_run_now_offers_groups_first_and_any_free_robot_comes(home, hall, ui):
     )
     row = (home.site.container.history.open() or home.site.container.history.last_finished(1))[0]
     assert (row.robot_group, row.priority, row.robot in ("Aino", "Veikko")) == ("Hall 1", 1, True)
-    told = f"Home is sent to {row.robot}. {row.robot}: free now", "Home is not sent yet. "  # on a slow machine
-    ui.wait(lambda: [bar for bar in ui.find_all(Snackbar) if bar.text.startswith(told)])
+    texts = f"Home is sent to {row.robot}. {row.robot}: free now", "Home is not sent yet. "  # on a slow machine
+    ui.wait(lambda: [bar for bar in ui.find_all(Snackbar) if bar.text.startswith(texts)])
 
 
 def test_of_many_groups_the_chosen_one_is_offered_and_the_list_of_all(home, hall, ui):
@@ -177,8 +177,8 @@ def test_a_robot_that_refuses_the_values_is_named_in_the_message_and_on_the_card
     ui.advance(0.3)
     ui.tap(ui.find(OptionRow, text="Veikko"))
     ui.wait(lambda: home.shell.snackbars.texts)
-    (told,) = home.shell.snackbars.texts
-    assert told.startswith("Collect empties is not sent yet. Veikko refused it: The robot has no such mission: ")
+    (message,) = home.shell.snackbars.texts
+    assert message.startswith("Collect empties is not sent yet. Veikko refused it: The robot has no such mission: ")
     ui.wait(
         lambda: (
             ui.find_all(WaitingRow)
@@ -315,7 +315,7 @@ def test_of_many_the_first_are_on_home_and_all_in_a_dialog(home, hall, ui):
 
 
 def test_a_start_that_a_silent_robot_may_have_is_run_on_another_by_a_person_only(home, hall, ui):
-    """Aino does not answer in time, then falls silent; nobody else gets it until a person has agreed that it may run twice."""
+    """Aino does not answer in time, then falls silent; no other robot gets it until a person has agreed that it may run twice."""
     aino, veikko = home.site.fleet.robots
     veikko.control({"emergency_stop": True})
     veikko.control({"emergency_stop": False})

@@ -269,7 +269,7 @@ def at(word: str, x: float, y: float, width: float) -> CommandButton:
 
 
 def test_the_nearest_below_has_the_ring_before_one_further_down_that_is_better_in_line(ui, keys):
-    """The bell, a banner's wide button, and More below it; a wide field, two beside each other, and a chip below the right one."""
+    """The bell, a banner's wide button, and More below it; a wide field, two in one row, and a chip below the right one."""
     page = FloatLayout()
     for button in (
         at("Bell", 500, 344, 48),

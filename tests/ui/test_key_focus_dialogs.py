@@ -236,7 +236,7 @@ def test_after_escape_the_round_goes_on_where_the_dialog_was_opened(ui, keys, by
     if by == "Enter" or "tabs" in does:
         assert keys.target.text == "Two"
     else:
-        assert keys.target is None  # whoever uses a finger sees no ring
+        assert keys.target is None  # with a finger no ring is shown
     ui.key(TAB)
     assert keys.target.text == "Three"
 

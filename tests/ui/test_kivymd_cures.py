@@ -190,7 +190,7 @@ def test_a_border_is_painted_over_its_fill():
     assert over((0, 0, 1, 0.5), RED) == (0.5, 0, 0.5, 1)
     assert over((0, 0, 1, 0), (1, 0, 0, 0.5)) == (1, 0, 0, 0.5)
     assert over((0, 0, 1, 0.5), (1, 0, 0, 0.5)) == pytest.approx((1 / 3, 0, 2 / 3, 0.75))
-    assert over((0, 0, 1, 0), (1, 0, 0, 0)) == (1, 0, 0, 0)  # what lies beside it is stretched into no other colour
+    assert over((0, 0, 1, 0), (1, 0, 0, 0)) == (1, 0, 0, 0)  # its neighbours do not bleed into another colour
 
 
 class Canned:
@@ -440,7 +440,7 @@ def test_expressions_still_have_a_copy_of_all_names():
 
 
 class Unwritten:
-    """A value that nobody should write out."""
+    """A value that must not be printed."""
 
     def __repr__(self) -> str:
         raise AssertionError("written out")

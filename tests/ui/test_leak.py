@@ -19,7 +19,7 @@ pytestmark = pytest.mark.long
 
 WARM = 36  # rounds: all there is has been built once
 ROUNDS = 60
-TURNS = 12  # each builds Home anew
+TURNS = 12  # each builds Home again
 PILED = 6  # Homes that may wait for a collection
 
 

@@ -1,4 +1,4 @@
-"""A message lies where nobody presses anything, whatever the screen and the window."""
+"""A message never covers what can be pressed, whatever the screen and the window."""
 
 from __future__ import annotations
 

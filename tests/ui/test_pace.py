@@ -1,4 +1,4 @@
-"""The loop turns less often while nobody uses the window and nothing moves, and as fast as before at the first sign of either."""
+"""The loop runs less often while the window is not used and nothing moves, and at full speed as soon as either begins."""
 
 from __future__ import annotations
 

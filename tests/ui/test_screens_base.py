@@ -265,7 +265,7 @@ def test_a_view_model_listens_and_ticks_only_while_shown(ui, bus):
 
 
 def test_a_screen_that_is_not_shown_reads_nothing(ui, background):
-    """A finger that moved something may be lifted after its screen has gone, and after the last work was taken."""
+    """A finger may be lifted after its screen was closed and after the last work was taken."""
     read: list[int] = []
     shell = SimpleNamespace(background=background, say_problem=pytest.fail)
     reader = Refresher(shell, lambda: lambda: len(read), read.append)

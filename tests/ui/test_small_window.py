@@ -222,7 +222,7 @@ def test_of_a_robot_that_somebody_has_to_go_to_all_that_is_needed_is_seen_at_onc
 @pytest.mark.long
 @pytest.mark.parametrize("status", [sample.READY, sample.CHARGING])
 def test_the_map_of_an_idle_robot_is_next_to_its_battery_below_a_banner(ui, status):
-    """Without one it is below, and the address is beside the battery."""
+    """Without one it is below, and the address is next to the battery."""
     facts = sample.with_aino(status, queue=())
     home(Rig(ui), facts)
     ui.advance(0.5)

@@ -1,4 +1,4 @@
-"""The timeline under fingers: what a tap hits, how it is dragged and zoomed, and that this draws nothing anew."""
+"""The timeline under fingers: what a tap hits, how it is dragged and zoomed, and that this redraws nothing."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_a_tap_on_a_bar_says_which(ui):
     lane = (150 - 28) / 2
     top = chart.top - 28
     ui.tap_at(left + width * 2.5 / 24, top - lane / 2)
-    ui.tap_at(left + width * 20.4 / 24, top - lane * 1.5)  # a fingertip beside a thin bar
+    ui.tap_at(left + width * 20.4 / 24, top - lane * 1.5)  # a fingertip next to a thin bar
     ui.tap_at(left + width * 12 / 24, top - lane / 2)  # nothing near
     assert calls == [("b",), ("c",)]
 
@@ -41,7 +41,7 @@ def test_bars_a_minute_apart_are_both_found_at_any_zoom(ui):
     bars = (Bar("a", 10, 10.1), Bar("b", 10.02, 10.1))
     chart = ui.show(Timeline(lanes=[Lane("Aino", bars=bars)], hours=168), (800, 100))
     calls = fired(chart, "on_bar")
-    ui.tap_at(chart.left_of(10) - 12, chart.top - 60)  # a fingertip beside them
+    ui.tap_at(chart.left_of(10) - 12, chart.top - 60)  # a fingertip next to them
     assert sorted(calls[0]) == ["a", "b"]
 
 
@@ -97,7 +97,7 @@ def test_a_dialog_that_opens_by_itself_takes_the_finger_off_the_timeline(ui, hou
 
 
 def test_a_finger_may_rest_next_to_a_bar_that_does_not_move(ui):
-    """Beside one that can be moved it lifts that."""
+    """Next to one that can be moved it lifts that."""
     chart = ui.show(
         Timeline(
             lanes=[Lane("Aino", bars=(Bar("ended", 2, 3, state="past"), Bar("planned", 10, 11, movable=True)))],

@@ -48,7 +48,7 @@ def test_a_bar_has_one_colour_at_every_width_and_in_the_legend(ui, stage, theme,
 def test_no_two_kinds_of_bars_look_the_same(ui, stage, theme):
     apply_theme(stage.theme_cls, theme)
     looks = timeline_painting.colours()
-    assert looks["about"] == looks["planned"]  # that one is told by its shape
+    assert looks["about"] == looks["planned"]  # that one differs by its shape
     assert len({(tuple(one.fill), tuple(one.edge)) for one in looks.values()}) == len(looks) - 1 == len(LOOKS) - 1
     for one in looks.values():
         assert checks.contrast_ratio(hex_of(one.ink), hex_of(one.fill)) >= 4.5
@@ -159,10 +159,10 @@ def test_names_of_bars_are_whole_in_what_is_seen_of_them_also_after_a_drag(ui):
     fingers(chart, [(500, y), (480, y), (500 - 4 * unit, y)])  # the long one begins out of sight
     ui.advance(0.2)
     assert words_of(chart) == [(pytest.approx(98, abs=1), kits), (pytest.approx(88 + 16 * unit + 12, abs=1), empties)]
-    fingers(chart, [(500, y), (480, y), (500 - 7.6 * unit, y)])  # too little of it is left: beside it
+    fingers(chart, [(500, y), (480, y), (500 - 7.6 * unit, y)])  # too little of it is left: the name is next to it
     ui.advance(0.2)
     assert words_of(chart)[0] == (pytest.approx(88 + 0.4 * unit + 6, abs=1), kits)
-    fingers(chart, [(500, y), (480, y), (500 - 9.6 * unit, y)])  # the name beside the other would be cut
+    fingers(chart, [(500, y), (480, y), (500 - 9.6 * unit, y)])  # the name next to the other would be cut
     ui.advance(0.2)
     assert empties not in [texture for _x, texture in words_of(chart)]
 

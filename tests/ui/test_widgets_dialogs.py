@@ -283,7 +283,7 @@ KINDS = {
 
 
 def all_collected(ui, references: list[weakref.ref]) -> bool:
-    """A dialog goes in stages, within half a second: what kv bound to its children keeps it until they are gone, as do delayed calls."""
+    """A dialog is freed in stages, within half a second: bindings of kv and delayed calls keep it until its children are freed."""
     for _stage in range(10):
         ui.advance()
         gc.collect()

@@ -45,7 +45,7 @@ def test_the_frame_navigates(ui):
     calls = fired(window, "on_go")
     ui.tap(ui.find(NavItem, name="logs"))
     assert calls == [("logs",)]
-    assert ui.find(NavItem, name="home").active  # until the navigator has gone there
+    assert ui.find(NavItem, name="home").active  # until the navigator is there
     window.current = "logs"
     assert ui.find(NavItem, name="logs").active
 
@@ -147,7 +147,7 @@ def test_a_screen_that_is_added_to_the_frame_goes_between_bar_and_navigation(ui)
 
 
 def test_screens_are_not_cut_off_at_their_edge(ui):
-    """Scroll bars lie in the margin beside them; kivy's manager clips."""
+    """Scroll bars lie in the margin next to them; kivy's manager clips."""
     assert StencilUse not in map(type, frame(ui).ids.body.canvas.before.children)
 
 

@@ -1,4 +1,4 @@
-"""What takes a touch or a key after something in front of it has gone, has come or has moved, and when again."""
+"""When touches and keys are ignored after something in front was closed, opened or moved."""
 
 from __future__ import annotations
 

@@ -170,7 +170,7 @@ def test_what_scrolls_into_sight_was_filled_before_a_few_panels_a_frame(ui):
                 )
     assert columns == 8
     assert sum(most) > 100
-    assert sorted(most)[-3] <= AHEAD  # but where it turns round, to what nobody could have foreseen
+    assert sorted(most)[-3] <= AHEAD  # but where it turns round, to rows that were not foreseeable
 
 
 def test_a_list_tells_that_it_moves_until_it_has_come_to_rest(ui):

@@ -81,7 +81,7 @@ def covering_ways(number: int, name: str) -> list[Way]:
 
 
 class Walk:
-    """In the window of the tests, which every look leaves as it was."""
+    """In the window of the tests, which every look leaves unchanged."""
 
     def __init__(self) -> None:
         self._size = Window.size

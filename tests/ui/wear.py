@@ -139,7 +139,7 @@ class Wear:
         self._ui.advance(0.1)
 
     def turn(self, count: int) -> int:
-        """So often the other orientation, in which Home is built anew; returns how often it was."""
+        """Turn the window this often, which rebuilds Home; returns how often it was rebuilt."""
         built = 0
         self._ui.wait(lambda: self._shell.navigator.screen("home").children)  # made in a frame after its first facts
         for _n in range(count):

@@ -23,7 +23,7 @@ TRIES = 10  # of a policy that does not turn to another robot
 
 @dataclass(frozen=True)
 class Trouble:
-    """Means and shares; ``chance`` False: every run takes what it takes, and nobody falls silent."""
+    """Means and shares; ``chance`` False: every run takes its usual time, and no robot falls silent."""
 
     silent_every: float = 12 * HOUR
     silent_most: float = 8 * MINUTE

@@ -1,4 +1,4 @@
-"""Connections that are kept open between requests, and have died or go on talking meanwhile."""
+"""Connections that are kept open between requests, and have broken or received more data since."""
 
 from __future__ import annotations
 

@@ -165,7 +165,7 @@ def test_what_a_command_of_an_earlier_life_asked_for_is_not_done(tmp_path):
     assert asked == []
     assert not left.exists()
     left.write_text('{"kind": "run_now", "id": "new"}')
-    os.utime(left, (1500.0, 1500.0))  # the clock was set back meanwhile
+    os.utime(left, (1500.0, 1500.0))  # the clock was set back since
     inbox.tick()
     assert [request["id"] for request in asked] == ["new"]
 

@@ -1,4 +1,4 @@
-"""Each built-in deviant over HTTP beside a faithful robot: asked the same, it differs in what its sentence says and in nothing else."""
+"""Each built-in deviant over HTTP compared with a standard robot: it differs in what its description says and in nothing else."""
 
 from __future__ import annotations
 
@@ -177,7 +177,7 @@ def old_states(client: Client) -> Any:
 
 
 def an_hour_later(client: Client) -> Any:
-    """Whether there are items that nobody here has ordered."""
+    """Whether there are items that were not ordered here."""
     client.now += 3600
     return client.ask("GET", f"/mission_queue/{OLD + 3}?whitelist=id")[0]
 

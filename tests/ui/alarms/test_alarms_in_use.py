@@ -218,7 +218,7 @@ def test_a_tap_on_what_the_banner_has_just_moved_presses_nothing(app, alarms, ui
 
 
 def test_a_finger_on_its_way_to_one_banner_presses_nothing_of_the_next(container, app, alarms, ui):
-    """Whoever wants to hold what starts in a moment must not release a hold that is told when it has started."""
+    """Who wants to hold what starts in a moment must not release a hold whose message appears as it starts."""
     alarms.raise_("app_was_off", "app")
     ui.wait(lambda: ui.find_all(AlarmBanner))
     ui.advance(2)
@@ -235,7 +235,7 @@ def test_a_finger_on_its_way_to_one_banner_presses_nothing_of_the_next(container
 
 
 def test_the_second_tap_on_the_banner_is_the_same_press(app, alarms, ui, monkeypatch):
-    """It says something else by then, at which nobody has looked."""
+    """It says something else by then, which has not been read."""
     monkeypatch.setattr(controller, "DOUBLE_TAP", 1e3)
     for seconds in (40, 50):
         alarms.raise_("app_was_off", str(seconds))
@@ -261,7 +261,7 @@ def test_a_hand_that_rests_on_the_screen_keeps_no_alarm_away(app, alarms, ui):
 
 
 def test_what_stands_where_a_hold_was_released_is_not_pressed_by_the_second_tap(container, app, alarms, ui):
-    """Whatever else comes with that: starts that are late by now are told."""
+    """Late starts are reported together with everything else."""
     for number in range(3):
         alarms.raise_("emergency_stop", f"robot:{70 + number}", robot=f"Robot {number}")
         alarms.acknowledge(alarms.open()[-1].id)

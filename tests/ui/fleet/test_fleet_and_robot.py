@@ -121,7 +121,7 @@ def test_what_is_held_from_all_robots_is_all_and_from_one_this_one(container, ro
         open_tile(ui, "Aino")
         ui.wait(lambda: ui.find_all(HomeWide))
         settle(app, ui)
-        ui.wait(lambda: asked_to_hold(app) == "Aino")  # the choice is written beside
+        ui.wait(lambda: asked_to_hold(app) == "Aino")  # the choice is written at the same time
 
 
 def test_a_tile_that_is_opened_selects_its_robot_though_another_one_has_been_chosen_since_it_was_drawn(

@@ -37,7 +37,7 @@ def test_up_to_three_robots_have_no_such_page(container, ui):
         assert len(ui.find_all(RobotChip)) == 3
         assert not ui.find_all(FleetPage)
         assert not any(button.text.startswith("All robots") for button in ui.find_all(CommandButton))
-        add_robots(container, 1)  # nobody is sent anywhere, but the way is there
+        add_robots(container, 1)  # nothing is sent, but it would be possible
         ui.wait(lambda: not ui.find_all(RobotChip))
         settle(app, ui)
         go_back(ui)
@@ -252,7 +252,7 @@ def test_a_filter_that_no_robot_fits_ends_by_itself_without_a_tap(container, rob
         see(container, robots[2], sample.STOPPED)
         ui.wait(lambda: "1 stopped" in counted(ui))
         ui.tap(ui.find(CountChip, text="1 stopped"))
-        for state in (sample.READY, sample.STOPPED, sample.READY):  # the time begins anew
+        for state in (sample.READY, sample.STOPPED, sample.READY):  # the time restarts
             see(container, robots[2], state)
             ui.wait(lambda state=state: bool(tiles(ui)) == (state is sample.STOPPED))
             ui.skip(1)
@@ -270,7 +270,7 @@ def test_a_filter_that_no_robot_fits_ends_by_itself_without_a_tap(container, rob
 
 
 def test_the_time_of_an_empty_filter_restarts_when_it_comes_on_screen(container, robots, ui):
-    """What it fits has changed meanwhile."""
+    """What it fits has changed since."""
     with shown(container, ui) as app:
         see(container, robots[2], sample.STOPPED)
         ui.wait(lambda: "1 stopped" in counted(ui))

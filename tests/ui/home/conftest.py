@@ -39,7 +39,7 @@ def home(app, ui):
     def put_back() -> None:
         app.site.calm_down(ui)
         app.stored.put_back()
-        app.site.container.parameters._answers.clear()  # what the robots have told a test before
+        app.site.container.parameters._answers.clear()  # what an earlier test learned from the robots
 
     restart(app, ui, put_back)
     app.root_vm.choose_mission(None)

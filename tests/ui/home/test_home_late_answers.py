@@ -20,7 +20,7 @@ NOT_KNOWN = "was not started on Aino. It was not known yet what it asks for"
 
 
 def press_run_before_it_is_known_what_is_asked_for(home, ui, mission: str, seconds: float = 4.0) -> None:
-    """The button is busy until the robot has told that, so late."""
+    """The button is busy until the robot's late answer."""
     home.site.add_missions(mission)
     fault = {"kind": "late", "method": "GET", "path": f"/missions/{GUIDS[mission]}", "count": None, "seconds": seconds}
     home.aino.control({"fault": fault})

@@ -89,7 +89,7 @@ def test_a_late_answer_is_reported_with_the_name_of_the_robot(home, ui, monkeypa
     answer = home.site.container.operator.answer_prompt
 
     def late(robot_id: int, guid: str, option: str) -> None:
-        home.aino.control({"user_prompt": None})  # somebody answers at the robot meanwhile
+        home.aino.control({"user_prompt": None})  # somebody answers at the robot
         answer(robot_id, guid, option)
 
     monkeypatch.setattr(home.site.container.operator, "answer_prompt", late)

@@ -46,7 +46,7 @@ from tests.ui.planner import (
 
 
 def steps(screen, ui, label: str, chip: str = "", typed: str = "", presses: str = "") -> None:
-    """A number is chosen from the chips, entered, or reached with the buttons (icons) beside it."""
+    """A number is chosen from the chips, entered, or reached with the buttons (icons) next to it."""
     ui.tap(field(ui, label))
     ui.advance(0.3)
     dialog = ui.find(StepDialog)

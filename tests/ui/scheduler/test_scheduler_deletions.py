@@ -76,7 +76,7 @@ def test_one_that_was_to_be_shown_and_is_not_there_is_not_shown_later(screen, co
     assert screen.plan.form.draft.is_new
 
 
-# ---------------------------------------------------------------------- a refusal whose reason has gone
+# ---------------------------------------------------------------------- a refusal whose reason ended
 @pytest.mark.parametrize("is_read", ["before", "after"])
 def test_a_schedule_that_is_deleted_while_it_is_being_saved_can_be_created_again(screen, container, ui, slow, is_read):
     schedule = stock(container)

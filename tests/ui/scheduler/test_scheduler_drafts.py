@@ -103,7 +103,7 @@ def test_save_that_waits_for_the_robot_saves_what_it_was_pressed_for_and_nothing
     form, before = screen.plan.form, {schedule.id: schedule for schedule in schedules(container)}
     press_save(screen, container, ui)
     screen.plan.edit(stock(container).id)
-    form.set(priority=3)  # nobody has pressed Save for this
+    form.set(priority=3)  # Save was not pressed for this
     hanging.set()
     settle(screen, ui)
     after = {schedule.id: schedule for schedule in schedules(container)}
@@ -254,7 +254,7 @@ def test_five_are_kept(screen, container, ui):
     ]
 
 
-# ---------------------------------------------------------------------- the schedule is changed or deleted meanwhile
+# ---------------------------------------------------------------------- the schedule is changed or deleted elsewhere
 @pytest.mark.parametrize("aside", [False, True])
 def test_what_was_saved_elsewhere_stays_where_nothing_was_entered(screen, container, ui, aside):
     if aside:

@@ -87,7 +87,7 @@ def test_seven_days_are_a_list_that_opens_schedules(screen, ui):
     ui.tap(count)
     settle(screen, ui)
     assert ui.find(FormCard).view.mission == "Night stock count"
-    assert screen.plan.mode == "days"  # the form has room beside the list
+    assert screen.plan.mode == "days"  # the form has room next to the list
     assert checks.problems(screen.shell.navigator.screen("scheduler")) == []
 
 
@@ -131,7 +131,7 @@ def test_a_planned_start_that_is_dragged_is_changed_by_save_and_not_before(scree
     assert field(ui, "Time").value == "20:30"
     assert (
         ui.find(FormCard).view.skip_why == "Not saved yet. Saving moves all its starts like this one."
-    )  # beside Save, never scrolled
+    )  # next to Save, never scrolled
     assert named(container, "Night stock count", "Aino") == schedule
     save(screen, ui)
     assert screen.plan.form.draft.dragged is None

@@ -61,7 +61,7 @@ def test_fields_and_lists_of_a_low_window_take_taps(low, screen, container, ui):
     ui.tap(ui.find(Segment, text="Schedules"))
     settle(screen, ui)
     first = ui.find_all(ScheduleLine)[0].key
-    assert first != number  # looked at anew: what is off is at the end
+    assert first != number  # read again: what is off is at the end
     ui.advance(1)  # a tap at once would be meant for the row that stood there
     line = ui.find(ScheduleLine, key=first)
     ui.tap_at(*line.to_window(line.center_x - 40, line.center_y))

@@ -198,7 +198,7 @@ def test_run_now_starts_it_whatever_its_time_is(screen, container, ui):
     menu(screen, ui, schedule, "Run now")
     newest = container.history.open()[-1]
     assert (newest.mission, newest.robot, newest.state) == (KITS, "Aino", State.WAITING)
-    ui.skip(5)  # nobody answers
+    ui.skip(5)  # no robot answers
     ui.wait(lambda: ui.find_all(Snackbar))
     assert ui.find(Snackbar).text == f"{KITS} waits for an answer of Aino, until 14:53 at most"
 

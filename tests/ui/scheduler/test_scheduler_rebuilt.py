@@ -1,4 +1,4 @@
-"""The screen is built anew for gloves or larger texts, or shown again in another language, while the form is filled in."""
+"""The screen is rebuilt for gloves or larger texts, or shown again in another language, while the form is filled in."""
 
 from __future__ import annotations
 

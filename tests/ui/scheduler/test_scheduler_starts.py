@@ -32,7 +32,7 @@ def test_any_planned_start_can_be_left_out_from_its_bar_and_taken_again(screen, 
         ]
         if end == "Undo":
             ui.tap(ui.find(root=ui.find(Snackbar), text=end))
-        else:  # after the message is gone
+        else:  # after the message was closed
             bar = next(bar for lane in ui.find(Timeline).lanes for bar in lane.bars if bar.label == f"Not run: {KITS}")
             tap_bar(ui, bar.key)
             assert "Skipped by a person on 20 Nov 2026 14:38" in card_of(ui).text

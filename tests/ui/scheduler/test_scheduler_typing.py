@@ -56,7 +56,7 @@ def test_it_is_put_aside_with_the_draft_for_which_it_was_typed(screen, container
     type_name(screen, ui, "Typed")
     screen.plan.edit(named(container, "Collect empties", "Veikko").id)
     for key in " later":
-        Window.dispatch("on_textinput", key)  # they are nobody's now
+        Window.dispatch("on_textinput", key)  # no field takes them now
     settle(screen, ui)
     assert ([draft.name for draft in screen.plan.form.aside], screen.plan.form.draft.name) == (["Typed"], "")
 

@@ -190,7 +190,7 @@ def test_what_was_entered_before_a_finger_gave_it_a_time_is_one(screen, containe
 
 
 def test_what_was_entered_for_a_group_is_put_aside_by_a_finger_on_the_free_time_of_a_robot(screen, container, ui):
-    """It is meant for any of them: nobody aims it at one by a touch."""
+    """It is meant for any of them: a touch does not aim it at one."""
     plan, aino = screen.plan, named(container, KITS, "Aino").robot_id
     group = container.catalogue.save_group(Group("Hall 1", (aino,)))
     settle(screen, ui)

@@ -50,7 +50,7 @@ def question(ui) -> ConfirmDialog:
     return ui.find(ConfirmDialog)
 
 
-@pytest.mark.parametrize("password", ["", PASSWORD], ids=["stored", "entered anew"])
+@pytest.mark.parametrize("password", ["", PASSWORD], ids=["stored", "entered again"])
 def test_answering_no_leaves_the_robot_unchanged(site, app, ui, machine, password):
     replaced(site, ui, machine)
     dialog = dialog_of_aino(ui)

@@ -141,7 +141,7 @@ def test_idle_automation_of_a_robot(site, app, ui):
 
 
 def test_a_mission_that_asks_for_something_is_no_idle_mission(site, app, ui):
-    """Nobody is there to give it: the robot would refuse it at every idle time."""
+    """There is no person to enter it: the robot would refuse it at every idle time."""
     aino, _sisu = site.add_robots()
     home, go_to = site.add_missions("Home", "Go to position")
     ui.wait(lambda: site.container.snapshots.get(aino.id).connection is Connection.CONNECTED)

@@ -1,4 +1,4 @@
-"""The check-up of a robot in Settings, as an integrator uses it: over HTTP against simulated robots, with a clock that nobody waits for."""
+"""The check-up of a robot in Settings, as an integrator uses it: over HTTP against simulated robots, with a virtual clock."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def begin(ui, dialog: CheckUpDialog) -> None:
 
 
 def until_reported(ui, dialog: CheckUpDialog) -> dict[str, str]:
-    """What is told as not in order: its sentences by level and topic."""
+    """The findings that are not in order: their sentences by level and topic."""
     ui.wait(lambda: dialog.vm.part == "CheckUpReport")
     ui.advance(0.2)
     return {row.word: row.text for row in ui.find_all(FindingRow, dialog)}

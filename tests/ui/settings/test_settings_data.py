@@ -277,7 +277,7 @@ def test_an_export_goes_to_the_stick_that_was_tapped(site, app, stick, ui):
 
 @pytest.fixture
 def dead_share(stick, tmp_path, monkeypatch) -> Iterator[Path]:
-    """A share whose server is gone, beside the stick: whoever looks at its files waits."""
+    """A share whose server is offline, and a stick: reading the files of the share waits."""
     share, back = tmp_path / "plans", threading.Event()
     share.mkdir()
     with open(places.MOUNTS, "a", encoding="utf-8") as table:

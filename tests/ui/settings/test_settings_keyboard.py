@@ -122,7 +122,7 @@ def test_a_field_stays_under_the_finger_that_brings_it_back(app, ui):
     ui.wait(lambda: ui.find_all(DockedKeyboard))
 
 
-# ---------------------------------------------------------------------- gone again
+# ---------------------------------------------------------------------- hidden again
 def test_escape_closes_it_and_then_the_dialog_of_its_field(app, ui):
     dialog = robot_dialog(ui)
     ui.tap(ui.find(FieldInput, dialog.ids.name_field))

@@ -77,7 +77,7 @@ def test_on_another_page_a_message_says_that_the_missions_arrived(site, app, ui)
     ui.wait(lambda: ui.find_all(ChoiceDialog, multiple=True))
     assert ui.find(SectionRow, key="missions").selected
     app.shell.dialogs.close_all()
-    page(app).reached(found=(99, ()))  # of a robot that was deleted meanwhile
+    page(app).reached(found=(99, ()))  # of a robot that was deleted since
     assert app.shell.dialogs.top is None
     ask(ui, "Aino")
     go(ui, "about")

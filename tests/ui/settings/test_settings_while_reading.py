@@ -1,4 +1,4 @@
-"""Settings while they are still being read: what was chosen, typed or saved meanwhile is neither taken back nor lost."""
+"""Settings while they are still being read: what is chosen, typed or saved during that is neither reverted nor lost."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def test_what_is_edited_again_begins_with_what_was_saved_a_moment_ago(site, app,
 
 @pytest.fixture
 def hold_asking(site, monkeypatch):
-    """Called, what missions ask for is told only after what comes back was called; or it is not told, with ``problem``."""
+    """Called, what missions ask for is reported only after what comes back was called; or it is not told, with ``problem``."""
     go_on, tell = Event(), site.container.robot_missions.parameters
 
     def hold(problem=None):

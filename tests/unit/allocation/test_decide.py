@@ -409,7 +409,7 @@ def test_only_who_can_gets_a_start_and_a_free_robot_at_most_one(robots, waiting,
 
 @pytest.mark.parametrize("elsewhere", [(), (PlannedStart("Elsewhere", (9,), 1.0, 300.0, CRITICAL, is_fixed=True),)])
 def test_what_is_planned_for_other_robots_keeps_none_of_these(elsewhere):
-    """And it is told for which start a robot is kept."""
+    """The reason says for which start a robot is kept."""
     own = PlannedStart("Own", (AINO.id,), 20.0, 300.0, NORMAL, is_fixed=True)
     [decision] = choose(
         situation(start(members=(AINO.id,)), robots=(AINO, Member(9, "Zed")), planned=(*elsewhere, own))

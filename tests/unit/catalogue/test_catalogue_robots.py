@@ -183,9 +183,9 @@ def test_undo_says_what_else_was_taken_or_removed_and_changes_nothing(world):
             lambda: world.catalogue.save_mission(Mission("Home", "guid-3", robot_id=world.robot.id)),
         ),
     }
-    for told, (removed, take) in conflicts.items():
+    for problem, (removed, take) in conflicts.items():
         take()
-        with refuses("name", told):
+        with refuses("name", problem):
             world.catalogue.restore(removed)
     removed = world.catalogue.remove_schedule(SCHEDULES.by_name(world.db.read(), "Morning").id)
     world.catalogue.remove_mission(world.mission.id)

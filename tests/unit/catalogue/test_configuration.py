@@ -550,7 +550,7 @@ def test_whatever_is_taken_comes_out_and_in_again_unchanged(
 
 
 def test_a_file_with_places_writes_about_as_much_as_it_says(world):
-    """All is written again while nobody else can write, and once took missions² × places²."""
+    """All is written again while no one else can write, and once took missions² × places²."""
     places = [f"P{number}" for number in range(8)]
     missions = [{"name": f"M{number}", "guid": f"g{number}", "places": places} for number in range(40)]
     before = world.db.write(lambda c: c.total_changes)

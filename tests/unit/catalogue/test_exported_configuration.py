@@ -1,4 +1,4 @@
-"""Everything but secrets is in an export, and every export can be read in elsewhere and comes out again as it was."""
+"""Everything but secrets is in an export, and every export can be read in elsewhere and comes out again unchanged."""
 
 from __future__ import annotations
 

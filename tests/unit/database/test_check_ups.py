@@ -1,4 +1,4 @@
-"""What is kept of check-ups: it comes back as it was, holds for one machine with one software, and goes and comes with its robot."""
+"""Stored check-ups: read back unchanged, valid for one machine with one software, deleted and restored with their robot."""
 
 from __future__ import annotations
 

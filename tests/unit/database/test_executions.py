@@ -243,7 +243,7 @@ def test_pages_join_to_the_whole_newest_first(db, history, size):
         (ExecutionFilter(text="%"), lambda e: False),
         (ExecutionFilter(text="ERÄ"), lambda e: e.schedule_id == 5),
         (ExecutionFilter(text="dock", values=[DOCK]), lambda e: e.schedule_id == 5),  # as a robot calls it
-        (ExecutionFilter(text=DOCK[:8]), lambda e: False),  # nobody reads that
+        (ExecutionFilter(text=DOCK[:8]), lambda e: False),  # it is not searched
         (
             ExecutionFilter(robot_ids=[1], text="home", states=[State.COMPLETED]),
             lambda e: e.robot_id == 1 and e.mission == "Home" and e.state is State.COMPLETED,

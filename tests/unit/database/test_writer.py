@@ -191,7 +191,7 @@ def test_works_that_wait_together_share_one_transaction(busy):
         return run
 
     outcomes = pile_up(busy, [work(number) for number in range(50)])
-    assert outcomes == [(number + 1, 0) for number in range(50)]  # each sees those before it, nobody else sees any yet
+    assert outcomes == [(number + 1, 0) for number in range(50)]  # each sees those before it, other readers none yet
     assert busy.read().execute(count).fetchone()[0] == 50
 
 
@@ -235,7 +235,7 @@ def test_a_patient_work_goes_with_the_next_one_in_its_transaction(busy, monkeypa
     assert stored(busy, "patient") is None
     busy.write(lambda c: seen.append((SETTINGS.get(c, "patient"), stored(busy, "patient"))))
     patient.join(10)
-    assert seen == [(1, None)]  # done before it, and nobody else sees it yet
+    assert seen == [(1, None)]  # done before it, and other readers do not see it yet
     assert stored(busy, "patient") == 1
 
 

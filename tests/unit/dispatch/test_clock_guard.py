@@ -26,7 +26,7 @@ HOUR = 3600.0
 
 
 class Tablet:
-    """A guard on a virtual clock, and what it told."""
+    """A guard on a virtual clock, and what it reported."""
 
     def __init__(self, path) -> None:
         self.clock, changes = VirtualClock(NOW), Changes()

@@ -34,7 +34,7 @@ def test_time_counts_only_what_was_seen_without_a_break():
 
 @pytest.mark.parametrize("highest", [41, 3, None])
 def test_what_ran_between_two_polls_ends_the_idle_period(highest):
-    """Only the queue's highest id shows it; a lower one is a queue that began anew."""
+    """Only the queue's highest id shows it; a lower one means that the queue was reset."""
     watch = IdleWatch()
     watch.saw(True, 40, 0.0, 90.0)
     watch.saw(True, highest, 60.0, 90.0)
@@ -59,7 +59,7 @@ def test_only_a_ready_robot_without_queue_is_idle(state):
         (RULE, replace(LONG_ENOUGH, idle_seconds=599.9), Settings(), False),
         (RULE, replace(LONG_ENOUGH, last_queue_id=40), Settings(), False),  # once per idle period
         (RULE, replace(LONG_ENOUGH, last_queue_id=39), Settings(), True),  # something else ran since
-        (RULE, replace(LONG_ENOUGH, last_queue_id=4000), Settings(), True),  # the robot's queue began anew
+        (RULE, replace(LONG_ENOUGH, last_queue_id=4000), Settings(), True),  # the robot's queue was reset
         (RULE, replace(LONG_ENOUGH, next_planned_at=MONDAY + timedelta(minutes=4)), Settings(), False),
         (RULE, replace(LONG_ENOUGH, next_planned_at=MONDAY + timedelta(minutes=5)), Settings(), True),
         (RULE, LONG_ENOUGH, Settings(working_days=("TU",)), False),

@@ -263,7 +263,7 @@ def test_above_a_list_of_the_oldest_the_highest_number_is_climbed_to(deleted: se
     assert robot.highest_queue_id() == newest
     assert len(transport.requests) - asked <= 8, "it goes on from there"
     items[48:] = []
-    assert robot.highest_queue_id() == items[47]["id"], "its numbers began anew"
+    assert robot.highest_queue_id() == items[47]["id"], "its numbers restarted"
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Maps are asked for once in a while, kept beside the database, and never in the way: whatever a robot answers."""
+"""Maps are asked for once in a while, stored next to the database, and never delay anything, whatever a robot answers."""
 
 from __future__ import annotations
 

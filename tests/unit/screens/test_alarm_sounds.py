@@ -1,4 +1,4 @@
-"""Which alarms make a sound, and how long nobody may answer it before it comes again."""
+"""Which alarms make a sound, and after how long without an answer it is repeated."""
 
 from __future__ import annotations
 

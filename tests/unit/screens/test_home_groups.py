@@ -171,7 +171,7 @@ def test_other_robots_are_offered_for_a_start_that_a_silent_robot_may_have():
 
 @pytest.mark.parametrize("state", [State.WAITING, State.SUBMITTING])
 def test_a_start_that_is_being_sent_to_a_robot_is_there_until_that_has_it(state):
-    """Seen: it went from robot to robot for half a minute, and where it had been pressed nothing told of it."""
+    """Seen: it went from robot to robot for half a minute, and nothing was shown where it had been pressed."""
     sent = replace(row(60), state=state, robot_id=2, robot="Veikko", wait=Wait.DUE)
     shown = facts(sent, snapshots={2: snapshot(2, READY)})
     [(found, start)] = waiting.starts_with_a_robot(shown, NOW)

@@ -162,7 +162,7 @@ def finnish():
 
 
 def test_rows_are_built_again_in_another_language(finnish):
-    """It is switched in Settings, where nobody tells the Logs."""
+    """It is switched in Settings, which does not notify the Logs."""
     cache = view.RowCache()
 
     def outcomes():
@@ -235,7 +235,7 @@ def test_a_story_says_that_a_person_had_it_started_on_another_robot():
 
 
 def test_a_story_that_was_found_late_has_the_times_of_the_robot():
-    """The tablet was off meanwhile: it saw the run after it was over."""
+    """The tablet was off and saw the run only after it was over."""
     found = DONE.ended_at + timedelta(minutes=40)
     seen = replace(DONE, started_at=found, ended_at=found)
     assert [(step.label, step.time, step.note) for step in view.story(seen, ZONE, USUAL)][1:] == [

@@ -223,14 +223,14 @@ def test_a_failure_is_described_in_the_robots_words() -> None:
     robot.pass_until(lambda: robot.state_of(number) == "Aborted")
     action = robot.get(f"/mission_queue/{number}/actions")[-1]["id"]
     status = robot.status()
-    told = [
+    texts = [
         robot.item(number)["message"],
         robot.get(f"/mission_queue/{number}/actions/{action}")["message"],
         status["mission_text"],
         status["errors"][0]["description"],
         robot.get("/log/error_reports/1")["description"],
     ]
-    assert told == ["Zielposition nicht erreicht: 'Line 1'"] * 5
+    assert texts == ["Zielposition nicht erreicht: 'Line 1'"] * 5
     assert robot.put_status(mode_id=int(ModeId.MAPPING))["mode_text"] == "Kartierung"
 
 

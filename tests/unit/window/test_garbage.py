@@ -109,7 +109,7 @@ def test_what_stays_is_frozen(window: Window) -> None:
 
 
 def frozen_garbage(window: Window) -> int:
-    """A screen that was there when everything was scanned, and has gone since."""
+    """A screen that existed at the scan and was discarded since."""
     old = [Ring() for _n in range(AT_REST)]
     window.frames()
     window.rest()
@@ -151,7 +151,7 @@ def test_frozen_garbage_does_not_wait_for_a_rest_for_ever(window: Window) -> Non
 
 @pytest.mark.long
 def test_a_form_and_a_dialog_that_were_open_for_long_are_no_frozen_garbage(window: Window) -> None:
-    """However many dialogs came and went meanwhile."""
+    """However many dialogs were opened and closed since."""
     form = [Ring() for _m in range(3 * NEW // 2)]
     for _n in range(9):
         dialog = [Ring() for _m in range(3 * NEW // 2)]
@@ -203,7 +203,7 @@ def test_before_the_heap_grows_beyond_what_lived_in_it_all_that_is_dead_is_colle
 
 
 class Follower:
-    """As kivy's callbacks: in a list until what it is for has gone, and held by nothing but itself then."""
+    """As kivy's callbacks: in a list until its subject is freed, then held only by itself."""
 
     alive = 0
 
