@@ -55,7 +55,7 @@ def ran(container: Container, duration_s: float) -> tuple[Robot, Mission]:
 
 
 @pytest.mark.parametrize(("started", "finished"), CLOCKS)
-def test_what_a_mission_takes_is_not_learned_from_it(container: Container, started: str, finished: str) -> None:
+def test_its_durations_are_not_learned(container: Container, started: str, finished: str) -> None:
     duration = seconds_between(parse.instant(started), parse.instant(finished))
     assert duration is not None
     assert duration > DAY_S

@@ -159,7 +159,7 @@ def test_a_robot_that_makes_lines_all_day_does_not_fill_the_log(log_directory):
     assert len(content) < 3 * (logs.BURST + 10_000)
 
 
-def test_what_was_left_out_of_the_log_is_counted(log_directory, monkeypatch):
+def test_lines_left_out_of_the_log_are_counted(log_directory, monkeypatch):
     now = [100.0]
     monkeypatch.setattr(logs, "monotonic", lambda: now[0])
     log = logging.getLogger("app")

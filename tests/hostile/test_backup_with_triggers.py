@@ -53,7 +53,7 @@ def test_another_schema_is_not_restored(backup, tmp_path, script):
     assert [path.name for path in target.parent.iterdir() if "restore" in path.name] == []
 
 
-def test_what_was_checked_is_what_is_installed(backup, tmp_path, monkeypatch):
+def test_the_checked_copy_is_installed(backup, tmp_path, monkeypatch):
     """A medium that reads differently the second time, or a file that is changed between the reads."""
 
     def copied_late(source: Path, target: Path) -> None:

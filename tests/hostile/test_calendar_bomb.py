@@ -121,7 +121,7 @@ LONG = [
     [*LONG[:2], *(pytest.param(content, marks=pytest.mark.long) for content in LONG[2:])],
     ids=lambda content: repr(content[60:80]),
 )
-def test_what_is_long_is_read_quickly(content):
+def test_long_calendars_are_read_quickly(content):
     read(calendar([]))
     begins = time.process_time()
     assert len(read(content).events) == 1

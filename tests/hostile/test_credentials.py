@@ -243,7 +243,7 @@ def test_the_new_robot_is_taken_at_the_integrators_word_and_with_its_own_passwor
     ids=["serial number", "address", "user"],
 )
 @pytest.mark.parametrize("is_known", [False, True])
-def test_what_the_machine_before_an_edit_said_is_not_noted_of_the_one_after_it(
+def test_facts_of_the_machine_before_an_edit_are_not_stored_for_the_new_one(
     tablet: Container, listen: Listen, is_known: bool, change: dict[str, Any]
 ) -> None:
     machine = listen()

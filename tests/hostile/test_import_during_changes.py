@@ -113,7 +113,7 @@ def priority(container: Container) -> int:
 
 
 @pytest.mark.parametrize("statement", CHANGED.values(), ids=CHANGED.keys())
-def test_what_an_import_followed_from_has_changed(container, monkeypatch, statement):
+def test_an_import_is_repeated_when_its_basis_changed(container, monkeypatch, statement):
     made = disturb(monkeypatch, container.db, statement, times=1)
     assert len(import_configuration(container.catalogue, content(priority=7))) == 1
     assert (len(made), priority(container)) == (2, 7)

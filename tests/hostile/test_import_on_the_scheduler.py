@@ -117,7 +117,7 @@ def test_the_scheduler_goes_on_while_it_serves_an_import(container):
     assert next(turns) >= OFTEN
 
 
-def test_what_is_wrong_is_said_and_nothing_was_changed(container):
+def test_a_wrong_file_is_reported_and_changes_nothing(container):
     before = container.db.read().execute("SELECT * FROM settings").fetchall()
     answers = handlers(container)
     file = container.db.path.parent / "bad.content"
@@ -184,7 +184,7 @@ def test_a_pipe_is_not_read_on_screen(container, tmp_path):
         container.files.import_configuration(str(pipe))
 
 
-def test_what_waits_is_changed_and_taken_back_as_by_any_edit(tmp_path):
+def test_an_import_changes_and_withdraws_waiting_starts_like_an_edit(tmp_path):
     """Its row is changed on the copy, and then where the robot's worker sees it."""
     site = Site(tmp_path)
     site.add_robots()

@@ -73,7 +73,7 @@ def test_too_many_parts_are_not_parsed(text, monkeypatch):
     ],
     ids=["short queue items", "whole queue items", "missions", "schedules", "a list", "an object"],
 )
-def test_what_robots_and_people_write_is_parsed(value):
+def test_ordinary_json_is_parsed(value):
     content = json.dumps(value).encode()
     assert not has_too_many_parts(content)
     assert parse.loads(content) == value

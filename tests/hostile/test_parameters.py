@@ -59,7 +59,7 @@ def test_they_are_refused_in_a_file_in_a_schedule_and_for_one_run(container, par
     assert (container.catalogue.schedules(), container.ledger.open_for(robot.id)) == ([], [])
 
 
-def test_what_missions_need_is_taken(container):
+def test_ordinary_parameters_are_accepted(container):
     import_configuration(container.catalogue, schedule(ENOUGH))
     assert container.catalogue.schedules()[0].parameters == ENOUGH
 

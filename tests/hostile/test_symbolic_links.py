@@ -122,7 +122,7 @@ def test_own_links_are_followed(shared, precious, mode):
     assert (logs / "log.csv").is_symlink()
 
 
-def test_what_becomes_a_link_after_it_was_checked_is_not_followed(shared, precious):
+def test_a_file_that_becomes_a_link_after_the_check_is_not_followed(shared, precious):
     logs = shared / "logs"
     logs.mkdir()
     for name in ("precious", "pipe"):

@@ -405,7 +405,7 @@ def test_no_number_is_restored_to_which_nothing_can_be_added(full, tmp_path, tab
             backups.restore(backup, target, NOW, find_problem)
 
 
-def test_what_is_restored_may_grow_and_is_still_opened(full, tmp_path):
+def test_a_restored_database_can_grow_and_be_opened(full, tmp_path):
     """With the largest numbers that a backup may have, and one more run."""
     backup = spoilt(
         full,
@@ -435,7 +435,7 @@ def test_all_of_these_are_restored_with_what_they_should_hold(full, tmp_path):
         "UPDATE executions SET duration_s = 9e15 WHERE ended_at IS NOT NULL",
     ],
 )
-def test_what_is_only_counted_is_counted_again_so_that_runs_can_end(full, tmp_path, wrong):
+def test_wrong_counters_are_recounted_so_that_runs_can_end(full, tmp_path, wrong):
     backups.restore(spoilt(full, tmp_path / "backup.db", wrong), tmp_path / "amr-scheduler.db", NOW, find_problem)
     with closing(sqlite3.connect(tmp_path / "amr-scheduler.db")) as c:
         assert c.execute("SELECT number, starts FROM ended_days").fetchall() == [(1, 1)]

@@ -110,7 +110,7 @@ def test_a_schedule_that_is_being_edited_survives_a_change_of_the_size_of_texts(
 @pytest.mark.parametrize(
     "change", [{"gloves": True}, {"font_scale_percent": 115}, {"language": "fi"}, {"theme": "dark"}]
 )
-def test_what_the_screens_show_survives_a_change_of_the_appearance(site, app, ui, change):
+def test_screens_keep_their_content_when_the_appearance_changes(site, app, ui, change):
     """Whether they are built again for it or not: the timeline's zoom, and the part of the Logs with its filters."""
 
     def model(name: str):

@@ -42,14 +42,14 @@ def laid_out(ui, part: str):
 
 
 @pytest.mark.parametrize("part", HIDDEN.values(), ids=HIDDEN)
-def test_what_is_hidden_and_keeps_touches_is_found(ui, part):
+def test_hidden_widgets_that_keep_touches_are_found(ui, part):
     found = list(checks.swallowed_touches(laid_out(ui, part)))
     assert len(found) == 1
     assert "keeps touches at" in found[0]
 
 
 @pytest.mark.parametrize("part", SEEN.values(), ids=SEEN)
-def test_what_is_seen_or_lets_touches_through_is_no_fault(ui, part):
+def test_visible_widgets_and_those_that_pass_touches_are_no_fault(ui, part):
     assert list(checks.swallowed_touches(laid_out(ui, part))) == []
 
 

@@ -103,7 +103,7 @@ def test_a_font_that_cannot_be_drawn_with_is_passed_over(machine):
     assert runs_of(ICON, ROBOTO) == (Run(ICON, ROBOTO),)
 
 
-def test_what_no_font_has_stays_as_it_is(machine):
+def test_characters_that_no_font_has_stay_unchanged(machine):
     assert runs_of(f"a{NOWHERE}机", ROBOTO) == (Run(f"a{NOWHERE}机", ROBOTO),)
 
 

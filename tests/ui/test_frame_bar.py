@@ -47,7 +47,7 @@ def test_the_number_can_be_read_in_every_theme(bar, ui, theme):
     assert tuple(number.color) == tuple(tk.snack_ink) != tuple(number.parent.md_bg_color) == tuple(tk.snack)
 
 
-def test_what_was_acknowledged_is_no_red_block_any_more(ui):
+def test_an_acknowledged_alarm_is_no_red_block_any_more(ui):
     load_kv("widgets/frame")
     banner = AlarmBanner(
         tone="fault", icon="alert-octagon", text="Aino is stopped", note="Since 14:31", action="Show Aino"

@@ -20,7 +20,7 @@ def site(tmp_path):
         yield site
 
 
-def test_who_has_looked_into_settings_pauses_a_robot_as_fast_as_ever(site, ui):
+def test_pausing_is_as_fast_after_a_visit_to_settings(site, ui):
     """Settings asks each robot for its missions; before, eight that hung kept the window from everything else for 10 s."""
     snapshots, robots = site.container.snapshots, site.container.catalogue.robots()
     with shown(site.container, ui) as app:

@@ -112,9 +112,7 @@ NEEDS = {
 )  # 20: a larger banner
 @pytest.mark.parametrize(("scale", "language"), [(1.0, "en"), (1.3, "fi")])
 @pytest.mark.parametrize("size", [(600, 480), (800, 480), (1024, 600)], ids="{0[0]}x{0[1]}".format)
-def test_what_a_robot_waits_for_is_seen_without_scrolling_in_a_low_window(
-    ui, size, scale, language, gloves, robots, minutes
-):
+def test_the_question_of_a_robot_is_visible_in_a_low_window(ui, size, scale, language, gloves, robots, minutes):
     others = tuple(
         replace(sample.VEIKKO, id=100 + n, name=f"Robot {n}") for n in range(robots - len(sample.FACTS.robots))
     )
@@ -136,7 +134,7 @@ def test_what_a_robot_waits_for_is_seen_without_scrolling_in_a_low_window(
 
 
 @pytest.mark.parametrize("size", [(600, 480), (800, 480)], ids="{0[0]}x{0[1]}".format)
-def test_who_looks_at_a_robot_sees_what_it_waits_for_however_far_the_page_is_scrolled(ui, size):
+def test_opening_a_robot_shows_its_question_however_far_the_page_was_scrolled(ui, size):
     with window(ui, size) as rig:
         screen = home(rig, sample.FACTS)
         ui.advance(0.5)
@@ -189,7 +187,7 @@ def test_a_question_stands_at_the_top_of_a_panel_that_is_higher_than_it_needs(ui
     assert panel.top - ui.find(text="Is the aisle free?").top < 24
 
 
-def test_what_to_do_at_an_emergency_stop_is_seen_without_scrolling(ui, usual):
+def test_instructions_at_an_emergency_stop_are_visible_without_scrolling(ui, usual):
     screen = home(usual, stopped(), issues=OpenIssues(ALARMS))
     ui.advance(0.5)
     [instruction] = labels(ui, screen.vm.card.mission.name)

@@ -139,7 +139,7 @@ def test_of_many_groups_the_chosen_one_is_offered_and_the_list_of_all(home, hall
     ui.wait(lambda: ui.find_all(CommandButton, card, text="Run on any of Night crew"))
 
 
-def test_what_no_robot_can_take_waits_above_the_queue_and_is_assigned_by_hand(home, hall, ui):
+def test_a_start_that_no_robot_can_take_waits_above_the_queue_and_is_assigned_by_hand(home, hall, ui):
     stop_both(home, ui)
     choose(ui, "Any of Hall 1")
     choose(ui, "Before everything else")
@@ -207,7 +207,7 @@ def test_the_priority_of_what_waits_is_changed_by_a_tap_on_it(home, hall, ui):
     assert home.site.container.history.open()[0].priority == 2
 
 
-def test_what_was_cancelled_while_it_waited_waits_again_when_that_is_undone(home, hall, ui):
+def test_undoing_the_cancellation_of_a_waiting_start_makes_it_wait_again(home, hall, ui):
     stop_both(home, ui)
     run_on_any(ui, "Deliver")
     ui.wait(lambda: ui.find_all(WaitingRow) and home.shell.background.idle)
@@ -220,7 +220,7 @@ def test_what_was_cancelled_while_it_waited_waits_again_when_that_is_undone(home
     assert (again.id, again.token) == (row.id, row.token)
 
 
-def test_what_waits_on_the_timeline_offers_what_it_does_on_home(home, hall, ui):
+def test_a_waiting_start_offers_the_same_on_the_timeline_as_on_home(home, hall, ui):
     stop_both(home, ui)
     run_on_any(ui, "Deliver")
     ui.wait(lambda: ui.find_all(WaitingRow))
@@ -259,7 +259,7 @@ def test_what_waits_on_the_timeline_offers_what_it_does_on_home(home, hall, ui):
     ui.wait(lambda: home.site.container.history.get(row.id).robot == "Veikko")
 
 
-def test_what_runs_by_the_time_that_cancel_is_pressed_on_its_card_is_stopped_only_after_that_question(home, hall, ui):
+def test_cancel_on_the_card_of_a_start_that_runs_asks_first(home, hall, ui):
     stop_both(home, ui)
     run_on_any(ui, "Deliver")
     ui.wait(lambda: ui.find_all(WaitingRow))
@@ -293,7 +293,7 @@ def test_the_missions_to_run_on_a_group_say_which_robot_lacks_them(home, hall, u
     assert fetch.text == "Not in the list? Fetch it from a robot"
 
 
-def test_what_waits_is_cancelled(home, hall, ui):
+def test_a_waiting_start_is_cancelled(home, hall, ui):
     stop_both(home, ui)
     run_on_any(ui, "Deliver")
     ui.wait(lambda: ui.find_all(WaitingRow))

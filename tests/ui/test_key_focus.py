@@ -61,7 +61,7 @@ def ring_lines(before) -> list[SmoothLine]:
     return [part for part in Window.canvas.after.children if part not in before and isinstance(part, SmoothLine)]
 
 
-def test_what_is_pushed_out_of_sight_while_it_has_the_ring_is_scrolled_back(ui, keys):
+def test_a_widget_with_the_ring_is_scrolled_back_into_sight(ui, keys):
     """As the outcome of a test of the connection does to its button."""
     page = ScrollPage()
     above, button = Widget(size_hint_y=None, height=200), CommandButton(text="Test", height=64)
@@ -234,7 +234,7 @@ def test_every_row_of_a_long_list_is_reached_in_its_order_and_all_of_it_seen(ui,
     assert keys.target.key == 0
 
 
-def test_what_is_disabled_while_it_has_the_ring_keeps_its_place(ui, keys):
+def test_a_widget_disabled_while_it_has_the_ring_keeps_its_place(ui, keys):
     page = ui.show(page_of("One", "Two", "Three"), (300, 300))
     ui.key(TAB)
     ui.key(TAB)
@@ -244,7 +244,7 @@ def test_what_is_disabled_while_it_has_the_ring_keeps_its_place(ui, keys):
     assert keys.target.text == "Three"
 
 
-def test_what_is_reached_is_scrolled_into_sight(ui, keys):
+def test_a_reached_widget_is_scrolled_into_sight(ui, keys):
     ui.show(page_of(*map(str, range(12))), (300, 200))
     for _press in range(12):
         ui.key(TAB)

@@ -58,7 +58,7 @@ def test_after_a_dialog_the_ring_is_where_it_was(ui, keys):
 
 
 @pytest.mark.parametrize("comes_as_text", [True, False])  # kivy says a text only where a field had the focus before
-def test_what_is_typed_in_a_dialog_goes_into_its_first_field(ui, keys, comes_as_text):
+def test_typing_in_a_dialog_goes_into_its_first_field(ui, keys, comes_as_text):
     ui.show(page_of("One"), (300, 300))
     dialog = ChoiceDialog(
         title="Mission", options=[Option(n, f"Option {n}") for n in range(9)], hint="Search", nothing="Nothing found"

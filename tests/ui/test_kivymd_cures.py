@@ -221,7 +221,7 @@ def test_a_surface_comes_back_when_a_tablet_has_lost_its_graphics(monkeypatch):
     assert texture.blitted == [painted, painted]
 
 
-def test_what_is_pressed_shows_it_under_its_border(ui):
+def test_a_pressed_widget_shows_it_under_its_border(ui):
     pressed = ui.show(card(md_bg_color=RED, theme_line_color="Custom", line_color=BLUE, line_width=2))
     lift = ui.press(pressed)
     assert [colour[:3] for colour in colours(pressed)] == [
@@ -302,7 +302,7 @@ def test_a_card_without_a_fill_shows_the_touch_too(ui):
     lift()
 
 
-def test_what_is_disabled_from_the_start_can_be_made(ui):
+def test_a_widget_can_be_created_disabled(ui):
     disabled = ui.show(card(disabled=True, md_bg_color=RED))
     ui.press(disabled)()
     assert disabled.state == "normal"
@@ -375,7 +375,7 @@ def test_a_label_follows_no_property_that_stays_at_its_default(ui):
         assert label.get_property_observers("text")
 
 
-def test_what_is_left_out_is_drawn_as_before(ui):
+def test_missing_sides_are_drawn_as_before(ui):
     label = Factory.Body(text="Deliver")
     for name in kivymd_cures.LEFT_AT_DEFAULTS - {"outline_color", "disabled_outline_color"}:  # of no outline
         assert (getattr(label, name) or None) == (label._label.options.get(name) or None), name
@@ -446,7 +446,7 @@ class Unwritten:
         raise AssertionError("written out")
 
 
-def test_what_an_expression_comes_to_is_not_written_out(ui):
+def test_values_of_expressions_are_not_printed(ui):
     box = Builder.load_string("""
 Widget:
     given: None

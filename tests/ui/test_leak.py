@@ -37,7 +37,7 @@ def test_sixty_rounds_leave_no_widget_and_nothing_that_holds_one(tmp_path, ui):
     assert growth == {}, f"and of widgets: {dict(more)}"
 
 
-def test_what_a_turn_of_the_window_replaces_is_collected_while_it_is_used(container, ui):
+def test_screens_replaced_by_a_turn_of_the_window_are_collected_in_use(container, ui):
     with shown(container, ui) as app, quiet_garbage():
         wear = Wear(app, ui)
         wear.turn(2)

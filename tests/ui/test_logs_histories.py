@@ -47,7 +47,7 @@ def test_without_robots_their_page_says_so(nothing, ui):
         assert "There is no robot yet." in ui.texts()
 
 
-def test_what_ends_shows_at_once(container, ui):
+def test_a_run_that_ends_shows_at_once(container, ui):
     with opened(container, ui) as screen:
         running = max(container.history.open(), key=lambda run: run.planned_at)
         container.ledger.apply([transitions.complete(running, container.clock.now(), 240.0, 2.0)])

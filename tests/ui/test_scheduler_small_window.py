@@ -145,7 +145,7 @@ def test_of_schedules_that_have_no_room_a_part_of_the_next_one_is_seen(ui, small
     assert lowest - checks.area(rows)[1] <= rows.spacing or not rows.more_below
 
 
-def test_what_saves_and_what_skips_a_start_is_seen_while_a_schedule_is_edited(ui, small):
+def test_save_and_skip_are_visible_while_a_schedule_is_edited(ui, small):
     small.vm.edit(small.schedule(KITS).id)
     small.settle()
     for word in (small.vm.form.view.save, _("Skip a start")):

@@ -93,7 +93,7 @@ def test_of_events_with_one_key_the_newest_survives(ui, bus):
     assert seen[2:] == [(1, 5)]
 
 
-def test_who_subscribed_to_a_class_hears_of_its_kinds(ui, bus):
+def test_a_subscriber_to_a_class_receives_its_subclasses(ui, bus):
     seen: list[str] = []
     bus.subscribe(RobotRead, lambda event: seen.append(type(event).__name__))
     stop = bus.subscribe(SlowRead, lambda event: seen.append("slow"))
@@ -200,7 +200,7 @@ def test_threads_that_a_crowd_needed_end_with_it(ui, bus, count, stay):
         background.run(lambda: "late")
 
 
-def test_what_was_asked_before_the_end_is_done_and_what_runs_apart_is_not_waited_for(ui, bus, monkeypatch):
+def test_work_queued_before_the_end_is_done_and_separate_work_is_not_awaited(ui, bus, monkeypatch):
     """The services close after the window: a number that was stepped a moment before has to be saved by then."""
     monkeypatch.setattr(threads, "LAST_WORDS", 30)
     background, done, go = Background(bus, workers=1), [], threading.Event()

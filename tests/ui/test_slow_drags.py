@@ -61,7 +61,7 @@ def pressed(widget) -> list[str]:
     ids=["segment", "chip"],
 )
 @pytest.mark.parametrize("kind", [ScrollPage, LowColumn])
-def test_what_can_be_pressed_is_scrolled_however_long_the_finger_rested(ui, kind, make: Callable[[], Widget], rest):
+def test_buttons_can_be_scrolled_however_long_the_finger_rested(ui, kind, make: Callable[[], Widget], rest):
     page = page_of(ui, button := make(), kind=kind)
     happened = pressed(button)
     slow_drag(ui, button, 0, 120, rest)

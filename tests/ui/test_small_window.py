@@ -250,7 +250,7 @@ def test_with_gloves_a_time_is_chosen_and_set_without_scrolling(ui, size, scale)
 @pytest.mark.parametrize(
     ("size", "scale", "gloves"), [((600, 480), 1.0, False), ((600, 480), 1.3, True), ((800, 480), 1.3, False)]
 )
-def test_what_is_said_of_a_damaged_database_and_the_way_out_can_be_reached(ui, size, scale, gloves):
+def test_the_message_about_a_damaged_database_and_its_button_can_be_reached(ui, size, scale, gloves):
     with window(ui, size, scale, "fi", gloves=gloves) as rig:
         damaged(rig)
         ui.advance(0.3)
@@ -319,13 +319,13 @@ def test_the_text_of_a_run_fits_next_to_its_time(ui, size):
 
 
 @pytest.mark.long
-def test_what_a_robot_says_stands_there_once(ui):
+def test_the_text_of_a_robot_is_shown_once(ui):
     sentence = home(Rig(ui), sample.with_aino(sample.FAILED), issues=OpenIssues([ERROR])).vm.card.mission.name
     ui.advance(0.5)
     assert [label.text for label in ui.find_all(Label) if sentence in label.text] == [sentence]
 
 
-def test_what_is_blocked_in_the_queue_is_said_above_the_fold(ui, small):
+def test_a_blocked_queue_is_reported_above_the_fold(ui, small):
     screen = home(small, sample.FACTS)
     ui.advance(0.5)
     said = [line for line in ui.find_all(BlockedLine) if line.text and checks.is_seen(line)]

@@ -123,7 +123,7 @@ def test_a_robot_that_refuses_the_values_is_named(world, ui):
     assert message.startswith("Kits is not sent yet. Veikko refused it: The robot has no such mission: ")
 
 
-def test_what_one_refused_and_another_took_tells_both(world, ui):
+def test_a_start_that_one_refused_and_another_took_names_both(world, ui):
     world.row = REFUSED
     world.reports.follow(REFUSED)
     world.becomes(replace(SENT, tried=REFUSED.tried))
@@ -135,7 +135,7 @@ def test_what_one_refused_and_another_took_tells_both(world, ui):
 HELD = replace(BOUND, wait=Wait.HOLD, wait_details={"hold": "Maintenance"})
 
 
-def test_what_was_held_and_is_released_is_not_said_to_wait_any_more(world, ui):
+def test_a_released_start_is_not_said_to_wait_any_more(world, ui):
     world.row = HELD
     world.reports.follow(HELD)
     [message] = world.messages
@@ -147,7 +147,7 @@ def test_what_was_held_and_is_released_is_not_said_to_wait_any_more(world, ui):
     assert world.messages == ["Kits is sent to Aino. Aino: free now"]
 
 
-def test_what_was_held_and_is_cancelled_is_not_said_to_wait_any_more(world, ui):
+def test_a_cancelled_held_start_is_not_said_to_wait_any_more(world, ui):
     world.row = HELD
     world.reports.follow(HELD)
     world.becomes(replace(HELD, state=State.CANCELLED))
@@ -164,7 +164,7 @@ def test_long_after_that_was_read_nothing_more_is_said(world, ui):
     assert world.messages == []
 
 
-def test_what_is_said_already_is_not_said_again_with_every_change(world, ui):
+def test_a_message_is_not_repeated_with_every_change(world, ui):
     world.row = HELD
     world.reports.follow(HELD)
     ui.advance(5)
@@ -173,7 +173,7 @@ def test_what_is_said_already_is_not_said_again_with_every_change(world, ui):
     assert world.messages == []  # 8 s after it was said the first time
 
 
-def test_what_was_held_is_followed_while_an_undo_covers_that_it_was(world, ui):
+def test_a_held_start_is_followed_while_an_undo_covers_its_message(world, ui):
     world.row = HELD
     world.reports.follow(HELD)
     ui.advance(1)
@@ -183,7 +183,7 @@ def test_what_was_held_is_followed_while_an_undo_covers_that_it_was(world, ui):
     assert world.messages == ["Count is deleted", "Kits is sent to Aino. Aino: free now"]
 
 
-def test_what_was_held_is_not_said_to_be_when_its_robot_does_not_answer_after_that(world, ui):
+def test_a_start_is_not_said_to_be_held_when_its_robot_stops_answering(world, ui):
     world.row = HELD
     world.reports.follow(HELD)
     ui.advance(1)
@@ -194,7 +194,7 @@ def test_what_was_held_is_not_said_to_be_when_its_robot_does_not_answer_after_th
     assert message.startswith("Kits waits for an answer of Aino, until ")
 
 
-def test_what_was_held_is_not_said_to_be_when_another_screen_is_shown_and_it_is_sent(world, ui):
+def test_a_sent_start_is_not_said_to_be_held_on_another_screen(world, ui):
     world.row = HELD
     world.reports.follow(HELD)
     world.close()
@@ -292,7 +292,7 @@ def test_an_assigned_start_of_a_group_is_said_to_wait_for_the_answer(world, ui):
     assert message.startswith("Kits waits for an answer of Aino, until ")
 
 
-def test_what_was_sent_and_is_being_cancelled_is_not_said_to_be_sent(world, ui):
+def test_a_start_that_is_being_cancelled_is_not_said_to_be_sent(world, ui):
     world.row = BOUND
     world.reports.follow(BOUND)
     asked = replace(SENT, cancel_code=ReasonCode.USER_CANCELLED)
@@ -367,7 +367,7 @@ class Rows:
         (replace(HELD, robot_id=None), None, Wait.HOLD),
     ],
 )
-def test_what_is_released_is_not_read_as_held_until_it_is_tried(row, hold, wait):
+def test_a_released_start_is_not_shown_as_held_before_its_next_attempt(row, hold, wait):
     rows = Rows(row, hold)
     assert as_it_is(rows, rows)(7).wait is wait
 
@@ -390,7 +390,7 @@ def starts(world):
     return GroupStarts(Operator(), None, world.shell, lambda: None, lambda _execution: None, lambda _id: world.row)
 
 
-def test_what_is_released_at_once_is_not_said_to_be_held_after_that(world, starts, ui):
+def test_a_start_released_at_once_is_not_said_to_be_held(world, starts, ui):
     starts.hold(UNBOUND, True)
     assert world.messages == ["Kits is held; it is skipped unless it is released in time"]
     ui.advance(1)
@@ -410,7 +410,7 @@ def test_actions_on_a_start_name_its_values(world, starts, dock, ui):
     world.shell.dialogs.close_all()
 
 
-def test_what_is_cancelled_at_once_is_not_said_to_be_held_after_that(world, starts, ui):
+def test_a_start_cancelled_at_once_is_not_said_to_be_held(world, starts, ui):
     starts.hold(UNBOUND, True)
     ui.advance(1)
     starts.cancel(UNBOUND)
@@ -443,7 +443,7 @@ def test_a_start_that_runs_by_the_time_that_its_cancelling_is_agreed_to_is_stopp
     assert world.messages == ["Kits is being cancelled"]
 
 
-def test_what_is_held_while_it_is_said_to_wait_for_a_robot_is_said_to_be_held_alone(world, starts, ui):
+def test_a_waiting_start_that_is_held_is_said_only_to_be_held(world, starts, ui):
     world.row = UNBOUND
     world.reports.follow(UNBOUND)
     ui.advance(1.2)

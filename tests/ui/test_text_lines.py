@@ -119,7 +119,7 @@ IDEOGRAPHS = "".join(map(chr, range(0x4E00, 0x4E00 + 500)))
     ids=repr,
 )
 @pytest.mark.parametrize("most", [1, 2, 3])
-def test_what_is_seen_of_a_long_text_is_the_beginning_of_all_of_it(ui, text, most):
+def test_the_visible_part_of_a_long_text_is_its_beginning(ui, text, most):
     whole, seen = shown_lines(ui, text, 150), shown_lines(ui, text, 150, most_lines=most)
     assert len(seen) == min(most, len(whole))
     assert seen[: most - 1] == whole[: len(seen)][: most - 1]
@@ -128,7 +128,7 @@ def test_what_is_seen_of_a_long_text_is_the_beginning_of_all_of_it(ui, text, mos
         assert whole[most - 1].startswith(seen[-1].removesuffix("…").rstrip())
 
 
-def test_what_is_not_seen_of_a_long_text_is_not_measured(ui, monkeypatch):
+def test_the_hidden_part_of_a_long_text_is_not_measured(ui, monkeypatch):
     measured, measure = [], CoreLabel.get_extents
     monkeypatch.setattr(
         CoreLabel, "get_extents", lambda label, text: measured.append(len(text)) or measure(label, text)

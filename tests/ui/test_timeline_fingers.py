@@ -159,7 +159,7 @@ def test_a_bar_that_may_be_moved_is_dragged_after_a_long_press_and_says_its_new_
 FOLDED = [Band(6, 54, "Sat–Sun, no work", "folded")]
 
 
-def test_what_is_after_a_break_lies_where_its_time_is_and_a_drag_goes_over_it(ui):
+def test_bars_after_a_break_lie_at_their_time_and_a_drag_crosses_it(ui):
     bars = (Bar("a", 2, 3), Bar("b", 60, 61))
     chart = ui.show(
         Timeline(lanes=[Lane("Aino", bars=bars)], bands=FOLDED, hours=24, now=58, now_label="14:12"), (800, 150)

@@ -47,7 +47,7 @@ def test_a_typed_duration_is_said_drawn_and_warned_by(screen, container, ui):
     assert "Length typed" in [item.text for item in ui.find_all(LegendItem)]
 
 
-def test_what_is_known_of_a_length_is_seen_in_its_bar(ui):
+def test_a_bar_shows_how_well_its_length_is_known(ui):
     def drawn(hours=4.0, **how) -> int:
         """Number of drawing instructions."""
         chart = ui.show(Timeline(lanes=[Lane("Aino", bars=(Bar(1, 2, 2 + hours, **how),))]), (800, 100))

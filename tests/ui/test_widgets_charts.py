@@ -46,7 +46,7 @@ def test_a_day_that_has_not_ended_does_not_flatten_those_before_it(ui):
     assert line.y <= points[-1][1] <= line.top
 
 
-def test_what_is_filled_begins_at_zero_and_gaps_stay_open(ui):
+def test_fillings_begin_at_zero_and_gaps_stay_open(ui):
     line = ui.show(Sparkline(values=[20, 21, None, 19, 20, 9]), (64, 50))
     assert line.scale() == (0, 21)
     first, second = line.runs()

@@ -113,7 +113,7 @@ def test_escape_closes_the_topmost_only(ui, dialogs):
     assert dialogs.top is None
 
 
-def test_what_lies_behind_a_dialog_cannot_be_pressed(ui, dialogs):
+def test_buttons_behind_a_dialog_cannot_be_pressed(ui, dialogs):
     button = ui.show(CommandButton(text="Pause"), (200, 64))
     taps: list[int] = []
     button.bind(on_release=lambda *_: taps.append(1))
@@ -134,7 +134,7 @@ def test_a_finger_on_the_sheet_of_a_dialog_presses_nothing(ui, dialogs):
     assert dialogs.top is dialog
 
 
-def test_what_darkens_the_window_behind_follows_the_theme(ui, dialogs):
+def test_the_scrim_follows_the_theme(ui, dialogs):
     dialogs.confirm("Sure?", "", "Yes", lambda: None)
     ui.advance()
     behind = ui.find(MDDialogScrim)

@@ -68,7 +68,7 @@ def test_enter_commits_and_says_so(ui):
     assert entered == ["10.0.0.7"]
 
 
-def test_what_the_view_model_shows_does_not_count_as_typed(ui):
+def test_values_set_by_the_view_model_do_not_count_as_typed(ui):
     field = ui.show(FormField(), (400, 120))
     values = commits_of(field)
     field.show("Aino")
@@ -94,7 +94,7 @@ def test_a_problem_takes_the_place_of_the_help_and_turns_the_frame_red(ui):
 
 
 @pytest.mark.parametrize("theme", THEMES)
-def test_what_is_typed_can_be_read_and_the_frame_shows_the_focus(ui, theme):
+def test_typed_text_can_be_read_and_the_frame_shows_the_focus(ui, theme):
     field = ui.show(FormField(text="Aino"), (400, 120))
     line = ui.find(MDTextField)
     quiet = list(line.line_color), line.line_width
@@ -242,7 +242,7 @@ def test_a_typed_number_outside_the_range_is_red_and_not_taken(ui):
 
 
 @pytest.mark.parametrize("typed", ["10,5", "1.5", "1_5", "fifteen"])
-def test_what_is_no_whole_number_is_said_and_not_taken(ui, typed):
+def test_text_that_is_no_whole_number_is_reported_and_refused(ui, typed):
     field = step_field(ui, value=30, minimum=1, maximum=3600, help="1 to 3600 s")
     values = commits_of(field)
     field.text = ""
@@ -294,7 +294,7 @@ NUMBERS = {
 
 @pytest.mark.parametrize("typed_on", ["a keyboard", "the screen"])
 @pytest.mark.parametrize("kind", list(NUMBERS))
-def test_what_is_typed_takes_the_place_of_a_number_that_was_tapped(ui, kind, typed_on):
+def test_typing_replaces_a_number_that_was_tapped(ui, kind, typed_on):
     page = ScrollPage()
     page.add_widget(field := NUMBERS[kind]())
     page.add_widget(lower := Widget(size_hint_y=None, height=0))

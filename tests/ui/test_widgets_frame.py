@@ -178,7 +178,7 @@ def test_the_date_gives_way_where_there_is_no_room(ui):
 
 
 @pytest.mark.parametrize("by_key", [False, True])
-def test_what_is_on_its_way_to_hold_one_start_does_not_hold_all(ui, keys, by_key):
+def test_a_touch_that_holds_one_start_does_not_hold_all(ui, keys, by_key):
     window, late, pressed = frame(ui), BannerView("Late", action="Hold", act=Act.HOLD), []
     window.bind(on_solve=pressed.append)
     show_banner(window, late)

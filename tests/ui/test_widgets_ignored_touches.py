@@ -52,7 +52,7 @@ def opened(ui, dialogs: Dialogs, title: str = "Above") -> Dialog:
 
 @pytest.mark.parametrize("fade", [0, 0.1])
 @pytest.mark.parametrize(("after", "pressed"), [(0.05, 0), (0.3, 0), (0.55, 0), (0.65, 1)])
-def test_what_was_behind_a_dialog_takes_a_touch_again_after_a_moment(ui, page, fade, after, pressed):
+def test_buttons_behind_a_closed_dialog_take_touches_again_after_a_moment(ui, page, fade, after, pressed):
     dialogs = Dialogs(animate=bool(fade))
     opened(ui, dialogs).dismiss()
     ui.advance(after)

@@ -57,7 +57,7 @@ def test_a_queue_that_moves_under_the_finger_cancels_nothing_else(ui):
 
 
 @pytest.mark.parametrize("kind", [ScrollRows, LongList])
-def test_what_slides_under_the_finger_after_a_row_was_removed_is_not_pressed(ui, kind):
+def test_a_row_that_slides_under_the_finger_after_a_removal_is_not_pressed(ui, kind):
     rows = ui.show(kind(viewclass="QueueRow", data=queue(1, 2, 3)), (400, 300))
     happened = actions_of(rows)
     cross = ui.find(IconButton, root=ui.find(QueueRow, key=2))
@@ -75,7 +75,7 @@ def test_what_slides_under_the_finger_after_a_row_was_removed_is_not_pressed(ui,
 
 @pytest.mark.parametrize("after", [(1, 4, 3), (3,), (4, 1, 3)])
 @pytest.mark.parametrize("kind", [ScrollRows, LongList])
-def test_what_slides_under_the_finger_that_has_pressed_is_not_pressed_whatever_else_comes_or_goes(ui, kind, after):
+def test_a_row_that_slides_under_the_pressing_finger_is_not_pressed(ui, kind, after):
     rows = ui.show(kind(viewclass="QueueRow", data=queue(1, 2, 3)), (400, 300))
     happened = actions_of(rows)
     cross = ui.find(IconButton, root=ui.find(QueueRow, key=2))
@@ -339,7 +339,7 @@ def test_after_a_touch_no_row_changes_places_for_a_while(ui, kind):
 
 
 @pytest.mark.parametrize("kind", [ScrollRows, LongList])
-def test_what_slides_under_a_finger_as_a_list_is_sorted_is_not_pressed(ui, kind):
+def test_a_row_that_slides_under_the_finger_by_sorting_is_not_pressed(ui, kind):
     rows = ui.show(kind(viewclass="QueueRow", data=queue(1, 2, 3)), (400, 400))
     happened = actions_of(rows)
     crosses = {key: ui.find(IconButton, root=ui.find(QueueRow, key=key)) for key in (1, 2, 3)}

@@ -149,7 +149,7 @@ def moved(ui, root, px: float, frames: int):
         yield
 
 
-def test_what_scrolls_into_sight_was_filled_before_a_few_panels_a_frame(ui):
+def test_panels_are_filled_a_few_per_frame_before_they_are_in_sight(ui):
     samples = [Sample(number, f"P{number}") for number in range(800)]
     root = ui.show(
         PanelGrid(panelclass="SamplePanel", panels=samples, panel_width=100, spacing=16, row_height=100),

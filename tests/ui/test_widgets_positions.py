@@ -53,7 +53,7 @@ def keys():
     keys.stop()
 
 
-def test_what_was_wrong_with_a_value_is_no_longer_said_once_another_is_entered(ui):
+def test_the_problem_of_a_value_disappears_once_another_is_entered(ui):
     load_kv("widgets/flow")
     speed = MissionParameter("speed", "Speed", "Float", default=1.5, maximum=2)
     fields = ui.show(ParameterFields(fields=fields_of([GOAL, speed])), (600, 200))
@@ -186,7 +186,7 @@ def test_every_position_of_a_crowd_is_reached_by_arrows(ui, keys):
     assert len(seen) == len(chart.places)
 
 
-def test_what_is_cancelled_chooses_nothing(ui, fields):
+def test_cancel_chooses_nothing(ui, fields):
     chart = open_map(ui)
     ui.tap_at(*point(chart, 0.7, 0.5))
     ui.tap(ui.find(CommandButton, text="Cancel"))
@@ -207,7 +207,7 @@ def test_without_a_map_that_has_them_there_is_only_the_list(ui, fields, known):
     assert ui.find_all(ChoiceDialog)
 
 
-def test_what_is_missing_is_said_of_the_first_empty_field(ui, fields):
+def test_the_first_empty_field_is_reported_as_missing(ui, fields):
     text = MissionParameter("note", "Note", "String")
     fields.fields = fields_of([GOAL, text])
     assert fields.missing == "Choose Goal first"

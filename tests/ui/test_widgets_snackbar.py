@@ -43,7 +43,7 @@ def on_screen(ui) -> list[str]:
     return [bar.text for bar in ui.find_all(Snackbar)]
 
 
-def test_what_can_be_read_already_is_not_said_again(ui, bars):
+def test_a_message_on_screen_is_not_repeated(ui, bars):
     bars.show("Kits waits")
     ui.advance(3)
     bars.show("Kits waits")
@@ -53,7 +53,7 @@ def test_what_can_be_read_already_is_not_said_again(ui, bars):
     assert bars.texts == []
 
 
-def test_what_is_said_again_below_another_one_is_the_newest(ui, bars):
+def test_a_repeated_message_becomes_the_newest(ui, bars):
     for text in ("Kits waits", "Saved", "Kits waits"):
         bars.show(text)
     assert bars.texts == ["Saved", "Kits waits"]
@@ -61,7 +61,7 @@ def test_what_is_said_again_below_another_one_is_the_newest(ui, bars):
     assert on_screen(ui) == ["Kits waits"]
 
 
-def test_what_does_not_hold_any_more_is_not_said_again(ui, bars):
+def test_an_outdated_message_is_not_repeated(ui, bars):
     bars.show("Aino pauses", about="aino")
     bars.show("Veikko pauses", about="veikko")
     bars.undo("Deleted", "Undo", lambda: None)
@@ -87,7 +87,7 @@ def test_the_same_words_about_something_else_end_what_was_said_about_that(ui, ba
     assert bars.texts == []
 
 
-def test_what_is_said_of_many_is_over_when_it_is_of_one_of_them(ui, bars):
+def test_a_message_about_many_ends_when_it_ends_for_one(ui, bars):
     bars.post(Message("Both are held", about=frozenset([1, 2])))
     bars.show("Sampo is held", about=3)
     bars.end(3)
@@ -99,7 +99,7 @@ def test_what_is_said_of_many_is_over_when_it_is_of_one_of_them(ui, bars):
     assert bars.texts == []
 
 
-def test_what_is_about_nothing_ends_nothing(ui, bars):
+def test_a_message_about_nothing_ends_no_other(ui, bars):
     bars.show("Saved")
     bars.show("Copied")
     assert bars.texts == ["Saved", "Copied"]
@@ -114,7 +114,7 @@ def test_only_the_newest_is_shown_so_that_nothing_under_the_top_bar_is_covered(u
     assert bars.stack.below == 2
 
 
-def test_what_was_covered_comes_back_for_the_rest_of_its_time_or_not_at_all_if_it_was_read(ui, bars):
+def test_a_covered_message_returns_for_the_rest_of_its_time_unless_it_was_read(ui, bars):
     bars.undo("Deleted", "Undo", lambda: None)
     ui.advance(3)
     bars.show("Read")

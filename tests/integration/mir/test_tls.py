@@ -202,7 +202,7 @@ def after_request(conversation: Conversation, then: Callable[[], None]) -> None:
     ],
     ids=["close", "reset", "hang", "drip headers", "drip body"],
 )
-def test_what_breaks_after_the_handshake_leaves_the_outcome_unknown(
+def test_a_break_after_the_handshake_leaves_the_outcome_unknown(
     serve: Serve, behave: Behaviour, kind: type[RobotError]
 ) -> None:
     server = serve(behave)

@@ -216,7 +216,7 @@ def test_a_start_of_the_plan_goes_first(tmp_path, fleet, robot):
 
 
 @pytest.mark.long
-def test_what_can_not_be_is_said_in_one_line(data, fleet, robot):
+def test_wrong_arguments_are_reported_in_one_line(data, fleet, robot):
     for arguments, words in (
         (("--check-up", "Nobody"), f"there is no robot 'Nobody'; known: {robot.name}"),
         (("--check-up", robot.name, "--with-mission", "Dance", "--yes"), "the robot has no mission Dance"),
@@ -311,7 +311,7 @@ def test_interrupting_it_or_closing_its_terminal_leaves_nothing(data, robot, num
 
 
 @pytest.mark.long
-def test_what_the_app_could_not_put_back_is_said_at_the_end(data, robot):
+def test_what_could_not_be_restored_is_reported_at_the_end(data, robot):
     with headless(data):
         process = start(data, "--check-up", robot.name, "--with-mission", "--yes")
         try:

@@ -113,7 +113,7 @@ def test_an_app_that_was_restarted_at_once_is_asked_again(tmp_path):
     app.join()
 
 
-def test_who_is_interrupted_learns_within_a_bound_what_became_of_it(tmp_path):
+def test_an_interrupted_command_reports_its_outcome_in_bounded_time(tmp_path):
     interrupts = iter([KeyboardInterrupt])
 
     def interrupt() -> bool:
@@ -153,7 +153,7 @@ def test_bytes_are_handed_over_privately_and_do_not_stay(tmp_path):
     assert list((tmp_path / "inbox").iterdir()) == []
 
 
-def test_what_a_command_of_an_earlier_life_asked_for_is_not_done(tmp_path):
+def test_requests_to_an_earlier_process_are_not_executed(tmp_path):
     """It and the app were killed; its mission would start now, whenever now is."""
     asked = []
     Inbox(tmp_path, {})
@@ -182,7 +182,7 @@ LEFT = ("x.draft", "x.content", "x.answer")
 
 
 @pytest.mark.parametrize("name", LEFT)
-def test_what_a_killed_command_left_is_deleted_at_the_next_start(tmp_path, name):
+def test_files_of_a_killed_command_are_deleted_at_the_next_start(tmp_path, name):
     Inbox(tmp_path, {})
     left = tmp_path / "inbox" / name
     left.write_text("a password")
@@ -204,7 +204,7 @@ def test_and_by_an_app_that_runs_when_it_has_lain_there_for_a_while(tmp_path, mo
     assert not left.exists()
 
 
-def test_what_belongs_to_a_request_that_waits_stays(tmp_path, monkeypatch):
+def test_files_of_a_waiting_request_stay(tmp_path, monkeypatch):
     monkeypatch.setattr(inboxes, "LEFT_FOR", -1.0)
     inbox = Inbox(tmp_path, {"wait": lambda _request: None})
     for suffix, text in ((".content", "a password"), (".request", '{"kind": "wait"}')):

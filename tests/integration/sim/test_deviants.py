@@ -337,7 +337,7 @@ def test_another_zone_is_another_time_of_day_and_no_error_of_the_clock() -> None
         assert there.robot.clock.error(0.0) == 0.0
 
 
-def test_what_a_fleet_queues_is_its_own_and_never_piles_up() -> None:
+def test_items_queued_by_a_fleet_are_its_own_and_do_not_accumulate() -> None:
     with client_of(deviant("fleet")) as client:
         client.ask("PUT", "/status", {"state_id": 4})
         client.now = 1500.0

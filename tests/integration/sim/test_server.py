@@ -120,7 +120,7 @@ def test_chunked_bodies_and_expectations(aino: FleetRobot) -> None:
         b"POST / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\nzz\r\n",
     ],
 )
-def test_what_is_no_request_is_answered_and_closed(aino: FleetRobot, data: bytes) -> None:
+def test_an_invalid_request_is_answered_and_closed(aino: FleetRobot, data: bytes) -> None:
     assert raw(aino, data).startswith(b"HTTP/1.1 400 ")
     assert ask(aino, "GET", "/status").status_code == 200
 

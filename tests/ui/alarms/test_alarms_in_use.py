@@ -40,7 +40,7 @@ def test_one_press_acknowledges_all_that_is_on_screen(app, alarms, ui):
     ui.wait(lambda: not unseen(alarms) and dialog.all_word == "")
 
 
-def test_what_is_out_of_sight_is_not_acknowledged(app, alarms, ui):
+def test_alarms_out_of_sight_are_not_acknowledged(app, alarms, ui):
     for number in range(9):
         alarms.raise_("emergency_stop", f"robot:{70 + number}", robot=f"Robot {number}")
     ui.wait(lambda: ui.find(TopBar).bell_count == "9")
@@ -84,7 +84,7 @@ def test_a_second_tap_acknowledges_nothing_more(app, alarms, ui, monkeypatch):
     ui.wait(lambda: unseen(alarms) < left)
 
 
-def test_what_has_only_just_come_is_not_acknowledged_unread(app, alarms, ui, monkeypatch):
+def test_an_alarm_that_just_came_is_not_acknowledged_unread(app, alarms, ui, monkeypatch):
     monkeypatch.setattr(frame_alarms, "DOUBLE_TAP", 1e3)
     alarms.raise_("app_was_off", "app")
     alarms.raise_("clock_stepped", "clock", seconds=40)
@@ -260,7 +260,7 @@ def test_a_hand_that_rests_on_the_screen_keeps_no_alarm_away(app, alarms, ui):
     lift()
 
 
-def test_what_stands_where_a_hold_was_released_is_not_pressed_by_the_second_tap(container, app, alarms, ui):
+def test_a_second_tap_after_releasing_a_hold_presses_nothing(container, app, alarms, ui):
     """Late starts are reported together with everything else."""
     for number in range(3):
         alarms.raise_("emergency_stop", f"robot:{70 + number}", robot=f"Robot {number}")

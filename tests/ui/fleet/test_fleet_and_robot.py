@@ -94,7 +94,7 @@ def test_a_robot_that_is_picked_in_the_bar_is_shown(container, robots, ui):
             settle(app, ui)
 
 
-def test_what_is_held_from_all_robots_is_all_and_from_one_this_one(container, robots, ui):
+def test_hold_on_all_robots_holds_all_and_on_one_only_it(container, robots, ui):
     def asked_to_hold(app) -> str:
         app.shell.go("scheduler")
         settle(app, ui)

@@ -90,7 +90,7 @@ def test_up_to_twenty_four_fill_a_wide_page(container, ui):
 
 
 # ---------------------------------------------------------------------- what it shows
-def test_who_needs_a_person_is_read_at_two_metres(container, ui):
+def test_robots_that_need_a_person_are_readable_at_two_metres(container, ui):
     """Letters of 24 sp, in the same room, and what fits is not cut."""
     robots = add_robots(container, 40)
     named = container.catalogue.save_robot(replace(robots[20], name="Trukki hallissa 1"))
@@ -287,7 +287,7 @@ def test_the_time_of_an_empty_filter_restarts_when_it_comes_on_screen(container,
         assert tiles(ui) == [robots[4].name]
 
 
-def test_who_needs_me_comes_first_on_demand(container, robots, ui):
+def test_robots_that_need_a_person_come_first_on_demand(container, robots, ui):
     with shown(container, ui):
         see(container, robots[4], sample.STOPPED)
         see(container, robots[2], sample.ASKING)
@@ -301,7 +301,7 @@ def test_who_needs_me_comes_first_on_demand(container, robots, ui):
         assert tiles(ui) == order
 
 
-def test_what_a_finger_has_withheld_comes_no_faster_when_it_has_left(container, ui):
+def test_changes_delayed_by_a_finger_come_no_faster_when_it_leaves(container, ui):
     robots = add_robots(container, 40)
     with shown(container, ui):
         for robot in container.catalogue.robots():

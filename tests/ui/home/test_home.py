@@ -77,7 +77,7 @@ def test_the_top_bar_switches_robots_from_anywhere(home, ui):
     )
 
 
-def test_what_was_read_of_another_robot_is_not_offered_on_the_one_just_chosen(home, ui):
+def test_missions_of_another_robot_are_not_offered_on_the_one_just_chosen(home, ui):
     """It arrives before the choice is in the database."""
     view, veikko = home.root_vm, next(robot for robot in home.root_vm.facts.robots if robot.name == "Veikko")
     read = view.facts
@@ -88,7 +88,7 @@ def test_what_was_read_of_another_robot_is_not_offered_on_the_one_just_chosen(ho
     assert view.facts.robot == veikko
 
 
-def test_what_began_to_be_read_before_a_choice_was_written_never_takes_it_back(home, ui, monkeypatch):
+def test_a_reading_that_began_before_a_choice_does_not_undo_it(home, ui, monkeypatch):
     """However late it arrives: the other robot would be under a finger that is on its way to Run."""
     view, container, begun, go, seen = home.root_vm, home.site.container, threading.Event(), threading.Event(), []
 

@@ -32,7 +32,7 @@ def test_pause_and_resume_are_one_button_that_says_what_it_will_do(home, ui):
     assert home.aino.state()["state_id"] == 3
 
 
-def test_what_runs_stands_still_while_the_robot_is_paused(home, ui):
+def test_progress_stops_while_the_robot_is_paused(home, ui):
     run(ui, "Deliver")
     ui.wait(lambda: is_shown_running(ui))
     press(ui, "Pause")
@@ -44,7 +44,7 @@ def test_what_runs_stands_still_while_the_robot_is_paused(home, ui):
     assert home.root_vm.card.mission.elapsed == shown
 
 
-def test_what_a_robot_has_not_done_names_robot_and_command(home, ui):
+def test_a_failed_command_names_robot_and_command(home, ui):
     """Somebody may look at another robot by then, and knows no addresses."""
     home.aino.control({"fault": {"kind": "status_503", "path": "/status", "method": "PUT", "count": 1}})
     press(ui, "Pause")
@@ -150,7 +150,7 @@ def test_clear_queue_says_how_many_and_ends_them_all(home, ui):
     assert execution.reason.code is ReasonCode.QUEUE_CLEARED
 
 
-def test_what_is_being_cleared_says_so_until_the_robot_has_answered(home, ui):
+def test_a_queue_is_shown_as_being_cleared_until_the_robot_answers(home, ui):
     pend(home)
     run(ui, "Deliver")
     ui.wait(lambda: len(rows(ui)) == 1)
@@ -224,7 +224,7 @@ def test_one_of_ours_can_be_cancelled(home, ui):
     ui.wait(lambda: not rows(ui))
 
 
-def test_what_was_never_sent_is_cancelled_at_once_and_waits_again_when_that_is_undone(home, ui):
+def test_an_unsent_start_is_cancelled_at_once_and_undo_makes_it_wait_again(home, ui):
     home.site.container.holds.hold("Audit")
     choose(ui, "Home")
     ui.wait(lambda: ui.find_all(CommandButton, text="Queue, held"))
@@ -236,7 +236,7 @@ def test_what_was_never_sent_is_cancelled_at_once_and_waits_again_when_that_is_u
     ui.wait(lambda: "Home waits again" in home.shell.snackbars.texts and rows(ui))
 
 
-def test_what_begins_while_it_is_asked_about_is_stopped_only_after_that_question(home, ui):
+def test_a_start_that_begins_during_the_question_is_stopped_only_after_the_answer(home, ui):
     pend(home)
     run(ui, "Deliver")
     ui.wait(lambda: is_shown_pending(ui))
@@ -249,7 +249,7 @@ def test_what_begins_while_it_is_asked_about_is_stopped_only_after_that_question
     assert home.aino.state()["queue"][-1]["state"] == "Executing"
 
 
-def test_what_runs_is_stopped_only_after_a_question(home, ui):
+def test_a_running_mission_is_stopped_only_after_a_question(home, ui):
     run(ui, "Deliver")
     ui.wait(lambda: is_shown_running(ui))
     ui.tap(ui.find(IconButton, ui.find(QueueRow)))
@@ -281,7 +281,7 @@ def test_stopping_a_mission_says_what_the_robot_continues_with(home, ui):
     assert not any("goes on with" in text for text in ui.texts())
 
 
-def test_what_could_not_be_cancelled_on_the_robot_is_not_cancelled_yet(home, ui):
+def test_a_start_that_could_not_be_cancelled_on_the_robot_is_not_cancelled_yet(home, ui):
     pend(home)
     run(ui, "Deliver")
     ui.wait(lambda: is_shown_pending(ui))
@@ -310,7 +310,7 @@ def test_somebody_elses_item_shows_its_creator_and_can_be_cancelled(home, ui):
     assert api(home.aino, "GET", f"/mission_queue/{number}").json()["state"] == "Aborted"
 
 
-def test_what_is_being_cancelled_on_one_robot_is_not_on_another_with_an_item_of_that_number(home, ui):
+def test_cancelling_an_item_does_not_mark_the_same_number_on_another_robot(home, ui):
     """And is still said when the robot is shown again."""
     robots = home.site.fleet.robots[:2]
     numbers = [0, 0]
@@ -346,7 +346,7 @@ def test_what_is_being_cancelled_on_one_robot_is_not_on_another_with_an_item_of_
     ui.wait(lambda: not rows(ui))
 
 
-def test_what_was_asked_of_one_robot_is_not_cancelled_on_the_one_that_is_shown_by_then(home, ui):
+def test_a_question_about_one_robot_cancels_nothing_on_the_robot_shown_later(home, ui):
     pend(home)
     number = api(home.aino, "POST", "/mission_queue", mission_id=GUIDS["Home"]).json()["id"]
     ui.wait(lambda: [row.key for row in ui.find_all(QueueRow)] == [("item", number)])

@@ -97,7 +97,7 @@ def test_run_waiting_for_a_robot_says_when_the_robot_is_stopped(home, ui):
     assert not home.site.container.history.open()
 
 
-def test_what_runs_already_is_stopped_only_after_the_question(home, ui):
+def test_a_start_that_already_runs_is_stopped_only_after_the_question(home, ui):
     catalogue = home.site.container.catalogue
     pend(home)
     run(ui, "Deliver")
@@ -113,9 +113,7 @@ def test_what_runs_already_is_stopped_only_after_the_question(home, ui):
     assert home.aino.state()["queue"][-1]["state"] == "Executing"
 
 
-def test_what_is_being_cancelled_is_said_although_a_start_with_the_number_of_that_item_could_not_be(
-    home, ui, monkeypatch
-):
+def test_a_cancellation_is_reported_although_a_start_with_that_number_failed(home, ui, monkeypatch):
     def fail(_execution_id: int) -> None:
         raise InvalidInput("execution", "it has ended")
 

@@ -128,7 +128,7 @@ def test_the_card_promises_nothing_of_reset_once_it_did_not_help(failed, ui):
     ui.wait(lambda: promise in ui.texts())
 
 
-def test_what_became_of_a_reset_is_not_said_after_another_screen_was_shown(failed, ui):
+def test_the_result_of_a_reset_is_not_reported_on_another_screen(failed, ui):
     press(ui, "Reset errors")
     ui.wait(lambda: failed.shell.snackbars.texts == ["Reset errors was sent to Aino"])
     failed.shell.go("logs")

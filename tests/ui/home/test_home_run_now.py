@@ -168,7 +168,7 @@ def test_a_mission_can_be_searched_among_many(home, ui):
     assert home.root_vm.run.mission == "Move coils to press"
 
 
-def test_what_is_blocked_is_never_below_the_fold(home, ui):
+def test_the_blocked_start_is_never_below_the_fold(home, ui):
     for _n in range(8):
         api(home.aino, "POST", "/mission_queue", mission_id=GUIDS["Deliver"])
     ui.wait(lambda: len(home.root_vm.queue) == 8)

@@ -406,7 +406,7 @@ def test_where_a_stick_is_there_it_is_asked_where_to(screen, ui, tmp_path, docum
     assert not [*documents.iterdir()]
 
 
-def test_what_is_filtered_is_exported_and_the_file_named(screen, ui, documents):
+def test_the_filtered_runs_are_exported_and_the_file_is_named(screen, ui, documents):
     tick(screen, ui, "Outcome", "Failed")
     export_as(screen, ui, "CSV")
     text = ui.find(Snackbar).text
@@ -421,7 +421,7 @@ def test_what_is_filtered_is_exported_and_the_file_named(screen, ui, documents):
     assert len([*documents.iterdir()]) == 1
 
 
-def test_what_no_list_shows_is_not_exported(screen, ui):
+def test_runs_that_no_list_shows_are_not_exported(screen, ui):
     """Neither the figures nor the bands obey the filters of the list: there is nothing on these parts that an export could be of."""
     tick(screen, ui, "Outcome", "Failed")
     for part in ("Figures", "Robots"):

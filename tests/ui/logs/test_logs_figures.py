@@ -83,7 +83,7 @@ def test_a_mission_is_shown_with_what_is_usual(screen, container, ui):
         ("Duration of missions", "The median duration"),
     ],
 )
-def test_what_a_figure_means_is_one_tap_away(screen, ui, title, beginning):
+def test_a_tap_explains_a_figure(screen, ui, title, beginning):
     card = ui.find(MoreCard, title=title)
     column = next(above for above in _above(card) if hasattr(above, "scroll_to"))
     button = ui.find(IconButton, root=card)

@@ -64,7 +64,7 @@ def test_a_tap_shows_what_from_when_to_when_and_how_long(screen, ui):
     assert screen.logs.mark is None
 
 
-def test_what_still_goes_on_has_no_end(screen, ui):
+def test_a_current_span_has_no_end(screen, ui):
     tap(screen, ui, ui.find(Segment, text="Today"))
     dialog = tap_band(screen, ui, "Aino", 0.999)
     assert (dialog.title, dialog.rows[1].value) == ("Aino: On a mission", "ongoing")

@@ -109,7 +109,7 @@ def test_a_name_can_be_taken_once_it_is_free(screen, container, ui):
     assert screen.plan.form.draft.name == ""
 
 
-def test_what_was_refused_can_be_saved_with_another_parameter(screen, container, ui, monkeypatch):
+def test_a_refused_schedule_can_be_saved_with_another_parameter(screen, container, ui, monkeypatch):
     monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (PALLETS,))
     choose(screen, ui, "Mission", KITS)
 

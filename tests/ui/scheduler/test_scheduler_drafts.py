@@ -34,7 +34,7 @@ PUT_ASIDE = "{}: what was entered and not saved is put aside"
 
 
 # ---------------------------------------------------------------------- while it is being saved
-def test_what_is_being_saved_is_not_put_aside(screen, container, ui, slow):
+def test_a_form_that_is_being_saved_is_not_put_aside(screen, container, ui, slow):
     choose(screen, ui, "Mission", KITS)
     before = len(schedules(container))
     ui.tap(save_button(ui))
@@ -47,7 +47,7 @@ def test_what_is_being_saved_is_not_put_aside(screen, container, ui, slow):
 
 
 @pytest.mark.parametrize("then", ["saved", "left and brought back"])
-def test_what_is_changed_while_it_is_being_saved_belongs_to_what_was_saved(screen, container, ui, slow, then):
+def test_changes_during_saving_belong_to_the_saved_schedule(screen, container, ui, slow, then):
     choose(screen, ui, "Mission", KITS)
     before = {schedule.id for schedule in schedules(container)}
     ui.tap(save_button(ui))
@@ -162,7 +162,7 @@ def test_parameters_that_were_typed_are_put_aside_and_brought_back(screen, conta
     assert [schedule.parameters for schedule in schedules(container) if schedule.parameters] == [{"count": 37}]
 
 
-def test_what_was_typed_and_taken_back_is_no_entry(screen, container, ui, monkeypatch):
+def test_text_that_was_typed_and_removed_is_no_entry(screen, container, ui, monkeypatch):
     monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (PALLETS,))
     screen.plan.edit(container.catalogue.save_schedule(replace(stock(container), parameters={"count": 5})).id)
     typed(screen, ui, "7")
@@ -211,7 +211,7 @@ def test_of_several_each_can_be_chosen_or_all_thrown_away(screen, container, ui)
     assert (screen.plan.form.aside, said(screen)) == ([], ["What was put aside is thrown away"])
 
 
-def test_what_was_thrown_away_comes_back_by_undo_behind_what_was_put_aside_since(screen, container, ui):
+def test_undo_restores_a_discarded_draft_behind_a_newer_one(screen, container, ui):
     for schedule in schedules(container)[:3]:
         screen.plan.edit(schedule.id)
         screen.plan.form.set(priority=3)
@@ -256,7 +256,7 @@ def test_five_are_kept(screen, container, ui):
 
 # ---------------------------------------------------------------------- the schedule is changed or deleted elsewhere
 @pytest.mark.parametrize("aside", [False, True])
-def test_what_was_saved_elsewhere_stays_where_nothing_was_entered(screen, container, ui, aside):
+def test_values_saved_elsewhere_stay_where_nothing_was_entered(screen, container, ui, aside):
     if aside:
         put_aside(screen, container, ui)
     else:

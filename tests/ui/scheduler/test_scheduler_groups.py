@@ -60,7 +60,7 @@ def test_the_list_says_any_of_the_group_and_is_narrowed_to_it(screen, container,
     assert row(ui, schedule).next.startswith("any of Hall 1 · ")
 
 
-def test_what_a_group_can_do_is_chosen_by_tapping_and_saved(screen, container, hall, ui):
+def test_options_of_a_group_are_chosen_by_taps_and_saved(screen, container, hall, ui):
     assert not ui.find_all(PickField, label="Has to be done")
     choose(screen, ui, "Robot", "Any of Hall 1")
     choose(screen, ui, "Mission", KITS)

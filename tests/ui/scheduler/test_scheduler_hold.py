@@ -108,7 +108,7 @@ def test_one_robot_is_held_until_a_time_that_is_picked(screen, container, ui):
     ui.wait(lambda: ui.find(Frame).alarm == "Nothing is sent to Veikko")
 
 
-def test_what_is_held_already_is_shown_and_released_in_the_dialog(screen, container, ui):
+def test_a_present_hold_is_shown_and_released_in_the_dialog(screen, container, ui):
     veikko = named(container, "Collect empties", "Veikko").robot_id
     container.holds.hold("Audit", robot_id=veikko)
     settle(screen, ui)
@@ -158,7 +158,7 @@ def test_the_timeline_says_until_when_everything_is_held_and_its_button_releases
     assert ui.find(CommandButton, text="Hold").tone == "neutral"
 
 
-def test_what_was_said_of_a_hold_does_not_come_back_after_its_release(screen, container, ui):
+def test_the_message_about_a_hold_does_not_return_after_its_release(screen, container, ui):
     hold_all(screen, ui)
     ui.tap(ui.find(CommandButton, root=ui.find(HoldDialog), text="Hold"))
     settle(screen, ui)

@@ -86,7 +86,7 @@ def test_a_window_that_becomes_high_has_all_of_it_again(low, screen, ui):
     [(1232, 552), (1080, 552), (976, 440), (976, 352)],
     ids=["1280×800 with a banner", "narrower", "1024×600", "and with a banner"],
 )
-def test_what_saves_and_what_skips_is_in_sight_as_soon_as_a_schedule_is_edited(low, screen, container, ui, size):
+def test_save_and_skip_are_in_sight_as_soon_as_a_schedule_is_edited(low, screen, container, ui, size):
     low.size = size
     settle(screen, ui)
     low.vm.edit(named(container, KITS, "Aino").id)

@@ -50,7 +50,7 @@ def test_a_second_schedule_of_a_mission_is_planned_and_changed_under_what_it_doe
     assert container.repositories.schedules.get(container.db.read(), second.id) == second
 
 
-def test_what_is_done_with_it_is_said_without_the_number_too(screen, container, ui, second):
+def test_messages_about_a_schedule_omit_the_number_too(screen, container, ui, second):
     menu(screen, ui, second, "Skip next")
     ui.wait(lambda: said(screen).startswith(f"The start of {SHOWN} is skipped: "))
     menu(screen, ui, second, "Pause until a day")

@@ -278,7 +278,7 @@ def test_a_row_is_hardly_over_72_dp_high_and_a_list_of_few_has_no_tools(screen, 
     assert not ui.find_all(IconButton, root=ui.find(SchedulesCard), icon="robot-outline")
 
 
-def test_what_changes_elsewhere_shows_at_once(screen, container, ui):
+def test_changes_made_elsewhere_show_at_once(screen, container, ui):
     schedule = named(container, KITS, "Aino")
     container.catalogue.remove_schedule(schedule.id)
     settle(screen, ui)

@@ -43,14 +43,14 @@ def test_a_new_one_without_a_mission_stays_in_the_form(screen, container, ui):
         assert (screen.plan.form.draft.name, screen.plan.form.draft.priority) == ("Count", 3)
 
 
-def test_what_a_finger_has_begun_is_no_entry_after_it_either(screen, container, ui):
+def test_a_drag_that_was_interrupted_is_no_entry(screen, container, ui):
     screen.plan.begin_at(container.catalogue.robots()[1].id, 8.0)
     with larger_controls(screen, container, ui):
         other(screen, container, ui)
         assert (said(screen), screen.plan.form.aside) == ([], [])
 
 
-def test_what_is_being_saved_is_saved_once(screen, container, ui, slow):
+def test_a_rebuilt_screen_saves_only_once(screen, container, ui, slow):
     choose(screen, ui, "Mission", KITS)
     before = len(schedules(container))
     ui.tap(save_button(ui))
@@ -75,7 +75,7 @@ def test_so_is_what_waits_for_the_robot(screen, container, ui, hanging):
         assert (len(schedules(container)), screen.plan.form.is_in_use) == (before + 1, False)
 
 
-def test_what_is_refused_says_so_and_stays_in_the_form(screen, container, ui, refused):
+def test_a_refused_schedule_stays_in_the_form_with_the_reason(screen, container, ui, refused):
     choose(screen, ui, "Mission", KITS)
     ui.tap(save_button(ui))
     with larger_controls(screen, container, ui):
@@ -92,7 +92,7 @@ def test_a_question_of_the_form_of_before_closes(screen, container, ui):
         assert not any(dialog.is_open for dialog in ui.find_all(Overlay))
 
 
-def test_what_was_thrown_away_before_comes_back_by_undo_after(screen, container, ui):
+def test_undo_restores_a_draft_discarded_before_the_rebuild(screen, container, ui):
     put_aside(screen, container, ui)
     screen.plan.form.set(priority=3)
     screen.plan.form.begin()

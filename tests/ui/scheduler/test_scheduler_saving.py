@@ -26,7 +26,7 @@ from tests.ui.planner import (
 pytestmark = pytest.mark.long
 
 
-def test_what_is_changed_while_save_waits_is_not_saved_before_it_is_pressed_again(screen, container, ui, hanging):
+def test_changes_while_save_waits_need_another_save(screen, container, ui, hanging):
     before = len(schedules(container))
     press_save(screen, container, ui)
     screen.plan.form.set(priority=3)
@@ -39,7 +39,7 @@ def test_what_is_changed_while_save_waits_is_not_saved_before_it_is_pressed_agai
     assert len(schedules(container)) == before + 1
 
 
-def test_what_waits_to_be_saved_is_saved_before_a_finger_begins_another_one(screen, container, ui, hanging):
+def test_a_waiting_schedule_is_saved_before_a_finger_begins_another(screen, container, ui, hanging):
     before = len(schedules(container))
     press_save(screen, container, ui)
     screen.plan.begin_at(named(container, KITS, "Aino").robot_id, 8.0)
@@ -53,7 +53,7 @@ def test_what_waits_to_be_saved_is_saved_before_a_finger_begins_another_one(scre
     )
 
 
-def test_what_was_typed_counts_also_where_the_robot_does_not_answer(screen, container, ui, hanging):
+def test_typed_values_count_although_the_robot_does_not_answer(screen, container, ui, hanging):
     schedule = container.catalogue.save_schedule(replace(stock(container), parameters={"count": 5}))
     settle(screen, ui)
     screen.plan.edit(schedule.id)
@@ -67,7 +67,7 @@ def test_what_was_typed_counts_also_where_the_robot_does_not_answer(screen, cont
     assert stored(container, schedule).parameters == {"count": 9}
 
 
-def test_what_was_changed_after_save_is_kept_when_that_fails(screen, container, ui, refused):
+def test_changes_after_save_are_kept_when_saving_fails(screen, container, ui, refused):
     choose(screen, ui, "Mission", KITS)
     ui.tap(save_button(ui))
     screen.plan.form.set(priority=3)

@@ -131,7 +131,7 @@ def test_not_now_is_silent_and_can_be_undone(app, container, ui):
     ui.wait(lambda: ui.find_all(CommandButton, icon=BULB))
 
 
-def test_what_is_answered_goes_at_once_and_the_dialog_is_not_seen_empty(app, ui, monkeypatch):
+def test_an_answered_suggestion_disappears_at_once_without_an_empty_dialog(app, ui, monkeypatch):
     """What else there may be takes seconds to find."""
     open_all(app, ui)
     monkeypatch.setattr(app.plan.advice, "compute", lambda: None)

@@ -135,7 +135,7 @@ def bring_back(ui):
     return ui.find(IconButton, ui.find(FormCard), icon="backup-restore")
 
 
-def test_what_was_put_aside_can_be_restored_long_after_the_message_closed(screen, container, ui):
+def test_a_draft_that_was_put_aside_can_be_restored_long_after_the_message_closed(screen, container, ui):
     choose(screen, ui, "Mission", KITS)
     entered = screen.plan.form.draft
     screen.plan.edit(named(container, "Night stock count", "Aino").id)
@@ -177,7 +177,7 @@ def test_a_time_that_a_finger_on_free_time_has_begun_is_no_entry(screen, contain
     assert said(screen) == [PUT_ASIDE.format("New schedule")]
 
 
-def test_what_was_entered_before_a_finger_gave_it_a_time_is_one(screen, container, ui):
+def test_entries_made_before_a_finger_set_the_time_count(screen, container, ui):
     plan, aino = screen.plan, named(container, KITS, "Aino").robot_id
     plan.form.set(priority=3)
     plan.begin_at(aino, 8.0)
@@ -189,7 +189,7 @@ def test_what_was_entered_before_a_finger_gave_it_a_time_is_one(screen, containe
     assert [draft.priority for draft in plan.form.aside] == [3]
 
 
-def test_what_was_entered_for_a_group_is_put_aside_by_a_finger_on_the_free_time_of_a_robot(screen, container, ui):
+def test_touching_free_time_of_a_robot_puts_entries_for_a_group_aside(screen, container, ui):
     """It is meant for any of them: a touch does not aim it at one."""
     plan, aino = screen.plan, named(container, KITS, "Aino").robot_id
     group = container.catalogue.save_group(Group("Hall 1", (aino,)))

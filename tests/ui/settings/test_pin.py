@@ -276,7 +276,7 @@ def test_an_answer_that_comes_late_asks_nothing_on_another_screen(site, app, ui)
     assert (current(app), ui.find_all(ChoiceDialog)) == ("home", [])
 
 
-def test_what_was_deleted_there_comes_back_behind_the_pin_only(site, app, ui):
+def test_undo_of_a_deletion_in_settings_needs_the_pin(site, app, ui):
     site.container.catalogue.save_robot(Robot("Aino", site.fleet.robots[0].url, "distributor"), "distributor")
     site.container.access.set_pin("4711")
     to_settings(ui)
@@ -300,7 +300,7 @@ def test_what_was_deleted_there_comes_back_behind_the_pin_only(site, app, ui):
     assert ui.find_all(PinDialog)  # it was for that alone
 
 
-def test_what_could_not_be_brought_back_stays_behind_the_pin(site, app, ui):
+def test_a_failed_undo_stays_behind_the_pin(site, app, ui):
     aino = Robot("Aino", site.fleet.robots[0].url, "distributor")
     stored = site.container.catalogue.save_robot(aino, "distributor")
     site.container.access.set_pin("4711")

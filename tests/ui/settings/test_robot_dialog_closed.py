@@ -22,7 +22,7 @@ def slow(site):
     site.fleet.robots[0].control({"fault": None})
 
 
-def test_who_cancels_while_save_tests_the_connection_has_added_nothing(site, app, ui, slow):
+def test_cancelling_during_the_connection_test_adds_no_robot(site, app, ui, slow):
     go(ui, "robots")
     press(ui, "Add robot")
     dialog = fill_in(ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password=PASSWORD)

@@ -81,7 +81,7 @@ def test_saving_a_robot_that_needs_a_decision_asks_for_it(site, app, ui):
     [("", "needs its password entered again"), (PASSWORD, "it gets the password that is entered")],
     ids=["stored", "entered"],
 )
-def test_what_a_new_robot_would_get_is_said_before(site, app, ui, password, says):
+def test_the_form_says_beforehand_what_a_new_robot_gets(site, app, ui, password, says):
     with capture() as machine:
         taken_over(site, ui, machine)
         dialog = edit(ui)
@@ -111,7 +111,7 @@ def test_a_field_that_has_to_be_filled_in_comes_in_sight_in_a_low_window(site, a
     assert is_seen(dialog.ids.name_field)
 
 
-def test_what_went_wrong_is_in_sight_in_a_low_window(site, app, ui, low):
+def test_a_failure_is_in_sight_in_a_low_window(site, app, ui, low):
     dialog = filled_in(app, ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password="wrong")
     dialog.ids.page.scroll_y = 1
     press(ui, "Save robot", dialog)

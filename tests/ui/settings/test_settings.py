@@ -211,7 +211,7 @@ def stepped(app, ui, field: StepField, icon: str, times: int) -> None:
         ui.wait(lambda: app.shell.background.idle)
 
 
-def test_what_an_idle_rule_is_stepped_through_is_not_saved_on_the_way(site, app, ui):
+def test_intermediate_steps_of_an_idle_rule_are_not_saved(site, app, ui):
     """A robot that has been idle for as long as a value on the way would start at once."""
     robot, _other = site.add_robots()
     site.container.catalogue.save_idle_rule(robot.id, site.add_missions("Home")[0].id, 30)
@@ -386,7 +386,7 @@ def test_a_change_from_outside_shows_at_once(site, app, ui):
     ui.wait(lambda: ui.find(StepField, heading="Retries when a robot can't be reached").text == "7")
 
 
-def test_what_is_being_typed_is_not_overwritten(site, app, ui):
+def test_a_field_is_not_overwritten_while_typing(site, app, ui):
     go(ui, "scheduler")
     field = ui.find(StepField, heading="Retries when a robot can't be reached")
     enter(ui, field, "1")

@@ -200,7 +200,7 @@ def test_the_days_of_a_calendar_file_are_shown_and_taken_as_ticked(site, app, ui
     ui.wait(lambda: says(ui, "The file contains nothing new"))
 
 
-def test_what_was_imported_can_be_undone_at_once(site, app, ui):
+def test_an_import_can_be_undone_at_once(site, app, ui):
     import_file(site, ui, *EVENTS)
     dialog = offered(ui)
     press(ui, "Select all", dialog)

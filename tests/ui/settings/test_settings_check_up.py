@@ -293,7 +293,7 @@ def test_no_mission_is_chosen_after_the_check_up_dialog_is_closed(site, app, ui,
     assert ui.find_all(ChoiceDialog) == []
 
 
-def test_what_is_planned_soon_goes_first_and_is_named(site, app, ui, aino):
+def test_a_soon_planned_start_goes_first_and_is_named(site, app, ui, aino):
     (mission,) = site.add_missions(next(iter(GUIDS)))
     at = (site.container.clock.now() + timedelta(minutes=3)).replace(second=0, microsecond=0)
     site.container.catalogue.save_schedule(

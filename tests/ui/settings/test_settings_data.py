@@ -75,7 +75,7 @@ def test_a_file_that_came_while_none_was_there_is_found_by_a_tap_on_the_field(si
     assert not ui.find(CommandButton, row, text="Import").disabled
 
 
-def test_what_was_exported_can_be_imported_at_once(site, app, ui):
+def test_an_export_can_be_imported_at_once(site, app, ui):
     go(ui, "data")
     importing = file_row(ui, "Import from")
     assert importing.model.name == "No file .json there"

@@ -68,7 +68,7 @@ def test_a_mission_that_is_saved_is_kept_by_who_switches_the_rule_off_before_it_
     assert robots(site)[0].idle.mission_id == deliver.id
 
 
-def test_what_is_edited_again_begins_with_what_was_saved_a_moment_ago(site, app, ui, hold_readings):
+def test_editing_again_begins_with_the_values_just_saved(site, app, ui, hold_readings):
     """Before it is read: else the next Save would take the new name back."""
     site.add_missions("Home")
     go(ui, "missions")

@@ -192,7 +192,7 @@ def test_failures_are_no_other_reason_for_the_choice():
     assert (decision.robot_id, decision.advantage) == (SISU.id, Advantage.LESS_RUN)
 
 
-def test_what_is_laid_on_a_robot_is_there_for_the_next_start():
+def test_an_assigned_start_counts_for_the_next_one():
     assert assigned(start(1), start(2), start(3), start(4)) == {1: 1, 2: 2, 3: 3, 4: None}
 
 
@@ -257,7 +257,7 @@ def test_before_its_window_closes_a_start_goes_into_the_queue_of_the_one_that_is
     assert (decision.robot_id, decision.is_last_call) == (SISU.id, True)
 
 
-def test_what_has_to_be_done_by_then_is_not_begun_when_it_cannot_be():
+def test_a_start_that_cannot_finish_in_time_is_not_begun():
     [decision] = choose(situation(start(finish_s=299.0)))
     assert (decision.robot_id, decision.too_late) == (None, True)
     assert assigned(start(finish_s=300.0)) == {1: 1}
@@ -316,7 +316,7 @@ def test_delay_leaves_the_robot_that_is_free_last_in_time_to_what_comes():
 
 
 # ---------------------------------------------------------------------- estimates
-def test_what_is_left_of_a_run_comes_from_the_longer_ones():
+def test_the_remaining_time_comes_from_longer_runs():
     known = DurationEstimate(200.0, 300.0, (100.0, 200.0, 300.0))
     assert [remaining_duration(known, elapsed) for elapsed in (0.0, 150.0, 250.0, 400.0)] == [200.0, 100.0, 50.0, 30.0]
     assert remaining_duration(DurationEstimate(600.0, 600.0, typed=True), 200.0) == 400.0
@@ -408,7 +408,7 @@ def test_only_who_can_gets_a_start_and_a_free_robot_at_most_one(robots, waiting,
 
 
 @pytest.mark.parametrize("elsewhere", [(), (PlannedStart("Elsewhere", (9,), 1.0, 300.0, CRITICAL, is_fixed=True),)])
-def test_what_is_planned_for_other_robots_keeps_none_of_these(elsewhere):
+def test_starts_planned_for_other_robots_reserve_none_of_these(elsewhere):
     """The reason says for which start a robot is kept."""
     own = PlannedStart("Own", (AINO.id,), 20.0, 300.0, NORMAL, is_fixed=True)
     [decision] = choose(

@@ -87,7 +87,7 @@ def test_a_one_time_start_on_an_extra_working_saturday_is_taken(world):
     assert world.schedule(start=datetime(2026, 11, 28, 6, 30), recurrence=None).next_at is not None
 
 
-def test_what_is_due_already_stays_due(world):
+def test_due_starts_stay_due(world):
     daily = world.schedule()
     world.clock.step(86400 + 1800)
     world.catalogue.save_days(CLOSED)

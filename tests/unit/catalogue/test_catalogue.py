@@ -121,7 +121,7 @@ def test_settings_are_stored_and_announced(world):
         {"poll_interval": 3},
     ],
 )
-def test_what_a_setting_cannot_be_is_reported_at_its_field_and_nothing_changes(world, changes):
+def test_an_invalid_setting_is_reported_at_its_field_and_changes_nothing(world, changes):
     with pytest.raises(InvalidInput) as caught:
         world.catalogue.change_settings(**changes, theme="dark")
     assert caught.value.field == next(iter(changes))
@@ -143,7 +143,7 @@ def test_other_working_days_replan_what_respects_them(world):
     assert world.stored(daily).changed_at == daily.changed_at
 
 
-def test_what_is_due_already_stays_due_when_working_days_change(world):
+def test_due_starts_stay_due_when_working_days_change(world):
     daily = world.schedule()
     world.clock.step(86400 + 1800)
     world.catalogue.change_settings(working_days=["SU"])

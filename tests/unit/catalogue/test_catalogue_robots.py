@@ -93,7 +93,7 @@ def test_switching_a_robot_off_cancels_what_waits_for_it_and_leaves_what_runs(wo
         ({"certificate_sha256": "12"}, "certificate_sha256"),
     ],
 )
-def test_what_a_robot_cannot_be_is_reported_at_its_field_and_nothing_changes(world, values, field):
+def test_an_invalid_robot_is_reported_at_its_field_and_changes_nothing(world, values, field):
     with pytest.raises(InvalidInput) as caught:
         world.catalogue.save_robot(replace(world.robot, **values))
     assert caught.value.field == field
@@ -197,7 +197,7 @@ def test_undo_says_what_else_was_taken_or_removed_and_changes_nothing(world):
     assert (MISSIONS.all(world.db.read()), SCHEDULES.all(world.db.read()), world.stored(home)) == ([], [], None)
 
 
-def test_what_is_put_back_twice_is_there_once(world):
+def test_a_robot_restored_twice_exists_once(world):
     days = world.catalogue.save_days(DayException("Audit", date(2026, 12, 1), date(2026, 12, 2)))
     schedule = world.schedule()
     for remove in (

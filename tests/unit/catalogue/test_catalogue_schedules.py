@@ -182,7 +182,7 @@ def test_a_deleted_schedule_is_off_at_once_and_undo_brings_it_back_from_then_on(
         ({"id": 99}, "schedule"),
     ],
 )
-def test_what_a_schedule_cannot_be_is_reported_at_its_field_and_nothing_changes(world, values, field):
+def test_an_invalid_schedule_is_reported_at_its_field_and_changes_nothing(world, values, field):
     with pytest.raises(InvalidInput) as caught:
         world.schedule(**values)
     assert caught.value.field == field

@@ -89,7 +89,7 @@ def test_everything_that_can_be_said_is_taken(world):
     assert world.schedules["Home on R1"].mission_id == own.id
 
 
-def test_what_an_import_did_is_reported_in_the_language_of_the_screen(world):
+def test_changes_by_an_import_are_reported_in_the_language_of_the_screen(world):
     finnish = translation("fi").gettext
     lines = [render(line, finnish) for line in world.take_in_parts(changed("settings.minimum_battery_percent", 12.5))]
     assert lines[2] == "asetus muuttui – akun alaraja (%): ei asetettu → 12,5"
@@ -114,7 +114,7 @@ def test_what_an_import_did_is_reported_in_the_language_of_the_screen(world):
     ]
 
 
-def test_what_is_left_out_has_the_defaults(world):
+def test_omitted_keys_have_the_defaults(world):
     world.take(
         {
             "format": FORMAT,
@@ -145,7 +145,7 @@ def test_sections_may_be_left_out_and_nothing_is_ever_deleted(world):
     assert world.everything() == before
 
 
-def test_what_was_deleted_can_be_brought_back_by_the_file_that_had_it(world):
+def test_an_earlier_export_restores_deleted_entries(world):
     """With new ids: those of deleted robots and missions never come back."""
     world.take(FULL)
     before = world.robots["R2"].id

@@ -118,7 +118,7 @@ BAD: list[tuple[str, Any, str, str]] = [
 @pytest.mark.parametrize(
     ("path", "value", "field", "problem"), BAD, ids=[f"{path}={value!r:.30}" for path, value, _, _ in BAD]
 )
-def test_what_cannot_be_taken_is_reported_with_its_place_and_nothing_is_changed(world, path, value, field, problem):
+def test_an_invalid_value_is_reported_with_its_path_and_changes_nothing(world, path, value, field, problem):
     before = world.everything()
     with pytest.raises(InvalidInput) as caught:
         world.take(changed(path, value))
@@ -150,7 +150,7 @@ def test_what_cannot_be_taken_is_reported_with_its_place_and_nothing_is_changed(
     ],
     ids=range(13),
 )
-def test_what_is_no_configuration_is_reported_in_one_sentence(world, content, problem):
+def test_a_file_that_is_no_configuration_is_refused_in_one_sentence(world, content, problem):
     with pytest.raises(InvalidInput, match=problem) as caught:
         world.take(content)
     assert caught.value.field in ("file", "format")

@@ -95,7 +95,7 @@ def test_an_idle_rule_comes_and_goes_with_its_robot(db, robot, mission):
     assert ROBOTS.get(db.read(), robot.id) == robot
 
 
-def test_what_the_machine_says_of_itself_is_noted_and_nothing_else(db, robot):
+def test_only_facts_of_the_machine_itself_are_stored(db, robot):
     db.write(lambda c: ROBOTS.update(c, replace(robot, serial_number=None)))
     for number in ("2", "3"):  # a known serial number is not overwritten by what answers
         asked = ROBOTS.get(db.read(), robot.id)
@@ -111,7 +111,7 @@ def test_what_the_machine_says_of_itself_is_noted_and_nothing_else(db, robot):
     "edit",
     [{"address": "http://10.0.0.99"}, {"username": "other"}, {"certificate_sha256": "cd" * 32}, {"serial_number": "2"}],
 )
-def test_what_a_machine_said_before_the_robot_was_edited_is_not_noted(db, robot, edit):
+def test_facts_read_before_the_robot_was_edited_are_not_stored(db, robot, edit):
     edited = replace(robot, **edit)
     db.write(lambda c: ROBOTS.update(c, edited))
     assert not db.write(
@@ -252,7 +252,7 @@ def test_starts_left_out_go_with_their_schedule(db, schedule):
     assert SCHEDULES.skipped(db.read(), schedule.id) == set()
 
 
-def test_what_dispatch_has_to_know_of_a_robot_outlives_an_edit(db, robot):
+def test_dispatch_state_of_a_robot_survives_an_edit(db, robot):
     def known():
         c = db.read()
         return ROBOTS.last_accepted(c, robot.id), ROBOTS.idle_queue_id(c, robot.id)

@@ -30,7 +30,7 @@ def stored(db: Database, name: str) -> object:
     return SETTINGS.get(db.read(), name)
 
 
-def test_what_was_written_is_there_when_write_returns(db):
+def test_a_write_is_visible_when_it_returns(db):
     db.write(put("a", 1))
     assert stored(db, "a") == 1
 

@@ -107,12 +107,12 @@ def test_where_no_robot_can_be_asked_half_a_minute_is_waited_at_most(tablet):
     assert tablet.judge().is_trusted
 
 
-def test_what_a_robot_said_before_the_doubt_began_ends_no_doubt(tablet):
+def test_answers_from_before_the_doubt_do_not_end_it(tablet):
     assert not tablet.judge(1.0, read_ago=1.0).is_trusted
 
 
 @pytest.mark.parametrize("step", [2 * HOUR, -2 * HOUR])
-def test_what_robots_said_before_the_clock_was_set_ends_no_doubt_even_before_the_first_round(tablet, step):
+def test_answers_from_before_the_clock_was_set_do_not_end_the_doubt(tablet, step):
     tablet.clock.advance(1.0)  # robots answer, and the first round is late
     tablet.clock.step(step)
     tablet.clock.advance(1.0)
@@ -160,7 +160,7 @@ def test_a_jump_ahead_beyond_a_start_window_is_doubted(tablet, jump, is_trusted)
     assert tablet.judge(0.0, read_ago=1.0).is_trusted is is_trusted
 
 
-def test_what_was_read_in_the_very_moment_of_a_jump_proves_nothing(tablet):
+def test_an_answer_at_the_moment_of_a_jump_proves_nothing(tablet):
     tablet.judge(0.0)
     tablet.clock.step(8163.0)
     assert not tablet.judge(-370.0).is_trusted
@@ -272,7 +272,7 @@ def confirm(tablet, ago: timedelta) -> None:
     tablet.db.write(lambda c: tablet.settings.put(c, CLOCK_CONFIRMED_AT, to_text(NOW - ago)))
 
 
-def test_what_was_said_before_the_start_ends_the_first_doubt(tablet):
+def test_answers_from_before_the_start_end_the_first_doubt(tablet):
     confirm(tablet, timedelta(hours=23))
     tablet.restart()
     assert tablet.judge(HOUR).is_trusted
@@ -288,7 +288,7 @@ def test_it_ends_that_of_a_clock_before_the_last_run_too(tablet):
 
 
 @pytest.mark.parametrize("ago", [timedelta(hours=25), timedelta(minutes=-1)])
-def test_what_was_said_long_ago_or_by_another_time_counts_no_more(tablet, ago):
+def test_old_answers_and_those_of_another_clock_do_not_count(tablet, ago):
     confirm(tablet, ago)
     tablet.restart()
     assert not tablet.judge(HOUR).is_trusted

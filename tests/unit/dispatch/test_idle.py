@@ -33,7 +33,7 @@ def test_time_counts_only_what_was_seen_without_a_break():
 
 
 @pytest.mark.parametrize("highest", [41, 3, None])
-def test_what_ran_between_two_polls_ends_the_idle_period(highest):
+def test_a_run_between_two_polls_ends_the_idle_period(highest):
     """Only the queue's highest id shows it; a lower one means that the queue was reset."""
     watch = IdleWatch()
     watch.saw(True, 40, 0.0, 90.0)

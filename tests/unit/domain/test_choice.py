@@ -76,7 +76,7 @@ def test_the_robot_that_was_chosen_comes_first(choice, sentence):
         ({"robots": [{"robot": "Sisu", "out": "an unknown code"}]}, "Sisu"),
     ],
 )
-def test_what_it_waits_for(choice, sentence):
+def test_a_choice_says_what_it_waits_for(choice, sentence):
     assert awaited(choice, "UTC") == sentence
 
 

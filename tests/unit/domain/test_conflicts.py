@@ -58,7 +58,7 @@ def test_each_conflict_has_its_sentence_and_its_line(code, whole, short):
 
 
 @pytest.mark.parametrize("code", list(ConflictCode))
-def test_what_is_not_known_is_left_out_and_never_fails(code):
+def test_unknown_values_are_omitted_and_never_fail(code):
     assert "–" in sentence(code, None, {}, "Nowhere/At_all")
     assert line(code, AT, {"robots": 0, "group": "Hall 1", "until": "soon"}, "UTC")
 

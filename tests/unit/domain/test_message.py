@@ -46,7 +46,7 @@ def test_a_sentence_is_plain_json_of_text_and_values():
 
 
 @pytest.mark.parametrize("error", ERRORS, ids=lambda error: type(error).__name__)
-def test_what_an_error_says_survives_the_database_word_for_word(error):
+def test_the_text_of_an_error_survives_the_database(error):
     kept = message_of(error)
     assert is_message(kept)
     assert render(json.loads(json.dumps(kept, allow_nan=False))) == str(error)
@@ -72,7 +72,7 @@ def test_an_error_inside_another_is_kept_in_its_parts():
     assert render(outer.message, FINNISH) == "varmuuskopiota ei voitu tehdä: /x on suljettu"
 
 
-def test_what_the_storage_says_is_reported_in_the_language():
+def test_storage_errors_are_reported_in_the_language():
     full = sqlite3.OperationalError("database or disk is full")
     full.sqlite_errorcode = sqlite3.SQLITE_FULL
     problem = translated(full, Path("/x.db"))
@@ -91,7 +91,7 @@ def test_numbers_are_written_as_the_language_does():
     assert render(message("{n}", n=1.5e-7), FINNISH) == "1,5e-07"
 
 
-def test_what_went_wrong_with_a_command_is_reported_by_its_cause():
+def test_a_failed_command_is_reported_by_its_cause():
     failure = BadInput("The disk is full")
     failure.__cause__ = ERRORS[6]
     assert sentence_of(failure) == "/x/y.db is closed"

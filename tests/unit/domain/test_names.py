@@ -26,7 +26,7 @@ SINHALA = "ශ්\u200dරී"  # a joiner inside a syllable
 @pytest.mark.parametrize(
     "text", ["R1", "Kääpä", "Robot 7 – hall B", "电梯", "Ž", FAMILY, PERSIAN, SINHALA, "❤️", "#", "नमस्ते"]
 )
-def test_what_people_write_stays(text):
+def test_ordinary_names_stay_unchanged(text):
     assert checks.name(f" \u3000{text}\n") == unicodedata.normalize("NFC", text)
     assert names.cleaned(text) == unicodedata.normalize("NFC", text)
 
@@ -128,7 +128,7 @@ def test_scripts_that_write_with_marks_keep_theirs(text, form):
 
 
 @given(st.text(max_size=120) | st.text("Za\u0301\u0308\u0344\u20dd\u200b", max_size=40))
-def test_what_is_cleaned_can_be_entered(raw):
+def test_cleaned_names_can_be_entered(raw):
     name = names.cleaned(raw)
     assert name == "" or checks.name(name) == name
 

@@ -50,7 +50,7 @@ ALL = (GOAL, SPEED, COUNT, LOUD, WAIT, NOTE, SIZE)
         ("Size", "1", 1),
     ],
 )
-def test_what_fits_is_sent_as_the_robot_wants_it(name, given, sent):
+def test_valid_values_are_sent_in_the_type_of_the_robot(name, given, sent):
     value = values_for("M", ALL, {"Goal": "Yard", name: given})[name]
     assert (value, type(value)) == (sent, type(sent))
 
@@ -76,13 +76,13 @@ def test_what_fits_is_sent_as_the_robot_wants_it(name, given, sent):
         ({"Note": None}, "Note is missing: the robot does not start M without it"),
     ],
 )
-def test_what_does_not_is_refused_with_mission_and_parameter(given, problem):
+def test_invalid_values_are_refused_with_mission_and_parameter(given, problem):
     with pytest.raises(InvalidInput) as caught:
         values_for("M", ALL, {"Goal": "Yard"} | given)
     assert (caught.value.field, caught.value.text) == ("parameters", problem)
 
 
-def test_what_has_no_default_is_required():
+def test_a_parameter_without_a_default_is_required():
     assert missing(ALL) == ["Goal"]
     assert values_for("M", ALL[1:], {}) == {}
     with pytest.raises(InvalidInput, match="Goal is missing"):

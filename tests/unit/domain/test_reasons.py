@@ -244,7 +244,7 @@ def row(**values) -> Execution:
         ({"state": State.COMPLETED}, ""),
     ],
 )
-def test_what_holds_an_execution_is_reported(values, expected):
+def test_the_hold_of_a_start_is_reported(values, expected):
     assert waiting_sentence(row(**values)) == expected
 
 

@@ -150,7 +150,7 @@ def test_an_occurrence_takes_over_what_its_schedule_and_the_settings_say():
 
 
 @pytest.mark.parametrize(("trigger", "minimum"), [(Trigger.MANUAL, None), (Trigger.IDLE, 30)])
-def test_what_has_no_schedule_is_due_now_in_the_zone_of_the_settings(trigger, minimum):
+def test_a_start_without_a_schedule_is_due_now_in_the_zone_of_the_settings(trigger, minimum):
     made = rules.one_off(trigger, AINO, DELIVER, replace(SETTINGS, timezone="Asia/Tokyo"), NOON, "t", queue_floor=4)
     assert made == Execution(
         trigger,

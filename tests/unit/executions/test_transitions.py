@@ -178,7 +178,7 @@ def test_a_start_of_a_group_that_was_not_sent_waits_again_though_its_robot_was_r
     assert (after.state, after.attempts, after.reason, after.ended_at) == (State.WAITING, 0, None, None)
 
 
-def test_what_was_withdrawn_while_sending_ends_as_soon_as_it_was_not_sent(site):
+def test_a_start_withdrawn_while_sending_ends_once_it_was_not_sent(site):
     row = site.add(State.SUBMITTING, attempts=1)
     assert apply(site, transitions.withdraw(row, Reason(ReasonCode.SCHEDULE_CHANGED))).state is State.SUBMITTING
     after = apply(site, transitions.not_sent(row))

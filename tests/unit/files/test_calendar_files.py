@@ -239,7 +239,7 @@ def test_calendars_may_be_joined_without_a_line_end():
     assert whole(read(content)) == ["2027-07-05", "2027-07-12"]
 
 
-def test_what_stands_outside_of_the_calendar_is_passed_over():
+def test_lines_outside_of_the_calendar_are_ignored():
     good, other = calendar(*event("DTSTART:20270705")), b"\r\n".join(map(str.encode, event("DTSTART:20280705")))
     assert whole(read(b"HTTP/1.1 200 OK\r\n\r\n" + other + b"\r\n" + good + other)) == ["2027-07-05"]
     assert whole(read(good + calendar(*event("DTSTART:20290705")))) == ["2027-07-05", "2029-07-05"]
@@ -296,7 +296,7 @@ def test_the_end_of_whole_days(lines, days):
         ["DTSTART:20270705T100000Z", "DURATION:PT2H"],
     ],
 )
-def test_what_has_times_of_day_is_an_appointment(lines):
+def test_an_event_with_times_of_day_is_an_appointment(lines):
     found = read(calendar(*event(*lines)))
     assert (whole(found), timed(found)) == ([], ["2027-07-05"])
 
@@ -391,7 +391,7 @@ def test_a_moved_and_an_excepted_day_of_another_zone_are_found_however_they_are_
         ("20270705T010000", "20270707T010000"),
     ],
 )
-def test_what_is_marked_as_whole_days_is_the_dates_of_the_nearest_midnight(mark, starts, ends):
+def test_events_marked_as_whole_days_use_the_nearest_midnights(mark, starts, ends):
     found = read(calendar(*event(f"DTSTART:{starts}", f"DTEND:{ends}", mark)))
     assert (whole(found), timed(found)) == (["2027-07-05/2027-07-06"], [])
 
@@ -844,14 +844,14 @@ def test_the_weekdays_of_an_appointment_are_those_of_its_own_zone():
         ("FREQ=MONTHLY;COUNT=2;BYDAY=MO,TU,WE,TH,FR;BYSETPOS=-1", ["2027-07-30", "2027-08-31"]),
     ],
 )
-def test_what_ends_or_comes_every_year_is_taken(rule, days):
+def test_events_that_end_or_come_every_year_are_accepted(rule, days):
     assert whole(read(calendar(*event("DTSTART;VALUE=DATE:20270705", f"RRULE:{rule}")))) == days
 
 
 @pytest.mark.parametrize(
     "rule", ["FREQ=DAILY", "FREQ=WEEKLY;BYDAY=SU", "FREQ=MONTHLY", "FREQ=MONTHLY;INTERVAL=6", "FREQ=WEEKLY;INTERVAL=52"]
 )
-def test_what_repeats_without_end_more_often_than_yearly_is_left_out(rule):
+def test_endless_events_more_often_than_yearly_are_left_out(rule):
     found = read(calendar(*event("DTSTART;VALUE=DATE:20270705", f"RRULE:{rule}")))
     assert (found.events, dict(found.left_out)) == ([], {LeftOut.ENDLESS: 1})
 
@@ -887,7 +887,7 @@ def test_a_further_date_far_away_is_passed_over():
     assert whole(read(content)) == ["2027-07-05", "2027-08-05"]
 
 
-def test_what_comes_every_year_from_a_late_year_on_is_taken():
+def test_yearly_events_from_a_late_year_are_accepted():
     assert whole(read(calendar(*event("DTSTART;VALUE=DATE:20380705", "RRULE:FREQ=YEARLY")))) == ["2038-07-05 yearly"]
 
 

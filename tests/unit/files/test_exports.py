@@ -119,7 +119,7 @@ def test_an_import_lists_what_changed(files, catalogue, tmp_path):
     assert catalogue.save_mission(Mission("Other", "g-2")).id == 2
 
 
-def test_what_cannot_be_imported_is_reported(files, tmp_path, monkeypatch):
+def test_an_unusable_import_is_reported(files, tmp_path, monkeypatch):
     assert (
         refused(files, "import_configuration", "missing.json")
         == f"there is no file {tmp_path / 'Documents' / 'missing.json'}"

@@ -123,7 +123,7 @@ def test_a_yearly_rule_that_is_more_than_the_same_day_becomes_its_dates():
 @pytest.mark.parametrize(
     "event", ["DTSTART:20270705\nDTEND:20290705", "DTSTART:22000705", "DTSTART:20270705\nDURATION:P99W"]
 )
-def test_what_the_calendar_has_no_room_for_is_counted_and_the_rest_is_taken(event):
+def test_entries_beyond_the_limit_are_counted_and_the_rest_is_imported(event):
     found = read_days(calendar(event, "SUMMARY:Good\nDTSTART:20270705"), "plant", HELSINKI, TODAY)
     assert ([each.name for each in found.events], dict(found.left_out), found.past) == (
         ["Good"],
@@ -159,7 +159,7 @@ def test_an_unknown_zone_is_taken_as_the_plants_whatever_its_name(name):
     assert [day[1] for day in days(f"DTSTART;TZID={name}:20270705T233000")] == ["2027-07-05"]
 
 
-def test_what_was_over_before_this_year_is_past_and_the_same_twice_is_once():
+def test_events_before_this_year_are_past_and_duplicates_count_once():
     found = read_days(
         calendar("SUMMARY:Old\nDTSTART:20251224", "SUMMARY:A\nDTSTART:20260105", "SUMMARY:A\nDTSTART:20260105"),
         "plant",
@@ -333,7 +333,7 @@ def test_of_a_series_that_is_partly_known_the_rest_is_offered(world, tmp_path):
         (b"x" * (5 * 1024 * 1024 + 1), "larger than 5 MiB"),
     ],
 )
-def test_what_is_no_calendar_is_refused_in_one_sentence_and_nothing_changes(world, tmp_path, content, problem):
+def test_a_file_that_is_no_calendar_is_refused_and_changes_nothing(world, tmp_path, content, problem):
     (tmp_path / "plant.ics").write_bytes(content)
     with pytest.raises(InvalidInput, match=problem) as caught:
         world.files.read("plant.ics")

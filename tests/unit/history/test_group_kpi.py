@@ -62,7 +62,7 @@ def test_starts_within_a_minute_and_waits_for_a_robot(world):
     assert found.value("in_time") == pytest.approx(6 / 11)
 
 
-def test_what_never_ran_counts_unless_a_person_or_the_tablet_is_the_reason(world):
+def test_unrun_starts_count_unless_a_person_or_the_tablet_is_the_reason(world):
     start(world, -1)
     for code in (
         ReasonCode.NO_ROBOT,
@@ -173,12 +173,12 @@ def test_the_figures_of_a_group_are_of_the_runs_that_its_list_has(world):
     assert [(trend.guid, trend.count) for trend in kpis.trends(wanted)] == [("g", 3)]
 
 
-def test_what_its_robots_did_is_all_that_they_did(world):
+def test_figures_of_a_group_include_all_work_of_its_robots(world):
     wanted = hall_and_others(world)
     assert world.kpis.facts(wanted).robots == world.kpis.facts(KpiFilter(robot_ids=(1, 2))).robots
 
 
-def test_what_ended_without_a_robot_counts_on_its_day_and_among_the_reasons(world):
+def test_starts_that_ended_without_a_robot_count_on_their_day_and_by_reason(world):
     hall_and_others(world)
     assert sum(day.total for day in world.kpis.per_day()) == 16
     assert ReasonCode.NO_ROBOT in {cause.code for cause in world.kpis.failures()}

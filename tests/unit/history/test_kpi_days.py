@@ -65,7 +65,7 @@ def is_true(c: sqlite3.Connection) -> bool:
 
 @examples(60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(rows=ROWS, changes=CHANGES, starts=st.integers(1, 3000))
-def test_what_is_kept_per_day_is_what_a_recount_says_whatever_changes(world, rows, changes, starts):
+def test_daily_sums_always_equal_a_recount(world, rows, changes, starts):
     world.empty()
     stored = [
         world.row(

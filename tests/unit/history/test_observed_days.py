@@ -104,7 +104,7 @@ def test_timeline_figures_per_day_and_kpis_agree_on_every_day(world, spans):
 
 @examples(60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(spans=SPANS, times=PRUNED_AFTER)
-def test_what_is_pruned_leaves_its_sums(world, spans, times):
+def test_pruned_spans_leave_their_sums(world, spans, times):
     watched(world, spans)
     before = seconds(world)
     for days in times:

@@ -64,7 +64,7 @@ def test_an_address_is_normalised(text: str, url: str) -> None:
         ("a." * 200, "at most 253 characters"),
     ],
 )
-def test_what_is_no_address_is_refused_with_one_sentence(text: str, part_of_reason: str) -> None:
+def test_an_invalid_address_is_refused_with_one_sentence(text: str, part_of_reason: str) -> None:
     with pytest.raises(InvalidAddress) as refused:
         Address.parse(text)
     assert part_of_reason in refused.value.text

@@ -157,7 +157,7 @@ def test_parameters_are_asked_for_where_the_mission_says(robot: RobotClient, res
     assert robot.parameters(MISSION) == [MissionParameter("goal", "Goal", "Reference")]
 
 
-def test_what_a_parameter_sets_is_known_by_the_missions_actions(robot: RobotClient, responses: RequestsMock) -> None:
+def test_the_actions_say_what_a_parameter_sets(robot: RobotClient, responses: RequestsMock) -> None:
     responses.get(f"{API}/missions/{MISSION}", json={"guid": MISSION, "name": "Deliver"})
     responses.get(
         f"{API}/missions/{MISSION}/definition",

@@ -84,7 +84,7 @@ def test_fingerprints_are_taken_as_people_copy_them(text: str) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "ab" * 20, "ab" * 31 + "a", "xy" * 32, "ab" * 33])
-def test_what_is_no_sha256_fingerprint_is_refused(text: str) -> None:
+def test_a_text_that_is_no_sha256_fingerprint_is_refused(text: str) -> None:
     with pytest.raises(InvalidInput) as refused:
         normalise_fingerprint(text)
     assert refused.value.field == "certificate_sha256"

@@ -330,7 +330,7 @@ def reader_of(there: set[int], read: Callable[[int], QueueItem] = QueueItem) -> 
 @pytest.mark.parametrize(
     "there", [set(range(1, 451)), {*range(1, 12), *range(301, 451)}, {*range(1, 12), *range(40, 451, 7), 450}]
 )
-def test_what_is_read_one_by_one_is_read_in_several_calls_however_many_numbers_are_missing(there: set[int]) -> None:
+def test_single_reads_are_split_over_calls_however_many_numbers_are_missing(there: set[int]) -> None:
     reader, known, calls = reader_of(there), dict[int, QueueItem | None](), 0
     while (calls := calls + 1) < 10:
         try:
@@ -363,7 +363,7 @@ def test_another_item_than_the_one_that_was_asked_for_proves_nothing() -> None:
         {"Ausstehend": "Pending", "Wartend": "Pending"},
     ],
 )
-def test_what_is_open_is_found_where_a_check_up_has_learned_only_some_of_the_robot_s_words(
+def test_open_items_are_found_when_a_check_up_learned_only_some_words(
     states: dict[str, str],
 ) -> None:
     robot = QueueTransport(

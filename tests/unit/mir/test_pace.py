@@ -54,13 +54,13 @@ def clock(robot: RobotClient, responses: RequestsMock) -> Clock:
 
 
 @pytest.mark.parametrize("name", ORDERS)
-def test_what_a_person_orders_waits_for_nothing(robot: RobotClient, clock: Clock, name: str) -> None:
+def test_commands_of_a_person_do_not_wait(robot: RobotClient, clock: Clock, name: str) -> None:
     """The serial number is compared first, which takes a request more."""
     ORDERS[name](robot)
     assert clock.waited == 0.0
 
 
-def test_what_a_person_orders_counts(robot: RobotClient, clock: Clock) -> None:
+def test_commands_of_a_person_count(robot: RobotClient, clock: Clock) -> None:
     robot.set_state(RobotState.PAUSE)
     clock.now += 9.0
     robot.set_state(RobotState.READY)

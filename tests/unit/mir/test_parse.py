@@ -242,7 +242,7 @@ def test_errors_and_prompt_with_their_templates() -> None:
 
 
 @pytest.mark.parametrize("value", [None, [], {}, "x", 5, [STATUS], {"robot_name": "R1"}, {"error": "no"}])
-def test_what_is_no_status_is_no_mir(value: Any) -> None:
+def test_an_answer_that_is_no_status_is_no_mir(value: Any) -> None:
     with pytest.raises(NotAMir) as refused:
         parse.status(value)
     assert refused.value.code == "no_status"
@@ -305,7 +305,7 @@ def test_queue_states(text: str, state: QueueState) -> None:
         [item()],
     ],
 )
-def test_what_is_no_queue_item_is_unreadable(value: Any) -> None:
+def test_an_answer_that_is_no_queue_item_is_unreadable(value: Any) -> None:
     with pytest.raises(Unreadable):
         parse.queue_item(value)
 
@@ -383,7 +383,7 @@ def test_parameters_of_a_definition_and_of_actions() -> None:
     assert from_definition("x") == from_actions({}) == []
 
 
-def test_what_a_mission_drives_to_in_order() -> None:
+def test_the_stops_of_a_mission_are_in_order() -> None:
     def action(kind: str, priority: int, **parameters: Any) -> dict[str, Any]:
         return {
             "action_type": kind,

@@ -81,7 +81,7 @@ def test_a_robot_that_is_held_gets_nothing_until_that_ends():
     assert (late.begins, late.in_time) == (600.0, True)
 
 
-def test_what_cannot_be_done_in_time_gets_no_robot():
+def test_a_start_that_cannot_finish_in_time_gets_no_robot():
     assert forecast([kits(0.0, finish=299.0)], site()) == {}
     assert whose(forecast([kits(0.0, finish=301.0)], site()), 0) == "Aino"
 
@@ -90,7 +90,7 @@ def test_a_group_without_a_usable_robot_finds_none_and_delays_no_other():
     assert whose(forecast([kits(0.0, members=()), kits(0.0)], site()), 1) == "Aino"
 
 
-def test_what_is_handed_over_at_once_waits_in_the_queue_of_the_robot_that_is_done_first():
+def test_an_immediate_start_waits_at_the_robot_that_is_free_first():
     found = forecast([kits(0.0, members=(1, 2), at_once=True) for _ in range(3)], site(taking(Sisu=200.0)))
     assert sorted((whose(found, n), found[n].begins) for n in range(3)) == [
         ("Aino", 0.0),

@@ -33,7 +33,7 @@ def test_runs_that_touch_or_have_no_length_are_no_conflict():
     assert list(Occupancy([span(0, 10), span(10, 20), span(5, 5)]).overloads(1)) == []
 
 
-def test_what_one_robot_does_is_one_span_where_it_overlaps():
+def test_overlapping_work_of_one_robot_is_one_span():
     assert merged([span(5, 15), span(0, 10), span(20, 30), span(15, 16)]) == [span(0, 16), span(20, 30)]
 
 

@@ -108,7 +108,7 @@ def test_until_is_local_time_utc_or_a_whole_day(text, until):
         ("FREQ=DAILY;INTERVAL=" + "9" * 5000, "INTERVAL"),
     ],
 )
-def test_what_cannot_be_a_rule_is_reported_in_one_sentence(rule, problem):
+def test_an_invalid_rule_is_reported_in_one_sentence(rule, problem):
     with pytest.raises(InvalidInput) as caught:
         Recurrence.parse(rule)
     assert caught.value.field == "recurrence"

@@ -123,7 +123,7 @@ def test_the_exceptional_days_of_a_span_come_in_order():
         ({"last_day": MONDAY + timedelta(days=366)}, "last_day"),
     ],
 )
-def test_what_an_exception_cannot_be_is_reported_at_its_field(values, field):
+def test_an_invalid_exception_is_reported_at_its_field(values, field):
     with pytest.raises(InvalidInput) as caught:
         validation.day_exception(DayException(**{"name": "Break", "first_day": MONDAY, "last_day": MONDAY, **values}))
     assert caught.value.field == field

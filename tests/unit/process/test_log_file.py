@@ -93,7 +93,7 @@ def test_a_crash_is_reported_without_the_log_file(directory):
     assert logs.log_crash(ValueError("why")) == " (why)"
 
 
-def test_what_python_would_print_on_stderr_is_a_line_of_the_log(directory, capfd):
+def test_uncaught_python_errors_are_written_to_the_log(directory, capfd):
     logs.start(directory, stderr=False)
 
     class Breaks:

@@ -69,7 +69,7 @@ def test_logging_never_blocks_and_dropped_lines_are_counted(log, place):
     ]
 
 
-def test_what_could_not_be_written_is_counted_until_it_works(log, place):
+def test_lines_that_could_not_be_written_are_counted_until_it_works(log, place):
     place.works.set()
     place.error = OSError(errno.ENOSPC, "No space left on device")
     for number in range(3):

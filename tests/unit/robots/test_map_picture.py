@@ -108,7 +108,7 @@ def test_every_kind_of_png_looks_the_same(mode: str) -> None:
     assert picture_of(floor(hall(mode))).shade == picture_of(floor(hall())).shade
 
 
-def test_what_is_transparent_was_never_seen() -> None:
+def test_transparent_areas_were_never_seen() -> None:
     image = Image.new("RGBA", (100, 80), (0, 0, 0, 0))
     ImageDraw.Draw(image).rectangle((30, 30, 70, 50), fill=(255, 255, 255, 255), outline=(0, 0, 0, 255))
     picture = picture_of(floor(image))

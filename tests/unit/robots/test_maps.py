@@ -166,7 +166,7 @@ def test_after_a_good_map_the_next_bad_one_is_reported_again(site: Site, caplog:
     assert len(caplog.records) == 2
 
 
-def test_what_the_interface_itself_refuses_is_garbage_too(site: Site, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_map_that_the_interface_refuses_is_garbage_too(site: Site, caplog: pytest.LogCaptureFixture) -> None:
     site.client.maps = {"m": Unreadable(address="a", problem="the map has no PNG picture")}
     assert site.maps.learn(1, "m") is None
     assert len(caplog.records) == 1

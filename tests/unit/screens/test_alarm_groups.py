@@ -139,11 +139,11 @@ def test_many_that_fall_silent_together_are_one_line_in_list_and_banner():
         ([alarm("robot_error", f"robot:{n}", id=n) for n in range(1, 5)], [1] * 4),
     ],
 )
-def test_what_has_another_cause_or_state_has_a_line_of_its_own(alarms, expected):
+def test_alarms_of_another_cause_or_state_have_their_own_line(alarms, expected):
     assert sizes(alarms) == expected
 
 
-def test_what_is_shelved_one_after_the_other_is_one_line():
+def test_alarms_shelved_one_after_the_other_share_a_line():
     shelved = [
         replace(each, shelved_until=NOW + timedelta(hours=4, milliseconds=n)) for n, each in enumerate(silent(12))
     ]

@@ -43,7 +43,7 @@ def test_a_new_alarm_of_high_priority_is_heard_once():
         replace(STOP, shelved_until=NOW + timedelta(hours=1)),
     ],
 )
-def test_what_is_less_serious_or_known_or_over_or_shelved_is_not(quiet):
+def test_minor_acknowledged_ended_or_shelved_alarms_are_silent(quiet):
     assert heard((after(0), [quiet])) == [False]
 
 
@@ -77,7 +77,7 @@ def test_one_that_comes_back_is_heard_again():
     assert heard((after(0), [STOP]), (after(1), [over]), (after(2), [replace(STOP, count=2)])) == [True, False, True]
 
 
-def test_what_cannot_be_acknowledged_sounds_once():
+def test_an_alarm_that_cannot_be_acknowledged_sounds_once():
     database = alarm("database", "database", id=0)
     assert heard((after(0), [database]), (after(400), [database])) == [True, False]
 

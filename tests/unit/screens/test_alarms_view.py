@@ -176,7 +176,7 @@ def test_each_leads_to_where_it_is_solved(code):
 
 
 @pytest.mark.parametrize("code", sorted(SENTENCES.keys() - EVENTS))
-def test_what_is_over_needs_no_solving(code):
+def test_an_ended_alarm_needs_no_solution(code):
     assert way_to(alarm(code, DESTINATIONS[code][0], cleared_at=NOW), ROBOTS) is None
 
 

@@ -75,7 +75,7 @@ def test_another_machine_or_other_software_needs_another_check_up():
     )
 
 
-def test_what_is_still_to_be_put_back_is_said_before_all_else():
+def test_an_unfinished_restore_of_the_robot_is_shown_first():
     notice = standing(AINO, report(MAPS), NOW, ZONE, is_left=True)
     assert (notice.text, notice.tone) == ("What a check-up changed there is still to be put back", "attention")
 
@@ -151,7 +151,7 @@ def test_the_page_has_the_machine_and_every_finding_the_worst_first():
     ]
 
 
-def test_what_a_robot_says_is_text_and_nothing_else_on_the_page():
+def test_texts_of_a_robot_are_escaped_on_the_page():
     evil = "<script>alert('x')</script> & \"Aino\""
     page = check_up_page.page(
         report(Finding(Topic.LANGUAGE, Level.AMBER, evil, evil), robot=evil, model=evil, mission=evil), ZONE

@@ -87,7 +87,7 @@ def test_wall_clock_times_and_days_stay_what_they_are():
     assert formats.wall_day(date(2026, 3, 1), year=True) == "Sun 1 Mar 2026"
 
 
-def test_what_is_not_known_is_a_dash():
+def test_an_unknown_value_is_a_dash():
     assert {
         formats.clock_time(None, ZONE),
         formats.day(None, ZONE),

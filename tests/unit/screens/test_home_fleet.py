@@ -125,7 +125,7 @@ def test_one_that_was_not_asked_yet_is_starting():
         (None, 420.0, "Deliver"),
     ],
 )
-def test_what_runs_says_how_long_yet(elapsed, usual, detail):
+def test_a_running_mission_says_its_remaining_time(elapsed, usual, detail):
     doing = fleet.work("Deliver", elapsed, usual)
     _group, tile = look(sample.EXECUTING, doing=doing)
     assert (tile.detail, tile.late) == (detail, detail.startswith("longer"))
@@ -158,7 +158,7 @@ def test_a_filter_keeps_the_places():
     assert [tile.key for tile in arranged(TILES, GROUPS, Look(Group.WORKING))] == [2, 4]
 
 
-def test_who_needs_a_person_comes_first_the_others_as_they_were():
+def test_robots_that_need_a_person_come_first_and_the_others_keep_their_order():
     assert [tile.key for tile in arranged(TILES, GROUPS, Look(needy_first=True))] == [3, 5, 2, 4, 1]
 
 

@@ -44,7 +44,7 @@ def facts(*rows, **values):
     return replace(FACTS, groups=(HALL,), open=rows, **values)
 
 
-def test_what_waits_says_what_each_robot_does_and_when_it_is_put_into_a_queue():
+def test_a_waiting_start_says_what_each_robot_does_and_when_it_is_queued():
     [start] = waiting.waiting_starts([row()], SETTINGS)
     assert start.origin == "any of Hall 1 · Schedule · since 14:34"
     assert start.note == "Aino busy until about 14:52; Veikko 18 % battery. Goes into a queue at 14:59 at the latest"
@@ -103,7 +103,7 @@ def test_for_what_and_how_many_wait(rows, title):
     assert waiting.waiting_title(rows) == title
 
 
-def test_what_is_not_shown_is_counted():
+def test_hidden_rows_are_counted():
     assert [waiting.more_words(count) for count in (0, 2, 5)] == ["", "", "Show 3 more"]
 
 
@@ -138,7 +138,7 @@ def test_the_card_says_for_what_the_robot_is_kept():
     assert waiting.kept_for(replace(shown, open=()), AINO, NOW) == ""
 
 
-def test_what_another_robot_may_take_is_probably_next():
+def test_a_start_that_another_robot_may_take_is_probably_next():
     kits = Schedule("", None, KITS.id, NOW.replace(tzinfo=None), "UTC", id=9, group_id=5)
     coming = PlannedRun(
         NOW + timedelta(minutes=22), kits, AINO, KITS, 300.0, group=HALL, begins_at=NOW + timedelta(minutes=22)
@@ -181,13 +181,13 @@ def test_a_start_that_is_being_sent_to_a_robot_is_there_until_that_has_it(state)
 
 
 @pytest.mark.parametrize("wait", [Wait.HOLD, Wait.BATTERY, Wait.PLACE, Wait.CLOCK, Wait.ELSEWHERE, Wait.LATE_START])
-def test_what_a_person_gave_to_a_robot_on_which_it_waits_is_not_said_to_be_sent(wait):
+def test_a_start_assigned_by_hand_that_still_waits_is_not_said_to_be_sent(wait):
     """It may wait so for hours; the robot's queue says for what."""
     shown = replace(row(60), robot_id=2, robot="Veikko", wait=wait, wait_details={})
     assert waiting.starts_with_a_robot(facts(shown, snapshots={2: snapshot(2, READY)}), NOW) == []
 
 
-def test_what_is_not_sent_again_is_not_said_to_be_sent():
+def test_a_start_that_is_not_sent_again_is_not_said_to_be_sent():
     """It was started on another robot, while the first was silent."""
     revoked = replace(
         row(60), state=State.SUBMITTING, robot_id=1, robot="Aino", revoked=Reason(ReasonCode.USER_CANCELLED)
@@ -242,7 +242,7 @@ def test_without_groups_run_now_is_as_ever():
         ({"holds": (Hold("Audit"),)}, "Queue, held", False),
     ],
 )
-def test_what_stands_in_the_way_is_on_the_button(change, text, off):
+def test_the_button_says_what_prevents_it(change, text, off):
     shown = replace(facts(), **change)
     view = aimed(shown, mission=77 if "missions" in change else KITS.id)
     assert (view.text, view.off) == (text, off)

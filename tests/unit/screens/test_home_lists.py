@@ -98,7 +98,7 @@ def test_the_queue_names_the_source_of_every_item():
     assert queue_note(FACTS, NOW) == "1 running, 3 waiting"
 
 
-def test_what_is_blocked_is_said_above_the_queue():
+def test_a_blocked_start_is_shown_above_the_queue():
     assert present(FACTS, NOW).queue_blocked == Blocked("1 blocked: battery", ("execution", 3))
     silent = replace(HELD, id=4, wait=Wait.RETRY)
     assert present(replace(FACTS, open=(silent, HELD, replace(HELD, id=5))), NOW).queue_blocked == Blocked(
@@ -131,7 +131,7 @@ def test_a_row_stays_while_the_robot_has_taken_it_but_its_queue_was_not_read_yet
     assert (row.key, row.number, row.origin) == (("execution", 5), "1", "Kits · since 14:38")
 
 
-def test_what_is_being_cancelled_cannot_be_cancelled_again():
+def test_a_start_that_is_being_cancelled_cannot_be_cancelled_again():
     asked = replace(RUNNING, cancel_code=ReasonCode.USER_CANCELLED)
     facts = replace(FACTS, open=(asked,), cancelling=frozenset({(AINO.id, 103)}))
     rows = {row.key: row for row in queue_entries(facts, NOW)}
@@ -139,7 +139,7 @@ def test_what_is_being_cancelled_cannot_be_cancelled_again():
     assert not rows["execution", 1].cancellable
 
 
-def test_what_the_robot_has_dropped_waits_for_nothing_while_its_end_is_not_seen_yet():
+def test_an_item_that_the_robot_dropped_waits_for_nothing():
     stopped = replace(RUNNING, cancel_code=ReasonCode.USER_CANCELLED)
     facts = replace(with_aino(READY, QUEUE[2:]), open=(stopped,))
     waits, leaves = queue_entries(facts, NOW)
@@ -268,7 +268,7 @@ def test_finished_runs_carry_their_reason_and_only_the_abnormal_ones_colour():
     assert rows[0].when == "Sisu 14:30"
 
 
-def test_what_ended_without_a_robot_names_its_group():
+def test_a_start_that_ended_without_a_robot_names_its_group():
     ended = execution(
         20, AINO, "M", State.FAILED, ended_at=NOW, reason=Reason(ReasonCode.NO_ROBOT), robot_group="Hall 1"
     )
@@ -304,7 +304,7 @@ def test_the_source_of_an_item_is_a_name_that_a_person_gave_and_none_that_was_ma
         ({"paused_until": NOW.isoformat()}, "Not run: The schedule was paused until 20 Nov 2026 14:38"),
     ],
 )
-def test_what_a_person_skipped_was_not_run(details, line):
+def test_a_skipped_start_was_not_run(details, line):
     assert outcome_line(execution(5, AINO, KITS.name, State.SKIPPED, reason=Reason(ReasonCode.HOLD, details))) == line
 
 

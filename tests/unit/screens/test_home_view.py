@@ -86,7 +86,7 @@ def test_the_expected_end_is_next_to_the_battery():
     assert (tile.label, tile.value, tile.note) == ("Done about", "14:40", "2 min left")
 
 
-def test_what_takes_longer_than_usual_says_by_how_much():
+def test_a_run_that_takes_longer_than_usual_says_by_how_much():
     tile = view(replace(FACTS, expected={KITS.guid: DurationEstimate(100.0, 110.0)})).card.beside
     assert (tile.label, tile.value) == ("Longer than usual", "+2 min")
 
@@ -128,7 +128,7 @@ def test_a_mission_that_charges_and_is_paused_is_held_by_the_pause_alone():
         with_aino(EXECUTING, age=1200),
     ],
 )
-def test_what_is_new_or_held_or_silent_has_no_expected_end(facts):
+def test_a_new_held_or_silent_mission_has_no_expected_end(facts):
     assert view(facts).card.beside.label == "Address"
 
 
@@ -230,7 +230,7 @@ def test_unknown_values_are_a_dash_and_never_zero():
     assert {row.value for row in card.facts} == {"–"}
 
 
-def test_what_is_old_looks_old_and_says_since_when():
+def test_an_old_state_looks_old_and_says_since_when():
     shown = view(with_aino(EXECUTING, age=300, connection=Connection.UNREACHABLE, problem="10.40.12.21 doesn't answer"))
     assert shown.card.state == "No answer"
     assert shown.card.old
@@ -259,7 +259,7 @@ def test_a_silent_robot_is_not_said_to_have_nothing_to_do():
     assert view(off).queue_empty == "The queue of a robot that is switched off is not read."
 
 
-def test_what_is_wrong_is_reported_in_the_language_of_the_screen():
+def test_problems_are_reported_in_the_language_of_the_screen():
     problem = Unreachable(code="refused", address="10.40.12.21").message
     facts = with_aino(EXECUTING, age=300, connection=Connection.UNREACHABLE, problem=problem)
     assert (

@@ -37,7 +37,7 @@ def test_the_story_has_each_robot_that_was_passed_by_and_why_one_was_chosen():
     ]
 
 
-def test_what_waits_says_what_each_robot_does_and_whose_it_is():
+def test_a_waiting_start_says_what_each_robot_does_and_its_group():
     waits = replace(
         RUN,
         state=State.WAITING,

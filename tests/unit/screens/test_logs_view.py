@@ -115,7 +115,7 @@ def test_the_reason_line_of_a_completed_run(changes, usual, line):
     assert view.reason_line(replace(DONE, **changes), ZONE, usual) == line
 
 
-def test_what_did_not_complete_says_why_and_what_is_open_what_it_waits_for():
+def test_a_failed_run_says_why_and_an_open_one_what_it_waits_for():
     assert view.reason_line(SKIPPED, ZONE, USUAL) == "Battery 12 % stayed under 30 % until 13:45"
     waiting = replace(
         SKIPPED, state=State.WAITING, reason=None, wait=Wait.BATTERY, wait_details={"battery": 12, "minimum": 30}
@@ -281,7 +281,7 @@ def test_a_story_over_several_days_has_their_dates():
         (DurationEstimate(1500.0, 1500.0, typed=True), "not ended yet, 25 min as typed in Settings"),
     ],
 )
-def test_what_has_not_ended_says_how_long_it_will_take_and_who_says_so(expected, note):
+def test_an_open_run_says_how_long_it_will_take_and_how_that_is_known(expected, note):
     running = replace(DONE, state=State.EXECUTING, ended_at=None, duration_s=None)
     row = view.row(running, NOW, ZONE, USUAL, opened=True, expected=expected)
     assert row.steps[-1].note == note

@@ -11,6 +11,6 @@ def test_names_follow_each_other_by_their_letters_and_numbers():
     assert [robot.name for robot in by_name(robots)] == ["7", "Aino", "Robot 1", "Robot 1b", "robot 2", "Robot 10"]
 
 
-def test_what_is_a_digit_elsewhere_is_a_name_too():
+def test_foreign_digits_are_sorted_like_names():
     robots = [Robot(name, "http://10.0.0.1") for name in ("R²", "R١٠", "R2", "", "R")]
     assert [robot.name for robot in by_name(robots)][:2] == ["", "R"]

@@ -27,7 +27,7 @@ def test_each_kind_becomes_its_field():
     ]
 
 
-def test_what_was_entered_travels_in_the_robots_types():
+def test_entered_values_are_sent_in_the_robots_types():
     entered = {"place": "K2", "count": "3", "speed": "0,8", "loud": True, "note": " hello "}
     assert values_of(ALL, entered) == {"place": "K2", "count": 3, "speed": 0.8, "loud": True, "note": "hello"}
 
@@ -45,7 +45,7 @@ def test_what_was_entered_travels_in_the_robots_types():
         ("place", None, "Choose one"),
     ],
 )
-def test_what_cannot_be_taken_is_said_at_its_field(name, text, problem):
+def test_an_invalid_value_is_reported_at_its_field(name, text, problem):
     entered = {"place": "K1", "count": "1", "speed": "1", "loud": False, "note": "-", name: text}
     with pytest.raises(Problems) as caught:
         values_of(ALL, entered)
@@ -68,7 +68,7 @@ def test_a_position_is_chosen_by_its_name_from_a_list_and_sent_as_its_guid():
         assert caught.value.by_name == {"goal": problem}
 
 
-def test_what_a_schedule_has_by_name_is_shown_as_chosen():
+def test_a_value_that_a_schedule_has_by_name_is_shown_as_chosen():
     assert [
         field.default for field in fields_of([replace(GOAL, default=given) for given in ("Press", "g-1", "elsewhere")])
     ] == ["g-2", "g-1", None]

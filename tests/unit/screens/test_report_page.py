@@ -191,7 +191,7 @@ def rows_under(page: str, title: str) -> list[list[str]]:
     ]
 
 
-def test_what_failed_and_what_was_cancelled_stand_apart_for_each_robot(container):
+def test_failed_and_cancelled_runs_are_separate_for_each_robot(container):
     report = ShiftReports(container.db, container.clock).make(ReportPeriod.WEEK)
     head, *rows = rows_under(report_page.page(report), "Robots")
     table = {row[0]: dict(zip(head, row, strict=True)) for row in rows if len(row) == len(head)}
@@ -201,7 +201,7 @@ def test_what_failed_and_what_was_cancelled_stand_apart_for_each_robot(container
         assert [line[name] for name in ("Completed", "Failed", "Cancelled")] == [str(number) for number in numbers]
 
 
-def test_what_a_robot_did_otherwise_stands_below_it_over_the_whole_width(container):
+def test_deviations_of_a_robot_are_below_it_over_the_whole_width(container):
     report = ShiftReports(container.db, container.clock).make(ReportPeriod.WEEK)
     page = report_page.page(report)
     below = [row[1] for row in rows_under(page, "Robots") if len(row) == 2]

@@ -92,7 +92,7 @@ def test_home_and_logs_have_the_same_under_way(plant):
     }
 
 
-def test_what_waits_for_the_battery_is_about_the_battery_that_its_robot_shows():
+def test_a_start_waiting_for_the_battery_matches_the_battery_shown():
     facts = sample.FACTS
     held = next(run for run in facts.open if run.wait_details.get("battery"))
     battery = facts.snapshots[held.robot_id].status.battery_percentage
