@@ -194,7 +194,7 @@ def test_a_rule_that_names_no_day_takes_little_time(starts, rule):
     assert time.process_time() - begins < 4
 
 
-def test_it_is_said_in_one_sentence_and_nothing_is_taken(tmp_path):
+def test_a_calendar_bomb_is_refused_in_one_sentence(tmp_path):
     site = Site(tmp_path / "data")
     bomb = tmp_path / "bomb.ics"
     bomb.write_bytes(calendar([EVERY_DAY]))

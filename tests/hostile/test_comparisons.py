@@ -118,7 +118,7 @@ def test_a_robot_that_hung_up_is_compared_again_before_anything_else(
 
 
 @by_every_method
-def test_one_that_ends_the_connection_with_each_answer_is_trusted_for_two_seconds(listen: Listen, ask: Any) -> None:
+def test_a_robot_that_closes_each_connection_is_trusted_for_two_seconds(listen: Listen, ask: Any) -> None:
     machine = listen(says_close=True)
     timed = TimedClient(
         RobotClient(

@@ -71,7 +71,7 @@ def test_the_command_asks_for_yes(data):
 
 
 @pytest.mark.long
-def test_so_does_a_running_app(data):
+def test_a_running_app_needs_confirmation_to_lower_the_limit(data):
     with running(data):
         assert run(data, "--import-config", file(data, 1)).returncode == 2
         assert kept(data) == RUNS

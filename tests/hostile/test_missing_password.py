@@ -59,7 +59,7 @@ def alarms(site):
     ]
 
 
-def test_it_is_an_alarm_until_the_password_is_there(site):
+def test_a_missing_password_is_an_alarm_until_it_is_entered(site):
     let_import_change_the_user(site)
     (alarm,) = alarms(site)
     assert alarm.priority is Priority.HIGH
@@ -69,7 +69,7 @@ def test_it_is_an_alarm_until_the_password_is_there(site):
     assert alarms(site) == []
 
 
-def test_one_that_a_person_switched_off_before_is_none(site):
+def test_a_robot_that_a_person_switched_off_raises_no_alarm(site):
     (robot,) = site.container.catalogue.robots()
     site.container.catalogue.set_robot_enabled(robot.id, False)
     let_import_change_the_user(site)

@@ -220,7 +220,7 @@ def test_the_directory_of_another_user_is_refused(prepared_by_others, precious, 
     assert precious.read_text(encoding="utf-8") == "precious"
 
 
-def test_so_is_one_like_that_for_temporary_files(shared):
+def test_a_data_directory_with_the_sticky_bit_is_refused(shared):
     (shared / "scheduler.lock").touch()
     with pytest.raises(BadInput, match="shared by several users"):
         DataDirectory.prepare(shared)

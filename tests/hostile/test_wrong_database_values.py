@@ -225,7 +225,7 @@ def spoilt(sound: Path, path: Path, statement: str) -> Path:
 
 
 @pytest.mark.parametrize(("table", "statement"), first_of_each(WRONG, table_of))
-def test_one_wrong_cell_is_refused_before_anything_is_changed(sound, tmp_path, table, statement):
+def test_one_wrong_value_is_refused_before_anything_is_changed(sound, tmp_path, table, statement):
     backup = spoilt(sound, tmp_path / "backup.db", statement)
     target = tmp_path / "data" / "amr-scheduler.db"
     with pytest.raises(DatabaseRefused, match=f"its table {table} has a value that can't be used"):

@@ -74,7 +74,7 @@ def test_a_copy_that_waits_while_the_app_is_off_may_run(world):
 
 
 @pytest.mark.long
-def test_it_may_still_have_run_when_the_diary_has_forgotten_that_the_app_was_off(world):
+def test_a_copy_may_have_run_in_downtime_that_the_diary_forgot(world):
     wait_while_the_app_is_off(world)
     let_it_run(world)
     world.site.run(KEPT_S)
@@ -82,7 +82,7 @@ def test_it_may_still_have_run_when_the_diary_has_forgotten_that_the_app_was_off
     assert objections(world) == []
 
 
-def test_it_may_have_run_whatever_the_clock_of_its_robot_shows_afterwards(world):
+def test_a_copy_may_have_run_whatever_the_clock_of_its_robot_shows(world):
     wait_while_the_app_is_off(world)
     let_it_run(world)
     world.diary.begin("robot's clock", "R1", world.site.seconds())

@@ -41,7 +41,7 @@ def test_every_widget_keeps_its_place_its_size_and_its_language(ui, walk, name):
 
 @pytest.mark.long
 @pytest.mark.parametrize("part", range(PARTS))
-def test_so_does_that_of_every_state_and_dialog(ui, walk, part):
+def test_every_state_and_dialog_keeps_the_rules(ui, walk, part):
     pictures = [(number, picture) for number, picture in enumerate(walk.pictures) if picture.name not in SCREENS][
         part::PARTS
     ]

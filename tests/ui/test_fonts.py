@@ -62,7 +62,7 @@ def test_which_characters_a_font_has(path, has, lacks):
     assert [character for character in has + lacks if character in found] == list(has)
 
 
-def test_of_several_fonts_in_one_file_the_first_counts(tmp_path):
+def test_the_first_of_several_fonts_in_a_file_counts(tmp_path):
     both = tmp_path / "both.ttc"
     both.write_bytes(collection(Path(DEJAVU).read_bytes()))
     assert UMBRELLA in Characters(str(both))

@@ -120,7 +120,7 @@ def test_run_now_offers_groups_first_and_any_free_robot_comes(home, hall, ui):
     ui.wait(lambda: [bar for bar in ui.find_all(Snackbar) if bar.text.startswith(texts)])
 
 
-def test_of_many_groups_the_chosen_one_is_offered_and_the_list_of_all(home, hall, ui):
+def test_many_groups_show_the_chosen_one_and_a_list_of_all(home, hall, ui):
     members = hall.members
     for name in ("Hall 2", "Night crew"):
         home.site.container.catalogue.save_group(Group(name, members))
@@ -302,7 +302,7 @@ def test_a_waiting_start_is_cancelled(home, hall, ui):
     assert home.site.container.history.last_finished(1)[0].state is State.CANCELLED
 
 
-def test_of_many_the_first_are_on_home_and_all_in_a_dialog(home, hall, ui):
+def test_many_waiting_starts_show_the_first_on_home_and_all_in_a_dialog(home, hall, ui):
     stop_both(home, ui)
     mission = home.site.container.catalogue.missions()[0]
     for _n in range(5):

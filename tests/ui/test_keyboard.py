@@ -70,7 +70,7 @@ def test_a_rare_sign_is_two_keys_away(ui):
         keys.stop()
 
 
-def test_of_its_pages_only_the_letters_stay_when_it_goes(ui):
+def test_a_closed_keyboard_keeps_only_the_page_of_letters(ui):
     field = ui.show(FormField(label="Password"), (400, 90))
     keys = DockedKeyboard(lambda: True)
     keys.start()
@@ -88,7 +88,7 @@ def test_of_its_pages_only_the_letters_stay_when_it_goes(ui):
         keys.stop()
 
 
-def test_it_goes_when_a_real_keyboard_types_and_comes_back_for_a_finger(ui):
+def test_the_keyboard_hides_when_a_real_one_types_and_returns_for_a_finger(ui):
     field = ui.show(FormField(label="Name"), (400, 90))
     keys = DockedKeyboard(lambda: True)
     keys.start()

@@ -61,7 +61,7 @@ def rest(ui, turns) -> None:
     assert turns[-1] == AT_REST
 
 
-def test_it_rests_after_a_while_and_not_before(ui, turns):
+def test_the_loop_slows_down_after_a_while(ui, turns):
     ui.frames_drawn(0.8 * REST)
     assert turns[-1] == IN_USE
     ui.frames_drawn(0.4 * REST)

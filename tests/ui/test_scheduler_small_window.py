@@ -136,7 +136,7 @@ def test_a_battery_without_a_minimum_and_the_ends_of_starts_are_on_one_line(ui, 
     assert ends_of_starts(ui) or Window.width <= 800
 
 
-def test_of_schedules_that_have_no_room_a_part_of_the_next_one_is_seen(ui, small):
+def test_a_list_of_schedules_without_room_shows_part_of_the_next(ui, small):
     small.vm.choose_part("schedules")
     small.settle()
     rows = ui.find(LongList)

@@ -80,7 +80,7 @@ def test_a_frame_handles_only_so_many(ui, bus):
     ui.wait(lambda: len(seen) == 120)
 
 
-def test_of_events_with_one_key_the_newest_survives(ui, bus):
+def test_the_newest_event_of_a_key_is_kept(ui, bus):
     seen: list[tuple[int, int]] = []
     bus.subscribe(RobotRead, lambda event: seen.append((event.robot, event.battery)))
     for battery in range(100):

@@ -196,7 +196,7 @@ def test_the_heading_of_the_schedules_is_on_one_line(ui, small):
         ),
     ],
 )
-def test_of_a_robot_that_somebody_has_to_go_to_all_that_is_needed_is_seen_at_once(ui, facts, alarm):
+def test_everything_about_a_robot_that_needs_a_person_is_visible_at_once(ui, facts, alarm):
     """1280×800 with an alarm: what it says, its battery, where it is or was, and its controls."""
     screen = home(Rig(ui), facts, issues=OpenIssues([alarm]))
     ui.advance(0.5)
@@ -357,7 +357,7 @@ def test_some_tiles_are_seen_below_the_counts_of_all_robots(ui, small, issues):
 
 
 @pytest.mark.parametrize(("scale", "gloves"), [(1.0, False), (1.0, True), (1.3, False), (1.3, True)])
-def test_of_fifty_robots_the_words_of_two_rows_are_seen_below_a_banner(ui, scale, gloves):
+def test_two_rows_of_fifty_robots_are_readable_below_a_banner(ui, scale, gloves):
     with window(ui, (1024, 600), scale, "fi", gloves=gloves) as rig:
         fleet(rig, 50)
         ui.advance(0.5)

@@ -104,7 +104,7 @@ def test_a_start_of_a_group_that_soon_has_a_robot_is_not_said_to_wait(world, ui)
     assert world.messages == ["Kits is sent to Aino. Aino: free now"]
 
 
-def test_one_that_still_has_none_after_a_moment_is_said_to_wait_once(world, ui):
+def test_a_start_still_without_a_robot_is_said_to_wait_once(world, ui):
     world.row = UNBOUND
     world.reports.follow(UNBOUND)
     ui.advance(1.2)
@@ -302,7 +302,7 @@ def test_a_start_that_is_being_cancelled_is_not_said_to_be_sent(world, ui):
     assert world.messages == ["Kits is being cancelled"]
 
 
-def test_that_it_was_sent_does_not_come_back_below_that_it_is_cancelled(world, ui):
+def test_a_cancelled_start_is_no_longer_said_to_be_sent(world, ui):
     world.row = SENT
     world.reports.follow(SENT)
     say_cancelled(world.shell, None, "Kits", SENT, lambda: None)
@@ -453,7 +453,7 @@ def test_a_waiting_start_that_is_held_is_said_only_to_be_held(world, starts, ui)
     assert world.messages == ["Kits is held; it is skipped unless it is released in time"]
 
 
-def test_that_one_is_held_says_nothing_of_another_one(world, starts, ui):
+def test_a_hold_of_one_start_says_nothing_about_another(world, starts, ui):
     starts.hold(UNBOUND, True)
     starts.hold(replace(UNBOUND, id=8, mission="Count"), False)
     assert world.messages == ["Kits is held; it is skipped unless it is released in time", "Count is released"]

@@ -93,7 +93,7 @@ def test_a_crowded_lane_is_drawn_in_few_pieces_and_its_bars_are_still_hit(ui):
     assert abs(calls[0][0] - 500) <= 3  # a bar is less than a px wide
 
 
-def test_of_many_lanes_only_those_in_sight_are_drawn(ui):
+def test_only_lanes_in_sight_are_drawn(ui):
     lanes = [Lane(f"R{n}", bars=[Bar(n, 1, 2)]) for n in range(50)]
     chart = ui.show(Timeline(lanes=lanes, seen_height=200, seen_from=0), (800, 28 + 50 * 44))
     assert len([*chart.boxes()]) <= 8

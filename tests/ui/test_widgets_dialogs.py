@@ -306,7 +306,7 @@ def test_closed_dialogs_are_freed(ui, dialogs, kind):
 
 
 @pytest.mark.long
-def test_of_a_hundred_dialogs_that_faded_out_none_is_alive(ui):
+def test_a_hundred_closed_dialogs_are_all_freed(ui):
     ui.show(CommandButton(text="More"), (200, 64))
     dialogs, behind = Dialogs(), list(Window.children)
     references = []

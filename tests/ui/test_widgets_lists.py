@@ -240,7 +240,7 @@ def seen(strip) -> set[int]:
     }
 
 
-def test_of_a_strip_only_what_is_seen_is_drawn(ui):
+def test_only_the_visible_part_of_a_strip_is_drawn(ui):
     chips = robots(20)
     strip = ui.show(ScrollRows(direction="x", viewclass="RobotChip", spacing=8, data=chips), (600, 64))
     assert 0 in seen(strip)

@@ -113,7 +113,7 @@ def test_presses_come_from_the_panel_that_was_pressed_in_every_column(ui):
     assert pressed == [(0, "press", "P0"), (1, "press", "P1"), (2, "press", "P2"), (4, "press", "P4")]
 
 
-def test_of_many_only_the_visible_exist_and_all_can_be_reached(ui):
+def test_only_visible_panels_exist_and_all_can_be_reached(ui):
     root = grid(ui, 300, row_height=100)
     assert len(ui.find_all(SamplePanel, root=root)) < 30
     root.scroll_y = 0

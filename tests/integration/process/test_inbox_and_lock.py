@@ -192,7 +192,7 @@ def test_files_of_a_killed_command_are_deleted_at_the_next_start(tmp_path, name)
 
 
 @pytest.mark.parametrize("name", LEFT)
-def test_and_by_an_app_that_runs_when_it_has_lain_there_for_a_while(tmp_path, monkeypatch, name):
+def test_a_running_app_deletes_old_files_of_killed_commands(tmp_path, monkeypatch, name):
     inbox = Inbox(tmp_path, {})
     left = tmp_path / "inbox" / name
     left.write_text("a password")

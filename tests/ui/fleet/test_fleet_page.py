@@ -44,7 +44,7 @@ def test_up_to_three_robots_have_no_such_page(container, ui):
         assert len(tiles(ui)) == 4
 
 
-def test_of_more_robots_home_shows_all_first(container, robots, ui):
+def test_with_many_robots_home_shows_all_first(container, robots, ui):
     with shown(container, ui):
         ui.wait(lambda: ui.find_all(FleetPage))
         assert tiles(ui) == ["Aino", "Robot 1", "Robot 2", "Robot 3", "Sisu", "Veikko"]

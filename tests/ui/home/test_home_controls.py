@@ -205,7 +205,7 @@ def test_clearing_the_queue_of_a_robot_that_does_not_answer_says_what_becomes_of
     assert execution.cancel_code is None
 
 
-def test_one_of_ours_can_be_cancelled(home, ui):
+def test_a_start_of_the_app_can_be_cancelled(home, ui):
     pend(home)
     run(ui, "Deliver")
     ui.wait(lambda: is_shown_pending(ui))

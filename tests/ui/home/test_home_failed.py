@@ -54,7 +54,7 @@ def test_the_list_has_one_row_that_acknowledges_both_and_each_of_them_a_tap_away
     ui.wait(lambda: acknowledged(failed))
 
 
-def test_of_those_in_the_row_each_is_acknowledged_alone(failed, ui):
+def test_alarms_in_one_row_can_be_acknowledged_one_by_one(failed, ui):
     ui.tap(ui.find(TopBar).ids.bell)
     ui.tap(ui.find(IconButton, ui.find(AlarmRow), icon="chevron-down"))
     ui.wait(lambda: len(ui.find_all(AlarmRow)) == 3)

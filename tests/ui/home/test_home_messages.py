@@ -108,7 +108,7 @@ def failed(home, ui):
     return home
 
 
-def test_that_an_error_stands_is_said_for_longer_than_that_it_was_reset(failed, ui):
+def test_a_remaining_error_is_shown_longer_than_a_reset(failed, ui):
     press(ui, "Reset errors")
     ui.wait(lambda: failed.shell.snackbars.texts == [STANDS])
     ui.advance(6)

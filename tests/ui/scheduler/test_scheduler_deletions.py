@@ -65,7 +65,7 @@ def test_a_schedule_that_was_only_looked_at_leaves_the_form_when_it_is_deleted_e
     assert (said(screen), screen.plan.form.aside) == ([], [])
 
 
-def test_one_that_was_to_be_shown_and_is_not_there_is_not_shown_later(screen, container, ui):
+def test_a_missing_schedule_that_should_be_shown_is_not_shown_later(screen, container, ui):
     removed = container.catalogue.remove_schedule(stock(container).id)
     settle(screen, ui)
     screen.shell.go("scheduler", schedule_id=removed.schedules[0].id)

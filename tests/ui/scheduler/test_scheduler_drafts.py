@@ -191,7 +191,7 @@ def test_a_draft_that_is_back_in_the_form_is_not_offered_any_more(screen, contai
     assert said(screen) == []
 
 
-def test_of_several_each_can_be_chosen_or_all_thrown_away(screen, container, ui):
+def test_each_of_several_drafts_can_be_chosen_or_all_discarded(screen, container, ui):
     names = [KITS, "Night stock count", "Collect empties"]
     for name in names:
         screen.plan.edit(next(schedule.id for schedule in schedules(container) if schedule.name.startswith(name)))

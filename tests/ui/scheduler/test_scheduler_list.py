@@ -10,7 +10,7 @@ from app.widgets.plan_rows import ScheduleLine
 from tests.ui.planner import settle
 
 
-def test_that_there_are_no_schedules_is_said_once_it_is_known(screen, container, ui):
+def test_an_empty_list_says_so_once_it_was_read(screen, container, ui):
     model = type(screen.plan)(pick(type(screen.shell.navigator.screen("scheduler")).Services, container), screen.shell)
     model.open()
     try:

@@ -66,7 +66,7 @@ def test_a_rebuilt_screen_saves_only_once(screen, container, ui, slow):
         assert said(screen) == [f"{KITS} on Aino is planned"]
 
 
-def test_so_is_what_waits_for_the_robot(screen, container, ui, hanging):
+def test_a_save_that_waits_for_the_robot_survives_the_rebuild(screen, container, ui, hanging):
     before = len(schedules(container))
     press_save(screen, container, ui)
     with larger_controls(screen, container, ui):

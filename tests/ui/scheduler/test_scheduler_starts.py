@@ -82,7 +82,7 @@ def test_a_start_that_was_planned_again_by_mistake_is_skipped_again_by_undo(scre
     assert at not in [run.at for run in container.plan.next(20) if run.schedule.id == schedule.id]
 
 
-def test_of_the_starts_that_the_form_shows_each_can_be_skipped_as_long_as_nothing_is_changed(screen, container, ui):
+def test_each_start_in_an_unchanged_form_can_be_skipped(screen, container, ui):
     schedule = named(container, KITS, "Aino")
     screen.plan.edit(schedule.id)
     settle(screen, ui)
@@ -185,7 +185,7 @@ def test_the_list_still_says_how_it_last_went_when_a_start_to_come_is_skipped(sc
     )
 
 
-def test_of_planned_starts_at_the_same_time_each_is_reached_by_the_arrows_of_the_card(screen, container, ui):
+def test_arrows_of_the_card_reach_each_start_at_the_same_time(screen, container, ui):
     schedule = named(container, "Night stock count", "Aino")
     other = container.catalogue.save_schedule(replace(schedule, id=0, name="Second count"))
     settle(screen, ui)

@@ -51,7 +51,7 @@ def test_typed_text_stays_while_the_plan_is_read_and_forecast_again(screen, cont
     assert (field.text, field.focus) == ("Typed", True)
 
 
-def test_it_is_put_aside_with_the_draft_for_which_it_was_typed(screen, container, ui):
+def test_typed_text_is_put_aside_with_its_draft(screen, container, ui):
     choose(screen, ui, "Mission", KITS)
     type_name(screen, ui, "Typed")
     screen.plan.edit(named(container, "Collect empties", "Veikko").id)
@@ -98,7 +98,7 @@ def test_an_interval_stays_as_it_is_typed_and_is_not_saved(screen, ui, twice, ty
     assert (field.text, field.outside, save_button(ui).disabled) == (typed, True, True)
 
 
-def test_it_is_saved_by_a_tap_on_save(screen, container, ui):
+def test_typed_text_is_saved_by_a_tap_on_save(screen, container, ui):
     choose(screen, ui, "Mission", KITS)
     before = {schedule.id for schedule in schedules(container)}
     kind(screen, ui, "Interval")

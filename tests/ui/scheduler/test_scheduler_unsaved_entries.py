@@ -92,7 +92,7 @@ def test_a_rule_that_was_changed_by_hand_is_put_aside_by_a_drag(screen, containe
 @pytest.mark.parametrize(
     "changed", [{"kind": Kind.MONTHLY}, {"at": time(20, 40)}, {"day": date(2026, 12, 1)}, {"more_hours": (22,)}]
 )
-def test_so_are_times_that_were_changed_by_hand_after_a_drag(screen, container, ui, changed):
+def test_times_changed_by_hand_after_a_drag_are_put_aside(screen, container, ui, changed):
     stock = named(container, "Night stock count", "Aino")
     drag(screen, ui, stock, 1.5)
     screen.plan.form.set(**changed)

@@ -135,7 +135,7 @@ def test_escape_closes_it_and_then_the_dialog_of_its_field(app, ui):
     ui.wait(lambda: not ui.find_all(RobotDialog))
 
 
-def test_it_goes_with_the_dialog_of_its_field(app, ui):
+def test_the_keyboard_closes_with_the_dialog_of_its_field(app, ui):
     dialog = robot_dialog(ui)
     ui.tap(ui.find(FieldInput, dialog.ids.name_field))
     keyboard(ui)
@@ -144,7 +144,7 @@ def test_it_goes_with_the_dialog_of_its_field(app, ui):
     assert dock.field is None
 
 
-def test_it_goes_with_a_tap_elsewhere(app, ui):
+def test_the_keyboard_closes_at_a_tap_elsewhere(app, ui):
     dialog = robot_dialog(ui)
     ui.tap(ui.find(FieldInput, dialog.ids.name_field))
     keyboard(ui)
@@ -153,7 +153,7 @@ def test_it_goes_with_a_tap_elsewhere(app, ui):
 
 
 # ---------------------------------------------------------------------- when
-def test_it_is_chosen_in_settings(site, app, ui):
+def test_the_keyboard_is_chosen_in_settings(site, app, ui):
     go(ui, "display")
     ui.tap(ui.find(Segment, text="Never"))
     ui.wait(lambda: settings(site).keyboard == "off")
@@ -167,7 +167,7 @@ def test_it_is_chosen_in_settings(site, app, ui):
 @pytest.mark.parametrize(
     ("devices", "comes"), [(POWER_BUTTON, True), (POWER_BUTTON + "\n" + KEYBOARD, False), (None, False)]
 )
-def test_by_itself_it_comes_where_there_is_no_keyboard(site, app, ui, tmp_path, monkeypatch, devices, comes):
+def test_the_keyboard_appears_by_itself_only_without_a_real_one(site, app, ui, tmp_path, monkeypatch, devices, comes):
     path = tmp_path / "devices"
     if devices is not None:
         path.write_text(devices)

@@ -62,7 +62,7 @@ def assigned(*args, **values) -> dict[int, int | None]:
 
 
 # ---------------------------------------------------------------------- to whom
-def test_of_equals_the_one_that_ran_less_and_then_the_first_by_name():
+def test_equal_robots_are_chosen_by_hours_then_by_name():
     assert assigned(start()) == {1: AINO.id}
     assert assigned(start(), robots=(replace(AINO, hours=1.0), SISU, VEIKKO)) == {1: SISU.id}
     assert assigned(
@@ -160,7 +160,7 @@ def test_after_one_failure_a_start_does_not_wait_for_a_robot_that_has_just_begun
     }
 
 
-def test_of_those_that_failed_the_one_that_did_so_less_often():
+def test_failed_robots_are_chosen_by_fewest_failures():
     assert assigned(start(), robots=(failed(AINO, 2), failed(SISU, 1))) == {1: SISU.id}
 
 
@@ -240,7 +240,7 @@ def test_a_robot_that_lacks_the_mission_or_has_refused_it_is_passed_by():
     )
 
 
-def test_so_much_battery_is_left_when_a_run_ends():
+def test_the_battery_at_the_end_of_a_run_is_estimated():
     enough = replace(AINO, battery=RESERVE + 10 * 300 / 3600)
     assert assigned(replace(start(), members=(1,)), robots=(enough,)) == {1: 1}
     assert assigned(replace(start(), members=(1,)), robots=(replace(enough, battery=enough.battery - 0.01),)) == {

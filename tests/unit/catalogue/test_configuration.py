@@ -235,7 +235,7 @@ GROUP_AND_PLACE = {"groups": [{"name": "Hall", "robots": ["R1", "R2"]}], "places
         ),
     ],
 )
-def test_one_that_exists_is_changed_by_its_name_and_what_is_to_be_different(world, section, item, lines):
+def test_an_existing_schedule_is_changed_by_its_name_and_the_changed_keys(world, section, item, lines):
     world.take({**FULL, **GROUP_AND_PLACE})
     assert world.take({"format": FORMAT, section: [item]}) == lines
 

@@ -112,7 +112,7 @@ def test_another_machine_gets_nothing_of_it(container, robot):
     assert CHECK_UPS.report(container.db.read(), robot.id) is None
 
 
-def test_it_goes_and_comes_with_its_robot(container, robot):
+def test_a_check_up_is_deleted_and_restored_with_its_robot(container, robot):
     put(container, robot)
     left = LeftBehind("S1", "guid", ("token",), 17, True)
     container.db.write(lambda c: CHECK_UPS.note_left_behind(c, robot.id, left))

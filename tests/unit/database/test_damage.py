@@ -283,7 +283,7 @@ def test_a_half_made_first_database_is_simply_begun(path, clock):
 
 
 # ---------------------------------------------------------------------- backups
-def test_one_a_day_and_the_newest_seven_stay(path, clock):
+def test_daily_backups_keep_the_newest_seven(path, clock):
     db = Database.open(path, clock=clock)
     for day in range(10):
         db.write(lambda c, day=day: SETTINGS.put(c, "day", day))

@@ -41,7 +41,7 @@ def usual(db, robot_id=1, guid="guid"):
     return found and found.samples_s
 
 
-def test_those_of_the_newest_twenty_completed_runs_are_kept_and_no_other(db, ran):
+def test_only_the_newest_twenty_durations_are_kept(db, ran):
     assert usual(db) is None
     for minutes in range(25):
         ran(float(minutes), minutes)
@@ -63,7 +63,7 @@ def test_those_of_the_newest_twenty_completed_runs_are_kept_and_no_other(db, ran
     assert (usual(db, 2), usual(db, 1, "other"), usual(db, 3)) == ((7.0,), (8.0,), None)
 
 
-def test_of_runs_that_end_at_one_instant_and_of_older_ones_that_come_late_none_is_lost(db, ran):
+def test_simultaneous_and_late_runs_are_all_counted(db, ran):
     for seconds in range(30, 10, -1):
         ran(float(seconds), 5)
     assert usual(db) == tuple(float(seconds) for seconds in range(11, 31))
@@ -71,7 +71,7 @@ def test_of_runs_that_end_at_one_instant_and_of_older_ones_that_come_late_none_i
     assert usual(db) == tuple(float(seconds) for seconds in range(11, 31))
 
 
-def test_they_outlive_the_history_and_count_each_run_once(db, ran):
+def test_durations_outlive_the_history_and_count_each_run_once(db, ran):
     ran(60.0)
     (row,) = EXECUTIONS.stream(db.read())
     db.write(lambda c: EXECUTIONS.change(c, row.id, [State.COMPLETED], state=State.COMPLETED, robot="Another name"))
@@ -81,13 +81,13 @@ def test_they_outlive_the_history_and_count_each_run_once(db, ran):
     assert usual(db) == (60.0,)
 
 
-def test_those_that_come_as_rows_of_the_history_count_too(db, ran, row):
+def test_durations_of_imported_history_count_too(db, ran, row):
     rows = [row(state=State.COMPLETED, ended_at=NOON, duration_s=float(seconds)) for seconds in range(40)]
     db.write(lambda c: EXECUTIONS.add_many(c, rows))
     assert usual(db) == tuple(float(seconds) for seconds in range(20, 40))
 
 
-def test_they_go_with_their_robot_and_come_back_with_it(db, ran):
+def test_durations_are_deleted_and_restored_with_their_robot(db, ran):
     ran(60.0)
     ran(70.0, 1)
     kept = DURATIONS.of_robot(db.read(), 1)
@@ -97,7 +97,7 @@ def test_they_go_with_their_robot_and_come_back_with_it(db, ran):
     assert usual(db) == (60.0, 70.0)
 
 
-def test_of_a_database_of_before_they_are_those_of_its_history(tmp_path, clock, row, db):
+def test_an_older_database_takes_durations_from_its_history(tmp_path, clock, row, db):
     path = tmp_path / "a.db"
     old = Database.open(path, clock=clock, migrations=MIGRATIONS[: MIGRATIONS.index(_RUN_DURATIONS)])
     old.write(

@@ -78,7 +78,7 @@ def test_an_occurrence_is_in_the_ledger_once(db, row):
     assert [found.id for found in EXECUTIONS.open_for(db.read(), 1) if found.schedule_id == 1] == [first.id]
 
 
-def test_of_many_those_that_are_new_are_added(db, row):
+def test_only_new_executions_are_added(db, row):
     known = add(db, row(planned_at=NOON))
     new = [row(planned_at=NOON + timedelta(minutes=minute)) for minute in range(1, 251)]
     added = db.write(lambda c: EXECUTIONS.add_each_once(c, [new[0], row(planned_at=NOON), *new[1:]]))

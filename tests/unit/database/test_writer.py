@@ -195,7 +195,7 @@ def test_works_that_wait_together_share_one_transaction(busy):
     assert busy.read().execute(count).fetchone()[0] == 50
 
 
-def test_one_that_raises_undoes_only_itself(busy):
+def test_a_failing_write_undoes_only_itself(busy):
     def broken(c):
         put("broken", 1)(c)
         raise KeyError("broken")

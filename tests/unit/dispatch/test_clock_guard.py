@@ -227,7 +227,7 @@ def test_others_still_can(tablet):
     assert not tablet.judge(HOUR, 2 * HOUR, 2 * HOUR, HOUR).is_trusted
 
 
-def test_they_have_a_say_again_when_they_have_not_differed_for_an_hour(tablet):
+def test_clocks_count_again_after_an_hour_without_difference(tablet):
     overrule(tablet)
     tablet.clock.advance(HOUR)
     assert tablet.judge(0.0, 2 * HOUR, 2 * HOUR).is_trusted
@@ -236,7 +236,7 @@ def test_they_have_a_say_again_when_they_have_not_differed_for_an_hour(tablet):
     assert not tablet.judge(0.0, 2 * HOUR, 2 * HOUR).is_trusted
 
 
-def test_they_have_one_at_once_when_the_tablets_own_clock_steps(tablet):
+def test_clocks_count_at_once_when_the_tablets_clock_steps(tablet):
     overrule(tablet)
     tablet.clock.step(-HOUR)
     assert not tablet.judge(HOUR, 2 * HOUR, 2 * HOUR).is_trusted
@@ -262,7 +262,7 @@ def test_a_person_can_say_that_the_clock_is_right_whatever_robots_say(tablet):
         ((0.0, -HOUR, -HOUR), "most robots' clocks are 60 min behind it"),
     ],
 )
-def test_it_is_said_whose_clocks_differ(tablet, offsets, sentence):
+def test_differing_clocks_are_named(tablet, offsets, sentence):
     tablet.judge(*offsets)
     assert tablet.problem() == sentence
 
@@ -294,7 +294,7 @@ def test_old_answers_and_those_of_another_clock_do_not_count(tablet, ago):
     assert not tablet.judge(HOUR).is_trusted
 
 
-def test_it_is_used_up_by_a_start_at_which_the_clocks_agree(tablet):
+def test_a_confirmed_difference_ends_at_a_start_with_agreeing_clocks(tablet):
     confirm(tablet, timedelta(hours=1))
     tablet.restart()
     assert tablet.judge(0.0).is_trusted

@@ -51,7 +51,7 @@ def test_the_newer_data_count(tmp_path, zones, file, text, hour):
     assert zones() == hour
 
 
-def test_of_two_directories_the_newer_counts(tmp_path, zones):
+def test_the_newer_of_two_directories_counts(tmp_path, zones):
     old, new = tmp_path / "old", tmp_path / "new"
     put(old, "tzdata.zi", "# version 2020a\n")
     put(old, "America/Vancouver", file_of_rule("MST7"))

@@ -161,7 +161,7 @@ def test_an_event_writes_what_its_rule_says_and_only_in_its_states(site, event):
 
 
 @pytest.mark.parametrize("event", Event, ids=lambda event: event.name)
-def test_of_a_row_that_has_moved_on_nothing_is_written(site, event):
+def test_nothing_is_written_to_a_row_that_has_changed(site, event):
     for read in RULES[event].sources:
         for state in STATES:
             if state is read or (event is Event.ASSIGN and state in transitions.MAY_BE_WITH_THE_ROBOT):

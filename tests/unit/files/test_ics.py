@@ -314,7 +314,7 @@ def test_an_import_takes_what_is_chosen_and_nothing_twice(world, tmp_path):
     assert ([event.name for event in rest.events], rest.known) == (["Party"], 1)
 
 
-def test_of_a_series_that_is_partly_known_the_rest_is_offered(world, tmp_path):
+def test_the_rest_of_a_partly_known_series_is_offered(world, tmp_path):
     (tmp_path / "plant.ics").write_bytes(calendar("SUMMARY:Audit\nDTSTART:20270610\nRRULE:FREQ=YEARLY;COUNT=3"))
     [audit] = world.files.read("plant.ics").events
     world.files.take([replace(audit, days=audit.days[:1])])

@@ -116,7 +116,7 @@ def test_pruned_spans_leave_their_sums(world, spans, times):
     assert len(REPOSITORY.between(world.db.read(), 1, NOON - 2 * BACK * DAY, kept_from)) <= 1
 
 
-def test_of_too_many_spans_the_newest_days_stay(world, monkeypatch):
+def test_too_many_spans_keep_the_newest_days(world, monkeypatch):
     monkeypatch.setattr(activities, "KEPT_ROWS", 5)
     hour = timedelta(hours=1)
     for at in (NOON - back * DAY for back in (3, 2, 1, 0)):

@@ -54,7 +54,7 @@ def test_a_recurring_one_begins_with_its_first_instant_from_now_on(now, expected
     assert first_due(schedule("FREQ=DAILY"), SETTINGS, now, CALENDAR) == expected
 
 
-def test_one_that_is_off_or_over_is_never_due():
+def test_a_schedule_that_is_off_or_over_is_never_due():
     assert first_due(schedule(enabled=False), SETTINGS, AT, CALENDAR) is None
     assert first_due(schedule("FREQ=DAILY;COUNT=2"), SETTINGS, AT + timedelta(days=2), CALENDAR) is None
 

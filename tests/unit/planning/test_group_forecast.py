@@ -49,7 +49,7 @@ def test_starts_at_one_instant_go_to_different_robots_and_the_fourth_to_the_one_
     assert all(one.in_time for one in found.values())
 
 
-def test_of_equals_the_one_that_has_run_less_today_counted_from_midnight():
+def test_equal_robots_are_chosen_by_hours_since_midnight():
     wanted = [kits(0.0), kits(7200.0)]
     assert whose(forecast(wanted, site(hours={1: 2.0, 2: 3.0, 3: 1.0})), 0) == "Veikko"
     assert whose(forecast(wanted, site(hours={1: 2.0, 2: 3.0, 3: 1.0})), 1) == "Veikko"

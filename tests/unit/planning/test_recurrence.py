@@ -436,7 +436,7 @@ def test_other_intervals_step_in_elapsed_time():
     ]
 
 
-def test_of_times_of_day_a_missing_one_is_shifted_and_of_two_the_first_counts():
+def test_a_missing_time_of_day_is_shifted_and_a_repeated_one_counts_once():
     thirds = schedule("2026-05-02T03:30", "FREQ=HOURLY;INTERVAL=8")
     assert starts(thirds, "2026-10-24 22:00", 2) == ["2026-10-25 00:30", "2026-10-25 09:30"]
     assert starts(thirds, "2027-03-27 22:00", 2) == ["2027-03-28 01:30*", "2027-03-28 08:30"]

@@ -43,7 +43,7 @@ def test_the_shorter_of_two_exceptions_holds(order):
     assert not calendar.is_working_day(SATURDAY + timedelta(days=1))
 
 
-def test_of_two_equally_long_the_newer_holds():
+def test_the_newer_of_two_equally_long_exceptions_holds():
     later = DayException("No inventory", SATURDAY, SATURDAY, id=3)
     assert WorkingCalendar(Settings(), [later, INVENTORY]).day_status(SATURDAY).name == "No inventory"
 

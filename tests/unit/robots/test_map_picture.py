@@ -203,6 +203,6 @@ def test_a_file_that_is_none_of_ours_is_refused(change: dict[str, object]) -> No
 
 
 @pytest.mark.parametrize("data", [b"", b"[]", b"\xff\xfe", b"{}", b"null", b"[" * 100_000])
-def test_so_is_what_is_no_json_object(data: bytes) -> None:
+def test_a_stored_map_that_is_no_json_object_is_refused(data: bytes) -> None:
     with pytest.raises(ValueError, match=r".+"):
         from_bytes(data)

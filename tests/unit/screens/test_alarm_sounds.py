@@ -52,7 +52,7 @@ def test_two_at_once_are_one_sound_and_a_third_one_is_heard_too():
     assert heard((after(0), [STOP, another]), (after(1), [STOP, another, third])) == [True, True]
 
 
-def test_it_is_heard_again_every_five_minutes_until_somebody_acknowledges_it():
+def test_an_alarm_sounds_every_five_minutes_until_acknowledged():
     seen = replace(STOP, acknowledged_at=NOW)
     assert heard(
         (after(0), [STOP]),
@@ -64,7 +64,7 @@ def test_it_is_heard_again_every_five_minutes_until_somebody_acknowledges_it():
     ) == [True, False, True, False, True, False]
 
 
-def test_it_is_heard_again_after_the_clock_was_set_back():
+def test_an_alarm_sounds_again_after_the_clock_was_set_back():
     assert heard((after(0), [STOP]), (after(299), [STOP]), (after(300), [STOP]), set_back=timedelta(hours=1)) == [
         True,
         False,
@@ -72,7 +72,7 @@ def test_it_is_heard_again_after_the_clock_was_set_back():
     ]
 
 
-def test_one_that_comes_back_is_heard_again():
+def test_an_alarm_that_returns_sounds_again():
     over = replace(STOP, cleared_at=NOW)
     assert heard((after(0), [STOP]), (after(1), [over]), (after(2), [replace(STOP, count=2)])) == [True, False, True]
 

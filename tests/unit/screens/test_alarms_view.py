@@ -106,7 +106,7 @@ def test_instants_in_an_alarm_are_reported_in_the_zone_of_the_settings():
     assert alarm_text(alarm("app_was_off", "app"), SETTINGS, NOW) == "The app was off or asleep from 12:38 to 13:38"
 
 
-def test_of_what_was_started_twice_one_may_have_run_already():
+def test_the_alarm_of_a_double_start_advises_to_cancel_one():
     twice = alarm("started_twice", "execution:9", details={"mission": "Kits", "robot": "Aino", "other": "Veikko"})
     assert alarm_text(twice, SETTINGS, NOW) == "Kits came to Aino after all, and had been started on Veikko as well"
     assert note(twice) == "14:36 · cancel what has not run yet and is not wanted"

@@ -95,7 +95,7 @@ def test_an_error_is_shown_in_full_by_the_banner_or_the_card():
     assert (view.text, view.note) == ("Aino is stopped: emergency stop pressed", "Since 14:36")
 
 
-def test_one_that_was_acknowledged_is_calm_and_says_when_first():
+def test_an_acknowledged_alarm_is_calm_and_says_when_it_began():
     view = show(alarm("emergency_stop", acknowledged_at=NOW, note="Pallet fell over"))
     assert (
         view.note
@@ -214,7 +214,7 @@ def test_a_late_start_that_no_robot_has_yet_names_its_group():
     )
 
 
-def test_of_several_late_starts_the_button_says_that_it_holds_all_of_them():
+def test_the_button_says_that_it_holds_all_late_starts():
     late = replace(HELD, wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=24))
     issues = OpenIssues(late_starts=[late, replace(late, id=98), replace(late, id=99, held=True, wait=Wait.HOLD)])
     one = replace(issues, late_starts=issues.late_starts[1:])

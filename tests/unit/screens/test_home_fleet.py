@@ -27,7 +27,7 @@ def look(
     return group, robot_tile(robot, seen, doing, group, old, SETTINGS, NOW)
 
 
-def test_one_that_is_ready_and_held_is_not_called_ready():
+def test_a_held_robot_is_not_called_ready():
     group, _tile = look(sample.READY)
     assert or_held(group, (Hold(robot_id=2),), AINO, NOW) is Group.READY
     assert or_held(Group.WORKING, (Hold(robot_id=1),), AINO, NOW) is Group.WORKING
@@ -83,12 +83,12 @@ def test_a_battery_that_is_nearly_empty_is_looked_at_without_a_minimum(percent, 
     assert battery_appearance(charging, settings).note == "charging"
 
 
-def test_one_that_does_not_answer_says_since_when_and_shows_no_old_values():
+def test_a_silent_robot_says_since_when_and_shows_no_old_values():
     group, tile = look(sample.EXECUTING, doing=Work("Deliver", 2), age=400, connection=Connection.UNREACHABLE)
     assert (group, tile.word, tile.detail, tile.battery) == (Group.SILENT, "No answer", "since 14:18", "–")
 
 
-def test_one_that_answers_wrongly_says_how():
+def test_a_robot_that_answers_wrongly_says_how():
     group, tile = look(sample.READY, connection=Connection.UNAUTHORIZED)
     assert (group, tile.detail) == (Group.SILENT, "Wrong password since 14:18")
 
@@ -107,7 +107,7 @@ def test_a_disabled_robot_needs_attention_only_for_a_missing_password(robot, gro
     assert (found, tile.detail) == (group, "Needs its password" if robot.needs_password else "")
 
 
-def test_one_that_was_not_asked_yet_is_starting():
+def test_a_robot_that_was_not_asked_yet_is_starting():
     unknown = RobotSnapshot(1)
     assert group_of(AINO, unknown, is_old(unknown, NOW, SETTINGS), SETTINGS) is Group.STARTING
 

@@ -74,7 +74,7 @@ def test_a_start_that_is_held_says_as_run_now_what_becomes_of_it(minutes, held, 
     assert row.origin == f"Waste, extra round · {words}"
 
 
-def test_of_two_holds_the_one_that_ends_last_counts():
+def test_the_later_end_of_two_holds_counts():
     short, long = (
         Hold("Audit", NOW + timedelta(minutes=5)),
         Hold("Cleaning", NOW + timedelta(minutes=60), robot_id=AINO.id),
@@ -249,7 +249,7 @@ def test_an_old_level_of_a_battery_is_not_shown_as_one_of_now():
     )
 
 
-def test_so_does_one_that_a_person_keeps_back_alone():
+def test_a_start_held_alone_shows_its_hold():
     kept = replace(FACTS, planned=(replace(FACTS.planned[0], held=True), *FACTS.planned[1:]))
     rows = planned_starts(kept, NOW)
     assert (rows[0].note, rows[0].icon) == ("Aino · held until released", "hand-back-right-outline")
@@ -308,7 +308,7 @@ def test_a_skipped_start_was_not_run(details, line):
     assert outcome_line(execution(5, AINO, KITS.name, State.SKIPPED, reason=Reason(ReasonCode.HOLD, details))) == line
 
 
-def test_that_a_person_cancelled_it_is_said_once():
+def test_a_cancellation_by_a_person_is_said_once():
     def line(code, **details):
         return outcome_line(execution(5, AINO, KITS.name, State.CANCELLED, reason=Reason(code, details)))
 

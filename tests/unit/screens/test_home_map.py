@@ -88,7 +88,7 @@ def test_all_robots_on_the_map_are_there_the_abnormal_ones_in_words() -> None:
     assert (marker.x, marker.y) == HALL.fraction(18.0, 12.0)
 
 
-def test_those_that_need_help_come_first_and_then_the_one_that_is_shown() -> None:
+def test_robots_that_need_help_come_first_then_the_shown_one() -> None:
     facts = replace(
         FACTS,
         settings=replace(FACTS.settings, selected_robot_id=2),

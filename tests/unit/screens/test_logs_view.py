@@ -463,7 +463,7 @@ def test_a_long_history_is_condensed_to_few_points():
     assert kpi_view.condense([]) == ()
 
 
-def test_one_more_row_in_the_table_is_one_more_card_with_its_history_change_and_explanation(monkeypatch):
+def test_each_figure_of_the_table_has_a_card_with_history_change_and_explanation(monkeypatch):
     share = Figure(
         "Cancelled by people", Unit.SHARE, lambda facts: facts.cancelled / (facts.total or 1), "Of all that ended."
     )

@@ -90,7 +90,7 @@ def test_on_the_screen_it_has_the_same_figures_robots_and_runs(container):
     assert f"and {report.more_runs} more in the log" in lines or not report.more_runs
 
 
-def test_of_eight_hours_a_robot_is_seen_for_eight_hours_at_most(container):
+def test_a_robot_is_observed_for_the_period_at_most(container):
     """The observed time is kept by whole days; a shift uses the spans."""
     report = ShiftReports(container.db, container.clock).make(ReportPeriod.SHIFT)
     for robot in report.facts.robots:

@@ -64,7 +64,7 @@ def plant(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Container]:
     container.close()
 
 
-def test_it_is_one_moment():
+def test_all_samples_show_one_moment():
     assert sample.NOW == month.NOW
 
 

@@ -311,7 +311,7 @@ def lanes(window=None, **values):
     ).lanes
 
 
-def test_of_many_robots_those_with_nothing_planned_are_one_line_that_opens():
+def test_robots_with_nothing_planned_share_one_line_that_opens():
     shown = lanes()
     assert [(lane.name, lane.line) for lane in shown] == [
         ("R08", ""),
@@ -336,7 +336,7 @@ def starts(count: int) -> tuple[PlannedRun, ...]:
     return tuple(planned(22 + number, robot=robot) for number, robot in enumerate(FLEET[:count]))
 
 
-def test_of_many_robots_with_something_planned_those_of_a_group_are_one_line_that_opens():
+def test_robots_of_a_group_share_one_line_that_opens():
     """A robot of two groups is in the first; one of them alone needs no line."""
     failed = execution(State.FAILED, 60, robot_id=2, robot="R02")
     plan = {"groups": HALLS, "planned": starts(MANY + 1), "past": (failed,)}
