@@ -132,12 +132,16 @@ class ThisApp(Rule):
         everybody = tuple(range(len(day.robots)))
         believed = [day.free_in(robot) for robot in day.robots]
         missions = {str(mission.number): mission for mission in day.site.missions}
+        places, mean_ways = [place for _free_s, place in believed], dict[str, float]()
 
         def takes(robot_id: int, mission: str, *, slow: bool = False) -> float:
             wanted = missions[mission]
-            ways = [day.learned.way(place, wanted) for _free_s, place in believed]
-            usable = [ways[robot.number] for robot in day.robots if not robot.is_known_down]
-            return day.learned.takes(robot_id, wanted, ways[robot_id] - statistics.fmean(usable or ways), slow=slow)
+            if mission not in mean_ways:
+                usable = [place for robot, place in zip(day.robots, places, strict=True) if not robot.is_known_down]
+                ways = [day.learned.way(place, wanted) for place in usable or places]
+                mean_ways[mission] = statistics.fmean(ways)
+            farther = day.learned.way(places[robot_id], wanted) - mean_ways[mission]
+            return day.learned.takes(robot_id, wanted, farther, slow=slow)
 
         robots = {
             robot.number: Member(
