@@ -20,6 +20,7 @@ import pytest  # noqa: E402
 from hypothesis import settings  # noqa: E402
 
 from app.database import connection  # noqa: E402
+from tests import budget  # noqa: E402
 from tests.support.new_database import migrate  # noqa: E402
 
 # No example is too slow, however busy the machine. `.ci/run` asks for the profile "ci" and `.ci/night` for "thorough".
@@ -36,10 +37,16 @@ if os.access("/dev/shm", os.W_OK):
 connection.migrate = migrate
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--write-budget", action="store_true", help="note in tests/budget.json how long each file takes")
+
+
 def pytest_configure(config: pytest.Config) -> None:
-    """A file that is named is run with its long tests, unless ``-m`` says otherwise."""
+    """A file that is named is run with its long tests, unless ``-m`` says otherwise or the default run is measured."""
     files = all(Path(argument.partition("::")[0]).is_file() for argument in config.args)
-    if files and "-m" not in config.invocation_params.args:
+    if config.option.write_budget:
+        config.pluginmanager.register(budget.Recorder())
+    elif files and "-m" not in config.invocation_params.args:
         config.option.markexpr = ""
 
 

@@ -117,6 +117,7 @@ def test_a_position_that_was_deleted_and_made_again_is_found_by_its_name(site, m
     assert {row.state for row in site.executions()} == {State.COMPLETED}
 
 
+@pytest.mark.long
 def test_it_is_looked_up_before_the_instant(site, mission, line_1):
     take(site, {"Position": "Line 1"}, recurrence="FREQ=DAILY")
     site.run(DAY + 600)
@@ -124,6 +125,7 @@ def test_it_is_looked_up_before_the_instant(site, mission, line_1):
     assert len(site.network.posts()) == 2
 
 
+@pytest.mark.long
 def test_a_position_by_its_guid_is_asked_for_once_only(site, mission, line_1):
     take(site, {"Position": line_1["guid"]}, recurrence="FREQ=DAILY")
     site.run(600)
