@@ -42,9 +42,7 @@ from app.services.executions.transitions import Event, Transition, is_other_mach
 
 log = logging.getLogger(__name__)
 
-STARTED_TOGETHER = (
-    8  # that wait for one robot, with one write; should the app be killed then, all of them are looked for
-)
+STARTED_TOGETHER = 8  # that wait for one robot, with one write; all are looked for should the app be killed then
 
 
 class Sending:
@@ -75,9 +73,8 @@ class Sending:
             attempt = self.attempts.get(row.id)
             if attempt is None or attempt.phase is Phase.BACKOFF:  # it does not know that its intent was written
                 self._recovered.add(intent_of(row))
-                self._mark_in_doubt(
-                    row, self._client.timeouts.total, is_taken=row.submitted_at is not None
-                )  # it may have left this moment
+                # It may have left this moment.
+                self._mark_in_doubt(row, self._client.timeouts.total, is_taken=row.submitted_at is not None)
         self._duplicates.watch_again()
 
     def take_over(self, intents: Iterable[Execution], plan_version: int) -> None:
@@ -99,9 +96,8 @@ class Sending:
         due = [attempt.row for attempt in self.attempts.of(Phase.READY) if attempt.row and attempt.wake_at <= mono]
         for intent in rules.in_dispatch_order(due):
             attempt = self.attempts.get(intent.id)
-            if (
-                attempt is None or attempt.phase is not Phase.READY
-            ):  # judged already, while the robot was asked why it refused another
+            # It may have been judged already, while the robot was asked why it refused another.
+            if attempt is None or attempt.phase is not Phase.READY:
                 continue
             if self._is_wanted(intent, attempt.plan_version) and self._can_send(intent):
                 self._post(intent, attempt.plan_version)

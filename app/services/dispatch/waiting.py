@@ -22,16 +22,10 @@ class Waiting:
     be looked at again."""
 
     def __init__(self, context: Context, robot_id: int | None, later: Callable[[Execution, float], None]) -> None:
-        self._s, self._ledger, self._clock, self._robot_id, self._later = (
-            context,
-            context.ledger,
-            context.clock,
-            robot_id,
-            later,
-        )
-        self._listed_until: dict[
-            tuple[int, datetime], float
-        ] = {}  # late starts that are listed first, on the monotonic clock
+        self._s, self._ledger, self._clock = context, context.ledger, context.clock
+        self._robot_id, self._later = robot_id, later
+        # Late starts that are listed first, on the monotonic clock.
+        self._listed_until: dict[tuple[int, datetime], float] = {}
 
     def forget_all_but(self, ids: Collection[int]) -> None:
         self._listed_until = {key: until for key, until in self._listed_until.items() if key[0] in ids}
@@ -42,20 +36,15 @@ class Waiting:
         if why_not:
             self._ledger.apply([transitions.withdraw(row, why_not)])
         elif now >= row.closes_at:
-            self._ledger.end(
-                Event.EXPIRE,
-                row,
-                rules.reason_window_closed(row, self._s.downtime.overlaps(row.planned_at, row.closes_at)),
-            )
+            app_was_down = self._s.downtime.overlaps(row.planned_at, row.closes_at)
+            self._ledger.end(Event.EXPIRE, row, rules.reason_window_closed(row, app_was_down))
         elif self._s.clearing.blocks(row):
             self._later(row, RECHECK)
         elif row.held:
             self._waits(row, Wait.HOLD)
         elif hold := self._s.holds.active(self._robot_id):
             self._waits(row, Wait.CLOCK if hold.clock else Wait.HOLD, hold=hold.reason)
-        elif (early := self._seconds_early(row)) > (
-            0 if row.group_id is None else INTENT_LEAD
-        ):  # its intent may be ahead
+        elif (early := self._seconds_early(row)) > (INTENT_LEAD if row.group_id else 0):  # its intent may be ahead
             self._later(row, min(early, EARLY_RECHECK))
         else:
             return not self._may_have_run(row) and not self._is_listed_first(row)

@@ -25,9 +25,7 @@ from app.services.executions.transitions import (
 )
 from app.services.executions.wanted import wanted
 
-WATCHED_FOR = (
-    600.0  # s that a robot is searched for a request that was given up, and once more when it answers after that
-)
+WATCHED_FOR = 600.0  # s that a robot is searched for a request that was given up, and once more when it answers then
 
 _EXECUTIONS, _STARTS = ExecutionRepository(), GroupExecutionRepository()
 _ROBOTS, _SCHEDULES = RobotRepository(), ScheduleRepository()
