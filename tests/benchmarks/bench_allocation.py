@@ -7,7 +7,7 @@
 ``critical``: planned starts of that priority more than a minute late, %; ``urgent``: mean wait of unplanned ones, s; ``missed``: outside
 their start window, %; ``weighted``: lateness x weight per start, s; ``spread`` of use between robots, points; ``empty``: m to the first
 place. The hall, its robots and their troubles are invented (``tests/benchmarks/hall``). ``--optimum``: short, crowded days without chance,
-beside every order on every robot. ``--decision``: processor time of one.
+compared with every order on every robot. ``--decision``: processor time of one.
 """
 
 from __future__ import annotations

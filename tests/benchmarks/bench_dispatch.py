@@ -72,7 +72,7 @@ DROP_AHEAD = 0.3  # s before the instant: the robots were read a moment ago
 
 @dataclass(frozen=True)
 class Figures:
-    """Of the healthy robots' missions. Lateness in ms, ascending."""
+    """Figures of the healthy robots' missions. Lateness in ms, ascending."""
 
     wanted: int
     lateness: list[float]

@@ -1,7 +1,7 @@
 """What the KPIs cost over a long history: ``uv run python -m tests.benchmarks.bench_kpi [ROWS …]`` (default 100,000 and 1,000,000).
 
 Two years of ten robots; every figure is the best of several runs, in milliseconds of processor time. A plain scan by the same SQLite stands
-beside it. Exits with 1 where a figure of all rows takes more than 500 ms.
+next to it. Exits with 1 where a figure of all rows takes more than 500 ms.
 """
 
 from __future__ import annotations

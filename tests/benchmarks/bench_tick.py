@@ -2,7 +2,7 @@
 
     uv run python -m tests.benchmarks.bench_tick
 
-Beside it the thesis's way (read every schedule, compare in Python), on the same database.
+Compared with the thesis's way (read every schedule, compare in Python), on the same database.
 """
 
 from __future__ import annotations

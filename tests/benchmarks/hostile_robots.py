@@ -88,7 +88,7 @@ def other_map() -> bytes:
 
 
 def other_serial() -> bytes:
-    """That of the robot, and then that of another machine."""
+    """A status with the serial number of the robot, then of another machine."""
     return status(serial_number=f"H{next(_number) % 2}")()
 
 
@@ -165,7 +165,7 @@ def behind(status_: Body, answers: Mapping[str, Answer] = MappingProxyType({})) 
 
 
 def one_item(_path: str) -> bytes:
-    """Of a mission whose name only the robot knows."""
+    """A queue with one item of a mission whose name only the robot knows."""
     return json.dumps([item(1)]).encode()
 
 

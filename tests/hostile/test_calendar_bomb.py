@@ -77,7 +77,7 @@ def excepted() -> str:
     ],
 )
 def test_a_bomb_stops_at_the_limit(content, monkeypatch):
-    """Of what is counted, not of time."""
+    """The limit counts steps, not time."""
     monkeypatch.setattr(calendar_days, "LONGEST_READING_S", 1e6)
     with pytest.raises(ics.TooMuch):
         read(content)

@@ -36,7 +36,7 @@ def rows(width: int, height: int, channels: int = 1) -> bytes:
 
 
 def one_colour(width: int, height: int) -> bytes:
-    """As ``rows``, made in no time: zeros are zeros, whether they are pixels or the beginning of a row."""
+    """As ``rows``, but quickly made: zeros, as pixels and as beginnings of rows."""
     packer, left = zlib.compressobj(1), (width + 1) * height
     parts = [packer.compress(bytes(min(2**20, left - done))) for done in range(0, left, 2**20)]
     return chunk(b"IDAT", b"".join(parts) + packer.flush())
@@ -91,7 +91,7 @@ def test_the_largest_picture_takes_bounded_memory(picture):
 
 
 def megabytes_for(picture: str) -> int:
-    """How much more memory a process of its own needs at most to show it, than for a small one."""
+    """How much more memory a separate process needs to show it than to show a small one."""
     return (_peak(picture) - _peak("png(header(10, 10, GREY), rows(10, 10))")) // 1024
 
 

@@ -200,7 +200,7 @@ def running(studio: Any) -> None:
 
 @picture("home-message", sizes=EVERY_SIZE)
 def said(studio: Any) -> None:
-    """Of what was pressed a moment ago."""
+    """The message about what was pressed a moment ago."""
     home(studio, sample.FACTS)
     bars = Snackbars()
     studio.afterwards(bars.clear)
@@ -209,7 +209,7 @@ def said(studio: Any) -> None:
 
 @picture("home-waiting", sizes=EVERY_SIZE)
 def waiting_for_a_robot(studio: Any) -> None:
-    """Of a group, and a mission that would be started on any of it."""
+    """Starts of a group that wait for a robot, and Run now on any robot of it."""
     screen = home(studio, sample.WITH_WAITING)
     screen.vm.choose_target(("group", sample.HALL_1.id))
     studio.driver.advance(0.2)
@@ -234,7 +234,7 @@ def overdue(studio: Any) -> None:
 
 @picture("home-acknowledged", sizes=(LANDSCAPE, SMALL))
 def acknowledged(studio: Any) -> None:
-    """As the next operator finds it."""
+    """The page as the next operator finds it."""
     seen = replace(ALARMS[0], acknowledged_at=sample.ago(minutes=1), note="Waiting for maintenance")
     home(studio, stopped(), issues=OpenIssues([seen, ALARMS[1]]))
 
@@ -267,7 +267,7 @@ def parameters(studio: Any) -> Any:
 
 @picture("home-position", sizes=EVERY_SIZE)
 def position(studio: Any) -> Any:
-    """What says that one is to be chosen, and where."""
+    """The hint that a mission is to be chosen, and where."""
     return studio.dialogs.open(RunDialog(POSITION, vm=home(studio, sample.FACTS).vm))
 
 

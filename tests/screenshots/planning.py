@@ -443,7 +443,7 @@ def group_bar(studio: Any) -> Any:
 
 
 def advice(stand: Stand) -> Advice:
-    """Of a schedule that came late on most days, and of one that was changed because of an earlier suggestion."""
+    """Suggestions about a schedule that was late on most days and about one that an earlier suggestion changed."""
     facts = stand.vm._facts
     late = next(
         schedule

@@ -197,7 +197,7 @@ class ChoiceSite(Site):
         self._took_back(name, row.planned_at)
 
     def _took_back(self, name: str, instant: datetime | None = None) -> None:
-        """What is planned of a schedule, or this one start of it."""
+        """The plan of a schedule, or one start of it."""
         for wanted in self.wanted:
             if wanted.schedule == name and instant in (None, wanted.instant) and wanted.taken_back == math.inf:
                 wanted.taken_back = self.seconds()
@@ -236,7 +236,7 @@ class ChoiceSite(Site):
         self.off.append((began, self.seconds()))
 
     def is_settled(self) -> bool:
-        """Nothing is planned, open, on the robot or on its way any more."""
+        """Whether nothing is planned, open, on the robot or on its way any more."""
         db = self.container.db.read()
         is_open = db.execute(
             "SELECT 1 FROM executions WHERE ended_at IS NULL UNION SELECT 1 FROM schedules WHERE next_at IS NOT NULL"
@@ -246,7 +246,7 @@ class ChoiceSite(Site):
         )
 
     def _items(self) -> list[tuple[str, Any]]:
-        """Of all robots, each with its robot's name."""
+        """The queue items of all robots, each with its robot's name."""
         for machine in self.machines.values():
             machine.catch_up()
         return [(name, item) for name, machine in self.machines.items() for item in machine.queue]
@@ -295,7 +295,7 @@ class ChoiceSite(Site):
         return rows, plan, robots, members, items, self._progress(grain), flights, beyond, judged
 
     def _progress(self, grain: float) -> tuple[tuple[float, ...], ...]:
-        """Of the missions that robots execute."""
+        """The progress of the missions that robots execute."""
         return tuple(
             (machine.run.next_action, rounded(machine.run.elapsed(machine.now) / self.scenario.robot_speed, grain))
             if machine.run

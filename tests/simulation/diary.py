@@ -161,7 +161,7 @@ class Diary:
 
     @staticmethod
     def is_on_its_days(wishes: Wishes, plan: Schedule, instant: datetime) -> bool:
-        """Whether that day is one on which the schedule runs."""
+        """Whether the schedule runs on that day."""
         local = instant.astimezone(ZoneInfo(plan.timezone)).date()
         is_off = local in wishes.closed or WEEKDAYS[local.weekday()] not in wishes.working_days
         return not (plan.respect_working_days and is_off)
@@ -197,7 +197,7 @@ class Diary:
         return self._tokens.get(token)
 
     def is_of_restored_time(self, instant: datetime) -> bool:
-        """Whether it had come when a backup was restored, or was about to."""
+        """Whether a backup was restored after it was due or just before."""
         return any(instant <= each.end + MINUTE for each in self.restores)
 
     # ------------------------------------------------------------------ troubles
@@ -242,7 +242,7 @@ class Diary:
         )
 
     def is_steady(self, since: float) -> bool:
-        """Whether the tablet's clock has not been set since then, but for some seconds."""
+        """Whether the tablet's clock has been set by no more than some seconds since then."""
         now = self.clock[-1][1]
         offsets = [self.ahead(since), *(offset for at, offset in self.clock if at > since)]
         return all(abs(offset - now) < 5.0 for offset in offsets)

@@ -63,7 +63,7 @@ class Found:
 
 
 class Explorer:
-    """``acts``: what the operator may do; ``grain`` in s. ``most``: violations after which it ends. ``coarse``: beside requests that are
+    """``acts``: what the operator may do; ``grain`` in s. ``most``: violations after which it ends. ``coarse``: except requests that are
     lost, nothing happens between two reads or before a commit. ``off_for``: s that the tablet is off after a crash."""
 
     def __init__(

@@ -31,7 +31,7 @@ class GroupPerson(Person):
         return super()._decide(act, note_all)
 
     def _doubt_groups_without_robots(self) -> None:
-        """What waits of them is ended, in a moment."""
+        """End their waiting starts in a moment."""
         wishes = self.diary.now
         for group_id, members in wishes.groups.items():
             if members <= wishes.off:
@@ -110,7 +110,7 @@ class GroupPerson(Person):
         )
 
     def to_any(self) -> None:
-        """What was for one robot is for any of them."""
+        """Make a schedule for one robot one for any of them."""
         self._edit(self._plan(), robot_id=None, group_id=self._group().id)
 
     def run_on_any(self) -> None:
@@ -135,7 +135,7 @@ class GroupPerson(Person):
         )
 
     def start_on_another(self) -> None:
-        """Of one that is stuck, or that ended so."""
+        """Start on another robot what is stuck, or ended so."""
         rows = [row for row in self.world.site.executions() if row.state is State.SUBMITTING]
         rows += [
             row for row in self.world.site.executions() if row.reason and row.reason.code is ReasonCode.UNKNOWN_OUTCOME

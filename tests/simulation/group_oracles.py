@@ -118,7 +118,7 @@ class GroupJudge:
             self.judge.object(f"safety: given to a robot that has been stopped for {post.at - since:.0f} s: {name}")
 
     def _judge_metres(self, post: Submission, name: str) -> None:
-        """How far away the robot is was said as it is, where it was chosen a moment ago: one that is free stands still."""
+        """The stated distance of a robot chosen a moment ago is true: a free robot does not move."""
         row = self.world.site.container.ledger.by_token(post.token)
         if (
             row is None

@@ -77,7 +77,7 @@ def _attributes(value: Any, now: tuple[float, datetime, float], seen: set[int]) 
 
 
 def _attempts_of(worker: Any) -> Iterator[Any]:
-    """Of those that are held, the versions of the plan count."""
+    """The attempts that belong to a version of the plan."""
     return (attempt for attempt in worker._sending.attempts.values() if attempt.plan_version)
 
 

@@ -85,7 +85,7 @@ class Person:
         self._decide(lambda: self._app.catalogue.save_schedule(replace(stored, **changes)), note)
 
     def _stop_due(self, wishes: Wishes, plans: list[Schedule]) -> None:
-        """What is due of these now has been stopped for good, if its row has been written."""
+        """Due starts of these whose rows have been written are stopped for good."""
         if plans[0].robot_id is None:  # one that waits may be ended a moment later
             self._doubt_due(plans)
         elif self.diary.is_clear(
@@ -99,7 +99,7 @@ class Person:
                 wishes.stopped |= {(plan.id, instant) for instant in due}
 
     def _doubt_due(self, plans: list[Schedule]) -> None:
-        """What is due of these now may have been stopped, or not yet."""
+        """Due starts of these may have been stopped, or not yet."""
         for plan in plans:
             due = instants(plan, self._wall - LONGEST_WINDOW, self._wall + timedelta(seconds=2))
             self.diary.uncertain |= {self.diary.token((plan.id, instant)) for instant in due}
@@ -376,7 +376,7 @@ class Person:
         self.diary.decide(self.world.site.seconds()).cancelled.add(row.token)
 
     def keep_back(self) -> None:
-        """One that waits, whatever for; let go again after a while."""
+        """Hold a waiting start and release it after a while."""
         row = self.rng.choice(self._app.history.open())
         self.diary.by_person.add(row.token)
         with self.world.without_crash():

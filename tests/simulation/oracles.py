@@ -343,7 +343,7 @@ class Judge:
         return None
 
     def _gave_up(self, robot: str, due: float, start: float) -> bool:
-        """Whether what was wrong before may have used up its tries, or have hidden what became of them."""
+        """Whether earlier faults may have used up its attempts or hidden their outcome."""
         nature = self.world.nature
         at_starts = sum(
             each.kind == "app" and due <= each.end <= start for each in self.diary.troubles

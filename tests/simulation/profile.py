@@ -182,7 +182,7 @@ class Nature:
 
 @dataclass
 class Findings:
-    """What the run brought, and everything that should not be."""
+    """What the run did, and every violation."""
 
     hours: float = 0.0
     occurrences: int = 0

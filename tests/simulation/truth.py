@@ -105,7 +105,7 @@ class Truth:
         return any(each.start - timedelta(hours=4) <= row.planned_at <= each.end for each in self.diary.restores)
 
     def _judge_open(self, row: Execution, found: list[Found], since: float) -> None:
-        """Nothing is in its way, so it ends."""
+        """Whether nothing prevents it from ending."""
         world = self.world
         age = (world.site.clock.now() - row.planned_at).total_seconds()
         is_busy = any(

@@ -59,7 +59,7 @@ class Weather:
         return self.diary.begin(kind, robot, self.world.site.seconds(), seconds)
 
     def _lasts(self, seconds: float, trouble: Trouble, cure: Callable[[], object], recovery: float = 0.0) -> None:
-        """It is over then, or when everything clears up."""
+        """It ends then, or when everything clears up."""
 
         def end() -> None:
             if end in self._cures:

@@ -104,7 +104,7 @@ def _database(serial_number: str) -> bytes:
 
 
 class RunningClock:
-    """Of a site: while a check-up waits, everything else goes on."""
+    """The clock of a site: while a check-up waits, everything else continues."""
 
     def __init__(self, site: Site) -> None:
         self._site = site
@@ -115,7 +115,7 @@ class RunningClock:
 
 
 def check_ups_of(site: Site) -> CheckUps:
-    """Of the app as it runs now."""
+    """Check-ups of the app as it runs now."""
     c = site.container
     return CheckUps(
         c.db,

@@ -40,7 +40,7 @@ def robots(count: int) -> tuple[Robot, ...]:
 
 
 def troubled(robot: Robot) -> RobotSnapshot | None:
-    """Of the few that need a person."""
+    """The snapshot of one of the few robots that need a person; None for the others."""
     number = robot.id
     if number in (4, 31):
         return sample.snapshot(number, sample.STOPPED if number == 4 else sample.FAILED)

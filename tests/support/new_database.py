@@ -14,7 +14,7 @@ _copying = Lock()
 
 
 def migrate(connection: sqlite3.Connection, path: Path, migrations: tuple[str, ...], now: datetime) -> None:
-    """As that of ``app.database.migrations``, which does the work wherever there is anything already."""
+    """As ``app.database.migrations.migrate``, which does the work for databases that are not empty."""
     if connection.execute(
         "SELECT (SELECT count(*) FROM sqlite_schema) + user_version FROM pragma_user_version"
     ).fetchone()[0]:

@@ -205,5 +205,5 @@ def prepared(data_dir: Path, content: dict[str, Any]) -> None:
 
 
 def is_one_line(text: str) -> bool:
-    """As every refusal is said: one line, no traceback."""
+    """Every refusal is one line without a traceback."""
     return bool(re.fullmatch(r"main\.py: [^\n]+\n", text)) and "Traceback" not in text

@@ -224,7 +224,7 @@ class Site:
                 self._go_on(key)
 
     def _may_go_on(self, key: int) -> bool:
-        """Nor does one before the worker that it follows has closed."""
+        """Whether the worker is not blocked and the one that it follows has closed."""
         return self._workers[key] not in self._blocked and not any(worker.robot.id == key for worker in self._closing)
 
     def _until_next_round(self, wanted: float) -> float:
@@ -236,12 +236,12 @@ class Site:
         return max(wanted, min(left, ROUND_EVERY, self.engine.seconds_to_cycle, self.engine.seconds_to_decision))
 
     def _database_failed(self, error: DatabaseUnavailable) -> float:
-        """As the runner does; returns the seconds until the next try."""
+        """Do what the runner does; returns the seconds until the next try."""
         self.container.alarms.database_fails(error.message)
         return 1.0
 
     def kick(self) -> None:
-        """As after an operator's press: everybody looks at once."""
+        """As after an operator's press: every worker looks at once."""
         self._wake()
         for key in self._workers:
             self.post(key, messages.LedgerChanged())
@@ -288,7 +288,7 @@ class Site:
             self._acting, self._acting_worker = acting, worker
 
     def stay_off(self, seconds: float) -> None:
-        """Time passes for everybody but the app, which has been switched off."""
+        """Time passes, but not for the app, which is switched off."""
         end = self.clock.monotonic() + seconds
         while self._later and self._later[0][0] <= end:
             self._go_to(self._later[0][0])

@@ -8,7 +8,7 @@ from pathlib import Path
 
 
 def zone_file(name: str) -> bytes:
-    """Of the app's own zone data."""
+    """A file of the app's own zone data."""
     return files("tzdata").joinpath("zoneinfo", name).read_bytes()
 
 

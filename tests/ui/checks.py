@@ -157,7 +157,7 @@ def _kept_by(hidden: Widget, above: tuple[Widget, ...], why: str) -> Iterator[st
 
 
 def _keeps(hidden: Widget, widget: Widget, x: float, y: float) -> bool:
-    """Whether a touch of the window's point (x, y) that reaches ``hidden`` ends there. ``widget`` in it would take it, and does nothing."""
+    """Whether a touch at (x, y) of the window that reaches ``hidden`` ends there, in ``widget``, without an effect."""
     touch = UnitTestTouch(x, y)
     touch.scale_for_screen(Window.width, Window.height)
     touch.push()

@@ -47,7 +47,7 @@ def textures(group) -> list:
 
 
 def words_of(chart) -> list[tuple[float, object]]:
-    """Where names of bars are seen to begin, and which."""
+    """The visible names of bars and where they begin."""
     return [
         (one.pos[0] + chart._drawing.moved, one.texture)
         for one in instructions(chart._drawing._words)

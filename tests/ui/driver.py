@@ -202,7 +202,7 @@ class Driver:
         self.advance(0.3)
 
     def key_down(self, code: int, text: str = "", modifiers: tuple[str, ...] = ()) -> None:
-        """As kivy's window says it, again and again while a key is held."""
+        """As kivy's window reports a key, repeatedly while it is held."""
         if not Window.dispatch("on_key_down", code, 0, text, list(modifiers)):
             Window.dispatch("on_keyboard", code, 0, text, list(modifiers))
 

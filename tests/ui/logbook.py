@@ -58,5 +58,5 @@ def tap(app, ui: Driver, widget) -> None:
 
 
 def failures(container) -> ExecutionFilter:
-    """Of the last days."""
+    """The failures of the last days."""
     return ExecutionFilter(states=(State.FAILED,), start=container.clock.now() - timedelta(days=5))

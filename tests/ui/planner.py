@@ -130,7 +130,7 @@ def row(ui, schedule: Schedule) -> ScheduleLine:
 
 
 def menu(app, ui, schedule: Schedule, word: str) -> None:
-    """Once it has been looked at: rows that a press has moved take no tap for a moment."""
+    """After a pause: rows that a press has moved take no tap for a moment."""
     ui.advance(1)
     ui.tap(ui.find(IconButton, row(ui, schedule), icon="dots-vertical"))
     ui.advance(0.3)

@@ -48,7 +48,7 @@ class Rig:
 def window(
     ui: Driver, size: tuple[int, int], scale: float = 1.0, language: str = "en", *, gloves: bool = False
 ) -> Iterator[Rig]:
-    """What is shown is built at that size; nothing is resized."""
+    """Everything is built at that size; nothing is resized."""
     before = Window.size
     Window.size, Metrics.fontscale = size, scale
     tk.use("light", gloves=gloves)

@@ -1,4 +1,4 @@
-"""Glove mode and size of texts: switched in Settings, at once and for good, and every screen stays whole in them."""
+"""Glove mode and size of texts: switched in Settings, at once and permanently, and every screen stays complete."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The eyes of the walk: that a planted fault is seen, and that what people do see is none."""
+"""The checks of the walk find planted faults and accept what is visible."""
 
 from __future__ import annotations
 

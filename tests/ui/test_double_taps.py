@@ -1,4 +1,4 @@
-"""A double tap is one tap: what the first one brings or takes away keeps the second from whatever is then under the finger.
+"""A double tap is one tap: what the first one opens or closes keeps the second from what is then under the finger.
 
 Dialogs and menus of tests/screenshots are tapped twice at their buttons and beside them, above something that would take any touch; the
 ``long`` tests do that in every picture, and at a grid of points of each kind of dialog.
@@ -70,7 +70,7 @@ def lay_beneath(top: Overlay) -> None:
 
 
 def middles(top: Overlay, ui) -> Iterator[tuple[float, float]]:
-    """Of its buttons; a few of those that are alike."""
+    """The middles of its buttons; of similar ones only a few."""
     seen: dict[object, int] = {}
     for widget in ui.seen(top):
         if isinstance(widget, ButtonBehavior) and widget is not top and not widget.disabled and min(widget.size) > 1:
@@ -161,6 +161,6 @@ def test_every_kind_of_dialog_is_among_the_pictures(ui, walk):
 
 
 def dialog_classes(kind: type = Overlay) -> set[type[Overlay]]:
-    """Of the app, not of tests."""
+    """The classes of dialogs in the app, without those of tests."""
     below = {found for child in kind.__subclasses__() for found in dialog_classes(child)}
     return below | ({kind} if kind is not Overlay and kind.__module__.startswith("app.") else set())

@@ -109,9 +109,11 @@ def test_one_robot_breaks_the_other_comes_and_nothing_runs_twice(site, fleet, ui
 
 
 def test_the_form_learns_from_all_its_robots_that_none_has_the_mission(site, ui):
-    gone = site.catalogue.save_mission(Mission("Gone", "00000000-0000-0000-0000-000000000000"))
+    missing = site.catalogue.save_mission(Mission("Gone", "00000000-0000-0000-0000-000000000000"))
     (group,) = site.catalogue.groups()
-    site.catalogue.save_schedule(Schedule("", None, gone.id, datetime(2026, 11, 24, 6, 30), "UTC", group_id=group.id))
+    site.catalogue.save_schedule(
+        Schedule("", None, missing.id, datetime(2026, 11, 24, 6, 30), "UTC", group_id=group.id)
+    )
     with shown(site, ui, "scheduler"):
         ui.wait(lambda: ui.find_all(ScheduleLine))
         ui.find(ScheduleLine).act("edit")

@@ -1,4 +1,4 @@
-"""kv follows the language, and lets go of it."""
+"""kv follows the language and keeps no widget alive."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hardly anything is drawn while nothing happens: where the graphics are drawn by the processor a frame takes 30 ms of it."""
+"""Hardly anything is drawn while nothing happens: without a graphics card a frame takes 30 ms of the processor."""
 
 from __future__ import annotations
 

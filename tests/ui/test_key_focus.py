@@ -1,4 +1,4 @@
-"""By keys alone: every target gets the ring, is seen with it, and Enter presses it; the topmost dialog only."""
+"""With the keyboard alone every target gets the ring, is visible with it, and is pressed by Enter; in the topmost dialog only."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_a_widget_with_the_ring_is_scrolled_back_into_sight(ui, keys):
 
 
 class Area(ButtonBehavior, Widget):
-    """That is pressed, of whatever height."""
+    """A button that is pressed, of any height."""
 
 
 @pytest.mark.parametrize("height", [280, 400])
@@ -117,7 +117,7 @@ def test_the_ring_follows_the_card_that_it_is_kept_inside_of(ui, keys):
 
 @pytest.mark.parametrize("theme", ["light", "dark", "contrast"])
 def test_the_ring_is_seen_on_every_ground(ui, keys, theme):
-    """It is of two colours, of which one stands out: on a card as on a red banner."""
+    """It has two colours, one of which stands out on a card and on a red banner."""
     tk.theme = theme
     ui.show(page_of("One"), (300, 300))
     before = list(Window.canvas.after.children)

@@ -42,7 +42,7 @@ def test_the_cures_are_for_the_installed_version():
 
 
 def source(path: Path, begin: str = "", end: str = "\n    def ") -> str:
-    """Of the file as KivyMD ships it: from ``begin`` to the next ``end``."""
+    """The part of a file of KivyMD from ``begin`` to the next ``end``."""
     text = path.read_text(encoding="utf-8")
     if not begin:
         return text
@@ -394,7 +394,7 @@ def test_labels_still_follow_everything():
 
 
 def names_of(widget) -> list[dict]:
-    """Of each expression in kv that follows the ``text`` of ``widget``."""
+    """The names in each kv expression that follows the ``text`` of ``widget``."""
     return [
         args[0][-1]
         for _callback, args, *_rest in widget.get_property_observers("text", args=True)

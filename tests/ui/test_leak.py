@@ -1,4 +1,4 @@
-"""Screens, dialogs and sizes of the window leave nothing behind: a tablet on the wall runs for months."""
+"""Screens, dialogs and sizes of the window leak nothing: a tablet on the wall runs for months."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lists that were scrolled down and then have fewer rows come back to what there is."""
+"""Lists that were scrolled down and then have fewer rows scroll back to the remaining ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The Logs of histories of their own: an empty one, and one that goes on."""
+"""The Logs of special histories: an empty one, and one that grows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a page or a list goes on below its edge, that can be seen."""
+"""A page or a list shows that it continues below its edge."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from app.widgets.scrolling import CalmScroll, ScrollPage
 
 
 def shade_of(view: CalmScroll) -> float:
-    """How dark its lower edge is drawn."""
+    """How dark the lower edge is drawn."""
     drawn = view.canvas.after.children
     at = next(n for n, one in enumerate(drawn) if getattr(one, "texture", None) is view.shade())
     return next(one.a for one in reversed(drawn[:at]) if hasattr(one, "a"))

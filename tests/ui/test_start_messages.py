@@ -1,4 +1,4 @@
-"""What is said of a mission that a person has just started or given to a robot: when it is known, and no longer than it holds."""
+"""Messages about a mission that a person has just started or assigned: shown once known, and only while they are true."""
 
 from __future__ import annotations
 

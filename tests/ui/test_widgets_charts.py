@@ -1,4 +1,4 @@
-"""Charts: steps, lines, fillings, gaps, and whatever there is to draw."""
+"""Charts: steps, lines, fillings and gaps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is looked at: colours and their contrast, texts, cards; and that the test window leaves no trace."""
+"""Displays: colours and their contrast, texts, cards; and that the test window leaves no trace."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The frame around the screens: what it shows, where it leads, and who gives way where there is no room."""
+"""The frame around the screens: what it shows, where it leads, and what is left out without room."""
 
 from __future__ import annotations
 

@@ -154,7 +154,7 @@ def test_a_dialog_that_another_has_opened_is_used_as_always(ui, page, dialogs):
 
 @pytest.mark.parametrize(("place", "is_open"), [(MIDDLE, True), ((5, 5), False)], ids=["same place", "elsewhere"])
 def test_a_dialog_takes_its_first_touch_later_where_the_finger_was(ui, dialogs, place, is_open):
-    """That is where the second tap of a double tap comes down."""
+    """The second tap of a double tap comes down there."""
     page = ui.show(CommandButton(text="Choose"), Window.size)
     page.bind(
         on_release=lambda _button: dialogs.choose("Which", [Option(n, str(n)) for n in range(7)], lambda _key: None)

@@ -1,4 +1,4 @@
-"""Lists keep the identity of their rows, scroll, rest on whole rows, and tell who was used."""
+"""Lists keep the identity of their rows, scroll, rest on whole rows, and report the row that was used."""
 
 from __future__ import annotations
 
@@ -190,7 +190,7 @@ def test_a_list_begins_with_a_whole_row_and_ends_with_the_part_of_one_that_has_r
     scroll = rows.ids.scroll if kind is ScrollRows else rows
 
     def seen() -> list[tuple[int, int]]:
-        """Of each row, from the top, how much can be seen, px."""
+        """How much of each row can be seen, from the top, in px."""
         places = ((row.key, visible_area(row, parents(row))) for row in ui.find_all(QueueRow))
         return sorted((key, round(place[3] - place[1])) for key, place in places if place is not None)
 

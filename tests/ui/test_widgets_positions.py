@@ -83,7 +83,7 @@ def open_map(ui) -> PositionsMap:
 
 
 def point(chart: PositionsMap, x: float, y: float, right: float = 0) -> tuple[float, float]:
-    """Of the window; ``right`` of a fraction of the map, px."""
+    """A point of the window, ``right`` px right of a fraction of the map."""
     at = chart.to_window(*chart._point(x, y))
     return at[0] + right, at[1]
 

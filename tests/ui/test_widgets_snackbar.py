@@ -1,4 +1,4 @@
-"""Snackbars: said, undone, queued."""
+"""Snackbars: shown, undone, queued."""
 
 from __future__ import annotations
 

@@ -136,7 +136,7 @@ class Walk:
 
     @contextmanager
     def built(self, picture: Picture) -> Iterator[None]:
-        """It, as it is in the window of the tests, to be used."""
+        """The picture, in the window of the tests, to be used."""
         try:
             picture.build(self._studio)
             yield

@@ -66,7 +66,7 @@ class Wear:
         )
 
     def round(self) -> None:
-        """One screen and one dialog further."""
+        """Show the next screen and the next dialog."""
         self.switch()
         self.dialog()
 
@@ -122,7 +122,7 @@ class Wear:
         return screen
 
     def dialog(self) -> None:
-        """One dialog further, opened and closed."""
+        """Open and close the next dialog."""
         shell = self._shell
         self._dialogs[self._opened % len(self._dialogs)]()
         self._opened += 1
@@ -150,7 +150,7 @@ class Wear:
         return built
 
     def rounds(self, count: int) -> None:
-        """So many, then back on Home, with nothing left to let go."""
+        """This many times, then back on Home with nothing left to free."""
         for n in range(count):
             self.round()
             if n % 12 == 11:

@@ -1,4 +1,4 @@
-"""Who gets what: the app's own decision, and the rules it is compared with. Fixed starts go into their robot's queue under each."""
+"""Which start gets which robot: the app's own decision and the rules it is compared with. Fixed starts go to their robot under each."""
 
 from __future__ import annotations
 

@@ -89,7 +89,7 @@ def test_a_cut_while_the_log_is_written_back_loses_nothing(written, tmp_path):
 
 
 def test_a_cut_while_the_log_starts_again_over_itself_loses_nothing(tmp_path):
-    """Once it is in the file, the log is written over from its head: a cut leaves new frames before old ones."""
+    """After a checkpoint the log is overwritten from its head: a cut leaves new frames before old ones."""
     path = tmp_path / "running" / "amr-scheduler.db"
     path.parent.mkdir()
     db = Database.open(path, threaded=False)

@@ -21,7 +21,7 @@ from app.process.data_directory import DataDirectory
 from mir_sim.profile import read
 from tests.support.process import ROOT, configuration_of, environment, is_one_line, once_now, prepared, wait_for
 
-# Signals as at a terminal: whoever runs these tests, under nohup or in the background, may ignore them, and a process inherits that.
+# Signals as at a terminal: these tests may run under nohup or in the background, where signals are ignored, and a process inherits that.
 QUICK = """
 import signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -154,7 +154,7 @@ def test_bytes_are_handed_over_privately_and_do_not_stay(tmp_path):
 
 
 def test_requests_to_an_earlier_process_are_not_executed(tmp_path):
-    """It and the app were killed; its mission would start now, whenever now is."""
+    """The command and the app were killed; its mission would start late."""
     asked = []
     Inbox(tmp_path, {})
     left = tmp_path / "inbox" / "left.request"

@@ -22,7 +22,7 @@ ANY = object()  # a difference whose value is not written down here
 
 
 class Client:
-    """Of one robot; its time passes when the test says so, and a step before each request."""
+    """A client of one robot, whose time passes when the test says so, and by a step before each request."""
 
     def __init__(self, profile: Profile) -> None:
         self.now, self._session = 0.0, requests.Session()

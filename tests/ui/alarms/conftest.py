@@ -29,7 +29,7 @@ def ui(shared_ui):
 
 @pytest.fixture(scope="module")
 def container(tmp_path_factory):
-    """Of a new tablet; nothing runs there."""
+    """The container of a new tablet, on which nothing runs."""
     container = month.plant(tmp_path_factory.mktemp("data"), furnished=False)
     yield container
     container.close()

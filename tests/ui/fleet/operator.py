@@ -45,7 +45,7 @@ def open_tile(ui, name: str) -> None:
 
 
 def go_back(ui) -> None:
-    """Not as the second tap on what led here; nor is the next one."""
+    """Wait before and after, so that no tap counts as the second of a double tap."""
     ui.advance(0.5)
     ui.tap(next(button for button in ui.find_all(CommandButton) if button.text.startswith("All robots")))
     ui.advance(0.5)

@@ -25,7 +25,7 @@ CAPITAL = 0.711  # of Roboto, in em
 
 
 def minutes(label: Txt) -> float:
-    """Of arc, how high its capitals are at two metres from a 10" tablet: 150 px an inch, one a dp."""
+    """The height of its capitals in minutes of arc, at two metres from a 10" tablet: 150 px an inch, one a dp."""
     return math.degrees(label.font_size / dp(1) * CAPITAL * 25.4 / 150 / 2000) * 60
 
 

@@ -96,7 +96,7 @@ def test_pause_does_not_turn_into_resume_under_a_finger(home, ui):
 
 
 def test_resume_of_another_robot_is_ready_at_once(home, ui):
-    """It was paused long before: no finger was on its way to Pause."""
+    """It was paused long before: no tap on Pause can be under way."""
     api(home.site.fleet.robots[1], "PUT", "/status", state_id=4)
     ui.wait(lambda: "Paused" in ui.texts(ui.find(RobotChip, name="Veikko")))
     ui.tap(ui.find(RobotChip, name="Veikko"))
@@ -166,7 +166,7 @@ def test_a_queue_is_shown_as_being_cleared_until_the_robot_answers(home, ui):
 
 
 def test_a_clear_without_an_answer_says_what_becomes_of_it(home, ui):
-    """It may have been done: no word of an address, nor that it failed."""
+    """It may have been done: the message names no address and no failure."""
     pend(home)
     run(ui, "Deliver")
     ui.wait(lambda: len(rows(ui)) == 1)
@@ -413,7 +413,7 @@ def test_an_item_that_the_robot_does_not_know_any_more_had_ended(home, ui, monke
 
 
 def test_a_robot_that_goes_offline_while_pausing_is_reported_in_one_sentence(home, ui):
-    """It was there when the finger came down; the press itself meets a dead line."""
+    """The robot was there when the finger came down; the press itself finds no connection."""
     home.aino.control({"fault": {"kind": "drop_request", "method": "PUT", "path": "/status", "count": None}})
     press(ui, "Pause")
     ui.wait(lambda: "pause" not in home.root_vm.busy)

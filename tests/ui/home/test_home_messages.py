@@ -1,4 +1,4 @@
-"""How long it holds what Home says of a start, and of Reset errors: on real services and simulated robots."""
+"""How long Home's messages about a start and about Reset errors stay true: on real services and simulated robots."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from tests.support.home_facts import AINO, FACTS, FAILED, NOW, READY, execution,
     "over", [lambda report: report.look(with_aino(READY)), lambda report: report.forget()], ids=["gone", "left"]
 )
 def test_an_error_that_returns_later_is_no_failed_reset(monkeypatch, over):
-    """Nor one that is looked at again later: somebody may have seen to its cause."""
+    """Also when it is read again later: its cause may have been removed since."""
     monkeypatch.setattr(reset, "READ_WITHIN", 0.0)
     report, failed = ResetReport(lambda *_said: None), with_aino(FAILED)
     report.begin(AINO, NOW - timedelta(minutes=5))

@@ -128,7 +128,7 @@ def test_run_asks_once_more_for_the_parameters_that_the_robot_did_not_tell(home,
 
 
 def test_parameters_known_from_another_robot_are_asked_for_at_a_silent_one(home, ui):
-    """It would be queued without what it needs, and refused as soon as the robot answers."""
+    """It would be queued without its parameters and refused once the robot answers."""
     home.site.add_missions("Go to position")
     ui.tap(ui.find(RobotChip, name="Veikko"))
     ui.wait(lambda: ui.find(TopBar).robot == "Veikko" and ui.find_all(ChoiceChip, text="Go to position"))

@@ -177,7 +177,7 @@ def test_one_robot_can_be_looked_at_alone(screen, ui):
 
 
 def test_utilisation_is_one_figure_wherever_it_is_shown(screen, ui):
-    """Of all robots together, and of one: the card, the bar and the explanation say the same."""
+    """The card, the bar and the explanation agree, for all robots together and for one."""
     bars = screen.logs.utilisation
     low, high = min(bar.busy for bar in bars), max(bar.busy for bar in bars)
     whole = float(ui.find(FigureCard, label="Utilisation").value.partition("[")[0])
@@ -473,7 +473,7 @@ def asked(screen, container, monkeypatch):
 
 
 def press_run_again(screen, ui) -> LogRow:
-    """Of the newest run that failed."""
+    """Press Run again of the newest failed run."""
     screen.logs.set_filters(outcomes=(State.FAILED,))
     settle(screen, ui)
     failed = rows(ui)[0]

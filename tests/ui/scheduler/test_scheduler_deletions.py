@@ -1,4 +1,4 @@
-"""What the form is about is deleted, or comes back, while somebody looks at it or fills it in."""
+"""The schedule, robot or mission in the form is deleted or restored while the form is open."""
 
 from __future__ import annotations
 

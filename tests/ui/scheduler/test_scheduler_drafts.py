@@ -128,7 +128,7 @@ def test_the_starts_that_are_shown_are_those_of_the_schedule_in_the_form(screen,
 
 
 def test_parameters_are_those_of_the_schedule_in_the_form(screen, container, ui, monkeypatch):
-    """Of two schedules of one mission of one robot."""
+    """Two schedules have the same mission and robot."""
     monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (PALLETS,))
     first = container.catalogue.save_schedule(replace(stock(container), parameters={"count": 5}))
     second = container.catalogue.save_schedule(replace(first, id=0, name="Second", parameters={"count": 9}))

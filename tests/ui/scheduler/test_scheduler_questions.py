@@ -1,4 +1,4 @@
-"""A question about one draft does not change another that has taken its place in the form."""
+"""A question about one draft does not change another one that is in the form by then."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A change of mind at the wrong moment: while Save waits for the robot, or what was pressed for is being written."""
+"""Changes while Save waits for the robot or the schedule is being written."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ def test_any_planned_start_can_be_left_out_from_its_bar_and_taken_again(screen, 
 
 
 def test_skipping_and_taking_back_have_one_place_on_the_card(screen, container, ui):
-    """Each tap is made where the one before it was."""
+    """Each tap is at the place of the one before."""
     schedule = named(container, KITS, "Aino")
     second = [run.at for run in container.plan.next(20) if run.schedule.id == schedule.id][1]
     key, place, places, said = ("schedule", schedule.id, second), None, [], []

@@ -148,7 +148,7 @@ def test_an_answered_suggestion_disappears_at_once_without_an_empty_dialog(app, 
 
 
 def test_an_answered_suggestion_disappears_at_once_although_it_was_found_again(app, container, ui, monkeypatch):
-    """What had begun to be computed before the answer is delivered before it, too."""
+    """Suggestions computed before the answer are also delivered before it."""
     open_all(app, ui)
     suggestions = container.suggestions
     dismiss, compute, answered, computed = (

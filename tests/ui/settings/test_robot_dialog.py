@@ -1,4 +1,4 @@
-"""The robot dialog when something was entered wrongly, and where a machine answers that is another robot of the plan."""
+"""The robot dialog with wrong entries, and at an address where another robot of the plan answers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What Settings says of a robot stays true: after its mending, after a mistake, and in a low window."""
+"""Messages of Settings about a robot stay true: after a repair, after a mistake, and in a low window."""
 
 from __future__ import annotations
 

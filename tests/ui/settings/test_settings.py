@@ -62,7 +62,7 @@ def test_the_minimum_battery_is_off_until_wanted(site, app, ui):
 
 def test_none_but_the_open_section_is_kept(site, app, ui):
     def is_kept_alone(section: str) -> bool:
-        """As soon as no thread has anything of another one."""
+        """Wait until no work is left between threads."""
         ui.skip(CACHED)
         ui.wait(lambda: app.shell.background.idle)
         gc.collect()

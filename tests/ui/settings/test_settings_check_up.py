@@ -56,7 +56,7 @@ def first_settings():
 
 @pytest.fixture
 def clock(site, monkeypatch) -> Hurried:
-    """Of the check-ups."""
+    """The clock of the check-ups."""
     clock = Hurried()
     for part in (site.container.check_ups, site.container.check_ups._trials):
         monkeypatch.setattr(part, "_clock", clock)
@@ -101,7 +101,7 @@ def try_with_a_mission(ui, dialog: CheckUpDialog) -> None:
 
 
 def state_of(robot) -> tuple[list[str], int, bool]:
-    """Of the simulated robot: its missions, how many items its queue ever had, and whether it is paused."""
+    """The missions of the simulated robot, how many items its queue ever had, and whether it is paused."""
     model = robot.model
     with model.lock:
         return sorted(row["guid"] for row in model.site.table("/missions")), len(model.queue), model.paused

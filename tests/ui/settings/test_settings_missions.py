@@ -279,9 +279,9 @@ def test_a_mission_that_more_goes_with_is_deleted_once_that_was_asked(site, app,
 
 def test_a_mission_that_the_robot_lost_is_flagged(site, app, ui):
     aino, _veikko = site.add_robots()
-    gone = site.container.catalogue.save_mission(Mission("Gone", "00000000-0000-0000-0000-000000000000"))
+    missing = site.container.catalogue.save_mission(Mission("Gone", "00000000-0000-0000-0000-000000000000"))
     site.container.catalogue.save_schedule(
-        Schedule("Morning", aino.id, gone.id, datetime(2030, 1, 7, 6, 30), "UTC", "FREQ=DAILY")
+        Schedule("Morning", aino.id, missing.id, datetime(2030, 1, 7, 6, 30), "UTC", "FREQ=DAILY")
     )
     go(ui, "missions")
     ui.wait(lambda: [row.warning for row in ui.find_all(MissionRow)] == ["Not on Aino any more"])

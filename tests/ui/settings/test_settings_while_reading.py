@@ -25,7 +25,7 @@ pytestmark = pytest.mark.long
 
 @pytest.fixture
 def hold_readings(monkeypatch):
-    """Called, what is read from then on arrives only after what comes back was called, as it was when the reading began."""
+    """Called, later readings arrive only after the returned function was called, with the values from when they began."""
     go_on = Event()
 
     def reading(*args):
@@ -88,7 +88,7 @@ def test_editing_again_begins_with_the_values_just_saved(site, app, ui, hold_rea
 
 @pytest.fixture
 def hold_asking(site, monkeypatch):
-    """Called, what missions ask for is reported only after what comes back was called; or it is not told, with ``problem``."""
+    """Called, parameters of missions are reported only after the returned function was called; with ``problem`` they are not."""
     go_on, tell = Event(), site.container.robot_missions.parameters
 
     def hold(problem=None):

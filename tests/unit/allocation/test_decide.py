@@ -1,4 +1,4 @@
-"""Who gets what: the rules one by one, and what holds for any situation."""
+"""Which start gets which robot: the rules one by one, and what holds for any situation."""
 
 from __future__ import annotations
 

@@ -264,7 +264,7 @@ def test_rows_that_come_between_two_pages_shift_nothing(db, history, row):
 
 
 def test_a_stream_that_stands_still_keeps_the_log_of_changes_from_nothing(db, row, monkeypatch):
-    """As one does that is written to a pager, which takes no more than what it shows."""
+    """Like an export to a pager, which reads no more than it shows."""
     monkeypatch.setattr(executions, "PIECE", 2)
     rows = [
         add(db, row(planned_at=NOON + timedelta(minutes=minute), schedule_id=schedule))

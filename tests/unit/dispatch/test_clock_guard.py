@@ -243,7 +243,7 @@ def test_clocks_count_at_once_when_the_tablets_clock_steps(tablet):
 
 
 def test_a_person_can_say_that_the_clock_is_right_whatever_robots_say(tablet):
-    """It stays so as long as the robots' clocks differ as they did then."""
+    """It stays trusted while the robots' clocks differ as they did then."""
     assert not tablet.judge(HOUR, HOUR).is_trusted
     tablet.holds.confirm_clock()
     assert tablet.judge(HOUR, HOUR).is_trusted

@@ -127,7 +127,7 @@ def test_the_shift_report_has_the_groups_of_its_period(world):
 
 # ---------------------------------------------------------------------- the runs of a group alone
 def hall_and_others(world):
-    """Of Hall 1: three that ran, by plan and by hand, one that failed and two that got no robot. Of others: runs of the same robots."""
+    """Hall 1: three runs, by plan and by hand, one failure and two without a robot. Others: runs of the same robots."""
     of_hall = {"robot_group": "Hall 1", "group_id": 7}
     world.row(
         State.COMPLETED, -2, duration_s=100.0, submitted_at=NOON - timedelta(hours=2), robot_delay_s=30.0, **of_hall

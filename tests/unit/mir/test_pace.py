@@ -1,4 +1,4 @@
-"""A robot that bears little is asked less; what a person orders goes at once all the same."""
+"""A robot that allows few requests is asked less often; commands of a person are sent at once."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Clock:
 
 @pytest.fixture
 def clock(robot: RobotClient, responses: RequestsMock) -> Clock:
-    """Of a robot that bears one request within 10 s, and had one just now."""
+    """The clock of a robot that allows one request in 10 s and just had one."""
     clock = Clock()
     robot.pace, robot.serial_number = Pace(clock, clock.wait), STATUS["serial_number"]
     robot.pace.rest = Rest(1, 10.0)

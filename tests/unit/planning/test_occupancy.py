@@ -38,7 +38,7 @@ def test_overlapping_work_of_one_robot_is_one_span():
 
 
 def test_an_hour_is_crowded_by_the_runs_that_begin_in_it():
-    """Of 120 minutes that two robots may be there, these take 15 + 30 + 45."""
+    """Two robots may be there for 120 minutes; these runs take 15 + 30 + 45."""
     spans = [span(-30, -15), span(-20, 10), span(29, 74), span(30, 70), span(-31, 0)]
     [hour] = crowded_hours(Resource(ConflictCode.PLACE_FULL, 2, {"place": "Dock 2", "place_id": 1}, spans))
     assert (hour.at, hour.details["percent"]) == (at(-30), 75)

@@ -182,7 +182,7 @@ def test_a_start_that_is_being_sent_to_a_robot_is_there_until_that_has_it(state)
 
 @pytest.mark.parametrize("wait", [Wait.HOLD, Wait.BATTERY, Wait.PLACE, Wait.CLOCK, Wait.ELSEWHERE, Wait.LATE_START])
 def test_a_start_assigned_by_hand_that_still_waits_is_not_said_to_be_sent(wait):
-    """It may wait so for hours; the robot's queue says for what."""
+    """It may wait for hours; the robot's queue says what for."""
     shown = replace(row(60), robot_id=2, robot="Veikko", wait=wait, wait_details={})
     assert waiting.starts_with_a_robot(facts(shown, snapshots={2: snapshot(2, READY)}), NOW) == []
 

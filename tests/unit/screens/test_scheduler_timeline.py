@@ -470,7 +470,7 @@ EVERY_ZOOM = (6, 12, 24, 48, 96, 168)
 @pytest.mark.parametrize("hours", EVERY_ZOOM)
 @pytest.mark.parametrize("offset", [0.0, 1 / 3, 0.7])
 def test_runs_that_touch_do_not_overlap_at_any_zoom(hours, offset):
-    """One begins as the other ends, within the second that people see."""
+    """One begins as the other ends, within the displayed second."""
     runs = tuple(planned(offset + 5 * n, 300.2) for n in range(40))
     assert timeline(facts(planned=runs), NOW, Window(None, hours)).lanes[0].overlaps == ()
 

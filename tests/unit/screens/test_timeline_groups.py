@@ -261,6 +261,6 @@ def test_a_start_has_a_part_in_every_conflict_of_its_places_in_its_time(conflict
 
 
 def test_missions_of_one_name_share_the_places_of_that_name_on_every_robot():
-    """As when they are sent: a place counts starts by the name of their mission."""
+    """As at sending: a place counts starts by the name of their mission."""
     own = replace(FIXED, mission=Mission("Kits", "k2", 9, robot_id=1))
     assert Contested([FULL]).of(own) == Contested([FULL]).of(FIXED) == [FULL]
