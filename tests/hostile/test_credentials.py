@@ -182,9 +182,7 @@ def test_the_wrong_robot_is_an_alarm_and_fails_the_run(tablet: Container, listen
     assert machine.credentials == []
 
 
-def test_a_machine_that_takes_the_place_of_a_robot_while_it_is_followed_gets_nothing(
-    tablet: Container, listen: Listen
-) -> None:
+def test_a_machine_that_replaces_a_robot_during_polling_gets_nothing(tablet: Container, listen: Listen) -> None:
     machine = listen()
     add(tablet, machine.url)
     worker = tablet.make_worker(stored(tablet))
@@ -201,7 +199,7 @@ def test_a_machine_that_takes_the_place_of_a_robot_while_it_is_followed_gets_not
     assert stored(tablet).serial_number == "A-1"
 
 
-def test_a_robot_edited_while_it_is_followed_gets_nothing_before_it_shows_its_new_serial_number(
+def test_a_robot_edited_during_polling_gets_nothing_before_its_new_serial_number(
     tablet: Container, listen: Listen
 ) -> None:
     machine = listen()

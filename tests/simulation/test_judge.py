@@ -141,13 +141,13 @@ def away_after_the_clock_was_set_back(world):
     world.judge.truth._judge_absences(world.site.executions())
 
 
-def test_a_start_that_a_person_cancelled_has_its_own_row_and_is_not_among_the_missed(absent):
+def test_a_cancelled_start_has_its_own_row_and_is_not_counted_as_missed(absent):
     absent.person.cancel()
     away_after_the_clock_was_set_back(absent)
     assert (absent.findings.absences, absent.findings.violations) == (1, [])
 
 
-def test_a_start_of_an_absence_with_a_row_for_which_no_person_is_the_reason_is_an_error(absent):
+def test_a_missed_start_with_a_row_that_no_person_caused_is_an_error(absent):
     (row,) = absent.site.container.history.open()
     absent.site.container.operator.cancel_execution(row.id)  # not in the diary
     away_after_the_clock_was_set_back(absent)

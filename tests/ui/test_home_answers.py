@@ -153,7 +153,7 @@ def test_opening_a_robot_shows_its_question_however_far_the_page_was_scrolled(ui
 
 
 @pytest.mark.parametrize("size", [(600, 480), (800, 480)], ids="{0[0]}x{0[1]}".format)
-def test_a_finger_on_its_way_to_another_robot_answers_no_question_that_takes_its_place(ui, size):
+def test_a_tap_meant_for_another_robot_answers_no_new_question(ui, size):
     with window(ui, size) as rig:
         screen = home(rig, sample.FACTS)
         ui.advance(1)

@@ -81,7 +81,7 @@ def test_a_tap_opens_all_of_the_map_with_every_robot_on_it(site, ui):
         ui.wait(lambda: not ui.find_all(WholeMap))
 
 
-def test_a_map_that_was_seen_is_there_after_a_restart_although_the_robot_refuses_it(site, ui):
+def test_a_known_map_is_shown_after_a_restart_although_the_robot_refuses_it(site, ui):
     with shown(site.container, ui) as app:
         ui.wait(lambda: ui.find_all(RobotMap) and app.shell.background.idle)
     api(site.aino, "DELETE", MAP)
@@ -161,7 +161,7 @@ def test_no_name_of_a_place_is_under_the_icon_that_enlarges_the_map(ui, at):
         assert x + width / 2 <= chart.right - dp(34) or y - sp(9) >= chart.y + dp(34)
 
 
-def test_where_robots_stand_together_the_first_is_uppermost_and_no_name_lies_over_another(ui):
+def test_robots_close_together_show_the_first_on_top_without_overlapping_names(ui):
     home = [
         Marker(0.3, 0.5, 0, tone, name)
         for tone, name in (("fault", "Sisu · Stopped"), ("attention", "Veikko · Look at it"), ("accent", "Aino"))

@@ -268,7 +268,7 @@ def at(word: str, x: float, y: float, width: float) -> CommandButton:
     return CommandButton(text=word, pos=(x, y), size_hint=(None, None), size=(width, 48))
 
 
-def test_the_nearest_below_has_the_ring_before_one_further_down_that_is_better_in_line(ui, keys):
+def test_down_goes_to_the_nearest_below_before_a_better_aligned_one_further_down(ui, keys):
     """The bell, a banner's wide button, and More below it; a wide field, two in one row, and a chip below the right one."""
     page = FloatLayout()
     for button in (

@@ -372,7 +372,7 @@ def test_two_rows_of_fifty_robots_are_readable_below_a_banner(ui, scale, gloves)
 
 
 @pytest.mark.long
-def test_the_way_back_to_all_robots_takes_no_more_room_than_its_button_and_is_level_with_what_is_blocked(ui):
+def test_the_button_back_to_all_robots_is_level_with_the_blocked_start(ui):
     with window(ui, (1024, 600), 1.3, "fi") as rig:
         fleet(rig, 50).leave()
         ui.advance(0.5)

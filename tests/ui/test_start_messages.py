@@ -275,7 +275,7 @@ def test_each_try_to_reach_a_robot_says_no_more_than_the_first(world, ui):
     assert world.messages == []
 
 
-def test_a_robot_known_to_be_silent_is_said_to_be_waited_for_even_when_it_was_tried_before_that_was_read(world, ui):
+def test_a_start_on_a_silent_robot_says_that_it_waits_although_it_was_already_tried(world, ui):
     world.row = replace(SILENT, wait=Wait.RETRY, wait_details={"problem": "it refused the connection"}, attempts=1)
     world.reports.follow(SILENT, is_silent=True)
     ui.advance()
@@ -417,7 +417,7 @@ def test_a_start_cancelled_at_once_is_not_said_to_be_held(world, starts, ui):
     assert world.messages == ["Kits is being cancelled"]
 
 
-def test_a_start_that_was_tried_is_cancelled_only_after_a_question_as_it_can_not_wait_again(world, starts, ui):
+def test_a_start_with_attempts_is_cancelled_only_after_a_question(world, starts, ui):
     starts.cancel(replace(UNBOUND, attempts=1))
     ui.advance(0.3)
     assert (world.messages, ui.find(ConfirmDialog).title, ui.find(ConfirmDialog).text) == (
@@ -429,9 +429,7 @@ def test_a_start_that_was_tried_is_cancelled_only_after_a_question_as_it_can_not
     assert world.messages == ["Kits is being cancelled"]
 
 
-def test_a_start_that_runs_by_the_time_that_its_cancelling_is_agreed_to_is_stopped_only_after_that_question(
-    world, starts, ui
-):
+def test_a_start_that_runs_when_its_cancellation_is_confirmed_asks_before_stopping(world, starts, ui):
     world.row = waits = replace(UNBOUND, attempts=1)
     starts.cancel(waits)
     ui.advance(0.5)

@@ -132,7 +132,7 @@ def test_a_finger_that_rests_on_free_time_says_whose_and_when_to_five_minutes(ui
     assert taps == []
 
 
-def test_a_bar_that_may_be_moved_is_dragged_after_a_long_press_and_says_its_new_time(ui):
+def test_a_movable_bar_is_dragged_after_a_long_press_and_says_its_new_time(ui):
     bars = (Bar("a", 2, 4, movable=True), Bar("past", 10, 12))
     chart = ui.show(
         Timeline(lanes=[Lane("Aino", bars=bars)], hours=24, time_text=lambda hour: f"at {hour:.2f}"), (800, 100)

@@ -140,7 +140,7 @@ def test_no_line_of_the_time_is_seen_in_a_lane_that_stands_for_several(ui):
     ("lines", "found"),
     [("", []), ("RR", [(0, 2)]), ("RRRRRRL", [(0, 4), (4, 2)]), ("LLRRRL", [(2, 3)]), ("RLLRR", [(0, 1), (3, 2)])],
 )
-def test_a_break_says_what_is_left_out_where_no_lane_that_stands_for_several_covers_it(lines, found):
+def test_a_break_is_labelled_where_no_combined_lane_covers_it(lines, found):
     lanes = [Lane("", line="Hall 1") if kind == "L" else Lane("Aino") for kind in lines]
     assert list(timeline_painting.stretches(lanes)) == found
 

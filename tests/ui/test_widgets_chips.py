@@ -42,7 +42,7 @@ def test_a_tap_on_the_icon_of_a_chip_is_one_on_the_chip(ui):
     assert calls == [chip]
 
 
-def test_the_chip_of_a_short_word_is_as_wide_as_a_fingertip_and_has_it_in_its_middle(ui, stage):
+def test_the_chip_of_a_short_word_is_as_wide_as_a_fingertip_and_centres_it(ui, stage):
     for gloves in (False, True):
         apply_theme(stage.theme_cls, "light", gloves)
         chip = ui.show(ChoiceChip(text="1"))

@@ -184,7 +184,7 @@ def test_two_rows_with_one_key_are_refused(ui):
 
 
 @pytest.mark.parametrize("kind", [ScrollRows, LongList])
-def test_a_list_begins_with_a_whole_row_and_ends_with_the_part_of_one_that_has_room(ui, kind):
+def test_a_list_begins_with_a_whole_row_and_ends_with_a_partial_one(ui, kind):
     height = {} if kind is ScrollRows else {"row_height": 72}
     rows = ui.show(kind(viewclass="QueueRow", spacing=0, data=queue(*range(20)), **height), (400, 250))
     scroll = rows.ids.scroll if kind is ScrollRows else rows

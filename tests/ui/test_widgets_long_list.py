@@ -235,7 +235,7 @@ def test_the_text_of_an_empty_list_ends_where_rows_do(ui):
     assert ui.find(Txt).right <= rows.right - 12
 
 
-def test_a_row_comes_in_sight_by_the_least_scrolling_and_the_edge_is_that_of_a_row(ui):
+def test_a_row_comes_into_sight_by_the_least_scrolling_to_a_row_edge(ui):
     rows = ui.show(
         LongList(viewclass="OptionRow", data=[Option(n, f"Option {n}", "star") for n in range(40)]), (400, 300)
     )

@@ -133,7 +133,7 @@ def test_a_covered_message_returns_for_the_rest_of_its_time_unless_it_was_read(u
     assert on_screen(ui) == []
 
 
-def test_a_button_that_comes_in_the_place_of_another_is_not_pressed_by_the_finger_on_its_way_to_that_one(ui, bars):
+def test_a_finger_does_not_press_a_button_that_has_just_replaced_another(ui, bars):
     undone: list[str] = []
     bars.undo("Deleted A", "Undo", lambda: undone.append("A"))
     ui.advance(1)

@@ -7,7 +7,7 @@ from app.domain.check_up import Rest, RobotProfile
 from app.domain.models import Robot
 
 
-def test_all_clients_of_a_robot_share_its_pace_also_those_of_before_its_first_check_up():
+def test_all_clients_of_a_robot_share_its_request_rate():
     make, robot = Connector(), Robot("R1", "http://r1")
     worker = make(robot)
     checked_up = replace(robot, profile=RobotProfile(None, None, rest=Rest(8, 10.0)))

@@ -90,7 +90,7 @@ def test_the_pinned_certificate_is_taken_though_expired_nameless_and_self_signed
     robot.close()
 
 
-def test_a_second_answer_that_is_decrypted_already_is_not_that_of_the_next_request(serve: Serve) -> None:
+def test_a_second_decrypted_answer_is_not_used_for_the_next_request(serve: Serve) -> None:
     def answers_twice(conversation: Conversation) -> None:
         conversation.request()
         body = json.dumps(STATUS).encode()

@@ -224,7 +224,7 @@ def test_a_file_in_the_place_of_the_inbox_is_one_sentence(tmp_path):
             meets_it()
 
 
-def test_an_inbox_that_is_replaced_while_the_app_runs_is_said_until_it_is_there_again(tmp_path):
+def test_a_replaced_inbox_is_reported_until_it_is_restored(tmp_path):
     inbox = Inbox(tmp_path, {})
     (tmp_path / "inbox").rmdir()
     (tmp_path / "inbox").write_text("in the way")

@@ -62,7 +62,7 @@ def first_robot(*arguments: str) -> tuple[str, str]:
 
 
 @pytest.mark.long
-def test_without_a_seed_each_start_has_other_robots_and_says_how_to_get_them_again() -> None:
+def test_without_a_seed_robots_are_random_and_the_seed_is_printed() -> None:
     (first, says), (second, _) = first_robot(), first_robot()
     assert first != second
     seed = says.split("--seed ")[1].split()[0]

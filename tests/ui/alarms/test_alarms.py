@@ -123,7 +123,7 @@ def test_nothing_is_said_to_be_as_it_should_be_while_an_alarm_is_shelved(app, al
 
 
 # ---------------------------------------------------------------------- one cause
-def test_robots_that_fall_silent_together_are_one_row_and_all_of_them_one_tap_away(app, alarms, ui):
+def test_robots_that_fall_silent_together_share_one_row_that_lists_them(app, alarms, ui):
     silence(alarms, ui)
     assert ui.find(TopBar).bell_count == "1"
     open_list(ui)

@@ -124,9 +124,7 @@ def test_hold_on_all_robots_holds_all_and_on_one_only_it(container, robots, ui):
         ui.wait(lambda: asked_to_hold(app) == "Aino")  # the choice is written at the same time
 
 
-def test_a_tile_that_is_opened_selects_its_robot_though_another_one_has_been_chosen_since_it_was_drawn(
-    container, robots, ui
-):
+def test_an_opened_tile_selects_its_robot_although_another_was_chosen_since(container, robots, ui):
     aino, veikko = (
         next(robot.id for robot in container.catalogue.robots() if robot.name == name) for name in ("Aino", "Veikko")
     )
@@ -264,7 +262,7 @@ def test_the_bar_and_its_list_say_how_many_need_help(container, robots, ui):
         assert [option.text for option in ui.find(ChoiceDialog).options] == [names[1], names[0], *names[2:]]
 
 
-def test_the_list_of_robots_follows_them_while_it_is_open_and_no_row_moves_under_a_finger(container, robots, ui):
+def test_the_open_list_of_robots_is_updated_without_moving_a_row_under_a_finger(container, robots, ui):
     with shown(container, ui) as app:
         settle(app, ui)
         names = [robot.name for robot in robots]

@@ -42,7 +42,7 @@ def test_an_emergency_stop_shows_within_a_poll_with_banner_and_advice(home, ui):
 
 
 # ---------------------------------------------------------------------- which robot
-def test_the_bar_names_the_robot_of_the_page_however_long_the_choice_takes_to_be_stored(home, ui, monkeypatch):
+def test_the_bar_names_the_robot_of_the_page_before_the_choice_is_stored(home, ui, monkeypatch):
     stored, write = threading.Event(), home.site.container.catalogue.change_settings
     monkeypatch.setattr(
         home.site.container.catalogue, "change_settings", lambda **values: stored.wait(30) and write(**values)

@@ -184,7 +184,7 @@ def test_a_clear_without_an_answer_says_what_becomes_of_it(home, ui):
     assert execution.reason.code is ReasonCode.QUEUE_CLEARED
 
 
-def test_clearing_the_queue_of_a_robot_that_does_not_answer_says_what_becomes_of_it_first(home, ui):
+def test_clearing_the_queue_of_a_silent_robot_first_says_what_will_happen(home, ui):
     pend(home)
     run(ui, "Deliver")
     ui.wait(lambda: len(rows(ui)) == 1)

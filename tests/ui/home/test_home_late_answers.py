@@ -71,9 +71,7 @@ def choose_another_mission(_home, ui) -> None:
         (go_back_to_all_robots, "Wait at home"),
     ],
 )
-def test_run_that_waits_for_the_robot_comes_to_nothing_when_something_else_is_chosen_and_says_so(
-    home, ui, act, mission
-):
+def test_run_waiting_for_the_robot_ends_with_a_message_when_the_choice_changes(home, ui, act, mission):
     press_run_before_it_is_known_what_is_asked_for(home, ui, mission)
     act(home, ui)
     ui.wait(lambda: f"{mission} {NOT_KNOWN}" in home.shell.snackbars.texts)
@@ -172,7 +170,7 @@ def test_values_that_were_entered_for_a_deleted_group_run_on_no_robot(home, ui, 
     assert not home.site.container.history.open()
 
 
-def test_a_cross_whose_row_goes_in_the_same_frame_cancels_nothing_and_says_nothing(home, ui):
+def test_a_cross_of_a_row_removed_in_the_same_frame_does_nothing(home, ui):
     home.root_vm.cancel(("item", 999_999))
     ui.wait(lambda: home.shell.background.idle)
     assert home.shell.snackbars.texts == []

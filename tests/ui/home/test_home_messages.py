@@ -66,7 +66,7 @@ def test_a_start_is_not_said_to_be_held_when_the_hold_ends_behind_another_screen
     ui.wait(lambda: not are_said(home, "Home is not sent to Aino yet. "))
 
 
-def test_a_start_is_not_said_to_be_held_when_the_hold_ends_and_its_robot_does_not_answer(home, ui):
+def test_a_start_is_not_said_to_be_held_after_the_hold_although_its_robot_is_silent(home, ui):
     say_held(home, ui)
     home.shell.snackbars.undo("Count is deleted", "Undo", lambda: None, stays=True)
     home.aino.control({"reboot_seconds": 3600})
@@ -76,9 +76,7 @@ def test_a_start_is_not_said_to_be_held_when_the_hold_ends_and_its_robot_does_no
 
 
 @pytest.mark.parametrize("is_silent", [True, False])
-def test_whether_a_robot_answers_is_asked_of_the_one_that_was_shown_when_it_was_pressed(
-    home, ui, monkeypatch, is_silent
-):
+def test_the_robot_shown_at_the_press_is_the_one_that_is_asked(home, ui, monkeypatch, is_silent):
     followed: list[tuple[str, bool]] = []
     silent = home.site.fleet.robots[0 if is_silent else 1]
     silent.control({"reboot_seconds": 3600})

@@ -153,7 +153,7 @@ def test_a_figure_is_set_against_as_long_before_if_the_history_reaches_so_far(sc
     assert {card.change for card in ui.find_all(FigureCard)} == {""}  # 30 days of history are not 60
 
 
-def test_a_period_that_reaches_further_back_than_the_history_says_since_when_there_is_one(screen, ui):
+def test_a_period_longer_than_the_history_says_when_the_history_begins(screen, ui):
     assert not [text for text in ui.texts() if text.startswith("Runs kept")]
     tap(screen, ui, ui.find(Segment, text="All"))
     assert "Runs kept since Thu 22 Oct" in ui.texts()
@@ -188,7 +188,7 @@ def test_utilisation_is_one_figure_wherever_it_is_shown(screen, ui):
     assert ui.find(FigureCard, label="Utilisation").value.partition("[")[0] == bar.share.partition(" ")[0]
 
 
-def test_outcomes_missions_and_triggers_narrow_the_list_and_one_tap_takes_them_away(screen, ui):
+def test_outcomes_missions_and_triggers_filter_the_list_and_one_tap_clears_them(screen, ui):
     everything = screen.logs._facts.count
     tick(screen, ui, "Outcome", "Failed", "Not run")
     assert outcomes(screen) == {"Failed", "Not run"}

@@ -150,9 +150,7 @@ def test_a_weekly_mission_is_planned_from_the_form_to_the_database(screen, conta
     assert saved.id in [line.key for line in screen.plan.listed.rows]
 
 
-def test_an_empty_form_proposes_the_robot_that_is_looked_at_and_one_that_is_filled_in_keeps_its_own(
-    screen, container, ui
-):
+def test_an_empty_form_proposes_the_shown_robot_and_a_filled_one_keeps_its_own(screen, container, ui):
     aino, veikko = (
         next(robot.id for robot in container.catalogue.robots() if robot.name == name) for name in ("Aino", "Veikko")
     )

@@ -46,9 +46,7 @@ def test_so_is_a_group(screen, container, ui):
 
 # ---------------------------------------------------------------------- the schedule itself
 @pytest.mark.parametrize("with_its", ["", "mission", "robot"])
-def test_a_schedule_that_was_only_looked_at_leaves_the_form_when_it_is_deleted_elsewhere(
-    screen, container, ui, with_its
-):
+def test_an_unchanged_schedule_leaves_the_form_when_it_is_deleted_elsewhere(screen, container, ui, with_its):
     schedule, catalogue = stock(container), container.catalogue
     screen.plan.edit(schedule.id)
     settle(screen, ui)

@@ -99,7 +99,7 @@ def test_another_one_is_saved_while_the_first_is_still_being_written(screen, con
 
 
 # ---------------------------------------------------------------------- while Save waits for the robot
-def test_save_that_waits_for_the_robot_saves_what_it_was_pressed_for_and_nothing_else(screen, container, ui, hanging):
+def test_save_waiting_for_the_robot_saves_only_what_it_was_pressed_for(screen, container, ui, hanging):
     form, before = screen.plan.form, {schedule.id: schedule for schedule in schedules(container)}
     press_save(screen, container, ui)
     screen.plan.edit(stock(container).id)
@@ -319,7 +319,7 @@ def test_a_robot_that_was_renamed_takes_no_name_from_its_schedules(screen, conta
     assert after.name == "Night stock count on Aino the first"
 
 
-def test_entries_of_a_schedule_that_is_deleted_can_be_brought_back_to_it_when_that_is_undone(screen, container, ui):
+def test_unsaved_entries_are_restored_with_a_deleted_schedule(screen, container, ui):
     before = len(schedules(container))
     screen.plan.edit(stock(container).id)
     screen.plan.form.set(priority=3, name="Count")

@@ -38,9 +38,7 @@ pytestmark = pytest.mark.long
 
 
 # ---------------------------------------------------------------------- upcoming
-def test_the_timeline_has_a_lane_per_robot_and_a_planned_bar_says_what_it_is_and_leads_to_its_schedule(
-    screen, container, ui
-):
+def test_the_timeline_has_a_lane_per_robot_and_a_planned_bar_leads_to_its_schedule(screen, container, ui):
     timeline = ui.find(Timeline)
     assert [lane.name for lane in timeline.lanes] == ["Aino", "Sisu", "Veikko"]
     tap_bar(ui, ("schedule", named(container, "Night stock count", "Aino").id))
@@ -257,7 +255,7 @@ def test_the_timeline_is_zoomed_paged_and_brought_back_by_buttons(screen, ui):
     ui.wait(lambda: timeline.first <= timeline.now <= timeline.first + timeline.hours)
 
 
-def test_a_tap_on_the_break_of_a_weekend_unfolds_it_and_one_on_closed_time_folds_it_again(screen, ui):
+def test_tapping_the_break_unfolds_a_weekend_and_tapping_closed_time_folds_it(screen, ui):
     timeline = ui.find(Timeline)
     (weekend,) = (band for band in timeline.bands if band.kind == "folded")
     left, right = (timeline.left_of(hour) for hour in (weekend.start, weekend.end))

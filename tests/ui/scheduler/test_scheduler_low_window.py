@@ -116,7 +116,7 @@ def test_lanes_of_the_plan_are_seen_whole_and_so_are_the_rows_below(low, screen,
     assert not low.ids.page.do_scroll_y
 
 
-def test_an_alarm_that_makes_the_window_low_takes_no_form_away_that_somebody_fills_in(low, screen, container, ui):
+def test_an_alarm_that_makes_the_window_low_does_not_close_the_form(low, screen, container, ui):
     low.size = 1232, 640
     settle(screen, ui)
     low.size = 976, 440  # nothing is in the form: the plan is what there is to see

@@ -41,7 +41,7 @@ def test_a_second_press_tests_again_as_it_is(ui, refused):
     assert (refused.vm.username_problem, refused.vm.password_problem) == ("", "")  # one refusal is said once
 
 
-def test_a_name_that_is_taken_is_said_before_anything_is_asked_and_cannot_be_passed_over(site, app, ui, refused):
+def test_a_name_in_use_is_reported_first_and_cannot_be_saved_anyway(site, app, ui, refused):
     site.add_robots()
     ui.wait(lambda: page(app).context.facts.robots)
     assert refused.vm.save_word == "Save anyway"

@@ -181,7 +181,7 @@ def test_minutes_that_are_saved_while_a_mission_is_chosen_are_kept(site, app, ui
     ui.wait(lambda: next(panel.minutes for panel in ui.find_all(IdlePanel) if panel.active) == 30)
 
 
-def test_minutes_that_are_saved_are_kept_by_who_switches_the_rule_off_before_they_are_read(site, app, ui):
+def test_switching_the_rule_off_keeps_minutes_saved_but_not_yet_read(site, app, ui):
     robot, _other = site.add_robots()
     site.container.catalogue.save_idle_rule(robot.id, site.add_missions("Home")[0].id, 10)
     go(ui, "idle")
@@ -463,7 +463,7 @@ def test_a_number_that_could_not_be_saved_when_leaving_its_page_is_reported(site
     ui.wait(lambda: app.shell.snackbars.texts == ["The disk is full"])
 
 
-def test_minutes_that_could_not_be_saved_when_settings_were_left_are_not_shown_as_saved(site, app, ui, monkeypatch):
+def test_unsaved_minutes_are_not_shown_as_saved_after_leaving_settings(site, app, ui, monkeypatch):
     def refuse(_work):
         raise DatabaseUnavailable("The disk is full")
 

@@ -51,7 +51,7 @@ def test_a_second_day_takes_the_first_one_not_back(site, app, ui, hold_readings)
     ui.wait(lambda: settings(site).working_days == ("WE", "TH", "FR"))
 
 
-def test_a_mission_that_is_saved_is_kept_by_who_switches_the_rule_off_before_it_is_read(site, app, ui, hold_readings):
+def test_switching_the_rule_off_keeps_a_mission_saved_but_not_yet_read(site, app, ui, hold_readings):
     robot, _other = site.add_robots()
     home, deliver = site.add_missions("Home", "Deliver")
     site.container.catalogue.save_idle_rule(robot.id, home.id, 10)
@@ -172,7 +172,7 @@ def test_a_star_takes_no_new_name_of_a_mission_back(site, app, ui, hold_readings
     assert site.container.catalogue.missions()[0].name == "Back home"
 
 
-def test_a_number_that_is_typed_stays_while_the_one_chosen_before_is_still_being_read(site, app, ui, hold_readings):
+def test_a_typed_number_stays_while_the_earlier_choice_is_still_being_read(site, app, ui, hold_readings):
     site.container.catalogue.change_settings(minimum_battery_percent=30)
     go(ui, "constraints")
     field = ui.find(StepField)

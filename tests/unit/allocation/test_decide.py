@@ -196,7 +196,7 @@ def test_an_assigned_start_counts_for_the_next_one():
     assert assigned(start(1), start(2), start(3), start(4)) == {1: 1, 2: 2, 3: 3, 4: None}
 
 
-def test_the_most_important_chooses_first_then_who_is_in_a_hurry_then_who_waits_longest():
+def test_starts_choose_by_priority_then_deadline_then_waiting_time():
     starts = (
         start(1, planned_s=-60),
         start(2, planned_s=-50, finish_s=500.0),
@@ -249,7 +249,7 @@ def test_the_battery_at_the_end_of_a_run_is_estimated():
 
 
 # ---------------------------------------------------------------------- when
-def test_before_its_window_closes_a_start_goes_into_the_queue_of_the_one_that_is_done_first():
+def test_before_its_window_closes_a_start_is_queued_at_the_robot_free_first():
     robots = (busy(AINO, 900.0), busy(SISU, 200.0))
     two = replace(start(), members=(1, 2))
     assert assigned(replace(two, closes_s=LAST_CALL + 0.1), robots=robots) == {1: None}

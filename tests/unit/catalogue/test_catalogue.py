@@ -63,7 +63,7 @@ def test_a_mission_of_another_robot_cannot_be_planned(world):
         world.catalogue.save_idle_rule(world.robot.id, own.id)
 
 
-def test_a_removed_mission_takes_schedules_and_idle_rules_along_and_brings_them_back(world):
+def test_a_mission_is_deleted_and_restored_with_schedules_and_idle_rules(world):
     schedule = world.schedule()
     waiting = world.row(schedule)
     with_rule = world.catalogue.save_idle_rule(world.robot.id, world.mission.id)
@@ -176,9 +176,7 @@ def test_a_mission_that_is_put_back_uses_the_place_that_was_put_back_before_it(w
 
 @pytest.mark.parametrize("place_first", [True, False])
 @pytest.mark.parametrize("undone_first", [True, False])
-def test_in_whichever_order_a_place_and_its_mission_are_deleted_and_put_back_one_uses_the_other(
-    world, place_first, undone_first
-):
+def test_a_place_and_its_mission_are_linked_again_in_any_order_of_restoring(world, place_first, undone_first):
     mission = world.catalogue.save_mission(Mission("Home", "guid-2"))
     place = world.catalogue.save_place(Place("Dock 2", 3, (mission.id,)))
     acts = [lambda: world.catalogue.remove_place(place.id), lambda: world.catalogue.remove_mission(mission.id)]
@@ -199,7 +197,7 @@ def test_a_use_that_was_put_back_is_not_put_back_again(world):
     assert world.catalogue.places() == [replace(place, missions=())]
 
 
-def test_a_place_that_is_put_back_keeps_those_of_its_missions_that_there_still_are(world):
+def test_a_restored_place_keeps_its_remaining_missions(world):
     other = world.catalogue.save_mission(Mission("Home", "guid-2"))
     place = world.catalogue.edit(lambda edit: edit.save_place(Place("Dock 2", 1, (world.mission.id, other.id))))
     removed = world.catalogue.remove_place(place.id)

@@ -74,7 +74,7 @@ def test_every_change_of_the_plan_is_a_line_of_the_log(world, caplog):
     ]
 
 
-def test_a_renamed_mission_takes_the_made_names_of_its_schedules_along_and_leaves_typed_ones(world):
+def test_renaming_a_mission_renames_generated_names_and_not_typed_ones(world):
     made = [world.schedule(name="").id for _ in range(12)]
     typed, other = world.schedule(name="Deliver on Aino 2026"), world.schedule(name="Carry on Aino 3")
     world.catalogue.save_mission(replace(world.mission, name="Carry"))

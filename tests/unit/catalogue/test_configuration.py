@@ -157,7 +157,7 @@ def test_an_earlier_export_restores_deleted_entries(world):
     assert {schedule.robot_id for schedule in world.schedules.values()} == {world.robots["R1"].id}
 
 
-def test_a_file_read_in_after_a_robot_was_deleted_plans_on_the_robots_that_it_names(world):
+def test_an_import_after_deleting_a_robot_plans_on_the_robots_it_names(world):
     for number, name in enumerate(("Stays", "Goes")):
         last = world.catalogue.save_robot(
             Robot(name, f"http://192.168.12.{90 + number}", "distributor"), password="secret"

@@ -240,7 +240,7 @@ def test_the_migration_stores_what_decisions_read_from_the_history(tmp_path, clo
     db.close()
 
 
-def test_a_start_skipped_ahead_before_counts_on_its_day_and_says_when_it_was_skipped(tmp_path, clock):
+def test_a_start_skipped_beforehand_counts_on_its_day_and_says_when_it_was_skipped(tmp_path, clock):
     path = tmp_path / "a.db"
     old = Database.open(path, clock=clock, migrations=MIGRATIONS[: MIGRATIONS.index(_SKIPPED_AHEAD)])
     old.write(lambda c: [c.execute(statement) for statement in HISTORY.split(";")] and c.executemany(ROW, ROWS))

@@ -39,7 +39,7 @@ def test_write_gives_back_what_the_work_returned(db):
     assert db.write(lambda c: c.execute("SELECT 40 + 2").fetchone()[0]) == 42
 
 
-def test_a_work_that_raises_undoes_all_it_did_and_the_exception_reaches_the_caller(db):
+def test_a_failing_write_is_rolled_back_and_the_exception_reaches_the_caller(db):
     def work(c):
         put("a", 1)(c)
         raise KeyError("broken")

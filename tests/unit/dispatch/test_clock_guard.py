@@ -177,7 +177,7 @@ def test_a_jump_ahead_with_which_a_robot_agrees_was_an_absence(tablet):
     assert tablet.judge(0.0).absent_since is None
 
 
-def test_a_jump_ahead_with_which_robots_disagree_is_doubted_until_it_is_taken_back(tablet):
+def test_a_jump_ahead_that_robots_contradict_is_doubted_until_reverted(tablet):
     tablet.judge(0.0)
     tablet.clock.step(HOUR)
     for _ in range(100):
@@ -213,7 +213,7 @@ def overrule(tablet):
     assert tablet.judge(0.0, HOUR, HOUR).is_trusted
 
 
-def test_robots_against_which_a_person_decided_cannot_hold_the_plant_by_differing_otherwise(tablet, caplog):
+def test_robots_overruled_by_a_person_cannot_hold_the_plant_by_a_new_difference(tablet, caplog):
     overrule(tablet)
     assert "decided against the clocks of robots #1, #2" in caplog.text
     for hours in (2, -5, 0, 1, 300):

@@ -362,7 +362,7 @@ def test_midnight_to_midnight_is_those_dates_in_whatever_zone(plant, tzid, end, 
     assert (whole(found), timed(found), dict(found.left_out)) == (days, [], {})
 
 
-def test_a_moved_and_an_excepted_day_of_another_zone_are_found_however_they_are_written():
+def test_moved_and_excepted_days_of_another_zone_are_found_in_any_notation():
     series = [
         "UID:1",
         "DTSTART;TZID=America/Los_Angeles:20270705T000000",
@@ -461,9 +461,7 @@ def test_weekdays_of_midnights_written_in_utc_are_those_of_utc_or_of_the_plant(r
         ("20251230T220000Z", "FREQ=YEARLY;BYMONTHDAY=30", ["2025-12-31 yearly"], "Europe/Helsinki"),
     ],
 )
-def test_a_rule_names_days_of_the_zone_in_which_the_start_is_written_where_the_start_is_one_of_them(
-    starts, rule, days, plant
-):
+def test_weekdays_of_a_rule_belong_to_the_zone_of_a_start_that_matches_them(starts, rule, days, plant):
     assert whole(read(calendar(*event(f"DTSTART:{starts}", "DURATION:P1D", f"RRULE:{rule}")), ZoneInfo(plant))) == days
 
 

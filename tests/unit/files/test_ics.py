@@ -132,7 +132,7 @@ def test_entries_beyond_the_limit_are_counted_and_the_rest_is_imported(event):
     )
 
 
-def test_cancelled_events_are_passed_over_and_so_is_a_cancelled_day_of_a_repetition():
+def test_cancelled_events_and_cancelled_days_of_a_repetition_are_ignored():
     found = read_days(
         calendar(
             "SUMMARY:Off\nDTSTART:20270705\nSTATUS:CANCELLED",

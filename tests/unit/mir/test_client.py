@@ -309,9 +309,7 @@ def test_putting_the_status(
     assert len(responses.calls) == 1  # clear_error doesn't set the robot going
 
 
-def test_a_status_put_that_is_not_answered_with_the_status_has_been_done_all_the_same(
-    robot: RobotClient, responses: RequestsMock
-) -> None:
+def test_a_status_change_with_an_unexpected_answer_counts_as_done(robot: RobotClient, responses: RequestsMock) -> None:
     responses.put(f"{API}/status", json={"state": "ok"})
     assert robot.clear_error() is None
 

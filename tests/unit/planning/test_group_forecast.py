@@ -38,7 +38,7 @@ def whose(found, number):
     return NAMES[found[number].robot_id] if number in found else None
 
 
-def test_starts_at_one_instant_go_to_different_robots_and_the_fourth_to_the_one_that_is_free_first():
+def test_simultaneous_starts_go_to_different_robots_and_the_fourth_to_the_first_free():
     found = forecast([kits(0.0) for _ in range(4)], site(taking(Sisu=200.0)))
     assert sorted((whose(found, n), found[n].begins) for n in range(4)) == [
         ("Aino", 0.0),

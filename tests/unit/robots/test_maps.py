@@ -71,7 +71,7 @@ def test_a_map_is_asked_for_once_and_again_after_an_hour(site: Site) -> None:
     assert site.client.closed == 1
 
 
-def test_after_a_restart_the_kept_map_is_there_at_once_and_the_robot_is_asked_a_minute_later(site: Site) -> None:
+def test_after_a_restart_the_stored_map_is_shown_at_once_and_refreshed_a_minute_later(site: Site) -> None:
     before = site.maps.learn(1, "m")
     maps = site.restarted()
     assert maps.known(1, "m") is None
@@ -105,9 +105,7 @@ def test_another_machine_behind_the_same_name_does_not_get_this_map(site: Site) 
 
 
 @pytest.mark.parametrize("problem", [Unreachable(code="unreachable", address="a"), TimedOut(address="a", seconds="5")])
-def test_a_robot_that_does_not_answer_is_asked_again_after_a_minute_and_its_map_stays(
-    site: Site, problem: RobotError
-) -> None:
+def test_a_silent_robot_is_asked_again_after_a_minute_and_its_map_stays(site: Site, problem: RobotError) -> None:
     picture = site.maps.learn(1, "m")
     site.clock.advance(REFRESH_AFTER)
     site.client.maps = {"m": problem}
@@ -140,7 +138,7 @@ def shown_for(site: Site, seconds: int) -> None:
         site.clock.advance(1.0)
 
 
-def test_a_robot_that_names_another_map_each_time_is_asked_once_a_minute_and_complained_of_once(
+def test_a_robot_with_another_map_each_time_is_asked_once_a_minute_and_reported_once(
     site: Site, caplog: pytest.LogCaptureFixture
 ) -> None:
     garbage = Unreadable(address="a", problem="the map has no PNG picture")

@@ -31,7 +31,7 @@ HOME = Here("home", 1)
 
 
 # ---------------------------------------------------------------------- the bar
-def test_the_bar_and_the_list_of_robots_say_how_many_need_help_where_they_are_many():
+def test_bar_and_list_say_how_many_of_many_robots_need_help():
     groups = [Group.READY, Group.STOPPED, Group.WORKING, Group.SILENT]
     assert top_bar(AINO, snapshot(1, EXECUTING), SETTINGS, NOW, groups).help_count == "2"
     assert top_bar(AINO, snapshot(1, EXECUTING), SETTINGS, NOW, groups[:3]).help_count == ""

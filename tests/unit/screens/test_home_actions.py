@@ -34,7 +34,7 @@ def view(facts: HomeFacts, chosen: int | None = None):
 
 
 # ---------------------------------------------------------------------- the controls
-def test_emergency_stop_says_what_hands_must_do_and_offers_nothing_that_cannot_work():
+def test_emergency_stop_says_what_to_do_by_hand_and_offers_nothing_useless():
     shown = view(with_aino(STOPPED))
     assert (shown.card.state, shown.card.tone, shown.card.loud) == ("Emergency stop", "fault", True)
     assert shown.card.mission.name == "Release the red button, then press Reset on the robot"

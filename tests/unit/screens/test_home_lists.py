@@ -114,7 +114,7 @@ def test_an_item_without_a_creator_belongs_to_the_robot():
     assert queue_entries(facts, NOW)[0].origin == "The robot itself"
 
 
-def test_a_submission_of_ours_is_known_by_its_token_before_its_number_is_written_down():
+def test_a_submission_is_recognised_by_its_token_before_its_number_is_stored():
     ours = execution(5, AINO, KITS.name, State.SUBMITTING, guid=KITS.guid, schedule="Kits")
     facts = replace(
         with_aino(READY, (QueueItem(110, QueueState.PENDING, mission_id=KITS.guid, description="token-5"),)),
@@ -288,7 +288,7 @@ def test_yesterdays_run_shows_its_day():
     assert finished_runs(replace(FACTS, finished=(yesterday,)), NOW)[0].when == "Aino Thu 19 Nov 18:38"
 
 
-def test_the_source_of_an_item_is_a_name_that_a_person_gave_and_none_that_was_made():
+def test_the_source_of_an_item_is_a_typed_name_and_not_a_generated_one():
     own_name = execution(5, AINO, KITS.name, State.WAITING, schedule="Night kits 2")
     made = [replace(own_name, schedule=f"{KITS.name} on Aino{number}") for number in ("", " 2")]
     assert [trigger_words(row) for row in (own_name, *made)] == ["Night kits 2", "Schedule", "Schedule"]

@@ -137,7 +137,7 @@ def test_the_minimum_on_the_batterys_bar_is_named():
     assert view(replace(FACTS, settings=replace(SETTINGS, minimum_battery_percent=None))).card.battery_minimum == ""
 
 
-def test_a_working_robot_whose_queue_is_still_to_be_read_is_not_said_to_do_nothing():
+def test_a_working_robot_with_an_unread_queue_is_not_said_to_do_nothing():
     mission = view(with_aino(EXECUTING, ())).card.mission
     assert (mission.name, mission.note) == ("–", "the robot is being asked")
 

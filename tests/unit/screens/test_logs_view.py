@@ -79,7 +79,7 @@ def test_a_run_shows_its_values():
     ]
 
 
-def test_a_completed_run_says_when_and_how_long_and_only_what_was_out_of_the_ordinary():
+def test_a_completed_run_says_when_how_long_and_only_what_was_unusual():
     row = view.row(DONE, NOW, ZONE, USUAL, opened=False)
     assert (row.outcome, row.tone, row.mission, row.robot, row.trigger) == (
         "Completed",
@@ -207,7 +207,7 @@ def test_a_story_goes_only_as_far_as_the_run_came():
     assert view.message(SKIPPED) == ""
 
 
-def test_the_row_of_an_absence_says_how_many_starts_it_stands_for_and_is_planned_for_the_last():
+def test_one_row_for_missed_starts_says_how_many_and_is_planned_for_the_last():
     missed = replace(
         SKIPPED,
         state=State.MISSED,

@@ -159,6 +159,6 @@ def test_parallel_is_offered_to_groups_only():
     ]
 
 
-def test_the_time_by_which_it_has_to_be_done_is_stepped_from_the_shortest_that_is_offered():
+def test_the_deadline_is_stepped_from_the_shortest_offered():
     steps = form_view.steps(FACTS, DRAFT.aimed_at(("group", 5)), "finish_by_minutes")
     assert (steps.minimum, steps.number(None)) == (1, of_groups.FINISH_BY[0])

@@ -217,7 +217,7 @@ def test_a_pause_can_be_chosen_by_day():
     assert view.day_begins(date(2026, 11, 21), ZoneInfo(ZONE)) == datetime(2026, 11, 20, 22, 0, tzinfo=UTC)
 
 
-def test_a_paused_schedule_says_until_which_day_and_is_listed_where_it_starts_again():
+def test_a_paused_schedule_says_until_when_and_is_listed_at_its_next_start():
     paused = replace(HOURLY, id=8, name="A", paused_until=datetime(2026, 11, 22, 22, 0, tzinfo=UTC))
     later = replace(HOURLY, id=9, next_at=NOW + timedelta(hours=5))
     rows = view.schedule_rows(facts(holds=(), schedules=(paused, later)), NOW)

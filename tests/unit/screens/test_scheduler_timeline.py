@@ -111,7 +111,7 @@ def test_days_without_work_are_closed_and_named():
     assert timeline(facts(settings=EVERY_DAY), NOW).bands == ()
 
 
-def test_long_time_without_work_is_folded_with_its_ticks_and_as_much_other_time_is_read():
+def test_long_closed_time_is_folded_and_as_much_other_time_is_read():
     shown = timeline(facts(), NOW)
     assert shown.bands == ((11.0, 59.0, "Sat–Sun, no work", "folded"),)
     assert not [tick for tick in shown.ticks if 11 <= tick.hour < 59]
@@ -216,7 +216,7 @@ def test_zooming_goes_through_the_row_of_spans_around_the_middle():
     assert [span_text(hours) for hours in (6, 24, 47, 48, 168)] == ["6 h", "24 h", "47 h", "2 days", "7 days"]
 
 
-def test_the_whisker_ends_where_nine_of_ten_runs_had_ended_and_unknown_lengths_say_so():
+def test_the_whisker_ends_at_nine_of_ten_runs_and_unknown_lengths_say_so():
     run = replace(planned(22), slow_s=660.0)
     bar = timeline(facts(planned=(run,)), NOW).lanes[0].bars[0]
     assert (bar.late - bar.start, bar.assumed) == (pytest.approx(11 / 60), False)
@@ -422,7 +422,7 @@ def test_where_only_lines_are_seen_there_is_no_closed_time_to_explain():
     assert [entry.kind for entry in timeline(facts(**values), NOW, opened).legend] == ["planned", "closed"]
 
 
-def test_a_start_that_is_held_looks_held_also_where_its_length_is_not_known_or_was_typed():
+def test_a_held_start_looks_held_also_with_unknown_or_typed_length():
     held = (Hold(until=NOW + timedelta(hours=1), robot_id=AINO.id),)
     waits = execution(State.WAITING, 0)
     known = facts(

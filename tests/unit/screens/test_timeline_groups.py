@@ -213,7 +213,7 @@ CROWDED = Conflict(ConflictCode.PLACE_CROWDED, AT, {"place": "Dock 2", "place_id
         (CROWDED, [], ""),
     ],
 )
-def test_what_wants_a_robot_or_a_place_with_too_many_others_is_hatched_and_its_card_says_so(conflict, hatched, words):
+def test_starts_in_conflict_over_a_robot_or_place_are_hatched_and_say_so(conflict, hatched, words):
     facts = replace(FACTS, conflicts=(conflict,))
     found = lanes(facts)
     assert [key for key, lane in found.items() if lane.overlaps] == hatched

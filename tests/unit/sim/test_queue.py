@@ -81,7 +81,7 @@ def test_without_a_description_it_has_the_missions(aino: Asker) -> None:
     assert aino.item(aino.order("Deliver"))["description"] == "Warehouse to line 1"
 
 
-def test_the_newer_software_answers_an_order_as_the_definition_says_the_older_with_the_full_item() -> None:
+def test_newer_software_answers_an_order_as_defined_and_older_with_the_full_item() -> None:
     body = {"mission_id": GUIDS["Home"]}
     assert set(Asker(software="3.5.4").send("POST", "/mission_queue", body).json()) == {"id", "state", "url"}
     assert set(Asker(software="2.14.7").send("POST", "/mission_queue", body).json()) == FULL_ITEM | {"url"}

@@ -68,7 +68,7 @@ def test_ten_starts_and_a_quarter_of_them_beyond_chance():
         ("", Cause.UNKNOWN),
     ],
 )
-def test_what_the_robot_was_seen_doing_is_the_cause_where_no_run_of_ours_was_ahead(activity, cause):
+def test_the_observed_activity_is_the_cause_where_no_earlier_run_was_ahead(activity, cause):
     runs = [each for each in weeks() if each.schedule == 1]
     assert [found.cause for found in findings(runs, KITS, seen(activity))] == [cause]
 

@@ -192,7 +192,7 @@ def test_what_will_close_is_not_frozen_before_it_is_much(window: Window) -> None
 
 
 @pytest.mark.long
-def test_before_the_heap_grows_beyond_what_lived_in_it_all_that_is_dead_is_collected(new_window: Window) -> None:
+def test_garbage_is_collected_before_the_heap_grows_beyond_its_live_objects(new_window: Window) -> None:
     """Whatever is open."""
     count = frozen_garbage(new_window)
     new_window.is_calm = False
