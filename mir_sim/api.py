@@ -90,7 +90,7 @@ def _dispatch(robot: SimulatedRobot, request: Request) -> tuple[int, Any]:
 
 
 def _handled(call: Call) -> Any:
-    """What is missing on the way to an operation that doesn't document 404 is a wrong argument."""
+    """A missing object on the path of an operation that doesn't document 404 is a wrong argument."""
     operation = call.operation
     try:
         return registry.handler(operation.verb, operation.template)(call)
@@ -185,7 +185,7 @@ def _user(robot: SimulatedRobot, authorization: str) -> Row | None:
 
 @lru_cache(maxsize=256)
 def _credentials(authorization: str) -> tuple[str, str]:
-    """Name and secret of a Basic header; both empty where it is none, which no user has."""
+    """Name and secret of a Basic header; both empty, which no user has, if it is not one."""
     scheme, _, token = authorization.partition(" ")
     if scheme.lower() != "basic":
         return "", ""

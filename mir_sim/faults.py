@@ -13,7 +13,7 @@ from typing import Any
 
 
 class FaultKind(StrEnum):
-    """What goes wrong; for each, whether the robot handles the request."""
+    """Kinds of faults; for each, whether the robot handles the request."""
 
     DROP_REQUEST = "drop_request"  # closed before it is handled
     DROP_RESPONSE = "drop_response"  # handled, answer lost

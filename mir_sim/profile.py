@@ -79,7 +79,7 @@ class Profile:
 
     @cached_property
     def has_words_for_items(self) -> bool:
-        """Whether something of a queue item is said in another way."""
+        """Whether some field of a queue item differs from the definition."""
         described = (self.description_field, self.description_text)
         return bool(self.item_states or self.texts) or described != (
             FAITHFUL.description_field,

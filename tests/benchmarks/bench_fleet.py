@@ -52,7 +52,7 @@ class Polls(threading.Thread):
         kind = self._random.choice(
             [sample.READY, sample.READY, sample.EXECUTING, sample.EXECUTING, sample.CHARGING, sample.STOPPED]
         )
-        if self._random.random() < 0.8:  # most go on as they were
+        if self._random.random() < 0.8:  # most stay unchanged
             kind = self._container.snapshots.get(robot.id).status or kind
         status = replace(
             kind, battery_percentage=None if kind.battery_percentage is None else 20.0 + self._random.randrange(80)

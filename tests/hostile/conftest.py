@@ -10,7 +10,7 @@ import pytest
 
 from app.container import Container
 from tests.hostile.capture import capture
-from tests.hostile.hands import Listen
+from tests.hostile.credentials import Listen
 
 
 @pytest.fixture

@@ -88,7 +88,7 @@ def test_alarms_of_one_kind_do_not_push_the_others_out_of_the_list(site):
 
 
 def test_neither_do_those_of_a_robot_s_runs(site):
-    """Each run has an alarm of its own."""
+    """Each run has its own alarm."""
     repository, start = site.container.repositories.alarms, site.clock.now()
 
     def fill(c):

@@ -21,7 +21,7 @@ from app.mir.errors import (
     Unreadable,
 )
 from tests.hostile.capture import Capture, Seen
-from tests.hostile.hands import TOKEN, Listen
+from tests.hostile.credentials import TOKEN, Listen
 from tests.unit.mir.answers import MISSION
 
 

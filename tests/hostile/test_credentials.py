@@ -19,7 +19,7 @@ from app.mir.errors import (
 )
 from app.services.dispatch import messages
 from tests.hostile.capture import Capture, Seen, pin_of
-from tests.hostile.hands import (
+from tests.hostile.credentials import (
     FIELD,
     PASSWORD,
     TOKEN,

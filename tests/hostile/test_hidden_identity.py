@@ -19,7 +19,7 @@ from app.mir.errors import (
     Unauthorized,
 )
 from tests.hostile.capture import pin_of
-from tests.hostile.hands import FIELD, PASSWORD, PLANT, USER, Listen, add, connection, poll, run_now, stored
+from tests.hostile.credentials import FIELD, PASSWORD, PLANT, USER, Listen, add, connection, poll, run_now, stored
 
 hiding = pytest.mark.parametrize(
     "hides", [{"serial": None}, {"status_is_open": False}], ids=["no serial number", "no status"]

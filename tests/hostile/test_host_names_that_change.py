@@ -16,7 +16,7 @@ from app.mir.client import RobotClient
 from app.mir.credentials import Token
 from app.mir.errors import AnotherRobot
 from tests.hostile.capture import Capture
-from tests.hostile.hands import TOKEN, Listen
+from tests.hostile.credentials import TOKEN, Listen
 from tests.hostile.test_comparisons import by_every_method
 
 ROBOT, OTHER = "A-1", "B-2"

@@ -7,7 +7,7 @@ import pytest
 from app.container import Container
 from app.domain.models import InvalidInput
 from app.mir.texts import clean
-from tests.hostile.hands import add, import_robot, stored
+from tests.hostile.credentials import add, import_robot, stored
 
 UNSEEN = [
     "\ufe00",

@@ -1,4 +1,4 @@
-"""Recurrences that are valid but costly to search: none holds anybody up, neither when it is saved nor when it falls due. Work is counted
+"""Recurrences that are valid but costly to search: none delays others, when it is saved or falls due. Work is counted
 in lines that run, not timed."""
 
 from __future__ import annotations

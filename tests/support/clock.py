@@ -29,10 +29,10 @@ class VirtualClock:
         self._true += seconds
 
     def step(self, seconds: float) -> None:
-        """The wall clock is set: neither monotonic nor true time knows."""
+        """The wall clock is set; monotonic and true time do not change."""
         self._now += timedelta(seconds=seconds)
 
     def suspend(self, seconds: float) -> None:
-        """The tablet sleeps: wall and true time go on, the monotonic clock stands still."""
+        """The tablet sleeps: wall and true time continue, the monotonic clock stops."""
         self._now += timedelta(seconds=seconds)
         self._true += seconds

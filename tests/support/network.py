@@ -267,7 +267,7 @@ class SimulatedTransport:
         return answer
 
     def _take_time(self) -> None:
-        """What a request takes. Others go on when there are very many without a pause."""
+        """The time that a request takes. Others get a turn when there are very many without a pause."""
         network = self._network
         self._in_a_row = self._in_a_row + 1 if self._clock.monotonic() == self._asked_at else 0
         if self._in_a_row < MANY or network.others_wait or network.site is None:

@@ -274,7 +274,7 @@ class Site:
     tablet = "the tablet"  # which machine the app runs on
 
     def others_go_on(self, seconds: float) -> None:
-        """An answer takes so long. Meanwhile who asked waits and everybody else goes on."""
+        """An answer takes this long: the caller waits and all others continue."""
         if self._acting is None:  # a person's request, on a connection of its own
             self.run(seconds)
             return
@@ -296,7 +296,7 @@ class Site:
         self._go_to(end)
 
     def suspend(self, seconds: float) -> None:
-        """The tablet sleeps. Robots go on; nothing of the app does, and its monotonic clock stands still."""
+        """The tablet sleeps. Robots continue; the app and its monotonic clock stop."""
         self.clock.suspend(seconds)
         self._next_round = min(
             self._next_round, self.clock.monotonic() + LONGEST_WAIT

@@ -62,7 +62,7 @@ def restart(site: Plant, app: SchedulerApp, ui: Driver, screen: str) -> None:
 
 
 def forget_all(site: Plant, ui: Driver) -> None:
-    """Remove everything that was saved, but acknowledged alarms, which stay for good."""
+    """Remove everything that was saved, except acknowledged alarms, which stay."""
     for robot in site.fleet.robots:
         robot.control({"fault": None})
     for file in (*site.documents.iterdir(), *(site.container.db.path.parent / BACKUPS).glob("*")):

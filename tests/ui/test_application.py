@@ -29,7 +29,7 @@ from app.widgets.timeline import Timeline
 from app.window import window
 from app.window.application import SchedulerApp, UiExceptionHandler
 from app.window.key_focus import ENTER, TAB
-from tests.ui.drawn import put_down
+from tests.ui.drawing import put_down
 from tests.ui.whole_app import plant, shown
 
 ROOT = Path(__file__).parents[2]

@@ -1,4 +1,4 @@
-"""What a robot asks, and what to do where it can't go on, on Home: each answer is sent once, and seen without scrolling."""
+"""Questions of a robot and instructions when it can't continue, on Home: each answer is sent once, and seen without scrolling."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from app.widgets.frame import AlarmBanner, Frame, TopBar
 from tests.screenshots.home import ALARMS, ERROR, QUESTION, SILENT, home, stopped
 from tests.support import home_facts as sample
 from tests.ui import checks
-from tests.ui.small import Rig, reach, window
+from tests.ui.window_sizes import Rig, reach, window
 
 
 def rows_of_answers(ui, width: float, *options: str) -> list[list[str]]:

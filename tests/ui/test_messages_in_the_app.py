@@ -16,8 +16,8 @@ from app.widgets.surfaces import Surface
 from app.window.key_focus import KeyFocus, parents
 from tests.screenshots.planning import Stand
 from tests.ui import checks
-from tests.ui.small import window
 from tests.ui.whole_app import shown
+from tests.ui.window_sizes import window
 
 LONG = "Veikko · Reset errors: the robot doesn't answer: is it switched on and on this network?"
 

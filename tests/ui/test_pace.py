@@ -17,7 +17,7 @@ from app.widgets.buttons import CommandButton
 from app.window import window
 from app.window.key_focus import ENTER, KeyFocus
 from app.window.pace import AT_REST, IN_USE, REST, slow_at_rest
-from tests.ui.drawn import put_down
+from tests.ui.drawing import put_down
 
 ROOT = Path(__file__).parents[2]
 LOOP = """
@@ -135,7 +135,7 @@ def test_the_window_runs_so(ui, monkeypatch):
 
 
 def test_kivys_loop_obeys_the_frame_rate():
-    """In a process of its own, where time is real. Slower than this is only a slow machine."""
+    """In its own process, in real time. Only a slow machine is slower than this."""
     output = subprocess.run(
         [sys.executable, "-c", LOOP], cwd=ROOT, check=True, capture_output=True, text=True, timeout=90
     ).stdout

@@ -24,7 +24,7 @@ from app.widgets.text import BodyStrong
 from tests.screenshots.planning import Stand
 from tests.ui import checks
 from tests.ui.planner import KITS
-from tests.ui.small import reach, window
+from tests.ui.window_sizes import reach, window
 
 PARTS = {"hours": UpcomingCard, "days": UpcomingCard, "form": FormCard, "schedules": SchedulesCard}
 EVERY_KIND = (

@@ -19,7 +19,7 @@ from app.widgets.pages import LowColumn, LowPage
 from app.widgets.rows import RobotChip
 from app.widgets.scrolling import ScrollPage
 from app.widgets.timeline import LONG, Timeline
-from tests.ui.drawn import fired, put_down
+from tests.ui.drawing import fired, put_down
 
 
 def slow_drag(ui, widget: Widget, dx: float, dy: float, rest: float = 0.3) -> None:

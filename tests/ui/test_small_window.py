@@ -57,7 +57,7 @@ from tests.screenshots.planning import Stand
 from tests.screenshots.settings import Plant, with_groups
 from tests.support import home_facts as sample
 from tests.ui import checks
-from tests.ui.small import Rig, reach, window
+from tests.ui.window_sizes import Rig, reach, window
 
 WAYS = (  # the narrowest with the largest texts first
     *product(((600, 480), (800, 480)), ("large", "gloves", "plain")),

@@ -13,7 +13,7 @@ from app.widgets.dialogs import Dialog
 from app.widgets.pages import LowPage as HoursPage
 from app.widgets.timeline import LONG, Timeline
 from app.widgets.timeline_drawing import Drawing
-from tests.ui.drawn import LANES, fingers, fired, instructions, put_down, textures, words_of
+from tests.ui.drawing import LANES, fingers, fired, instructions, put_down, textures, words_of
 
 
 def test_a_tap_on_a_bar_says_which(ui):

@@ -15,7 +15,7 @@ from app.widgets.swatch import Swatch
 from app.widgets.timeline import Timeline
 from app.widgets.tokens import apply_theme
 from tests.ui import checks
-from tests.ui.drawn import LANES, fingers, fired, hex_of, instructions, put_down, textures, words_of
+from tests.ui.drawing import LANES, fingers, fired, hex_of, instructions, put_down, textures, words_of
 
 LOOKS = ("planned", "about", "assumed", "running", "past", "failed", "skipped", "held")
 

@@ -18,7 +18,7 @@ from app.widgets.charts import RobotBars, StackedBars
 from app.widgets.display import KpiCard
 from app.widgets.robot_map import RobotMap
 from app.widgets.timeline import Timeline
-from tests.ui.drawn import instructions
+from tests.ui.drawing import instructions
 
 
 def test_grid_steps_are_round_and_few():

@@ -17,7 +17,7 @@ from app.widgets.surfaces import Tap
 from app.widgets.text import Ico, Txt, Value
 from app.widgets.tokens import COLOURS, TONES, apply_theme, tk
 from tests.ui import checks
-from tests.ui.drawn import fired, hex_of
+from tests.ui.drawing import fired, hex_of
 from tests.ui.headless import COMMON, MOCK
 
 

@@ -19,7 +19,7 @@ from app.widgets.text import Txt
 from app.widgets.tokens import apply_theme, tk
 from app.window.key_focus import ENTER, TAB
 from tests.ui import checks
-from tests.ui.drawn import fired
+from tests.ui.drawing import fired
 
 ITEMS = [("home", "Home", "home-variant-outline", "home-variant"), ("logs", "Logs", "text-box-outline", "text-box")]
 

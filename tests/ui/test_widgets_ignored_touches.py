@@ -20,7 +20,7 @@ from app.widgets.rows import OptionRow
 from app.widgets.scrolling import ScrollPage
 from app.widgets.snackbar import Snackbar, Snackbars
 from app.window.key_focus import ENTER, ESCAPE, SPACE, TAB
-from tests.ui.drawn import put_down
+from tests.ui.drawing import put_down
 from tests.ui.integrator import key
 
 MIDDLE = 640, 400

@@ -158,7 +158,7 @@ class Wear:
         self.settle()
 
     def settle(self) -> None:
-        """Back on Home in the usual size, and nothing left to let go."""
+        """Back on Home in the usual size, with nothing left to free."""
         Window.size = SIZES[0]
         self._shell.go("home")
         self._ui.wait(lambda: self._shell.background.idle)
@@ -191,7 +191,7 @@ class Wear:
 
 
 def _observers(source: EventDispatcher) -> int:
-    """Bound to its properties, the dead ones too: they are only let go when the property changes."""
+    """Callbacks bound to its properties, the dead ones too: they are only removed when the property changes."""
     return sum(len(source.get_property_observers(name)) for name in source.properties())
 
 

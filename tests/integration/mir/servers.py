@@ -76,7 +76,7 @@ class Conversation:
 
 
 class Server:
-    """Runs ``behave`` for each connection in a thread of its own, and counts connections and requests."""
+    """Runs ``behave`` for each connection in its own thread, and counts connections and requests."""
 
     def __init__(self, behave: Callable[[Conversation], None], tls: ssl.SSLContext | None = None) -> None:
         self.requests: list[bytes] = []

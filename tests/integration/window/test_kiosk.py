@@ -1,4 +1,4 @@
-"""A window is made in the size of the display, or no larger than it, in a process of its own: kivy reads its settings once."""
+"""A window is as large as the display or smaller; in its own process, as kivy reads its settings once."""
 
 from __future__ import annotations
 

@@ -145,7 +145,7 @@ def test_while_the_list_moves_one_tile_a_frame_becomes_another(container, ui):
             changed.append(sum(a != b for a, b in zip(before, now, strict=True)))
             before = now
         assert max(changed) == 3
-        assert sum(changed) == 10  # it goes on, however long somebody scrolls
+        assert sum(changed) == 10  # it continues, however long somebody scrolls
         ui.wait(lambda: counted(ui) == ["10 stopped", "33 ready"])
 
 

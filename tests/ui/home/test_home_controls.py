@@ -361,7 +361,7 @@ def test_a_question_about_one_robot_cancels_nothing_on_the_robot_shown_later(hom
 
 @contextmanager
 def screen_behind(home):
-    """The robot goes on, but nothing it says of its queue reaches the tablet: the screen shows what is over."""
+    """The robot continues, but its queue cannot be read: the screen shows an old state."""
     number = home.root_vm.facts.snapshot.queue[0].id
     for method, path in (
         ("GET", "/mission_queue"),

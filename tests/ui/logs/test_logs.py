@@ -422,7 +422,7 @@ def test_the_filtered_runs_are_exported_and_the_file_is_named(screen, ui, docume
 
 
 def test_runs_that_no_list_shows_are_not_exported(screen, ui):
-    """Neither the figures nor the bands obey the filters of the list: there is nothing on these parts that an export could be of."""
+    """The filters of the list do not apply to figures and bands, so there is nothing to export there."""
     tick(screen, ui, "Outcome", "Failed")
     for part in ("Figures", "Robots"):
         tap(screen, ui, ui.find(Segment, text=part))

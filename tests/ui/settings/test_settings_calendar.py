@@ -143,7 +143,7 @@ def test_a_country_is_found_by_name_and_its_holidays_are_closed(site, app, ui):
     ui.wait(lambda: says(ui, "December 2026"))
     ui.wait(lambda: [row.text for row in ui.find_all(DaysRow)] == ["Christmas Day", "Second Day of Christmas"])
     assert not ui.find_all(IconButton, icon="trash-can-outline")
-    tap(ui, MonthDay, text="25")  # work all the same
+    tap(ui, MonthDay, text="25")  # a working day in spite of the holiday
     dialog = ui.find(DaysDialog)
     assert (dialog.vm.name, dialog.vm.is_working) == ("Christmas Day", True)
     press(ui, "Save", dialog)

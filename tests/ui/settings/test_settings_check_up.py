@@ -177,7 +177,7 @@ def test_after_a_change_of_the_software_the_panel_asks_for_another(site, app, ui
 
 # ---------------------------------------------------------------------- while it runs
 class Waiting(Hurried):
-    """Stops at the next pause, until it is let go: however long that takes, its time is that of the robots."""
+    """Stops at the next pause until released; its time is that of the robots."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""What a worker has in hand: when it is to be looked at again."""
+"""A worker's attempts: when each must be looked at again."""
 
 from __future__ import annotations
 

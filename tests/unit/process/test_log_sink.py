@@ -40,7 +40,7 @@ def place():
 
 @pytest.fixture
 def log(place):
-    """A logger of its own with nothing but this place."""
+    """A separate logger that writes only here."""
     logger = logging.Logger("robots")
     logger.addHandler(Sink("place", place.write, logging.Formatter("%(message)s")))
     yield logger

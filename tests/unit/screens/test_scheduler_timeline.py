@@ -212,7 +212,7 @@ def test_zooming_goes_through_the_row_of_spans_around_the_middle():
         168,
     ]
     assert [zoomed(Window(None, hours), False, NOW, HELSINKI).hours for hours in (6, 7.3, 100, 168)] == [6, 6, 96, 96]
-    assert zoomed(Window(None, 24), True, NOW, HELSINKI).left is None  # goes on following the time
+    assert zoomed(Window(None, 24), True, NOW, HELSINKI).left is None  # still follows the time
     assert [span_text(hours) for hours in (6, 24, 47, 48, 168)] == ["6 h", "24 h", "47 h", "2 days", "7 days"]
 
 
