@@ -188,7 +188,7 @@ test_run_now = told(
         each(
             [10, hold(), run_now(), 13 * 60, clock(-7200), 10 * 60],
             [post(LOST), run_now(), 2, down(), 5, clock(-7200), 120, app_off(cleanly=False), app_on(), 32 * 60],
-            [set_up(poll_interval_seconds=600), ahead(FAR), hold(), run_now(), 5, right(FAR), 6 * 3600],
+            [set_up(poll_interval_seconds=600), ahead(FAR), hold(), run_now(), 5, right(FAR), 2 * 3600],
             [hold(), run_now(), 5, clock(-300), 120, app_off(cleanly=False), app_on(), 32 * 60],
             *([hold(), run_now(), 5, clock(-back), 120, 32 * 60] for back in (300, 7200)),
             *([post(LOST), run_now(), 2, down(), 5, clock(-back), 120, 32 * 60] for back in (300, 7200)),

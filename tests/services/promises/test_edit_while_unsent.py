@@ -186,11 +186,12 @@ test_edited = told(
     Story(
         "too late, or to be done by then, edited a moment before",
         each(
-            [plan(window=30, finish_by=10), ALL_HELD, later(590, edit(finish_by=None))],
-            [plan(window=30, finish_by=10), ALL_HELD, later(590, edit(finish_by=60))],
-            [plan(window=10), ALL_HELD, later(899, edit(window=60))],
+            [plan(window=3), ALL_HELD, later(479, edit(window=60)), later(540, release()), 900],
+            [plan(window=30, finish_by=10), ALL_HELD, later(590, edit(finish_by=None)), later(960, release()), 1300],
+            [plan(window=30, finish_by=10), ALL_HELD, later(590, edit(finish_by=60)), later(960, release()), 1300],
+            quick=2,
         ),
-        [later(1000, release()), 1500, states(COMPLETED)],
+        states(COMPLETED),
         on="group",
         robots=3,
     ),
@@ -326,9 +327,9 @@ def test_a_time_to_be_done_by_that_is_put_off_while_it_is_decided_counts(group, 
 
 
 def test_a_window_that_is_made_longer_while_it_is_ended_counts(group):
-    play(group, plan(window=10), ALL_HELD, later(1000, release()))
+    play(group, plan(window=3), ALL_HELD, later(600, release()))
     once(group.container.ledger, Event.EXPIRE, before=lambda: play(group, edit(window=60)))
-    play(group, 1500, states(COMPLETED))
+    play(group, 900, states(COMPLETED))
 
 
 @pytest.mark.parametrize("on", ["robot", "group"])
