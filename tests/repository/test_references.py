@@ -29,6 +29,17 @@ def test_every_page_that_is_named_exists() -> None:
     assert missing == []
 
 
+def test_every_test_file_that_a_page_names_exists() -> None:
+    there = {path.stem for path in (ROOT / "tests").rglob("test_*.py")}
+    named = {
+        name
+        for page in (*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"))
+        for name in re.findall(r"`(?:[\w/]*/)?(test_\w+)(?:\.py)?`", page.read_text(encoding="utf-8"))
+    }
+    assert len(named) > 20
+    assert named - there == set()
+
+
 def test_nothing_refers_to_pages_outside_the_repository() -> None:
     found = [
         f"{path.relative_to(ROOT)}:{number}: {line.strip()}"
