@@ -93,12 +93,13 @@ class GroupJudge:
         self._judge_place(post, name)
         if group_id is not None:
             self._judge_unread(post, earlier, name)
-            self._judge_state(post, name)
             self._judge_metres(post, name)
             wishes = self.diary.between(post.at - 10.0, post.at)
-            if not any(group_id in each.at_once or post.token in each.assigned for each in wishes) and self._is_judged(
-                post.token
-            ):
+            is_assigned = any(post.token in each.assigned for each in wishes)  # by a person, to whatever robot
+            if not is_assigned:
+                self._judge_state(post, name)
+            is_at_once = any(group_id in each.at_once for each in wishes)
+            if not is_assigned and not is_at_once and self._is_judged(post.token):
                 self._judge_order(post, group_id, name)
         self._posts[post.token].append(post)
 
