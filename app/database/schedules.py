@@ -166,15 +166,17 @@ class ScheduleRepository(Table[Schedule]):
 
     # ------------------------------------------------------------------ starts left out in advance
     def skip(self, c: sqlite3.Connection, schedule_id: int, instant: datetime) -> None:
+        """A schedule that was deleted has no starts to skip."""
         c.execute(
-            "INSERT OR REPLACE INTO skips (schedule_id, planned_at) VALUES (?, ?)", (schedule_id, to_text(instant))
+            "INSERT OR REPLACE INTO skips (schedule_id, planned_at) SELECT id, ? FROM schedules WHERE id = ?",
+            (to_text(instant), schedule_id),
         )
 
     def hold(self, c: sqlite3.Connection, schedule_id: int, instant: datetime) -> None:
-        """Unless it is left out."""
+        """Unless it is skipped, or the schedule was deleted."""
         c.execute(
-            "INSERT OR IGNORE INTO skips (schedule_id, planned_at, held) VALUES (?, ?, 1)",
-            (schedule_id, to_text(instant)),
+            "INSERT OR IGNORE INTO skips (schedule_id, planned_at, held) SELECT id, ?, 1 FROM schedules WHERE id = ?",
+            (to_text(instant), schedule_id),
         )
 
     def unskip(self, c: sqlite3.Connection, schedule_id: int, instant: datetime) -> None:

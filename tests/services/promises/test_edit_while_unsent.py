@@ -43,6 +43,11 @@ test_taken_back = told(
         [sent(), runs(0)],
     ),
     Story(
+        "in doubt, cancelled, and its schedule deleted then: it ends as cancelled",
+        [plan(), IN_DOUBT, cancel(), 2, delete(), 450, runs(0), ends(CANCELLED), tries(1)],
+        on=("robot", "group"),
+    ),
+    Story(
         "moved in the quiet time it runs at its new time only",
         [plan(), IN_DOUBT, edit(at="06:20"), 1200, sent(300, 1200), ends(CHANGED, DONE), tries(1, 1)],
     ),
