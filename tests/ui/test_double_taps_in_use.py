@@ -49,7 +49,7 @@ def home(tmp_path, ui):
         site.add_robots()
         site.add_missions("Charge to 80 %", "Collect empties", "Deliver", "Home")
         with shown(site.container, ui) as app:
-            ui.wait(lambda: "Ready" in ui.texts())
+            ui.wait(lambda: "Ready" in ui.texts() and "Held" not in ui.texts())  # its clock is right, too
             app.site, app.aino = site, site.fleet.robots[0]
             yield app
 
