@@ -133,7 +133,7 @@ class QueueItem:
 
     id: int
     state: QueueState = QueueState.UNKNOWN
-    state_text: str = ""
+    state_text: str = ""  # the robot's word for it; "" in a list: only its number can tell
     mission_id: str | None = None
     message: str = ""  # how it went, written by the robot
     description: str = ""  # holds our token

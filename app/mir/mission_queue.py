@@ -73,7 +73,7 @@ class QueueReader:
         entries = self._ask(
             "GET", "/mission_queue", {"whitelist": "all", "sort_by": "id,desc", "limit": str(self._page)}, None
         )
-        items = [_item(entry) for entry in entries if parse.is_whole_item(entry)]
+        items = [parse.listed_item(entry) for entry in entries if parse.is_whole_item(entry)]
         return sorted(
             (item for item in items if item.is_open or (item.state is QueueState.UNKNOWN and item.finished is None)),
             key=lambda item: item.id,
@@ -218,7 +218,7 @@ class QueueReader:
         known, reads = {} if known is None else known, 0
         for entry in entries:
             if parse.is_whole_item(entry):
-                items.append(_item(entry))
+                items.append(parse.listed_item(entry))
                 continue
             number = parse.queue_id(entry)
             item = known.get(number)
@@ -228,10 +228,3 @@ class QueueReader:
                 item = known[number] = self._read_item(number)
             items.append(item)
         return sorted(items, key=lambda item: item.id)
-
-
-def _item(entry: parse.Object) -> QueueItem:
-    """One of a list: without a readable state it still shows by its description whose it is."""
-    return parse.queue_item(
-        entry if isinstance(entry.get("state"), str) and entry["state"] else {**entry, "state": "unreadable"}
-    )

@@ -304,15 +304,20 @@ def is_whole_item(value: Object) -> bool:
 
 def queue_item(value: Any) -> QueueItem:
     """Raises Unreadable without id or state."""
-    number = queue_id(value)
-    state = clean(value.get("state"), 40)
-    if not state:
+    item = listed_item(value)
+    if not item.state_text:
         raise Unreadable(problem=message("the queue item has no state"))
+    return item
+
+
+def listed_item(value: Any) -> QueueItem:
+    """One of a list: without a state too, as its description shows whose it is. Raises Unreadable without id."""
+    number = queue_id(value)
     parameters = value.get("parameters")
     return QueueItem(
         id=number,
         state=queue_state(value),
-        state_text=state,
+        state_text=clean(value.get("state"), 40),
         mission_id=text_or_none(value.get("mission_id")),
         message=resolve(value.get("message")),
         description=clean(value.get("description")),

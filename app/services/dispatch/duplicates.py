@@ -21,7 +21,7 @@ from app.services.dispatch.observation import Observation
 from app.services.dispatch.timing import UNSEARCHED_AT_MOST
 from app.services.executions import transitions
 from app.services.executions.apply import WATCHED_FOR
-from app.services.executions.transitions import NOT_WITH_THE_ROBOT
+from app.services.executions.transitions import NOT_WITH_THE_ROBOT, was_given_up
 from app.services.live.tablet import old_token
 
 log = logging.getLogger(__name__)
@@ -234,17 +234,13 @@ class Duplicates:
             if row is None or (row.robot_id != self._seen.robot.id and row.group_id is None):
                 continue
             is_here = row.robot_id == self._seen.robot.id
-            if is_here and row.queue_id == item.id:
+            if is_here and row.queue_id == item.id and not was_given_up(row):
                 continue
-            if is_here and row.state in (
-                State.SUBMITTING,
-                State.WAITING,
-            ):  # still looked for; it may end without having found it
+            # Still looked for, and may end without having found it; or it can't be read yet.
+            if (is_here and row.state in NOT_WITH_THE_ROBOT) or (whole := self._whole(row, item)) is None:
                 unsettled.add(row.token)
-            elif not (self._reconcile_item if is_here else self._item_elsewhere)(
-                row, item
-            ):  # met again before it begins
-                unsettled.add(row.token)
+            elif not (self._reconcile_item if is_here else self._item_elsewhere)(row, whole):
+                unsettled.add(row.token)  # met again before it begins
                 self.watch_from(row, item.id - 1)
         searched = max((item.id for item in newer), default=0)  # what is older has been seen
         if self._seen.highest is not None:
@@ -252,10 +248,19 @@ class Duplicates:
         self._watched = {
             token: (floor if token in unsettled or not newer else searched, until)
             for token, (floor, until) in self._watched.items()
-            if until > mono or (token in unsettled and until > mono - WATCHED_FOR)
+            if until > mono or (token in unsettled and until > mono - UNSEARCHED_AT_MOST)
         }  # once more after its time
         if over := before - self._watched.keys():
             self._ledger.drop_watches(self._seen.robot.id, over)
+
+    def _whole(self, row: Execution, item: QueueItem) -> QueueItem | None:
+        """What its list may not tell, its number does. None: it can't be read."""
+        if item.state_text and item.id != row.queue_id:
+            return item
+        try:
+            return self._client.queue_item(item.id)
+        except (Rejected, RobotFault, Unreadable):
+            return None
 
     def _search(self, mono: float) -> list[QueueItem]:
         """Items above the floor of everything watched for, however long the robot was away. A queue that can't be searched would keep its
@@ -349,6 +354,8 @@ class Duplicates:
         """Returns whether that is done; else it is to be met again."""
         if row.queue_id is None:
             return self._late_item(row, item)
+        if item.id == row.queue_id:  # it could not be read, and is followed again
+            return self._reopen(row, item)
         if item.id < row.queue_id and row.state.is_open:  # the earlier one is ours
             later = row.queue_id
             return not self._reopen(row, item) or self.cancel_copy(self._client.queue_item(later), row)

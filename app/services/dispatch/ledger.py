@@ -22,7 +22,7 @@ from app.domain.models import OPEN_STATES, Execution, InvalidInput, Reason, Reas
 from app.domain.reasons import sentence, to_store
 from app.services.executions import transitions
 from app.services.executions.apply import apply_in, note_used_by_idle, watch
-from app.services.executions.transitions import NOT_WITH_THE_ROBOT, Event, Transition
+from app.services.executions.transitions import NOT_WITH_THE_ROBOT, Event, Transition, was_given_up
 from app.services.executions.wanted import Verdict, wanted
 from app.services.live.alarms import Alarms
 from app.services.live.changes import NO_ROBOT, Changes, Topic
@@ -98,7 +98,7 @@ class Ledger:
         other = None if row is None else self._instead_of(c, row)
         if row is not None and row.revoked is not None and (other is None or not _never_reached_a_robot(other)):
             raise _not_sent_again(row.revoked, row.robot)
-        if row is None or row.robot_id != before.robot_id or not (row.state is State.SUBMITTING or _is_unknown(row)):
+        if row is None or row.robot_id != before.robot_id or not (row.state is State.SUBMITTING or was_given_up(row)):
             raise InvalidInput("robot", "what became of it is known by now")
         instead = Reason(ReasonCode.USER_CANCELLED, {"instead": by.token})
         for each in filter(None, (row, other)):
@@ -276,7 +276,7 @@ class Ledger:
         """It has not failed, as far as is known now."""
         if reopened.state is not State.FAILED or reopened.reason is None or reopened.ended_at is None:
             return
-        if reopened.reason.code is ReasonCode.UNKNOWN_OUTCOME:
+        if was_given_up(reopened):
             self._alarms.withdraw("unknown_outcome", f"execution:{reopened.id}", reopened.ended_at)
         else:
             self._alarms.withdraw("execution_failed", _about(reopened), reopened.ended_at)
@@ -340,10 +340,6 @@ class Ledger:
             self._alarms.clear("robot_fails", f"robot:{robot_id}")
 
 
-def _is_unknown(row: Execution) -> bool:
-    return row.reason is not None and row.reason.code is ReasonCode.UNKNOWN_OUTCOME
-
-
 def _never_reached_a_robot(row: Execution) -> bool:
     """Whether it has ended, and certainly never was on a robot."""
     return row.ended_at is not None and row.queue_id is None and not _may_be_there(row)
@@ -356,7 +352,7 @@ def _may_have_run(row: Execution) -> bool:
 def _may_be_there(row: Execution) -> bool:
     """Whether it ended while it was not known whether its robot had it."""
     was_removed = row.reason is not None and row.reason.code is ReasonCode.ROBOT_REMOVED
-    return _is_unknown(row) or (was_removed and not row.was_never_sent)
+    return was_given_up(row) or (was_removed and not row.was_never_sent)
 
 
 def _not_sent_again(why: Reason, robot: str) -> InvalidInput:

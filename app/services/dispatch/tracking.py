@@ -80,13 +80,14 @@ class Tracking:
         self._ledger.apply([self._given_up(row, problem) for row in moved])
         return [row for row in rows if row not in moved]
 
-    def _given_up(self, row: Execution, problem: Message) -> Transition:
+    def _given_up(self, row: Execution, problem: Message, *, may_come: bool = False) -> Transition:
         self._seen.raise_about(row, "unknown_outcome", problem=problem)
-        return transitions.end(Event.GIVE_UP, row, Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem}))
+        reason = Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem})
+        return transitions.end(Event.GIVE_UP, row, reason, may_come=may_come)
 
     def _items_from(self, lowest: int) -> dict[int, QueueItem]:
         try:
-            return {item.id: item for item in self._client.items_after(lowest - 1)}
+            return {item.id: item for item in self._client.items_after(lowest - 1) if item.state_text}
         except (Unreadable, RobotFault):  # too many at once, or one of them can't be read: one by one then
             return {}
 
@@ -130,9 +131,11 @@ class Tracking:
     def _not_readable(
         self, row: Execution, queue_id: int, error: RobotError, open_ids: set[int] | None
     ) -> list[Transition]:
-        """One item that can't be read holds up no other: one alarm, asked for again and again, and given up when it is over."""
+        """One item that can't be read holds up no other: one alarm, asked for again and again, and given up when it is over. It is watched
+        for, as it may be read later."""
         if self._is_over(queue_id, open_ids):
-            return [self._given_up(row, error.message)]
+            self._duplicates.watch_for(row)
+            return [self._given_up(row, error.message, may_come=True)]
         if queue_id not in self._unreadable:
             self._unreadable.add(queue_id)
             self._seen.raise_about(row, "item_unreadable", queue_id=queue_id, problem=error.message)

@@ -78,6 +78,11 @@ def withdrawn(row: Execution) -> Reason | None:
     return Reason(row.cancel_code) if row.cancel_code else row.revoked
 
 
+def was_given_up(row: Execution) -> bool:
+    """Whether it ended because nothing could tell what became of it."""
+    return row.reason is not None and row.reason.code is ReasonCode.UNKNOWN_OUTCOME
+
+
 def is_other_machine(row: Execution, serial_number: str | None) -> bool:
     """Whether another machine than the one it was sent to is the row's robot now."""
     return None not in (row.robot_serial, serial_number) and row.robot_serial != serial_number

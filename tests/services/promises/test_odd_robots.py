@@ -16,12 +16,19 @@ CONNECTED = true(lambda s: s.container.snapshots.get(1).connection is Connection
 # ---------------------------------------------------------------------- items that can't be read
 def spoilt(item=1):
     """From now on that item can't be read."""
-    unreadable = do(lambda s: s.network.unreadable.add(("R1", item or s.noted[-1])))
-    return each(unreadable, do(lambda s: s.network.shown.update({("R1", item or s.noted[-1]): {"state": None}})))
+    return each(do(lambda s: s.network.unreadable.add(("R1", item or s.noted[-1]))), without_state(item))
+
+
+def without_state(item=1):
+    return do(lambda s: s.network.shown.update({("R1", item or s.noted[-1]): {"state": None}}))
 
 
 MENDED = do(lambda s: (s.network.unreadable.clear(), s.network.shown.clear()))
 STRANGER = do(lambda s: s.noted.append(s.stranger_queues()))
+
+
+def outcome(row):
+    return row.state, row.reason and row.reason.code
 
 
 def word(theirs, ours):
@@ -50,6 +57,18 @@ test_unreadable = told(
             true(lambda s: [a.count for a in s.container.alarms.open()] == [1]),
         ],
         [600, items("Done"), ends(UNKNOWN)],
+    ),
+    *(
+        Story(
+            f"the outcome of one of {1 + others} is unknown until it can be read again",
+            [plan(priority=9), *(plan(f"B{number}") for number in range(others)), 320],
+            without_state() if others else spoilt(),  # many are read from one list
+            [120 * others + 300, true(lambda s: outcome(s.row("A")) == UNKNOWN)],
+            each(3, 3600),
+            [MENDED, 60, true(lambda s: {outcome(row) for row in s.executions()} == {DONE})],
+            true(lambda s: "unknown_outcome" not in s.alarms()),
+        )
+        for others in (0, 3)
     ),
     Story("read again it is followed on", [plan(), 320], spoilt(), [30, MENDED, 300, ends(DONE), tries(1)]),
     Story(
