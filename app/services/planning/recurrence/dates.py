@@ -21,15 +21,6 @@ def dates(rule: Recurrence, start: date, first: date, last: date = LAST_DAY) -> 
             yield date.fromordinal(before + day)
 
 
-def nth_date(rule: Recurrence, start: date, number: int) -> date | None:
-    """The date with this number, from 0 on; None when it is beyond the last day."""
-    for before, days in _months(rule, start, start, LAST_DAY):
-        if number < len(days):
-            return date.fromordinal(before + days[number])
-        number -= len(days)
-    return None
-
-
 def months_of(rule: Recurrence, start: date) -> list[int]:
     """The months, from 1 on, of which a monthly or yearly rule takes days that they have."""
     of_month = range(

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import heapq
 from bisect import bisect_left
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, time, timedelta
 from functools import cached_property, lru_cache
@@ -19,20 +19,18 @@ from typing import NamedTuple
 from zoneinfo import ZoneInfo
 
 from app.domain.models import Between, InvalidInput, Schedule
-from app.services.planning.recurrence.dates import DAY, LAST_DAY, dates, nth_date
+from app.services.planning.recurrence.dates import DAY, LAST_DAY, dates
 from app.services.planning.recurrence.rule import Frequency, Recurrence
 from app.services.planning.recurrence.times import DAY_S, HOUR_S, SECOND, days_of, seconds_of, step_of, stretches, times
 from app.services.planning.working_days import WorkingCalendar
 
 LONG_AGO = datetime.min.replace(tzinfo=UTC)
+LONG_STEP = timedelta(days=100)
 LAST_MOMENT = datetime.combine(LAST_DAY, time.max, UTC)
 SEARCHED = 10_000  # dates of a rule, one after the other, on which it has no time
-CLOSED, LONG_CLOSED = (
-    100,
-    timedelta(days=10 * 365),
-)  # dates of a rule that are no working days, and the time that they take
+# Dates of a rule that are no working days, and the time that they take
+CLOSED, LONG_CLOSED = 100, timedelta(days=10 * 365)
 COUNTED = 4_000  # dates, at most, on which COUNT of a sub-daily rule is used up: eleven years of days
-LONG_STEP = timedelta(days=100)
 
 
 @dataclass(frozen=True, order=True)
@@ -81,14 +79,14 @@ def check_has_instants(schedule: Schedule) -> None:
     it would take too long to find the first one or the last."""
     rule = _rule_of(schedule)
     try:
-        has_instants = _has_instants(rule)
+        first = next(rule.search(LONG_AGO, None), None)
     except _TooRare:
         raise InvalidInput(
             "recurrence",
             "the recurrence comes too rarely to be searched: no time fits on {days} of its days in a row",
             days=SEARCHED,
         ) from None
-    if not has_instants:
+    if first is None:
         raise InvalidInput("recurrence", "the recurrence has no start: no date and time fits all its parts")
     count = rule.recurrence.count
     if count and not rule.names_times and _counted_end(rule) is None:
@@ -107,6 +105,18 @@ def to_utc(local: datetime, zone: ZoneInfo) -> datetime:
 
 def _rule_of(schedule: Schedule) -> _Rule:
     return _Rule(Recurrence.parse(schedule.recurrence), schedule.start, schedule.timezone, schedule.between)
+
+
+class _Part(NamedTuple):
+    """Of a day, with one ``offset``, in seconds ahead of UTC. ``within``: seconds after midnight from where steps are counted, of the first
+    that may come, and of the end."""
+
+    day: date
+    offset: int
+    within: tuple[int, int, int]
+
+    def instant(self, seconds: int) -> datetime:
+        return datetime.combine(self.day, time(), UTC) + (seconds - self.offset) * SECOND
 
 
 class _TooRare(Exception):
@@ -135,8 +145,7 @@ class _Rule:
 
     def search(self, after: datetime, calendar: WorkingCalendar | None) -> Iterator[Occurrence]:
         """Raises _TooRare."""
-        until = _counted_end(self) if self.recurrence.count else self.recurrence.until
-        latest = after
+        until, latest = self._end, after
         for occurrence in self._endless(after, calendar, self._last_day(until)):
             is_within = until is None or (occurrence.instant if until.tzinfo else occurrence.nominal) <= until
             if is_within and occurrence.instant > latest:  # so never two at the same instant either
@@ -144,6 +153,11 @@ class _Rule:
                 yield occurrence
             elif not is_within and until is not None and until.tzinfo:
                 return
+
+    @cached_property
+    def _end(self) -> datetime | None:
+        """By COUNT or UNTIL: naive wall-clock time, or UTC."""
+        return _counted_end(self) if self.recurrence.count else self.recurrence.until
 
     def _last_day(self, until: datetime | None) -> date:
         """By the wall clock; with an end in UTC a day more, as the clock may be set back at midnight."""
@@ -164,19 +178,18 @@ class _Rule:
         return Occurrence(instant, nominal, instant.astimezone(self.zone).replace(tzinfo=None, fold=0) != nominal)
 
     def passed(self, after: datetime, until: datetime, calendar: WorkingCalendar | None) -> Passed:
-        if self.recurrence.frequency is Frequency.ONCE:
-            found = [
-                each.instant for each in takewhile(lambda each: each.instant <= until, self.after(after, calendar))
-            ]
-            return Passed(len(found), found[-1] if found else None)
-        end = _counted_end(self) if self.recurrence.count else self.recurrence.until
-        if end is not None and end.tzinfo:
-            until, end = min(until, end), None
-        last_day = min(
-            self._last_day(end), until.astimezone(self.zone).date() + DAY
-        )  # the clock may be set back at midnight
-        passed = self._passed_dates if self.names_times else self._passed_steps
-        return passed(after, until, calendar, last_day, end or datetime.combine(LAST_DAY, time.max))
+        """Steps of whole days are counted; the rest is walked through."""
+        number, newest = 0, None
+        if not self.names_times:
+            low, last_day = max(after, to_utc(self.start, self.zone)), self._last_day(self._end) - DAY
+            days = self._dates(low, min(last_day, until.astimezone(self.zone).date()) - DAY)
+            for part in self._parts(_working(days, calendar), max(seconds_of(after) + 1, self._begin)):
+                if steps := self._count(part):
+                    number, newest = number + steps, part
+        last = None if newest is None else newest.instant(max(times(self.recurrence, *newest.within)))
+        for each in takewhile(lambda each: each.instant <= until, self.after(last or after, calendar)):
+            number, last = number + 1, each.instant
+        return Passed(number, last)
 
     @cached_property
     def keeps_times(self) -> bool:
@@ -194,9 +207,8 @@ class _Rule:
         if self.recurrence.frequency.is_sub_daily:
             found = times(self.recurrence, _seconds(self.start.time()), 0, DAY_S)
             return tuple(time(second // HOUR_S, second // 60 % 60) for second in found)
-        return _times_of_day(
-            self.recurrence.hours or (self.start.hour,), self.recurrence.minutes or (self.start.minute,)
-        )
+        hours, minutes = self.recurrence.hours or (self.start.hour,), self.recurrence.minutes or (self.start.minute,)
+        return tuple(time(hour, minute) for hour in hours for minute in minutes)
 
     def _by_date(self, after: datetime, calendar: WorkingCalendar | None, last_day: date) -> Iterator[Occurrence]:
         """A time that a clock change shifts may come after a later one, so it waits until no earlier one can follow."""
@@ -215,32 +227,6 @@ class _Rule:
                 yield occurrence
         while waiting:
             yield heapq.heappop(waiting)
-
-    def _passed_dates(
-        self, after: datetime, until: datetime, calendar: WorkingCalendar | None, last_day: date, end: datetime
-    ) -> Passed:
-        """Only days at the ends and near clock changes, where two instants may become one, are expanded."""
-        after = max(after, to_utc(self.start, self.zone) - DAY)
-        low, moments, number, whole, found = self._wall_clock_at(after), self.times_of_day, 0, None, set[datetime]()
-        first, last = (
-            max(after.astimezone(self.zone).date(), self.start.date()),
-            min(until.astimezone(self.zone).date(), end.date()),
-        )
-        for day in _working(dates(self.recurrence, self.start.date(), low.date(), last_day), calendar):
-            if first < day < last and self._is_even(day):
-                number, whole = number + len(moments), day
-                continue
-            of_day = (self._at(datetime.combine(day, moment)) for moment in moments)
-            found |= {
-                each.instant for each in of_day if self.start <= each.nominal <= end and after < each.instant <= until
-            }
-        latest = [] if whole is None or not moments else [to_utc(datetime.combine(whole, moments[-1]), self.zone)]
-        return Passed(number + len(found), max([*latest, *found], default=None))
-
-    def _is_even(self, day: date) -> bool:
-        """Whether the clock is changed neither on this day nor on the days around it."""
-        around = {stretches(self.zone_name, day + number * DAY) for number in (-1, 0, 1)}
-        return len(around) == 1 and len(around.pop()) == 1
 
     def _wall_clock_at(self, after: datetime) -> datetime:
         """The earliest time of the rule that may lie after an instant."""
@@ -268,33 +254,11 @@ class _Rule:
                     have_times[offset] = self._have_times(offset)
                 if not have_times[offset](day.toordinal()):
                     continue
-            for offset, *within in self._parts(day, earliest):
-                for seconds in times(self.recurrence, *within):
+            for part in self._parts((day,), earliest):
+                for seconds in times(self.recurrence, *part.within):
                     misses = 0
                     nominal = datetime.combine(day, time()) + seconds * SECOND
-                    yield Occurrence(nominal.replace(tzinfo=UTC) - offset * SECOND, nominal)
-
-    def _passed_steps(
-        self, after: datetime, until: datetime, calendar: WorkingCalendar | None, last_day: date, end: datetime
-    ) -> Passed:
-        low, step = max(after, to_utc(self.start, self.zone)), step_of(self.recurrence)
-        earliest, number, known = max(seconds_of(after) + 1, self._begin), 0, dict[tuple[int, int, int], int]()
-        newest: tuple[date, int, tuple[int, int, int]] | None = None
-        for day in _working(self._dates(low, last_day), calendar):
-            midnight = day.toordinal() * DAY_S
-            on_the_clock = (end - datetime.combine(day, time())) // SECOND
-            for offset, origin, begin, stop in self._parts(day, earliest):
-                stop = min(stop, seconds_of(until) + offset - midnight + 1, on_the_clock + 1)
-                kind = origin % step, begin, stop
-                if kind not in known:
-                    known[kind] = sum(1 for _ in times(self.recurrence, origin, begin, stop))
-                if known[kind]:
-                    number, newest = number + known[kind], (day, offset, (origin, begin, stop))
-        if newest is None:
-            return Passed(0, None)
-        day, offset, within = newest
-        seconds = max(times(self.recurrence, *within))
-        return Passed(number, datetime.combine(day, time(), UTC) + (seconds - offset) * SECOND)
+                    yield Occurrence(nominal.replace(tzinfo=UTC) - part.offset * SECOND, nominal)
 
     def _dates(self, low: datetime, last_day: date = LAST_DAY) -> Iterator[date]:
         """From the day before an instant on, as the clock may be set back at midnight; with months between steps only about the steps."""
@@ -323,35 +287,45 @@ class _Rule:
     def _begin_on_clock(self) -> int:
         return seconds_of(self.start.replace(tzinfo=UTC))
 
-    def _parts(self, day: date, earliest: int) -> Iterator[tuple[int, int, int, int]]:
-        """Seconds ahead of UTC, and seconds after midnight: from where steps are counted, the first, not before ``earliest``, and the end.
-        Steps begin with the rule, or each day with the daily part, of which both ends are included."""
-        between, begin, midnight = self.between, self._begin, day.toordinal() * DAY_S
-        if between:
-            begin = seconds_of(to_utc(datetime.combine(day, between.start), self.zone))
-        for offset, first, end in stretches(self.zone_name, day):
-            first, origin = max(first, earliest + offset - midnight), begin + offset - midnight
-            if self.keeps_times:
-                origin = self._begin_on_clock - midnight
+    def _parts(self, days: Iterable[date], earliest: int) -> Iterator[_Part]:
+        """Of these days. Steps begin with the rule, or each day with the daily part, of which both ends are included; none comes before
+        ``earliest``."""
+        between, begin = self.between, self._begin
+        for day in days:
+            midnight = day.toordinal() * DAY_S
             if between:
-                first, end = max(first, origin, _seconds(between.start)), min(end, _seconds(between.end) + 1)
-            yield offset, origin, first, end
+                begin = seconds_of(to_utc(datetime.combine(day, between.start), self.zone))
+            for offset, first, end in stretches(self.zone_name, day):
+                first, origin = max(first, earliest + offset - midnight), begin + offset - midnight
+                if self.keeps_times:
+                    origin = self._begin_on_clock - midnight
+                if between:
+                    first, end = max(first, origin, _seconds(between.start)), min(end, _seconds(between.end) + 1)
+                yield _Part(day, offset, (origin, first, end))
+
+    def _count(self, part: _Part) -> int:
+        """How many steps it has."""
+        origin, first, end = part.within
+        kind = origin % step_of(self.recurrence), first, end
+        if kind not in self._known:
+            self._known[kind] = sum(1 for _ in times(self.recurrence, *part.within))
+        return self._known[kind]
+
+    @cached_property
+    def _known(self) -> dict[tuple[int, int, int], int]:
+        return {}
 
     def count_steps(self, count: int) -> datetime | None:
         """When the rule has come so often; None when that takes more than ``COUNTED`` dates."""
-        begin, known = to_utc(self.start, self.zone), dict[tuple[int, ...], int]()
+        begin = to_utc(self.start, self.zone)
         if self.takes_every_step and not self.keeps_times:
             step = step_of(self.recurrence) * SECOND
             return begin + min(count - 1, (LAST_MOMENT - begin) // step) * step
-        for day in islice(self._dates(begin), None if self.takes_every_step else COUNTED):
-            for offset, origin, first, end in self._parts(day, self._begin):
-                kind = origin % step_of(self.recurrence), first, end
-                if kind not in known:
-                    known[kind] = sum(1 for _ in times(self.recurrence, origin, first, end))
-                if count <= known[kind]:
-                    seconds = next(islice(times(self.recurrence, origin, first, end), count - 1, None))
-                    return datetime.combine(day, time(), UTC) + (seconds - offset) * SECOND
-                count -= known[kind]
+        days = islice(self._dates(begin), None if self.takes_every_step else COUNTED)
+        for part in self._parts(days, self._begin):
+            if count <= (number := self._count(part)):
+                return part.instant(next(islice(times(self.recurrence, *part.within), count - 1, None)))
+            count -= number
         return LAST_MOMENT if self.takes_every_step else None
 
 
@@ -372,16 +346,6 @@ def _working(days: Iterator[date], calendar: WorkingCalendar | None) -> Iterator
             return
 
 
-@lru_cache(maxsize=128)
-def _times_of_day(hours: tuple[int, ...], minutes: tuple[int, ...]) -> tuple[time, ...]:
-    return tuple(time(hour, minute) for hour in hours for minute in minutes)
-
-
-@lru_cache(maxsize=1024)
-def _has_instants(rule: _Rule) -> bool:
-    return next(rule.search(LONG_AGO, None), None) is not None
-
-
 @lru_cache(maxsize=8192)
 def _counted_end(rule: _Rule) -> datetime | None:
     """Where COUNT is used up, days off counted too, in the manner of UNTIL; None when that is too far away to matter."""
@@ -391,8 +355,8 @@ def _counted_end(rule: _Rule) -> datetime | None:
     moments, start = rule.times_of_day, rule.start
     if not moments:
         return None
-    first = nth_date(rule.recurrence, start.date(), 0)
+    first = next(dates(rule.recurrence, start.date(), start.date()), None)
     passed = bisect_left(moments, start.time()) if first == start.date() else 0
     number, of_day = divmod(passed + count - 1, len(moments))
-    day = nth_date(rule.recurrence, start.date(), number)
+    day = next(islice(dates(rule.recurrence, start.date(), start.date()), number, None), None)
     return None if day is None else datetime.combine(day, moments[of_day])
