@@ -22,7 +22,7 @@ from typing import Any
 
 from app.container import Container
 from app.database.groups import GroupRepository
-from app.domain.models import Group, Mission, Robot, Schedule
+from app.domain.models import DurationEstimate, Group, Mission, Robot, Schedule
 from app.screens.common.shell import pick
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Window, read
 from app.screens.scheduler.timeline import timeline
@@ -43,11 +43,11 @@ def crowded(now: datetime) -> SchedulerFacts:
     robots = tuple(Robot(f"Robot {n}", f"http://10.0.0.{n}", "distributor", id=n + 1) for n in range(ROBOTS))
     mission = Mission("Deliver", GUID, id=1)
     begins, length = now - timedelta(hours=13), timedelta(hours=48)
-    planned = []
+    planned, usual = [], [DurationEstimate(seconds, 420.0) for seconds in (40.0, 300.0)]
     for robot in robots:
         schedule = Schedule(robot.name, robot.id, 1, begins.replace(tzinfo=None), "UTC", id=robot.id)
         planned += [
-            PlannedRun(begins + length * chance.random(), schedule, robot, mission, chance.choice((40.0, 300.0)), 420.0)
+            PlannedRun(begins + length * chance.random(), schedule, robot, mission, chance.choice(usual))
             for _ in range(BARS)
         ]
     return SchedulerFacts(robots=robots, missions=(mission,), planned=tuple(sorted(planned, key=lambda run: run.at)))

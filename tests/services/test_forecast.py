@@ -27,7 +27,7 @@ from app.domain.models import (
 from app.services.catalogue.pausing import Pausing
 from app.services.catalogue.preview import ConcernCode, Forecasts
 from app.services.files.exports import DataFiles
-from app.services.planning.overlaps import ASSUMED_S
+from app.services.planning.planned import ASSUMED_S
 from tests.support.clock import VirtualClock
 from tests.support.planner import insert_due
 
@@ -211,7 +211,7 @@ def test_plan_and_runs_under_way_know_the_typed_duration_and_that_it_is_one(cont
 
     def first():
         run = container.plan.next(1)[0]
-        return run.usual_s, run.slow_s, run.typed
+        return run.usual.median_s, run.usual.slow_s, run.usual.typed
 
     assert first() == (1500.0, 1500.0, True)
     assert container.history.expected(1, "guid-empties").typed

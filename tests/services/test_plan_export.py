@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from app.container import Container
 from app.database.connection import Database
-from app.domain.models import DayException, InvalidInput, Mission, Robot, Schedule
+from app.domain.models import DayException, DurationEstimate, InvalidInput, Mission, Robot, Schedule
 from app.services.catalogue.pausing import Pausing
 from app.services.files import plan_export
 from app.services.files.plan_export import PlanFiles, write_plan
@@ -122,7 +122,10 @@ def test_where_nothing_can_be_written_one_sentence_says_so(container, tmp_path, 
         files.export()
 
 
-@given(NAMES, NAMES, NAMES, st.datetimes(datetime(1971, 1, 1), datetime(2190, 1, 1)), st.none() | st.floats(1, 90_000))
+USUAL = st.none() | st.floats(1, 90_000).map(lambda seconds: DurationEstimate(seconds, seconds))
+
+
+@given(NAMES, NAMES, NAMES, st.datetimes(datetime(1971, 1, 1), datetime(2190, 1, 1)), USUAL)
 def test_any_names_and_times_survive_and_every_line_is_to_the_letter(mission, robot, schedule, at, usual):
     at = at.replace(microsecond=0, tzinfo=UTC)
     rule = Schedule(schedule, 1, 1, datetime(2026, 11, 23, 6, 30), "UTC", id=7)
@@ -139,4 +142,4 @@ def test_any_names_and_times_survive_and_every_line_is_to_the_letter(mission, ro
     assert event["SUMMARY"] == f"{mission} · {robot}"
     assert event["DESCRIPTION"].startswith(f"{schedule}: ")
     assert event.start == at
-    assert event.duration == timedelta(seconds=max(60, round(usual or 300)))
+    assert event.duration == timedelta(seconds=max(60, round(run.usual_s or 300)))

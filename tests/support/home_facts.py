@@ -185,7 +185,7 @@ def planned(robot: Robot, mission: Mission, **ahead: float) -> PlannedRun:
     schedule = Schedule(
         mission.name, robot.id, mission.id, datetime(2026, 11, 20, 15), ZONE, id=int(sum(ahead.values()))
     )
-    return PlannedRun(NOW + timedelta(**ahead), schedule, robot, mission, 300.0)
+    return PlannedRun(NOW + timedelta(**ahead), schedule, robot, mission, DurationEstimate(300.0, 300.0))
 
 
 QUEUE = (

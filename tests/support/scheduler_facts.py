@@ -4,7 +4,7 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from zoneinfo import ZoneInfo
 
-from app.domain.models import Execution, Mission, Robot, Schedule, Settings, Trigger
+from app.domain.models import DurationEstimate, Execution, Mission, Robot, Schedule, Settings, Trigger
 from app.screens.scheduler.facts import SchedulerFacts
 from app.services.planning.planned import PlannedRun
 from app.services.planning.working_days import WorkingCalendar
@@ -40,8 +40,9 @@ def facts(**values):
     )
 
 
-def planned(minutes, usual_s=420.0, schedule=HOURLY, robot=AINO, mission=KITS):
-    return PlannedRun(NOW + timedelta(minutes=minutes), schedule, robot, mission, usual_s)
+def planned(minutes, usual_s=420.0, schedule=HOURLY, robot=AINO, mission=KITS, **values):
+    usual = None if usual_s is None else DurationEstimate(usual_s, **{"slow_s": usual_s, **values})
+    return PlannedRun(NOW + timedelta(minutes=minutes), schedule, robot, mission, usual)
 
 
 def execution(state, minutes_ago, **values):

@@ -17,8 +17,7 @@ from app.screens.scheduler.contested import Contested
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.timeline import span_of
 from app.screens.scheduler.view import run_item
-from app.services.planning.overlaps import ASSUMED_S
-from app.services.planning.planned import PlannedRun
+from app.services.planning.planned import ASSUMED_S, PlannedRun
 
 
 def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> Card:
@@ -79,13 +78,15 @@ def _waiting_items(execution: Execution) -> list[MenuItem]:
 def start_card(facts: SchedulerFacts, run: PlannedRun, now: datetime) -> Card:
     """Of a planned start: how long it will take, as far as that is known, and what keeps it back."""
     hold, ends = facts.hold_of(run), run.begins + timedelta(seconds=run.usual_s or ASSUMED_S)
-    usual, slow = formats.duration(run.usual_s), formats.duration(run.slow_s)
-    if run.usual_s is None:
+    usual = formats.duration(run.usual_s)
+    if run.usual is None:
         length = _("Its length is not known yet: 5 min are assumed")
-    elif run.typed or run.slow_s is None:
+    elif run.usual.typed:
         length = _("Usually {usual}").format(usual=usual)
     else:
-        length = _("Usually {usual}, nine of ten within {slow}").format(usual=usual, slow=slow)
+        length = _("Usually {usual}, nine of ten within {slow}").format(
+            usual=usual, slow=formats.duration(run.usual.slow_s)
+        )
     held = ""
     if hold is not None:
         held = (

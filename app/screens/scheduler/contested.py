@@ -8,8 +8,7 @@ from collections.abc import Hashable, Iterable
 from datetime import datetime, timedelta
 
 from app.domain.conflicts import ConflictCode
-from app.services.planning.overlaps import ASSUMED_S
-from app.services.planning.planned import Conflict, PlannedRun
+from app.services.planning.planned import ASSUMED_S, Conflict, PlannedRun
 
 SHOWN = (ConflictCode.TOO_FEW_ROBOTS, ConflictCode.PLACE_FULL, ConflictCode.CRITICAL_BEHIND)
 

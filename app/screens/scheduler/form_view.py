@@ -20,7 +20,7 @@ from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.form_warnings import WarningRow, dated, warnings
 from app.screens.scheduler.view import rule_line, rule_sentence
 from app.services.catalogue.preview import Forecast
-from app.services.planning.overlaps import ASSUMED_S
+from app.services.planning.planned import ASSUMED_S
 from app.services.planning.sentences import missing_months
 
 # field of a service's InvalidInput -> the form's field that shows it

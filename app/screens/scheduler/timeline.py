@@ -20,8 +20,7 @@ from app.screens.scheduler.axis import Band, Range, Tick
 from app.screens.scheduler.contested import Contested
 from app.screens.scheduler.facts import HOURS, SchedulerFacts, Window, full_hour
 from app.services.live.holds import Hold
-from app.services.planning.overlaps import ASSUMED_S
-from app.services.planning.planned import PlannedRun
+from app.services.planning.planned import ASSUMED_S, PlannedRun
 
 SHORTEST = 1 / 60  # hours: a bar of no length would be no bar
 THIN = 1 / 250  # of what is seen: bars this short, that begin within two of it of each other, become one
@@ -467,7 +466,7 @@ def _more_bar(more: Sequence[datetime], read: Range) -> Iterable[Bar]:
 def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: Range) -> Bar:
     start, held = read.at(run.begins), facts.hold_of(run) is not None
     state = "held" if held else "about" if run.is_approximate else "planned"
-    is_slow = run.usual_s is not None and not run.typed and run.slow_s is not None and run.slow_s > run.usual_s
+    usual = run.usual
     return Bar(
         ("schedule", run.schedule.id, run.at),
         start,
@@ -476,9 +475,9 @@ def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: Range) -> Bar:
         if held
         else foreseen.label(run, facts.given.start(run)),
         state,
-        late=start + (run.slow_s or 0) / 3600 if is_slow else None,
-        assumed=run.usual_s is None and not held,
-        typed=run.usual_s is not None and run.typed and not held,
+        late=start + usual.slow_s / 3600 if usual and usual.slow_s > usual.median_s else None,
+        assumed=usual is None and not held,
+        typed=usual is not None and usual.typed and not held,
         movable=run.begins == run.at,
         shorter=(foreseen.ABOUT,) if state == "about" else (),
     )

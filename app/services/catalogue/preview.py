@@ -183,7 +183,7 @@ class Forecasts:
         concerns = [
             _overlap(run)
             for run in overlaps
-            if (run.other.schedule.id, max(run.at, run.begins), min(run.at, run.begins)) not in reported
+            if (run.other.schedule.id, max(run.at, run.other.at), min(run.at, run.other.at)) not in reported
         ]
         concerns += [Concern(ConcernCode(each.code), each.at, each.details) for each in [*behind, *of_resources]]
         if not (overlaps or of_resources) or draft.between is not None or "BYHOUR" in (draft.recurrence or "").upper():
@@ -240,9 +240,9 @@ def _overlap(overlap: RunOverlap) -> Concern:
         overlap.at,
         {
             "schedule_id": overlap.other.schedule.id,
-            "mission": overlap.other.mission,
-            "start": overlap.begins,
-            "end": overlap.ends,
+            "mission": overlap.other.mission.name,
+            "start": overlap.other.at,
+            "end": overlap.other.ends,
             "likely": overlap.likely,
         },
     )

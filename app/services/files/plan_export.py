@@ -22,9 +22,8 @@ from app.services.catalogue.catalogue import Catalogue
 from app.services.files.exports import DataFiles
 from app.services.files.ics import line, text_line
 from app.services.planning import sentences
-from app.services.planning.overlaps import ASSUMED_S
 from app.services.planning.plan import Plan
-from app.services.planning.planned import PlannedRun
+from app.services.planning.planned import ASSUMED_S, PlannedRun
 
 DAYS = 30
 MOST_EVENTS = 10_000  # calendars take long over more: a mission every minute would be 43 200

@@ -16,8 +16,7 @@ from typing import Any, NamedTuple
 from app.domain.conflicts import ConflictCode
 from app.domain.models import Group, Place
 from app.services.planning.occupancy import Occupancy, Overload, Span, merged
-from app.services.planning.overlaps import ASSUMED_S
-from app.services.planning.planned import Conflict, PlannedRun
+from app.services.planning.planned import ASSUMED_S, Conflict, PlannedRun
 
 HOUR = timedelta(hours=1)
 CROWDED = 0.7  # of any hour: above that what waits for a place waits long
@@ -64,7 +63,8 @@ def _at_place(runs: Iterable[PlannedRun], missions: Collection[str], *, slow: bo
 
 
 def _span(run: PlannedRun, slow: bool) -> Span:
-    return Span(run.at, run.at + timedelta(seconds=(run.slow_s if slow else run.usual_s) or ASSUMED_S))
+    seconds = run.usual.slow_s if slow and run.usual else run.usual_s
+    return Span(run.at, run.at + timedelta(seconds=seconds or ASSUMED_S))
 
 
 def crowded_hours(place: Resource) -> Iterator[Conflict]:
@@ -90,7 +90,7 @@ def late_because_of(runs: Sequence[PlannedRun], shared: Shared) -> Iterator[tupl
         if (robot_id := _only_robot(run, shared)) is None:
             continue
         earlier = going_on[robot_id] = [
-            one for one in going_on[robot_id] if one.at + timedelta(seconds=one.quick_s or 0.0) > run.at
+            one for one in going_on[robot_id] if one.usual and one.at + timedelta(seconds=one.usual.quick_s) > run.at
         ]
         for one in earlier:
             if one.at < run.at and one.schedule.priority < run.schedule.priority:

@@ -23,8 +23,8 @@ from app.services.planning.conflicts import (
 )
 from app.services.planning.durations import MissionDurations
 from app.services.planning.occupancy import Occupancy
-from app.services.planning.overlaps import Neighbours, OtherSchedule, neighbours
-from app.services.planning.planned import Conflict, PlannedRun, copy_at, planned_run
+from app.services.planning.overlaps import Neighbours, neighbours
+from app.services.planning.planned import Conflict, PlannedRun, planned_run
 from app.services.planning.recurrence import Occurrence
 from app.services.planning.working_days import WorkingCalendar
 
@@ -50,12 +50,10 @@ class DraftConflicts:
         self._groups = {group.id: group for group in GroupRepository().all(c)}
         self._robot = self._only_robot(target)
         self._shared = self._shared_with(mission)
-        near = neighbours(starts, usual, self._others(skips), calendar)
-        self._likes = dict[int, PlannedRun]()
-        self._near = [[self._run(other, begins) for other, begins in runs] for runs in near]
+        self._near = neighbours(starts, usual, self._others(), calendar, skips)
         self._own = [planned_run(start.instant, draft, target, mission, usual) for start in starts]
         self.on_its_robot: list[Neighbours] = [
-            [(other, begins) for other, begins in runs if self._is_on_its_robot(other.schedule)] for runs in near
+            [run for run in near if self._is_on_its_robot(run.schedule)] for near in self._near
         ]
         self._if_slow = dict[int, list[tuple[int, Occupancy]]]()
 
@@ -90,8 +88,8 @@ class DraftConflicts:
         }
         return Shared(groups, {key: place for key, place in places.items() if mission.name in place[2]})
 
-    def _others(self, skips: Collection[Skip]) -> Iterator[OtherSchedule]:
-        """Those that are on and still to come, but for the one that the draft replaces."""
+    def _others(self) -> Iterator[PlannedRun]:
+        """The next run of each that is on and still to come, but for the one that the draft replaces."""
         repository = ScheduleRepository()
         robots = {robot_id for _group, usable in self._shared.groups.values() for robot_id in usable}
         if self._robot is not None:
@@ -103,27 +101,19 @@ class DraftConflicts:
         found += [repository.for_mission(self._c, mission_id) for mission_id in missions]
         for schedule in {schedule.id: schedule for schedules in found for schedule in schedules}.values():
             if schedule.enabled and schedule.next_at is not None and schedule.id != self._draft.id:
-                mission = self._durations.missions[schedule.mission_id]
-                usual = self._durations.usual_on(self._target(schedule), mission)
-                yield OtherSchedule(schedule, mission.name, usual, {at for key, at in skips if key == schedule.id})
+                mission, target = self._durations.missions[schedule.mission_id], self._target(schedule)
+                usual = self._durations.usual_on(target, mission)
+                yield planned_run(schedule.next_at, schedule, target, mission, usual)
 
     def _target(self, schedule: Schedule) -> Robot | Group:
         robot_id, group_id = schedule.robot_id, schedule.group_id
         return self._robots[robot_id] if robot_id is not None else self._groups[group_id or 0]
 
-    def _run(self, other: OtherSchedule, begins: datetime) -> PlannedRun:
-        schedule = other.schedule
-        if schedule.id not in self._likes:
-            target, mission = self._target(schedule), self._durations.missions[schedule.mission_id]
-            self._likes[schedule.id] = planned_run(begins, schedule, target, mission, other.usual)
-        return copy_at(self._likes[schedule.id], begins)
-
     # ------------------------------------------------------------------ conflicts
     def behind(self) -> Iterator[Conflict]:
         """Of each start, the first with which it is made late, or makes late, on its only robot."""
-        for own, near in zip(self._own, self._near, strict=True):
-            on_it = [run for run in near if self._is_on_its_robot(run.schedule)]
-            runs = sorted([*on_it, own], key=lambda run: run.at)
+        for own, near in zip(self._own, self.on_its_robot, strict=True):
+            runs = sorted([*near, own], key=lambda run: run.at)
             for earlier, later in late_because_of(runs, self._shared):
                 if self._robot is not None and (earlier is own or later is own):
                     other = later if earlier is own else earlier

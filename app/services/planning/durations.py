@@ -191,9 +191,3 @@ class MissionDurations:
         if key not in self._usual:
             self._usual[key] = self._durations.usual(self._c, robot_id, guid)
         return self._usual[key]
-
-
-def fast_s(estimate: DurationEstimate | None) -> float | None:
-    """What nine of ten runs took at least; None where none was measured."""
-    samples = estimate.samples_s if estimate else ()
-    return samples[len(samples) - math.ceil(0.9 * len(samples))] if samples else None

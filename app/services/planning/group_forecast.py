@@ -21,7 +21,7 @@ from app.domain.clock import midnight
 from app.domain.models import Execution, Group, HandOver, Mission, Robot, Schedule, Settings, State, Trigger
 from app.services.allocation.choose import AHEAD
 from app.services.allocation.situation import remaining_duration, run_duration
-from app.services.planning.durations import LiveRobots, MissionDurations, fast_s
+from app.services.planning.durations import LiveRobots, MissionDurations
 from app.services.planning.forecast import ForecastSite, ForecastSlot, ForecastStart, forecast
 from app.services.planning.planned import PlannedRun, copy_at
 
@@ -95,13 +95,9 @@ class GroupForecast:
         begins = max(run.at, self.origin + timedelta(seconds=slot.begins))
         key = run.schedule.id, slot.robot_id
         if (like := likes.get(key)) is None:
-            like = replace(run, robot=self._robots[slot.robot_id])
             mission = self._durations.mission(run.mission.name, slot.robot_id) or run.mission
-            if usual := self._durations.usual(slot.robot_id, mission):
-                like = replace(
-                    like, usual_s=usual.median_s, slow_s=usual.slow_s, typed=usual.typed, quick_s=fast_s(usual)
-                )
-            likes[key] = like
+            usual = self._durations.usual(slot.robot_id, mission) or run.usual
+            likes[key] = like = replace(run, robot=self._robots[slot.robot_id], usual=usual)
         return copy_at(like, run.at, begins_at=begins, held=run.held)
 
     # ------------------------------------------------------------------ what the forecast rests on

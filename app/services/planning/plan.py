@@ -168,7 +168,7 @@ def _order(run: PlannedRun) -> tuple[datetime, int, str]:
 
 def _reaches(run: PlannedRun, start: datetime) -> bool:
     """Whether it may still be under way then."""
-    return run.slow_s is not None and run.begins + min(timedelta(seconds=run.slow_s), LONGEST_RUN) >= start
+    return run.usual is not None and run.begins + min(timedelta(seconds=run.usual.slow_s), LONGEST_RUN) >= start
 
 
 def _runs(

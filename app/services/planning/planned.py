@@ -11,12 +11,11 @@ from zoneinfo import ZoneInfo
 from app.domain.conflicts import ConflictCode
 from app.domain.models import DurationEstimate, Group, Mission, Robot, Schedule, Settings
 from app.domain.rules import closes_at
-from app.services.planning.durations import fast_s
-from app.services.planning.overlaps import ASSUMED_S
 from app.services.planning.recurrence import next_occurrence, to_utc
 from app.services.planning.working_days import WorkingCalendar
 
 MOMENT = timedelta(microseconds=1)
+ASSUMED_S = 300.0  # length of a run whose duration is not known
 
 Lane = int | tuple[str, int]  # of a timeline: a robot's id, or ("group", its id)
 
@@ -30,12 +29,9 @@ class PlannedRun:
     schedule: Schedule
     robot: Robot
     mission: Mission
-    usual_s: float | None  # median of the last completed runs on this robot, or what was typed; None: not known yet
-    slow_s: float | None = None  # what nine of ten of them stayed under
-    typed: bool = False  # no run has been measured yet
+    usual: DurationEstimate | None = None  # how long it takes on this robot; None: not known yet
     group: Group | None = None
     begins_at: datetime | None = None  # of a group's: when the forecast has a robot for it; None: it has none
-    quick_s: float | None = None  # what nine of ten of the last runs took at least; None: not known
     lacks_mission: bool = False  # no robot of the group has the mission, as far as is known
     held: bool = False  # by a person: not sent when its time has come
 
@@ -64,6 +60,11 @@ class PlannedRun:
         """When it is over as a rule."""
         return self.begins + timedelta(seconds=self.usual_s or ASSUMED_S)
 
+    @property
+    def usual_s(self) -> float | None:
+        """The median of the last completed runs, or what was typed."""
+        return self.usual.median_s if self.usual else None
+
 
 def copy_at(like: PlannedRun, at: datetime, **changes: Any) -> PlannedRun:
     """The same start at another instant. ``dataclasses.replace`` takes ten times as long, and a plan has thousands."""
@@ -88,8 +89,7 @@ def planned_run(
     lacks_mission: bool = False,
 ) -> PlannedRun:
     robot, group = (target, None) if isinstance(target, Robot) else (unassigned_robot(target), target)
-    usual_s, slow_s, typed = (usual.median_s, usual.slow_s, usual.typed) if usual else (None, None, False)
-    return PlannedRun(at, schedule, robot, mission, usual_s, slow_s, typed, group, None, fast_s(usual), lacks_mission)
+    return PlannedRun(at, schedule, robot, mission, usual, group, lacks_mission=lacks_mission)
 
 
 def unassigned_robot(group: Group) -> Robot:

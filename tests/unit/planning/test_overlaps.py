@@ -8,8 +8,9 @@ from itertools import takewhile
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.domain.models import Between, DurationEstimate, Schedule, Settings
-from app.services.planning.overlaps import FURTHEST, STEP, OtherSchedule, find_overlaps, free_shift, lasts, neighbours
+from app.domain.models import Between, DurationEstimate, Mission, Robot, Schedule, Settings
+from app.services.planning.overlaps import FURTHEST, STEP, find_overlaps, free_shift, lasts, neighbours
+from app.services.planning.planned import PlannedRun, planned_run
 from app.services.planning.recurrence import Occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar
 from tests.support.examples import examples
@@ -40,7 +41,7 @@ def schedules(draw) -> Schedule:
     return Schedule(**{**vars(schedule), "next_at": first and first.instant})
 
 
-def runs(other: OtherSchedule, end: datetime) -> list[datetime]:
+def runs(other: PlannedRun, end: datetime) -> list[datetime]:
     """All that are to come before ``end``."""
     return [
         found.instant
@@ -53,23 +54,23 @@ def runs(other: OtherSchedule, end: datetime) -> list[datetime]:
 def test_runs_that_meet_and_the_free_time_are_those_of_a_plain_search(draft, usual, others):
     starts = [start for start, _ in zip(occurrences(draft, NOW, CALENDAR), range(4), strict=False)]
     known = [
-        OtherSchedule(schedule, f"M{n}", its)
+        planned_run(schedule.next_at, schedule, Robot("R1", "http://r1"), Mission(f"M{n}", "guid"), its)
         for n, (schedule, its) in enumerate(others)
         if schedule.next_at is not None
     ]
     near = neighbours(starts, usual, known, CALENDAR)
     until = max((start.instant for start in starts), default=NOW) + FURTHEST + lasts(usual)
-    every = [(begins, begins + other.lasts) for other in known for begins in runs(other, until)]
+    every = [(begins, begins + lasts(other.usual)) for other in known for begins in runs(other, until)]
 
     def in_the_way(at: datetime) -> list[datetime]:
         done = at + lasts(usual)
         return [begins for begins, ends in every if begins < done and at < ends]
 
-    reported = {conflict.at: conflict.begins for conflict in find_overlaps(starts, usual, near)}
+    reported = {conflict.at: conflict.other.at for conflict in find_overlaps(starts, usual, near)}
     assert reported == {start.instant: min(met) for start in starts if (met := in_the_way(start.instant))}
     shifts = [sign * n * STEP for n in range(1, int(FURTHEST / STEP) + 1) for sign in (1, -1)]
     fitting = [shift for shift in shifts if all(stays(start, shift) for start in starts)]
-    assert free_shift(starts, usual, near, NOW) == next(
+    assert free_shift(starts, usual, near, NOW, lambda *_when: True) == next(
         (shift for shift in fitting if not any(in_the_way(start.instant + shift) for start in starts)), None
     )
 

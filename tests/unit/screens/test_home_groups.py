@@ -129,7 +129,7 @@ def test_a_robot_that_can_not_have_it_says_why():
 
 def test_the_card_says_for_what_the_robot_is_kept():
     bus = Schedule("Shift bus", None, KITS.id, NOW.replace(tzinfo=None), "UTC", id=9, group_id=5)
-    coming = PlannedRun(NOW + timedelta(minutes=5), bus, AINO, KITS, 300.0)
+    coming = PlannedRun(NOW + timedelta(minutes=5), bus, AINO, KITS)
     held_back = row(wait_details={"group": "Hall 1", "robots": [], "kept_for": KITS.name})
     shown = facts(held_back, planned=(coming,), snapshots={1: snapshot(1, READY), 2: snapshot(2, READY)})
     assert present(shown, NOW).card.mission.note.startswith("Kept for ")
@@ -141,7 +141,7 @@ def test_the_card_says_for_what_the_robot_is_kept():
 def test_a_start_that_another_robot_may_take_is_probably_next():
     kits = Schedule("", None, KITS.id, NOW.replace(tzinfo=None), "UTC", id=9, group_id=5)
     coming = PlannedRun(
-        NOW + timedelta(minutes=22), kits, AINO, KITS, 300.0, group=HALL, begins_at=NOW + timedelta(minutes=22)
+        NOW + timedelta(minutes=22), kits, AINO, KITS, group=HALL, begins_at=NOW + timedelta(minutes=22)
     )
     shown = facts(planned=(coming,), snapshots={1: snapshot(1, READY)})
     assert present(shown, NOW).card.mission.note.startswith(f"probably next: {KITS.name}, in 22 min")
@@ -280,6 +280,6 @@ def test_before_everything_else_is_critical():
 )
 def test_a_planned_start_says_that_no_robot_of_its_group_can_take_it(values, holds, words):
     schedule = Schedule("Kits", None, 1, NOW.replace(tzinfo=None), "UTC", id=9, group_id=5)
-    run = PlannedRun(NOW + timedelta(minutes=5), schedule, unassigned_robot(HALL), KITS, 300.0, group=HALL, **values)
+    run = PlannedRun(NOW + timedelta(minutes=5), schedule, unassigned_robot(HALL), KITS, group=HALL, **values)
     [start] = planned_starts(facts(planned=(run,), holds=holds), NOW)
     assert start.note == f"any of Hall 1 · {words}"

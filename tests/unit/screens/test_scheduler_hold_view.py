@@ -6,7 +6,18 @@ from zoneinfo import ZoneInfo
 
 import pytest
 
-from app.domain.models import Connection, Execution, Group, Mission, Robot, Schedule, Settings, State, Trigger
+from app.domain.models import (
+    Connection,
+    DurationEstimate,
+    Execution,
+    Group,
+    Mission,
+    Robot,
+    Schedule,
+    Settings,
+    State,
+    Trigger,
+)
 from app.screens.scheduler import hold_view, view
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.timeline import timeline
@@ -37,7 +48,7 @@ def facts(**values):
 
 
 def planned(minutes, robot=AINO):
-    return PlannedRun(NOW + timedelta(minutes=minutes), HOURLY, robot, KITS, 420.0)
+    return PlannedRun(NOW + timedelta(minutes=minutes), HOURLY, robot, KITS, DurationEstimate(420.0, 420.0))
 
 
 # ---------------------------------------------------------------------- the dialog

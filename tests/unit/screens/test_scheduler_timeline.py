@@ -217,7 +217,7 @@ def test_zooming_goes_through_the_row_of_spans_around_the_middle():
 
 
 def test_the_whisker_ends_at_nine_of_ten_runs_and_unknown_lengths_say_so():
-    run = replace(planned(22), slow_s=660.0)
+    run = planned(22, slow_s=660.0)
     bar = timeline(facts(planned=(run,)), NOW).lanes[0].bars[0]
     assert (bar.late - bar.start, bar.assumed) == (pytest.approx(11 / 60), False)
     unknown = timeline(facts(planned=(planned(22, None),)), NOW).lanes[0].bars[0]
@@ -225,7 +225,7 @@ def test_the_whisker_ends_at_nine_of_ten_runs_and_unknown_lengths_say_so():
 
 
 def test_a_typed_length_says_so_and_has_no_whisker():
-    run = PlannedRun(NOW + timedelta(minutes=22), HOURLY, AINO, KITS, 1500.0, 1500.0, typed=True)
+    run = planned(22, 1500.0, typed=True)
     bar = timeline(facts(planned=(run,)), NOW).lanes[0].bars[0]
     assert (bar.typed, bar.end - bar.start) == (True, pytest.approx(25 / 60))
     assert (bar.late, bar.assumed) == (None, False)
@@ -428,7 +428,7 @@ def test_a_held_start_looks_held_also_with_unknown_or_typed_length():
     known = facts(
         holds=held,
         past=(waits,),
-        planned=(planned(22, None), replace(planned(40), typed=True)),
+        planned=(planned(22, None), planned(40, typed=True)),
         usual_s={},
         typed=frozenset(),
     )

@@ -8,7 +8,18 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from app.domain.conflicts import ConflictCode
-from app.domain.models import Execution, Group, Mission, Robot, Schedule, Settings, State, Trigger, Wait
+from app.domain.models import (
+    DurationEstimate,
+    Execution,
+    Group,
+    Mission,
+    Robot,
+    Schedule,
+    Settings,
+    State,
+    Trigger,
+    Wait,
+)
 from app.screens.common import foreseen
 from app.screens.scheduler import bar_card, view
 from app.screens.scheduler.contested import Contested
@@ -23,9 +34,10 @@ HALL, OFFICE = Group("Hall 1", (1, 2), id=5), Group("Office", (1,), id=6)
 KITS = Mission("Kits", "k", 1)
 SCHEDULE = Schedule("Kits on Hall 1", None, 1, datetime(2026, 11, 20, 13), "UTC", id=7, group_id=5)
 AT = NOW + timedelta(minutes=22)
-FOUND = PlannedRun(AT, SCHEDULE, SISU, KITS, 600.0, group=HALL, begins_at=AT + timedelta(minutes=4))
-NOT_FOUND = PlannedRun(AT + timedelta(hours=1), SCHEDULE, unassigned_robot(HALL), KITS, 600.0, group=HALL)
-FIXED = PlannedRun(AT, replace(SCHEDULE, id=8, group_id=None, robot_id=1), AINO, KITS, 600.0)
+TEN_MIN = DurationEstimate(600.0, 600.0)
+FOUND = PlannedRun(AT, SCHEDULE, SISU, KITS, TEN_MIN, group=HALL, begins_at=AT + timedelta(minutes=4))
+NOT_FOUND = PlannedRun(AT + timedelta(hours=1), SCHEDULE, unassigned_robot(HALL), KITS, TEN_MIN, group=HALL)
+FIXED = PlannedRun(AT, replace(SCHEDULE, id=8, group_id=None, robot_id=1), AINO, KITS, TEN_MIN)
 FACTS = SchedulerFacts(
     settings=Settings(),
     robots=(AINO, SISU),
@@ -157,7 +169,7 @@ def test_the_card_at_the_bar_says_that_it_is_a_forecast():
     assert bar_card.start_card(FACTS, FOUND, NOW).text.split("\n") == [
         "any of Hall 1 (≈ Sisu) · Fri 20 Nov 13:04–13:14",
         "A forecast: Sisu will probably take it. Which robot of Hall 1 comes is decided at its time.",
-        "Usually 10 min",
+        "Usually 10 min, nine of ten within 10 min",
     ]
     assert "No robot of Hall 1 is foreseen" in bar_card.start_card(FACTS, NOT_FOUND, NOW).text
     assert "forecast" not in bar_card.start_card(FACTS, FIXED, NOW).text
@@ -221,7 +233,7 @@ def test_starts_in_conflict_over_a_robot_or_place_are_hatched_and_say_so(conflic
         assert list(found[key].overlaps) == [(bar.start, bar.end) for bar in found[key].bars]
     run = FIXED if conflict is BEHIND else FOUND
     lines = [line for line in bar_card.start_card(facts, run, NOW).text.split("\n") if line != HOW_TO_MOVE]
-    assert lines[-1] == (words or "Usually 10 min")
+    assert lines[-1] == (words or "Usually 10 min, nine of ten within 10 min")
     assert (("overlap", "Overlap or conflict") in timeline(facts, NOW).legend) == bool(hatched)
 
 
