@@ -5,8 +5,8 @@ it to the .mo file that the app reads: translations stay, new texts come in empt
 is missing, unused, outdated or has other placeholders, and exits 1.
 
 Texts are the constants in ``_("…")``, ``ngettext``, ``pgettext`` and ``N_("…")`` (marked here, translated later) of Python and in
-``tr._("…")``, ``tr.n_``, ``tr.p_`` of kv. What is refused (``InvalidInput``), kept in parts (``message``) and the tables named SENTENCES
-are rendered by msgid, too.
+``tr._("…")``, ``tr.n_``, ``tr.p_`` of kv. What is refused (``InvalidInput``), kept in parts (``message``), found by a check-up (``amber``)
+and the tables named SENTENCES are rendered by msgid, too.
 Services that get ``translate`` handed in keep their sentences in tables; of such files every constant counts that is in
 ``translate("…")``, or that reads like words: it begins with a capital, has a space or a placeholder.
 """
@@ -49,6 +49,7 @@ CALLS = {
     "DatabaseUnavailable": (None, 0, None),
     "DatabaseRefused": (None, 0, None),
 }
+EACH_ARGUMENT = ("green", "amber", "red")  # a finding of a check-up: what the robot does, and what that means
 LIKE_WORDS = re.compile(r"(?![A-Z_0-9]+$)(?=.*[A-Za-z]{2})([A-Z]|.*[ {])", re.DOTALL)
 KV_CALL = re.compile(r"\btr\.(?:_|n_|p_)\(")
 
@@ -161,6 +162,10 @@ def _calls(nodes: Iterable[ast.AST], path: Path, offset: int) -> Iterator[tuple[
             if isinstance(node.func, ast.Attribute)
             else ""
         )
+        if name in EACH_ARGUMENT:
+            for part in (each for argument in node.args for each in _choices(argument)):
+                if isinstance(part, ast.Constant):
+                    yield node.lineno + offset, Text(part.value)
         if name not in CALLS or (path.suffix == ".py" and isinstance(node.func, ast.Attribute)):
             continue
         context, msgid, plural = (None if n is None else _constant(node, n, path) for n in CALLS[name])
@@ -170,6 +175,14 @@ def _calls(nodes: Iterable[ast.AST], path: Path, offset: int) -> Iterator[tuple[
         if msgid is None:
             raise NotConstant(f"{path}:{node.lineno + offset}: not a constant text")
         yield node.lineno + offset, Text(msgid, plural, context)
+
+
+def _choices(argument: ast.expr) -> Iterator[ast.expr]:
+    """What it may be, where a condition decides."""
+    if isinstance(argument, ast.IfExp):
+        yield from (*_choices(argument.body), *_choices(argument.orelse))
+    else:
+        yield argument
 
 
 def _constant(call: ast.Call, n: int, path: Path) -> str | None:

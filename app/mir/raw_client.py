@@ -7,12 +7,13 @@ being taken for none.
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from app.domain.robot import Identity, RobotStatus
+from app.domain.clock import Clock
+from app.domain.message import Message, message
+from app.domain.robot import RobotStatus
 from app.mir import parse
 from app.mir.client import RobotClient
 from app.mir.errors import Refusal, RobotError
@@ -36,6 +37,11 @@ class Answer:
     def is_good(self) -> bool:
         return self.error is None
 
+    @property
+    def problem(self) -> Message:
+        """The sentence of what is wrong, where it is not the list that was asked for."""
+        return self.error.message if self.error is not None else message("its answer is no list")
+
     def checked(self, *fine: int) -> Answer:
         """This answer. Raises its error, unless its status is one of those that are ``fine`` as well."""
         if self.error is not None and self.status not in fine:
@@ -52,6 +58,12 @@ class Answer:
         return [each for each in self.found if isinstance(each, dict)] if self.is_list else []
 
     @property
+    def ids(self) -> list[int]:
+        """Of queue items, in the order of the answer; what has none is left out."""
+        ids = (entry.get("id") for entry in self.rows)
+        return [each for each in ids if isinstance(each, int) and not isinstance(each, bool) and each > 0]
+
+    @property
     def one(self) -> parse.Object:
         """The object, also where it comes as the only one of a list; {} where it is none."""
         found = self.found[0] if isinstance(self.found, list) and len(self.found) == 1 else self.found
@@ -59,18 +71,11 @@ class Answer:
 
 
 class RawClient:
-    """At most a question every ``every_s`` seconds: there are robots that boot when they are asked too much. ``clock``: monotonic, in
-    seconds; ``pause`` lets so many pass."""
+    """At most a question every ``EVERY`` seconds: there are robots that boot when they are asked too much."""
 
-    def __init__(
-        self,
-        client: RobotClient,
-        clock: Callable[[], float] = time.monotonic,
-        pause: Callable[[float], None] = time.sleep,
-        every_s: float = EVERY,
-    ) -> None:
-        self.client, self.clock, self._pause, self._every = client, clock, pause, every_s
-        self._last = -math.inf
+    def __init__(self, client: RobotClient, clock: Clock) -> None:
+        self.client, self._clock = client, clock
+        self._every, self._last = EVERY, -math.inf
 
     def spare(self, requests: int, seconds: float) -> None:
         """From now on it is asked clearly less often than so many times within so many seconds."""
@@ -90,38 +95,17 @@ class RawClient:
             return Answer(status, error=error.at(self.client.address.netloc))
 
     def _wait(self) -> None:
-        self._pause(max(0.0, self._last + self._every - self.clock()))
-        self._last = self.clock()
+        self._clock.sleep(max(0.0, self._last + self._every - self._clock.monotonic()))
+        self._last = self._clock.monotonic()
 
     def get(self, path: str, **query: str) -> Answer:
         return self.ask("GET", path, query)
 
-    def queue(self, **query: str) -> Answer:
-        """Of the list of queue items."""
-        return self.ask("GET", QUEUE, query)
-
-    def search(self, filters: Sequence[Mapping[str, Any]], **query: str) -> Answer:
-        """Of the search in it: a POST that reads."""
-        return self.ask("POST", f"{QUEUE}/search", query, {"filters": list(filters)})
-
-    def status(self) -> RobotStatus:
-        """Without a pause before it. Raises RobotError."""
-        return self.client.status()
+    def search(self, filter_: Mapping[str, Any], **query: str) -> Answer:
+        """Queue items: a POST that reads."""
+        return self.ask("POST", f"{QUEUE}/search", query, {"filters": [filter_]})
 
     def paced_status(self) -> RobotStatus:
         """The status, asked for at the pace of the other questions. Raises RobotError."""
         self._wait()
         return self.client.status()
-
-    def identity(self) -> Identity:
-        """Raises RobotError."""
-        return self.client.identify()
-
-
-def ids_of(answer: Answer) -> list[int]:
-    """Ids of queue items, in the order of the answer; what has none is left out."""
-    return [
-        entry["id"]
-        for entry in answer.rows
-        if isinstance(entry.get("id"), int) and not isinstance(entry["id"], bool) and entry["id"] > 0
-    ]

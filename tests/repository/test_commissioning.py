@@ -12,10 +12,13 @@ import pytest
 
 from app.domain.check_up import Level, Topic
 from app.domain.message import render
+from app.services.check_up.probes import STEPS
 from app.services.check_up.report import LEVELS, TOPICS
+from app.services.check_up.trial_probes import TRIED
 
 ROOT = Path(__file__).parents[2]
 GUIDE = ROOT / "docs" / "commissioning.md"
+PROBES = {look.__name__: topic for topic, look in [*TRIED, *(probe for *_, probes in STEPS for probe in probes)]}
 CODE = sorted((ROOT / "app" / "services" / "check_up").glob("*.py"))
 
 
@@ -49,16 +52,19 @@ def enclosing(node: ast.AST, parents: dict[ast.AST, ast.AST]) -> Iterator[ast.AS
 def topic_of(around: list[ast.AST]) -> Topic | None:
     """Of the probe that has it, or with which it is added."""
     for node in around:
-        calls = node.decorator_list if isinstance(node, ast.FunctionDef) else [node]
-        for call in calls:
-            if isinstance(call, ast.Call) and ast.unparse(call.args[0]).startswith("Topic."):
-                return Topic[ast.unparse(call.args[0]).removeprefix("Topic.")]
+        if isinstance(node, ast.FunctionDef) and node.name in PROBES:
+            return PROBES[node.name]
+        if isinstance(node, ast.Call) and ast.unparse(node.func).endswith("session.add"):
+            name = ast.unparse(node.args[0])
+            return Topic[name.removeprefix("Topic.")] if name.startswith("Topic.") else None
     return None
 
 
 def texts(node: ast.expr, function: ast.AST, functions: dict[str, ast.FunctionDef]) -> Iterator[str]:
     """The sentences that an expression may be."""
-    if isinstance(node, ast.IfExp):
+    if isinstance(node, ast.Constant):
+        yield node.value
+    elif isinstance(node, ast.IfExp):
         yield from texts(node.body, function, functions)
         yield from texts(node.orelse, function, functions)
     elif isinstance(node, ast.Name):

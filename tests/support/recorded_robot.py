@@ -58,13 +58,7 @@ class AskedRobot:
         return client
 
     def session(self, **values: Any) -> CheckUpSession:
-        return CheckUpSession(
-            RawClient(self.client(), self.clock.monotonic, self.clock.advance),
-            ZONE,
-            self.clock.now,
-            self.clock.advance,
-            **values,
-        )
+        return CheckUpSession(RawClient(self.client(), self.clock), self.clock, ZONE, **values)
 
 
 class _Direct:

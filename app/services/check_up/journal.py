@@ -102,9 +102,9 @@ def put_back(
     open_ids = [item["id"] for item in ours if not has_ended(item)]
     for queue_id in open_ids:
         session.robot.ask("DELETE", f"{QUEUE}/{queue_id}").checked(*NOT_THERE)
-    began = session.robot.clock()
+    began = session.clock.monotonic()
     while left_open := [item for queue_id in open_ids if not has_ended(item := read_item(session, queue_id))]:
-        if session.robot.clock() - began > ENDS_WITHIN:
+        if session.clock.monotonic() - began > ENDS_WITHIN:
             if known := [item for item in left_open if parse.queue_state(item) is not QueueState.UNKNOWN]:
                 return Outcome(
                     message(

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from statistics import median
 
-from app.domain.check_up import Rest, Topic
+from app.domain.check_up import Rest
 from app.domain.message import message
 from app.domain.robot import RobotState, RobotStatus
 from app.mir.transport import Timeouts
-from app.services.check_up.session import CheckUpSession, Found, amber, green, probe, red
+from app.services.check_up.session import CheckUpSession, Found, amber, green, red
 
 READS_S = 25.0  # that the questions before the measurement take, about
 QUESTIONS = 60  # by which the latency is measured, one a second
@@ -26,24 +26,24 @@ ASKED_LESS = message(
 )
 
 
-@probe(Topic.LATENCY)
 def latency(session: CheckUpSession) -> Found:
     """By so many questions, one a second; by fewer where the robot takes longer, so that it does not last much longer."""
     took: list[float] = []
-    asked, start = 0, session.robot.clock()
-    while asked < QUESTIONS and (asked < FEWEST or session.robot.clock() - start < QUESTIONS):
-        began = session.robot.clock()
+    asked, start = 0, session.clock.monotonic()
+    while asked < QUESTIONS and (asked < FEWEST or session.clock.monotonic() - start < QUESTIONS):
+        began = session.clock.monotonic()
         session.at(message("Measuring how soon it answers"), READS_S + min(began - start, QUESTIONS))
         asked += 1
         if session.status() is not None:
-            took.append(session.robot.clock() - began)
-        session.pause(max(0.0, 1.0 - (session.robot.clock() - began)))
+            took.append(session.clock.monotonic() - began)
+        session.clock.sleep(max(0.0, 1.0 - (session.clock.monotonic() - began)))
     lost = asked - len(took)
     session.facts["lost"] = lost / asked
     if not took:
         return red(
-            message("It answered none of {n} questions", n=asked),
-            message("Nothing can be scheduled before it answers: check the radio network where the robot drives."),
+            "It answered none of {n} questions",
+            "Nothing can be scheduled before it answers: check the radio network where the robot drives.",
+            n=asked,
         )
     took.sort()
     session.facts["latency"] = took[0], median(took), took[int(0.95 * (len(took) - 1))], took[-1]
@@ -63,97 +63,86 @@ def _rate(session: CheckUpSession, asked: int, lost: int, usual: float, slowest:
         session.facts["timeout_s"] = min(LONGEST_TIMEOUT, TIMEOUT_FACTOR * slowest)
         return red(
             says,
-            message(
-                "The app waits up to {timeout} s for it from now on, and {quiet} s before it sends a start "
-                "again whose answer was lost. Starts may be late: have the robot's disk and network looked at.",
-                timeout=round(session.facts["timeout_s"]),
-                quiet=round(session.facts["quiet_s"]),
-            ),
+            "The app waits up to {timeout} s for it from now on, and {quiet} s before it sends a start "
+            "again whose answer was lost. Starts may be late: have the robot's disk and network looked at.",
+            timeout=round(session.facts["timeout_s"]),
+            quiet=round(session.facts["quiet_s"]),
         )
     if lost > LOST * asked or slowest > SLOW_S:
         return amber(
             says,
-            message(
-                "Starts may be late by as much, and one whose answer was lost is sent again only after it is certain that it "
-                "did not arrive. Better radio where the robot drives helps."
-            ),
+            "Starts may be late by as much, and one whose answer was lost is sent again only after it is certain that it "
+            "did not arrive. Better radio where the robot drives helps.",
         )
     return green(says)
 
 
-@probe(Topic.LOAD)
 def load(session: CheckUpSession) -> Found:
     """Ten seconds of as many questions as the app asks at its busiest, one after the other, unless the robot is at work. Where one is not
     answered it is asked as often once more, unless it has booted: one gap may be of the radio."""
-    before, began = session.status(), session.robot.clock()
+    before, began = session.status(), session.clock.monotonic()
     if before is None or before.state not in (RobotState.READY, RobotState.PAUSE):
         return amber(
-            message("Not tried, as it is not standing ready"),
-            message("Check up again while it stands: it is asked 40 times within 10 s then."),
+            "Not tried, as it is not standing ready",
+            "Check up again while it stands: it is asked 40 times within 10 s then.",
         )
     asked, all_answered = _ask_often(session)
     if all_answered:
         return green(
-            message(
-                "It answered {n} questions within {seconds} s", n=asked, seconds=round(session.robot.clock() - began)
-            )
+            "It answered {n} questions within {seconds} s", n=asked, seconds=round(session.clock.monotonic() - began)
         )
     back = _come_back(session)
     if back is None:
         return red(
-            message(
-                "It stopped answering when it was asked {n} times within 10 s, and was not back within {minutes} min",
-                n=asked,
-                minutes=round(BACK_WITHIN / 60),
-            ),
-            message("Check up again when it answers."),
+            "It stopped answering when it was asked {n} times within 10 s, and was not back within {minutes} min",
+            "Check up again when it answers.",
+            n=asked,
+            minutes=round(BACK_WITHIN / 60),
         )
     if back.has_booted_since(before.uptime_s):
         session.facts["rest"] = Rest(max(1, asked - 1), LOAD_S)
-        return red(message("It booted when it was asked {n} times within 10 s", n=asked), ASKED_LESS)
+        return red("It booted when it was asked {n} times within 10 s", ASKED_LESS, n=asked)
     if session.facts.get("lost"):
         return amber(
-            message("Not found out whether it bears many questions: it leaves some unanswered at any time"),
-            message("Check up again where the radio is better."),
+            "Not found out whether it bears many questions: it leaves some unanswered at any time",
+            "Check up again where the radio is better.",
         )
     return _once_more(session, asked)
 
 
 def _once_more(session: CheckUpSession, asked: int) -> Found:
-    session.pause(LOAD_S)
+    session.clock.sleep(LOAD_S)
     asked_again, all_answered = _ask_often(session)
     if all_answered:
         return amber(
-            message(
-                "It left one of {n} questions within 10 s unanswered, and answered all when it was asked as often "
-                "once more",
-                n=asked,
-            ),
-            message("That was the network rather than the robot. Nothing to do."),
+            "It left one of {n} questions within 10 s unanswered, and answered all when it was asked as often "
+            "once more",
+            "That was the network rather than the robot. Nothing to do.",
+            n=asked,
         )
     asked = max(asked, asked_again)
     session.facts["rest"] = Rest(max(1, asked - 1), LOAD_S)
-    return red(message("It stopped answering when it was asked {n} times within 10 s, twice", n=asked), ASKED_LESS)
+    return red("It stopped answering when it was asked {n} times within 10 s, twice", ASKED_LESS, n=asked)
 
 
 def _ask_often(session: CheckUpSession) -> tuple[int, bool]:
     """How often it was asked until it left a question unanswered, and whether it answered all."""
-    began, asked = session.robot.clock(), 0
-    while asked < LOAD_S * LOAD_A_SECOND and (elapsed := session.robot.clock() - began) < LOAD_S:
+    began, asked = session.clock.monotonic(), 0
+    while asked < LOAD_S * LOAD_A_SECOND and (elapsed := session.clock.monotonic() - began) < LOAD_S:
         session.at(message("Asking as often as the app does at its busiest"), READS_S + QUESTIONS + elapsed)
         asked += 1
         if session.status() is None:
             return asked, False
-        session.pause(max(0.0, began + asked / LOAD_A_SECOND - session.robot.clock()))
+        session.clock.sleep(max(0.0, began + asked / LOAD_A_SECOND - session.clock.monotonic()))
     return asked, True
 
 
 def _come_back(session: CheckUpSession) -> RobotStatus | None:
     """Its first status; None: it stays away."""
-    began = session.robot.clock()
-    while session.robot.clock() - began < BACK_WITHIN:
+    began = session.clock.monotonic()
+    while session.clock.monotonic() - began < BACK_WITHIN:
         session.at(message("Waiting until it answers again"), READS_S + QUESTIONS)
-        session.pause(1.0)
+        session.clock.sleep(1.0)
         if (status := session.status()) is not None:
             return status
     return None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 from zoneinfo import ZoneInfo
 
@@ -13,11 +13,12 @@ from app.domain.robot import IdentifiedBy, RobotState, RobotStatus
 from app.mir import parse
 from app.mir.errors import RobotError, Unauthorized
 from app.mir.mission_queue import UNSUPPORTED
+from app.mir.raw_client import QUEUE
 from app.mir.texts import clean
 from app.services.catalogue.checks import is_zone
 from app.services.check_up.load_probes import latency, load
-from app.services.check_up.queue_probes import look_at_queue, others
-from app.services.check_up.session import CheckUpSession, Found, Probe, amber, green, probe, red, why
+from app.services.check_up.queue_probes import others, queue
+from app.services.check_up.session import CheckUpSession, Found, amber, green, red
 
 MISSIONS_S = 15.0  # at most, for the details of missions
 SMALL_OFFSET_S, LARGE_OFFSET_S = 10.0, 600.0  # of clocks; from the second on the app doubts the tablet's
@@ -26,39 +27,29 @@ DEFINITIONS: Mapping[str, tuple[bool, bool]] = {"2.14.7": (False, False), "3.5.4
 ITEM_STATES = ("Pending", "Executing", "Abort", "Done", "Aborted")
 
 
-@probe(Topic.IDENTITY)
 def identity(session: CheckUpSession) -> Found:
     found = session.identity
     if found.serial_number and (others := session.same_machine(found.serial_number)):
         return red(
-            message(
-                "Its serial number {number} is also that of {robots}",
-                number=found.serial_number,
-                robots=", ".join(others),
-            ),
-            message(
-                "They are one machine, or one of their addresses is wrong: starts for both end up in one queue. Correct "
-                "the address, or remove one of them."
-            ),
+            "Its serial number {number} is also that of {robots}",
+            "They are one machine, or one of their addresses is wrong: starts for both end up in one queue. Correct "
+            "the address, or remove one of them.",
+            number=found.serial_number,
+            robots=", ".join(others),
         )
     if found.identified_by is IdentifiedBy.ADDRESS:
         return amber(
-            message("It is known by its address only, as it shows no serial number without a password"),
-            message(
-                "Another machine at this address would be sent the password. A fixed address for the robot, or https, helps."
-            ),
+            "It is known by its address only, as it shows no serial number without a password",
+            "Another machine at this address would be sent the password. A fixed address for the robot, or https, helps.",
         )
     return green(
-        message(
-            "It is {name}, a {model}, serial number {number}",
-            name=found.name or "?",
-            model=found.model or "?",
-            number=found.serial_number or "?",
-        ),
+        "It is {name}, a {model}, serial number {number}",
+        name=found.name or "?",
+        model=found.model or "?",
+        number=found.serial_number or "?",
     )
 
 
-@probe(Topic.SOFTWARE)
 def software(session: CheckUpSession) -> Found:
     offers = _offers(session, "/software/system_status"), _offers(session, "/guided_move/waypoints")
     fits = next((version for version, those in DEFINITIONS.items() if those == offers), None)
@@ -66,31 +57,26 @@ def software(session: CheckUpSession) -> Found:
     means = message("Try it with a mission before its first night, and look at its runs in the morning.")
     if None in offers:
         return amber(
-            message(
-                "Its software is {software}; not found out which of MiR's definitions fits, as it does not say "
-                "what it offers",
-                software=name,
-            ),
+            "Its software is {software}; not found out which of MiR's definitions fits, as it does not say "
+            "what it offers",
             means,
+            software=name,
         )
     if fits is None:
         return amber(
-            message("Its software is {software}; none of MiR's known definitions fits what it offers", software=name),
-            means,
+            "Its software is {software}; none of MiR's known definitions fits what it offers", means, software=name
         )
     if session.identity.software is None:
         return amber(
-            message("It does not tell its software; MiR's definition of {definition} fits", definition=fits),
-            message("The app can't see when it gets other software: check it up again after each change."),
+            "It does not tell its software; MiR's definition of {definition} fits",
+            "The app can't see when it gets other software: check it up again after each change.",
+            definition=fits,
         )
     if fits != session.identity.software and session.identity.software in DEFINITIONS:
         return amber(
-            message("Its software is {software}, but it offers what {definition} does", software=name, definition=fits),
-            means,
+            "Its software is {software}, but it offers what {definition} does", means, software=name, definition=fits
         )
-    return green(
-        message("Its software is {software}; MiR's definition of {definition} fits", software=name, definition=fits),
-    )
+    return green("Its software is {software}; MiR's definition of {definition} fits", software=name, definition=fits)
 
 
 def _offers(session: CheckUpSession, path: str) -> bool | None:
@@ -101,73 +87,64 @@ def _offers(session: CheckUpSession, path: str) -> bool | None:
     return False if answer.status in UNSUPPORTED else None
 
 
-@probe(Topic.CERTIFICATE)
 def certificate(session: CheckUpSession) -> Found:
     if session.robot.client.address.is_secure:
-        return green(message("It is asked over https, and its certificate is trusted"))
+        return green("It is asked over https, and its certificate is trusted")
     return amber(
-        message("It is asked over http: whoever listens on the network can read the password"),
-        message(
-            "Where the robot offers https (software 3 and later), change its address to https://…; else keep its network "
-            "for robots only."
-        ),
+        "It is asked over http: whoever listens on the network can read the password",
+        "Where the robot offers https (software 3 and later), change its address to https://…; else keep its network "
+        "for robots only.",
     )
 
 
-@probe(Topic.BATTERY)
 def battery(session: CheckUpSession) -> Found:
     status = session.identity.status
     if status.battery_percentage is not None:
-        return green(message("Its battery is at {percent} %", percent=round(status.battery_percentage)))
+        return green("Its battery is at {percent} %", percent=round(status.battery_percentage))
     if status.state is RobotState.EMERGENCY_STOP:
         return amber(
-            message("Not found out whether it reports its battery level, as it stands in emergency stop"),
-            message("Check up again when it is released."),
+            "Not found out whether it reports its battery level, as it stands in emergency stop",
+            "Check up again when it is released.",
         )
     return amber(
-        message("It does not report its battery level"),
-        message("A start that needs a minimum battery is skipped on it: set none for its schedules."),
+        "It does not report its battery level",
+        "A start that needs a minimum battery is skipped on it: set none for its schedules.",
     )
 
 
-@probe(Topic.CLOCK)
 def clock(session: CheckUpSession) -> Found:
     zone = session.robot.get("/platform/timezone").one.get("value")
     zone = zone if isinstance(zone, str) and is_zone(zone) else None
     session.facts["timezone"] = zone
     status = session.status()
-    offset = None if status is None or status.date is None else (status.date - session.now()).total_seconds()
+    offset = None if status is None or status.date is None else (status.date - session.clock.now()).total_seconds()
     session.facts["clock_offset"] = None if offset is None else round(offset, 1)
     if offset is None:
         return amber(
-            message("It does not tell its time"),
-            message("The app can't compare the tablet's clock with it: have the tablet set its time by the network."),
+            "It does not tell its time",
+            "The app can't compare the tablet's clock with it: have the tablet set its time by the network.",
         )
     if abs(offset) > LARGE_OFFSET_S:
         return red(
             _difference(offset),
-            message(
-                "One of the two is wrong. If it is the tablet's, missions start at wrong times; if it is the robot's, the app "
-                "asks which one is right whenever it starts. Set it."
-            ),
+            "One of the two is wrong. If it is the tablet's, missions start at wrong times; if it is the robot's, the app "
+            "asks which one is right whenever it starts. Set it.",
         )
     if zone is not None and _differs(session, zone):
         return amber(
-            message("Its clock is set to {zone}, the plan to {own}", zone=zone, own=session.zone),
-            message(
-                "Starts follow the plan's time zone. Times on the robot's own pages differ; set its time zone, so that nobody "
-                "is misled."
-            ),
+            "Its clock is set to {zone}, the plan to {own}",
+            "Starts follow the plan's time zone. Times on the robot's own pages differ; set its time zone, so that nobody "
+            "is misled.",
+            zone=zone,
+            own=session.zone,
         )
     if abs(offset) > SMALL_OFFSET_S:
         return amber(
             _difference(offset),
-            message("Starts follow the tablet's clock. Let both set their time by the network."),
+            "Starts follow the tablet's clock. Let both set their time by the network.",
         )
     return green(
-        message("Its clock is right, in {zone}", zone=zone)
-        if zone
-        else message("Its clock is right; its time zone is not told")
+        "Its clock is right, in {zone}" if zone else "Its clock is right; its time zone is not told", zone=zone
     )
 
 
@@ -178,11 +155,10 @@ def _difference(offset: float) -> Message:
 
 
 def _differs(session: CheckUpSession, zone: str) -> bool:
-    now = session.now()
+    now = session.clock.now()
     return now.astimezone(ZoneInfo(zone)).utcoffset() != now.astimezone(ZoneInfo(session.zone)).utcoffset()
 
 
-@probe(Topic.RIGHTS)
 def rights(session: CheckUpSession) -> Found:
     group = clean(session.robot.get("/users/me/group").one.get("name"), 80)
     user = session.identity.user_name or "?"
@@ -191,57 +167,57 @@ def rights(session: CheckUpSession) -> Found:
         for what, answer in (
             (message("missions"), session.once("/missions")),
             (message("maps"), session.once("/maps")),
-            (message("mission queue"), session.robot.queue(limit="1")),
+            (message("mission queue"), session.robot.get(QUEUE, limit="1")),
         )
         if answer.error
     ]
     refused = [what for what, error in failed if isinstance(error, Unauthorized)]
     if refused:
         return red(
-            message("User {user} may not read: {what}", user=user, what=refused[0]),
-            message("Give the user more rights on the robot (Setup, Users), or use another one."),
+            "User {user} may not read: {what}",
+            "Give the user more rights on the robot (Setup, Users), or use another one.",
+            user=user,
+            what=refused[0],
         )
     if failed:
         return amber(
-            message("Not found out whether user {user} may read: {what}", user=user, what=failed[0][0]),
-            message("Check up again once it can be read."),
+            "Not found out whether user {user} may read: {what}",
+            "Check up again once it can be read.",
+            user=user,
+            what=failed[0][0],
         )
     return green(
-        message("User {user} of the group {group} may read missions, queue and maps", user=user, group=group)
+        "User {user} of the group {group} may read missions, queue and maps"
         if group
-        else message("User {user} may read missions, queue and maps", user=user),
-        message("Whether it may start missions shows when one is tried."),
+        else "User {user} may read missions, queue and maps",
+        "Whether it may start missions shows when one is tried.",
+        user=user,
+        group=group,
     )
 
 
-@probe(Topic.PASSWORD)
 def password(session: CheckUpSession) -> Found:
     if session.robot.client.has_default_password:
         return amber(
-            message(
-                "User {user} has the default password that MiR's manuals print", user=session.identity.user_name or "?"
-            ),
-            message(
-                "Anybody on the network can drive the robot with it. Change it on the robot (Setup, Users) and in its settings "
-                "here."
-            ),
+            "User {user} has the default password that MiR's manuals print",
+            "Anybody on the network can drive the robot with it. Change it on the robot (Setup, Users) and in its settings "
+            "here.",
+            user=session.identity.user_name or "?",
         )
-    return green(message("The password is none of those that MiR's manuals print"))
+    return green("The password is none of those that MiR's manuals print")
 
 
-@probe(Topic.MISSIONS)
 def missions(session: CheckUpSession) -> Found:
     answer = session.once("/missions")
     guids = [guid for entry in answer.rows if (guid := parse.text_or_none(entry.get("guid")))]
     if not answer.is_list:
         return red(
-            message("Its missions can't be read: {problem}", problem=why(answer)),
-            message("Nothing can be planned without them."),
+            "Its missions can't be read: {problem}", "Nothing can be planned without them.", problem=answer.problem
         )
-    began, seen = session.robot.clock(), list[Mapping[str, Any]]()
+    began, seen = session.clock.monotonic(), list[Mapping[str, Any]]()
     for guid in guids:
         session.check_is_wanted()
-        if session.robot.clock() - began > MISSIONS_S:
+        if session.clock.monotonic() - began > MISSIONS_S:
             break
         if (detail := session.robot.get(f"/missions/{guid}")).is_good:
             seen.append(detail.one)
@@ -249,67 +225,65 @@ def missions(session: CheckUpSession) -> Found:
     invalid = [clean(mission.get("name"), 80) or "?" for mission in seen if mission.get("valid") is False][:5]
     if invalid:
         return amber(
-            message("Of {n} missions these are not valid: {names}", n=len(guids), names=", ".join(invalid)),
-            message("Open them on the robot and put them right before they are planned."),
+            "Of {n} missions these are not valid: {names}",
+            "Open them on the robot and put them right before they are planned.",
+            n=len(guids),
+            names=", ".join(invalid),
         )
     if guids and not seen:
         return amber(
-            message("It has {n} missions; not found out which ask for values when they are started", n=len(guids)),
-            message("None of them could be read: open one on the robot, and check up again."),
+            "It has {n} missions; not found out which ask for values when they are started",
+            "None of them could be read: open one on the robot, and check up again.",
+            n=len(guids),
         )
     if guids:
         return green(
-            message(
-                "It has {n} missions; {parameters} of {seen} looked at ask for values when they are started",
-                n=len(guids),
-                parameters=with_parameters,
-                seen=len(seen),
-            ),
+            "It has {n} missions; {parameters} of {seen} looked at ask for values when they are started",
+            n=len(guids),
+            parameters=with_parameters,
+            seen=len(seen),
         )
-    return amber(message("It has no missions"), message("Make one on the robot before it is planned."))
+    return amber("It has no missions", "Make one on the robot before it is planned.")
 
 
-@probe(Topic.MAPS)
 def maps(session: CheckUpSession) -> Found:
     answer, map_id = session.once("/maps"), session.identity.status.map_id
     if not answer.is_list:
         return amber(
-            message("Its maps can't be read: {problem}", problem=why(answer)),
-            message("Home shows no map of it; everything else works."),
+            "Its maps can't be read: {problem}",
+            "Home shows no map of it; everything else works.",
+            problem=answer.problem,
         )
     current = next((clean(entry.get("name"), 80) for entry in answer.rows if entry.get("guid") == map_id), None)
     if current is None and map_id is None:
         return amber(
-            message("Not found out which of its {n} maps is in use: its status does not tell", n=len(answer.rows)),
-            message("Home shows no map of it; everything else works."),
+            "Not found out which of its {n} maps is in use: its status does not tell",
+            "Home shows no map of it; everything else works.",
+            n=len(answer.rows),
         )
     if current is None:
         return amber(
-            message("It has {n} maps, none of them in use", n=len(answer.rows)),
-            message("Load a map on the robot: missions that drive fail without."),
+            "It has {n} maps, none of them in use",
+            "Load a map on the robot: missions that drive fail without.",
+            n=len(answer.rows),
         )
     positions = session.robot.get(f"/maps/{map_id}/positions")
     if not positions.is_good:
         return amber(
-            message(
-                "It drives on the map {name}, one of {n}; its positions can't be read: {problem}",
-                name=current,
-                n=len(answer.rows),
-                problem=why(positions),
-            ),
-            message("Home shows no positions on it; everything else works."),
+            "It drives on the map {name}, one of {n}; its positions can't be read: {problem}",
+            "Home shows no positions on it; everything else works.",
+            name=current,
+            n=len(answer.rows),
+            problem=positions.problem,
         )
     return green(
-        message(
-            "It drives on the map {name}, one of {n}, with {positions} positions",
-            name=current,
-            positions=len(positions.rows),
-            n=len(answer.rows),
-        ),
+        "It drives on the map {name}, one of {n}, with {positions} positions",
+        name=current,
+        positions=len(positions.rows),
+        n=len(answer.rows),
     )
 
 
-@probe(Topic.LANGUAGE)
 def language(session: CheckUpSession) -> Found:
     """By the word for its state, and those for its newest items."""
     status = session.identity.status
@@ -318,26 +292,24 @@ def language(session: CheckUpSession) -> Found:
     )
     if unknown:
         return amber(
-            message("It has words of its own for the states of missions: {words}", words=", ".join(unknown)),
-            message(
-                "Trying it with a mission shows what they mean; until then a run whose word is not known is followed until the "
-                "robot has ended it, and shown as failed with that word."
-            ),
+            "It has words of its own for the states of missions: {words}",
+            "Trying it with a mission shows what they mean; until then a run whose word is not known is followed until the "
+            "robot has ended it, and shown as failed with that word.",
+            words=", ".join(unknown),
         )
     if status.state is not RobotState.UNKNOWN and status.state_text and not _is_english(status):
         return amber(
-            message("It speaks another language: its state is {text}", text=status.state_text),
-            message(
-                "Its texts are shown as it says them. What it says of a cancelled mission is learned by trying it with one; "
-                "else a mission that somebody cancels at the robot is shown as failed."
-            ),
+            "It speaks another language: its state is {text}",
+            "Its texts are shown as it says them. What it says of a cancelled mission is learned by trying it with one; "
+            "else a mission that somebody cancels at the robot is shown as failed.",
+            text=status.state_text,
         )
     if not status.state_text:
         return amber(
-            message("Not found out which language it speaks: it has no words for its state"),
-            message("Its texts are shown as it says them."),
+            "Not found out which language it speaks: it has no words for its state",
+            "Its texts are shown as it says them.",
         )
-    return green(message("It speaks English"))
+    return green("It speaks English")
 
 
 def _is_english(status: RobotStatus) -> bool:
@@ -349,13 +321,14 @@ def read_robot(session: CheckUpSession) -> bool:
     Cancelled."""
     session.at(message("Asking who it is"), 0.0)
     try:
-        session.identity = session.robot.identity()
+        session.identify()
     except Unauthorized as error:
         session.add(
             Topic.RIGHTS,
             red(
-                message("It does not accept the user: {problem}", problem=why(error)),
-                message("Enter user name and password again in its settings."),
+                "It does not accept the user: {problem}",
+                "Enter user name and password again in its settings.",
+                problem=error.message,
             ),
         )
         return False
@@ -363,20 +336,50 @@ def read_robot(session: CheckUpSession) -> bool:
         session.add(
             Topic.IDENTITY,
             red(
-                message("It could not be asked: {problem}", problem=why(error)),
-                message("Nothing can be scheduled on it before it answers."),
+                "It could not be asked: {problem}",
+                "Nothing can be scheduled on it before it answers.",
+                problem=error.message,
             ),
         )
         return False
     for says, done_s, probes in STEPS:
         session.at(says, done_s)
-        for look in probes:
-            look(session)
+        for topic, look in probes:
+            session.add(topic, look(session))
     return True
 
 
-STEPS: Sequence[tuple[Message, float, Sequence[Probe[[]]]]] = (
-    (message("Asking who it is"), 0.0, (identity, software, certificate, battery, clock)),
-    (message("Reading missions and maps"), 3.0, (rights, password, missions, maps)),
-    (message("Reading its queue"), 18.0, (look_at_queue, language, others, latency, load)),
+STEPS: Sequence[tuple[Message, float, Sequence[tuple[Topic, Callable[[CheckUpSession], Found]]]]] = (
+    (
+        message("Asking who it is"),
+        0.0,
+        (
+            (Topic.IDENTITY, identity),
+            (Topic.SOFTWARE, software),
+            (Topic.CERTIFICATE, certificate),
+            (Topic.BATTERY, battery),
+            (Topic.CLOCK, clock),
+        ),
+    ),
+    (
+        message("Reading missions and maps"),
+        3.0,
+        (
+            (Topic.RIGHTS, rights),
+            (Topic.PASSWORD, password),
+            (Topic.MISSIONS, missions),
+            (Topic.MAPS, maps),
+        ),
+    ),
+    (
+        message("Reading its queue"),
+        18.0,
+        (
+            (Topic.QUEUE, queue),
+            (Topic.LANGUAGE, language),
+            (Topic.OTHERS, others),
+            (Topic.LATENCY, latency),
+            (Topic.LOAD, load),
+        ),
+    ),
 )

@@ -13,16 +13,16 @@ from zoneinfo import ZoneInfo
 from app.domain.check_up import Topic
 from app.domain.message import message
 from app.mir import parse
-from app.mir.raw_client import Answer, ids_of
+from app.mir.raw_client import QUEUE, Answer
 from app.mir.texts import clean
-from app.services.check_up.session import CheckUpSession, Found, amber, green, probe, red, why
+from app.services.check_up.session import CheckUpSession, Found, amber, green, red
 
 PAGE = 200  # entries asked for at once, as the app does
 FEW = 5
 LATELY = timedelta(hours=2)  # by the robot's own clock: orders of others since then count
 TOO_FEW = amber(
-    message("Not found out: too few missions are in its queue"),
-    message("The app uses the careful way until then. Check up again when the robot has had some missions."),
+    "Not found out: too few missions are in its queue",
+    "The app uses the careful way until then. Check up again when the robot has had some missions.",
 )
 SHARED = message(
     "A fleet or another program may queue by itself. Starts of this plan wait in the robot's queue behind what others put "
@@ -30,90 +30,76 @@ SHARED = message(
 )
 
 
-def look_at_queue(session: CheckUpSession) -> None:
-    """All that a client can know of the queue by reading it."""
-    answer = session.robot.queue(sort_by="id,desc", limit=str(FEW))
-    if answer.is_list and (ids_of(answer) or not answer.found):
-        _QueueLists(session, ids_of(answer)).look()
-        return
-    session.add(
-        Topic.QUEUE,
-        red(
-            message(
-                "The mission queue can't be read: {problem}",
-                problem=why(answer) if answer.error else message("its answer is no list of missions"),
-            ),
-            message(
-                "Without it the app can't tell whether a start arrived. Put this right before anything is scheduled."
-            ),
-        ),
-    )
+def queue(session: CheckUpSession) -> Found:
+    """All that a client can know of the queue by reading it, search, pages and order among it."""
+    answer = session.robot.get(QUEUE, sort_by="id,desc", limit=str(FEW))
+    if answer.is_list and (answer.ids or not answer.found):
+        return _QueueLists(session, answer.ids).look()
     for topic in (Topic.SEARCH, Topic.PAGING, Topic.SORTING):
-        session.add(
-            topic,
-            amber(message("Not looked at, as the mission queue can't be read"), message("Check up again once it can.")),
-        )
+        session.add(topic, amber("Not looked at, as the mission queue can't be read", "Check up again once it can."))
+    return red(
+        "The mission queue can't be read: {problem}",
+        "Without it the app can't tell whether a start arrived. Put this right before anything is scheduled.",
+        problem=answer.problem if answer.error else message("its answer is no list of missions"),
+    )
 
 
 class _QueueLists:
     """``downwards``: ids as they come when the newest are asked for."""
 
     def __init__(self, session: CheckUpSession, downwards: list[int]) -> None:
-        self._session, self._robot, self._downwards = session, session.robot, downwards
-        self._upwards = ids_of(self._robot.queue(sort_by="id,asc", limit="1"))
-        # Ids, as far as a reader finds them; 0: there is none.
-        self._oldest, self._newest = (
-            min([*downwards, *self._upwards], default=0),
-            max([*downwards, *self._upwards], default=0),
-        )
+        self._session, self._downwards = session, downwards
+        self._upwards = self._ids(sort_by="id,asc", limit="1")
+        seen = [*downwards, *self._upwards]
+        self._oldest, self._newest = min(seen, default=0), max(seen, default=0)  # as far as a reader finds them
         self._is_sorted = downwards == sorted(downwards, reverse=True)
         self._ignores: set[str] = set()
 
-    def look(self) -> None:
-        page_of_newest = 0 if self._is_sorted else self._find_newest()
+    def _ids(self, **query: str) -> list[int]:
+        return self._session.robot.get(QUEUE, **query).ids
+
+    def look(self) -> Found:
+        robot, page_of_newest = self._session.robot, 0 if self._is_sorted else self._find_newest()
         self._session.newest_id = self._newest
         self._session.add(Topic.SORTING, self._sorting())
-        page = self._robot.queue(whitelist="all", sort_by="id,desc", limit=str(PAGE))
+        page = robot.get(QUEUE, whitelist="all", sort_by="id,desc", limit=str(PAGE))
         self._session.add(Topic.PAGING, self._paging(page))
         self._session.add(Topic.SEARCH, self._search())
-        self._session.add(Topic.QUEUE, self._length())
-        if self._ignores or len(ids_of(page)) > 2:
+        length = self._length()
+        if self._ignores or len(page.ids) > 2:
             self._session.facts["ignores"] = frozenset(self._ignores)
-        if self._newest not in ids_of(page) and page_of_newest:
-            page = self._robot.queue(whitelist="all", limit=str(PAGE), offset=str(page_of_newest))
-        if max(ids_of(page), default=0) >= self._newest:
+        if self._newest not in page.ids and page_of_newest:
+            page = robot.get(QUEUE, whitelist="all", limit=str(PAGE), offset=str(page_of_newest))
+        if max(page.ids, default=0) >= self._newest:
             self._session.entries = page.rows
+        return length
 
     def _find_newest(self) -> int:
         """At the other end of the list. Returns the offset of the page that has it."""
         found_at = 0
         for offset in range(0, 50 * PAGE, PAGE):
-            page = ids_of(self._robot.queue(limit=str(PAGE), offset=str(offset)))
-            if not page or max(page) <= self._newest:
+            highest = max(self._ids(limit=str(PAGE), offset=str(offset)), default=0)
+            if highest <= self._newest:
                 break
-            self._newest, found_at = max(self._newest, *page), offset
+            self._newest, found_at = highest, offset
         return found_at
 
     def _sorting(self) -> Found:
-        if not self._is_sorted:
-            says = message("It ignores the order that is asked for: the oldest entries come first")
-        elif len(set(self._downwards)) < 2 or not self._upwards:
+        if self._is_sorted and (len(set(self._downwards)) < 2 or not self._upwards):
             return TOO_FEW
-        elif self._upwards[0] > min(self._downwards):
-            says = message("It ignores the order that is asked for: the newest entries come first")
-        else:
-            return green(message("Its lists are sorted as asked for, the newest first"))
+        if self._is_sorted and self._upwards[0] <= min(self._downwards):
+            return green("Its lists are sorted as asked for, the newest first")
         self._ignores.add("sort_by")
         return amber(
-            says,
-            message(
-                "The app finds what is new by its search or by number, which takes some more requests. Nothing to do."
-            ),
+            "It ignores the order that is asked for: the newest entries come first"
+            if self._is_sorted
+            else "It ignores the order that is asked for: the oldest entries come first",
+            "The app finds what is new by its search or by number, which takes some more requests. Nothing to do.",
         )
 
     def _paging(self, page: Answer) -> Found:
-        ids = set(ids_of(page))
-        if len(ids) > 2 and len(ids_of(self._robot.queue(limit="2"))) > 2:
+        ids = set(page.ids)
+        if len(ids) > 2 and len(self._ids(limit="2")) > 2:
             self._ignores.add("limit")
         limit = len(ids) if 0 < len(ids) < PAGE and "limit" not in self._ignores and self._has_more_than(ids) else 0
         if len(ids) > 1 and self._same_with_offset():
@@ -124,105 +110,89 @@ class _QueueLists:
             self._session.facts["page_limit"] = limit
         if limit:
             return amber(
-                message("A list has {n} entries at most, whatever is asked for", n=limit),
-                message("The app reads page after page. Nothing to do."),
+                "A list has {n} entries at most, whatever is asked for",
+                "The app reads page after page. Nothing to do.",
+                n=limit,
             )
         if found := sorted(self._ignores & {"limit", "offset", "whitelist"}):
             return amber(
-                message("Its lists ignore {names}", names=", ".join(found)),
-                message(
-                    "The app reads what it needs one by one, which takes longer after a lost answer. Nothing to do."
-                ),
+                "Its lists ignore {names}",
+                "The app reads what it needs one by one, which takes longer after a lost answer. Nothing to do.",
+                names=", ".join(found),
             )
-        return TOO_FEW if len(ids) <= 2 else green(message("Its lists come in pages as asked for, with all fields"))
+        return TOO_FEW if len(ids) <= 2 else green("Its lists come in pages as asked for, with all fields")
 
     def _has_more_than(self, ids: set[int]) -> bool:
         """Whether its queue has entries besides those that came though more were asked for."""
-        further = ids_of(self._robot.queue(sort_by="id,desc", limit="1", offset=str(len(ids))))
+        further = self._ids(sort_by="id,desc", limit="1", offset=str(len(ids)))
         return not ids.issuperset([*further, self._oldest, self._newest])
 
     def _same_with_offset(self) -> bool:
-        first, second = (
-            ids_of(self._robot.queue(sort_by="id,desc", limit="1", offset=offset)) for offset in ("0", "1")
-        )
-        return bool(first) and first == second
+        first, second = (self._ids(sort_by="id,desc", limit="1", offset=offset) for offset in ("0", "1"))
+        return first == second != []
 
     def _search(self) -> Found:
-        answer = self._robot.search(
-            [{"fieldname": "id", "operator": ">", "value": max(0, self._newest - 1)}],
-            whitelist="all",
-            sort_by="id,desc",
-            limit="50",
-        )
+        after = {"fieldname": "id", "operator": ">", "value": max(0, self._newest - 1)}
+        answer = self._session.robot.search(after, whitelist="all", sort_by="id,desc", limit="50")
         if answer.is_list and not self._newest:
             return TOO_FEW
-        self._session.facts["has_search"] = self._newest in ids_of(answer) and answer.is_list
-        if not self._session.facts["has_search"]:
+        has_search = self._session.facts["has_search"] = self._newest in answer.ids
+        if not has_search:
             return amber(
-                message("Its search does not find what is in its queue")
+                "Its search does not find what is in its queue"
                 if answer.is_list
-                else message("Its queue can't be searched: {problem}", problem=why(answer)),
-                message("The app reads the list instead, which takes longer where the queue is long. Nothing to do."),
+                else "Its queue can't be searched: {problem}",
+                "The app reads the list instead, which takes longer where the queue is long. Nothing to do.",
+                problem=answer.problem,
             )
-        if min(ids_of(answer)) < self._newest:
+        if min(answer.ids) < self._newest:
             self._ignores.add("filters")
             return amber(
-                message("Its search gives what it was not asked for"),
-                message("The app sorts that out by itself, which takes longer where the queue is long. Nothing to do."),
+                "Its search gives what it was not asked for",
+                "The app sorts that out by itself, which takes longer where the queue is long. Nothing to do.",
             )
-        return green(message("Its queue can be searched"))
+        return green("Its queue can be searched")
 
     def _length(self) -> Found:
         if not self._newest:
-            return green(message("Its queue is empty, and can be read"))
-        first = parse.instant(self._robot.get(f"/mission_queue/{self._oldest}").one.get("ordered"))
-        ends = {"oldest": self._oldest, "newest": self._newest}
+            return green("Its queue is empty, and can be read")
+        ordered = parse.instant(self._session.robot.get(f"{QUEUE}/{self._oldest}").one.get("ordered"))
         return green(
-            message("Its queue goes from {oldest} to {newest}", **ends)
-            if first is None
-            else message(
-                "Its queue goes from {oldest}, ordered on {day}, to {newest}", day=first.date().isoformat(), **ends
-            )
+            "Its queue goes from {oldest}, ordered on {day}, to {newest}"
+            if ordered
+            else "Its queue goes from {oldest} to {newest}",
+            oldest=self._oldest,
+            newest=self._newest,
+            day=ordered and ordered.date().isoformat(),
         )
 
 
-@probe(Topic.OTHERS)
 def others(session: CheckUpSession) -> Found:
     """Who else has put missions there recently, by the robot's own times."""
     if session.newest_id == 0:
-        return green(message("Its queue is empty: nobody uses it just now"))
+        return green("Its queue is empty: nobody uses it just now")
     entries, user = session.entries, session.identity.user_name
     by_whom = [(parse.instant(entry.get("ordered")), _is_of_others(entry, user), entry) for entry in entries]
-    since = (
-        _local_now(session, max(times)) - LATELY
-        if (times := [at for at, _theirs, _entry in by_whom if at is not None])
-        else None
-    )
-    lately = [
-        (at, entry) for at, theirs, entry in by_whom if theirs and at is not None and since is not None and at >= since
-    ]
-    undated = sum(theirs is True for at, theirs, _entry in by_whom if at is None)
-    is_unclear = any(
-        theirs is None if at is None or since is None else theirs is None and at >= since
-        for at, theirs, _entry in by_whom
-    )
+    times = [at for at, _theirs, _entry in by_whom if at is not None]
+    since = _local_now(session, max(times)) - LATELY if times else datetime.min  # noqa: DTZ901  # of its own clock
+    recent = [row for row in by_whom if row[0] is None or row[0] >= since]
+    lately = [(at, entry) for at, theirs, entry in recent if theirs and at is not None]
+    undated = sum(theirs is True for at, theirs, _entry in recent if at is None)
     if len(lately) > 1:
         return _often(lately)
     if lately:
-        return amber(message("One mission of the last two hours is of {name}", name=_name(lately[0][1])), SHARED)
+        return amber("One mission of the last two hours is of {name}", SHARED, name=_name(lately[0][1]))
     if undated:
         return amber(
-            message(
-                "{n} of the newest {of} missions in its queue were queued by others; it does not tell when they "
-                "were queued",
-                n=undated,
-                of=len(entries),
-            ),
+            "{n} of the newest {of} missions in its queue were queued by others; it does not tell when they "
+            "were queued",
             SHARED,
+            n=undated,
+            of=len(entries),
         )
-    if is_unclear or not entries:
-        return amber(message("Not found out: who queued the newest missions can't be told"), SHARED)
-    return green(message("Nobody else has used its queue recently"))
+    if not entries or any(theirs is None for _at, theirs, _entry in recent):
+        return amber("Not found out: who queued the newest missions can't be told", SHARED)
+    return green("Nobody else has used its queue recently")
 
 
 def _often(lately: Sequence[tuple[datetime, Mapping[str, Any]]]) -> Found:
@@ -230,13 +200,11 @@ def _often(lately: Sequence[tuple[datetime, Mapping[str, Any]]]) -> Found:
     times = sorted(at for at, _entry in lately)
     every = median((after - before).total_seconds() for before, after in itertools.pairwise(times)) / 60
     return amber(
-        message(
-            "{n} missions of the last two hours are of others, most of them of {name}, one every {minutes} min",
-            n=len(lately),
-            name=name,
-            minutes=round(every, 1),
-        ),
+        "{n} missions of the last two hours are of others, most of them of {name}, one every {minutes} min",
         SHARED,
+        n=len(lately),
+        name=name,
+        minutes=round(every, 1),
     )
 
 
@@ -257,4 +225,4 @@ def _local_now(session: CheckUpSession, newest: datetime) -> datetime:
     zone, offset = session.facts.get("timezone"), session.facts.get("clock_offset")
     if zone is None or offset is None:
         return newest
-    return (session.now() + timedelta(seconds=offset)).astimezone(ZoneInfo(zone)).replace(tzinfo=None)
+    return (session.clock.now() + timedelta(seconds=offset)).astimezone(ZoneInfo(zone)).replace(tzinfo=None)

@@ -32,7 +32,7 @@ from app.mir.transport import Pace
 from app.services.check_up import trial as trials
 from app.services.check_up.probes import read_robot
 from app.services.check_up.session import Cancelled, CheckUpSession
-from app.services.check_up.trials import Trials, check_usable, length_s, missions_of
+from app.services.check_up.trials import Trials, length_s, missions_of
 from app.services.dispatch.ledger import Ledger
 from app.services.live.alarms import Alarms
 from app.services.live.changes import Changes, Topic
@@ -221,8 +221,7 @@ class CheckUps:
 
     # ------------------------------------------------------------------ inside
     def _session(self, client: RobotClient, **values: Any) -> CheckUpSession:
-        robot = RawClient(client, self._clock.monotonic, self._clock.sleep)
-        return CheckUpSession(robot, self._settings().timezone, self._clock.now, self._clock.sleep, **values)
+        return CheckUpSession(RawClient(client, self._clock), self._clock, self._settings().timezone, **values)
 
     @contextmanager
     def _alone_with(self, robot: Robot) -> Iterator[None]:
@@ -239,7 +238,10 @@ class CheckUps:
     def _client(self, robot: Robot) -> Iterator[RobotClient]:
         """A patient connection of its own, to the robot as it is and not as an earlier check-up has found it; at a pace of its own, which
         measures what the robot bears."""
-        check_usable(robot)
+        if robot.needs_password or not robot.token:
+            raise InvalidInput(
+                "robot", "{robot} is switched off until its password is entered in Settings", robot=robot.name
+            )
         with closing(self._make_client(replace(robot, profile=None))) as client:
             client.timeouts, client.pace = PATIENT, Pace(self._clock.monotonic, self._clock.sleep)
             yield client
@@ -268,7 +270,7 @@ def moves(robot: str, trial: Trial) -> Message:
 
 def _with_known(session: CheckUpSession, known: RobotProfile | None) -> RobotProfile:
     """What was found, and what a trial of the same machine with the same software has shown before."""
-    found = session.profile()
+    found = RobotProfile(session.identity.serial_number, session.identity.software, **session.facts)
     if known is None or not known.is_of(found.serial_number, found.software):
         return found
     has_borne = any(each.topic is CheckUpTopic.LOAD and each.level is Level.GREEN for each in session.findings)

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import functools
 import math
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
-from typing import Any, Concatenate, ParamSpec
+from functools import partial
+from typing import Any
 
-from app.domain.check_up import Finding, Level, Progress, RobotProfile, Topic
+from app.domain.check_up import Finding, Level, Progress, Topic
+from app.domain.clock import Clock
 from app.domain.message import Message, message
 from app.domain.robot import Identity, RobotStatus
+from app.mir import parse
 from app.mir.errors import RobotError
 from app.mir.raw_client import Answer, RawClient
 
-P = ParamSpec("P")
 Found = tuple[Level, Message, Message]  # a finding without its topic
 
 
@@ -29,7 +28,6 @@ class CheckUpSession:
     """One check-up under way: what it asks, and what it has found so far.
 
     Attributes:
-        now: the tablet's time, aware UTC. pause: lets so many seconds pass.
         zone: IANA name of the zone that the plan is in.
         is_wanted: whether the check-up is to go on; asked between questions.
         on_progress: called with how far it is.
@@ -42,9 +40,8 @@ class CheckUpSession:
     """
 
     robot: RawClient
-    zone: str = "UTC"
-    now: Callable[[], datetime] = lambda: datetime.now(UTC)
-    pause: Callable[[float], None] = time.sleep
+    clock: Clock
+    zone: str
     is_wanted: Callable[[], bool] = lambda: True
     on_progress: Callable[[Progress], None] = lambda progress: None
     length_s: float = math.inf
@@ -52,9 +49,14 @@ class CheckUpSession:
     findings: list[Finding] = field(default_factory=list)
     facts: dict[str, Any] = field(default_factory=dict)
     identity: Identity = field(default_factory=lambda: Identity(RobotStatus()))
-    entries: Sequence[Mapping[str, Any]] = ()
+    entries: Sequence[parse.Object] = ()
     newest_id: int | None = None
     answers: dict[str, Answer] = field(default_factory=dict)
+
+    def identify(self) -> Identity:
+        """Raises RobotError."""
+        self.identity = self.robot.client.identify()
+        return self.identity
 
     def once(self, path: str) -> Answer:
         """Asked for the first time, then as it was answered."""
@@ -67,7 +69,7 @@ class CheckUpSession:
     def status(self) -> RobotStatus | None:
         """Without a pause before it. None: it does not answer."""
         try:
-            return self.robot.status()
+            return self.robot.client.status()
         except RobotError:
             return None
 
@@ -81,40 +83,14 @@ class CheckUpSession:
         self.check_is_wanted()
         self.on_progress(Progress(says, min(done_s, self.length_s), self.length_s))
 
-    def profile(self) -> RobotProfile:
-        return RobotProfile(self.identity.serial_number, self.identity.software, **self.facts)
+
+def _found(level: Level, says: Message, means: Message = "", **values: object) -> Found:
+    """``says``, ``means``: English texts with placeholders for ``values``, or whole messages."""
+
+    def sentence(text: Message) -> Message:
+        return message(text, **values) if isinstance(text, str) and text else text
+
+    return level, sentence(says), sentence(means)
 
 
-def green(says: Message, means: Message = "") -> Found:
-    return Level.GREEN, says, means
-
-
-def amber(says: Message, means: Message) -> Found:
-    return Level.AMBER, says, means
-
-
-def red(says: Message, means: Message) -> Found:
-    return Level.RED, says, means
-
-
-Look = Callable[Concatenate[CheckUpSession, P], Found | None]
-Probe = Callable[Concatenate[CheckUpSession, P], None]
-
-
-def probe(topic: Topic) -> Callable[[Look[P]], Probe[P]]:
-    """For a function that looks at one topic: what it returns becomes the finding of that topic; None: there is nothing to say."""
-
-    def decorate(look: Look[P]) -> Probe[P]:
-        @functools.wraps(look)
-        def add(session: CheckUpSession, /, *args: P.args, **values: P.kwargs) -> None:
-            session.add(topic, look(session, *args, **values))
-
-        return add
-
-    return decorate
-
-
-def why(answer: Answer | RobotError) -> Message:
-    """The sentence of what went wrong."""
-    error = answer.error if isinstance(answer, Answer) else answer
-    return error.message if error is not None else message("its answer is no list")
+green, amber, red = partial(_found, Level.GREEN), partial(_found, Level.AMBER), partial(_found, Level.RED)

@@ -16,7 +16,7 @@ from app.domain.message import Message, message
 from app.domain.robot import QueueState, RobotState, RobotStatus
 from app.mir import parse
 from app.mir.errors import Refusal, RobotError, Unauthorized
-from app.mir.raw_client import QUEUE, Answer, ids_of
+from app.mir.raw_client import QUEUE, Answer
 from app.mir.texts import clean
 from app.services.check_up.journal import Journal, has_ended, items_above, read_item, set_state
 from app.services.check_up.session import CheckUpSession, Found, amber, red
@@ -33,14 +33,12 @@ WATCH_EVERY = 0.3  # s after which its state is looked at again, before another 
 LONGEST_WORD = 40  # characters for a state
 FIRST = 0  # of the items, in the order in which they are queued
 _ENDED = message("The trial ended. Check up again when nobody else uses the robot.")
-PAUSED = amber(message("Somebody paused it while it was tried"), _ENDED)
-RELEASED = amber(message("Somebody ended the pause of the trial"), _ENDED)
+PAUSED = amber("Somebody paused it while it was tried", _ENDED)
+RELEASED = amber("Somebody ended the pause of the trial", _ENDED)
 WENT_ON = red(
-    message("A mission went on while it was in Pause"),
-    message(
-        "Either somebody released it and paused it again, or Pause in the app does not keep it from driving: look at the "
-        "robot, and check up again."
-    ),
+    "A mission went on while it was in Pause",
+    "Either somebody released it and paused it again, or Pause in the app does not keep it from driving: look at the "
+    "robot, and check up again.",
 )
 
 
@@ -57,7 +55,7 @@ class Item:
     @property
     def answered_id(self) -> int | None:
         """By the answer to its order."""
-        return next(iter(ids_of(Answer(found=[self.answer.one]))), None)
+        return next(iter(Answer(found=[self.answer.one]).ids), None)
 
     @property
     def has_ended(self) -> bool:
@@ -72,6 +70,13 @@ class Item:
     def has_begun(self) -> bool:
         return bool(self.now.get("started")) or parse.queue_state(self.now) is QueueState.EXECUTING or self.has_ended
 
+    @property
+    def phase(self) -> QueueState:
+        """How far it is, whatever the robot calls that."""
+        if self.has_ended:
+            return QueueState.DONE
+        return QueueState.EXECUTING if self.has_begun else QueueState.PENDING
+
 
 @dataclass
 class TrialResult:
@@ -84,7 +89,7 @@ class TrialResult:
     second: Answer | None = None
     cancel: Answer | None = None
     pause_problem: RobotError | None = None
-    waits_in_pause: bool | None = None  # what is queued then
+    waits_in_pause: bool = False  # what is queued then
     runs_on: bool | None = None  # after a pause, what ran before
     is_in_error: bool = False  # at the end: what ended may have failed
     may_not_make: bool = False  # a mission
@@ -105,12 +110,7 @@ class TakenOver(Exception):
     """Somebody else has paused the robot, or ended the trial's pause: from then on it is theirs. ``found``: what shows it."""
 
     def __init__(self, found: Found) -> None:
-        super().__init__()
         self.found = found
-
-
-def length_s(mission: str | None) -> float:
-    return TAKES_S if mission is None else OWN_TAKES_S
 
 
 def tokens() -> tuple[str, ...]:
@@ -123,11 +123,11 @@ class TrialRun:
     """Of what is noted in ``journal``. ``starts_s``: seconds of the check-up that are over before it."""
 
     def __init__(self, session: CheckUpSession, journal: Journal, starts_s: float) -> None:
-        self._session, self._robot, self._journal = session, session.robot, journal
+        self._session, self._robot, self._clock, self._journal = session, session.robot, session.clock, journal
         left = journal.left
         self._mission, self._is_made, self._tokens = left.mission or left.queued, left.mission is not None, left.tokens
         self._highest = left.queue_floor
-        self._began, self._starts_s, self._ends = session.robot.clock(), starts_s, math.inf
+        self._began, self._starts_s, self._ends = session.clock.monotonic(), starts_s, math.inf
         self._is_paused, self._watched_at = False, -math.inf
         self.result = TrialResult()
 
@@ -160,7 +160,7 @@ class TrialRun:
         self.result.preferred = self._order(urgent, URGENT)
         self._wait(PAUSE_S)
         self._read(self.result.found_items)
-        self._ends = self._robot.clock() + (ENDS_WITHIN if self._is_made else OWN_ENDS_WITHIN)
+        self._ends = self._clock.monotonic() + (ENDS_WITHIN if self._is_made else OWN_ENDS_WITHIN)
         if self._is_paused:
             self.result.waits_in_pause = True
             self._release(0)
@@ -171,7 +171,7 @@ class TrialRun:
         self._until(
             lambda: all(item.has_ended for item in self.result.found_items), self.result.found_items, READ_EVERY
         )
-        self.result.is_in_error = self._robot.status().state is RobotState.ERROR
+        self.result.is_in_error = self._robot.client.status().state is RobotState.ERROR
 
     # ------------------------------------------------------------------ steps
     def _make(self) -> None:
@@ -222,26 +222,26 @@ class TrialRun:
 
     def _shows_pause(self, wanted: bool, within: float = STATE_WITHIN) -> bool:
         """Whether it is so within so many seconds."""
-        began = self._robot.clock()
-        while (self._robot.status().state is RobotState.PAUSE) is not wanted:
-            if self._robot.clock() - began >= within:
+        began = self._clock.monotonic()
+        while (self._robot.client.status().state is RobotState.PAUSE) is not wanted:
+            if self._clock.monotonic() - began >= within:
                 return False
             self._session.check_is_wanted()
-            self._session.pause(WATCH_EVERY)
-        self._watched_at = self._robot.clock()
+            self._clock.sleep(WATCH_EVERY)
+        self._watched_at = self._clock.monotonic()
         return True
 
     def _watch(self) -> RobotStatus:
         """Raises TakenOver."""
         status = self._robot.paced_status()
-        self._watched_at = self._robot.clock()
+        self._watched_at = self._clock.monotonic()
         if (status.state is RobotState.PAUSE) is not self._is_paused:
             self._lose(RELEASED if self._is_paused else PAUSED)
         return status
 
     def _watch_in_turn(self) -> None:
         self._session.check_is_wanted()
-        if self._robot.clock() - self._watched_at >= WATCH_EVERY:
+        if self._clock.monotonic() - self._watched_at >= WATCH_EVERY:
             self._watch()
 
     def _lose(self, found: Found) -> NoReturn:
@@ -286,9 +286,9 @@ class TrialRun:
     def _look_where_it_is(self, item: Item) -> None:
         queries = {"whitelist": "all", "sort_by": "id,desc", "limit": "20"}
         self._watch_in_turn()
-        listed = self._robot.queue(**queries).rows
+        listed = self._robot.get(QUEUE, **queries).rows
         self._watch_in_turn()
-        found = self._robot.search([{"fieldname": "id", "operator": ">", "value": (item.id or 0) - 1}], **queries).rows
+        found = self._robot.search({"fieldname": "id", "operator": ">", "value": (item.id or 0) - 1}, **queries).rows
         rows = {"item": [item.now], "list": listed, "search": found}
         self.result.places = {
             place: row for place, found in rows.items() for row in found if row.get("id", item.id) == item.id
@@ -304,11 +304,15 @@ class TrialRun:
             self._release(progress)
             if not running.has_ended:
                 self._until(lambda: running.has_ended, [running])
-                self.result.runs_on = running.has_ended and not _is_aborted(running) if running.now else None
+                self.result.runs_on = (
+                    running.has_ended and parse.queue_state(running.now) is not QueueState.ABORTED
+                    if running.now
+                    else None
+                )
 
     def _until(self, is_over: Callable[[], bool], items: Sequence[Item], every_s: float = 0.0) -> None:
         """Or until it takes too long."""
-        while not is_over() and self._robot.clock() < self._ends:
+        while not is_over() and self._clock.monotonic() < self._ends:
             self._at(message("Waiting until the missions have ended"))
             self._read(items)
             self._wait(every_s)
@@ -323,23 +327,13 @@ class TrialRun:
         self._watch_in_turn()
         item.now = read_item(self._session, item.id or 0)
         if item.word:
-            item.words[_phase(item)] = item.word
+            item.words[item.phase] = item.word
 
     def _wait(self, seconds: float) -> None:
-        end = self._robot.clock() + seconds
-        while (rest := end - self._robot.clock()) > 0:
+        end = self._clock.monotonic() + seconds
+        while (rest := end - self._clock.monotonic()) > 0:
             self._watch_in_turn()
-            self._session.pause(min(rest, WATCH_EVERY))
+            self._clock.sleep(min(rest, WATCH_EVERY))
 
     def _at(self, says: Message) -> None:
-        self._session.at(says, self._starts_s + self._robot.clock() - self._began)
-
-
-def _phase(item: Item) -> QueueState:
-    if item.has_ended:
-        return QueueState.DONE
-    return QueueState.EXECUTING if item.has_begun else QueueState.PENDING
-
-
-def _is_aborted(item: Item) -> bool:
-    return parse.queue_state(item.now) is QueueState.ABORTED
+        self._session.at(says, self._starts_s + self._clock.monotonic() - self._began)

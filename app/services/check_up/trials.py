@@ -6,7 +6,7 @@ import contextlib
 import logging
 import uuid
 from collections.abc import Callable, Mapping
-from datetime import datetime, timedelta
+from datetime import timedelta
 from zoneinfo import ZoneInfo
 
 from app.database.check_ups import CheckUpRepository
@@ -17,7 +17,7 @@ from app.database.schedules import ScheduleRepository
 from app.domain.check_up import LeftBehind, Topic, Trial
 from app.domain.clock import Clock
 from app.domain.message import Message, message
-from app.domain.models import InvalidInput, Robot, Schedule, Settings, State
+from app.domain.models import InvalidInput, Robot, Settings, State
 from app.domain.robot import RobotState
 from app.mir.client import RobotClient
 from app.mir.errors import RobotError
@@ -43,7 +43,9 @@ BUILT_IN = "mirconst"  # guids of the missions that every robot has begin so
 
 def length_s(agreed: Trial | None) -> float:
     """Of the whole check-up, about."""
-    return load_probes.LENGTH_S + (0.0 if agreed is None else trial.length_s(agreed.mission))
+    if agreed is None:
+        return load_probes.LENGTH_S
+    return load_probes.LENGTH_S + (trial.TAKES_S if agreed.mission is None else trial.OWN_TAKES_S)
 
 
 class Trials:
@@ -75,9 +77,7 @@ class Trials:
         try:
             journal = self._begin(session, robot, agreed)
         except (InvalidInput, RobotError) as refused:
-            session.add(
-                Topic.ORDER, amber(message("Not tried: {problem}", problem=refused.message), message("Check up again."))
-            )
+            session.add(Topic.ORDER, amber("Not tried: {problem}", "Check up again.", problem=refused.message))
             return False
         journal.begin()
         is_wanted = session.is_wanted
@@ -135,24 +135,23 @@ class Trials:
         if outcome.problem is not None:
             journal.warn(outcome.problem)
             return red(
-                message("It is not as it was before: {problem}", problem=outcome.problem),
-                message(
-                    "The app puts it back as soon as it can, and keeps the plan's starts back until then: look at the robot."
-                ),
+                "It is not as it was before: {problem}",
+                "The app puts it back as soon as it can, and keeps the plan's starts back until then: look at the robot.",
+                problem=outcome.problem,
             )
         if outcome.is_in_error:
             return red(
-                message("Nothing of the trial is left on it, but it stands with an error"),
-                message("Look at the robot, then reset the error there or in the app."),
+                "Nothing of the trial is left on it, but it stands with an error",
+                "Look at the robot, then reset the error there or in the app.",
             )
         if robot.id in self._stays_paused:
-            return green(message("Nothing of the trial is left on it; it stands in Pause, as somebody wanted"))
+            return green("Nothing of the trial is left on it; it stands in Pause, as somebody wanted")
         if outcome.stays_paused:
             return amber(
-                message("Nothing of the trial is left on it; it stands in Pause"),
-                message("Release it at the robot or in the app when it may go on."),
+                "Nothing of the trial is left on it; it stands in Pause",
+                "Release it at the robot or in the app when it may go on.",
             )
-        return green(message("It is as it was before: nothing is queued, no mission was left, it is not paused"))
+        return green("It is as it was before: nothing is queued, no mission was left, it is not paused")
 
     def keep_paused(self, robot_id: int) -> None:
         """A person presses Pause: it is theirs from now on, and a trial under way ends."""
@@ -172,7 +171,7 @@ class Trials:
         self._holds.check_is_no_copy()
         journal = self._journal(robot, left)
         try:
-            if _is_another(left, robot.serial_number) or _is_another(left, self._identify(session)):
+            if _is_another(left, robot.serial_number) or _is_another(left, session.identify().serial_number):
                 log.warning(
                     "robot %r: what a check-up left is on the machine with serial number %s",
                     robot.name,
@@ -190,11 +189,6 @@ class Trials:
             "robot %r: what a check-up left there is %s", robot.name, "put back" if problem is None else "still there"
         )
         return problem
-
-    @staticmethod
-    def _identify(session: CheckUpSession) -> str | None:
-        session.identity = session.robot.identity()
-        return session.identity.serial_number
 
     def _is_late(self, robot: Robot, left: LeftBehind) -> bool:
         """Whether a person may have taken the robot since: the trial began long ago, or its hold was ended."""
@@ -251,13 +245,15 @@ class Trials:
             *schedules.for_robot(c, robot.id),
             *(each for group in groups for each in schedules.for_group(c, group)),
         ]
-        soon = [schedule for schedule in planned if _is_due(schedule, ends + KEEP_FREE)]
+        soon = [
+            (at, schedule.name)
+            for schedule in planned
+            if schedule.enabled and (at := schedule.next_at) and at <= ends + KEEP_FREE and not schedule.is_paused(at)
+        ]
         if soon:
-            first = min(soon, key=lambda schedule: schedule.next_at or now)
-            at = (first.next_at or now).astimezone(ZoneInfo(self._settings().timezone))
-            raise InvalidInput(
-                "robot", "{schedule} is planned at {time}: check up after it", schedule=first.name, time=f"{at:%H:%M}"
-            )
+            at, name = min(soon)
+            time = f"{at.astimezone(ZoneInfo(self._settings().timezone)):%H:%M}"
+            raise InvalidInput("robot", "{schedule} is planned at {time}: check up after it", schedule=name, time=time)
 
 
 def missions_of(client: RobotClient) -> Mapping[str, str]:
@@ -293,17 +289,3 @@ def _not_ready(robot: Robot) -> InvalidInput:
     return InvalidInput(
         "robot", "{robot} does not stand ready with an empty queue: check up when it does", robot=robot.name
     )
-
-
-def check_usable(robot: Robot) -> None:
-    """Raises InvalidInput for one that can't be asked."""
-    if robot.needs_password or not robot.token:
-        raise InvalidInput(
-            "robot", "{robot} is switched off until its password is entered in Settings", robot=robot.name
-        )
-
-
-def _is_due(schedule: Schedule, until: datetime) -> bool:
-    """Whether it may start by then."""
-    at = schedule.next_at
-    return schedule.enabled and at is not None and at <= until and not schedule.is_paused(at)

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from app.domain.check_up import Level, Rest
+from app.domain.check_up import Level, Rest, Topic
 from app.domain.message import render
 from app.mir.errors import ConnectionLost
 from app.mir.transport import Response
@@ -51,7 +51,7 @@ def test_one_gap_sets_no_pace(number):
     robot = AskedRobot()
     session = robot.session()
     lose(robot, number)
-    load(session)
+    session.add(Topic.LOAD, load(session))
     assert "rest" not in session.facts
     level, text = says(session)
     assert level is Level.AMBER
@@ -63,7 +63,7 @@ def test_a_robot_that_does_not_bear_it_twice_is_asked_less():
     robot = AskedRobot()
     session = robot.session()
     bears(robot, 25, 8.0)
-    load(session)
+    session.add(Topic.LOAD, load(session))
     assert session.facts["rest"] == Rest(25, 10.0)
     assert says(session) == (Level.RED, "It stopped answering when it was asked 26 times within 10 s, twice")
 
@@ -72,8 +72,8 @@ def test_of_a_robot_that_loses_answers_at_any_time_it_is_not_found_out():
     robot = AskedRobot()
     session = robot.session()
     lose(robot, 7, 19, 44, 80, 95)
-    latency(session)
-    load(session)
+    session.add(Topic.LATENCY, latency(session))
+    session.add(Topic.LOAD, load(session))
     assert "rest" not in session.facts
     assert says(session)[0] is Level.AMBER
     assert says(session)[1].startswith("Not found out")
@@ -83,7 +83,7 @@ def test_a_robot_that_stays_away_gets_no_pace():
     robot = AskedRobot()
     session = robot.session()
     lose(robot, *range(30, 5000))
-    load(session)
+    session.add(Topic.LOAD, load(session))
     assert "rest" not in session.facts
     assert says(session) == (
         Level.RED,
@@ -103,5 +103,5 @@ def test_one_that_does_not_say_how_long_it_is_on_is_not_taken_for_booted():
         return Response(answer.status, json.dumps(status).encode(), answer.headers)
 
     robot.meddle = meddle
-    load(session)
+    session.add(Topic.LOAD, load(session))
     assert "rest" not in session.facts

@@ -273,7 +273,7 @@ def test_a_robot_that_bears_little_is_asked_less(tmp_path):
     reboots = robot.machine.reboots
     assert reboots == 1  # by the questions that are to show it
     [rest] = [robot.container.catalogue.robot(robot.id).known.rest]
-    probe = RawClient(robot.asked.client(), robot.asked.clock.monotonic, robot.asked.clock.advance)
+    probe = RawClient(robot.asked.client(), robot.asked.clock)
     probe.spare(rest.requests, rest.seconds)
     for _ in range(200):
         assert probe.get("/missions").is_good

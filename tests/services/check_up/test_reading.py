@@ -68,7 +68,7 @@ def test_a_robot_that_is_slow_to_answer_is_told_how_many_questions_it_bore_in_wh
     robot = AskedRobot(deviant("slow-disk"))
     session = robot.session()
     began = robot.clock.now()
-    load(session)
+    session.add(Topic.LOAD, load(session))
     took = (robot.clock.now() - began).total_seconds()
     [finding] = session.findings
     found = re.fullmatch(r"It answered (\d+) questions within (\d+) s", render(finding.says))
@@ -81,7 +81,7 @@ def test_a_robot_that_is_slow_to_answer_is_asked_less_so_that_it_lasts_no_longer
     robot = AskedRobot(deviant("slow-disk"))
     session = robot.session()
     began = robot.clock.now()
-    latency(session)
+    session.add(Topic.LATENCY, latency(session))
     assert (robot.clock.now() - began).total_seconds() < 60.0 + 9.0
     (finding,) = session.findings
     assert finding.level is Level.RED
@@ -113,9 +113,9 @@ def test_another_robot_of_the_list_with_its_serial_number_has_to_be_put_right(tm
 def test_no_answer_takes_no_time(monkeypatch):
     robot = AskedRobot()
     session = robot.session()
-    monkeypatch.setattr(session.robot, "status", RobotStatus)  # at once
+    monkeypatch.setattr(session, "status", RobotStatus)  # at once
     monkeypatch.setattr(load_probes, "QUESTIONS", 3)
-    latency(session)
+    session.add(Topic.LATENCY, latency(session))
     assert "3 of 3 questions were answered, half of these within 0.01 s, the slowest in 0.01 s" in in_words(session)
 
 
