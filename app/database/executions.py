@@ -31,7 +31,7 @@ _ADDED_AT_ONCE = 100  # rows in one statement
 PRUNED_AT_ONCE = 100  # of each kind, so that due executions never wait long for the writer
 
 _INSTANTS = (
-    "hold_until",
+    "listed_until",
     "finish_by",
     "bound_at",
     "planned_at",
@@ -43,8 +43,9 @@ _INSTANTS = (
 )
 _OBJECTS = ("parameters", "wait_details", "choice", "tried")
 _FIELDS = tuple(field.name for field in fields(Execution) if field.name != "id")
-_PLAIN = tuple(name for name in _FIELDS if name != "reason")  # columns of the same name
-_COLUMNS = (*_PLAIN, "reason_code", "reason_details")
+_PLAIN = tuple(name for name in _FIELDS if name != "reason")  # one column each
+_COLUMN_OF = {"listed_until": "hold_until", "withdrawn": "revoked"}  # where it has another name than its field
+_COLUMNS = (*(_COLUMN_OF.get(name, name) for name in _PLAIN), "reason_code", "reason_details")
 
 
 class Replacement(NamedTuple):
@@ -174,7 +175,7 @@ class ExecutionRepository:
             return None
         wishes = {
             "cancel_code": row[0] and ReasonCode(row[0]),
-            "revoked": _text_to_reason(row[1]),
+            "withdrawn": _text_to_reason(row[1]),
             "held": bool(row[2]),
         }
         return _with(execution, **{**wishes, **columns})
@@ -539,7 +540,7 @@ def _text_to_reason(text: str | None) -> Reason | None:
 
 
 _TO_COLUMN: Mapping[str, Callable[[Any], Any]] = MappingProxyType(
-    {**dict.fromkeys(_INSTANTS, to_text), **dict.fromkeys(_OBJECTS, to_json), "revoked": _reason_to_text}
+    {**dict.fromkeys(_INSTANTS, to_text), **dict.fromkeys(_OBJECTS, to_json), "withdrawn": _reason_to_text}
 )
 _CONVERTERS = tuple(_TO_COLUMN.get(name) for name in _PLAIN)
 _plain_values = attrgetter(*_PLAIN)
@@ -556,7 +557,7 @@ def stored_values(values: Mapping[str, Any]) -> dict[str, Any]:
             raise ValueError(f"an execution has no {name!r}")
         else:
             convert = _TO_COLUMN.get(name)
-            stored[name] = value if convert is None or value is None else convert(value)
+            stored[_COLUMN_OF.get(name, name)] = value if convert is None or value is None else convert(value)
     return stored
 
 
@@ -577,7 +578,7 @@ _FROM_COLUMN: Mapping[str, Callable[[Any], Any]] = MappingProxyType(
         "state": State,
         "wait": Wait,
         "cancel_code": ReasonCode,
-        "revoked": _text_to_reason,
+        "withdrawn": _text_to_reason,
         "held": bool,
     }
 )
@@ -588,6 +589,8 @@ def execution_of(row: sqlite3.Row) -> Execution:
     values = dict(zip(row.keys(), row, strict=True))  # a row looks for each name among all of them
     code, details = values.pop("reason_code"), values.pop("reason_details")
     values["reason"] = Reason(ReasonCode(code), from_json(details)) if code else None
+    for name, column in _COLUMN_OF.items():
+        values[name] = values.pop(column)
     for name, convert in _FROM_COLUMN.items():
         if (stored := values[name]) is not None:
             values[name] = convert(stored)

@@ -96,7 +96,7 @@ def stuck_since(execution: Execution, snapshot: RobotSnapshot) -> datetime | Non
     """Since when the robot does not answer that may have this start, which therefore no other robot gets; None: it isn't so, or it is not
     sent again anyhow."""
     is_silent = snapshot.connection not in (Connection.CONNECTED, Connection.SLOW, Connection.UNKNOWN)
-    return snapshot.since if execution.state is State.SUBMITTING and execution.revoked is None and is_silent else None
+    return snapshot.since if execution.state is State.SUBMITTING and execution.withdrawn is None and is_silent else None
 
 
 def stuck(robot: str, since: datetime, zone: tzinfo | str, translate: Translate = lambda text: text) -> str:

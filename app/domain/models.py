@@ -321,12 +321,12 @@ class Execution:
     reason: Reason | None = None
     wait: Wait = Wait.DUE
     wait_details: Mapping[str, Any] = field(default_factory=dict)
-    hold_until: datetime | None = None  # not sent before (back-off, late start)
+    listed_until: datetime | None = None  # of a late start: not sent before
     attempts: int = 0
     queue_floor: int | None = None  # highest queue id of the robot known before the last attempt
     queue_id: int | None = None
     cancel_code: ReasonCode | None = None  # asked for by the operator, not yet confirmed by the robot
-    revoked: Reason | None = None  # must not be sent (again), though what is on the robot goes on
+    withdrawn: Reason | None = None  # why it must not be sent (again), though what is on the robot goes on
     held: bool = False  # by a person: not sent until it is released, nor after its window
     group_id: int | None = None
     robot_group: str = ""  # its name then

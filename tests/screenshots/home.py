@@ -119,7 +119,7 @@ LATE = tuple(
         schedule=schedule,
         wait=Wait.LATE_START,
         wait_details={},
-        hold_until=sample.NOW + timedelta(seconds=24),
+        listed_until=sample.NOW + timedelta(seconds=24),
     )
     for number, mission, schedule in ((21, "Waste to compactor", sample.HELD.schedule), (22, "Collect empties", ""))
 )

@@ -467,9 +467,9 @@ MUTANTS = (
     ),
     Mutant(
         "what was cancelled in doubt is sent again",
-        f"{TRANSITIONS}:withdrawn",
-        "Reason(row.cancel_code) if row.cancel_code else row.revoked",
-        "row.revoked",
+        f"{TRANSITIONS}:why_withdrawn",
+        "Reason(row.cancel_code) if row.cancel_code else row.withdrawn",
+        "row.withdrawn",
         "though it was cancelled",
         PEOPLE,
         seed=2,
@@ -536,7 +536,7 @@ MUTANTS = (
     Mutant(
         "whether a start was withdrawn is not asked before it is sent",
         "services.executions.wanted:wanted",
-        "if not reopen and (why := withdrawn(row) or _robot_is_off(c, row)):",
+        "if not reopen and (why := why_withdrawn(row) or _robot_is_off(c, row)):",
         "if why := None:",
         "though it was cancelled",
         PEOPLE,
@@ -622,7 +622,7 @@ MUTANTS = (
     Mutant(
         "a late start is not listed first",
         "services.dispatch.waiting:Waiting._is_listed_first",
-        "if row.hold_until is None or row.wait is not Wait.LATE_START:",
+        "if row.listed_until is None or row.wait is not Wait.LATE_START:",
         "if True:",
         "without the list",
         WINDOW,

@@ -14,7 +14,7 @@ from app.services.catalogue.undo import may_wait_again
 
 def is_undoable(row: Execution) -> bool:
     """Whether its cancelling can be undone, or needs no undo: what idleness wanted, it wants again by itself."""
-    return row.state is State.WAITING and not row.attempts and row.revoked is None
+    return row.state is State.WAITING and not row.attempts and row.withdrawn is None
 
 
 def ask_to_cancel(shell: Shell, mission: str, robot: str, agreed: Callable[[], object]) -> None:

@@ -78,7 +78,7 @@ def show_banner(frame: Frame, view: BannerView) -> None:
 
 def _listed(executions: Sequence[Execution]) -> frozenset[object]:
     """After another absence they are listed anew."""
-    return frozenset((e.id, e.hold_until) for e in executions)
+    return frozenset((e.id, e.listed_until) for e in executions)
 
 
 class FrameController:

@@ -245,7 +245,7 @@ def late_line(execution: Execution, given: Given, settings: Settings) -> str:
 
 def seconds_left(executions: Sequence[Execution], now: datetime) -> int:
     """Whole seconds until the first of them is sent."""
-    ends = [e.hold_until for e in executions if e.hold_until is not None]
+    ends = [e.listed_until for e in executions if e.listed_until is not None]
     return max(0, round((min(ends) - now).total_seconds())) if ends else 0
 
 

@@ -232,9 +232,9 @@ _WAIT_ICONS = {
 def _waiting(facts: HomeFacts, execution: Execution, now: datetime) -> QueueEntry:
     """Not on the robot yet: what holds it, and until when."""
     words = waiting_words(execution, facts.settings.timezone, facts.hold(execution.robot_id or 0, now))
-    if execution.wait is Wait.LATE_START and execution.hold_until is not None:
+    if execution.wait is Wait.LATE_START and execution.listed_until is not None:
         words = _("late, because the app was off; starts in {n} s").format(
-            n=max(0, round((execution.hold_until - now).total_seconds()))
+            n=max(0, round((execution.listed_until - now).total_seconds()))
         )
     is_due = execution.wait is Wait.DUE or execution.state is State.SUBMITTING
     return QueueEntry(

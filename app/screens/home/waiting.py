@@ -90,9 +90,9 @@ def starts_with_a_robot(facts: HomeFacts, now: datetime) -> list[tuple[Execution
 
 
 def _is_being_sent(row: Execution) -> bool:
-    """What waits for something else, such as the end of a hold, says so in its robot's queue; what is revoked is not sent again."""
+    """What waits for something else, such as the end of a hold, says so in its robot's queue; what is withdrawn is not sent again."""
     if row.state is State.SUBMITTING:
-        return row.queue_id is None and row.revoked is None
+        return row.queue_id is None and row.withdrawn is None
     return row.state is State.WAITING and row.wait in (Wait.DUE, Wait.RETRY)
 
 

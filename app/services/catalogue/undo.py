@@ -245,7 +245,7 @@ def _restore_start(edit: Edit, before: Execution, together: Collection[datetime]
         return  # the clock was set back meanwhile: its instant is planned again
     if row is None:  # what was in doubt was found on its robot: else it would be kept
         may_wait, goes_on = was_waiting, has_its_robot_again and not was_waiting
-    elif row.state is not State.CANCELLED or row.reason is None or (was_waiting and row.revoked is not None):
+    elif row.state is not State.CANCELLED or row.reason is None or (was_waiting and row.withdrawn is not None):
         return  # it has moved on, or was started on another robot since
     else:
         was_changed, was_removed = (
@@ -258,8 +258,8 @@ def _restore_start(edit: Edit, before: Execution, together: Collection[datetime]
     )
     unwanted = wanted(edit.c, row, reopen=True).why
     if goes_on:
-        is_final = before.revoked is not None and before.revoked.code is not ReasonCode.SCHEDULE_CHANGED
-        _restore_row(edit, replace(row, revoked=before.revoked if is_final else unwanted))
+        is_final = before.withdrawn is not None and before.withdrawn.code is not ReasonCode.SCHEDULE_CHANGED
+        _restore_row(edit, replace(row, withdrawn=before.withdrawn if is_final else unwanted))
     elif may_wait and unwanted is None and not _has_made_way(edit, row, together):
         _wait_again(edit, row)
 
@@ -281,7 +281,7 @@ def _wait_again(edit: Edit, row: Execution) -> None:
         state=State.WAITING,
         reason=None,
         ended_at=None,
-        revoked=None,
+        withdrawn=None,
         **(UNBOUND if row.group_id is not None else {}),
     )
     row = replace(row, **(wanted(edit.c, row).columns or {}))
@@ -306,7 +306,7 @@ def may_wait_again(row: Execution) -> bool:
         and row.reason.code is ReasonCode.USER_CANCELLED
         and not row.attempts
         and row.cancel_code is None
-        and row.revoked is None
+        and row.withdrawn is None
         and row.trigger is not Trigger.IDLE
     )
 

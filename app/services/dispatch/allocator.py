@@ -23,7 +23,7 @@ from app.services.dispatch.timing import DECIDES_EVERY, LOOKS_FOR
 from app.services.dispatch.waiting import Waiting
 from app.services.dispatch.worker import RobotWorker
 from app.services.executions import transitions
-from app.services.executions.transitions import Event, Transition, withdrawn
+from app.services.executions.transitions import Event, Transition, why_withdrawn
 
 ASSIGNED_TOGETHER = 50  # with one write: more would hold up what else is to be written
 
@@ -79,7 +79,7 @@ class Allocator:
 
     # ------------------------------------------------------------------ what waits
     def _is_to_be_given(self, row: Execution, group: Group | None, robots: Mapping[int, Robot]) -> bool:
-        reason = withdrawn(row)
+        reason = why_withdrawn(row)
         if reason is None and self._has_no_robot(row, group, robots):  # as far as their workers know
             reason = self._has_no_robot(
                 row, group, {robot.id: robot for robot in self._s.robots.all(self._s.db.read())}

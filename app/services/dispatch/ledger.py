@@ -96,8 +96,8 @@ class Ledger:
         """Judged in the same write, as two may ask for that at once."""
         row = self._executions.get(c, before.id)
         other = None if row is None else self._instead_of(c, row)
-        if row is not None and row.revoked is not None and (other is None or not _never_reached_a_robot(other)):
-            raise _not_sent_again(row.revoked, row.robot)
+        if row is not None and row.withdrawn is not None and (other is None or not _never_reached_a_robot(other)):
+            raise _not_sent_again(row.withdrawn, row.robot)
         if row is None or row.robot_id != before.robot_id or not (row.state is State.SUBMITTING or was_given_up(row)):
             raise InvalidInput("robot", "what became of it is known by now")
         instead = Reason(ReasonCode.USER_CANCELLED, {"instead": by.token})
@@ -106,7 +106,11 @@ class Ledger:
 
     def _instead_of(self, c: sqlite3.Connection, row: Execution) -> Execution | None:
         """What was started on another robot in place of it."""
-        return self._executions.by_token(c, row.revoked.details.get("instead", "")) if row.revoked is not None else None
+        return (
+            self._executions.by_token(c, row.withdrawn.details.get("instead", ""))
+            if row.withdrawn is not None
+            else None
+        )
 
     def add_idle(self, execution: Execution, robot: Robot) -> None:
         """Write the row of an idle mission, unless ``robot`` or its rule has been changed since it was read. Its idle period has then had
@@ -260,8 +264,8 @@ class Ledger:
         """Its robot has it after all, and a person has had it started on another one, which has that too or may get it; or an undo of its
         cancellation would."""
         other = self._instead_of(self._db.read(), row)
-        if other is not None and row.revoked is not None and _never_reached_a_robot(other):
-            self.apply([transitions.replaced(other, row.revoked)], quietly=True)
+        if other is not None and row.withdrawn is not None and _never_reached_a_robot(other):
+            self.apply([transitions.replaced(other, row.withdrawn)], quietly=True)
         elif other is not None and _may_have_run(other):
             self._alarms.raise_(
                 "started_twice",

@@ -440,7 +440,7 @@ class _RowMaker:
         )
         if late and context.uncertain_through is not None and planned_at <= context.uncertain_through:
             return replace(row, wait=Wait.ELSEWHERE, wait_details=rules.LISTED_LATER)
-        return replace(row, wait=Wait.LATE_START, hold_until=context.now + rules.LATE_START_HOLD) if late else row
+        return replace(row, wait=Wait.LATE_START, listed_until=context.now + rules.LATE_START_HOLD) if late else row
 
     def submitting(self, planned_at: datetime, ready: Readiness) -> Execution:
         may_be_there = ready.uncertain_through is not None and planned_at <= ready.uncertain_through

@@ -371,7 +371,7 @@ class Sending:
 
     def _forget_idle(self, ended: Iterable[Execution]) -> None:
         """Of an idle mission that was withdrawn nothing is here: its idle period has had none."""
-        if any(row.trigger is Trigger.IDLE and row.revoked is not None for row in ended):
+        if any(row.trigger is Trigger.IDLE and row.withdrawn is not None for row in ended):
             self._ledger.forget_idle(self._robot_id)
 
     def _post(self, intent: Execution, plan_version: int) -> None:

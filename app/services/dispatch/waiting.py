@@ -84,11 +84,11 @@ class Waiting:
 
     def _is_listed_first(self, row: Execution) -> bool:
         """A late start after the app was off is listed for some seconds, on the monotonic clock from when it is first seen."""
-        if row.hold_until is None or row.wait is not Wait.LATE_START:
+        if row.listed_until is None or row.wait is not Wait.LATE_START:
             return False
-        mono, left = self._clock.monotonic(), (row.hold_until - self._clock.now()).total_seconds()
+        mono, left = self._clock.monotonic(), (row.listed_until - self._clock.now()).total_seconds()
         until = self._listed_until.setdefault(
-            (row.id, row.hold_until), mono + min(max(left, 0.0), rules.LATE_START_HOLD.total_seconds())
+            (row.id, row.listed_until), mono + min(max(left, 0.0), rules.LATE_START_HOLD.total_seconds())
         )
         if until > mono:
             self._later(row, until - mono)

@@ -73,9 +73,9 @@ class Transition:
         return replace(self.row, **self.columns)
 
 
-def withdrawn(row: Execution) -> Reason | None:
+def why_withdrawn(row: Execution) -> Reason | None:
     """Why it must not be sent (again). ``row`` was read a moment ago."""
-    return Reason(row.cancel_code) if row.cancel_code else row.revoked
+    return Reason(row.cancel_code) if row.cancel_code else row.withdrawn
 
 
 def was_given_up(row: Execution) -> bool:
@@ -101,9 +101,9 @@ def list_late(row: Execution, now: datetime, uncertain_through: datetime | None 
     """A late start is listed for some seconds from now on. What was planned up to ``uncertain_through`` may have run, and is listed only
     once it is known that it has not."""
     if uncertain_through is not None and row.planned_at <= uncertain_through:
-        late: dict[str, Any] = {"wait": Wait.ELSEWHERE, "wait_details": dict(rules.LISTED_LATER), "hold_until": None}
+        late: dict[str, Any] = {"wait": Wait.ELSEWHERE, "wait_details": dict(rules.LISTED_LATER), "listed_until": None}
     else:
-        late = {"wait": Wait.LATE_START, "wait_details": {}, "hold_until": now + rules.LATE_START_HOLD}
+        late = {"wait": Wait.LATE_START, "wait_details": {}, "listed_until": now + rules.LATE_START_HOLD}
     return Transition(Event.WAIT, row, late)
 
 
@@ -288,8 +288,8 @@ def withdraw(row: Execution, reason: Reason) -> Transition:
         is_refused, is_by_a_person = reason.state is State.FAILED, reason.code in BY_A_PERSON
         event = Event.CANCEL if is_by_a_person else Event.REFUSE if is_refused else Event.WITHDRAW
         return end(event, row, reason)
-    is_free = row.revoked is None or row.revoked.code is ReasonCode.SCHEDULE_CHANGED
-    return Transition(Event.WITHDRAW, row, {"revoked": reason} if is_free else {})
+    is_free = row.withdrawn is None or row.withdrawn.code is ReasonCode.SCHEDULE_CHANGED
+    return Transition(Event.WITHDRAW, row, {"withdrawn": reason} if is_free else {})
 
 
 def cancel(row: Execution, code: ReasonCode) -> Transition:
@@ -306,8 +306,8 @@ def uncancel(row: Execution) -> Transition:
 
 
 def want_again(row: Execution) -> Transition:
-    is_edit = row.revoked is not None and row.revoked.code is ReasonCode.SCHEDULE_CHANGED
-    return Transition(Event.WANT_AGAIN, row, {"revoked": None} if is_edit else {})
+    is_edit = row.withdrawn is not None and row.withdrawn.code is ReasonCode.SCHEDULE_CHANGED
+    return Transition(Event.WANT_AGAIN, row, {"withdrawn": None} if is_edit else {})
 
 
 def restore(row: Execution, as_it_was: Execution) -> Transition:
@@ -317,7 +317,7 @@ def restore(row: Execution, as_it_was: Execution) -> Transition:
 
 def replaced(row: Execution, instead: Reason) -> Transition:
     """Nor may an undo bring it back."""
-    return Transition(Event.REPLACE, row, {"revoked": instead})
+    return Transition(Event.REPLACE, row, {"withdrawn": instead})
 
 
 def _sent_to(robot: Robot) -> dict[str, Any]:

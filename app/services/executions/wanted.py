@@ -16,7 +16,7 @@ from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain import rules
 from app.domain.models import Execution, Group, Mission, Reason, ReasonCode, Robot, Schedule, Settings, Trigger
-from app.services.executions.transitions import withdrawn
+from app.services.executions.transitions import why_withdrawn
 from app.services.planning.planned import first_due
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
@@ -65,7 +65,7 @@ class Verdict(NamedTuple):
 def wanted(c: sqlite3.Connection, row: Execution, *, reopen: bool = False) -> Verdict:
     """What a person started is as that person wanted it. One of a group goes on without a robot where that may not get it any more.
     ``reopen``: it has ended, or was withdrawn; whether the plan has it as if nothing had been."""
-    if not reopen and (why := withdrawn(row) or _robot_is_off(c, row)):
+    if not reopen and (why := why_withdrawn(row) or _robot_is_off(c, row)):
         return Verdict(None, why)
     may_stay = reopen or None in (row.group_id, row.robot_id) or _STARTS.may_get(c, row)
     if row.trigger is Trigger.MANUAL:

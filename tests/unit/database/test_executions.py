@@ -50,7 +50,7 @@ def test_a_row_is_read_back_unchanged(db, row):
         reason=Reason(ReasonCode.BATTERY_LOW, {"battery": 12.0, "until": "x"}),
         wait=Wait.BATTERY,
         wait_details={"battery": 12.0},
-        hold_until=NOON,
+        listed_until=NOON,
         attempts=3,
         queue_floor=7,
         queue_id=9,

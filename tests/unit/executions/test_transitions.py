@@ -54,7 +54,7 @@ MADE: dict[Event, Any] = {
     Event.WITHDRAW: lambda row: transitions.withdraw(row, Reason(ReasonCode.SCHEDULE_CHANGED)),
     Event.CANCEL: lambda row: transitions.cancel(row, ReasonCode.QUEUE_CLEARED),
     Event.UNCANCEL: lambda row: transitions.uncancel(replace(row, cancel_code=ReasonCode.USER_CANCELLED)),
-    Event.WANT_AGAIN: lambda row: transitions.want_again(replace(row, revoked=Reason(ReasonCode.SCHEDULE_CHANGED))),
+    Event.WANT_AGAIN: lambda row: transitions.want_again(replace(row, withdrawn=Reason(ReasonCode.SCHEDULE_CHANGED))),
     Event.REMOVE: lambda row: transitions.end(Event.REMOVE, row, Reason(ReasonCode.ROBOT_REMOVED)),
     Event.RESTORE: lambda row: transitions.restore(row, replace(row, state=State.QUEUED, reason=None, ended_at=None)),
     Event.MOVE: lambda row: Transition(Event.MOVE, row, {"closes_at": NOW}),
@@ -186,15 +186,15 @@ def test_a_start_withdrawn_while_sending_ends_once_it_was_not_sent(site):
 
 
 def test_an_edit_covers_no_other_reason_why_it_was_withdrawn(site):
-    row = site.add(State.SUBMITTING, revoked=Reason(ReasonCode.HOLD))
+    row = site.add(State.SUBMITTING, withdrawn=Reason(ReasonCode.HOLD))
     assert apply(site, transitions.withdraw(row, Reason(ReasonCode.SCHEDULE_CHANGED))) is None
     assert apply(site, transitions.want_again(row)) is None
-    assert stored(site, row).revoked == Reason(ReasonCode.HOLD)
+    assert stored(site, row).withdrawn == Reason(ReasonCode.HOLD)
 
 
 def test_any_other_reason_covers_an_edit(site):
-    row = site.add(State.SUBMITTING, revoked=Reason(ReasonCode.SCHEDULE_CHANGED))
-    assert apply(site, transitions.withdraw(row, Reason(ReasonCode.HOLD))).revoked == Reason(ReasonCode.HOLD)
+    row = site.add(State.SUBMITTING, withdrawn=Reason(ReasonCode.SCHEDULE_CHANGED))
+    assert apply(site, transitions.withdraw(row, Reason(ReasonCode.HOLD))).withdrawn == Reason(ReasonCode.HOLD)
 
 
 def test_a_cleared_queue_covers_a_cancellation_and_is_not_taken_back_by_the_robot(site):

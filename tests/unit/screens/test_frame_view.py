@@ -191,7 +191,7 @@ def test_an_implausible_clock_is_reported_by_its_alarm_alone():
 
 
 def test_late_starts_come_before_everything_and_count_down():
-    late = replace(HELD, wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=24))
+    late = replace(HELD, wait=Wait.LATE_START, listed_until=NOW + timedelta(seconds=24))
     assert late_starts([RUNNING, HELD, late], ROBOTS) == [late]
     assert [e.robot for e in late_starts([late], {1: replace(AINO, name="Alma")})] == ["Alma"]
     view = show(alarm("emergency_stop"), late=[late])
@@ -207,7 +207,7 @@ def test_a_late_start_that_no_robot_has_yet_names_its_group():
         robot="",
         robot_group="Hall 1",
         wait=Wait.LATE_START,
-        hold_until=NOW + timedelta(seconds=24),
+        listed_until=NOW + timedelta(seconds=24),
     )
     assert (
         show(late=late_starts([late], ROBOTS)).note == "Due while the app was off: Waste to compactor on Hall 1 (14:35)"
@@ -215,14 +215,14 @@ def test_a_late_start_that_no_robot_has_yet_names_its_group():
 
 
 def test_the_button_says_that_it_holds_all_late_starts():
-    late = replace(HELD, wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=24))
+    late = replace(HELD, wait=Wait.LATE_START, listed_until=NOW + timedelta(seconds=24))
     issues = OpenIssues(late_starts=[late, replace(late, id=98), replace(late, id=99, held=True, wait=Wait.HOLD)])
     one = replace(issues, late_starts=issues.late_starts[1:])
     assert [banner(each, ROBOTS, SETTINGS, NOW).action for each in (issues, one)] == ["Hold all", "Hold"]
 
 
 def test_a_late_start_is_named_with_its_values():
-    late = replace(HELD, wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=24), parameters={"goal": DOCK})
+    late = replace(HELD, wait=Wait.LATE_START, listed_until=NOW + timedelta(seconds=24), parameters={"goal": DOCK})
     issues = OpenIssues(late_starts=[late], given=Given(names={DOCK: "Dock 3"}))
     assert (
         banner(issues, ROBOTS, SETTINGS, NOW).note
@@ -231,7 +231,7 @@ def test_a_late_start_is_named_with_its_values():
 
 
 def test_late_starts_that_are_held_are_neither_counted_down_nor_forgotten():
-    late = replace(HELD, wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=21))
+    late = replace(HELD, wait=Wait.LATE_START, listed_until=NOW + timedelta(seconds=21))
     held = replace(late, id=99, held=True, wait=Wait.HOLD)
     assert late_starts([RUNNING, held, late], ROBOTS) == [held, late]
     assert banner(OpenIssues(late_starts=[held, late]), ROBOTS, SETTINGS, NOW).text == "1 late mission starts in 21 s"
@@ -242,7 +242,7 @@ def test_late_starts_that_are_held_are_neither_counted_down_nor_forgotten():
 
 
 def test_the_banner_counts_what_the_list_shows_and_shows_its_first_line():
-    late = replace(HELD, wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=24))
+    late = replace(HELD, wait=Wait.LATE_START, listed_until=NOW + timedelta(seconds=24))
     issues = OpenIssues(
         (
             alarm("app_was_off", "app", id=1),

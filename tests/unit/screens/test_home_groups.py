@@ -189,11 +189,11 @@ def test_a_start_assigned_by_hand_that_still_waits_is_not_said_to_be_sent(wait):
 
 def test_a_start_that_is_not_sent_again_is_not_said_to_be_sent():
     """It was started on another robot, while the first was silent."""
-    revoked = replace(
-        row(60), state=State.SUBMITTING, robot_id=1, robot="Aino", revoked=Reason(ReasonCode.USER_CANCELLED)
+    withdrawn = replace(
+        row(60), state=State.SUBMITTING, robot_id=1, robot="Aino", withdrawn=Reason(ReasonCode.USER_CANCELLED)
     )
     silent = snapshot(1, READY, connection=Connection.UNREACHABLE)
-    assert waiting.starts_with_a_robot(facts(revoked, snapshots={1: silent}), NOW) == []
+    assert waiting.starts_with_a_robot(facts(withdrawn, snapshots={1: silent}), NOW) == []
 
 
 def test_the_priority_of_what_has_a_robot_is_settled():

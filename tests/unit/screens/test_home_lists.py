@@ -156,7 +156,7 @@ def test_robots_number_their_items_alike():
 
 
 def test_a_late_start_counts_down():
-    late = replace(HELD, wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=24))
+    late = replace(HELD, wait=Wait.LATE_START, listed_until=NOW + timedelta(seconds=24))
     row = queue_entries(replace(FACTS, open=(late,), snapshots={}), NOW)[0]
     assert row.origin == "Waste, extra round · late, because the app was off; starts in 24 s"
 
