@@ -6,7 +6,7 @@ Times are seconds from the moment of the decision: of what has passed they are n
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
@@ -66,7 +66,7 @@ class Start:
 
     id: int
     mission: str
-    members: Collection[int]
+    members: tuple[int, ...]
     priority: int = NORMAL
     planned_s: float = 0.0
     closes_s: float = 900.0
@@ -75,7 +75,7 @@ class Start:
     tried: Mapping[int, Ineligible] = field(default_factory=dict)
     keep_free: int = 0
     at_once: bool = False
-    places: Collection[str] = ()
+    places: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

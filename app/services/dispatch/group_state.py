@@ -245,7 +245,7 @@ class GroupState:
             is_barred,
             group.keep_free,
             group.hand_over is HandOver.AT_ONCE,
-            [room.place for room in self._room if row.mission in room.missions],
+            tuple(room.place for room in self._room if row.mission in room.missions),
         )
 
     def _lacking(self, mission: str, members: Sequence[int]) -> dict[int, Ineligible]:

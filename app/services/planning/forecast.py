@@ -9,7 +9,7 @@ from __future__ import annotations
 from bisect import insort
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf
 from typing import NamedTuple
 
@@ -21,19 +21,11 @@ HOUR = 3600.0
 MOST_CHOSEN = 20_000
 
 
-class ForecastStart(NamedTuple):
-    """A start to come. ``fixed``: on its only member, at its instant, as schedules of one robot are. ``places``: those that it uses."""
+@dataclass(frozen=True, kw_only=True)
+class ForecastStart(Start):
+    """A start to come, in seconds from the origin. ``is_fixed``: on its only member, at its instant, as schedules of one robot are."""
 
-    at: float
-    mission: str
-    members: tuple[int, ...]
-    fixed: bool = False
-    priority: int = 0
-    closes: float = inf
-    finish: float | None = None  # by when it has to be done
-    keep_free: int = 0
-    at_once: bool = False
-    places: tuple[str, ...] = ()
+    is_fixed: bool = False
 
 
 class ForecastSlot(NamedTuple):
@@ -69,28 +61,19 @@ def forecast(starts: Sequence[ForecastStart], site: ForecastSite) -> dict[int, F
     return found
 
 
-def _independent_parts(starts: Sequence[ForecastStart]) -> Iterator[tuple[list[int], tuple[int, ...]]]:
+def _independent_parts(starts: Sequence[ForecastStart]) -> Iterator[tuple[list[int], list[int]]]:
     """Numbers of starts, and robots, that have to be looked at together: those of groups that share robots or places."""
-    parents: dict[int, int] = {}
-
-    def root_of(robot_id: int) -> int:
-        while (parent := parents.setdefault(robot_id, robot_id)) != robot_id:
-            robot_id = parent
-        return robot_id
-
-    used = {(each.members, each.places) for each in starts if not each.fixed and each.members}
-    together = [members for members, _ in used]
+    used = {(each.members, each.places) for each in starts if not each.is_fixed and each.members}
+    together: list[Collection[int]] = [members for members, _ in used]
     for name in {name for _, places in used for name in places}:
-        together.append(tuple({robot_id for each in starts if name in each.places for robot_id in each.members}))
+        together.append({robot_id for each in starts if name in each.places for robot_id in each.members})
+    parts: list[set[int]] = []
     for members in together:
-        for robot_id in members:
-            parents[root_of(robot_id)] = root_of(members[0])
-    numbers = defaultdict[int, list[int]](list)
-    for number, each in enumerate(starts):
-        if each.members and each.members[0] in parents:
-            numbers[root_of(each.members[0])].append(number)
-    for root, of_root in numbers.items():
-        yield of_root, tuple(sorted(robot_id for robot_id in parents if root_of(robot_id) == root))
+        joined = set(members).union(*(part for part in parts if not part.isdisjoint(members)))
+        parts = [joined, *(part for part in parts if part.isdisjoint(members))]
+    for robots in parts:
+        numbers = [number for number, each in enumerate(starts) if each.members and each.members[0] in robots]
+        yield numbers, sorted(robots)
 
 
 class _Simulation:
@@ -119,7 +102,7 @@ class _Simulation:
             if now == inf:  # what waits is never called
                 break
             self._pass_midnights(now)
-            while self._next < len(self._numbers) and self._starts[self._numbers[self._next]].at <= now:
+            while self._next < len(self._numbers) and self._starts[self._numbers[self._next]].planned_s <= now:
                 self._falls_due(self._numbers[self._next])
                 self._next += 1
             if self._waiting:
@@ -127,7 +110,7 @@ class _Simulation:
         return self._found
 
     def _next_instant(self, now: float) -> float:
-        due = self._starts[self._numbers[self._next]].at if self._next < len(self._numbers) else inf
+        due = self._starts[self._numbers[self._next]].planned_s if self._next < len(self._numbers) else inf
         if not self._waiting:
             return due
         robots = {robot_id for number in self._waiting for robot_id in self._starts[number].members}
@@ -136,7 +119,7 @@ class _Simulation:
         ends += [
             until for number in self._waiting for name in self._starts[number].places for until in self._leave_at[name]
         ]
-        calls = [self._starts[number].closes - LAST_CALL for number in self._waiting]
+        calls = [self._starts[number].closes_s - LAST_CALL for number in self._waiting]
         return min(due, min((instant for instant in ends + calls if instant > now), default=inf))
 
     def _pass_midnights(self, now: float) -> None:
@@ -146,11 +129,10 @@ class _Simulation:
 
     def _falls_due(self, number: int) -> None:
         each = self._starts[number]
-        if each.fixed:
+        if each.is_fixed:
             robot_id = each.members[0]
-            self._assign(
-                number, robot_id, each.at, self._site.duration(robot_id, each.mission) or UNKNOWN_S, in_time=True
-            )
+            lasts = self._site.duration(robot_id, each.mission) or UNKNOWN_S
+            self._assign(number, robot_id, each.planned_s, lasts, in_time=True)
         else:
             insort(self._waiting, number)
 
@@ -164,7 +146,7 @@ class _Simulation:
 
     # ------------------------------------------------------------------ decisions
     def _choose(self, now: float) -> None:
-        last_calls = {number for number in self._waiting if self._starts[number].closes - LAST_CALL <= now}
+        last_calls = {number for number in self._waiting if self._starts[number].closes_s - LAST_CALL <= now}
         if not last_calls and not any(
             self._free[robot_id] <= now or self._starts[number].at_once
             for number in self._waiting
@@ -213,17 +195,12 @@ class _Simulation:
 
     def _start(self, number: int, now: float, is_last_call: bool) -> Start:
         each = self._starts[number]
-        return Start(
-            number,
-            each.mission,
-            each.members,
-            each.priority,
-            each.at - now,
-            LAST_CALL if is_last_call else each.closes - now,
-            None if each.finish is None else each.finish - now,
-            keep_free=each.keep_free,
-            at_once=each.at_once,
-            places=each.places,
+        return replace(
+            each,
+            id=number,
+            planned_s=each.planned_s - now,
+            closes_s=LAST_CALL if is_last_call else each.closes_s - now,
+            finish_s=None if each.finish_s is None else each.finish_s - now,
         )
 
     def _ineligible(self, robot_id: int, now: float) -> Ineligible | None:
@@ -235,12 +212,11 @@ class _Simulation:
         """Of the next minutes, what may matter more than a start of that priority."""
         for number in range(self._next, len(self._numbers)):
             each = self._starts[self._numbers[number]]
-            if each.at > now + AHEAD:
+            if each.planned_s > now + AHEAD:
                 return
-            if (each.fixed or each.priority > least) and not set(each.members).isdisjoint(robots):
-                yield PlannedStart(
-                    each.mission, each.members, each.at - now, self._slow(each), each.priority, each.fixed
-                )
+            if (each.is_fixed or each.priority > least) and not set(each.members).isdisjoint(robots):
+                ahead = each.planned_s - now
+                yield PlannedStart(each.mission, each.members, ahead, self._slow(each), each.priority, each.is_fixed)
 
     def _slow(self, each: ForecastStart) -> float:
         key = each.mission, each.members

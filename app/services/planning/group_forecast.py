@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sqlite3
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime, timedelta
 from math import inf
@@ -105,30 +105,13 @@ class GroupForecast:
         return (instant - self.origin).total_seconds()
 
     def _forecast_start(self, run: PlannedRun) -> ForecastStart:
-        schedule, at = run.schedule, self._seconds(run.at)
+        schedule, at, mission = run.schedule, self._seconds(run.at), run.mission.name
         if run.group is None:
-            return ForecastStart(
-                at,
-                run.mission.name,
-                (run.robot.id,),
-                True,
-                schedule.priority,
-                places=self._places.get(run.mission.name, ()),
-            )
+            places = self._places.get(mission, ())
+            return ForecastStart(0, mission, (run.robot.id,), schedule.priority, at, places=places, is_fixed=True)
         closes = self._seconds(rules.closes_at(run.at, schedule.start_window_minutes, self._settings))
         finish = None if schedule.finish_by_minutes is None else at + schedule.finish_by_minutes * 60
-        return ForecastStart(
-            at,
-            run.mission.name,
-            self.members[run.group.id],
-            False,
-            schedule.priority,
-            closes,
-            finish,
-            run.group.keep_free,
-            run.group.hand_over is HandOver.AT_ONCE,
-            self._places.get(run.mission.name, ()),
-        )
+        return self._of_group(run.group, mission, schedule.priority, at, closes, finish)
 
     def _waiting(self) -> Iterator[ForecastStart]:
         """What waits for a robot already."""
@@ -138,18 +121,18 @@ class GroupForecast:
                 and not row.held
                 and row.closes_at > self._now
             ):
-                yield ForecastStart(
-                    self._seconds(row.planned_at),
-                    row.mission,
-                    self.members[group.id],
-                    False,
-                    row.priority,
-                    self._seconds(row.closes_at),
-                    None if row.finish_by is None else self._seconds(row.finish_by),
-                    group.keep_free,
-                    group.hand_over is HandOver.AT_ONCE,
-                    self._places.get(row.mission, ()),
-                )
+                at, closes = self._seconds(row.planned_at), self._seconds(row.closes_at)
+                finish = None if row.finish_by is None else self._seconds(row.finish_by)
+                yield self._of_group(group, row.mission, row.priority, at, closes, finish)
+
+    def _of_group(
+        self, group: Group, mission: str, priority: int, at: float, closes: float, finish: float | None
+    ) -> ForecastStart:
+        is_at_once, places = group.hand_over is HandOver.AT_ONCE, self._places.get(mission, ())
+        members, free = self.members[group.id], group.keep_free
+        return ForecastStart(
+            0, mission, members, priority, at, closes, finish, keep_free=free, at_once=is_at_once, places=places
+        )
 
     def _site(self, last: datetime) -> ForecastSite:
         day, days = self.origin.astimezone(self._zone).date() + DAY, list[float]()
@@ -201,9 +184,6 @@ class GroupForecast:
             held[robot_id].append((-inf, self._seconds(self._now) + AHEAD))
         for hold in HoldRepository().all(self._c):
             until = inf if hold.until is None else self._seconds(hold.until)
-            for robot_id in self._of(hold.robot_id):
+            for robot_id in self.shared if hold.robot_id is None else (hold.robot_id,):
                 held[robot_id].append((self._seconds(hold.started_at), until))
         return held
-
-    def _of(self, robot_id: int | None) -> Iterable[int]:
-        return self.shared if robot_id is None else (robot_id,)

@@ -19,7 +19,7 @@ from app.services.allocation.choose import AHEAD
 from app.services.planning.conflicts import Shared, place_warning, plan_conflicts
 from app.services.planning.durations import NO_LIVE_ROBOTS, LiveRobots, MissionDurations
 from app.services.planning.group_forecast import GroupForecast
-from app.services.planning.planned import MOMENT, Conflict, Planned, PlannedRun, copy_at, planned_run, with_holds
+from app.services.planning.planned import MOMENT, Conflict, Planned, PlannedRun, copy_at, planned_run
 from app.services.planning.recurrence import occurrences
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
@@ -84,11 +84,8 @@ class Plan:
 
     def place_warning(self, place: Place) -> Conflict | None:
         """The hour of the next week in which a place, saved or not, is wanted most, where that is for more than 70 % of it."""
-        now, missions = (
-            self._clock.now(),
-            {mission.id: mission.name for mission in MissionRepository().all(self._db.read())},
-        )
-        names = {missions[mission_id] for mission_id in place.missions if mission_id in missions}
+        now = self._clock.now()
+        names = {mission.name for mission in MissionRepository().all(self._db.read()) if mission.id in place.missions}
         return place_warning(self.between(now, now + WEEK).runs, place, names)
 
     def skips(self) -> set[Skip]:
@@ -139,8 +136,15 @@ class _Reading:
                 and self.forecast.lacks_mission(target, mission.name)
             )
             runs = _runs(schedule, target, mission, usual, self._calendar, begin, lacks_mission)
-            streams.append(run for run in with_holds(runs, self._held) if (run.schedule.id, run.at) not in self._skips)
+            streams.append(self._as_people_want(runs))
         return streams
+
+    def _as_people_want(self, runs: Iterator[PlannedRun]) -> Iterator[PlannedRun]:
+        """Without those that a person has skipped; those that one holds say so."""
+        for run in runs:
+            key = run.schedule.id, run.at
+            if key not in self._skips:
+                yield copy_at(run, run.at, held=True) if key in self._held else run
 
     def conflicts(self, runs: Sequence[PlannedRun], start: datetime, last: datetime) -> list[Conflict]:
         """Of these runs, in order of time, that are planned from ``start`` (with groups from where the forecast begins) to ``last``."""

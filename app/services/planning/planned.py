@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 from typing import Any
 from zoneinfo import ZoneInfo
@@ -71,13 +71,6 @@ def copy_at(like: PlannedRun, at: datetime, **changes: Any) -> PlannedRun:
     made = object.__new__(PlannedRun)
     made.__dict__.update(like.__dict__, at=at, **changes)
     return made
-
-
-def with_holds(runs: Iterator[PlannedRun], held: Collection[tuple[int, datetime]]) -> Iterator[PlannedRun]:
-    """Those that a person holds say so."""
-    if not held:
-        return runs
-    return (replace(run, held=True) if (run.schedule.id, run.at) in held else run for run in runs)
 
 
 def planned_run(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from calendar import monthrange
 from collections.abc import Sequence
+from contextlib import suppress
 from datetime import datetime, time
 from types import MappingProxyType
 
@@ -46,20 +47,16 @@ _EVERY = MappingProxyType(
 
 def sentence(schedule: Schedule, translate: Translate = lambda text: text) -> str:
     """Never raises: a rule that can't be read is shown as it is."""
-    try:
-        rule = Recurrence.parse(schedule.recurrence)
-    except InvalidInput:
-        return schedule.recurrence or ""
-    return _Words(schedule, rule, translate).sentence()
+    with suppress(InvalidInput):
+        return _Words(schedule, Recurrence.parse(schedule.recurrence), translate).sentence()
+    return schedule.recurrence or ""
 
 
 def missing_months(schedule: Schedule, translate: Translate = lambda text: text) -> str:
     """The months that a rule for a 29th, 30th or 31st leaves out, as in the sentence; "" where there are none. Never raises."""
-    try:
-        rule = Recurrence.parse(schedule.recurrence)
-    except InvalidInput:
-        return ""
-    return "".join(_Words(schedule, rule, translate).missing_months())
+    with suppress(InvalidInput):
+        return "".join(_Words(schedule, Recurrence.parse(schedule.recurrence), translate).missing_months())
+    return ""
 
 
 class _Words:
@@ -68,9 +65,6 @@ class _Words:
 
     def _say(self, text: str, **values: object) -> str:
         return self._translate(text).format(**values)
-
-    def _list(self, words: Sequence[str]) -> str:
-        return ", ".join(words)
 
     def sentence(self) -> str:
         start, rule = self._schedule.start, self._rule
@@ -101,8 +95,8 @@ class _Words:
             return self._weekdays(rule.weekdays or ((0, start.weekday()),))
         days = [self._weekdays(rule.weekdays)] if rule.weekdays else []
         if rule.month_days or not rule.weekdays:
-            days.append(self._list([self._month_day(day) for day in rule.month_days or (start.day,)]))
-        said = self._list(days)
+            days.append(", ".join([self._month_day(day) for day in rule.month_days or (start.day,)]))
+        said = ", ".join(days)
         if rule.frequency is Frequency.YEARLY and not (rule.months or rule.month_days or rule.weekdays):
             return self._say("{days} of {months}", days=said, months=self._translate(_MONTHS[start.month - 1]))
         return said
@@ -111,7 +105,7 @@ class _Words:
         days = [self._translate(_WEEKDAYS[day]) for n, day in weekdays if n == 0]
         if [day for n, day in weekdays if n == 0] == [0, 1, 2, 3, 4]:
             days = [f"{days[0]}–{days[-1]}"]
-        return self._list(
+        return ", ".join(
             days
             + [
                 self._say("the {which} {weekday}", which=self._ordinal(n), weekday=self._translate(_WEEKDAYS[day]))
@@ -134,7 +128,7 @@ class _Words:
 
     def _times(self) -> str:
         rule, start = self._rule, self._schedule.start
-        return self._list(
+        return ", ".join(
             [
                 self._time(time(hour, minute))
                 for hour in rule.hours or (start.hour,)
@@ -148,23 +142,24 @@ class _Words:
     def _limits(self) -> list[str]:
         """What narrows a rule down further."""
         rule, said = self._rule, []
-        if rule.weekdays and rule.frequency in (Frequency.MINUTELY, Frequency.HOURLY, Frequency.DAILY):
+        is_daily = rule.frequency in (Frequency.MINUTELY, Frequency.HOURLY, Frequency.DAILY)
+        if rule.weekdays and is_daily:
             said.append(self._say("on {days}", days=self._weekdays(rule.weekdays)))
-        if rule.month_days and rule.frequency in (Frequency.MINUTELY, Frequency.HOURLY, Frequency.DAILY):
-            said.append(self._say("on {days}", days=self._list([self._month_day(day) for day in rule.month_days])))
+        if rule.month_days and is_daily:
+            said.append(self._say("on {days}", days=", ".join([self._month_day(day) for day in rule.month_days])))
         if rule.months:
             said.append(
                 self._say(
-                    "in {months}", months=self._list([self._translate(_MONTHS[month - 1]) for month in rule.months])
+                    "in {months}", months=", ".join([self._translate(_MONTHS[month - 1]) for month in rule.months])
                 )
             )
         if rule.frequency.is_sub_daily:
             if rule.hours:
-                said.append(self._say("in the hours {hours}", hours=self._list([f"{hour:02}" for hour in rule.hours])))
+                said.append(self._say("in the hours {hours}", hours=", ".join([f"{hour:02}" for hour in rule.hours])))
             if rule.minutes:
                 said.append(
                     self._say(
-                        "at the minutes {minutes}", minutes=self._list([f"{minute:02}" for minute in rule.minutes])
+                        "at the minutes {minutes}", minutes=", ".join([f"{minute:02}" for minute in rule.minutes])
                     )
                 )
         return said
@@ -180,7 +175,7 @@ class _Words:
         if earliest == LEAP_DAY and 2 in months:
             return [self._say("in leap years only") if months == [2] else self._say("in February in leap years only")]
         return (
-            [self._say("not in {months}", months=self._list([self._translate(_MONTHS[month - 1]) for month in never]))]
+            [self._say("not in {months}", months=", ".join([self._translate(_MONTHS[month - 1]) for month in never]))]
             if never
             else []
         )

@@ -54,7 +54,7 @@ class WorkingCalendar:
         return bool(self.exceptions) or bool(self._national[0])
 
     def is_working_day(self, day: date) -> bool:
-        found = self._of_year(day.year).get(day) if self.has_exceptions else None
+        found = self._of_year(day.year).get(day)
         return day.weekday() in self._weekdays if found is None else found.is_working
 
     def day_status(self, day: date) -> DayStatus:
@@ -86,8 +86,6 @@ def days_of(exception: DayException, year: int) -> Iterator[date]:
         day, end = max(first, date(year, 1, 1)), min(last, date(year, 12, 31))
         while day <= end:
             yield day
-            if day == date.max:
-                return
             day += DAY
 
 

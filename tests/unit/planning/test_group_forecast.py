@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
@@ -27,11 +28,12 @@ def site(takes=None, **values):
 
 
 def kits(at, **values):
-    return ForecastStart(at, "Kits", values.pop("members", HALL), closes=at + values.pop("window", 900.0), **values)
+    members, closes = values.pop("members", HALL), at + values.pop("window", 900.0)
+    return ForecastStart(0, "Kits", members, planned_s=at, closes_s=closes, **values)
 
 
 def fixed(at, robot_id, **values):
-    return ForecastStart(at, "Shift bus", (robot_id,), True, **values)
+    return ForecastStart(0, "Shift bus", (robot_id,), planned_s=at, is_fixed=True, **values)
 
 
 def whose(found, number):
@@ -82,8 +84,8 @@ def test_a_robot_that_is_held_gets_nothing_until_that_ends():
 
 
 def test_a_start_that_cannot_finish_in_time_gets_no_robot():
-    assert forecast([kits(0.0, finish=299.0)], site()) == {}
-    assert whose(forecast([kits(0.0, finish=301.0)], site()), 0) == "Aino"
+    assert forecast([kits(0.0, finish_s=299.0)], site()) == {}
+    assert whose(forecast([kits(0.0, finish_s=301.0)], site()), 0) == "Aino"
 
 
 def test_a_group_without_a_usable_robot_finds_none_and_delays_no_other():
@@ -114,7 +116,7 @@ def test_a_place_is_used_also_by_robots_of_other_groups_and_of_none():
     ]
     found = forecast(wanted, site(room={"Dock": 1}))
     assert [found[number].begins for number in range(3)] == [0.0, 300.0, 600.0]
-    short = [each._replace(closes=200.0) for each in wanted]
+    short = [replace(each, closes_s=200.0) for each in wanted]
     assert sorted(forecast(short, site(room={"Dock": 1}))) == [0]  # never in a queue, as the place is full
 
 
@@ -136,14 +138,15 @@ def plans(draw):
         places = draw(st.sampled_from(((), (), ("Dock",), ("Dock", "Gate"))))
         wanted.append(
             ForecastStart(
-                float(at),
+                0,
                 mission,
                 members,
-                is_fixed,
                 priority,
+                float(at),
                 at + 60.0 * draw(st.integers(1, 30)),
                 finish,
                 places=places,
+                is_fixed=is_fixed,
             )
         )
     return wanted, lasts
@@ -164,10 +167,10 @@ def test_each_robot_does_one_thing_at_a_time_on_time_and_only_its_own(plan):
     for number, one in found.items():
         each = wanted[number]
         assert one.robot_id in each.members
-        assert one.begins >= each.at
+        assert one.begins >= each.planned_s
         assert one.ends == one.begins + lasts[one.robot_id, each.mission]
-        assert one.begins <= each.closes or each.fixed or not one.in_time
-        assert each.finish is None or one.ends <= each.finish + 1e-6
+        assert one.begins <= each.closes_s or each.is_fixed or not one.in_time
+        assert each.finish_s is None or one.ends <= each.finish_s + 1e-6
 
 
 @examples(150)
@@ -175,11 +178,11 @@ def test_each_robot_does_one_thing_at_a_time_on_time_and_only_its_own(plan):
 def test_only_what_cannot_be_done_in_time_or_waits_for_a_place_gets_no_robot(plan):
     wanted, lasts = plan
     found = forecast(wanted, of(lasts))
-    in_groups = {robot_id for each in wanted if not each.fixed for robot_id in each.members}
+    in_groups = {robot_id for each in wanted if not each.is_fixed for robot_id in each.members}
     lost = [
         each for number, each in enumerate(wanted) if number not in found and not in_groups.isdisjoint(each.members)
     ]
-    assert all((each.finish is not None or each.places) and not each.fixed for each in lost)
+    assert all((each.finish_s is not None or each.places) and not each.is_fixed for each in lost)
 
 
 @examples(150)
@@ -188,11 +191,11 @@ def test_a_start_of_a_group_begins_only_where_there_is_room_at_its_places(plan):
     wanted, lasts = plan
     found = forecast(wanted, of(lasts))
     for number, one in found.items():
-        for name in wanted[number].places if one.in_time and not wanted[number].fixed else ():
+        for name in wanted[number].places if one.in_time and not wanted[number].is_fixed else ():
             there = sum(
                 name in wanted[other].places
                 and each.ends > one.begins
-                and (wanted[other].at if wanted[other].fixed else each.begins) <= one.begins
+                and (wanted[other].planned_s if wanted[other].is_fixed else each.begins) <= one.begins
                 for other, each in found.items()
             )
             assert there <= ROOM[name]
@@ -205,8 +208,14 @@ def test_each_choice_is_the_one_of_the_decision_code_at_that_moment(plan, last):
     wanted, lasts = plan
     wanted = [
         *wanted[:last],
-        wanted[last % len(wanted)]._replace(
-            at=9000.0, closes=9900.0, finish=None, fixed=False, members=(1, 2, 3), places=()
+        replace(
+            wanted[last % len(wanted)],
+            planned_s=9000.0,
+            closes_s=9900.0,
+            finish_s=None,
+            is_fixed=False,
+            members=(1, 2, 3),
+            places=(),
         ),
     ]
     found = forecast(wanted, of(lasts))
@@ -239,9 +248,9 @@ def test_each_choice_is_the_one_of_the_decision_code_at_that_moment(plan, last):
 @given(plans())
 def test_the_forecast_of_the_first_hour_is_the_same_however_far_it_reaches(plan):
     wanted, lasts = plan
-    near = [each for each in wanted if each.at <= 3600 + AHEAD]
+    near = [each for each in wanted if each.planned_s <= 3600 + AHEAD]
     first = [
-        number for number, each in enumerate(near) if each.at <= 3600 and not each.fixed
+        number for number, each in enumerate(near) if each.planned_s <= 3600 and not each.is_fixed
     ]  # those only where a group needs them
     long, short = forecast(wanted, of(lasts)), forecast(near, of(lasts))
     assert [long.get(number) for number in first if long.get(number) and long[number].begins <= 3600] == [
