@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from app.database.check_ups import profile_of
 from app.database.table import Table
-from app.database.values import placeholders, to_instant, to_optional_instant, to_optional_text, to_text
+from app.database.values import placeholders, to_instant, to_optional_instant, to_optional_text
 from app.domain.models import HandOver, IdleRule, Robot
 from app.domain.robot import IdentifiedBy
 
@@ -151,37 +151,47 @@ class RobotRepository(Table[Robot]):
 
 
 @dataclass(frozen=True)
-class StoredHold:
-    """Nothing is sent to the robot (None: to any) until ``until`` (None: until it is released)."""
+class Hold:
+    """Nothing is sent to the robot (None: to any) until ``until`` (None: until it is released). ``since`` is when a person set it; None:
+    it is the tablet's own, because of its ``clock``, or as its data was copied from another one."""
 
-    started_at: datetime
     reason: str = ""
     until: datetime | None = None
+    since: datetime | None = None
+    clock: bool = False
+    is_copy: bool = False
     robot_id: int | None = None
     id: int = 0
+
+    def is_over(self, now: datetime) -> bool:
+        return self.until is not None and self.until <= now
+
+    def covers(self, robot_id: int | None, at: datetime) -> bool:
+        """Whether nothing is sent to that robot at that instant. Only a hold of all robots covers None."""
+        return self.robot_id in (None, robot_id) and not self.is_over(at) and (self.since is None or self.since <= at)
 
 
 class HoldRepository:
     """Holds of all robots or of one, as the operator set them; they survive a restart."""
 
-    def all(self, c: sqlite3.Connection) -> list[StoredHold]:
+    def all(self, c: sqlite3.Connection) -> list[Hold]:
         """Oldest first, expired ones included."""
         return [
-            StoredHold(
-                to_instant(row["started_at"]),
+            Hold(
                 row["reason"],
                 to_optional_instant(row["until"]),
-                row["robot_id"],
-                row["id"],
+                to_instant(row["started_at"]),
+                robot_id=row["robot_id"],
+                id=row["id"],
             )
             for row in c.execute("SELECT * FROM holds ORDER BY id")
         ]
 
-    def add(self, c: sqlite3.Connection, hold: StoredHold) -> StoredHold:
+    def add(self, c: sqlite3.Connection, hold: Hold) -> Hold:
         """Returns it with its id; one that is given (of a robot whose removal is undone) is kept."""
         cursor = c.execute(
             "INSERT INTO holds (id, robot_id, reason, started_at, until) VALUES (?, ?, ?, ?, ?)",
-            (hold.id or None, hold.robot_id, hold.reason, to_text(hold.started_at), to_optional_text(hold.until)),
+            (hold.id or None, hold.robot_id, hold.reason, to_optional_text(hold.since), to_optional_text(hold.until)),
         )
         return replace(hold, id=cursor.lastrowid or 0)
 

@@ -9,7 +9,7 @@ from operator import itemgetter
 from typing import NamedTuple
 from zoneinfo import ZoneInfo
 
-from app.domain.clock import midnight
+from app.domain.clock import DAY, midnight
 from app.domain.robot import RobotState, RobotStatus
 
 ACTIVITIES = ("executing", "charging", "idle", "paused", "error", "offline")
@@ -125,7 +125,7 @@ def seconds_by_day(
         while at < until:
             if at >= day_ends:
                 day = at.astimezone(zone).date()
-                day_ends = midnight(day + timedelta(days=1), zone)
+                day_ends = midnight(day + DAY, zone)
                 found.setdefault(day, {})
             part = min(until, day_ends)
             found[day][activity] = found[day].get(activity, 0.0) + (part - at).total_seconds()

@@ -9,13 +9,15 @@ import re
 import time
 import zoneinfo
 from dataclasses import dataclass
-from datetime import UTC, date, datetime
+from datetime import UTC, date, datetime, timedelta
 from datetime import time as time_of_day
 from functools import lru_cache
 from pathlib import Path
 from typing import Protocol
 from zoneinfo import ZoneInfo, available_timezones
 
+DAY = timedelta(days=1)
+MOMENT = timedelta(microseconds=1)
 EARLIEST = datetime(2026, 1, 1, tzinfo=UTC)  # before that there was no app: a clock that shows such a time is wrong
 
 

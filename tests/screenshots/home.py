@@ -12,6 +12,7 @@ from typing import Any
 from kivy.factory import Factory
 
 from app.database.errors import DatabaseDamaged
+from app.database.robots import Hold
 from app.domain.clock import zone_names
 from app.domain.message import message, render
 from app.domain.models import Alarm, Priority, Robot, RobotSnapshot, Settings, State, Wait
@@ -33,7 +34,6 @@ from app.screens.home.facts import HomeFacts
 from app.screens.home.run_dialog import RunDialog
 from app.screens.home.screen import HomeScreen
 from app.screens.rescue import Damage, RescuePage
-from app.services.live.holds import Hold
 from app.services.live.tablet import IS_COPY
 from app.widgets.positions import PositionDialog, Spot
 from app.widgets.snackbar import Snackbars

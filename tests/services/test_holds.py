@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 
 from app.container import Container
 from app.database.connection import Database
+from app.database.robots import Hold
 from app.domain.models import InvalidInput, Robot
 from app.services.live.changes import Topic
-from app.services.live.holds import LONGEST_REASON, Hold
+from app.services.live.holds import LONGEST_REASON
 from tests.support.clock import VirtualClock
 
 NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from typing import Any
 
+from app.database.robots import Hold
 from app.domain.models import (
     Connection,
     DurationEstimate,
@@ -36,7 +37,6 @@ from app.domain.robot import (
 )
 from app.mir.errors import Unreachable
 from app.screens.home.facts import HomeFacts
-from app.services.live.holds import Hold
 from app.services.planning.planned import PlannedRun
 from app.services.robots.map_picture import picture_of
 from mir_sim import floor_plan, world

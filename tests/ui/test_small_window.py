@@ -13,6 +13,7 @@ from kivy.tests.common import UnitTestTouch
 from kivy.uix.label import Label
 from kivy.uix.scrollview import ScrollView
 
+from app.database.robots import Hold
 from app.domain.models import Alarm, Connection, Group, Priority
 from app.domain.robot import RobotProblem, UserPrompt, problems_in_words
 from app.i18n import _
@@ -40,7 +41,6 @@ from app.screens.home.waiting_model import WaitingDialog
 from app.screens.settings.idle import IdlePanel
 from app.screens.settings.missions import MissionRow
 from app.screens.settings.places import PlaceRow
-from app.services.live.holds import Hold
 from app.widgets import load_kv
 from app.widgets.buttons import CommandButton
 from app.widgets.display import ValueTile

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from app.database.robots import Hold
 from app.domain.models import Execution, ReasonCode, State, Wait
 from app.domain.robot import MissionParameter
 from app.screens.common.cancelled import say_cancelled
@@ -20,7 +21,6 @@ from app.screens.common.threads import Changed, UiBus
 from app.screens.common.view_model import Navigator
 from app.screens.frame.controller import FrameController
 from app.services.live.changes import Topic
-from app.services.live.holds import Hold
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from app.widgets.frame import Frame

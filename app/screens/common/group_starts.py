@@ -6,6 +6,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from datetime import datetime
 from typing import TypeVar
 
+from app.database.robots import Hold
 from app.domain import choice
 from app.domain.models import Execution, Group, Mission, Robot, Settings, State, Wait
 from app.i18n import _
@@ -15,7 +16,6 @@ from app.screens.common.options import Option
 from app.screens.common.priorities import LEVELS, level, word
 from app.screens.common.shell import Shell
 from app.services.catalogue.catalogue import Catalogue
-from app.services.live.holds import Hold
 from app.services.robots.commands import Operator
 
 T = TypeVar("T")

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterable, Sequence
 from datetime import datetime
 
+from app.database.robots import Hold
 from app.domain import rules
 from app.domain.models import Execution, Group, Robot, Settings, State, Wait
 from app.domain.reasons import waiting_sentence
 from app.i18n import _
 from app.screens.common import formats
-from app.services.live.holds import Hold
 from app.services.planning.planned import PlannedRun
 
 HAND = "hand-back-right-outline"

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from datetime import datetime
 from enum import Enum
 
+from app.database.robots import Hold
 from app.domain.activity import activity_of
 from app.domain.models import Connection, Robot, RobotSnapshot, Settings
 from app.domain.robot import RobotState, RobotStatus
 from app.i18n import _, ngettext
 from app.screens.common.holding import HAND, hold_at
 from app.screens.common.robot_appearance import LOW, STOPPED, is_silent
-from app.services.live.holds import Hold
 
 
 class Group(Enum):

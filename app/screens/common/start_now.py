@@ -6,13 +6,14 @@ from collections.abc import Iterable
 from datetime import datetime
 from typing import Protocol
 
+from app.database.robots import Hold
 from app.domain import rules
 from app.domain.clock import Clock
 from app.domain.models import Group, Robot, RobotSnapshot, Settings
 from app.i18n import _
 from app.screens.common.holding import hold_at, run_words
 from app.screens.common.robot_appearance import STOPPED, is_old
-from app.services.live.holds import Hold, Holds
+from app.services.live.holds import Holds
 from app.services.live.snapshots import Snapshots
 
 

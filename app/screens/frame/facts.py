@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+from app.database.robots import Hold
 from app.domain.clock import Clock
 from app.domain.models import Alarm, Execution, Robot, Settings, State, Wait
 from app.screens.common.given import NOTHING_KNOWN, Given
@@ -13,7 +14,7 @@ from app.services.catalogue.catalogue import Catalogue
 from app.services.dispatch.engine import Engine
 from app.services.history.runs import History
 from app.services.live.alarms import ZONE_GUESSED, Alarms
-from app.services.live.holds import Hold, Holds
+from app.services.live.holds import Holds
 from app.services.live.snapshots import Snapshots
 from app.services.live.tablet import Tablet
 from app.services.robots.commands import Operator

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 
+from app.database.robots import Hold
 from app.domain.models import Alarm, Execution, Robot, RobotSnapshot, Settings
 from app.i18n import _, ngettext
 from app.screens.common import formats
@@ -33,7 +34,6 @@ from app.screens.common.robot_groups import FEW, NEEDS_HELP, Group, group_of, he
 from app.screens.common.zones import zone_options
 from app.screens.frame.facts import OpenIssues
 from app.screens.frame.sounding import is_overdue
-from app.services.live.holds import Hold
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from functools import cached_property
 
+from app.database.robots import Hold
 from app.domain.activity import NO_DATA, ActivitySpan, activity_of
 from app.domain.clock import Clock
 from app.domain.models import DurationEstimate, Execution, Group, Mission, Robot, RobotSnapshot, Settings
@@ -18,7 +19,7 @@ from app.services.catalogue.catalogue import Catalogue
 from app.services.dispatch.engine import Engine
 from app.services.history.runs import History, RobotStates
 from app.services.live.alarms import Alarms
-from app.services.live.holds import Hold, Holds
+from app.services.live.holds import Holds
 from app.services.live.snapshots import Snapshots
 from app.services.planning.plan import Plan
 from app.services.planning.planned import PlannedRun

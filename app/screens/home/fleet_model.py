@@ -12,6 +12,7 @@ from kivy.core.window import Window
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 
+from app.database.robots import Hold
 from app.domain.models import Execution, Robot, RobotSnapshot, Settings, State
 from app.domain.robot import QueueItem, QueueState, RobotState
 from app.i18n import _
@@ -35,7 +36,6 @@ from app.screens.home.fleet import (
 )
 from app.screens.home.waiting_model import NO_WAITING
 from app.services.live.changes import Topic
-from app.services.live.holds import Hold
 from app.widgets import finger
 from app.widgets.dialogs import ESCAPE
 from app.widgets.dock import dock

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import Any
 
+from app.database.robots import Hold
 from app.domain import rules
 from app.domain.models import Execution, Group, HandOver, Robot
 from app.i18n import _
@@ -18,7 +19,6 @@ from app.screens.common.robot_appearance import is_old
 from app.screens.common.start_now import is_stopped, why_not
 from app.screens.home.facts import HomeFacts
 from app.services.allocation.situation import CRITICAL, HIGH
-from app.services.live.holds import Hold
 from app.services.robots.commands import Operator
 
 CHIPS = 4  # missions offered by one tap where none is marked as a favourite

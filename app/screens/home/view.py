@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 
+from app.database.robots import Hold
 from app.domain import rules
 from app.domain.message import render
 from app.domain.models import Connection, Robot, RobotSnapshot, Settings
@@ -48,7 +49,6 @@ from app.screens.home.run_now import RunView, run_now
 from app.screens.home.waiting import kept_for
 from app.services.dispatch import idle
 from app.services.dispatch.availability import is_charging
-from app.services.live.holds import Hold
 
 
 @dataclass(frozen=True)

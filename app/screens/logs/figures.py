@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from datetime import UTC, date, datetime, timedelta
+from datetime import UTC, date, datetime
 from zoneinfo import ZoneInfo
 
-from app.domain.clock import midnight
+from app.domain.clock import DAY, midnight
 from app.screens.common.name_order import by_name
 from app.screens.logs.facts import LogsServices
 from app.screens.logs.view import Filters, period_start
@@ -15,7 +15,6 @@ from app.services.history.figures import Cause, Delays, Facts, GroupFacts
 from app.services.history.kpis import KpiFilter
 from app.services.planning.durations import Trend
 
-DAY = timedelta(days=1)
 SHORTEST_HISTORY, LONGEST_HISTORY = 7, 30  # days
 
 

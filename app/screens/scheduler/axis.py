@@ -8,11 +8,11 @@ from datetime import datetime, timedelta
 from typing import NamedTuple
 from zoneinfo import ZoneInfo
 
+from app.database.robots import Hold
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.view import day_begins
-from app.services.live.holds import Hold
 
 FOLDED_FROM = 6.0  # hours without work and without bars
 QUARTERS = 4  # of an hour: clocks are changed at one

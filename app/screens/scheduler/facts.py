@@ -8,8 +8,9 @@ from datetime import datetime, timedelta
 from zoneinfo import ZoneInfo
 
 from app.database.executions import ExecutionFilter
+from app.database.robots import Hold
 from app.domain import names
-from app.domain.clock import Clock
+from app.domain.clock import MOMENT, Clock
 from app.domain.models import Connection, Execution, Group, Mission, Robot, Schedule, Settings
 from app.screens.common.given import NOTHING_KNOWN, Given, Start
 from app.screens.common.holding import hold_for, hold_of_run
@@ -22,10 +23,10 @@ from app.services.catalogue.pausing import Pausing
 from app.services.catalogue.preview import Forecasts
 from app.services.files.plan_export import PlanFiles
 from app.services.history.runs import History
-from app.services.live.holds import Hold, Holds
+from app.services.live.holds import Holds
 from app.services.live.snapshots import Snapshots
 from app.services.planning.plan import LONGEST_RUN, Plan
-from app.services.planning.planned import MOMENT, Conflict, PlannedRun
+from app.services.planning.planned import Conflict, PlannedRun
 from app.services.planning.recurrence import next_occurrence
 from app.services.planning.working_days import WorkingCalendar
 from app.services.robots.commands import Operator

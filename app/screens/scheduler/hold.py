@@ -9,6 +9,7 @@ from zoneinfo import ZoneInfo
 from kivy.clock import Clock
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, StringProperty
 
+from app.database.robots import Hold
 from app.domain.models import InvalidInput
 from app.i18n import _
 from app.screens.common.holding import about_hold
@@ -16,7 +17,6 @@ from app.screens.common.problems import sentence_of
 from app.screens.common.shell import Shell
 from app.screens.scheduler import hold_view
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
-from app.services.live.holds import Hold
 from app.services.planning.recurrence import to_utc
 from app.widgets.dialogs import FormDialog
 

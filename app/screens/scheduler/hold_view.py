@@ -6,11 +6,11 @@ from collections.abc import Collection
 from datetime import datetime, time, timedelta
 from zoneinfo import ZoneInfo
 
+from app.database.robots import Hold
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.options import Option
 from app.screens.scheduler.facts import SchedulerFacts
-from app.services.live.holds import Hold
 
 ALL = 0  # key of all robots
 HOUR, DAY, CHOSEN, OPEN = "hour", "day", "chosen", "open"

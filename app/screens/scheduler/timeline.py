@@ -11,6 +11,7 @@ from itertools import pairwise
 from typing import NamedTuple
 from zoneinfo import ZoneInfo
 
+from app.database.robots import Hold
 from app.domain.models import Execution, Group, Robot, State
 from app.i18n import _, ngettext, pgettext
 from app.screens.common import foreseen, formats
@@ -19,7 +20,6 @@ from app.screens.scheduler import axis, of_groups
 from app.screens.scheduler.axis import Band, Range, Tick
 from app.screens.scheduler.contested import Contested
 from app.screens.scheduler.facts import HOURS, SchedulerFacts, Window, full_hour
-from app.services.live.holds import Hold
 from app.services.planning.planned import ASSUMED_S, PlannedRun
 
 SHORTEST = 1 / 60  # hours: a bar of no length would be no bar

@@ -10,11 +10,11 @@ from dataclasses import replace
 from datetime import datetime
 
 from app.domain import rules
+from app.domain.clock import MOMENT
 from app.domain.models import InvalidInput, Reason, ReasonCode, Schedule
 from app.services.catalogue import change_log
 from app.services.catalogue.catalogue import Catalogue, Edit
 from app.services.live.changes import Topic
-from app.services.planning.planned import MOMENT
 from app.services.planning.recurrence import next_occurrence
 
 

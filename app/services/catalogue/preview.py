@@ -22,14 +22,13 @@ from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain import rules
-from app.domain.clock import Clock
+from app.domain.clock import MOMENT, Clock
 from app.domain.models import DurationEstimate, Group, Mission, Robot, Schedule, Settings
 from app.services.catalogue import validation
 from app.services.planning.conflicts import finish_by_short
 from app.services.planning.draft_conflicts import DraftConflicts
 from app.services.planning.durations import NO_LIVE_ROBOTS, LiveRobots, MissionDurations
 from app.services.planning.overlaps import RunOverlap, find_overlaps, free_shift
-from app.services.planning.planned import MOMENT
 from app.services.planning.recurrence import Occurrence, next_occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 

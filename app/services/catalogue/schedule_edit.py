@@ -7,6 +7,7 @@ from dataclasses import replace
 from datetime import datetime, timedelta
 
 from app.domain import names
+from app.domain.clock import MOMENT
 from app.domain.models import Group, InvalidInput, Mission, Robot, Schedule, State
 from app.domain.rules import token_of
 from app.services.catalogue import change_log, checks, validation
@@ -28,7 +29,6 @@ NOT_THE_RULE = {
     "planned_through": None,
     "started_through": None,
 }  # of a schedule
-_MOMENT = timedelta(microseconds=1)
 _FAR = timedelta(days=366)  # a rule that has ended is not searched further back
 
 
@@ -105,7 +105,7 @@ class ScheduleEdit(Transaction):
         """The instant of the schedule nearest to ``at``, which may be one itself. Ignores working days: a start stays due if its day was
         closed later."""
         schedule = replace(schedule, respect_working_days=False)
-        following = next_occurrence(schedule, at - _MOMENT, self.calendar)
+        following = next_occurrence(schedule, at - MOMENT, self.calendar)
         if following == at:
             return at
         reach = _FAR if following is None else min(following - at, _FAR)
@@ -156,7 +156,7 @@ class ScheduleEdit(Transaction):
         ]
         if withdrawn:  # never sent: as if they had never been planned
             instants, begun = {row.planned_at for row in withdrawn}, schedule.started_through
-            last = max((row.planned_at for row in kept), default=min(instants) - _MOMENT)
+            last = max((row.planned_at for row in kept), default=min(instants) - MOMENT)
             if begun is not None and begun not in instants:  # of another one, later by a clock that has been set back
                 last = max(last, begun)
             schedule = replace(schedule, planned_through=last)

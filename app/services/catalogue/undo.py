@@ -11,7 +11,7 @@ from app.database.check_ups import StoredCheckUp
 from app.database.executions import UNBOUND
 from app.database.group_executions import Watch
 from app.database.missions import RunDuration
-from app.database.robots import Accepted, StoredHold
+from app.database.robots import Accepted, Hold
 from app.database.schedules import Skip
 from app.domain import names
 from app.domain.models import (
@@ -55,7 +55,7 @@ class Removed:
     skips: Collection[Skip] = ()
     kept_back: Collection[Skip] = ()
     idle: Sequence[tuple[int, IdleRule]] = ()  # by robot id
-    holds: Sequence[StoredHold] = ()
+    holds: Sequence[Hold] = ()
     days: Sequence[DayException] = ()
     starts: Sequence[Execution] = ()  # that were open of those schedules, or that ended with the robot, as they were
     group: Group | None = None

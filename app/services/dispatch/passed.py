@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
-from datetime import datetime, timedelta
+from datetime import datetime
 from itertools import pairwise
 
+from app.domain.clock import MOMENT
 from app.domain.models import Schedule
 from app.services.live.downtime import Downtime, Gap
 from app.services.planning.recurrence import next_occurrence, passed_occurrences
 from app.services.planning.working_days import WorkingCalendar
-
-MOMENT = timedelta(microseconds=1)
 
 
 @dataclass(frozen=True)

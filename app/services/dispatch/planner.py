@@ -18,7 +18,7 @@ from app.database.robots import RobotRepository
 from app.database.schedules import Progress, ScheduleRepository, Skip
 from app.database.settings import SettingsRepository
 from app.domain import rules
-from app.domain.clock import EARLIEST, Clock
+from app.domain.clock import EARLIEST, MOMENT, Clock
 from app.domain.models import (
     Alarm,
     Execution,
@@ -35,7 +35,7 @@ from app.domain.models import (
 )
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.messages import Readiness
-from app.services.dispatch.passed import MOMENT, Passed, passed
+from app.services.dispatch.passed import Passed, passed
 from app.services.dispatch.timing import LONGEST_WAIT
 from app.services.executions import transitions
 from app.services.executions.transitions import NOT_WITH_THE_ROBOT, Transition

@@ -16,6 +16,7 @@ from enum import StrEnum
 from zoneinfo import ZoneInfo
 
 from app.domain import names
+from app.domain.clock import DAY
 from app.domain.models import DayException, InvalidInput
 from app.services.catalogue import checks, validation
 from app.services.files import ics
@@ -26,7 +27,7 @@ from app.services.files.ics_zones import Zones
 YEARS_AHEAD = 10  # of a rule that is more than the same day every year
 MOST_DATES = 100_000  # that are looked at, past and excepted ones included
 LONGEST_READING_S = 20.0
-DAY, MINUTE = timedelta(days=1), timedelta(minutes=1)
+MINUTE = timedelta(minutes=1)
 
 
 class LeftOut(StrEnum):

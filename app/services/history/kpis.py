@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from datetime import UTC, date, datetime, timedelta
+from datetime import UTC, date, datetime
 from typing import Any
 from zoneinfo import ZoneInfo
 
@@ -21,14 +21,12 @@ from app.database.robots import RobotRepository
 from app.database.settings import SettingsRepository
 from app.database.values import from_json, to_instant, to_text
 from app.domain.activity import seen_seconds
-from app.domain.clock import Clock, midnight
+from app.domain.clock import DAY, MOMENT, Clock, midnight
 from app.domain.models import Execution
 from app.services.history.figures import LATE_S, Cause, Delays, Facts, GroupFacts, causes, counted
 from app.services.planning.durations import BASELINE_OF, DURATIONS_OF, MOST_MISSIONS, Trend, trend
-from app.services.planning.planned import MOMENT
 from app.services.planning.working_days import working_calendar
 
-DAY = timedelta(days=1)
 _FIRST_INSTANT = datetime(1970, 1, 1, tzinfo=UTC)
 NEWEST = 5_000  # runs that the percentiles of delays and waits rest on
 

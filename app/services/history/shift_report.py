@@ -11,7 +11,7 @@ from zoneinfo import ZoneInfo
 from app.database.alarms import AlarmRepository
 from app.database.connection import Database
 from app.database.settings import SettingsRepository
-from app.domain.clock import Clock, midnight
+from app.domain.clock import DAY, Clock, midnight
 from app.domain.models import Alarm, Execution, Settings
 from app.services.history.figures import Cause, Delays, Facts, GroupFacts
 from app.services.history.kpis import KpiFilter, Kpis
@@ -61,9 +61,9 @@ def bounds(period: ReportPeriod, now: datetime, zone: ZoneInfo) -> tuple[datetim
     if period is ReportPeriod.SHIFT:
         return now - SHIFT, now
     if period is ReportPeriod.YESTERDAY:
-        return midnight(today - timedelta(days=1), zone), midnight(today, zone)
+        return midnight(today - DAY, zone), midnight(today, zone)
     days = 6 if period is ReportPeriod.WEEK else 0
-    return midnight(today - timedelta(days=days), zone), now
+    return midnight(today - days * DAY, zone), now
 
 
 def split_lines(runs: int, alarms: int, room: int) -> tuple[int, int]:

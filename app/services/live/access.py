@@ -85,7 +85,7 @@ class Access:
         if not (SHORTEST <= len(pin) <= LONGEST and pin.isascii() and pin.isdecimal()):
             raise InvalidInput("pin", "a PIN has {least} to {most} digits", least=SHORTEST, most=LONGEST)
         salt = secrets.token_bytes(16)
-        self._put({"salt": salt.hex(), "hash": _hash(pin, salt, _COST).hex(), **_COST})
+        self._put({"salt": salt.hex(), "hash": _hash(pin, salt), **_COST})
         log.info("A PIN for Settings was set")
 
     def remove(self) -> bool:
@@ -99,25 +99,20 @@ class Access:
     def check(self, pin: str) -> Verdict:
         """One try after the other, each of some 50 ms. During the waiting time a right one is refused, too."""
         with self._trying:
-            return self._check(pin)
-
-    def _check(self, pin: str) -> Verdict:
-        if (wait_s := self.wait_s()) > 0:
-            return Verdict(False, 0, wait_s)
-        stored = self._stored()
-        if stored is None or hmac.compare_digest(
-            _hash(pin, bytes.fromhex(stored["salt"]), stored).hex(), stored["hash"]
-        ):
-            self._reset()
-            return Verdict(True)
-        self._wrong += 1
-        wait_s = _wait_after(self._wrong)
-        self._closed_until = self._clock.monotonic() + wait_s
-        self._db.write(lambda c: self._settings.put(c, WRONG_PINS, self._wrong))
-        if self._wrong >= TRIES:
-            log.warning("%d wrong PINs for Settings in a row; none is taken for %d s", self._wrong, wait_s)
-        self._warn()
-        return Verdict(False, max(0, TRIES - self._wrong), wait_s)
+            if (wait_s := self.wait_s()) > 0:
+                return Verdict(False, 0, wait_s)
+            stored = self._stored()
+            if stored is None or hmac.compare_digest(_hash(pin, bytes.fromhex(stored["salt"])), stored["hash"]):
+                self._reset()
+                return Verdict(True)
+            self._wrong += 1
+            wait_s = _wait_after(self._wrong)
+            self._closed_until = self._clock.monotonic() + wait_s
+            self._db.write(lambda c: self._settings.put(c, WRONG_PINS, self._wrong))
+            if wait_s:
+                log.warning("%d wrong PINs for Settings in a row; none is taken for %d s", self._wrong, wait_s)
+            self._warn()
+            return Verdict(False, max(0, TRIES - self._wrong), wait_s)
 
     def wait_s(self) -> float:
         """Seconds for which every try is still refused."""
@@ -146,5 +141,5 @@ def _wait_after(wrong: int) -> float:
     return min(WAIT_S * 2.0 ** min(wrong - TRIES, 20), LONGEST_WAIT_S) if wrong >= TRIES else 0.0
 
 
-def _hash(pin: str, salt: bytes, cost: dict[str, Any]) -> bytes:
-    return hashlib.scrypt(pin.encode(), salt=salt, n=cost["n"], r=cost["r"], p=cost["p"], dklen=32)
+def _hash(pin: str, salt: bytes) -> str:
+    return hashlib.scrypt(pin.encode(), salt=salt, **_COST, dklen=32).hex()

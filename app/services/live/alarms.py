@@ -126,12 +126,8 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType(
     }
 )
 KEPT = 1000  # past alarms
-SHELF_HOURS = (
-    1,
-    4,
-    8,
-    24,
-)  # shelving always ends by itself (ISA-18.2): an alarm shelved for ever would never be seen again
+# shelving always ends by itself (ISA-18.2): an alarm shelved for ever would never be seen again
+SHELF_HOURS = (1, 4, 8, 24)
 LONGEST_NOTE = 200  # characters
 LONGEST_DETAIL = 300  # characters, with nothing around it
 LONGEST_SHOWN = 1000  # characters of a detail in a sentence: it may be one itself, and come from a backup
@@ -155,10 +151,8 @@ EVENTS = frozenset(
         "zone_unknown",
     }
 )
-ZONE_GUESSED = (
-    "zone_guessed",
-    "tablet",
-)  # code and key; as long as it is active, the time zone was not chosen by a person
+# code and key; as long as it is active, the time zone was not chosen by a person
+ZONE_GUESSED = ("zone_guessed", "tablet")
 
 
 class _Details(dict[str, Any]):
@@ -272,22 +266,18 @@ class Alarms:
         log.info("alarm %d acknowledged%s", alarm_id, f": {note}" if note else "")
         self._changes.publish(Topic.ALARMS)
 
-    def shelve(self, alarm_id: int, hours: int) -> datetime:
-        """Hide it for ``hours``, one of SHELF_HOURS; returns the instant at which that ends. Raises ValueError for other hours."""
-        if hours not in SHELF_HOURS:
-            raise ValueError(f"an alarm is shelved for {SHELF_HOURS} hours, not for {hours}")
-        until = self._clock.now() + timedelta(hours=hours)
-        self._shelve(alarm_id, until)
-        log.info("alarm %d shelved until %s", alarm_id, until.isoformat(timespec="minutes"))
-        return until
+    def shelve(self, alarm_id: int, hours: int) -> None:
+        """Hide it for ``hours``, one of SHELF_HOURS."""
+        self._shelve(alarm_id, self._clock.now() + timedelta(hours=hours))
 
     def unshelve(self, alarm_id: int) -> None:
         """Show it again before that time."""
         self._shelve(alarm_id, None)
-        log.info("alarm %d unshelved", alarm_id)
 
     def _shelve(self, alarm_id: int, until: datetime | None) -> None:
         self._db.write(lambda c: self._repository.shelve(c, alarm_id, until))
+        done = f"shelved until {until.isoformat(timespec='minutes')}" if until else "unshelved"
+        log.info("alarm %d %s", alarm_id, done)
         self._changes.publish(Topic.ALARMS)
 
     def prune(self) -> None:

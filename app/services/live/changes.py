@@ -35,25 +35,20 @@ class Changes:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._listeners: dict[int, Listener] = {}
-        self._next = 0
+        self._listeners: tuple[Listener, ...] = ()
 
     def subscribe(self, listener: Listener) -> Callable[[], None]:
         """Returns the function that ends the subscription."""
         with self._lock:
-            self._next += 1
-            key = self._next
-            self._listeners[key] = listener
-        return lambda: self._drop(key)
+            self._listeners = (*self._listeners, listener)
+        return lambda: self._drop(listener)
 
-    def _drop(self, key: int) -> None:
+    def _drop(self, listener: Listener) -> None:
         with self._lock:
-            self._listeners.pop(key, None)
+            self._listeners = tuple(each for each in self._listeners if each is not listener)
 
     def publish(self, topic: Topic, about: int | None = None) -> None:
-        with self._lock:
-            listeners = list(self._listeners.values())
-        for listener in listeners:
+        for listener in self._listeners:
             try:
                 listener(topic, about)
             except Exception:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import threading
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 
+from app.domain.clock import MOMENT
 from app.domain.message import Message
 
 HEARTBEAT_EVERY = 15.0  # s; a power cut is known to about this precision
@@ -27,36 +27,24 @@ class Downtime:
     KEPT = 100
 
     def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._gaps: list[Gap] = []
+        self._gaps: list[Gap] = []  # replaced with each change: it may be read at the same time
 
     def add(self, gap: Gap) -> None:
-        with self._lock:
-            self._gaps = [*self._gaps, gap][-self.KEPT :]
+        self._gaps = [*self._gaps, gap][-self.KEPT :]
 
     def forget_future(self, now: datetime) -> None:
         """The clock has been set back: what it showed since says nothing about times still to come."""
-        with self._lock:
-            self._gaps = [replace(gap, end=min(gap.end, now)) for gap in self._gaps if gap.start < now]
+        self._gaps = [replace(gap, end=min(gap.end, now)) for gap in self._gaps if gap.start < now]
 
     def at(self, instant: datetime) -> Gap | None:
         """The gap that this instant fell into."""
-        with self._lock:
-            return next((gap for gap in reversed(self._gaps) if gap.start <= instant <= gap.end), None)
+        return next((gap for gap in reversed(self._gaps) if gap.start <= instant <= gap.end), None)
 
     def edges(self) -> list[datetime]:
         """Between two of them, the later one included, ``at`` says the same of every instant."""
-        with self._lock:
-            return [
-                edge
-                for gap in self._gaps
-                for edge in (
-                    gap.start - timedelta(microseconds=1) if gap.start > UNKNOWN_START else UNKNOWN_START,
-                    gap.end,
-                )
-            ]
+        begins = [max(gap.start, UNKNOWN_START + MOMENT) - MOMENT for gap in self._gaps]
+        return [*begins, *(gap.end for gap in self._gaps)]
 
     def overlaps(self, start: datetime, end: datetime) -> bool:
         """Whether the app was away for any of this time."""
-        with self._lock:
-            return any(gap.start < end and start < gap.end for gap in self._gaps if gap.problem is None)
+        return any(gap.start < end and start < gap.end for gap in self._gaps if gap.problem is None)

@@ -7,11 +7,10 @@ import sqlite3
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from datetime import datetime
 
 from app.database.connection import Database
-from app.database.robots import HoldRepository, RobotRepository, StoredHold
+from app.database.robots import Hold, HoldRepository, RobotRepository
 from app.domain.activity import CLOCK_STEP_S
 from app.domain.clock import Clock
 from app.domain.message import Message, render
@@ -23,43 +22,23 @@ LONGEST_REASON = 200  # characters
 log = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True)
-class Hold:
-    """``since`` is when a person set it; None for the clock's."""
-
-    reason: str = ""
-    until: datetime | None = None  # None: until it is released
-    since: datetime | None = None
-    clock: bool = False
-    is_copy: bool = False  # the data was copied from another tablet
-    robot_id: int | None = None
-    id: int = 0
-
-    def is_over(self, now: datetime) -> bool:
-        return self.until is not None and self.until <= now
-
-    def covers(self, robot_id: int | None, at: datetime) -> bool:
-        """Whether nothing is sent to that robot at that instant. Only a hold of all robots covers None."""
-        return self.robot_id in (None, robot_id) and not self.is_over(at) and (self.since is None or self.since <= at)
-
-
 class Holds:
     """Stored holds survive a restart; the clock's hold is this run's own. Read by every robot worker at every try, so kept in memory."""
 
     def __init__(self, db: Database, repository: HoldRepository, clock: Clock, changes: Changes) -> None:
         self._db, self._repository, self._clock, self._changes = db, repository, clock, changes
         self._lock = threading.Lock()
-        self._clock_problem: Message | None = None
+        self.clock_problem: Message | None = (
+            None  # why the clock is not plausible, or is still being judged; None: it is trusted
+        )
         self._is_clock_confirmed = False
         self.is_copy: Message | None = None  # why nothing may be sent from this tablet
-        self._clock_checked_at: tuple[datetime, float] | None = None
-        self._stored: list[StoredHold] = []
+        self._wall_ahead: float | None = None  # of the monotonic clock, in s, when the wall clock was judged last
+        self._stored: list[Hold] = []
         self.reload()
 
     def reload(self) -> None:
-        stored = self._repository.all(self._db.read())
-        with self._lock:
-            self._stored = stored
+        self._stored = self._repository.all(self._db.read())
 
     def check_is_no_copy(self) -> None:
         """Raises InvalidInput where the data was copied from another tablet."""
@@ -77,26 +56,19 @@ class Holds:
         return [*filter(None, [self._tablet_hold()]), *self.current()]
 
     def _tablet_hold(self) -> Hold | None:
-        now, mono = self._clock.now(), self._clock.monotonic()
-        with self._lock:
-            if self.is_copy is not None:
-                return Hold(render(self.is_copy), is_copy=True)
-            if self._clock_problem is not None:
-                return Hold(render(self._clock_problem), clock=True)
-            if (
-                self._clock_checked_at is not None
-                and abs((now - self._clock_checked_at[0]).total_seconds() - (mono - self._clock_checked_at[1]))
-                > CLOCK_STEP_S
-            ):
-                return Hold(clock=True)  # it has moved, or the tablet slept, and that has not been judged yet
-        return None
+        copy, problem, checked = self.is_copy, self.clock_problem, self._wall_ahead
+        if copy is not None:
+            return Hold(render(copy), is_copy=True)
+        if problem is not None:
+            return Hold(render(problem), clock=True)
+        ahead = self._clock.now().timestamp() - self._clock.monotonic()
+        # else the clock has moved, or the tablet slept, and that has not been judged yet
+        return None if checked is None or abs(ahead - checked) <= CLOCK_STEP_S else Hold(clock=True)
 
     def current(self) -> list[Hold]:
         """Those that an operator set and that have not expired, oldest first."""
         now = self._clock.now()
-        with self._lock:
-            stored = self._stored
-        return [hold for hold in map(_hold, stored) if not hold.is_over(now)]
+        return [hold for hold in self._stored if not hold.is_over(now)]
 
     def hold(
         self,
@@ -120,16 +92,16 @@ class Holds:
                 length=len(reason),
             )
 
-        def put(c: sqlite3.Connection, before: Sequence[StoredHold]) -> Sequence[StoredHold]:
+        def put(c: sqlite3.Connection, before: Sequence[Hold]) -> Sequence[Hold]:
             if robot_id is not None and RobotRepository().get(c, robot_id) is None:
                 raise InvalidInput("robot", "there is no such robot any more")
             self._repository.remove(c, robot_id)
-            stored = self._repository.add(c, StoredHold(reason=reason, until=until, robot_id=robot_id, started_at=now))
-            also(c, _hold(stored))
-            return [stored]
+            hold = self._repository.add(c, Hold(reason, until, now, robot_id=robot_id))
+            also(c, hold)
+            return [hold]
 
-        [stored] = self._change(robot_id, put)
-        return _hold(stored)
+        [hold] = self._change(robot_id, put)
+        return hold
 
     def release(
         self,
@@ -141,7 +113,7 @@ class Holds:
         """Of all robots, or of one; ``only`` a hold with this id, where another one has taken its place since. ``also`` is done in any
         case, in the same transaction."""
 
-        def remove(c: sqlite3.Connection, before: Sequence[StoredHold]) -> Sequence[StoredHold]:
+        def remove(c: sqlite3.Connection, before: Sequence[Hold]) -> Sequence[Hold]:
             also(c)
             if only is not None and only not in [hold.id for hold in before]:
                 return before
@@ -153,11 +125,11 @@ class Holds:
     def _change(
         self,
         robot_id: int | None,
-        change: Callable[[sqlite3.Connection, Sequence[StoredHold]], Sequence[StoredHold]],
-    ) -> Sequence[StoredHold]:
+        change: Callable[[sqlite3.Connection, Sequence[Hold]], Sequence[Hold]],
+    ) -> Sequence[Hold]:
         """``change`` the hold of all robots, or of one: from what is stored to what is returned."""
 
-        def work(c: sqlite3.Connection) -> tuple[str, str, Sequence[StoredHold]]:
+        def work(c: sqlite3.Connection) -> tuple[str, str, Sequence[Hold]]:
             robot = None if robot_id is None else RobotRepository().get(c, robot_id)
             before = [hold for hold in self._repository.all(c) if hold.robot_id == robot_id]
             return f"robot {robot.name!r}" if robot else "all robots", _in_words(before), change(c, before)
@@ -171,25 +143,18 @@ class Holds:
 
     def doubt_clock(self, problem: Message | None) -> None:
         """Nothing is sent while the clock is not plausible; None when it is again."""
-        with self._lock:
-            if problem == self._clock_problem:
-                return
-            self._clock_problem = problem
-        self.announce()
+        if problem != self.clock_problem:
+            self.clock_problem = problem
+            self.announce()
 
     def clock_checked(self, now: datetime, mono: float) -> None:
         """At that time, wall and monotonic."""
-        self._clock_checked_at = (now, mono)
-
-    @property
-    def clock_problem(self) -> Message | None:
-        """Why the clock is not plausible, or is still being judged; None: it is trusted."""
-        return self._clock_problem
+        self._wall_ahead = now.timestamp() - mono
 
     def confirm_clock(self) -> None:
         """A person says that the tablet's clock is right, whatever robots say."""
         with self._lock:
-            self._clock_problem, self._is_clock_confirmed = None, True
+            self.clock_problem, self._is_clock_confirmed = None, True
         self.announce()
 
     def take_clock_confirmation(self) -> bool:
@@ -238,7 +203,7 @@ class Clearing:
         return any(row.robot_id == each.robot_id or row.id in each.rows for each in self._now)
 
 
-def _in_words(holds: Sequence[StoredHold]) -> str:
+def _in_words(holds: Sequence[Hold]) -> str:
     return (
         "".join(
             f"until {hold.until.isoformat(timespec='minutes') if hold.until else 'it is released'}"
@@ -247,7 +212,3 @@ def _in_words(holds: Sequence[StoredHold]) -> str:
         )
         or "none"
     )
-
-
-def _hold(stored: StoredHold) -> Hold:
-    return Hold(stored.reason, stored.until, stored.started_at, robot_id=stored.robot_id, id=stored.id)

@@ -18,14 +18,12 @@ class Snapshots:
         self._by_robot: dict[int, RobotSnapshot] = {}
 
     def get(self, robot_id: int) -> RobotSnapshot:
-        with self._lock:
-            return self._by_robot.get(robot_id) or RobotSnapshot(robot_id)
+        return self._by_robot.get(robot_id) or RobotSnapshot(robot_id)
 
     def update(self, robot_id: int, **values: Any) -> RobotSnapshot:
         """Replace some fields, and notify listeners."""
         with self._lock:
-            snapshot = replace(self._by_robot.get(robot_id) or RobotSnapshot(robot_id), **values)
-            self._by_robot[robot_id] = snapshot
+            self._by_robot[robot_id] = snapshot = replace(self.get(robot_id), **values)
         self._changes.publish(Topic.SNAPSHOT, robot_id)
         return snapshot
 

@@ -58,19 +58,21 @@ class Tablet:
         c = self._db.read()
         if self._machine is not None and self._settings.get(c, MACHINE) is None:
             self._db.write(lambda c: self._settings.put(c, MACHINE, self._machine))
-        self.move = stored_move(self._settings, self._db.read())
         if self.is_copy:
             log.warning("This data directory was copied from another tablet: nothing is sent from here")
-        self._holds.is_copy = IS_VIEW_ONLY if self.is_view_only else IS_COPY if self.is_copy else None
+        self._judge()
+
+    def _judge(self) -> None:
+        c = self._db.read()
+        self.move = stored_move(self._settings, c)
+        why = IS_VIEW_ONLY if self._settings.get(c, LOOKED_AT) == self._machine else IS_COPY
+        self._holds.is_copy = why if self.is_copy else None
+        self._holds.announce()
 
     @property
     def is_copy(self) -> bool:
         home = self._settings.get(self._db.read(), MACHINE)
         return None not in (home, self._machine) and home != self._machine
-
-    @property
-    def is_view_only(self) -> bool:
-        return self.is_copy and self._settings.get(self._db.read(), LOOKED_AT) == self._machine
 
     def move_here(self) -> bool:
         """The old tablet is off: what it sent is looked for by its tokens, and this one makes tokens of its own from now on. Returns
@@ -85,17 +87,14 @@ class Tablet:
             self._settings.put(c, MACHINE, self._machine)
 
         self._db.write(work)
-        self.move = stored_move(self._settings, self._db.read())
-        self._holds.is_copy = None
-        self._holds.announce()
+        self._judge()
         return True
 
     def view_only(self) -> None:
         """The old tablet goes on: nothing is ever sent from here."""
         if self.is_copy:
             self._db.write(lambda c: self._settings.put(c, LOOKED_AT, self._machine))
-            self._holds.is_copy = IS_VIEW_ONLY
-            self._holds.announce()
+            self._judge()
 
 
 def stored_move(settings: SettingsRepository, c: sqlite3.Connection) -> Move | None:

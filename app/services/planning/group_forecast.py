@@ -17,15 +17,13 @@ from app.database.groups import PlaceRepository
 from app.database.robots import HoldRepository
 from app.domain import rules
 from app.domain.choice import LEAVES_ROBOT_FREE
-from app.domain.clock import midnight
+from app.domain.clock import DAY, midnight
 from app.domain.models import Execution, Group, HandOver, Mission, Robot, Schedule, Settings, State, Trigger
 from app.services.allocation.choose import AHEAD
 from app.services.allocation.situation import remaining_duration, run_duration
 from app.services.planning.durations import LiveRobots, MissionDurations
 from app.services.planning.forecast import ForecastSite, ForecastSlot, ForecastStart, forecast
 from app.services.planning.planned import PlannedRun, copy_at
-
-DAY = timedelta(days=1)
 
 
 class GroupForecast:
@@ -183,7 +181,8 @@ class GroupForecast:
         for robot_id in filter(self._live.is_unavailable, self.shared):
             held[robot_id].append((-inf, self._seconds(self._now) + AHEAD))
         for hold in HoldRepository().all(self._c):
+            since = -inf if hold.since is None else self._seconds(hold.since)
             until = inf if hold.until is None else self._seconds(hold.until)
             for robot_id in self.shared if hold.robot_id is None else (hold.robot_id,):
-                held[robot_id].append((self._seconds(hold.started_at), until))
+                held[robot_id].append((since, until))
         return held

@@ -13,13 +13,13 @@ from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository, Skip
 from app.database.settings import SettingsRepository
-from app.domain.clock import Clock
+from app.domain.clock import MOMENT, Clock
 from app.domain.models import DurationEstimate, Group, Mission, Place, Robot, Schedule
 from app.services.allocation.choose import AHEAD
 from app.services.planning.conflicts import Shared, place_warning, plan_conflicts
 from app.services.planning.durations import NO_LIVE_ROBOTS, LiveRobots, MissionDurations
 from app.services.planning.group_forecast import GroupForecast
-from app.services.planning.planned import MOMENT, Conflict, Planned, PlannedRun, copy_at, planned_run
+from app.services.planning.planned import Conflict, Planned, PlannedRun, copy_at, planned_run
 from app.services.planning.recurrence import occurrences
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 

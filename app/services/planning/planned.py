@@ -8,13 +8,13 @@ from datetime import datetime, timedelta
 from typing import Any
 from zoneinfo import ZoneInfo
 
+from app.domain.clock import MOMENT
 from app.domain.conflicts import ConflictCode
 from app.domain.models import DurationEstimate, Group, Mission, Robot, Schedule, Settings
 from app.domain.rules import closes_at
 from app.services.planning.recurrence import next_occurrence, to_utc
 from app.services.planning.working_days import WorkingCalendar
 
-MOMENT = timedelta(microseconds=1)
 ASSUMED_S = 300.0  # length of a run whose duration is not known
 
 Lane = int | tuple[str, int]  # of a timeline: a robot's id, or ("group", its id)

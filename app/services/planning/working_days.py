@@ -9,14 +9,13 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from datetime import date, timedelta
+from datetime import date
 from enum import StrEnum
 
 from app.database.calendar import CalendarRepository
+from app.domain.clock import DAY
 from app.domain.models import WEEKDAYS, DayException, Settings
 from app.services.planning import public_holidays
-
-DAY = timedelta(days=1)
 
 
 class Ground(StrEnum):

@@ -7,7 +7,7 @@ from datetime import date
 
 import pytest
 
-from app.database.robots import HoldRepository, StoredHold
+from app.database.robots import Hold, HoldRepository
 from app.domain.models import (
     DayException,
     InvalidInput,
@@ -137,7 +137,7 @@ def test_a_removed_robot_comes_back_with_everything_under_its_old_ids(world):
     own = world.catalogue.save_mission(Mission("Home", "guid-2", robot_id=world.robot.id))
     world.catalogue.save_idle_rule(world.robot.id, own.id, after_minutes=7)
     schedule = world.schedule()
-    world.db.write(lambda c: HoldRepository().add(c, StoredHold(world.clock.now(), robot_id=world.robot.id)))
+    world.db.write(lambda c: HoldRepository().add(c, Hold(since=world.clock.now(), robot_id=world.robot.id)))
     before = ROBOTS.all(world.db.read()), MISSIONS.all(world.db.read())
     waiting, running = world.row(schedule), world.row(schedule, State.QUEUED)
     removed = world.catalogue.remove_robot(world.robot.id)

@@ -10,7 +10,7 @@ import pytest
 
 from app.database.alarms import AlarmRepository
 from app.database.missions import MissionRepository
-from app.database.robots import Accepted, HoldRepository, RobotRepository, StoredHold
+from app.database.robots import Accepted, Hold, HoldRepository, RobotRepository
 from app.database.schedules import Progress, ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.database.values import to_text
@@ -122,7 +122,7 @@ def test_facts_read_before_the_robot_was_edited_are_not_stored(db, robot, edit):
 
 def test_a_removed_robot_takes_its_schedules_missions_and_hold_along(db, robot, schedule):
     db.write(lambda c: MISSIONS.add(c, Mission("Own", "guid-2", robot_id=robot.id)))
-    db.write(lambda c: HOLDS.add(c, StoredHold(NOON, robot_id=robot.id)))
+    db.write(lambda c: HOLDS.add(c, Hold(since=NOON, robot_id=robot.id)))
     db.write(lambda c: ROBOTS.remove(c, robot.id))
     c = db.read()
     assert (ROBOTS.all(c), SCHEDULES.all(c), HOLDS.all(c)) == ([], [], [])
@@ -374,8 +374,8 @@ def test_shelving_and_dropping_old_ones(db):
 
 # ---------------------------------------------------------------------- holds
 def test_holds_of_all_and_of_one_robot_are_apart(db, robot):
-    everywhere = db.write(lambda c: HOLDS.add(c, StoredHold(NOON, "fire drill", NOON + timedelta(hours=1))))
-    here = db.write(lambda c: HOLDS.add(c, StoredHold(NOON, robot_id=robot.id)))
+    everywhere = db.write(lambda c: HOLDS.add(c, Hold("fire drill", NOON + timedelta(hours=1), NOON)))
+    here = db.write(lambda c: HOLDS.add(c, Hold(since=NOON, robot_id=robot.id)))
     assert HOLDS.all(db.read()) == [everywhere, here]
     db.write(lambda c: HOLDS.remove(c, None))
     assert HOLDS.all(db.read()) == [here]

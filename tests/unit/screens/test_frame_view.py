@@ -7,6 +7,7 @@ from datetime import timedelta
 
 import pytest
 
+from app.database.robots import Hold
 from app.domain.models import Alarm, Connection, Priority, Wait
 from app.domain.robot import RobotState
 from app.screens.common.alarms_view import NOWHERE, Act, Here
@@ -15,7 +16,6 @@ from app.screens.common.robot_groups import Group
 from app.screens.frame.facts import OpenIssues, late_starts
 from app.screens.frame.view import banner, issue_entry, open_issues, picker_title, robot_option, top_bar
 from app.services.live.alarms import SENTENCES
-from app.services.live.holds import Hold
 from tests.support.alarms import alarm
 from tests.support.home_facts import AINO, EXECUTING, FACTS, HELD, NOW, RUNNING, SETTINGS, VEIKKO, ago, silent, snapshot
 

@@ -7,11 +7,11 @@ from datetime import timedelta
 
 import pytest
 
+from app.database.robots import Hold
 from app.domain.models import Connection
 from app.domain.robot import RobotProblem, RobotState
 from app.screens.home.facts import HomeFacts
 from app.screens.home.view import can_reset, present
-from app.services.live.holds import Hold
 from tests.support.home_facts import (
     AINO,
     ASKING,

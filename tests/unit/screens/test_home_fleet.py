@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from app.database.robots import Hold
 from app.domain.models import Connection, Robot, RobotSnapshot, Settings
 from app.domain.robot import RobotProblem, RobotState, RobotStatus
 from app.screens.common.holding import HAND
@@ -13,7 +14,6 @@ from app.screens.common.robot_appearance import battery_appearance, is_old
 from app.screens.common.robot_groups import Group, group_of, help_words, or_held
 from app.screens.home import fleet
 from app.screens.home.fleet import Look, RobotTile, Work, arranged, counts, robot_tile
-from app.services.live.holds import Hold
 from tests.support import home_facts as sample
 from tests.support.home_facts import AINO, NOW, SETTINGS, snapshot
 

@@ -7,13 +7,13 @@ from datetime import timedelta
 
 import pytest
 
+from app.database.robots import Hold
 from app.domain.models import Connection, Group, HandOver, Mission, Reason, ReasonCode, Schedule, State, Wait
 from app.screens.common.group_starts import robots_for
 from app.screens.home import run_now, waiting
 from app.screens.home.lists import planned_starts, queue_entries
 from app.screens.home.run_now import Target
 from app.screens.home.view import present
-from app.services.live.holds import Hold
 from app.services.planning.planned import PlannedRun, unassigned_robot
 from tests.support.home_facts import AINO, FACTS, KITS, NOW, READY, RUNNING, SETTINGS, VEIKKO, execution, snapshot
 

@@ -7,6 +7,7 @@ from datetime import timedelta
 
 import pytest
 
+from app.database.robots import Hold
 from app.domain.models import Connection, Group, Reason, ReasonCode, State, Trigger, Wait
 from app.domain.robot import QueueItem, QueueState
 from app.screens.common.execution_appearance import word
@@ -23,7 +24,6 @@ from app.screens.home.lists import (
     trigger_words,
 )
 from app.screens.home.view import present
-from app.services.live.holds import Hold
 from tests.support.home_facts import (
     AINO,
     FACTS,

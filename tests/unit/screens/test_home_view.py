@@ -7,6 +7,7 @@ from datetime import timedelta
 
 import pytest
 
+from app.database.robots import Hold
 from app.domain.activity import ActivitySpan
 from app.domain.models import Connection, DurationEstimate, IdleRule, Reason, ReasonCode, Settings, State
 from app.domain.robot import QueueItem, QueueState, RobotState
@@ -19,7 +20,6 @@ from app.screens.home.lists import (
     robot_summaries,
 )
 from app.screens.home.view import present
-from app.services.live.holds import Hold
 from app.services.planning.working_days import WorkingCalendar
 from tests.support.home_facts import (
     AINO,

@@ -5,6 +5,7 @@ from datetime import UTC, date, datetime, time
 
 import pytest
 
+from app.database.robots import Hold
 from app.domain.models import DurationEstimate, InvalidInput, Mission, Overlap
 from app.screens.common.given import Given
 from app.screens.scheduler import form_view
@@ -12,7 +13,6 @@ from app.screens.scheduler.draft import Draft, Kind
 from app.screens.scheduler.form_view import Preview
 from app.screens.scheduler.view import menu_title
 from app.services.catalogue.preview import Concern, ConcernCode, Forecast
-from app.services.live.holds import Hold
 from app.services.planning.recurrence import Occurrence
 from tests.support.scheduler_facts import EMPTIES, HOURLY, KITS, NOW, facts
 

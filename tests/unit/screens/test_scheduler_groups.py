@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from app.database.robots import Hold
 from app.domain.models import Group, InvalidInput, Mission, Overlap, Robot, Schedule
 from app.screens.common import priorities
 from app.screens.scheduler import form_view, of_groups, view
@@ -15,7 +16,6 @@ from app.screens.scheduler.draft import Draft
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.form_view import Preview
 from app.services.catalogue.preview import Forecast
-from app.services.live.holds import Hold
 from app.services.planning.recurrence import Occurrence
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)

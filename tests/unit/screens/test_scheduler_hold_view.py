@@ -6,6 +6,7 @@ from zoneinfo import ZoneInfo
 
 import pytest
 
+from app.database.robots import Hold
 from app.domain.models import (
     Connection,
     DurationEstimate,
@@ -21,7 +22,6 @@ from app.domain.models import (
 from app.screens.scheduler import hold_view, view
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.timeline import timeline
-from app.services.live.holds import Hold
 from app.services.planning.planned import PlannedRun
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)  # Friday, 14:38 in Helsinki

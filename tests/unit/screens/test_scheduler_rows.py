@@ -5,12 +5,12 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
+from app.database.robots import Hold
 from app.domain.models import Connection, Group, Reason, ReasonCode, State
 from app.screens.common import execution_appearance
 from app.screens.common.given import Given
 from app.screens.scheduler import bar_card, view
 from app.screens.scheduler.timeline import ASSUMED_S, timeline
-from app.services.live.holds import Hold
 from tests.support.scheduler_facts import EMPTIES, HOURLY, KITS, NOW, execution, facts, planned
 
 

@@ -7,11 +7,11 @@ from zoneinfo import ZoneInfo
 
 import pytest
 
+from app.database.robots import Hold
 from app.domain.models import Connection, DayException, Group, Reason, ReasonCode, Robot, State
 from app.screens.scheduler import view
 from app.screens.scheduler.facts import Window
 from app.screens.scheduler.timeline import ASSUMED_S, IDLE, MANY, moved, span_text, timeline, zoomed
-from app.services.live.holds import Hold
 from app.services.planning.planned import PlannedRun
 from app.services.planning.working_days import WorkingCalendar
 from tests.support.scheduler_facts import (

@@ -7,6 +7,7 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
+from app.database.robots import Hold
 from app.domain.conflicts import ConflictCode
 from app.domain.models import (
     DurationEstimate,
@@ -25,7 +26,6 @@ from app.screens.scheduler import bar_card, view
 from app.screens.scheduler.contested import Contested
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.timeline import timeline
-from app.services.live.holds import Hold
 from app.services.planning.planned import Conflict, PlannedRun, unassigned_robot
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)

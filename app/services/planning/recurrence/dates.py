@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from calendar import isleap, monthrange
 from collections.abc import Iterator
-from datetime import date, timedelta
+from datetime import date
 from typing import NamedTuple
 
+from app.domain.clock import DAY
 from app.services.planning.recurrence.rule import Frequency, Recurrence
 
 LAST_DAY = date(2199, 12, 31)  # nothing is looked for beyond
-DAY = timedelta(days=1)
 
 
 def dates(rule: Recurrence, start: date, first: date, last: date = LAST_DAY) -> Iterator[date]:

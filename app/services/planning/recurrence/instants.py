@@ -18,8 +18,9 @@ from itertools import islice, takewhile
 from typing import NamedTuple
 from zoneinfo import ZoneInfo
 
+from app.domain.clock import DAY
 from app.domain.models import Between, InvalidInput, Schedule
-from app.services.planning.recurrence.dates import DAY, LAST_DAY, dates
+from app.services.planning.recurrence.dates import LAST_DAY, dates
 from app.services.planning.recurrence.rule import Frequency, Recurrence
 from app.services.planning.recurrence.times import DAY_S, HOUR_S, SECOND, days_of, seconds_of, step_of, stretches, times
 from app.services.planning.working_days import WorkingCalendar

@@ -9,7 +9,7 @@ from math import gcd
 from typing import NamedTuple
 from zoneinfo import ZoneInfo
 
-from app.services.planning.recurrence.dates import DAY
+from app.domain.clock import DAY
 from app.services.planning.recurrence.rule import Frequency, Recurrence
 
 SECOND = timedelta(seconds=1)
