@@ -72,7 +72,7 @@ class Database:
         carry_on_restore(path)
         _refuse_marked(path, clock)
         if _is_lost(path):
-            raise _keep_aside(path, message("its content is gone"), clock)
+            raise _keep_aside(path, message("its content is missing"), clock)
         files.make_private(path)
 
         def connect() -> sqlite3.Connection:
@@ -156,7 +156,7 @@ class Database:
     def check_in_place(self) -> None:
         """Raises DatabaseDamaged when its file was deleted or emptied: what is written now would be gone after a restart."""
         if files.size_of(self.path) == 0:
-            raise DatabaseDamaged(self.path, message("its content is gone"), backup=newest_good_backup(self.path))
+            raise DatabaseDamaged(self.path, message("its content is missing"), backup=newest_good_backup(self.path))
 
     def close(self) -> None:
         """Finish what is being written. The connections of other threads end with their threads."""
@@ -244,7 +244,7 @@ def _check_identity(connection: sqlite3.Connection, path: Path, newest: int) -> 
     version = connection.execute("PRAGMA user_version").fetchone()[0]
     is_empty = version == 0 and connection.execute("SELECT count(*) FROM sqlite_schema").fetchone()[0] == 0
     if is_empty and _has_backups(path):
-        raise _damage("its content is gone")
+        raise _damage("its content is missing")
     if not is_empty and application_id != APPLICATION_ID:
         raise DatabaseRefused("{path} is a database of another program: choose another data directory", path=path)
     if version > newest:

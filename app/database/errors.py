@@ -66,8 +66,8 @@ SENTENCES = {
     sqlite3.SQLITE_PERM: "{path} can't be opened: check the permissions of the data directory",
     sqlite3.SQLITE_CANTOPEN: "{path} can't be opened: check that the data directory exists and is yours",
     sqlite3.SQLITE_IOERR: "The storage reports an error at {path}: check the disk",
-    sqlite3.SQLITE_BUSY: "{path} is held by another process: close that one first",
-    sqlite3.SQLITE_LOCKED: "{path} is held by another process: close that one first",
+    sqlite3.SQLITE_BUSY: "{path} is in use by another program: close that one first",
+    sqlite3.SQLITE_LOCKED: "{path} is in use by another program: close that one first",
     sqlite3.SQLITE_NOMEM: "There is not enough memory to work with {path}",
 }
 _DAMAGE = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)

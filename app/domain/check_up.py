@@ -15,7 +15,7 @@ from app.domain.message import Message
 
 
 class Level(StrEnum):
-    """What a finding means for scheduling: nothing to do, something to know or to set, something that has to be put right first."""
+    """What a finding means for scheduling: nothing to do, something to note, or a problem to solve first."""
 
     GREEN = "green"
     AMBER = "amber"

@@ -31,7 +31,7 @@ _OUT: Mapping[str, str] = MappingProxyType(
         "off": "{robot} switched off",
         "silent": "{robot} silent",
         "wrong_robot": "{robot} is another machine",
-        "held": "{robot} held back",
+        "held": "{robot} on hold",
         "stopped": "{robot} stopped",
         "lacks_mission": "{robot} has no such mission",
         "tried": "{robot} refused it or did not answer",
@@ -43,8 +43,8 @@ _WHY: Mapping[str, str] = MappingProxyType(
     {  # of the chosen one: what it had over others that were free
         "soonest": "will be done soonest, about {done}",
         "less_run": "has run less today",
-        "ahead": "leaves the others to what is planned",
-        "equal": "will be done as soon as the others",
+        "ahead": "keeps the others free for planned missions",
+        "equal": "will be done as early as the others",
     }
 )
 
@@ -88,7 +88,7 @@ def earlier_robots(tried: Mapping[str, Any], robot: str, translate: Translate = 
             template, text = translate("{robot} refused it: {problem}"), text or stored_sentence(each, "UTC", translate)
         parts.append(template.format(robot=each["robot"], problem=text))
     if parts and robot:
-        parts.append(translate("given to {robot}").format(robot=robot))
+        parts.append(translate("assigned to {robot}").format(robot=robot))
     return "; ".join(parts)
 
 
@@ -100,7 +100,7 @@ def stuck_since(execution: Execution, snapshot: RobotSnapshot) -> datetime | Non
 
 
 def stuck(robot: str, since: datetime, zone: tzinfo | str, translate: Translate = lambda text: text) -> str:
-    words = translate("{robot} may have it: silent since {since}, nobody else gets it")
+    words = translate("{robot} may have it, silent since {since}: it goes to no other robot")
     return words.format(robot=robot, since=_time(since, zone, translate))
 
 
@@ -170,7 +170,7 @@ def _state(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -
 
 def _queued(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
     if until := _time(robot.get("until"), zone, translate):
-        return translate("{robot}: last call, into its queue; free about {until}").format(
+        return translate("{robot}: into its queue before the start window closes; free about {until}").format(
             robot=robot["robot"], until=until
         )
     return _why(robot, zone, translate)

@@ -33,14 +33,13 @@ class ConflictCode(StrEnum):
 
 _SENTENCES: Mapping[str, str] = MappingProxyType(
     {
-        "too_few_robots": "At {time}, {starts} starts want the {robots} robots of {group}",
-        "too_few_robots.one": "At {time}, {starts} starts want the only robot of {group}",
+        "too_few_robots": "At {time}, {starts} starts need the {robots} robots of {group}",
+        "too_few_robots.one": "At {time}, {starts} starts need the only robot of {group}",
         "too_few_robots.none": "No robot of {group} is switched on: nothing will be sent",
-        "place_full": "At {time}, {starts} missions want {place}, where no more than {most} may be at a time",
-        "place_crowded": "From {time} to {until} {place} is wanted for {percent} % of the time: starts will often wait for it",
-        "critical_behind": "{mission} at {time} still runs on {robot} nine times of ten when {behind}, which matters more, "
-        "starts at {start}",
-        "finish_by_short": "{mission} usually takes {usual_minutes} min, and {minutes} min are given",
+        "place_full": "At {time}, {starts} missions need {place}, which takes {most} at a time",
+        "place_crowded": "From {time} to {until} {place} is in use {percent} % of the time: starts will often wait for it",
+        "critical_behind": "{mission} at {time} usually still runs on {robot} when the more important {behind} starts at {start}",
+        "finish_by_short": "{mission} usually takes {usual_minutes} min, but only {minutes} min are allowed",
     }
 )
 _UNTIL = "{what}, until about {until}"
@@ -51,8 +50,8 @@ _LINES: Mapping[str, str] = MappingProxyType(
         "too_few_robots.one": "{starts} starts, one robot: {time}",
         "too_few_robots.none": "No robot of {group} is switched on",
         "place_full": "{place} is full at {time}",
-        "place_crowded": "{place} is wanted {percent} % of an hour",
-        "critical_behind": "{behind} would come late",
+        "place_crowded": "{place} is in use {percent} % of an hour",
+        "critical_behind": "{behind} would start late",
         "finish_by_short": "Usually takes longer: {usual_minutes} min",
     }
 )

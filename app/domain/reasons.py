@@ -55,8 +55,8 @@ _TEMPLATES: Mapping[ReasonCode, Sequence[Template]] = MappingProxyType(
             ((), "Another robot answered at this address"),
         ),
         ReasonCode.VANISHED: (
-            (("queue_id",), "Queue item {queue_id} is gone from the robot"),
-            ((), "It is gone from the robot's queue"),
+            (("queue_id",), "The robot no longer has queue item {queue_id}"),
+            ((), "It is no longer in the robot's queue"),
         ),
         ReasonCode.UNKNOWN_OUTCOME: (
             (("problem",), "It is not known whether the robot received it: {problem}"),
@@ -84,25 +84,25 @@ _TEMPLATES: Mapping[ReasonCode, Sequence[Template]] = MappingProxyType(
         ),
         ReasonCode.BATTERY_LOW: (
             (("battery", "minimum", "until"), "Battery {battery} % stayed under {minimum} % until {until}"),
-            (("minimum", "until"), "Battery unknown until {until}, at least {minimum} % wanted"),
+            (("minimum", "until"), "Battery unknown until {until}, at least {minimum} % needed"),
             (("minimum",), "Battery stayed under {minimum} % for its whole start window"),
             ((), "Battery stayed under the minimum for its whole start window"),
         ),
         ReasonCode.OVERLAP: (
-            (("planned_at",), "The run planned for {planned_at} was not over yet"),
-            (("idle",), "Overtaken: the robot was used, something is planned soon, or it is a day off"),
-            ((), "Its previous run was not over yet"),
+            (("planned_at",), "The run planned for {planned_at} had not ended"),
+            (("idle",), "Not needed now: the robot was used, something is planned soon, or it is a day off"),
+            ((), "Its previous run had not ended"),
         ),
         ReasonCode.HOLD: (
-            (("hold", "until"), "Held back until {until_with_date}: {hold}"),
-            (("until",), "Held back until {until_with_date}"),
+            (("hold", "until"), "On hold until {until_with_date}: {hold}"),
+            (("until",), "On hold until {until_with_date}"),
             (
                 ("starts", "dates", "paused_until"),
                 "{starts} starts were skipped, {dates}: the schedule was paused until {paused_until_with_date}",
             ),
             (("paused_until",), "The schedule was paused until {paused_until_with_date}"),
             (("skipped_at",), "Skipped by a person on {skipped_at_with_date}"),
-            ((), "Skipped or held back by a person"),
+            ((), "Skipped or put on hold by a person"),
         ),
         ReasonCode.FINISH_BY: (
             (("finish_by",), "It could not be done by {finish_by}"),
@@ -138,14 +138,14 @@ _WAITS: Mapping[Wait, Sequence[Template]] = MappingProxyType(
         ),
         Wait.BATTERY: (
             (("battery", "minimum"), "Battery {battery} % is under {minimum} %; waits until {closes_at}"),
-            (("minimum",), "Battery unknown, at least {minimum} % wanted; waits until {closes_at}"),
+            (("minimum",), "Battery unknown, at least {minimum} % needed; waits until {closes_at}"),
             ((), "Battery under the minimum; waits until {closes_at}"),
         ),
         Wait.HOLD: (
-            (("hold",), "Held back: {hold}; waits until {closes_at}"),
-            ((), "Held back; waits until {closes_at}"),
+            (("hold",), "On hold: {hold}; waits until {closes_at}"),
+            ((), "On hold; waits until {closes_at}"),
         ),
-        Wait.LATE_START: (((), "Starts late because the app was off; can be held back now"),),
+        Wait.LATE_START: (((), "Starts late because the app was off; can still be put on hold"),),
         Wait.CLOCK: (((), "The tablet's clock can't be trusted; waits until {closes_at}"),),
         Wait.ROBOT: (
             (("before",), "Waits for the end of the start of {before}, until {closes_at}"),
@@ -166,10 +166,10 @@ _WAITS: Mapping[Wait, Sequence[Template]] = MappingProxyType(
     }
 )
 
-_ANSWERED: Sequence[Template] = ((("answer",), "Checking with the robot: {answer}"), ((), "Checking with the robot"))
+_ANSWERED: Sequence[Template] = ((("answer",), "The robot is being asked: {answer}"), ((), "The robot is being asked"))
 _UNDER_WAY: Mapping[State, str] = MappingProxyType(
     {
-        State.SUBMITTING: "Checking with the robot",
+        State.SUBMITTING: "The robot is being asked",
         State.QUEUED: "In the robot's queue",
         State.EXECUTING: "Running on the robot",
     }

@@ -43,7 +43,7 @@ class Address:
         if scheme not in DEFAULT_PORTS:
             raise InvalidAddress("an address begins with http:// or https://, not {scheme}://", scheme=scheme[:20])
         if "@" in rest:
-            raise InvalidAddress("user name and password don't belong in the address; they have fields of their own")
+            raise InvalidAddress("enter user name and password in their own fields, not in the address")
         rest = rest.removesuffix("/")
         if any(mark in rest for mark in "/?#\\"):
             raise InvalidAddress("leave out everything after the host and port, for example http://192.168.12.20")

@@ -30,7 +30,7 @@ SENTENCES: Mapping[str, str] = {
     "unknown_name": "the name {host} is not known on this network; check it or enter the robot's IP address",
     "slow_name": "looking up the name {host} takes too long; enter the robot's IP address instead",
     "unreachable": "{address} can't be reached",
-    "not_wanted": "it was too late when the connection to {address} stood, so nothing was sent",
+    "not_wanted": "the connection to {address} was made too late, so nothing was sent",
     "tls_failed": "{address} doesn't speak HTTPS as it should; check the address (http or https) and the port",
     "tls_silent": "{address} takes the connection, but doesn't answer over HTTPS; check the address (http or https) and the port",
     "certificate_untrusted": "the certificate of {address} isn't trusted, so nothing was sent; compare and trust it in Settings",

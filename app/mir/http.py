@@ -92,7 +92,7 @@ def resolve(host: str, port: int, seconds: float) -> list[Any]:
 
 
 too_long = functools.partial(Unreadable, code="too_long", limit=LONGEST_BODY >> 20)
-not_http = functools.partial(Unreadable, problem=message("it doesn't keep to HTTP"))
+not_http = functools.partial(Unreadable, problem=message("it doesn't follow HTTP"))
 
 
 class _Socket(socket.socket):

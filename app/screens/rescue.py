@@ -74,7 +74,9 @@ class RescuePage(BoxLayout, Generic[T]):
         if not self.backup:
             return ""
         return (
-            _("Restore puts {backup} in its place; what happened after it is lost.").format(backup=self.backup)
+            _("Restore replaces it by {backup}; everything that happened after that backup is lost.").format(
+                backup=self.backup
+            )
             + " "
             + _("The PIN of Settings and the robots' passwords will be those of that time.")
         )

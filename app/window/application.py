@@ -183,7 +183,7 @@ class SchedulerApp(MDApp):
         page = Factory.EmptyState(
             icon="backup-restore",
             title=_("Restoring {name} …").format(name=path.name),
-            text=_("Nothing is scheduled meanwhile."),
+            text=_("Until then nothing is scheduled."),
         )
         self.root_box.clear_widgets()
         self.root_box.add_widget(page)

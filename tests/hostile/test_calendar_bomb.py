@@ -198,7 +198,7 @@ def test_a_calendar_bomb_is_refused_in_one_sentence(tmp_path):
     site = Site(tmp_path / "data")
     bomb = tmp_path / "bomb.ics"
     bomb.write_bytes(calendar([EVERY_DAY]))
-    with pytest.raises(InvalidInput, match=r"bomb\.ics holds too much for a calendar of closed days"):
+    with pytest.raises(InvalidInput, match=r"bomb\.ics is too large for a calendar of closed days"):
         site.container.calendar_files.read(str(bomb))
     assert site.container.catalogue.day_exceptions() == []
     site.switch_off()

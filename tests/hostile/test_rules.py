@@ -144,7 +144,7 @@ def test_the_last_of_a_large_count_may_lie_beyond_the_calendar():
     ],
 )
 def test_a_rule_that_comes_too_rarely_is_refused_in_one_sentence(rule):
-    with pytest.raises(InvalidInput, match="the recurrence comes too rarely to be searched"):
+    with pytest.raises(InvalidInput, match="the recurrence is too rare to be searched"):
         steps(lambda: validation.schedule(schedule(rule)), most=MANY)
     assert next_occurrence(schedule(rule), NOW, EVERY_DAY) is None
 

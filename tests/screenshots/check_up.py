@@ -121,7 +121,7 @@ def running(studio):
     plant.settle(studio)
     check_up.part = "CheckUpRunning"
     check_up._progress = Progress(
-        message("Measuring how soon it answers"), 35.0, plant.container.check_ups.length_s(Trial())
+        message("Measuring how fast it answers"), 35.0, plant.container.check_ups.length_s(Trial())
     )
     check_up._show_progress()
     return plant.settle(studio)

@@ -89,7 +89,7 @@ def test_a_fourth_start_of_three_robots_is_one_too_many_and_a_free_time_is_offer
         plan(container)
     said, forecast = found(container, draft())
     assert (
-        said == [(ConcernCode.TOO_FEW_ROBOTS, "At 07:30, 4 starts want the 3 robots of Hall 1, until about 07:41")] * 5
+        said == [(ConcernCode.TOO_FEW_ROBOTS, "At 07:30, 4 starts need the 3 robots of Hall 1, until about 07:41")] * 5
     )
     assert forecast.free_at == datetime(2026, 11, 23, 7, 45)
     assert found(container, draft("07:45"))[0] == []
@@ -110,14 +110,14 @@ def test_a_fixed_start_on_one_of_the_robots_takes_it_and_two_on_one_robot_take_i
     plan(container, robot_id=2)
     plan(container, "07:31", robot_id=2, mission_id=2)
     said, _forecast = found(container, draft())
-    assert said[0] == (ConcernCode.TOO_FEW_ROBOTS, "At 07:30, 4 starts want the 3 robots of Hall 1, until about 07:41")
+    assert said[0] == (ConcernCode.TOO_FEW_ROBOTS, "At 07:30, 4 starts need the 3 robots of Hall 1, until about 07:41")
 
 
 def test_a_fixed_start_is_told_that_it_takes_a_robot_that_the_group_needs(container):
     for _ in range(3):
         plan(container, "07:35")
     said, forecast = found(container, draft(robot_id=1))
-    assert said[0] == (ConcernCode.TOO_FEW_ROBOTS, "At 07:35, 4 starts want the 3 robots of Hall 1, until about 07:41")
+    assert said[0] == (ConcernCode.TOO_FEW_ROBOTS, "At 07:35, 4 starts need the 3 robots of Hall 1, until about 07:41")
     assert forecast.free_at == datetime(2026, 11, 23, 7, 20)
     assert found(container, draft(robot_id=4))[0] == []
 
@@ -126,7 +126,7 @@ def test_robots_that_are_off_are_not_counted(container):
     plan(container)
     container.catalogue.set_robot_enabled(2, False)
     container.catalogue.set_robot_enabled(3, False)
-    assert found(container, draft())[0][0][1] == "At 07:30, 2 starts want the only robot of Hall 1, until about 07:41"
+    assert found(container, draft())[0][0][1] == "At 07:30, 2 starts need the only robot of Hall 1, until about 07:41"
     container.catalogue.set_robot_enabled(1, False)
     assert found(container, draft())[0][0][1] == "No robot of Hall 1 is switched on: nothing will be sent"
 
@@ -161,7 +161,7 @@ def test_a_place_is_full_whichever_robots_come(container):
     said, forecast = found(container, draft())
     assert said[0] == (
         ConcernCode.PLACE_FULL,
-        "At 07:30, 3 missions want Dock 2, where no more than 2 may be at a time, until about 07:41",
+        "At 07:30, 3 missions need Dock 2, which takes 2 at a time, until about 07:41",
     )
     assert forecast.free_at == datetime(2026, 11, 23, 7, 45)
     assert found(container, draft(mission_id=3))[0] == []  # does not use it
@@ -173,7 +173,7 @@ def test_a_place_that_is_wanted_for_most_of_an_hour_is_told_once(container):
         plan(container, f"07:{minute * 8:02}", robot_id=4, recurrence="FREQ=DAILY")
     said = found(container, draft("07:58"))[0]
     assert [text for code, text in said if code is ConcernCode.PLACE_CROWDED] == [
-        "From 07:00 to 08:00 Dock 2 is wanted for 73 % of the time: starts will often wait for it"
+        "From 07:00 to 08:00 Dock 2 is in use 73 % of the time: starts will often wait for it"
     ]
     assert [code for code, _ in found(container, draft("08:58"))[0]] == []
 
@@ -185,7 +185,7 @@ def test_a_place_that_is_being_entered_is_told_its_worst_hour(container):
     dock = Place("Dock 2", 2, (1, 2, 99))
     told = container.plan.place_warning(dock)
     assert conflicts.sentence(told.code, told.at, told.details, ZONE).startswith(
-        "From 09:00 to 10:00 Dock 2 is wanted for 80 %"
+        "From 09:00 to 10:00 Dock 2 is in use 80 %"
     )
     assert container.plan.place_warning(replace(dock, most=3)) is None
     assert container.plan.place_warning(replace(dock, missions=())) is None
@@ -199,7 +199,7 @@ def test_a_run_that_nearly_always_makes_a_more_important_one_late_is_told_instea
     assert said == [
         (
             ConcernCode.CRITICAL_BEHIND,
-            "Kits at 07:30 still runs on Aino nine times of ten when Shift bus, which matters more, starts at 07:35",
+            "Kits at 07:30 usually still runs on Aino when the more important Shift bus starts at 07:35",
         )
     ]
     assert [code for code, _ in found(container, draft(robot_id=1, recurrence=None, priority=2))[0]] == [
@@ -234,7 +234,9 @@ def test_with_other_robots_in_the_group_nobody_is_behind_but_with_one_alone(cont
 def test_a_mission_that_usually_takes_longer_than_it_is_given_is_told(container, minutes, is_told):
     said = found(container, draft(finish_by_minutes=minutes))[0]
     assert said == (
-        [(ConcernCode.FINISH_BY_SHORT, f"Kits usually takes 11 min, and {minutes} min are given")] if is_told else []
+        [(ConcernCode.FINISH_BY_SHORT, f"Kits usually takes 11 min, but only {minutes} min are allowed")]
+        if is_told
+        else []
     )
 
 
@@ -259,10 +261,10 @@ def test_the_plan_has_the_same_conflicts_as_the_form_told(container):
     plan(container, "11:05", robot_id=4, mission_id=3, priority=2)
     plan(container, "12:00", finish_by_minutes=5)
     assert [text for _code, _at, text in on_plan(container)] == [
-        "At 07:32, 4 starts want the 3 robots of Hall 1, until about 07:41",
-        "At 09:00, 3 missions want Dock 2, where no more than 2 may be at a time, until about 09:12",
-        "Kits at 11:00 still runs on Onni nine times of ten when Shift bus, which matters more, starts at 11:05",
-        "Kits usually takes 11 min, and 5 min are given",
+        "At 07:32, 4 starts need the 3 robots of Hall 1, until about 07:41",
+        "At 09:00, 3 missions need Dock 2, which takes 2 at a time, until about 09:12",
+        "Kits at 11:00 usually still runs on Onni when the more important Shift bus starts at 11:05",
+        "Kits usually takes 11 min, but only 5 min are allowed",
     ]
 
 
@@ -290,7 +292,7 @@ def test_what_is_said_is_true_however_much_is_looked_at(container, begins, hours
 
 def test_the_end_of_a_crowd_that_is_not_over_when_the_plan_ends_is_not_told():
     details = {"group": "Hall 1", "robots": 3, "starts": 4, "until": None}
-    assert conflicts.sentence("too_few_robots", NOW, details, ZONE) == "At 14:38, 4 starts want the 3 robots of Hall 1"
+    assert conflicts.sentence("too_few_robots", NOW, details, ZONE) == "At 14:38, 4 starts need the 3 robots of Hall 1"
 
 
 # ---------------------------------------------------------------------- what none of a group's robots has

@@ -52,7 +52,7 @@ def test_robots_and_groups_share_their_names(catalogue):
     ("group", "problem"),
     [
         (Group("Hall"), "choose the robots"),
-        (Group("Hall", (1, 99)), "no such robot"),
+        (Group("Hall", (1, 99)), "robot no longer exists"),
         (Group("", (1,)), "enter a name"),
         (Group("Hall", (1, 2, 3), keep_free=1), "4 robots or more"),
         (Group("Hall", (1, 2, 3, 4), keep_free=4), "not all of them"),
@@ -69,8 +69,8 @@ def test_what_makes_no_group_is_refused(catalogue, group, problem):
     [
         (Schedule("Kits", None, 1, START, "UTC"), "choose a robot, or a group"),
         (Schedule("Kits", 1, 1, START, "UTC", group_id=1), "choose a robot, or a group"),
-        (Schedule("Kits", 1, 1, START, "UTC", finish_by_minutes=30), "for a group of robots only"),
-        (Schedule("Kits", 1, 1, START, "UTC", overlap=Overlap.PARALLEL), "on a group of robots only"),
+        (Schedule("Kits", 1, 1, START, "UTC", finish_by_minutes=30), "only for a group of robots"),
+        (Schedule("Kits", 1, 1, START, "UTC", overlap=Overlap.PARALLEL), "only a group of robots can run"),
         (Schedule("Kits", None, 2, START, "UTC", group_id=1), "a group needs one for all robots"),
     ],
 )

@@ -123,7 +123,7 @@ def test_a_time_that_has_passed_is_refused(plant, until):
 def test_a_schedule_that_is_gone_is_reported(plant):
     plant.container.catalogue.remove_schedule(plant.daily.id)
     for act in (lambda: plant.skipping.pause(plant.daily.id, WEDNESDAY), lambda: plant.skipping.resume(plant.daily.id)):
-        with pytest.raises(InvalidInput, match="no such schedule"):
+        with pytest.raises(InvalidInput, match="schedule no longer exists"):
             act()
 
 
@@ -351,7 +351,7 @@ def test_whatever_is_skipped_and_taken_again_each_start_has_one_row_and_runs_exa
     ("change", "why"),
     [
         ({"enabled": False}, "this schedule is switched off: switch it on first"),
-        ({"start": datetime(2026, 11, 23, 8, 0)}, "this schedule has no such start any more"),
+        ({"start": datetime(2026, 11, 23, 8, 0)}, "this schedule no longer has this start"),
     ],
 )
 def test_a_skipped_start_that_would_not_run_all_the_same_is_not_planned_again(plant, change, why):

@@ -100,7 +100,7 @@ def test_what_often_came_late_is_said_with_its_cause_and_when_or_where_it_is_fre
     [suggestion] = container.suggestions.compute().suggestions
     assert (
         sentence(suggestion)
-        == "Kits came late in 20 of its last 20 starts, typically 9 min: Aino was busy with Waste to compactor"
+        == "Kits was late in 20 of its last 20 starts, typically 9 min: Aino was busy with Waste to compactor"
     )
     assert [(action(change), promise(change)) for change in suggestion.changes] == [
         ("Move to 07:40", "Aino is free at 07:40"),

@@ -333,7 +333,7 @@ def test_a_start_that_a_silent_robot_may_have_is_run_on_another_by_a_person_only
     ui.wait(lambda: [row for row in container.history.open() if row.state is State.SUBMITTING and row.robot == "Aino"])
     ui.wait(lambda: not aino.model.faults.full())  # it is on its way
     aino.control({"fault": {"kind": "drop_request", "path": "*", "count": None}})
-    ui.wait(lambda: [row for row in ui.find_all(WaitingRow) if row.note.startswith("Aino may have it: silent since ")])
+    ui.wait(lambda: [row for row in ui.find_all(WaitingRow) if row.note.startswith("Aino may have it, silent since ")])
     veikko.model.resume()
     ui.advance(1)
     press(ui, "Start elsewhere", ui.find(WaitingRow))
@@ -342,7 +342,7 @@ def test_a_start_that_a_silent_robot_may_have_is_run_on_another_by_a_person_only
     ui.tap(ui.find(OptionRow, text="Veikko"))
     ui.wait(lambda: ui.find_all(ConfirmDialog))
     assert ui.find(ConfirmDialog).title == "Start Home on Veikko?"
-    assert ui.find(ConfirmDialog).text == "If Aino has it after all, it runs twice."
+    assert ui.find(ConfirmDialog).text == "If Aino already has it, it runs twice."
     assert len(container.history.open()) == 1
     press(ui, "Start it", ui.find(ConfirmDialog))
     ui.wait(

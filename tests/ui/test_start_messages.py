@@ -48,7 +48,7 @@ def test_an_answer_that_leaves_it_open_is_said_as_such():
         SENT, state=State.SUBMITTING, queue_id=None, wait_details={"answer": "the robot answered: No (status 500)"}
     )
     text, _icon, _seconds = outcome(looked_for, NOTHING_KNOWN)
-    assert text == "It is not certain that Aino has Kits. Checking with the robot: the robot answered: No (status 500)"
+    assert text == "It is not certain that Aino has Kits. The robot is being asked: the robot answered: No (status 500)"
 
 
 class AtOnce:
@@ -129,7 +129,7 @@ def test_a_start_that_one_refused_and_another_took_names_both(world, ui):
     world.becomes(replace(SENT, tried=REFUSED.tried))
     [message] = world.messages
     assert message.startswith("Kits is sent to Aino. Veikko refused it: The robot has no such mission")
-    assert message.endswith("; given to Aino")
+    assert message.endswith("; assigned to Aino")
 
 
 HELD = replace(BOUND, wait=Wait.HOLD, wait_details={"hold": "Maintenance"})
@@ -218,7 +218,7 @@ def test_a_start_of_a_group_that_is_not_held_any_more_is_said_to_wait_for_a_robo
     world.row = replace(UNBOUND, wait=Wait.HOLD, wait_details={"hold": "Maintenance"})
     world.reports.follow(UNBOUND)
     [message] = world.messages
-    assert message.startswith("Kits is not sent yet. Held back: Maintenance")
+    assert message.startswith("Kits is not sent yet. On hold: Maintenance")
     world.becomes(UNBOUND)
     [message] = world.messages
     assert message.startswith("Kits is not sent yet. Waits for a robot of Hall 1 until ")

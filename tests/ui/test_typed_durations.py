@@ -33,7 +33,7 @@ def test_a_typed_duration_is_said_drawn_and_warned_by(screen, container, ui):
     choose(screen, ui, "Robot", "Aino")
     pick_time(screen, ui, "Time", "1640")
     view = ui.find(FormCard).view
-    assert view.lasts == "How long it takes on Aino is not known yet: 5 min are assumed"
+    assert view.lasts == "Its duration on Aino is not known yet: 5 min are assumed"
     assert not any("17:00" in warning.text for warning in view.warnings)
     type_duration(container, DOCK, 45)
     settle(screen, ui)

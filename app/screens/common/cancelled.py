@@ -20,7 +20,7 @@ def is_undoable(row: Execution) -> bool:
 def ask_to_cancel(shell: Shell, mission: str, robot: str, agreed: Callable[[], object]) -> None:
     """What waits in the queue of that robot, or in none."""
     text = (
-        _("It is taken out of the queue of {robot}. This can't be undone.").format(robot=robot)
+        _("It is removed from the queue of {robot}. This can't be undone.").format(robot=robot)
         if robot
         else _("This can't be undone.")
     )
@@ -31,9 +31,9 @@ def ask_to_cancel(shell: Shell, mission: str, robot: str, agreed: Callable[[], o
 
 def ask_to_stop(shell: Shell, mission: str, robot: str, agreed: Callable[[], object], following: str = "") -> None:
     """What that robot is on; ``following`` is the next in its queue, as far as known."""
-    text = _("{robot} is on its way: it stops where it is, and does not go on with this mission.").format(robot=robot)
+    text = _("{robot} is running it: it stops where it is and does not continue this mission.").format(robot=robot)
     if following:
-        text += " " + _("It then goes on with {mission}, the next in its queue.").format(mission=following)
+        text += " " + _("It then continues with {mission}, the next in its queue.").format(mission=following)
     shell.dialogs.confirm(
         _("Stop {mission}?").format(mission=mission), text, _("Stop it"), agreed, danger=True, decline=_("Let it run")
     )

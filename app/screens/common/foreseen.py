@@ -40,9 +40,9 @@ def sentence(run: PlannedRun) -> str:
     if run.lacks_mission:
         return _("No robot of {group} has the mission {mission}").format(group=run.group.name, mission=run.mission.name)
     if run.begins_at is None:
-        return _("No robot of {group} is foreseen to be free in its start window. It is decided at its time.").format(
-            group=run.group.name
-        )
-    return _("A forecast: {robot} will probably take it. Which robot of {group} comes is decided at its time.").format(
+        return _(
+            "A forecast: no robot of {group} will be free in its start window. The robot is chosen at its time."
+        ).format(group=run.group.name)
+    return _("A forecast: {robot} will probably take it. The robot of {group} is chosen at its time.").format(
         robot=run.robot.name, group=run.group.name
     )

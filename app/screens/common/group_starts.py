@@ -152,7 +152,7 @@ class GroupStarts:
         )
         said = self._saying(row, words.format(mission=self._name(row)), HAND if held else "play")
         gone = self._saying(
-            row, _("{mission} was on its way already").format(mission=self._name(row)), "information-outline"
+            row, _("{mission} had already been sent").format(mission=self._name(row)), "information-outline"
         )
         self._do(
             row, lambda: self._operator.hold_starts([row.id], held), lambda number: (said if number else gone)(number)
@@ -166,7 +166,7 @@ class GroupStarts:
             asked = _("Start {mission} on {robot}?") if robot_id else _("Start {mission} on another robot?")
             self._shell.dialogs.confirm(
                 asked.format(mission=self._name(row), robot=name),
-                _("If {robot} has it after all, it runs twice.").format(robot=row.robot),
+                _("If {robot} already has it, it runs twice.").format(robot=row.robot),
                 _("Start it"),
                 lambda: self._do(row, lambda: self._operator.start_on_another(row.id, robot_id or None), self._follow),
                 danger=True,

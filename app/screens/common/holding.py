@@ -88,9 +88,9 @@ def waiting_words(execution: Execution, zone: str, hold: Hold | None = None) -> 
         words = _("Held until {time}").format(time=formats.clock_time(until, zone))
         return f"{words}: {why}" if why else words
     text = (
-        _("Held back: {hold}; skipped at {time} unless released")
+        _("On hold: {hold}; skipped at {time} unless released")
         if why
-        else _("Held back; skipped at {time} unless released")
+        else _("On hold; skipped at {time} unless released")
     )
     return text.format(hold=why, time=formats.clock_time(execution.closes_at, zone))
 

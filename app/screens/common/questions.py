@@ -45,7 +45,7 @@ def over(robot: Robot, guid: str, snapshots: Snapshots) -> str:
     """That the question with this ``guid`` is over, as the robot was last seen; empty: it is not."""
     now = asked(snapshots, robot.id)
     if now is None:
-        return f"{robot.name}: {_('The question has been answered, or is gone')}"
+        return f"{robot.name}: {_('The question has been answered or withdrawn')}"
     return _("{robot} asks something else now").format(robot=robot.name) if now.guid != guid else ""
 
 

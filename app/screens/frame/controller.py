@@ -362,7 +362,7 @@ class FrameController:
                     "{n} starts are held; those that are not released in time are skipped",
                     number,
                 )
-                late = ngettext("{n} start was on its way already", "{n} starts were on their way already", gone)
+                late = ngettext("{n} start had already been sent", "{n} starts had already been sent", gone)
                 said = late.format(n=gone) if gone else kept.format(n=number)
                 snackbars.post(Message(said, HAND if not gone else "information-outline", about=frozenset(about)))
 

@@ -280,7 +280,7 @@ def whose_plan() -> list[Option]:
             False,
             _("It is only looked at"),
             "eye-outline",
-            _("The other tablet goes on. Nothing is ever sent from here."),
+            _("The other tablet continues. Nothing is ever sent from here."),
         ),
     ]
 

@@ -84,11 +84,11 @@ class HomeCommands(HomeState):
         title = ngettext(
             "Clear {n} mission from the queue of {robot}?", "Clear {n} missions from the queue of {robot}?", count
         )
-        text = _("Everything in its queue is removed, whoever put it there; what runs is aborted.")
+        text = _("Everything in its queue is removed, also missions of others; a running mission is aborted.")
         if self.card.old:
             text += " " + _(
-                "There is no connection to {robot} just now: if the command does not reach it, nothing is removed; if only its "
-                "answer is missing, what was sent from here is cancelled as soon as it answers."
+                "There is no connection to {robot} now. If the command does not reach it, nothing is removed. If "
+                "only its answer is lost, missions sent from here are cancelled as soon as it answers."
             ).format(robot=robot.name)
         asked = title.format(n=count, robot=robot.name)
         self._shell.dialogs.confirm(asked, text, _("Clear queue"), lambda: self._clear(robot), danger=True)
@@ -112,7 +112,7 @@ class HomeCommands(HomeState):
         """What was ours is cancelled one by one where nobody knows whether the robot has done it."""
         self._clearing.discard(robot.id)
         if isinstance(problem, RobotError) and not problem.certainly_without_effect:
-            said = _("{robot} has not answered yet: what was sent to it from here is cancelled as soon as it does")
+            said = _("{robot} has not answered yet: missions sent from here are cancelled as soon as it does")
             self._shell.snackbars.show(said.format(robot=robot.name), icon="timer-sand", seconds=PROBLEM_SECONDS)
         else:
             self._refused(robot, _("Clear queue"))(problem)

@@ -56,7 +56,7 @@ class ResetReport:
             text = (
                 _("Reset errors was sent to {robot}, which has not answered since")
                 if status is None
-                else _("Still there: {problem}. See to its cause at {robot}, then reset again")
+                else _("Still there: {problem}. Remove its cause at {robot}, then reset again")
             )
             self._tell(
                 robot, text, "alert-circle-outline", PROBLEM_SECONDS, problem=error_words(status) if status else ""

@@ -296,7 +296,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         """What Run was pressed for is not what is shown any more, or can't be run: it is not started, and that is said."""
         if (pressed := self._pressed) is not None:
             self._end_waiting()
-            say_not_started(self._shell, *pressed, why or _("It was not known yet what it asks for"))
+            say_not_started(self._shell, *pressed, why or _("The values that it asks for were not known yet"))
 
     def _aim_in_words(self) -> tuple[str, str]:
         """Mission and robot or group of Run now."""
@@ -323,7 +323,7 @@ class HomeViewModel(HomeCommands, ViewModel):
             if asked == (self._asked_for, self._target):
                 self._run(values)
             else:
-                say_not_started(self._shell, *pressed, _("Robot, group or mission has changed meanwhile"))
+                say_not_started(self._shell, *pressed, _("Robot, group or mission has changed since then"))
 
         dialog = RunDialog(self._wanted, vm=self)
         dialog.bind(on_run=entered)

@@ -259,7 +259,7 @@ def _mission(facts: HomeFacts, robot: Robot, now: datetime, old: bool) -> Missio
         tone, said = "fault" if status.state is RobotState.ERROR else "attention", error_words(status)
         if can_reset(status):
             hint = (
-                _("Reset errors did not clear it: see to its cause first")
+                _("Reset errors did not clear it: remove its cause first")
                 if facts.is_reset_in_vain
                 else _("Reset errors clears it; the robot then waits for Resume")
             )
@@ -309,7 +309,7 @@ def _idle_obstacle(facts: HomeFacts, robot: Robot, next_planned_at: datetime | N
         case idle.Obstacle.BATTERY if battery is None:
             return _("{mission} when idle waits: battery unknown").format(mission=mission.name)
         case idle.Obstacle.BATTERY:
-            return _("{mission} when idle waits: battery {battery}, {minimum} wanted").format(
+            return _("{mission} when idle waits: battery {battery}, needs {minimum}").format(
                 mission=mission.name, battery=formats.percent(battery), minimum=formats.percent(minimum)
             )
     return ""  # what is planned within minutes is said already

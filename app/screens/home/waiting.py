@@ -118,7 +118,7 @@ def waits_for(row: Execution, settings: Settings) -> str:
         end = (
             _("Goes into a queue at {time} at the latest")
             if choice.may_any(row.wait_details)
-            else _("Given up at {time} if none can by then")
+            else _("Not run if none can by {time}")
         )
         if row.finish_by is not None:
             end, last_call = _("Skipped if it can't be done by {time}"), formats.clock_time(row.finish_by, zone)

@@ -164,10 +164,10 @@ def change(figures: Figures, key: str) -> str:
     days = (figures.last_day - figures.first_day).days + 1
     size = _difference(abs(value - before), FIGURES[key].unit)
     if not size:
-        return _("As yesterday by this time") if days == 1 else _("As in the {n} days before").format(n=days)
+        return _("Same as yesterday at this time") if days == 1 else _("As in the {n} days before").format(n=days)
     size = f"{'+' if value > before else '−'}{size}"
     if days == 1:
-        return _("{change} against yesterday by this time").format(change=size)
+        return _("{change} against yesterday at this time").format(change=size)
     return _("{change} against the {n} days before").format(change=size, n=days)
 
 
@@ -219,7 +219,9 @@ def explanation(key: str, figures: Figures) -> Explanation:
     """Of a card."""
     text = _(FIGURES[key].explain)
     if key == "utilisation" and figures.group:
-        text += " " + _("All that the robots of {group} did counts, for whomever.").format(group=figures.group)
+        text += " " + _("Everything that the robots of {group} did counts, also for others.").format(
+            group=figures.group
+        )
     return Explanation(_(FIGURES[key].title), text, (*_numbers(key, figures), period_line(figures)))
 
 

@@ -274,8 +274,9 @@ def _about_delays(delays: Delays) -> Explanation:
     return Explanation(
         _("Starting and waiting"),
         _(
-            "Of the newest 5,000 planned runs that started. The start delay goes from the planned time to the start on the robot: until "
-            "the robot had accepted it, and then in its queue. Waiting is compared with the time from start to end, in robot time."
+            "The newest 5,000 planned runs that started. The start delay is the time from the planned time to the "
+            "start on the robot: first until the robot accepted it, then in its queue. Waiting is compared with the "
+            "time from start to end, in robot time."
         ),
         (
             FactLine(_("Runs"), str(len(delays.starts))),
@@ -291,8 +292,8 @@ def _about_causes(causes: Sequence[Cause]) -> Explanation:
     return Explanation(
         _("Reasons for failure"),
         _(
-            "Failed runs, however they had been started, by why they failed, most frequent first. For runs that the robot ended itself "
-            "this is the robot's message, without names and numbers; what it named most often stands below."
+            "All failed runs by their reason, most frequent first. For runs that the robot ended itself, the reason "
+            "is the robot's message without names and numbers; the most frequent names are below."
         ),
         tuple(
             FactLine(
@@ -320,9 +321,9 @@ def _about_durations(trends: Sequence[Trend]) -> Explanation:
     return Explanation(
         _("Duration of missions"),
         _(
-            "The median duration of completed runs, day by day, of the missions that took the most time in total. The band is "
-            "what was usual before the period: between its edges lay eight of ten of the newest 200 runs. It takes at "
-            "least 10 runs to draw one."
+            "The median duration of completed runs on each day, for the missions that took the most time in total. "
+            "The band shows what was usual before the period: eight of ten of the newest 200 runs. It needs at least "
+            "10 runs."
         ),
         tuple(lines),
     )

@@ -97,9 +97,10 @@ def on_screen(report: ShiftReport, given: Given = NOTHING_KNOWN) -> Explanation:
 
 def _explained() -> str:
     return _(
-        "Runs count that ended in the period. Success rate: completed out of completed and failed ones. Adherence: planned starts that "
-        "reached the robot. Utilisation: time on missions out of the time for which the robot was observed. Late: started more than "
-        "a minute after the planned time. In brackets: where the true share probably lies when there are few cases (95 %)."
+        "Counts runs that ended in the period. Success rate: completed runs as a share of completed and failed ones. "
+        "Adherence: planned starts that reached the robot. Utilisation: time on missions as a share of the time for "
+        "which the robot was observed. Late: started more than a minute after the planned time. In brackets: the "
+        "probable range of the true share when there are few cases (95 %)."
     )
 
 
@@ -197,7 +198,7 @@ def _robots(report: ShiftReport) -> str:
         ),
         [_robot(robot) for robot in robots],
         (1, 3, 4, 5, 6, 7),
-        note=_("All that the robots of {group} did counts, for whomever.").format(group=report.group)
+        note=_("Everything that the robots of {group} did counts, also for others.").format(group=report.group)
         if report.group
         else "",
         more=[_other_time(timelines.get(robot.robot_id)) for robot in robots],

@@ -265,9 +265,9 @@ def explanation(facts: StatesFacts | None) -> Explanation:
     return Explanation(
         _("What the robots did"),
         _(
-            "Recorded at every poll. The time since the poll before counts as the activity seen now; gaps of more than three polls have no "
-            "data. Kept for 90 days. Where many spans are close together, a band shows the activity that took the most time, and every "
-            "error."
+            "Recorded at every poll. The time since the previous poll counts as the activity seen now; gaps of more "
+            "than three polls have no data. Kept for 90 days. Where many spans are close together, a band shows the "
+            "activity that took the most time, and every error."
         ),
         tuple(lines),
     )

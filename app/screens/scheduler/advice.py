@@ -68,7 +68,7 @@ def title(advice: Advice | None) -> str:
     return (
         ngettext("Suggestions ({n})", "Suggestions ({n})", count).format(n=count)
         if count
-        else _("What came of suggestions")
+        else _("Results of suggestions")
     )
 
 
@@ -181,7 +181,7 @@ class AdviceModel(AdviceState):
         self._in_form = None
         if not _is_change(schedule, taken[1]):
             return False
-        (one, change), text = taken, _("{name}: the suggestion is taken").format(name=self._facts().called(schedule))
+        (one, change), text = taken, _("{name}: the suggestion is applied").format(name=self._facts().called(schedule))
 
         def undo(answer: Any) -> None:
             restored = self._services.catalogue.save_schedule(one.schedule)
@@ -200,7 +200,7 @@ class AdviceModel(AdviceState):
             lambda: suggestions.dismiss(one),
             lambda answer: self._answered(
                 one,
-                _("{name}: nothing more about it for 60 days").format(name=name),
+                _("{name}: not suggested again for 60 days").format(name=name),
                 lambda: suggestions.undo(answer),
             ),
             self._shell.say_problem,

@@ -80,7 +80,7 @@ def start_card(facts: SchedulerFacts, run: PlannedRun, now: datetime) -> Card:
     hold, ends = facts.hold_of(run), run.begins + timedelta(seconds=run.usual_s or ASSUMED_S)
     usual = formats.duration(run.usual_s)
     if run.usual is None:
-        length = _("Its length is not known yet: 5 min are assumed")
+        length = _("Its duration is not known yet: 5 min are assumed")
     elif run.usual.typed:
         length = _("Usually {usual}").format(usual=usual)
     else:

@@ -108,11 +108,9 @@ class FormModel(FormFields):
         kept = self._draft
         if self._is_entered and not (draft is not None and draft.keeps(kept)):
             self._put_aside(kept)
-            said = _("{name}: what was entered and not saved is put aside").format(
-                name=form_view.called(self._facts, kept)
-            )
+            said = _("{name}: the unsaved entries are kept as a draft").format(name=form_view.called(self._facts, kept))
             self._shell.snackbars.undo(
-                said, _("Bring it back"), lambda: self.bring_back(kept.entry), about=_about(kept)
+                said, _("Open the draft"), lambda: self.bring_back(kept.entry), about=_about(kept)
             )
         if draft is not None:
             self._keep_aside([each for each in self.aside if each.entry is not draft.entry])
@@ -169,7 +167,7 @@ class FormModel(FormFields):
         self._ask(
             self._shell.dialogs.choose(
                 _("Bring back"),
-                [*options, Option(None, _("Throw all of them away"), "delete-outline")],
+                [*options, Option(None, _("Discard all drafts"), "delete-outline")],
                 lambda entry: self._throw_away() if entry is None else self.bring_back(entry),
             ),
             about="aside",
@@ -180,7 +178,7 @@ class FormModel(FormFields):
         thrown = self.aside
         self._keep_aside([])
         self._shell.snackbars.undo(
-            _("What was put aside is thrown away"), _("Undo"), lambda: self._shell.go("scheduler", aside=thrown)
+            _("The drafts are discarded"), _("Undo"), lambda: self._shell.go("scheduler", aside=thrown)
         )
 
     def bring_back(self, entry: object) -> None:

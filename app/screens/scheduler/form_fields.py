@@ -82,7 +82,7 @@ class FormFields(AsksRobot):
         schedule, forecast = self._draft.base, self._preview.forecast
         if schedule is None or forecast is None:
             return
-        title = _("Skip or take back which start of {name}?") if forecast.skipped else _("Skip which start of {name}?")
+        title = _("Skip or restore which start of {name}?") if forecast.skipped else _("Skip which start of {name}?")
         self._ask(
             self._shell.dialogs.choose(
                 title.format(name=self._facts.called(schedule)),

@@ -233,7 +233,7 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
         sentence="" if problem else rule_sentence(draft.schedule(), mission, facts.settings, facts.calendar),
         starts=_starts(facts, forecast, draft, now),
         has_skip=draft.base is not None and draft.base.enabled and (draft.base.next_at is not None or bool(skipped)),
-        skip=_("Skip or take back a start") if skipped else _("Skip a start"),
+        skip=_("Skip or restore a start") if skipped else _("Skip a start"),
         can_skip=bool(forecast and (forecast.starts or skipped)) and is_stored,
         skip_why="" if is_stored else _("Save the changes first, then skip a start"),
         lasts=_lasts(forecast, target),
@@ -442,7 +442,7 @@ def steps(facts: SchedulerFacts, draft: Draft, name: str) -> Steps:
         )
     if name == "finish_by_minutes":
         return Steps(
-            _("When it has to be done"),
+            _("Must be done within"),
             label,
             _("1 to 1440 min after its start; one that can't be done by then is skipped"),
             1,
@@ -533,7 +533,7 @@ def _lasts(forecast: Forecast | None, robot: Robot | Group | None) -> str:
         return ""
     usual = forecast.usual
     if usual is None:
-        return _("How long it takes on {robot} is not known yet: {duration} are assumed").format(
+        return _("Its duration on {robot} is not known yet: {duration} are assumed").format(
             robot=robot.name, duration=formats.duration(ASSUMED_S)
         )
     if usual.typed:

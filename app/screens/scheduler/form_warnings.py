@@ -113,7 +113,7 @@ def _warning(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int, 
             return _passed_over(details["days"])
         case ConcernCode.CLOCK_CHANGE:
             text = (
-                _("{day}: {time} comes twice that night, it starts the first time")
+                _("{day}: {time} comes twice that night, it starts at the first")
                 if details["twice"]
                 else _("{day}: there is no {time} that night, it starts at {start}")
             )
@@ -134,7 +134,7 @@ def _warning(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int, 
         case ConcernCode.SWITCHED_OFF:
             return _("Switched off: nothing starts")
         case ConcernCode.NO_START:
-            return _("No start is left")
+            return _("No more starts")
         case _:
             text = conflicts.sentence(concern.code, concern.at, details, zone, _)
             return _("{day}: {what}").format(day=day, what=text) if day else text

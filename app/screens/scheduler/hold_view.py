@@ -83,7 +83,7 @@ def held(facts: SchedulerFacts, robot_id: int, now: datetime) -> Hold | None:
 
 
 def held_sentence(hold: Hold | None, zone: str, now: datetime) -> str:
-    """What is held already; empty: nothing."""
+    """The hold that exists already; empty: none."""
     if hold is None or hold.since is None:
         return ""
     since, reason = formats.day_and_time(hold.since, zone, now), _(hold.reason) if hold.reason else ""
@@ -100,11 +100,11 @@ def what_follows(until: datetime | None, zone: str, now: datetime, shares: bool 
     """What will happen to the starts meanwhile; ``shares``: it is one robot of a group."""
     if until is None:
         text = _(
-            "Starts wait until somebody releases it; those that get too late meanwhile are skipped. Running missions go on."
+            "Starts wait until somebody releases it; those that are too late by then are skipped. Running missions continue."
         )
     else:
         text = _(
-            "Starts wait until {time}; those that are too late by then are skipped. Running missions go on."
+            "Starts wait until {time}; those that are too late by then are skipped. Running missions continue."
         ).format(time=formats.day_or_time(until, zone, now))
     return text + " " + _("Starts for a group go to its other robots.") if shares else text
 

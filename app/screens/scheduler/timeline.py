@@ -378,7 +378,7 @@ def _group_note(facts: SchedulerFacts, group: Group, planned: Sequence[PlannedRu
     """Why its starts are not with a robot; bars say themselves that they are held, or what became of them."""
     foreseeable = [run for run in planned if facts.hold_of(run) is None]
     if foreseeable:
-        return _("none has the mission") if all(run.lacks_mission for run in foreseeable) else _("no robot foreseen")
+        return _("none has the mission") if all(run.lacks_mission for run in foreseeable) else _("no robot expected")
     waits = any(row.state is State.WAITING and row.robot_id is None and row.group_id == group.id for row in facts.past)
     return _("Waits for a robot") if waits else ""
 

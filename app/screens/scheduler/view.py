@@ -311,7 +311,7 @@ def _next(facts: SchedulerFacts, schedule: Schedule, robot: Robot | None, now: d
     if not schedule.enabled:
         return _("switched off")
     if schedule.next_at is None:
-        return _("no start left")
+        return _("no more starts")
     if robot is not None and not robot.enabled:
         return _("the robot needs its password") if robot.needs_password else _("the robot is switched off")
     if of_groups.nobody_is_on(facts, schedule):

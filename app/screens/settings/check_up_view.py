@@ -54,7 +54,7 @@ def standing(robot: Robot, report: Report | None, now: datetime, zone: str, *, i
     """In one line: when it was checked up, and what came of it. ``is_left``: something of a trial that was cut off is still there."""
     if is_left:
         return NoticeView(
-            _("What a check-up changed there is still to be put back"), tone="attention", icon="backup-restore"
+            _("Changes of a check-up must still be undone there"), tone="attention", icon="backup-restore"
         )
     if report is None:
         return NoticeView(_("Never checked up"), icon="clipboard-outline")
@@ -79,10 +79,10 @@ def _outdated(robot: Robot, report: Report) -> str:
 
 
 def counts(findings: Sequence[Finding]) -> str:
-    """1 to put right, 2 to know"""
+    """1 problem, 2 notes"""
     red, amber = (sum(finding.level is level for finding in findings) for level in (Level.RED, Level.AMBER))
-    words = [ngettext("{n} to put right", "{n} to put right", red).format(n=red)] if red else []
-    words += [ngettext("{n} to know", "{n} to know", amber).format(n=amber)] if amber else []
+    words = [ngettext("{n} problem", "{n} problems", red).format(n=red)] if red else []
+    words += [ngettext("{n} note", "{n} notes", amber).format(n=amber)] if amber else []
     return ", ".join(words) or _("all fine")
 
 
@@ -174,7 +174,7 @@ def progress_words(progress: Progress | None, *, stopping: bool = False) -> tupl
     if progress is None:
         return _("Asking the robot …"), "", 0.0
     share = min(1.0, progress.done / progress.of) if progress.of else 0.0
-    says = _("Stopping; what was changed on the robot is put back") if stopping else words_of(progress.says)
+    says = _("Stopping; changes on the robot are being undone") if stopping else words_of(progress.says)
     return says, how_far(progress), share
 
 
@@ -195,8 +195,6 @@ def ended_sentence(report: Report) -> NoticeView:
     """For the snackbar."""
     found = counts(report.findings)
     text = (
-        _("{robot} is checked up: {found}")
-        if report.is_complete
-        else _("The check-up of {robot} has ended early: {found}")
+        _("{robot} is checked up: {found}") if report.is_complete else _("The check-up of {robot} ended early: {found}")
     )
     return NoticeView(text.format(robot=report.robot, found=found), icon=appearance(report.level).icon)

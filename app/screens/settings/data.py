@@ -48,7 +48,7 @@ class DataPage(SettingsPage):
         vm, facts, can_restore = self.vm, self.context.facts, self.context.shell.restore is not None
         vm.backups = backups_phrase(facts, self.context.now())
         vm.can_restore = can_restore and bool(facts.backups)
-        vm.restore_hint = "" if can_restore else _("Whoever looks after this tablet can restore one")
+        vm.restore_hint = "" if can_restore else _("The person in charge of this tablet can restore one")
 
     @property
     def is_busy(self) -> bool:

@@ -75,7 +75,7 @@ class DisplayPage(SettingsPage):
                 if is_easy_to_guess(pin):
                     dialog.ask_again(
                         _("Easy to guess: one of the first that people try"),
-                        _("Enter it again to take it all the same"),
+                        _("Enter it again to use it anyway"),
                     )
                 else:
                     dialog.ask_again(text=_("Enter it again"))
@@ -100,7 +100,7 @@ class DisplayPage(SettingsPage):
 
     def remove_pin(self) -> None:
         def removed(_was_set: bool) -> None:
-            self.context.say(_("Settings is open to everybody"), "lock-open-outline")
+            self.context.say(_("Settings is open to everyone"), "lock-open-outline")
             self.context.refresh()
 
         self.context.run(self.context.services.access.remove, removed)

@@ -101,7 +101,7 @@ class Gate:
         if dialog is None:
             return
         if wait_s > 0:
-            dialog.text = _("Forgotten? Whoever looks after this tablet can remove it.")
+            dialog.text = _("Forgotten? The person in charge of this tablet can remove it.")
             dialog.problem = _("Too many wrong PINs; wait {time}").format(time=formats.duration(math.ceil(wait_s)))
         elif dialog.waiting:
             dialog.text, dialog.problem = _("Enter the PIN"), ""

@@ -121,8 +121,9 @@ def hand_over_names() -> dict[HandOver, str]:
 def hand_over_meaning(hand_over: HandOver) -> str:
     if hand_over is HandOver.AT_ONCE:
         return _(
-            "Each start goes into the queue of the robot that will be done first, at its time, and stays there. The robots go on "
-            "while the tablet is off or the radio fails; an urgent start does not overtake what is in a queue."
+            "At its time, each start goes into the queue of the robot that will be done first, and stays there. The "
+            "robots continue while the tablet is off or the radio fails; an urgent start does not overtake starts in "
+            "a queue."
         )
     return _(
         "Starts wait in the app, the urgent ones first, until a robot is free. While the tablet is off the robots get nothing new."
@@ -138,8 +139,8 @@ def keep_free_meaning(keep_free: int, members: int) -> str:
     if not keep_free:
         return _("Urgent starts go first, but wait until a robot is free: half a minute on a usual day.")
     return _(
-        "Left to starts of High and Critical priority, which then wait only seconds. All others wait longer: half as long again on a "
-        "usual day, and on a busy one every fifth does not run at all."
+        "Only for starts of High and Critical priority, which then wait only seconds. All others wait longer: half "
+        "as long again on a usual day; on a busy day every fifth is not run."
     )
 
 

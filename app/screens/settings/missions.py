@@ -214,7 +214,7 @@ class MissionsPage(SettingsPage):
         else:
             shell = self.context.shell
             shell.snackbars.undo(
-                _("{robot} has told its missions").format(robot=robot.name),
+                _("{robot} has sent its missions").format(robot=robot.name),
                 _("Choose"),
                 lambda: shell.go("settings", section="missions", found=(robot.id, found)),
                 stays=True,
@@ -282,9 +282,9 @@ class MissionDialog(FormDialog):
             form.usual_minutes, form.low_battery = str(mission.usual_minutes or ""), mission.on_low_battery
             form.is_new = form.details = False
         form.low_battery_note = (
-            _("It charges the robot, so it starts at any charge")
+            _("It charges the robot, so it starts at any battery level")
             if mission is not None and mission.charges
-            else _("Under the minimum battery too; missions that charge the robot do so by themselves")
+            else _("Also under the minimum battery; missions that charge the robot always do")
         )
         super().__init__(vm=form, **kwargs)
         self._name_robot()

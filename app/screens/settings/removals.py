@@ -55,11 +55,11 @@ def robot_question(facts: SettingsFacts, robot: Robot) -> str:
         else ""
     )
     empty = (
-        _("No robot is left in {groups}: what waits for one is cancelled.").format(groups=_several(alone, ", "))
+        _("No robot is left in {groups}: starts that wait for one are cancelled.").format(groups=_several(alone, ", "))
         if alone
         else ""
     )
-    stays = _("Its runs stay in the history. On the robot itself nothing changes.")
+    stays = _("Its runs stay in the history. Nothing changes on the robot itself.")
     return "\n".join(filter(None, (goes, left, empty, stays)))
 
 
@@ -101,7 +101,7 @@ def group_question(facts: SettingsFacts, group: Group, waiting: int = 0) -> str:
             (
                 _question(facts, _schedules_for(facts, group), []),
                 cancelled,
-                _("Its robots stay, and what runs goes on."),
+                _("Its robots stay, and running missions continue."),
             ),
         )
     )

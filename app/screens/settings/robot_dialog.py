@@ -203,7 +203,7 @@ class RobotDialog(FormDialog):
 
         self._context.shell.dialogs.confirm(
             _("Connect without encryption?"),
-            _("So far this robot is reached over https. Over http, anybody on the network can read its password."),
+            _("So far this robot is reached over https. Over http, anyone on the network can read its password."),
             _("Use http"),
             agreed,
             danger=True,
@@ -322,7 +322,7 @@ class RobotDialog(FormDialog):
             self.test()
 
         self._context.shell.dialogs.confirm(
-            _("Send the password all the same?"),
+            _("Send the password anyway?"),
             hidden_number_question(robot, problem),
             _("Send the password"),
             accepted,

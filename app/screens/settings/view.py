@@ -353,8 +353,7 @@ def certificate_question(address: str, found: str, trusted: str) -> str:
     """``found`` and ``trusted`` are fingerprints; ``trusted`` may be empty."""
     lines = [
         _(
-            "{address} shows this SHA-256 fingerprint. Compare it with the one that you read at the robot itself, or that its "
-            "administrator gives:"
+            "{address} shows this SHA-256 fingerprint. Compare it with the one shown at the robot itself, or ask its administrator:"
         ).format(address=address),
         grouped(found),
     ]

@@ -72,7 +72,7 @@ def language(value: object, field: str) -> Any:
 
 def text(value: object, field: str) -> str:
     if not isinstance(value, str):
-        raise InvalidInput(field, "a text is wanted here")
+        raise InvalidInput(field, "a text is needed here")
     return value
 
 
@@ -115,7 +115,7 @@ def name_or_empty(value: object, field: str) -> str:
 def name_list(value: object, field: str) -> tuple[str, ...]:
     """Each once."""
     if not isinstance(value, list):
-        raise InvalidInput(field, "a list of names is wanted here")
+        raise InvalidInput(field, "a list of names is needed here")
     found = tuple(name(each, field) for each in value)
     if len(set(found)) < len(found):
         raise InvalidInput(field, "a name appears twice")

@@ -87,7 +87,7 @@ class Edit(GroupEdit, ScheduleEdit):
         exceptions = [validation.day_exception(exception) for exception in exceptions]
         before = {exception.id: self.days.get(self.c, exception.id) for exception in exceptions if exception.id}
         if None in before.values():
-            raise InvalidInput("days", "there is no such entry of the calendar any more")
+            raise InvalidInput("days", "this entry of the calendar no longer exists")
         if self.days.count(self.c) + sum(not exception.id for exception in exceptions) > validation.MOST_DAY_EXCEPTIONS:
             raise InvalidInput("days", "the calendar has room for {most} entries", most=validation.MOST_DAY_EXCEPTIONS)
         saved = []

@@ -120,7 +120,7 @@ def _plain(value: object) -> object:
 def read_object(path: str, found: Any, fields: Fields) -> Item:
     """One object of a file. Raises InvalidInput with its place in the file."""
     if not isinstance(found, dict):
-        raise InvalidInput(path, "{path}: an object with names and values is wanted here", path=path)
+        raise InvalidInput(path, "{path}: an object with names and values is needed here", path=path)
     by_key = {field.key: field for field in fields}
     check_keys(path, found, by_key)
     _check_has(path, found, [field for field in fields if field.required == "yes"])
@@ -129,7 +129,7 @@ def read_object(path: str, found: Any, fields: Fields) -> Item:
 
 def read_objects(path: str, found: Any, fields: Fields) -> list[Item]:
     if not isinstance(found, list):
-        raise InvalidInput(path, "{path}: a list is wanted here", path=path)
+        raise InvalidInput(path, "{path}: a list is needed here", path=path)
     return [read_object(f"{path}[{number}]", each, fields) for number, each in enumerate(found)]
 
 

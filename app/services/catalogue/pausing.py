@@ -64,7 +64,7 @@ class Pausing:
             if must_run and schedule.is_paused(instant):
                 raise InvalidInput("schedule", "this schedule is paused beyond that start: resume it first")
             if must_run and next_occurrence(schedule, instant - MOMENT, edit.calendar) != instant:
-                raise InvalidInput("schedule", "this schedule has no such start any more")
+                raise InvalidInput("schedule", "this schedule no longer has this start")
             edit.schedules.unskip(c, schedule_id, instant)
             edit.executions.drop_skipped(c, schedule_id, instant)
             if edit.executions.has_instant(c, schedule_id, instant):
@@ -114,7 +114,7 @@ def _check_is_to_come(edit: Edit, schedule: Schedule, instant: datetime) -> None
         raise InvalidInput("schedule", "the time of this start has passed")
     after = max(schedule.next_at, instant - MOMENT)
     if instant not in (schedule.next_at, next_occurrence(schedule, after, edit.calendar)):
-        raise InvalidInput("schedule", "this schedule has no such start any more")
+        raise InvalidInput("schedule", "this schedule no longer has this start")
 
 
 def _has_passed(edit: Edit, schedule: Schedule, instant: datetime) -> bool:

@@ -58,12 +58,12 @@ class Transaction:
     def the_robot(self, robot_id: int) -> Robot:
         if robot := self.robots.get(self.c, robot_id):
             return robot
-        raise InvalidInput("robot", "there is no such robot any more")
+        raise InvalidInput("robot", "this robot no longer exists")
 
     def the_group(self, group_id: int) -> Group:
         if group := self.groups.get(self.c, group_id):
             return group
-        raise InvalidInput("group", "there is no such group any more")
+        raise InvalidInput("group", "this group no longer exists")
 
     def target_of(self, schedule: Schedule) -> Robot | Group:
         """The robot that a schedule names, or its group."""
@@ -76,17 +76,17 @@ class Transaction:
     def the_place(self, place_id: int) -> Place:
         if place := self.places.get(self.c, place_id):
             return place
-        raise InvalidInput("place", "there is no such place any more")
+        raise InvalidInput("place", "this place no longer exists")
 
     def the_mission(self, mission_id: int) -> Mission:
         if mission := self.missions.get(self.c, mission_id):
             return mission
-        raise InvalidInput("mission", "there is no such mission any more")
+        raise InvalidInput("mission", "this mission no longer exists")
 
     def the_schedule(self, schedule_id: int) -> Schedule:
         if schedule := self.schedules.get(self.c, schedule_id):
             return schedule
-        raise InvalidInput("schedule", "there is no such schedule any more")
+        raise InvalidInput("schedule", "this schedule no longer exists")
 
     def _mission_on(self, robot_id: int, mission_id: int) -> Mission:
         """The mission of that name on that robot."""

@@ -100,7 +100,7 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
         if edit.robots.by_name(edit.c, removed.robot.name):
             raise InvalidInput(
                 "name",
-                "there is another robot {name} by now: give that one another name, then undo again",
+                "there is another robot {name} now: rename that one, then undo again",
                 name=removed.robot.name,
             )
         try:
@@ -108,7 +108,7 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
         except InvalidInput as other:
             raise InvalidInput(
                 other.field,
-                "not put back: {problem}; change or delete that one, then undo again",
+                "not restored: {problem}; change or delete that one, then undo again",
                 problem=other.message,
             ) from None
         edit.robots.add(edit.c, replace(removed.robot, idle=None))
@@ -135,7 +135,7 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
         if edit.missions.by_name(edit.c, mission.name, mission.robot_id):
             raise InvalidInput(
                 "name",
-                "there is another mission {name} by now: give that one another name, then undo again",
+                "there is another mission {name} now: rename that one, then undo again",
                 name=mission.name,
             )
         edit.missions.add(edit.c, mission)
@@ -157,7 +157,7 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
         if edit.schedules.by_name(edit.c, schedule.name):
             raise InvalidInput(
                 "name",
-                "there is another schedule {name} by now: give that one another name, then undo again",
+                "there is another schedule {name} now: rename that one, then undo again",
                 name=schedule.name,
             )
         through = max(edit.now, schedule.started_through or edit.now)
@@ -206,18 +206,18 @@ def _check_is_gone(edit: Edit, removed: Removed) -> None:
         or any(edit.schedules.get(edit.c, one.id) for one in removed.schedules)
         or any(edit.days.get(edit.c, one.id) for one in removed.days)
     ):
-        raise InvalidInput("name", "this has been put back already")
+        raise InvalidInput("name", "this has been restored already")
 
 
 def _restore_group(edit: Edit, group: Group) -> None:
     """With those of its robots that there still are."""
     if edit.groups.by_name(edit.c, group.name):
         raise InvalidInput(
-            "name", "there is another group {name} by now: give that one another name, then undo again", name=group.name
+            "name", "there is another group {name} now: rename that one, then undo again", name=group.name
         )
     if edit.robots.by_name(edit.c, group.name):
         raise InvalidInput(
-            "name", "there is another robot {name} by now: give that one another name, then undo again", name=group.name
+            "name", "there is another robot {name} now: rename that one, then undo again", name=group.name
         )
     edit.groups.add(edit.c, replace(group, members=tuple(id_ for id_ in group.members if edit.robots.get(edit.c, id_))))
 
@@ -323,7 +323,7 @@ def wait_again(edit: Edit, execution_id: int) -> None:
         _plan_again(edit, row, row.schedule_id)  # the clock was set back meanwhile
         return
     if row is None or not may_wait_again(row):
-        raise InvalidInput("execution", "this start does not wait any more, and can't again")
+        raise InvalidInput("execution", "this start no longer waits and can't wait again")
     if row.closes_at <= edit.now:
         raise InvalidInput("execution", "it is too late for this start")
     if row.group_id is not None:

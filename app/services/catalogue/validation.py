@@ -88,14 +88,12 @@ def schedule(entered: Schedule) -> Schedule:
     entered = fields.checked(entered, fields.SCHEDULE)
     if entered.group_id is None and entered.finish_by_minutes is not None:
         raise InvalidInput(
-            "finish_by_minutes", "a time by which it has to be done can be given for a group of robots only"
+            "finish_by_minutes", "a time by which it must be done is possible only for a group of robots"
         )
     if entered.group_id is None and entered.overlap is Overlap.PARALLEL:
-        raise InvalidInput("overlap", "one beside the other can run on a group of robots only")
+        raise InvalidInput("overlap", "only a group of robots can run two starts of a schedule at once")
     if entered.between is not None and not Recurrence.parse(entered.recurrence).frequency.is_sub_daily:
-        raise InvalidInput(
-            "between", "a part of the day can be chosen for a recurrence every so many minutes or hours only"
-        )
+        raise InvalidInput("between", "a part of the day is possible only for a recurrence in minutes or hours")
     check_has_instants(entered)
     return entered
 
@@ -111,7 +109,7 @@ def one_time_on_working_day(schedule: Schedule, calendar: WorkingCalendar) -> No
     if status.name:
         raise InvalidInput(
             "start",
-            "{day} is no working day: {name}; choose another day or do not respect working days",
+            "{day} is not a working day: {name}; choose another day or do not respect working days",
             day=f"{day:%Y-%m-%d}",
             name=status.name,
         )

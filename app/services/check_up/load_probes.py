@@ -32,7 +32,7 @@ def latency(session: CheckUpSession) -> Found:
     asked, start = 0, session.clock.monotonic()
     while asked < QUESTIONS and (asked < FEWEST or session.clock.monotonic() - start < QUESTIONS):
         began = session.clock.monotonic()
-        session.at(message("Measuring how soon it answers"), READS_S + min(began - start, QUESTIONS))
+        session.at(message("Measuring how fast it answers"), READS_S + min(began - start, QUESTIONS))
         asked += 1
         if session.status() is not None:
             took.append(session.clock.monotonic() - began)
@@ -42,7 +42,7 @@ def latency(session: CheckUpSession) -> Found:
     if not took:
         return red(
             "It answered none of {n} questions",
-            "Nothing can be scheduled before it answers: check the radio network where the robot drives.",
+            "Nothing can be scheduled until it answers: check the radio network where the robot drives.",
             n=asked,
         )
     took.sort()
@@ -63,16 +63,16 @@ def _rate(session: CheckUpSession, asked: int, lost: int, usual: float, slowest:
         session.facts["timeout_s"] = min(LONGEST_TIMEOUT, TIMEOUT_FACTOR * slowest)
         return red(
             says,
-            "The app waits up to {timeout} s for it from now on, and {quiet} s before it sends a start "
-            "again whose answer was lost. Starts may be late: have the robot's disk and network looked at.",
+            "From now on the app waits up to {timeout} s for it, and {quiet} s before it repeats a start whose "
+            "answer was lost. Starts may be late: have the robot's disk and network looked at.",
             timeout=round(session.facts["timeout_s"]),
             quiet=round(session.facts["quiet_s"]),
         )
     if lost > LOST * asked or slowest > SLOW_S:
         return amber(
             says,
-            "Starts may be late by as much, and one whose answer was lost is sent again only after it is certain that it "
-            "did not arrive. Better radio where the robot drives helps.",
+            "Starts may be that much late. A start whose answer was lost is sent again only when it certainly did "
+            "not arrive. Better radio where the robot drives helps.",
         )
     return green(says)
 
@@ -83,8 +83,8 @@ def load(session: CheckUpSession) -> Found:
     before, began = session.status(), session.clock.monotonic()
     if before is None or before.state not in (RobotState.READY, RobotState.PAUSE):
         return amber(
-            "Not tried, as it is not standing ready",
-            "Check up again while it stands: it is asked 40 times within 10 s then.",
+            "Not tried, as it is not ready",
+            "Check up again while it stands still: it is then asked 40 times within 10 s.",
         )
     asked, all_answered = _ask_often(session)
     if all_answered:
@@ -104,7 +104,7 @@ def load(session: CheckUpSession) -> Found:
         return red("It booted when it was asked {n} times within 10 s", ASKED_LESS, n=asked)
     if session.facts.get("lost"):
         return amber(
-            "Not found out whether it bears many questions: it leaves some unanswered at any time",
+            "Not found out whether it can answer many questions: it always leaves some unanswered",
             "Check up again where the radio is better.",
         )
     return _once_more(session, asked)
@@ -117,7 +117,7 @@ def _once_more(session: CheckUpSession, asked: int) -> Found:
         return amber(
             "It left one of {n} questions within 10 s unanswered, and answered all when it was asked as often "
             "once more",
-            "That was the network rather than the robot. Nothing to do.",
+            "The network caused that, not the robot. Nothing to do.",
             n=asked,
         )
     asked = max(asked, asked_again)

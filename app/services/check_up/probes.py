@@ -68,8 +68,8 @@ def software(session: CheckUpSession) -> Found:
         )
     if session.identity.software is None:
         return amber(
-            "It does not tell its software; MiR's definition of {definition} fits",
-            "The app can't see when it gets other software: check it up again after each change.",
+            "It does not report its software; MiR's definition of {definition} fits",
+            "The app can't see when its software changes: check it up again after each change.",
             definition=fits,
         )
     if fits != session.identity.software and session.identity.software in DEFINITIONS:
@@ -91,7 +91,7 @@ def certificate(session: CheckUpSession) -> Found:
     if session.robot.client.address.is_secure:
         return green("It is asked over https, and its certificate is trusted")
     return amber(
-        "It is asked over http: whoever listens on the network can read the password",
+        "It is asked over http: anyone on the network can read the password",
         "Where the robot offers https (software 3 and later), change its address to https://…; else keep its network "
         "for robots only.",
     )
@@ -121,20 +121,19 @@ def clock(session: CheckUpSession) -> Found:
     session.facts["clock_offset"] = None if offset is None else round(offset, 1)
     if offset is None:
         return amber(
-            "It does not tell its time",
+            "It does not report its time",
             "The app can't compare the tablet's clock with it: have the tablet set its time by the network.",
         )
     if abs(offset) > LARGE_OFFSET_S:
         return red(
             _difference(offset),
-            "One of the two is wrong. If it is the tablet's, missions start at wrong times; if it is the robot's, the app "
-            "asks which one is right whenever it starts. Set it.",
+            "One of the two is wrong. If it is the tablet's, missions start at wrong times. If it is the robot's, "
+            "the app asks at every start which one is right. Correct it.",
         )
     if zone is not None and _differs(session, zone):
         return amber(
             "Its clock is set to {zone}, the plan to {own}",
-            "Starts follow the plan's time zone. Times on the robot's own pages differ; set its time zone, so that nobody "
-            "is misled.",
+            "Starts follow the plan's time zone. Times on the robot's own pages differ; set its time zone to avoid mistakes.",
             zone=zone,
             own=session.zone,
         )
@@ -144,7 +143,7 @@ def clock(session: CheckUpSession) -> Found:
             "Starts follow the tablet's clock. Let both set their time by the network.",
         )
     return green(
-        "Its clock is right, in {zone}" if zone else "Its clock is right; its time zone is not told", zone=zone
+        "Its clock is right, in {zone}" if zone else "Its clock is right; it does not report its time zone", zone=zone
     )
 
 
@@ -190,7 +189,7 @@ def rights(session: CheckUpSession) -> Found:
         "User {user} of the group {group} may read missions, queue and maps"
         if group
         else "User {user} may read missions, queue and maps",
-        "Whether it may start missions shows when one is tried.",
+        "A trial shows whether it may start missions.",
         user=user,
         group=group,
     )
@@ -200,8 +199,7 @@ def password(session: CheckUpSession) -> Found:
     if session.robot.client.has_default_password:
         return amber(
             "User {user} has the default password that MiR's manuals print",
-            "Anybody on the network can drive the robot with it. Change it on the robot (Setup, Users) and in its settings "
-            "here.",
+            "Anyone on the network can drive the robot with it. Change it on the robot (Setup, Users) and in its settings here.",
             user=session.identity.user_name or "?",
         )
     return green("The password is none of those that MiR's manuals print")
@@ -226,7 +224,7 @@ def missions(session: CheckUpSession) -> Found:
     if invalid:
         return amber(
             "Of {n} missions these are not valid: {names}",
-            "Open them on the robot and put them right before they are planned.",
+            "Correct them on the robot before they are planned.",
             n=len(guids),
             names=", ".join(invalid),
         )
@@ -257,7 +255,7 @@ def maps(session: CheckUpSession) -> Found:
     current = next((clean(entry.get("name"), 80) for entry in answer.rows if entry.get("guid") == map_id), None)
     if current is None and map_id is None:
         return amber(
-            "Not found out which of its {n} maps is in use: its status does not tell",
+            "Not found out which of its {n} maps is in use: its status does not say",
             "Home shows no map of it; everything else works.",
             n=len(answer.rows),
         )
@@ -292,22 +290,22 @@ def language(session: CheckUpSession) -> Found:
     )
     if unknown:
         return amber(
-            "It has words of its own for the states of missions: {words}",
-            "Trying it with a mission shows what they mean; until then a run whose word is not known is followed until the "
-            "robot has ended it, and shown as failed with that word.",
+            "It has its own words for the states of missions: {words}",
+            "A trial with a mission shows what they mean. Until then, a run with an unknown word is followed until "
+            "the robot has ended it, and shown as failed with that word.",
             words=", ".join(unknown),
         )
     if status.state is not RobotState.UNKNOWN and status.state_text and not _is_english(status):
         return amber(
             "It speaks another language: its state is {text}",
-            "Its texts are shown as it says them. What it says of a cancelled mission is learned by trying it with one; "
-            "else a mission that somebody cancels at the robot is shown as failed.",
+            "Its texts are shown in its own words. A trial with a mission shows its word for a cancelled mission; "
+            "without one, a mission that somebody cancels at the robot is shown as failed.",
             text=status.state_text,
         )
     if not status.state_text:
         return amber(
             "Not found out which language it speaks: it has no words for its state",
-            "Its texts are shown as it says them.",
+            "Its texts are shown in its own words.",
         )
     return green("It speaks English")
 
@@ -337,7 +335,7 @@ def read_robot(session: CheckUpSession) -> bool:
             Topic.IDENTITY,
             red(
                 "It could not be asked: {problem}",
-                "Nothing can be scheduled on it before it answers.",
+                "Nothing can be scheduled on it until it answers.",
                 problem=error.message,
             ),
         )

@@ -25,8 +25,8 @@ TOO_FEW = amber(
     "The app uses the careful way until then. Check up again when the robot has had some missions.",
 )
 SHARED = message(
-    "A fleet or another program may queue by itself. Starts of this plan wait in the robot's queue behind what others put "
-    "there: give this robot to one of them, or plan with room between starts."
+    "A fleet or another program may queue missions too. Starts of this plan wait behind those of others in the "
+    "robot's queue: let only one of them use this robot, or leave time between starts."
 )
 
 
@@ -39,7 +39,7 @@ def queue(session: CheckUpSession) -> Found:
         session.add(topic, amber("Not looked at, as the mission queue can't be read", "Check up again once it can."))
     return red(
         "The mission queue can't be read: {problem}",
-        "Without it the app can't tell whether a start arrived. Put this right before anything is scheduled.",
+        "Without it the app can't know whether a start arrived. Correct this before anything is scheduled.",
         problem=answer.problem if answer.error else message("its answer is no list of missions"),
     )
 
@@ -94,7 +94,7 @@ class _QueueLists:
             "It ignores the order that is asked for: the newest entries come first"
             if self._is_sorted
             else "It ignores the order that is asked for: the oldest entries come first",
-            "The app finds what is new by its search or by number, which takes some more requests. Nothing to do.",
+            "The app finds new items by its search or by number, which takes some more requests. Nothing to do.",
         )
 
     def _paging(self, page: Answer) -> Found:
@@ -110,7 +110,7 @@ class _QueueLists:
             self._session.facts["page_limit"] = limit
         if limit:
             return amber(
-                "A list has {n} entries at most, whatever is asked for",
+                "A list always has {n} entries at most",
                 "The app reads page after page. Nothing to do.",
                 n=limit,
             )
@@ -139,7 +139,7 @@ class _QueueLists:
         has_search = self._session.facts["has_search"] = self._newest in answer.ids
         if not has_search:
             return amber(
-                "Its search does not find what is in its queue"
+                "Its search does not find items that are in its queue"
                 if answer.is_list
                 else "Its queue can't be searched: {problem}",
                 "The app reads the list instead, which takes longer where the queue is long. Nothing to do.",
@@ -148,8 +148,8 @@ class _QueueLists:
         if min(answer.ids) < self._newest:
             self._ignores.add("filters")
             return amber(
-                "Its search gives what it was not asked for",
-                "The app sorts that out by itself, which takes longer where the queue is long. Nothing to do.",
+                "Its search also returns items that were not asked for",
+                "The app removes them itself, which takes longer where the queue is long. Nothing to do.",
             )
         return green("Its queue can be searched")
 
@@ -170,7 +170,7 @@ class _QueueLists:
 def others(session: CheckUpSession) -> Found:
     """Who else has put missions there recently, by the robot's own times."""
     if session.newest_id == 0:
-        return green("Its queue is empty: nobody uses it just now")
+        return green("Its queue is empty: not in use now")
     entries, user = session.entries, session.identity.user_name
     by_whom = [(parse.instant(entry.get("ordered")), _is_of_others(entry, user), entry) for entry in entries]
     times = [at for at, _theirs, _entry in by_whom if at is not None]
@@ -184,15 +184,14 @@ def others(session: CheckUpSession) -> Found:
         return amber("One mission of the last two hours is of {name}", SHARED, name=_name(lately[0][1]))
     if undated:
         return amber(
-            "{n} of the newest {of} missions in its queue were queued by others; it does not tell when they "
-            "were queued",
+            "{n} of the newest {of} missions in its queue were queued by others; it does not report when",
             SHARED,
             n=undated,
             of=len(entries),
         )
     if not entries or any(theirs is None for _at, theirs, _entry in recent):
-        return amber("Not found out: who queued the newest missions can't be told", SHARED)
-    return green("Nobody else has used its queue recently")
+        return amber("Not found out: it does not say who queued the newest missions", SHARED)
+    return green("Its queue has not been used by others recently")
 
 
 def _often(lately: Sequence[tuple[datetime, Mapping[str, Any]]]) -> Found:

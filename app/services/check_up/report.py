@@ -49,8 +49,8 @@ TOPICS: Mapping[Topic, Message] = {
 }
 LEVELS: Mapping[Level, Message] = {
     Level.GREEN: message("Fine"),
-    Level.AMBER: message("To know"),
-    Level.RED: message("To put right"),
+    Level.AMBER: message("Note"),
+    Level.RED: message("Problem"),
 }
 DEFINITIONS = {(2, 0): "2.14.7", (3, 0): "3.5.4", (3, 8): "3.8.1"}  # the simulator's, each from that software on
 OFFLINE_S = 40.0  # that a robot boots, where only that it does is known
@@ -96,7 +96,7 @@ def heading(report: Report, zone: str, language: Language = str) -> list[str]:
             address=report.address,
         )
         if report.model or profile.serial_number or profile.software
-        else message("At {address}; it did not tell what it is", address=report.address),
+        else message("At {address}; it did not report what it is", address=report.address),
         message("{time} ({zone}); it took {seconds} s", time=_stamp(at), zone=zone, seconds=round(report.took_s)),
         message("Tried with the mission {mission}", mission=report.mission)
         if report.mission

@@ -113,7 +113,7 @@ class CheckUps:
             except (RobotError, InvalidInput) as error:
                 problem = error.message
             if problem is not None and trial is not None:
-                raise InvalidInput("robot", "what the last check-up left is still there: {problem}", problem=problem)
+                raise InvalidInput("robot", "the last check-up has not been undone yet: {problem}", problem=problem)
             if trial is not None:
                 self._trials.check(robot, client, trial)
             report = self._run(robot, client, trial, on_progress, is_wanted)
@@ -261,8 +261,8 @@ def moves(robot: str, trial: Trial) -> Message:
             robot=robot,
         )
     return message(
-        "{mission} is queued four times on {robot}; one of them is cancelled before it runs, so the robot does three times "
-        "what the mission does, and it may drive. It is paused twice for a few seconds and released.",
+        "{mission} is queued four times on {robot}. One of them is cancelled before it runs, so the robot runs the "
+        "mission three times and may drive. It is paused twice for a few seconds and released.",
         mission=trial.mission,
         robot=robot,
     )

@@ -32,12 +32,12 @@ READ_EVERY = 1.0  # s between two looks at all items
 WATCH_EVERY = 0.3  # s after which its state is looked at again, before another question
 LONGEST_WORD = 40  # characters for a state
 FIRST = 0  # of the items, in the order in which they are queued
-_ENDED = message("The trial ended. Check up again when nobody else uses the robot.")
+_ENDED = message("The trial ended. Check up again when the robot is used by no one else.")
 PAUSED = amber("Somebody paused it while it was tried", _ENDED)
 RELEASED = amber("Somebody ended the pause of the trial", _ENDED)
 WENT_ON = red(
     "A mission went on while it was in Pause",
-    "Either somebody released it and paused it again, or Pause in the app does not keep it from driving: look at the "
+    "Either somebody released it and paused it again, or Pause in the app does not stop it from driving: look at the "
     "robot, and check up again.",
 )
 

@@ -60,7 +60,7 @@ def _order(session: CheckUpSession, result: TrialResult) -> Found:
     if not answer.is_good:
         return red(
             "It does not take a mission: {problem}",
-            "Nothing can be scheduled on it before that is put right.",
+            "Nothing can be scheduled on it until that is corrected.",
             problem=answer.problem,
         )
     gives_id = first.answered_id is not None
@@ -68,11 +68,11 @@ def _order(session: CheckUpSession, result: TrialResult) -> Found:
     if first.id is None:
         return red(
             "It took a mission, but its queue does not have it",
-            "The app could not tell whether a start arrived: do not schedule on this robot.",
+            "The app could not know whether a start arrived: do not schedule on this robot.",
         )
     if not gives_id:
         return amber(
-            "It takes a mission, but does not tell its number",
+            "It takes a mission, but does not return its number",
             "The app looks for each start in the queue, which takes some more requests. Nothing to do.",
         )
     if answer.status != CREATED:
@@ -81,7 +81,7 @@ def _order(session: CheckUpSession, result: TrialResult) -> Found:
             "The app looks for each start in the queue, which takes some more requests. Nothing to do.",
             status=answer.status,
         )
-    return green("It takes a mission and tells its number")
+    return green("It takes a mission and returns its number")
 
 
 def _recognised(session: CheckUpSession, result: TrialResult) -> Found:
@@ -107,8 +107,8 @@ def _recognised(session: CheckUpSession, result: TrialResult) -> Found:
         "The app's mark does not come back; the description is {text}"
         if shown
         else "The app's mark does not come back",
-        "The app knows its missions by their number, and after a lost answer by mission, user and time. Let nobody else "
-        "use the app's user on this robot.",
+        "The app knows its missions by their number, and after a lost answer by mission, user and time. Only the app "
+        "may use its user on this robot.",
         text=shown,
     )
 
@@ -140,20 +140,20 @@ def _words(session: CheckUpSession, result: TrialResult) -> Found:
     if shared:
         return amber(
             "It has one word for several states of missions: {words}",
-            "A run whose word is not known is followed until the robot has ended it, and shown as failed with that word.",
+            "A run with an unknown word is followed until the robot has ended it, and shown as failed with that word.",
             words=", ".join(shared),
         )
     if own:
         pairs = ", ".join(f"{word} = {state}" for word, state in own.items())
         return amber(
-            "It has words of its own for the states of missions: {words}",
+            "It has its own words for the states of missions: {words}",
             "The app knows them from now on. Nothing to do.",
             words=pairs,
         )
     if missing := [name for name in TIMES if parse.instant(result.runs[0].now.get(name)) is None]:
         return amber(
-            "A mission that is done lacks its times: {fields}",
-            "How long runs take on it is not known, so charts and forecasts have no durations of it.",
+            "A completed mission lacks its times: {fields}",
+            "Charts and forecasts have no durations of its runs.",
             fields=", ".join(missing),
         )
     return green("Its words for the states of missions are MiR's")
@@ -166,7 +166,7 @@ def _ends(result: TrialResult) -> Found | None:
     if failed:
         return red(
             "The mission of the trial did not complete: {text}",
-            "Run it on the robot itself, and look why.",
+            "Run it on the robot itself to see why.",
             text=resolve(failed[0].now.get("message")) or "?",
         )
     if len(ended) < len(result.runs):
@@ -177,8 +177,8 @@ def _ends(result: TrialResult) -> Found | None:
         )
     if not all(item.now for item in ended):
         return amber(
-            "A mission that has ended is gone from its queue",
-            "Whether it was done can't be told there: the app shows such a run as failed, gone from the robot.",
+            "A mission that has ended is not in its queue any longer",
+            "Its outcome can't be read there: the app shows such a run as failed, no longer in the robot's queue.",
         )
     return None
 
@@ -206,8 +206,8 @@ def _words_of_cancelled(session: CheckUpSession, result: TrialResult, item: Item
         return amber("A cancelled mission stays {state}", "Look at the robot, and check up again.", state=word or "?")
     if not item.now:
         return amber(
-            "A cancelled mission is gone from its queue",
-            "A mission that somebody cancels at the robot is shown as failed, gone from the robot.",
+            "A cancelled mission is not in its queue any longer",
+            "A mission that somebody cancels at the robot is shown as failed, no longer in the robot's queue.",
         )
     own, shared = _own_words(result)
     failed = {clean(entry.get("state"), LONGEST_WORD) for entry in _failures(session, text)}
@@ -251,7 +251,7 @@ def _failed(session: CheckUpSession, _result: TrialResult) -> Found:
     if failures := _failures(session, session.facts.get("cancelled_message") or USER_REQUEST):
         return green("Its newest failed mission says: {text}", text=clean(resolve(failures[0].get("message")), 120))
     return green(
-        "How a failed mission is worded was not tried, as it would stop the robot with an error",
+        "Its text for a failed mission was not tried, as that would stop the robot with an error",
         "The first one that fails is shown with the robot's own text.",
     )
 
@@ -261,12 +261,12 @@ def _priority(session: CheckUpSession, result: TrialResult) -> Found:
         parse.instant(item.now.get("started")) if item else None for item in (result.items[FIRST], result.preferred)
     )
     if not result.waits_in_pause or first is None or second is None or first == second:
-        return green("Whether priority counts could not be seen", "The app does not rely on it.")
+        return green("It could not be seen whether priority has an effect", "The app does not rely on it.")
     session.facts["priority_counts"] = second < first
     if second < first:
         return green(
             "A mission of higher priority begins before earlier ones",
-            "What others queue with a higher priority goes before the plan.",
+            "Missions that others queue with a higher priority go before the plan.",
         )
     return green(
         "Priority has no effect: missions begin in the order in which they were queued",
@@ -287,7 +287,7 @@ def _second(_session: CheckUpSession, result: TrialResult) -> Found | None:
         "The same order sent twice makes one mission"
         if again.is_good
         else "It refuses the same order sent twice: {problem}",
-        "The app looks first all the same.",
+        "The app still looks first.",
         problem=again.problem,
     )
 
@@ -296,19 +296,19 @@ def _pause(result: TrialResult) -> Found | None:
     if result.pause_problem is not None:
         return amber(
             "It can't be paused: {problem}",
-            "Pause and Resume of the app have no effect on it: give the user more rights on the robot.",
+            "The app's Pause and Resume have no effect on it: give the user more rights on the robot.",
             problem=result.pause_problem.message,
         )
     if result.runs_on is False and all(parse.queue_state(item.now) is not QueueState.PENDING for item in result.items):
         return amber(
-            "A mission that is paused does not go on when the robot is released",
+            "A paused mission does not continue when the robot is released",
             "After Pause and Resume a run counts as failed: start it again.",
         )
     if result.waits_in_pause:
         return green(
-            "While it is paused missions wait, and what ran goes on afterwards"
+            "While it is paused, missions wait; the running one continues afterwards"
             if result.runs_on
-            else "While it is paused missions wait; whether what runs goes on could not be seen, as the missions were too short"
+            else "While it is paused, missions wait; they were too short to see whether a running one continues"
         )
     return None
 

@@ -114,7 +114,7 @@ class Trials:
         """After so many questions it may have booted, and what others queued may run. Raises InvalidInput, RobotError or Cancelled."""
         began = ready_since = self._clock.monotonic()
         while self._clock.monotonic() - ready_since < READY_FOR:
-            session.at(message("Waiting until it stands ready"), load_probes.LENGTH_S)
+            session.at(message("Waiting until it is ready"), load_probes.LENGTH_S)
             if not _is_ready(session.robot.client):
                 ready_since = self._clock.monotonic()
             if ready_since - began > READY_WITHIN:
@@ -135,23 +135,23 @@ class Trials:
         if outcome.problem is not None:
             journal.warn(outcome.problem)
             return red(
-                "It is not as it was before: {problem}",
-                "The app puts it back as soon as it can, and keeps the plan's starts back until then: look at the robot.",
+                "Its state is not the same as before: {problem}",
+                "The app restores it as soon as it can and holds the plan's starts until then: look at the robot.",
                 problem=outcome.problem,
             )
         if outcome.is_in_error:
             return red(
-                "Nothing of the trial is left on it, but it stands with an error",
+                "Nothing of the trial is left on it, but it has an error",
                 "Look at the robot, then reset the error there or in the app.",
             )
         if robot.id in self._stays_paused:
-            return green("Nothing of the trial is left on it; it stands in Pause, as somebody wanted")
+            return green("Nothing of the trial is left on it; it is paused, as somebody wanted")
         if outcome.stays_paused:
             return amber(
-                "Nothing of the trial is left on it; it stands in Pause",
-                "Release it at the robot or in the app when it may go on.",
+                "Nothing of the trial is left on it; it is paused",
+                "Release it at the robot or in the app when it may continue.",
             )
-        return green("It is as it was before: nothing is queued, no mission was left, it is not paused")
+        return green("Its state is the same as before: nothing is queued, no mission was left, it is not paused")
 
     def keep_paused(self, robot_id: int) -> None:
         """A person presses Pause: it is theirs from now on, and a trial under way ends."""
@@ -227,11 +227,11 @@ class Trials:
             if hold.reason:
                 raise InvalidInput(
                     "robot",
-                    "{robot} is held back ({reason}): check up when it is released",
+                    "{robot} is on hold ({reason}): check up when it is released",
                     robot=robot.name,
                     reason=message(hold.reason),
                 )  # those that are offered, and a check-up's, have a translation
-            raise InvalidInput("robot", "{robot} is held back: check up when it is released", robot=robot.name)
+            raise InvalidInput("robot", "{robot} is on hold: check up when it is released", robot=robot.name)
         rows = [*self._ledger.open_for(robot.id), *(row for row in self._ledger.unbound() if row.group_id in groups)]
         if rows:
             raise InvalidInput(
@@ -286,6 +286,4 @@ def _is_ready(client: RobotClient) -> bool:
 
 
 def _not_ready(robot: Robot) -> InvalidInput:
-    return InvalidInput(
-        "robot", "{robot} does not stand ready with an empty queue: check up when it does", robot=robot.name
-    )
+    return InvalidInput("robot", "{robot} is not ready with an empty queue: check up when it is", robot=robot.name)

@@ -106,7 +106,7 @@ class Duplicates:
         if row.queue_floor and (self._client.highest_queue_id() or 0) < row.queue_floor:
             return message("its queue was reset")
         if may_change_robot and not self._would_be_seen():
-            return message("its queue does not show whether it came")
+            return message("its queue does not show whether it arrived")
         return ""
 
     def _would_be_seen(self) -> bool:

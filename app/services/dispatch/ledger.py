@@ -99,7 +99,7 @@ class Ledger:
         if row is not None and row.withdrawn is not None and (other is None or not _never_reached_a_robot(other)):
             raise _not_sent_again(row.withdrawn, row.robot)
         if row is None or row.robot_id != before.robot_id or not (row.state is State.SUBMITTING or was_given_up(row)):
-            raise InvalidInput("robot", "what became of it is known by now")
+            raise InvalidInput("robot", "its outcome is known already")
         instead = Reason(ReasonCode.USER_CANCELLED, {"instead": by.token})
         for each in filter(None, (row, other)):
             apply_in(c, transitions.replaced(each, instead), self._clock.now())
@@ -367,7 +367,7 @@ def _not_sent_again(why: Reason, robot: str) -> InvalidInput:
             return InvalidInput("robot", "its schedule has been paused since")
         case ReasonCode.ROBOT_REMOVED:
             return InvalidInput("robot", "{robot} has been switched off since", robot=robot)
-    return InvalidInput("robot", "what planned it has been changed, switched off or deleted since")
+    return InvalidInput("robot", "its schedule has been changed, switched off or deleted since")
 
 
 def _about(ended: Execution) -> str:

@@ -445,7 +445,7 @@ class Sending:
         try:
             status = self._seen.read_status()  # never read another machine's queue as this one's
             if is_other_machine(row, status.serial_number):
-                self._give_up(row, message("the robot was replaced by another machine meanwhile"))
+                self._give_up(row, message("the robot has been replaced by another machine"))
                 return
             self._seen.identify()  # with other software it may answer in another way
             if found := self._duplicates.of(row):

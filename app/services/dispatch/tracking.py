@@ -67,7 +67,7 @@ class Tracking:
         Returns the others."""
         robot, problem = (
             self._seen.robot,
-            message("the robot's address was changed meanwhile, and another machine answers there"),
+            message("the robot's address has been changed, and another machine answers there"),
         )
         rows = self._ledger.open_for(robot.id, WITH_THE_ROBOT)
         moved = [

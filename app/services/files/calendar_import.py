@@ -52,7 +52,7 @@ class CalendarFiles(DataFiles):
         except ics.TooMuch:
             raise InvalidInput(
                 "path",
-                "{path} holds too much for a calendar of closed days: export those alone, and not for many years",
+                "{path} is too large for a calendar of closed days: export only those, and for a few years",
                 path=source,
             ) from None
         if not found.events:
@@ -84,11 +84,11 @@ def _nothing_in(found: Found, path: Path) -> InvalidInput:
         return InvalidInput("path", "{path} ends in the middle, before any days: copy it again", path=path)
     if found.left_out.get(LeftOut.ENDLESS):
         return InvalidInput(
-            "path", "{path} has no days to take: what repeats is taken where it comes every year, or ends", path=path
+            "path", "{path} has no days to import: repeated days are imported if they are yearly or end", path=path
         )
     if found.left_out:
-        return InvalidInput("path", "{path} has no days to take that can be read", path=path)
-    return InvalidInput("path", "{path} has no days to take", path=path)
+        return InvalidInput("path", "{path} has no readable days to import", path=path)
+    return InvalidInput("path", "{path} has no days to import", path=path)
 
 
 def _identity(day: DayException) -> DayException:

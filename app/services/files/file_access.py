@@ -26,7 +26,7 @@ def read_file(source: Path, *, may_be_pipe: bool = False) -> bytes:
     A pipe may never end, so only a command, which can be interrupted, reads one.
     """
     if not may_be_pipe and source.exists() and not (source.is_file() or source.is_dir()):
-        raise InvalidInput("path", "{path} is no plain file", path=source)
+        raise InvalidInput("path", "{path} is not a plain file", path=source)
     try:
         with source.open("rb") as file:
             content = file.read(LARGEST_FILE + 1)

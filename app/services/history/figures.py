@@ -134,13 +134,13 @@ FIGURES: Mapping[str, Figure[Facts]] = {
         "Success rate",
         Unit.SHARE,
         lambda facts: _ratio(facts.completed, facts.completed + facts.failed),
-        "Completed runs out of completed and failed ones. What a person cancelled is left out.",
+        "Completed runs as a share of completed and failed ones. Runs cancelled by a person do not count.",
     ),
     "duration": Figure(
         "Mean duration",
         Unit.SECONDS,
         lambda facts: _ratio(facts.completed_s, facts.timed),
-        "Of completed runs, from start to end in robot time. Waiting in the robot's queue is left out.",
+        "Of completed runs, from start to end in robot time. Waiting in the robot's queue does not count.",
     ),
     "per_day": Figure(
         "Missions per day",
@@ -152,15 +152,15 @@ FIGURES: Mapping[str, Figure[Facts]] = {
         "Utilisation",
         Unit.SHARE,
         _utilisation,
-        "Time on missions that were started from here, out of the time for which the robot was observed. Times without connection, "
-        "and those when the app was off, are left out.",
+        "Time on missions started from here, as a share of the time for which the robot was observed. Times without "
+        "connection and with the app off do not count.",
         digits=0,
     ),
     "adherence": Figure(
         "Schedule adherence",
         Unit.SHARE,
         lambda facts: _ratio(facts.ran, facts.planned),
-        "Planned starts that ran: they reached the robot and were carried out or tried there. The others, by why they did not:",
+        "Planned starts that reached the robot and were run or tried there. The others by their reason:",
     ),
 }
 # How late starts were, and how long they then took.

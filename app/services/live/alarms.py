@@ -52,7 +52,7 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType(
         "execution_failed": (Priority.MEDIUM, "{mission} on {robot} failed: {reason}"),
         "start_refused": (
             Priority.MEDIUM,
-            "{robot} did not take {mission}, which is left to others of {group}: {reason}",
+            "{robot} did not take {mission}; others of {group} may take it: {reason}",
         ),
         "robot_fails": (Priority.MEDIUM, "{robot} has failed {count} starts in a row, the last one of {mission}"),
         "execution_skipped": (Priority.LOW, "{mission} on {robot} was not run: {reason}"),
@@ -75,12 +75,11 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType(
         ),
         "started_twice": (
             Priority.HIGH,
-            "{mission} came to {robot} after all, and had been started on {other} as well",
+            "{mission} reached {robot} after all and had been started on {other} too",
         ),
         "unmarked_copy": (
             Priority.HIGH,
-            "Queue item {queue_id} of {robot} may be a second copy of {mission}: this robot does not return what "
-            "marks an item as ours",
+            "Queue item {queue_id} of {robot} may be a second copy of {mission}: this robot does not return the app's mark",
         ),
         "unknown_outcome": (Priority.HIGH, "It is not known whether {mission} reached {robot}: {problem}"),
         "late_cancelled": (
@@ -89,11 +88,11 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType(
         ),
         "adopted_unproven": (
             Priority.MEDIUM,
-            "Queue item {queue_id} of {robot} was taken for {mission}, whose answer was lost: it is not "
-            "known yet whether this robot returns what marks an item as ours",
+            "Queue item {queue_id} of {robot} was taken for {mission}, whose answer was lost: it is not known yet "
+            "whether this robot returns the app's mark",
         ),
         "check_up_outdated": (Priority.LOW, "{robot} has to be checked up again: {change}"),
-        "check_up_left": (Priority.HIGH, "{robot} is not as it was before its check-up: {problem}"),
+        "check_up_left": (Priority.HIGH, "{robot} is not in the state from before its check-up: {problem}"),
         "item_unreadable": (
             Priority.MEDIUM,
             "{robot} gives no readable answer about {mission} (queue item {queue_id}): {problem}",

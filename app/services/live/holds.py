@@ -94,7 +94,7 @@ class Holds:
 
         def put(c: sqlite3.Connection, before: Sequence[Hold]) -> Sequence[Hold]:
             if robot_id is not None and RobotRepository().get(c, robot_id) is None:
-                raise InvalidInput("robot", "there is no such robot any more")
+                raise InvalidInput("robot", "this robot no longer exists")
             self._repository.remove(c, robot_id)
             hold = self._repository.add(c, Hold(reason, until, now, robot_id=robot_id))
             also(c, hold)

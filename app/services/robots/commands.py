@@ -165,11 +165,11 @@ class Operator:
             or row.held
             or (self._clearing.blocks(row))
         ):
-            raise InvalidInput("robot", "it does not wait for a robot any more")
+            raise InvalidInput("robot", "it no longer waits for a robot")
         if robot_id not in self._group(row.group_id).members:
             raise InvalidInput("robot", "{robot} is no robot of {group}", robot=robot.name, group=row.robot_group)
         if self._holds.active(robot_id):
-            raise InvalidInput("robot", "{robot} is held back", robot=robot.name)
+            raise InvalidInput("robot", "{robot} is on hold", robot=robot.name)
         if (full := self._ledger.full_place(row)) is not None:
             raise InvalidInput("robot", "{place} is full: {robot} uses it", place=full.name, robot=full.robot)
         mission = self._missions.for_robot(c, row.mission, robot_id)
@@ -179,7 +179,7 @@ class Operator:
         assigned = transitions.assign(row, robot, mission.guid, choice, self._clock.now(), into_queue=True)
         if given := self._ledger.apply([assigned]):
             return given[0]
-        raise InvalidInput("robot", "it has just been given to a robot, or changed")
+        raise InvalidInput("robot", "it has just been assigned to a robot, or changed")
 
     def prioritise(self, execution_id: int, priority: int) -> Execution:
         """A start that waits for a robot of its group gets another priority. Raises InvalidInput."""
@@ -191,7 +191,7 @@ class Operator:
             and (changed := self._ledger.apply([transitions.redefine(row, priority=priority)]))
         ):
             return changed[0]
-        raise InvalidInput("priority", "it does not wait for a robot any more")
+        raise InvalidInput("priority", "it no longer waits for a robot")
 
     def start_on_another(self, execution_id: int, robot_id: int | None = None, token: str | None = None) -> Execution:
         """The mission of a start of which a robot may or may not have, or have had, its request is run now on another robot (None: on any
@@ -199,7 +199,7 @@ class Operator:
         again, nor started on another one twice. Raises InvalidInput."""
         row = self._ledger.get(execution_id)
         if row is None or row.robot_id is None:
-            raise InvalidInput("robot", "what became of it is known by now")
+            raise InvalidInput("robot", "its outcome is known already")
         if robot_id == row.robot_id:
             raise InvalidInput("robot", "choose another robot than {robot}", robot=row.robot)
         if robot_id is None and row.group_id is None:
@@ -391,7 +391,7 @@ class Operator:
     def _group(self, group_id: int) -> Group:
         if group := GroupRepository().get(self._db.read(), group_id):
             return group
-        raise InvalidInput("group", "there is no such group any more")
+        raise InvalidInput("group", "this group no longer exists")
 
     def _mission(self, mission_id: int) -> Mission:
         if mission := self._missions.get(self._db.read(), mission_id):

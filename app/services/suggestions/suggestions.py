@@ -242,7 +242,7 @@ _CAUSES: Mapping[Cause, str] = MappingProxyType(
         Cause.BATTERY: "the battery of {robot} was too low",
     }
 )
-_FOUND = "{schedule} came late in {late} of its last {starts} starts"
+_FOUND = "{schedule} was late in {late} of its last {starts} starts"
 _TYPICALLY = "{found}, typically {minutes} min"
 _BECAUSE = "{found}: {cause}"
 _FREE: Mapping[str, str] = MappingProxyType(

@@ -235,7 +235,7 @@ def test_wrong_arguments_are_reported_in_one_line(data, fleet, robot):
     assert code == 1
     assert is_one_line(err)
     assert f"the check-up of {robot.name} is not complete: It could not be asked" in err
-    assert "To put right" in out
+    assert "Problem" in out
     assert kept(data) is None
 
 
@@ -324,4 +324,4 @@ def test_what_could_not_be_restored_is_reported_at_the_end(data, robot):
             robot.control({"fault": None})
         assert (process.returncode, out) == (1, "")
         assert is_one_line(err)
-        assert "interrupted; It is not as it was before: " in err
+        assert "interrupted; Its state is not the same as before: " in err

@@ -20,7 +20,7 @@ from tests.support.recorded_robot import TOKEN
 
 HOME = next(mission.guid for mission in MISSIONS if mission.name == "Home")
 QUEUE = "/mission_queue"
-WAITING = "Waiting until it stands ready"
+WAITING = "Waiting until it is ready"
 
 
 def note(robot: CheckedRobot, left: LeftBehind) -> None:
@@ -58,7 +58,7 @@ def test_a_persons_hold_set_while_it_waits_stays(robot):
     assert not report.is_complete
     assert robot.asked.writes == []
     [finding] = [finding for finding in report.findings if finding.topic.is_tried]
-    assert render(finding.says) == "Not tried: Aino is held back (Cleaning): check up when it is released"
+    assert render(finding.says) == "Not tried: Aino is on hold (Cleaning): check up when it is released"
 
 
 def run_now(robot: CheckedRobot) -> Execution:

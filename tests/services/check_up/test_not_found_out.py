@@ -62,7 +62,7 @@ def test_an_empty_queue_shows_neither_order_nor_pages_nor_search():
     for topic in (Topic.SORTING, Topic.PAGING, Topic.SEARCH):
         assert says(session, topic) == (AMBER, FEW)
     assert says(session, Topic.QUEUE) == (GREEN, "Its queue is empty, and can be read")
-    assert says(session, Topic.OTHERS) == (GREEN, "Its queue is empty: nobody uses it just now")
+    assert says(session, Topic.OTHERS) == (GREEN, "Its queue is empty: not in use now")
     assert not session.facts.keys() & {"has_search", "page_limit", "ignores"}
 
 
@@ -115,7 +115,7 @@ def test_a_search_that_finds_nothing_is_none():
     robot = AskedRobot()
     robot.meddle = lambda method, path, answer: Response(200, b"[]", {}) if path == f"{QUEUE}/search" else answer
     session = read(robot)
-    assert says(session, Topic.SEARCH) == (AMBER, "Its search does not find what is in its queue")
+    assert says(session, Topic.SEARCH) == (AMBER, "Its search does not find items that are in its queue")
     assert session.facts["has_search"] is False
 
 
@@ -139,7 +139,7 @@ def test_missions_of_others_without_dates_are_told():
     robot = with_items(*[{"created_by_name": "Fleet", "ordered": None}] * 5)
     assert says(read(robot), Topic.OTHERS) == (
         AMBER,
-        "5 of the newest 200 missions in its queue were queued by others; it does not tell when they were queued",
+        "5 of the newest 200 missions in its queue were queued by others; it does not report when",
     )
 
 
@@ -160,7 +160,7 @@ def test_without_names_or_dates_it_is_not_found_out(missing):
             for row in rows
         ]
     )
-    assert says(read(robot), Topic.OTHERS) == (AMBER, "Not found out: who queued the newest missions can't be told")
+    assert says(read(robot), Topic.OTHERS) == (AMBER, "Not found out: it does not say who queued the newest missions")
 
 
 def test_of_a_long_queue_in_the_other_order_the_newest_missions_are_looked_at():
@@ -210,7 +210,10 @@ def test_a_robot_that_does_not_tell_its_software_is_said_to_be_so():
         return Response(answer.status, b"[{}]" if path == "/software/system_status" else answer.body, headers)
 
     robot.meddle = meddle
-    assert says(read(robot), Topic.SOFTWARE) == (AMBER, "It does not tell its software; MiR's definition of 3.5.4 fits")
+    assert says(read(robot), Topic.SOFTWARE) == (
+        AMBER,
+        "It does not report its software; MiR's definition of 3.5.4 fits",
+    )
 
 
 @pytest.mark.parametrize("status", [403, 500])
@@ -241,7 +244,7 @@ def test_a_status_without_map_or_words_says_nothing_of_them():
     robot = AskedRobot()
     robot.meddle = of_status(lambda status: [status.pop("map_id"), status.pop("state_text")])
     session = read(robot)
-    assert says(session, Topic.MAPS)[1] == "Not found out which of its 1 maps is in use: its status does not tell"
+    assert says(session, Topic.MAPS)[1] == "Not found out which of its 1 maps is in use: its status does not say"
     assert says(session, Topic.LANGUAGE)[1] == "Not found out which language it speaks: it has no words for its state"
 
 
@@ -268,7 +271,7 @@ def test_a_robot_that_removes_cancelled_missions_has_no_word_for_them(tmp_path):
     robot = CheckedRobot(tmp_path)
     removes(robot, "Aborted", "Abort")
     report = robot.check_ups.run(robot.id, Trial())
-    assert says(report, Topic.CANCELLED) == (AMBER, "A cancelled mission is gone from its queue")
+    assert says(report, Topic.CANCELLED) == (AMBER, "A cancelled mission is not in its queue any longer")
     assert "" not in report.profile.item_states
     assert simulated.profile_of(json.loads(reports.document(report, ZONE)))
 
@@ -277,7 +280,7 @@ def test_a_robot_that_removes_all_that_has_ended_is_said_to(tmp_path):
     robot = CheckedRobot(tmp_path, history=0)
     removes(robot, "Aborted", "Abort", "Done")
     report = robot.check_ups.run(robot.id, Trial())
-    assert says(report, Topic.WORDS) == (AMBER, "A mission that has ended is gone from its queue")
-    assert says(report, Topic.CANCELLED) == (AMBER, "A cancelled mission is gone from its queue")
+    assert says(report, Topic.WORDS) == (AMBER, "A mission that has ended is not in its queue any longer")
+    assert says(report, Topic.CANCELLED) == (AMBER, "A cancelled mission is not in its queue any longer")
     assert "goes on afterwards" not in reports.text(report, ZONE)
     assert simulated.profile_of(json.loads(reports.document(report, ZONE)))

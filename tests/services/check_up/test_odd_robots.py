@@ -135,7 +135,7 @@ def test_a_robot_on_which_priority_counts_is_known_to(tmp_path):
     report = robot.check_ups.run(robot.id, Trial())
     assert report.profile.priority_counts is True
     assert not_green(report) == SIMULATED, in_words(report)
-    assert says(report, Topic.PAUSE)[1] == "While it is paused missions wait, and what ran goes on afterwards"
+    assert says(report, Topic.PAUSE)[1] == "While it is paused, missions wait; the running one continues afterwards"
 
 
 @pytest.mark.parametrize("profile", [None, deviant("german-states")])
@@ -149,7 +149,7 @@ def test_a_mission_that_fails_is_a_red_finding(tmp_path, profile):
         in_words(report)
     )
     assert "Done" not in report.profile.item_states.values()
-    assert says(report, Topic.LEFT)[1] == "Nothing of the trial is left on it, but it stands with an error"
+    assert says(report, Topic.LEFT)[1] == "Nothing of the trial is left on it, but it has an error"
     assert robot.as_it_is()["open"] == []
 
 
@@ -162,7 +162,7 @@ def test_while_something_can_not_be_put_back_it_is_told_and_tried_again(tmp_path
     assert list(robot.check_ups.left_behind()) == [robot.id]
     robot.check_ups.put_back_all([robot.id])
     assert list(robot.check_ups.left_behind()) == [robot.id]
-    assert _refusal(robot).startswith("what the last check-up left is still there")
+    assert _refusal(robot).startswith("the last check-up has not been undone yet")
     robot.asked.meddle = lambda method, path, answer: answer
     robot.check_ups.put_back_all([robot.id])
     assert not robot.check_ups.left_behind()
@@ -176,7 +176,7 @@ def _lost_when_deleted(method, path, answer):
 
 
 def _refusal(robot) -> str:
-    with pytest.raises(ValueError, match="still there") as refusal:
+    with pytest.raises(ValueError, match="not been undone yet") as refusal:
         robot.check_ups.run(robot.id, Trial())
     return str(refusal.value)
 
@@ -194,7 +194,7 @@ def test_a_robot_that_others_use_since_is_not_released_by_what_is_done_late(tmp_
     assert machine.paused
     robot.asked.clock.advance(RELEASED_WITHIN.total_seconds())
     problem = robot.check_ups.put_back(robot.id)
-    assert render(problem) == "it stands in Pause, with missions of others in its queue; release it there or in the app"
+    assert render(problem) == "it is paused, with missions of others in its queue; release it there or in the app"
     assert [str(item.state) for item in machine.queue][-1] == "Pending"
     machine.resume()
     assert robot.check_ups.put_back(robot.id) is None
@@ -253,7 +253,7 @@ def test_missions_without_times_are_told(tmp_path):
     (tmp_path / "other").mkdir()
     robot = CheckedRobot(tmp_path / "other", fields={"item": frozenset(whole) - {"started", "finished"}})
     report = robot.check_ups.run(robot.id, Trial())
-    assert says(report, Topic.WORDS)[1] == "A mission that is done lacks its times: started, finished"
+    assert says(report, Topic.WORDS)[1] == "A completed mission lacks its times: started, finished"
     assert report.is_complete
 
 

@@ -12,7 +12,7 @@ from tests.support.check_up_site import ENDED, CheckedRobot, Killed
 from tests.support.findings import says
 
 STATE = ("PUT", "/status")
-MAYBE_THEIRS = "it stands in Pause, and somebody may have paused it; release it there or in the app"
+MAYBE_THEIRS = "it is paused, and somebody may have paused it; release it there or in the app"
 
 
 def at_each_request(robot: CheckedRobot, work: Callable[[], None]) -> None:
@@ -36,7 +36,7 @@ def runs(robot: CheckedRobot) -> bool:
 def check_is_left_paused(robot: CheckedRobot, report: Report) -> None:
     assert robot.machine.paused
     assert all(str(item.state) in ENDED for item in robot.machine.queue)
-    assert says(report, Topic.LEFT) == (Level.AMBER, "Nothing of the trial is left on it; it stands in Pause")
+    assert says(report, Topic.LEFT) == (Level.AMBER, "Nothing of the trial is left on it; it is paused")
     assert not report.is_complete
     assert not robot.check_ups.left_behind()
     assert not robot.container.holds.current()
@@ -181,7 +181,7 @@ def test_pause_pressed_in_the_app_while_it_is_put_back_stays(robot):
     assert robot.machine.paused
     assert says(report, Topic.LEFT) == (
         Level.GREEN,
-        "Nothing of the trial is left on it; it stands in Pause, as somebody wanted",
+        "Nothing of the trial is left on it; it is paused, as somebody wanted",
     )
 
 

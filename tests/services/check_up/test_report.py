@@ -96,11 +96,11 @@ def test_the_text_has_every_finding_and_the_worst_first():
         "Only read: no mission was queued",
     ]
     assert lines[5:] == [
-        "To put right",
+        "Problem",
         "- Load: It booted when it was asked 31 times within 10 s.",
         "  The app asks less.",
         "",
-        "To know",
+        "Note",
         "- Searching: Its queue can't be searched: <b>no</b>.",
         "  Nothing to do.",
         "",
@@ -131,7 +131,7 @@ def test_a_robot_that_told_nothing_is_known_by_its_address_and_a_question_keeps_
         ),
     )
     lines = reports.text(silent, ZONE).splitlines()
-    assert lines[1] == "At http://10.0.0.1; it did not tell what it is"
+    assert lines[1] == "At http://10.0.0.1; it did not report what it is"
     assert lines[-1] == "- Who it is: It could not be asked: is it switched on?"
 
 

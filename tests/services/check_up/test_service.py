@@ -20,7 +20,7 @@ def test_it_says_what_will_happen(robot):
         "Aino gets a mission that waits a second, four times;"
     )
     assert render(robot.check_ups.moves(robot.id, Trial())).endswith("Nothing drives.")
-    assert render(robot.check_ups.moves(robot.id, Trial("Home"))).startswith("Home is queued four times on Aino;")
+    assert render(robot.check_ups.moves(robot.id, Trial("Home"))).startswith("Home is queued four times on Aino.")
     assert 60 < robot.check_ups.length_s() < robot.check_ups.length_s(Trial()) < robot.check_ups.length_s(Trial("Home"))
 
 

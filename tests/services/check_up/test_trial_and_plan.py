@@ -79,8 +79,8 @@ def test_the_reason_of_a_hold_is_said_in_the_language_of_the_screen(site, check_
 
     site.container.holds.hold(HOLD, robot_id=robot.id)
     assert said() == (
-        "R1 is held back (Check-up): check up when it is released",
-        "Held back until 23 Nov 2026 12:00: Check-up",
+        "R1 is on hold (Check-up): check up when it is released",
+        "On hold until 23 Nov 2026 12:00: Check-up",
         "Check-up",
     )
     translator.use("fi")
@@ -92,10 +92,10 @@ def test_the_reason_of_a_hold_is_said_in_the_language_of_the_screen(site, check_
 
 def test_a_robot_that_is_held_switched_off_or_busy_is_left_alone(site, check_ups, robot):
     site.container.holds.hold("Cleaning", robot_id=robot.id)
-    assert refused(check_ups, robot) == "R1 is held back (Cleaning): check up when it is released"
+    assert refused(check_ups, robot) == "R1 is on hold (Cleaning): check up when it is released"
     site.container.holds.release(robot.id)
     site.machines["R1"].pause()
-    assert refused(check_ups, robot) == "R1 does not stand ready with an empty queue: check up when it does"
+    assert refused(check_ups, robot) == "R1 is not ready with an empty queue: check up when it is"
     site.machines["R1"].resume()
     assert refused(check_ups, robot, Trial("Dance")) == "the robot has no mission Dance"
     assert (
@@ -222,7 +222,7 @@ def test_a_persons_pause_ends_it_and_stays(site, robot, stage, is_again):
     assert not [item for item in site.machines["R1"].queue if str(item.state) in ("Pending", "Executing")]
     assert says(report, Topic.LEFT) == (
         Level.GREEN,
-        "Nothing of the trial is left on it; it stands in Pause, as somebody wanted",
+        "Nothing of the trial is left on it; it is paused, as somebody wanted",
     )
     assert not check_ups.left_behind()
     assert not c.holds.current()

@@ -213,14 +213,14 @@ test_by_hand = told(
             one(QUEUED, "R3"),
             true(lambda s: chosen(s.row().choice, "UTC") == "R3: chosen by a person"),
         ],
-        [refused(give("R2"), "does not wait for a robot any more"), 900, ends(DONE)],
+        [refused(give("R2"), "no longer waits for a robot"), 900, ends(DONE)],
     ),
     GroupStory(
         "put before others it gets the first robot that is free",
         [all_busy(5), LONG, plan("B", window=30), 310, first("B", 1), do(lambda s: s.machines["R1"].cancel_all()), 5],
         [
             true(lambda s: (s.row("B").robot, s.row("A").robot) == ("R1", "")),
-            refused(first("B", 0), "does not wait"),
+            refused(first("B", 0), "no longer waits"),
             900,
         ],
     ),
@@ -237,10 +237,10 @@ test_by_hand = told(
         "what can't be given is refused",
         WAITS,
         each(
-            [hold("R3"), refused(give("R3"), "R3 is held back")],
+            [hold("R3"), refused(give("R3"), "R3 is on hold")],
             [robot_off("R3"), refused(give("R3"), "R3 is switched off")],
             [R3_LEAVES, refused(give("R3"), "R3 is no robot of Hall")],
-            [keep(), refused(give("R3"), "does not wait for a robot any more")],
+            [keep(), refused(give("R3"), "no longer waits for a robot")],
         ),
         stays_open=True,
     ),
@@ -270,7 +270,7 @@ test_by_hand = told(
         true(
             lambda s: (
                 stuck(s.row().robot, stuck_since(s.row(), s.container.snapshots.get(s.row().robot_id)), "UTC")
-                == f"{s.row().robot} may have it: silent since 06:05, nobody else gets it"
+                == f"{s.row().robot} may have it, silent since 06:05: it goes to no other robot"
             )
         ),
         [600, ends(UNKNOWN), true(lambda s: len(s.network.posts()) == 1)],
@@ -295,11 +295,13 @@ test_by_hand = told(
         ],
         stays_open=True,
     ),
-    GroupStory("what is known is not started again", [plan(), 310, refused(instead(), "known by now"), 200]),
+    GroupStory(
+        "what is known is not started again", [plan(), 310, refused(instead(), "its outcome is known already"), 200]
+    ),
     GroupStory(
         "moved on it says from where",
         [plan(), 299.9, post(REFUSED, robot="R1"), 30, robots("R2")],
         true(lambda s: earlier_robots(s.row().tried, "R2").startswith("R1: r1 refused the connection")),
-        [true(lambda s: earlier_robots(s.row().tried, "R2").endswith("; given to R2")), 200],
+        [true(lambda s: earlier_robots(s.row().tried, "R2").endswith("; assigned to R2")), 200],
     ),
 )

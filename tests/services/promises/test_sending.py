@@ -204,7 +204,7 @@ SENT_ONCE = true(lambda s: len(s.network.posts()) == 1)
 test_answered_why = told(
     Story(
         "it is shown while it is looked for, and then it is refused and not sent again",
-        [SAYS_WHY, true(lambda s: waiting_sentence(s.row()) == f"Checking with the robot: {WHY}")],
+        [SAYS_WHY, true(lambda s: waiting_sentence(s.row()) == f"The robot is being asked: {WHY}")],
         each([95], [off_for(1), 190]),
         [ends((FAILED, ReasonCode.REFUSED)), REFUSED_SO, 900, SENT_ONCE],
     ),
@@ -321,6 +321,6 @@ test_switched_back = told(
     Story(
         "one that is deleted is not switched",
         FLAT,
-        [switch(), delete(), refused(SWITCH_BACK, "there is no such schedule any more")],
+        [switch(), delete(), refused(SWITCH_BACK, "this schedule no longer exists")],
     ),
 )

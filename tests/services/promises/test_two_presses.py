@@ -289,7 +289,7 @@ test_skip = told(
         "nothing where what was seen is not planned any more",
         [HOURLY, SEE],
         each(edit(at="06:02"), edit(at="06:20")),
-        refused(skip_seen(), "no such start any more"),
+        refused(skip_seen(), "no longer has this start"),
     ),
     Story(
         "pressed twice it says so", each(plan(), HOURLY), [SEE, skip_seen(), refused(skip_seen(), "skipped already")]

@@ -14,7 +14,7 @@ DELETIONS = each(delete(), delete("mission"), delete("robot"))
 WAITS_OR_DOUBT = each([battery(12), 306], [post(LOST), 306])
 FIRST_REMOVED = [plan(window=60), while_posting(delete("robot")), 310]
 NEXT_IS_THERE = "the next start of its schedule is there already"
-LONG_GONE = "this start does not wait any more, and can't again"
+LONG_GONE = "this start no longer waits and can't wait again"
 SINCE = "its schedule has been changed since"
 
 test_a_deletion_undone = told(
@@ -215,9 +215,9 @@ test_a_cancel_undone = told(
             [edit(at="09:05"), refused(want_again(), SINCE)],
             [off(), refused(want_again(), SINCE)],
             [pause(), refused(want_again(), SINCE)],
-            [delete(), refused(want_again(), "there is no such schedule any more")],
+            [delete(), refused(want_again(), "this schedule no longer exists")],
             [robot_off(), refused(want_again(), "is switched off in Settings")],
-            [delete("robot"), refused(want_again(), "there is no such robot any more")],
+            [delete("robot"), refused(want_again(), "this robot no longer exists")],
         ),
         [battery(80), 600, runs(0)],
     ),

@@ -17,7 +17,7 @@ from tests.ui.home.operator import choose, is_shown_pending, is_shown_running, l
 from tests.ui.whole_app import GUIDS, api
 
 ERROR = "Failed to reach goal position 'Line 1' (10120)"
-STANDS = f"Still there: {ERROR}. See to its cause at Aino, then reset again"
+STANDS = f"Still there: {ERROR}. Remove its cause at Aino, then reset again"
 
 
 # ---------------------------------------------------------------------- the controls
@@ -176,7 +176,7 @@ def test_a_clear_without_an_answer_says_what_becomes_of_it(home, ui):
     ui.tap(ui.find(CommandButton, ui.find(ConfirmDialog), text="Clear queue"))
     ui.wait(lambda: any("answered" in text for text in home.shell.snackbars.texts))
     assert (
-        "Aino has not answered yet: what was sent to it from here is cancelled as soon as it does"
+        "Aino has not answered yet: missions sent from here are cancelled as soon as it does"
         in home.shell.snackbars.texts
     )
     ui.wait(lambda: home.site.container.history.last_finished(1))
@@ -196,7 +196,7 @@ def test_clearing_the_queue_of_a_silent_robot_first_says_what_will_happen(home, 
     ui.wait(lambda: home.root_vm.card.old)
     press(ui, "Clear queue")
     assert (
-        "There is no connection to Aino just now: if the command does not reach it, nothing is removed"
+        "There is no connection to Aino now. If the command does not reach it, nothing is removed"
         in ui.find(ConfirmDialog).text
     )
     ui.tap(ui.find(CommandButton, ui.find(ConfirmDialog), text="Clear queue"))
@@ -214,7 +214,7 @@ def test_a_start_of_the_app_can_be_cancelled(home, ui):
     ui.wait(lambda: home.shell.dialogs.top is None)
     assert [item["state"] for item in home.aino.state()["queue"][-1:]] == ["Pending"]
     ui.tap(ui.find(IconButton, ui.find(QueueRow)))
-    assert {"Cancel Deliver?", "It is taken out of the queue of Aino. This can't be undone."} <= set(
+    assert {"Cancel Deliver?", "It is removed from the queue of Aino. This can't be undone."} <= set(
         ui.texts(ui.find(ConfirmDialog))
     )
     press(ui, "Cancel it")

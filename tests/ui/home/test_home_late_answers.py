@@ -16,7 +16,7 @@ from tests.ui.whole_app import GUIDS, api
 
 pytestmark = pytest.mark.long
 
-NOT_KNOWN = "was not started on Aino. It was not known yet what it asks for"
+NOT_KNOWN = "was not started on Aino. The values that it asks for were not known yet"
 
 
 def press_run_before_it_is_known_what_is_asked_for(home, ui, mission: str, seconds: float = 4.0) -> None:
@@ -164,7 +164,7 @@ def test_values_that_were_entered_for_a_deleted_group_run_on_no_robot(home, ui, 
     ui.wait(lambda: not home.root_vm.facts.groups)
     dialog.run({"Time": "00:00:05.000000"})
     assert home.shell.snackbars.texts == [
-        "Wait at home was not started on Fleet. Robot, group or mission has changed meanwhile"
+        "Wait at home was not started on Fleet. Robot, group or mission has changed since then"
     ]
     ui.wait(lambda: home.shell.background.idle)
     assert not home.site.container.history.open()

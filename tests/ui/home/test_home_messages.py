@@ -12,7 +12,7 @@ from tests.ui.home.operator import choose, press, rows
 pytestmark = pytest.mark.long
 
 ERROR = "Failed to reach goal position 'Line 1' (10120)"
-STANDS = f"Still there: {ERROR}. See to its cause at Aino, then reset again"
+STANDS = f"Still there: {ERROR}. Remove its cause at Aino, then reset again"
 
 
 def say_held(home, ui) -> None:
@@ -21,7 +21,7 @@ def say_held(home, ui) -> None:
     choose(ui, "Home")
     ui.wait(lambda: ui.find_all(CommandButton, text="Queue, held"))
     press(ui, "Queue, held")
-    ui.wait(lambda: are_said(home, "Home is not sent to Aino yet. Held back: shift meeting"))
+    ui.wait(lambda: are_said(home, "Home is not sent to Aino yet. On hold: shift meeting"))
 
 
 def say_silent(home, ui) -> None:
@@ -72,7 +72,7 @@ def test_a_start_is_not_said_to_be_held_after_the_hold_although_its_robot_is_sil
     home.aino.control({"reboot_seconds": 3600})
     ui.wait(lambda: home.root_vm.card.old)
     home.site.container.holds.release()
-    ui.wait(lambda: not are_said(home, "Home is not sent to Aino yet. Held back"))
+    ui.wait(lambda: not are_said(home, "Home is not sent to Aino yet. On hold"))
 
 
 @pytest.mark.parametrize("is_silent", [True, False])
@@ -117,7 +117,7 @@ def test_a_remaining_error_is_shown_longer_than_a_reset(failed, ui):
 
 def test_the_card_promises_nothing_of_reset_once_it_did_not_help(failed, ui):
     promise = "Reset errors clears it; the robot then waits for Resume"
-    stands = "Reset errors did not clear it: see to its cause first"
+    stands = "Reset errors did not clear it: remove its cause first"
     assert promise in ui.texts()
     press(ui, "Reset errors")
     ui.wait(lambda: stands in ui.texts())

@@ -95,7 +95,7 @@ def test_a_late_answer_is_reported_with_the_name_of_the_robot(home, ui, monkeypa
     monkeypatch.setattr(home.site.container.operator, "answer_prompt", late)
     press(ui, "Yes")
     ui.wait(lambda: home.shell.snackbars.texts)
-    assert home.shell.snackbars.texts == ["Aino: The question has been answered, or is gone"]
+    assert home.shell.snackbars.texts == ["Aino: The question has been answered or withdrawn"]
 
 
 @pytest.mark.parametrize("by", ["card", "dialog"])

@@ -32,7 +32,7 @@ def test_run_now_under_a_hold_says_that_it_waits(home, ui):
     press(ui, "Queue, held")
     ui.wait(lambda: home.shell.snackbars.texts)
     (message,) = home.shell.snackbars.texts
-    assert message.startswith("Home is not sent to Aino yet. Held back: shift meeting; waits until ")
+    assert message.startswith("Home is not sent to Aino yet. On hold: shift meeting; waits until ")
 
 
 def test_run_now_on_a_silent_robot_says_that_it_waits_for_an_answer(home, ui):
@@ -179,7 +179,7 @@ def test_the_blocked_start_is_never_below_the_fold(home, ui):
     ui.wait(lambda: "1 blocked: held" in ui.texts())
     assert "Home" not in [mission for mission, _origin in visible_rows(ui)]
     ui.tap(ui.find(BlockedLine))
-    assert visible_rows(ui)[-1][1].startswith("Run now · Held back: Audit; skipped at ")
+    assert visible_rows(ui)[-1][1].startswith("Run now · On hold: Audit; skipped at ")
 
 
 def test_a_position_is_chosen_on_the_map_of_the_robot(home, ui):

@@ -79,7 +79,7 @@ def test_a_mission_is_shown_with_what_is_usual(screen, container, ui):
     [
         ("Reasons for failure", "Failed runs, however"),
         ("Schedule adherence", "Planned starts that ran"),
-        ("Starting and waiting", "Of the newest 5,000"),
+        ("Starting and waiting", "The newest 5,000"),
         ("Duration of missions", "The median duration"),
     ],
 )

@@ -68,7 +68,7 @@ def test_a_number_that_is_typed_is_what_is_chosen_at_once(ui):
     load_kv("widgets/flow", "scheduler/form")
     chosen = []
     steps = Steps(
-        "When it has to be done",
+        "Must be done within",
         "Or any other",
         "",
         1,

@@ -30,7 +30,7 @@ from tests.ui.planner import (
     stored,
 )
 
-PUT_ASIDE = "{}: what was entered and not saved is put aside"
+PUT_ASIDE = "{}: the unsaved entries are kept as a draft"
 
 
 # ---------------------------------------------------------------------- while it is being saved
@@ -200,15 +200,15 @@ def test_each_of_several_drafts_can_be_chosen_or_all_discarded(screen, container
     settle(screen, ui)
     ui.tap(bring_back(ui))
     dialog = ui.find(ChoiceDialog)
-    assert [option.text.split(" on ")[0] for option in dialog.options] == [*reversed(names), "Throw all of them away"]
+    assert [option.text.split(" on ")[0] for option in dialog.options] == [*reversed(names), "Discard all drafts"]
     ui.tap(ui.find(root=dialog, text=dialog.options[2].text))
     settle(screen, ui)
     assert screen.plan.form.draft.base.name == dialog.options[2].text
     assert len(screen.plan.form.aside) == 2
     ui.tap(bring_back(ui))
-    ui.tap(ui.find(root=ui.find(ChoiceDialog), text="Throw all of them away"))
+    ui.tap(ui.find(root=ui.find(ChoiceDialog), text="Discard all drafts"))
     settle(screen, ui)
-    assert (screen.plan.form.aside, said(screen)) == ([], ["What was put aside is thrown away"])
+    assert (screen.plan.form.aside, said(screen)) == ([], ["The drafts are discarded"])
 
 
 def test_undo_restores_a_discarded_draft_behind_a_newer_one(screen, container, ui):
@@ -219,7 +219,7 @@ def test_undo_restores_a_discarded_draft_behind_a_newer_one(screen, container, u
     settle(screen, ui)
     thrown = list(screen.plan.form.aside)
     ui.tap(bring_back(ui))
-    ui.tap(ui.find(root=ui.find(ChoiceDialog), text="Throw all of them away"))
+    ui.tap(ui.find(root=ui.find(ChoiceDialog), text="Discard all drafts"))
     settle(screen, ui)
     screen.plan.form.set(name="Since")
     screen.plan.form.begin()

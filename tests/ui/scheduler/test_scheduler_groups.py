@@ -61,11 +61,11 @@ def test_the_list_says_any_of_the_group_and_is_narrowed_to_it(screen, container,
 
 
 def test_options_of_a_group_are_chosen_by_taps_and_saved(screen, container, hall, ui):
-    assert not ui.find_all(PickField, label="Has to be done")
+    assert not ui.find_all(PickField, label="Must be done")
     choose(screen, ui, "Robot", "Any of Hall 1")
     choose(screen, ui, "Mission", KITS)
     choose(screen, ui, "If running", "Run it beside the previous one")
-    finish = ui.find(PickField, label="Has to be done")
+    finish = ui.find(PickField, label="Must be done")
     reveal(ui, finish)
     ui.tap(finish)
     ui.advance(0.3)
@@ -92,7 +92,7 @@ def test_back_to_one_robot_nothing_of_the_group_stays(screen, container, hall, u
     screen.plan.form.set(overlap=Overlap.PARALLEL, finish_by_minutes=15)
     settle(screen, ui)
     choose(screen, ui, "Robot", "Aino")
-    assert not ui.find_all(PickField, label="Has to be done")
+    assert not ui.find_all(PickField, label="Must be done")
     save(screen, ui)
     made = next(
         schedule

@@ -35,7 +35,7 @@ def chip(app, ui, word: str) -> None:
 def hold_all(app, ui) -> None:
     """The dialog, about all robots."""
     press(app, ui, "Hold")
-    ui.tap(ui.find(PickField, root=ui.find(HoldDialog), label="What is held"))
+    ui.tap(ui.find(PickField, root=ui.find(HoldDialog), label="What to hold"))
     ui.tap(ui.find(OptionRow, root=ui.find(ChoiceDialog), text="All robots"))
     settle(app, ui)
 
@@ -84,7 +84,7 @@ def test_everything_is_held_with_a_reason_until_the_banner_releases_it(screen, c
 def test_one_robot_is_held_until_a_time_that_is_picked(screen, container, ui):
     press(screen, ui, "Hold")
     dialog = ui.find(HoldDialog)
-    ui.tap(ui.find(PickField, root=dialog, label="What is held"))
+    ui.tap(ui.find(PickField, root=dialog, label="What to hold"))
     ui.tap(ui.find(OptionRow, root=ui.find(ChoiceDialog), text="Veikko"))
     settle(screen, ui)
     ui.type(dialog.ids.reason_field, "Wheel change")
@@ -114,7 +114,7 @@ def test_a_present_hold_is_shown_and_released_in_the_dialog(screen, container, u
     settle(screen, ui)
     press(screen, ui, "Hold")
     dialog = ui.find(HoldDialog)
-    ui.tap(ui.find(PickField, root=dialog, label="What is held"))
+    ui.tap(ui.find(PickField, root=dialog, label="What to hold"))
     ui.tap(ui.find(OptionRow, root=ui.find(ChoiceDialog), text="Veikko"))
     settle(screen, ui)
     assert dialog.present == "Held since 14:38, until it is released · Audit"
@@ -129,7 +129,7 @@ def test_the_dialog_says_until_when_it_would_hold_now_however_long_it_is_open(sc
     settle(screen, ui)
     press(screen, ui, "Hold")
     dialog = ui.find(HoldDialog)
-    ui.tap(ui.find(PickField, root=dialog, label="What is held"))
+    ui.tap(ui.find(PickField, root=dialog, label="What to hold"))
     ui.tap(ui.find(OptionRow, root=ui.find(ChoiceDialog), text="Veikko"))
     settle(screen, ui)
     assert dialog.follows.startswith("Starts wait until 15:38;")

@@ -25,7 +25,7 @@ def test_it_closes_when_the_message_above_it_brings_another_draft_back(screen, c
     settle(screen, ui)
     ui.tap(field(ui, label))
     assert is_asked(ui)
-    ui.tap(ui.find(root=ui.find(Snackbar), text="Bring it back"))
+    ui.tap(ui.find(root=ui.find(Snackbar), text="Open the draft"))
     settle(screen, ui)
     assert (is_asked(ui), screen.plan.form.draft.priority) == (False, 3)
 

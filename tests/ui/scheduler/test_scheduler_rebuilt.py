@@ -31,7 +31,7 @@ def test_drafts_that_were_put_aside_are_still_there(screen, container, ui):
     put_aside(screen, container, ui)
     with larger_controls(screen, container, ui):
         assert [draft.priority for draft in screen.plan.form.aside] == [3]
-        ui.tap(ui.find(root=ui.find(Snackbar), text="Bring it back"))  # the message is of before
+        ui.tap(ui.find(root=ui.find(Snackbar), text="Open the draft"))  # the message is of before
         settle(screen, ui)
         assert (screen.plan.form.draft.priority, screen.plan.form.aside) == (3, [])
 
@@ -98,7 +98,7 @@ def test_undo_restores_a_draft_discarded_before_the_rebuild(screen, container, u
     screen.plan.form.begin()
     settle(screen, ui)
     ui.tap(bring_back(ui))
-    ui.tap(ui.find(text="Throw all of them away"))
+    ui.tap(ui.find(text="Discard all drafts"))
     settle(screen, ui)
     with larger_controls(screen, container, ui):
         assert screen.plan.form.aside == []

@@ -130,8 +130,8 @@ def test_the_form_says_which_starts_are_skipped_and_takes_them_back(screen, cont
     assert shown() == ["Fri 20 · 15:00", "Fri 20 · 16:00 · skipped", "Fri 20 · 17:00", "Fri 20 · 18:00"]
     chip = ui.find_all(StartChip)[1]
     assert (chip.kind, chip.ids.badge_text.text) == ("skip-next", "[s]Fri 20 · 16:00[/s] skipped")
-    press(screen, ui, "Skip or take back a start")
-    assert screen.shell.dialogs.top.title == "Skip or take back which start of Deliver kits to line 2 on Aino?"
+    press(screen, ui, "Skip or restore a start")
+    assert screen.shell.dialogs.top.title == "Skip or restore which start of Deliver kits to line 2 on Aino?"
     assert [(option.text, option.note) for option in ui.find_all(OptionRow)][:3] == [
         ("Fri 20 · 15:00", ""),
         ("Fri 20 · 16:00", "skipped: start it after all"),
@@ -153,7 +153,7 @@ def test_the_only_start_that_is_skipped_is_started_after_all_from_the_form(scree
     screen.plan.edit(once.id)
     settle(screen, ui)
     assert [start.text for start in ui.find_all(StartChip)] == ["Fri 20 · 14:50 · skipped"]
-    press(screen, ui, "Skip or take back a start")
+    press(screen, ui, "Skip or restore a start")
     ui.tap(ui.find(OptionRow, text="Fri 20 · 14:50"))
     settle(screen, ui)
     assert [start.text for start in ui.find_all(StartChip)] == ["Fri 20 · 14:50"]

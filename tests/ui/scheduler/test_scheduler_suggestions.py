@@ -64,7 +64,7 @@ def test_a_suggestion_tells_what_was_and_fills_the_form_which_a_person_saves(app
     panel = ui.find(SuggestionPanel)
     assert (
         panel.text
-        == "Kits came late in 20 of its last 20 starts, typically 9 min: Aino was busy with Waste to compactor"
+        == "Kits was late in 20 of its last 20 starts, typically 9 min: Aino was busy with Waste to compactor"
     )
     assert [change.action for change in panel.changes] == ["Move to 07:40", "Use Sisu", "Any of Hall 1"]
     before = kits(container)
@@ -77,8 +77,8 @@ def test_a_suggestion_tells_what_was_and_fills_the_form_which_a_person_saves(app
     save(app, ui)
     ui.wait(lambda: kits(container).group_id is not None)
     ui.wait(lambda: not ui.find_all(CommandButton, icon=BULB))
-    assert app.shell.snackbars.texts == ["Kits: the suggestion is taken"]
-    undo(app, ui, "Kits: the suggestion is taken")
+    assert app.shell.snackbars.texts == ["Kits: the suggestion is applied"]
+    undo(app, ui, "Kits: the suggestion is applied")
     ui.wait(lambda: kits(container).robot_id == before.robot_id and kits(container).group_id is None)
     ui.wait(lambda: ui.find_all(CommandButton, icon=BULB))  # as if it had not been taken
 
@@ -93,12 +93,12 @@ def unnamed(container):
 
 def test_a_made_name_is_said_without_its_number_and_follows_to_the_group(unnamed, app, container, ui):
     open_all(app, ui)
-    assert ui.find(SuggestionPanel).text.startswith("Kits to line 2 on Aino came late in 20 ")
+    assert ui.find(SuggestionPanel).text.startswith("Kits to line 2 on Aino was late in 20 ")
     ui.tap(ui.find(CommandButton, ui.find(SuggestionPanel), text="Any of Hall 1"))
     settle(app, ui)
     save(app, ui)
     ui.wait(lambda: container.catalogue.schedules()[0].name == "Kits to line 2 on Hall 1")
-    undo(app, ui, "Kits to line 2 on Hall 1: the suggestion is taken")
+    undo(app, ui, "Kits to line 2 on Hall 1: the suggestion is applied")
     ui.wait(lambda: container.catalogue.schedules()[0].name == unnamed.name)
 
 
@@ -119,7 +119,7 @@ def test_another_edit_is_not_taken_for_the_suggestion(app, container, ui):
     save(app, ui)
     ui.wait(lambda: kits(container).start.time() == time(9, 0))
     settle(app, ui)
-    assert not ui.find_all(Snackbar, text="Kits: the suggestion is taken")
+    assert not ui.find_all(Snackbar, text="Kits: the suggestion is applied")
 
 
 def test_not_now_is_silent_and_can_be_undone(app, container, ui):
@@ -127,7 +127,7 @@ def test_not_now_is_silent_and_can_be_undone(app, container, ui):
     ui.tap(ui.find(CommandButton, ui.find(SuggestionPanel), text="Not now"))
     ui.wait(lambda: not ui.find_all(SuggestionsDialog))
     ui.wait(lambda: not ui.find_all(CommandButton, icon=BULB))
-    undo(app, ui, "Kits: nothing more about it for 60 days")
+    undo(app, ui, "Kits: not suggested again for 60 days")
     ui.wait(lambda: ui.find_all(CommandButton, icon=BULB))
 
 

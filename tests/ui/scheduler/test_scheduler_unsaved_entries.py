@@ -15,7 +15,7 @@ from app.widgets.snackbar import Snackbar
 from app.widgets.timeline import Timeline
 from tests.ui.planner import KITS, choose, field, kind, menu, named, save, settle
 
-STOCK, PUT_ASIDE = "Night stock count on Aino", "{}: what was entered and not saved is put aside"
+STOCK, PUT_ASIDE = "Night stock count on Aino", "{}: the unsaved entries are kept as a draft"
 
 
 def said(app) -> list[str]:
@@ -27,7 +27,7 @@ def test_entries_that_another_schedule_takes_the_place_of_are_brought_back(scree
     kind(screen, ui, "Weekly")
     entered = screen.plan.form.draft
     menu(screen, ui, named(container, "Collect empties", "Veikko"), "Edit")
-    ui.tap(ui.find(root=ui.find(Snackbar), text="Bring it back"))
+    ui.tap(ui.find(root=ui.find(Snackbar), text="Open the draft"))
     settle(screen, ui)
     assert screen.plan.form.draft == entered
     assert field(ui, "Mission").value == KITS
@@ -40,7 +40,7 @@ def test_changes_of_a_schedule_are_brought_back_too_and_saved(screen, container,
     menu(screen, ui, veikko, "Edit")
     screen.plan.form.set(minimum_battery_percent=55.0)
     menu(screen, ui, named(container, KITS, "Aino"), "Duplicate")
-    ui.tap(ui.find(root=ui.find(Snackbar), text="Bring it back"))
+    ui.tap(ui.find(root=ui.find(Snackbar), text="Open the draft"))
     settle(screen, ui)
     assert screen.plan.form.editing == veikko.id
     save(screen, ui)
@@ -84,7 +84,7 @@ def test_a_rule_that_was_changed_by_hand_is_put_aside_by_a_drag(screen, containe
     draft = screen.plan.form.draft
     assert replace(draft, dragged=None) == replace(Draft.of(stock, ""), at=time(20, 30))  # as stored, at another time
     assert said(screen) == [PUT_ASIDE.format(STOCK)]
-    ui.tap(ui.find(root=ui.find(Snackbar), text="Bring it back"))
+    ui.tap(ui.find(root=ui.find(Snackbar), text="Open the draft"))
     settle(screen, ui)
     assert screen.plan.form.draft == entered
 
@@ -158,7 +158,7 @@ def test_bringing_back_leads_to_the_scheduler(screen, container, ui):
     screen.plan.edit(named(container, "Night stock count", "Aino").id)
     screen.shell.go("home")
     ui.advance()
-    ui.tap(ui.find(root=ui.find(Snackbar), text="Bring it back"))
+    ui.tap(ui.find(root=ui.find(Snackbar), text="Open the draft"))
     settle(screen, ui)
     assert screen.shell.navigator.current == "scheduler"
     assert screen.plan.form.draft == entered

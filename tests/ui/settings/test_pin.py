@@ -74,7 +74,7 @@ def test_it_is_off_until_it_is_set_twice_the_same(site, app, ui):
     ui.tap(ui.find(PadKey, icon="backspace-outline"))
     press(ui, "34")
     assert ui.find(PinDialog).problem.startswith("Easy to guess")
-    assert "Enter it again to take it all the same" in ui.texts(ui.find(PinDialog))
+    assert "Enter it again to use it anyway" in ui.texts(ui.find(PinDialog))
     press(ui, "1235")  # or another one
     assert ui.find(PinDialog).problem == "The PINs don't match"
     press(ui, "1234")
@@ -148,7 +148,7 @@ def test_after_five_wrong_ones_half_a_minute_is_counted_down(site, app, ui, cloc
         dialog = press(ui, "0000")
     assert dialog.waiting
     assert dialog.problem.startswith("Too many wrong PINs; wait ")
-    assert dialog.text.startswith("Forgotten? Whoever looks after this tablet")
+    assert dialog.text.startswith("Forgotten? The person in charge of this tablet")
     assert "main.py" not in dialog.text
     ui.tap(ui.find(PadKey, dialog, text="4"))
     assert dialog.dots == ""

@@ -18,7 +18,7 @@ from tests.ui.whole_app import PASSWORD, USER
 
 pytestmark = pytest.mark.long
 
-QUESTION = "Send the password all the same?"
+QUESTION = "Send the password anyway?"
 
 
 @pytest.fixture(params=[{"status_is_open": False}, {"serial": None}], ids=["no status", "no serial number"])

@@ -118,13 +118,13 @@ def test_from_the_panel_to_the_report_and_nothing_is_written_to_the_robot(site, 
     found = until_reported(ui, dialog)
     few = "Not found out: too few missions are in its queue"
     assert found == {
-        "To know · Encryption": "It is asked over http: whoever listens on the network can read the password",
-        "To know · Password": "User Distributor has the default password that MiR's manuals print",
-        "To know · Lists": few,
-        "To know · Order of lists": few,
-        "To know · Searching": few,
+        "Note · Encryption": "It is asked over http: anyone on the network can read the password",
+        "Note · Password": "User Distributor has the default password that MiR's manuals print",
+        "Note · Lists": few,
+        "Note · Order of lists": few,
+        "Note · Searching": few,
     }
-    assert dialog.vm.verdict.text == "5 to know"
+    assert dialog.vm.verdict.text == "5 notes"
     assert "Only read: no mission was queued" in dialog.vm.verdict.note
     fine = ui.find(CommandButton, dialog, text=dialog.vm.fine)
     reveal(ui, fine)
@@ -132,7 +132,7 @@ def test_from_the_panel_to_the_report_and_nothing_is_written_to_the_robot(site, 
     ui.wait(lambda: len(ui.find_all(FindingRow, dialog)) > 5)
     assert "Fine · Clock" in {finding.word for finding in dialog.vm.fine_findings}
     press(ui, "Close", dialog)
-    ui.wait(lambda: panel(ui).check_up.text == "Checked up today: 5 to know")
+    ui.wait(lambda: panel(ui).check_up.text == "Checked up today: 5 notes")
     assert panel(ui).check_up.tone == "attention"
     assert state_of(aino) == before
 
@@ -155,8 +155,8 @@ def test_a_robot_that_does_not_answer_is_reported_and_stays_unchecked(site, app,
     dialog = opened(ui)
     begin(ui, dialog)
     found = until_reported(ui, dialog)
-    assert list(found) == ["To put right · Who it is"]
-    assert found["To put right · Who it is"].startswith("It could not be asked")
+    assert list(found) == ["Problem · Who it is"]
+    assert found["Problem · Who it is"].startswith("It could not be asked")
     assert "did not answer to the end" in dialog.vm.verdict.note
     press(ui, "Close", dialog)
     ui.wait(lambda: app.shell.background.idle)
@@ -233,8 +233,8 @@ def test_it_goes_on_while_its_dialog_is_closed_and_tells_its_end(site, app, ui, 
     assert dialog.vm.part == "CheckUpRunning"
     ui.key(ESCAPE)
     waiting.go_on.set()
-    ui.wait(lambda: says(ui, "Aino is checked up: 5 to know"))
-    ui.wait(lambda: panel(ui).check_up.text == "Checked up today: 5 to know")
+    ui.wait(lambda: says(ui, "Aino is checked up: 5 notes"))
+    ui.wait(lambda: panel(ui).check_up.text == "Checked up today: 5 notes")
 
 
 def test_the_end_of_the_app_ends_it(site, app, ui, waiting):
@@ -261,7 +261,7 @@ def test_a_trial_names_what_moves_and_restores_the_robot(site, app, ui, aino, cl
     ui.wait(lambda: dialog.vm.part == "CheckUpRunning")
     assert says(ui, "Aino gets a mission that waits a second")  # what was agreed to stays in sight
     found = until_reported(ui, dialog)
-    assert found["To know · Taking a mission"] == "It takes a mission, but does not tell its number"
+    assert found["Note · Taking a mission"] == "It takes a mission, but does not return its number"
     assert "Tried with the mission AMR Scheduler check-up" in dialog.vm.verdict.note
     assert state_of(aino) == (missions, queued + 4, False)
     assert site.container.holds.current() == []

@@ -82,7 +82,7 @@ def test_a_group_is_made_of_ticked_robots(site, app, ui):
     at_once = ui.find(Segment, dialog, text="At once")
     reveal(ui, at_once)
     ui.tap(at_once)
-    assert "The robots go on while the tablet is off" in dialog.vm.hand_over_note
+    assert "The robots continue while the tablet is off" in dialog.vm.hand_over_note
     press(ui, "Save group", dialog)
     ui.wait(lambda: ui.find_all(GroupPanel))
     panel = ui.find(GroupPanel)
@@ -113,7 +113,7 @@ def test_robots_are_kept_free_from_four_on_and_the_cost_is_said(site, app, ui):
     reveal(ui, field)
     assert not field.disabled
     ui.tap(ui.find(RepeatButton, field, icon="plus"))
-    assert "every fifth does not run" in dialog.vm.keep_free_note
+    assert "every fifth is not run" in dialog.vm.keep_free_note
     enter(ui, field, "0.5")
     press(ui, "Save group", dialog)
     assert (field.text, field.outside, groups(site)[0].keep_free) == ("0.5", True, 0)
@@ -156,7 +156,7 @@ def test_deleting_a_group_names_its_schedules_and_is_undone(site, app, ui):
     assert question.title == "Delete Hall 1?"
     assert question.text == (
         "These 2 schedules go with it:\nEvening\nMorning\n\nA start that waits for one of its robots is cancelled.\n"
-        "Its robots stay, and what runs goes on."
+        "Its robots stay, and running missions continue."
     )
     press(ui, "Delete group", question)
     ui.wait(lambda: not groups(site) and not ui.find_all(GroupPanel))

@@ -77,7 +77,7 @@ def test_a_region_of_another_country_is_refused_and_nothing_changes(world):
 
 def test_a_one_time_start_on_a_closed_day_is_refused_by_name(world):
     world.catalogue.save_days(CLOSED)
-    with refuses("start", "2026-11-24 is no working day: Inventory"):
+    with refuses("start", "2026-11-24 is not a working day: Inventory"):
         world.schedule(recurrence=None)
     assert world.schedule(recurrence=None, respect_working_days=False).next_at is not None
 
@@ -119,7 +119,7 @@ def test_the_calendar_has_an_end(world, monkeypatch):
 def test_what_was_deleted_cannot_be_changed(world):
     saved = world.catalogue.save_days(CLOSED)
     world.catalogue.remove_days(saved.id)
-    with refuses("days", "no such entry"):
+    with refuses("days", "entry of the calendar no longer exists"):
         world.catalogue.save_days(saved)
     assert world.catalogue.remove_days(saved.id).days == []
 

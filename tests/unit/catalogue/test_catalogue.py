@@ -211,7 +211,7 @@ def test_a_deleted_place_is_not_restored_twice_nor_to_a_name_in_use(world):
     removed = world.catalogue.remove_place(place.id)
     world.catalogue.restore(removed)
     renamed = world.catalogue.save_place(replace(place, name="Dock 3"))
-    with refuses("name", "this has been put back already"):
+    with refuses("name", "this has been restored already"):
         world.catalogue.restore(removed)
     assert world.catalogue.places() == [renamed]
     removed = world.catalogue.remove_place(place.id)
@@ -235,6 +235,6 @@ def test_a_group_that_was_renamed_since_it_was_put_back_is_not_put_back_again(wo
     removed = world.catalogue.remove_group(group.id)
     world.catalogue.restore(removed)
     renamed = world.catalogue.save_group(replace(group, name="Yard"))
-    with refuses("name", "this has been put back already"):
+    with refuses("name", "this has been restored already"):
         world.catalogue.restore(removed)
     assert world.catalogue.groups() == [renamed]

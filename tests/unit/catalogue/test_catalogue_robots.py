@@ -152,7 +152,7 @@ def test_a_removed_robot_comes_back_with_everything_under_its_old_ids(world):
 def test_undo_says_when_the_name_is_in_use(world):
     removed = world.catalogue.remove_robot(world.robot.id)
     world.catalogue.save_robot(Robot("Aino", "10.0.0.5"))
-    with refuses("name", "there is another robot Aino by now: give that one another name, then undo again"):
+    with refuses("name", "there is another robot Aino now: rename that one, then undo again"):
         world.catalogue.restore(removed)
     assert len(ROBOTS.all(world.db.read())) == 1
     world.catalogue.save_robot(replace(ROBOTS.by_name(world.db.read(), "Aino"), name="Alma"))
@@ -167,7 +167,7 @@ def test_undo_adds_no_second_robot_at_an_address_in_use(world):
     removed = world.catalogue.remove_robot(world.robot.id)
     world.catalogue.save_robot(Robot("Alma", "10.0.0.1"))
     with refuses(
-        "address", "not put back: this is the address of Alma, .* already; change or delete that one, then undo again"
+        "address", "not restored: this is the address of Alma, .* already; change or delete that one, then undo again"
     ):
         world.catalogue.restore(removed)
     assert [robot.name for robot in ROBOTS.all(world.db.read())] == ["Alma"]
@@ -177,8 +177,8 @@ def test_undo_says_what_else_was_taken_or_removed_and_changes_nothing(world):
     own = world.catalogue.save_mission(Mission("Home", "guid-2", robot_id=world.robot.id))
     home, morning = world.schedule(name="Home", mission_id=own.id), world.schedule()
     conflicts = {
-        "another schedule Morning by now": (world.catalogue.remove_schedule(morning.id), lambda: world.schedule()),
-        "another mission Home by now": (
+        "another schedule Morning now": (world.catalogue.remove_schedule(morning.id), lambda: world.schedule()),
+        "another mission Home now": (
             world.catalogue.remove_mission(own.id),
             lambda: world.catalogue.save_mission(Mission("Home", "guid-3", robot_id=world.robot.id)),
         ),
@@ -189,11 +189,11 @@ def test_undo_says_what_else_was_taken_or_removed_and_changes_nothing(world):
             world.catalogue.restore(removed)
     removed = world.catalogue.remove_schedule(SCHEDULES.by_name(world.db.read(), "Morning").id)
     world.catalogue.remove_mission(world.mission.id)
-    with refuses("mission", "no such mission any more"):
+    with refuses("mission", "this mission no longer exists"):
         world.catalogue.restore(removed)
     world.catalogue.remove_robot(world.robot.id)
-    with refuses("robot", "no such robot any more"):
-        world.catalogue.restore(conflicts["another mission Home by now"][0])
+    with refuses("robot", "this robot no longer exists"):
+        world.catalogue.restore(conflicts["another mission Home now"][0])
     assert (MISSIONS.all(world.db.read()), SCHEDULES.all(world.db.read()), world.stored(home)) == ([], [], None)
 
 
@@ -208,8 +208,8 @@ def test_a_robot_restored_twice_exists_once(world):
     ):
         removed = remove()
         world.catalogue.restore(removed)
-        with refuses("name", "this has been put back already"):
+        with refuses("name", "this has been restored already"):
             world.catalogue.restore(removed)
     world.catalogue.save_robot(replace(world.robot, name="Alma"))
-    with refuses("name", "this has been put back already"):
+    with refuses("name", "this has been restored already"):
         world.catalogue.restore(removed)

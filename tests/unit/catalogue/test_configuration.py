@@ -384,7 +384,7 @@ def test_the_end_of_a_trusted_certificate_is_said(world):
     }
     world.take({"format": FORMAT, "robots": [robot]})
     assert world.take({"format": FORMAT, "robots": [{**robot, "certificate_sha256": None}]})[-1] == (
-        "the certificate of robot R1 is no longer the only one that is trusted"
+        "the certificate of robot R1 is no longer the only trusted one"
     )
 
 

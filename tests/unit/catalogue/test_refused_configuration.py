@@ -94,7 +94,7 @@ BAD: list[tuple[str, Any, str, str]] = [
     ("schedules.0.recurrence", "FREQ=SECONDLY", "schedules[0].recurrence", "MINUTELY"),
     ("schedules.0.recurrence", "FREQ=MINUTELY;BYSETPOS=1", "schedules[0].recurrence", "BYSETPOS"),
     ("schedules.0.recurrence", "FREQ=MINUTELY;BYMONTH=2;BYMONTHDAY=30", "schedules[0].recurrence", "has no start"),
-    ("schedules.0.recurrence", "FREQ=DAILY", "schedules[0].between", "every so many minutes or hours"),
+    ("schedules.0.recurrence", "FREQ=DAILY", "schedules[0].between", "a recurrence in minutes or hours"),
     ("schedules.0.between", {"from": "08:30"}, "schedules[0].between.to", "'to' is missing"),
     ("schedules.0.between", {"from": "16:45", "to": "08:30"}, "schedules[0].between", "end after it begins"),
     ("schedules.0.between", {"from": "8:30", "to": "16:45"}, "schedules[0].between.from", "08:30"),

@@ -23,7 +23,10 @@ AINO, SISU = {"robot": "Aino", "until": AT}, {"robot": "Sisu"}
             {"robots": [SISU, {"robot": "Veikko", "out": "low_battery", "battery": 18.2}]},
             "Sisu: free now; Veikko 18 % battery",
         ),
-        ({"robots": [AINO], "last_call": True}, "Aino: last call, into its queue; free about 14:52"),
+        (
+            {"robots": [AINO], "last_call": True},
+            "Aino: into its queue before the start window closes; free about 14:52",
+        ),
         (
             {"robots": [SISU, AINO, AINO, AINO, AINO], "more": 3},
             "Sisu: free now" + "; Aino busy until about 14:52" * 3 + "; and 4 more",
@@ -38,11 +41,11 @@ AINO, SISU = {"robot": "Aino", "until": AT}, {"robot": "Sisu"}
         ),
         (
             {"robots": [{**SISU, "why": "ahead"}, {"robot": "Veikko"}]},
-            "Sisu: free now, leaves the others to what is planned; Veikko: free now",
+            "Sisu: free now, keeps the others free for planned missions; Veikko: free now",
         ),
         (
             {"robots": [{**SISU, "metres": 18, "why": "equal"}, {"robot": "Aino", "metres": 7}]},
-            "Sisu: free now, 18 m away, will be done as soon as the others; Aino: free now, 7 m away",
+            "Sisu: free now, 18 m away, will be done as early as the others; Aino: free now, 7 m away",
         ),
         (
             {"robots": [SISU, {"robot": "Aino", "metres": 7, "gets": "Kits"}]},

@@ -31,25 +31,25 @@ DETAILS = {
     [
         (
             "too_few_robots",
-            "At 07:30, 4 starts want the 3 robots of Hall 1, until about 07:41",
+            "At 07:30, 4 starts need the 3 robots of Hall 1, until about 07:41",
             "4 starts, 3 robots: 07:30",
         ),
         (
             "place_full",
-            "At 07:30, 4 missions want Dock 2, where no more than 3 may be at a time, until about 07:41",
+            "At 07:30, 4 missions need Dock 2, which takes 3 at a time, until about 07:41",
             "Dock 2 is full at 07:30",
         ),
         (
             "place_crowded",
-            "From 07:30 to 07:41 Dock 2 is wanted for 73 % of the time: starts will often wait for it",
-            "Dock 2 is wanted 73 % of an hour",
+            "From 07:30 to 07:41 Dock 2 is in use 73 % of the time: starts will often wait for it",
+            "Dock 2 is in use 73 % of an hour",
         ),
         (
             "critical_behind",
-            "Kits at 07:30 still runs on Aino nine times of ten when Shift bus, which matters more, starts at 07:35",
-            "Shift bus would come late",
+            "Kits at 07:30 usually still runs on Aino when the more important Shift bus starts at 07:35",
+            "Shift bus would start late",
         ),
-        ("finish_by_short", "Kits usually takes 35 min, and 30 min are given", "Usually takes longer: 35 min"),
+        ("finish_by_short", "Kits usually takes 35 min, but only 30 min are allowed", "Usually takes longer: 35 min"),
         ("another", "", ""),
     ],
 )

@@ -34,7 +34,7 @@ ERRORS = [
         problem=message_of_system(OSError(errno.ENOSPC, "No space left on device")),
     ),
     DatabaseUnavailable("{path} is closed", path=Path("/x/y.db")),
-    DatabaseDamaged(Path("/x/y.db"), message("its content is gone"), Path("/x/damaged.db"), Path("/x/good.db")),
+    DatabaseDamaged(Path("/x/y.db"), message("its content is missing"), Path("/x/damaged.db"), Path("/x/good.db")),
 ]
 
 
@@ -60,7 +60,7 @@ def test_a_sentence_inside_another_is_translated_too():
     assert render(message_of(ERRORS[5]), FINNISH) == "/x: kirjoittaminen ei onnistu: levy on täynnä"
     damaged = render(message_of(ERRORS[7]), FINNISH)
     assert damaged.startswith(
-        "Tietokanta /x/y.db on vioittunut (sen sisältö on kadonnut), säilytetty nimellä /x/damaged.db; "
+        "Tietokanta /x/y.db on vioittunut (sen sisältö puuttuu), säilytetty nimellä /x/damaged.db; "
     )
 
 

@@ -35,12 +35,12 @@ def in_words(code: ReasonCode, zone=HELSINKI, **details) -> str:
         (
             ReasonCode.BATTERY_LOW,
             {"battery": None, "minimum": 30, "until": NOON},
-            "Battery unknown until 14:00, at least 30 % wanted",
+            "Battery unknown until 14:00, at least 30 % needed",
         ),
         (
             ReasonCode.BATTERY_LOW,
             {"battery": float("nan"), "minimum": 30, "until": NOON},
-            "Battery unknown until 14:00, at least 30 % wanted",
+            "Battery unknown until 14:00, at least 30 % needed",
         ),
         (
             ReasonCode.RETRY_LIMIT,
@@ -63,11 +63,11 @@ def in_words(code: ReasonCode, zone=HELSINKI, **details) -> str:
             {"found": "22", "expected": "11"},
             "Another robot answered at this address: serial number 22 instead of 11",
         ),
-        (ReasonCode.OVERLAP, {"planned_at": NOON}, "The run planned for 14:00 was not over yet"),
+        (ReasonCode.OVERLAP, {"planned_at": NOON}, "The run planned for 14:00 had not ended"),
         (
             ReasonCode.OVERLAP,
             {"idle": True},
-            "Overtaken: the robot was used, something is planned soon, or it is a day off",
+            "Not needed now: the robot was used, something is planned soon, or it is a day off",
         ),
         (ReasonCode.SCHEDULE_CHANGED, {"idle": True}, "Idle automation was changed or switched off while it waited"),
         (ReasonCode.SCHEDULE_CHANGED, {"deleted": True}, "Its schedule was deleted while it waited"),
@@ -81,7 +81,7 @@ def in_words(code: ReasonCode, zone=HELSINKI, **details) -> str:
             {"mission": True},
             "The robot has no such mission: choose another or create it there",
         ),
-        (ReasonCode.HOLD, {"until": NOON + timedelta(days=2)}, "Held back until 25 Nov 2026 14:00"),
+        (ReasonCode.HOLD, {"until": NOON + timedelta(days=2)}, "On hold until 25 Nov 2026 14:00"),
         (ReasonCode.HOLD, {"skipped_at": NOON}, "Skipped by a person on 23 Nov 2026 14:00"),
         (
             ReasonCode.APP_DOWN,
@@ -125,7 +125,7 @@ def in_words(code: ReasonCode, zone=HELSINKI, **details) -> str:
             "4,000 starts were skipped, 23 November 2026 – 2 January 2027: the schedule was paused until 22 Jan 2027 14:00",
         ),
         (ReasonCode.APP_DOWN, {"starts": "many", "first": NOON, "last": NOON}, "The app was off or asleep"),
-        (ReasonCode.VANISHED, {"queue_id": 0}, "Queue item 0 is gone from the robot"),
+        (ReasonCode.VANISHED, {"queue_id": 0}, "The robot no longer has queue item 0"),
     ],
 )
 def test_numbers_and_times_are_in_the_sentence(code, details, expected):
@@ -135,9 +135,9 @@ def test_numbers_and_times_are_in_the_sentence(code, details, expected):
 def test_times_are_reported_in_the_zone_that_is_asked_for():
     assert (
         in_words(ReasonCode.OVERLAP, ZoneInfo("Asia/Tokyo"), planned_at=NOON)
-        == "The run planned for 21:00 was not over yet"
+        == "The run planned for 21:00 had not ended"
     )
-    assert in_words(ReasonCode.OVERLAP, "No/Where", planned_at=NOON) == "The run planned for 12:00 was not over yet"
+    assert in_words(ReasonCode.OVERLAP, "No/Where", planned_at=NOON) == "The run planned for 12:00 had not ended"
 
 
 @pytest.mark.parametrize("code", list(ReasonCode))
@@ -195,7 +195,7 @@ def test_a_translation_with_a_wrong_placeholder_falls_back_to_english():
     reason = Reason(ReasonCode.VANISHED, {"queue_id": 7})
     assert (
         sentence(reason, HELSINKI, lambda text: text.replace("{queue_id}", "{nummer}"))
-        == "Queue item 7 is gone from the robot"
+        == "The robot no longer has queue item 7"
     )
 
 
@@ -230,16 +230,16 @@ def row(**values) -> Execution:
         ),
         (
             {"wait": Wait.BATTERY, "wait_details": {"battery": None, "minimum": 30}},
-            "Battery unknown, at least 30 % wanted; waits until 14:15",
+            "Battery unknown, at least 30 % needed; waits until 14:15",
         ),
-        ({"wait": Wait.HOLD, "wait_details": {"hold": ""}}, "Held back; waits until 14:15"),
+        ({"wait": Wait.HOLD, "wait_details": {"hold": ""}}, "On hold; waits until 14:15"),
         ({"wait": Wait.CLOCK}, "The tablet's clock can't be trusted; waits until 14:15"),
         (
             {"wait": Wait.ELSEWHERE, "wait_details": {"robots": "Aino"}},
             "May have run already; waits until 14:15 for an answer from Aino",
         ),
         ({"wait": Wait.ELSEWHERE}, "Robots are being asked whether it has run already; waits until 14:15"),
-        ({"state": State.SUBMITTING}, "Checking with the robot"),
+        ({"state": State.SUBMITTING}, "The robot is being asked"),
         ({"state": State.EXECUTING}, "Running on the robot"),
         ({"state": State.COMPLETED}, ""),
     ],

@@ -326,10 +326,10 @@ def test_the_rest_of_a_partly_known_series_is_offered(world, tmp_path):
     ("content", "problem"),
     [
         (b"nonsense", "is not a calendar file"),
-        (calendar(), "has no days to take$"),
-        (calendar("SUMMARY:Every week\nDTSTART:20270705\nRRULE:FREQ=WEEKLY"), "comes every year, or ends$"),
+        (calendar(), "has no days to import$"),
+        (calendar("SUMMARY:Every week\nDTSTART:20270705\nRRULE:FREQ=WEEKLY"), "they are yearly or end$"),
         (calendar("DTSTART:20270705")[:-40], "ends in the middle"),
-        (calendar("DTSTART:soon"), "that can be read$"),
+        (calendar("DTSTART:soon"), "has no readable days to import$"),
         (b"x" * (5 * 1024 * 1024 + 1), "larger than 5 MiB"),
     ],
 )

@@ -37,7 +37,7 @@ def test_an_address_is_normalised(text: str, url: str) -> None:
         ("ftp://robot", "not ftp://"),
         ("http://", "no host name"),
         ("http://:80", "no host name"),
-        ("http://admin:secret@robot", "fields of their own"),
+        ("http://admin:secret@robot", "their own fields, not in the address"),
         ("http://robot/api/v2.0.0", "leave out everything after"),
         ("robot?x=1", "leave out everything after"),
         ("robot#top", "leave out everything after"),

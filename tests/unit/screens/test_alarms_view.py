@@ -108,8 +108,8 @@ def test_instants_in_an_alarm_are_reported_in_the_zone_of_the_settings():
 
 def test_the_alarm_of_a_double_start_advises_to_cancel_one():
     twice = alarm("started_twice", "execution:9", details={"mission": "Kits", "robot": "Aino", "other": "Veikko"})
-    assert alarm_text(twice, SETTINGS, NOW) == "Kits came to Aino after all, and had been started on Veikko as well"
-    assert note(twice) == "14:36 · cancel what has not run yet and is not wanted"
+    assert alarm_text(twice, SETTINGS, NOW) == "Kits reached Aino after all and had been started on Veikko too"
+    assert note(twice) == "14:36 · cancel those that have not run and are not needed"
 
 
 # ---------------------------------------------------------------------- where it leads

@@ -54,8 +54,8 @@ def line(robot: Robot, found: Report | None) -> tuple[str, str]:
     [
         (None, ("Never checked up", "neutral")),
         (report(MAPS), ("Checked up Mon 23 Nov: all fine", "done")),
-        (report(MAPS, HTTP, CLOCK), ("Checked up Mon 23 Nov: 2 to know", "attention")),
-        (report(HTTP, LOAD), ("Checked up Mon 23 Nov: 1 to put right, 1 to know", "fault")),
+        (report(MAPS, HTTP, CLOCK), ("Checked up Mon 23 Nov: 2 notes", "attention")),
+        (report(HTTP, LOAD), ("Checked up Mon 23 Nov: 1 problem, 1 note", "fault")),
         (report(MAPS, began_at=NOW - timedelta(hours=2)), ("Checked up today: all fine", "done")),
         (report(MAPS, began_at=NOW - timedelta(days=365)), ("Checked up Mon 24 Nov 2025: all fine", "done")),
     ],
@@ -77,7 +77,7 @@ def test_another_machine_or_other_software_needs_another_check_up():
 
 def test_an_unfinished_restore_of_the_robot_is_shown_first():
     notice = standing(AINO, report(MAPS), NOW, ZONE, is_left=True)
-    assert (notice.text, notice.tone) == ("What a check-up changed there is still to be put back", "attention")
+    assert (notice.text, notice.tone) == ("Changes of a check-up must still be undone there", "attention")
 
 
 def test_as_many_missions_are_named_as_are_queued():
@@ -86,9 +86,9 @@ def test_as_many_missions_are_named_as_are_queued():
 
 def test_why_it_cannot_be_now_is_nobodys_fault():
     later = check_up_view.refused(
-        InvalidInput("robot", "{robot} is held back: check up when it is released", robot="Aino")
+        InvalidInput("robot", "{robot} is on hold: check up when it is released", robot="Aino")
     )
-    assert (later.text, later.tone) == ("Aino is held back: check up when it is released", "attention")
+    assert (later.text, later.tone) == ("Aino is on hold: check up when it is released", "attention")
     assert check_up_view.refused(Unreachable(code="no_answer", address="10.40.12.21")).tone == "fault"
 
 
@@ -105,7 +105,7 @@ def test_no_two_levels_share_an_icon_or_a_word():
 def test_the_worst_comes_first_and_what_is_in_order_is_counted():
     found = (MAPS, HTTP, LOAD, CLOCK)
     shown = check_up_view.finding_views(found, Level.RED, Level.AMBER)
-    assert [view.word for view in shown] == ["To put right · Load", "To know · Encryption", "To know · Clock"]
+    assert [view.word for view in shown] == ["Problem · Load", "Note · Encryption", "Note · Clock"]
     assert shown[0].text == "It booted when it was asked 31 times within 10 s"
     assert shown[0].note == "Ask it less"
     assert check_up_view.fine(found) == "1 fine"
@@ -133,7 +133,7 @@ def test_progress_is_in_seconds_and_never_above_the_total():
     assert words == ("Reading its queue", "18 s of about 1 min 35 s", 18 / 95)
     assert check_up_view.progress_words(Progress("", 100.0, 95.0))[2] == 1.0
     assert check_up_view.progress_words(Progress("", 1.0, 0.0))[2] == 0.0
-    assert "put back" in check_up_view.progress_words(Progress("", 1.0, 95.0), stopping=True)[0]
+    assert "being undone" in check_up_view.progress_words(Progress("", 1.0, 95.0), stopping=True)[0]
 
 
 # ---------------------------------------------------------------------- the page
@@ -142,11 +142,11 @@ def test_the_page_has_the_machine_and_every_finding_the_worst_first():
     text = " ".join(cells).replace("\N{NO-BREAK SPACE}", " ")
     assert "MiR250 · serial 200104012 · software 3.5.4 · 10.40.12.21" in text
     assert "Made Mon 23 Nov 2026 10:20, Europe/Helsinki" in text
-    assert "1 to put right, 1 to know" in text
+    assert "1 problem, 1 note" in text
     assert text.index("asked 31 times within 10 s") < text.index("asked over http") < text.index("map Hall 1")
-    assert [cell for cell in cells if cell in ("To put right", "To know", "Fine")] == [
-        "To put right",
-        "To know",
+    assert [cell for cell in cells if cell in ("Problem", "Note", "Fine")] == [
+        "Problem",
+        "Note",
         "Fine",
     ]
 

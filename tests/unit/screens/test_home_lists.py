@@ -61,10 +61,10 @@ def test_the_values_of_missions_are_next_to_their_names():
 @pytest.mark.parametrize(
     ("minutes", "held", "words"),
     [
-        (None, False, "Held back: Audit; skipped at 14:50 unless released"),
+        (None, False, "On hold: Audit; skipped at 14:50 unless released"),
         (5, False, "Held until 14:43: Audit"),
-        (30, False, "Held back: Audit; skipped at 14:50 unless released"),
-        (None, True, "Held back; skipped at 14:50 unless released"),
+        (30, False, "On hold: Audit; skipped at 14:50 unless released"),
+        (None, True, "On hold; skipped at 14:50 unless released"),
     ],
 )
 def test_a_start_that_is_held_says_as_run_now_what_becomes_of_it(minutes, held, words):
@@ -82,7 +82,7 @@ def test_the_later_end_of_two_holds_counts():
     row = queue_entries(
         replace(FACTS, open=(replace(HELD, wait=Wait.HOLD, wait_details={"hold": "Audit"}),), holds=(short, long)), NOW
     )[-1]
-    assert row.origin == "Waste, extra round · Held back: Cleaning; skipped at 14:50 unless released"
+    assert row.origin == "Waste, extra round · On hold: Cleaning; skipped at 14:50 unless released"
 
 
 def test_the_queue_names_the_source_of_every_item():
@@ -300,7 +300,7 @@ def test_the_source_of_an_item_is_a_typed_name_and_not_a_generated_one():
     ("details", "line"),
     [
         ({"skipped_at": NOW.isoformat()}, "Not run: Skipped by a person on 20 Nov 2026 14:38"),
-        ({}, "Not run: Skipped or held back by a person"),
+        ({}, "Not run: Skipped or put on hold by a person"),
         ({"paused_until": NOW.isoformat()}, "Not run: The schedule was paused until 20 Nov 2026 14:38"),
     ],
 )

@@ -320,7 +320,7 @@ def test_an_idle_robot_says_what_comes_next():
 @pytest.mark.parametrize(
     ("battery", "mission", "words"),
     [
-        (12.0, CHARGER, "Return to charger when idle waits: battery 12 %, 30 % wanted"),
+        (12.0, CHARGER, "Return to charger when idle waits: battery 12 %, needs 30 %"),
         (None, CHARGER, "Return to charger when idle waits: battery unknown"),
         (12.0, replace(CHARGER, charges=True), ""),
         (12.0, replace(CHARGER, on_low_battery=True), ""),

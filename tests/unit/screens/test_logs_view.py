@@ -413,9 +413,9 @@ def test_five_cards_each_with_its_count():
     [
         (7, 398, "+1.7 points against the 7 days before"),
         (30, 413, "−1.9 points against the 30 days before"),
-        (1, 405, "As yesterday by this time"),
+        (1, 405, "Same as yesterday at this time"),
         (7, 405, "As in the 7 days before"),
-        (1, 413, "−1.9 points against yesterday by this time"),
+        (1, 413, "−1.9 points against yesterday at this time"),
     ],
 )
 def test_a_figure_is_set_against_the_same_days_before(days, before, words):

@@ -180,7 +180,7 @@ def test_a_schedule_that_is_off_may_be_set_to_a_later_time_but_not_to_a_past_one
             Concern(ConcernCode.ROBOT_OFF, details={"robot": "Veikko"}),
             "Veikko is switched off in Settings: nothing will be sent",
         ),
-        (Concern(ConcernCode.NO_START), "No start is left"),
+        (Concern(ConcernCode.NO_START), "No more starts"),
         (
             Concern(
                 ConcernCode.CLOCK_CHANGE, start(25).instant, {"nominal": datetime(2026, 11, 25, 3, 30), "twice": False}
@@ -191,7 +191,7 @@ def test_a_schedule_that_is_off_may_be_set_to_a_later_time_but_not_to_a_past_one
             Concern(
                 ConcernCode.CLOCK_CHANGE, start(25).instant, {"nominal": datetime(2026, 11, 25, 3, 30), "twice": True}
             ),
-            "Wed 25 Nov: 03:30 comes twice that night, it starts the first time",
+            "Wed 25 Nov: 03:30 comes twice that night, it starts at the first",
         ),
     ],
 )
@@ -272,7 +272,7 @@ def test_other_times_of_the_day_are_whole_hours():
 @pytest.mark.parametrize(
     ("usual", "words"),
     [
-        (None, "How long it takes on Aino is not known yet: 5 min are assumed"),
+        (None, "Its duration on Aino is not known yet: 5 min are assumed"),
         (DurationEstimate(1500.0, 1500.0, typed=True), "25 min as typed in Settings: no run was completed on Aino yet"),
         (DurationEstimate(400.0, 430.0, (400.0,)), "Usually 6 min 40 s, by its one run on Aino"),
         (DurationEstimate(400.0, 430.0, (390.0, 400.0, 430.0)), "Usually 6 min 40 s, by the last 3 runs on Aino"),

@@ -76,7 +76,7 @@ def test_a_robot_says_which_group_is_empty_without_it():
     question = removals.robot_question(facts(groups=(HALL, night)), AINO).splitlines()
     assert question[-3:-1] == [
         "It leaves the groups Hall 1, Night.",
-        "No robot is left in Night: what waits for one is cancelled.",
+        "No robot is left in Night: starts that wait for one are cancelled.",
     ]
 
 
@@ -87,6 +87,6 @@ def test_a_group_names_its_schedules_and_what_waits():
         "Deliver kits on Hall 1",
         "",
         "2 starts that wait for one of its robots are cancelled.",
-        "Its robots stay, and what runs goes on.",
+        "Its robots stay, and running missions continue.",
     ]
     assert removals.group_sentence(hall_facts, HALL) == "Hall 1 deleted, and with it: 1 schedule"

@@ -101,10 +101,10 @@ LACKING = replace(NOT_FOUND, lacks_mission=True)
 @pytest.mark.parametrize(
     ("values", "state", "note"),
     [
-        ({"planned": (NOT_FOUND,)}, "planned", "no robot foreseen"),
+        ({"planned": (NOT_FOUND,)}, "planned", "no robot expected"),
         ({"planned": (LACKING,)}, "planned", "none has the mission"),
-        ({"planned": (LACKING, NOT_FOUND)}, "planned", "no robot foreseen"),
-        ({"planned": (NOT_FOUND,), "holds": (HOLD,)}, "planned", "no robot foreseen"),
+        ({"planned": (LACKING, NOT_FOUND)}, "planned", "no robot expected"),
+        ({"planned": (NOT_FOUND,), "holds": (HOLD,)}, "planned", "no robot expected"),
         ({"planned": (NOT_FOUND,), "holds": (HOLD, replace(HOLD, robot_id=2))}, "held", ""),
     ],
 )
@@ -168,10 +168,10 @@ def test_the_legend_says_what_the_hatching_means():
 def test_the_card_at_the_bar_says_that_it_is_a_forecast():
     assert bar_card.start_card(FACTS, FOUND, NOW).text.split("\n") == [
         "any of Hall 1 (≈ Sisu) · Fri 20 Nov 13:04–13:14",
-        "A forecast: Sisu will probably take it. Which robot of Hall 1 comes is decided at its time.",
+        "A forecast: Sisu will probably take it. The robot of Hall 1 is chosen at its time.",
         "Usually 10 min, nine of ten within 10 min",
     ]
-    assert "No robot of Hall 1 is foreseen" in bar_card.start_card(FACTS, NOT_FOUND, NOW).text
+    assert "no robot of Hall 1 will be free" in bar_card.start_card(FACTS, NOT_FOUND, NOW).text
     assert "forecast" not in bar_card.start_card(FACTS, FIXED, NOW).text
 
 
@@ -215,12 +215,12 @@ CROWDED = Conflict(ConflictCode.PLACE_CROWDED, AT, {"place": "Dock 2", "place_id
 @pytest.mark.parametrize(
     ("conflict", "hatched", "words"),
     [
-        (TOO_FEW, [2], "At 13:00, 4 starts want the 2 robots of Hall 1, until about 13:10"),
-        (FULL, [("group", 5), 1, 2], "At 13:00, 2 missions want Dock 2, where no more than 1 may be at a time"),
+        (TOO_FEW, [2], "At 13:00, 4 starts need the 2 robots of Hall 1, until about 13:10"),
+        (FULL, [("group", 5), 1, 2], "At 13:00, 2 missions need Dock 2, which takes 1 at a time"),
         (
             BEHIND,
             [1],
-            "Kits at 13:00 still runs on Aino nine times of ten when Bus, which matters more, starts at 13:10",
+            "Kits at 13:00 usually still runs on Aino when the more important Bus starts at 13:10",
         ),
         (CROWDED, [], ""),
     ],

@@ -46,7 +46,7 @@ def of_robot(before: Robot | None, after: Robot) -> Iterator[Message]:
     if before.address.startswith("https:") and after.address.startswith("http:"):
         yield message("the connection to robot {name} is no longer encrypted", name=after.name)
     elif before.certificate_sha256 and not after.certificate_sha256:
-        yield message("the certificate of robot {name} is no longer the only one that is trusted", name=after.name)
+        yield message("the certificate of robot {name} is no longer the only trusted one", name=after.name)
 
 
 def of_setting(name: Message, before: object, after: object) -> Message:

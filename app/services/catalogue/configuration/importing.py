@@ -125,7 +125,7 @@ class _Import:
             if items and max(len(items), repository.count(edit.c)) > most:
                 raise InvalidInput(
                     section,
-                    "{section}: there is room for {most}, and with this file there would be more",
+                    "{section}: this file would make more than the {most} allowed",
                     section=section,
                     most=most,
                 )

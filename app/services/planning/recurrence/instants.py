@@ -84,7 +84,7 @@ def check_has_instants(schedule: Schedule) -> None:
     except _TooRare:
         raise InvalidInput(
             "recurrence",
-            "the recurrence comes too rarely to be searched: no time fits on {days} of its days in a row",
+            "the recurrence is too rare to be searched: no time fits on {days} of its days in a row",
             days=SEARCHED,
         ) from None
     if first is None:
