@@ -17,7 +17,8 @@ SOURCE_LANGUAGE = "en"
 
 
 def translation(language: str, directory: Path = LOCALE_DIR) -> gettext.NullTranslations:
-    """The texts of ``language``; English ones when it is English or has no catalogue. Its name may be a path: then it has none."""
+    """The texts of ``language``; English ones if it is English or has no catalogue. A name that is a path has no
+    catalogue."""
     if language not in languages(directory)[1:]:
         return gettext.NullTranslations()
     with (directory / language / "LC_MESSAGES" / f"{DOMAIN}.mo").open("rb") as file:

@@ -58,9 +58,9 @@ class ActivityRepository:
         )
 
     def hours_executing(self, c: sqlite3.Connection, since: datetime, now: datetime) -> dict[int, float]:
-        """For how long each robot was seen executing between two instants of which no spans have become sums yet, in hours to the nearest
-        minute (at which second a poll saw something must not matter), by the robot's id; robots without any are left out. Where spans
-        overlap (the clock had been set back), both count."""
+        """Hours that each robot was seen executing between two instants whose spans are not summed yet, in hours to the
+        nearest minute (the second of a poll must not matter), by the robot's id; robots without any are omitted.
+        Overlapping spans (the clock had been set back) both count."""
         rows = c.execute(
             """
             SELECT s.robot_id, round(total(max(0, julianday(min(s.ended_at, :now)) - julianday(max(s.started_at, :since)))) * 1440) / 60

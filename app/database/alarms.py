@@ -116,7 +116,7 @@ class AlarmRepository:
         )
 
     def clear_of_robot(self, c: sqlite3.Connection, robot_id: int, now: datetime) -> bool:
-        """Its conditions, whatever they are. Returns whether there was something to clear."""
+        """All its conditions. Returns whether there was something to clear."""
         return (
             c.execute(
                 "UPDATE alarms SET cleared_at = ? WHERE key = ? AND cleared_at IS NULL",
@@ -155,7 +155,8 @@ class AlarmRepository:
         return int(c.execute(f"SELECT count(*) FROM alarms WHERE NOT {_STANDING}").fetchone()[0])
 
     def prune(self, c: sqlite3.Connection, limit: int) -> int:
-        """Keep N of the past ones, the newest, but of one that came again and again only a few; returns how many were dropped."""
+        """Keep N of the past ones, the newest, but only a few of one that was repeated often; returns how many were
+        dropped."""
         return c.execute(
             f"""DELETE FROM alarms WHERE id IN (
                                  SELECT id FROM (SELECT id, last_at, row_number() OVER (PARTITION BY {_KIND} ORDER BY last_at DESC) AS nth

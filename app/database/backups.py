@@ -151,8 +151,8 @@ def newest_good_backup(path: Path, check: Check | None = None) -> Path | None:
 
 
 def backups_of(path: Path) -> list[Path]:
-    """What lies in the directory of backups of the database at ``path``, good or not, newest first. Whoever brings one may have its name
-    in capitals; hidden files are none."""
+    """Files in the directory of backups of the database at ``path``, good or not, newest first. A file from elsewhere
+    may have its name in capitals; hidden files do not count."""
     found: list[tuple[int, Path]] = []
     with contextlib.suppress(OSError):  # there is no such directory
         for backup in (path.parent / BACKUPS).iterdir():
@@ -266,7 +266,7 @@ def _note_restore(file: Path, former: Path, now: datetime) -> None:
 
 def _wrong_pins(database: Path) -> int:
     """How many were entered in a row; 0 where that can't be read."""
-    is_whole = not files.size_of(files.sibling(database, "-wal"))  # then nothing has to be created beside it
+    is_whole = not files.size_of(files.sibling(database, "-wal"))  # then SQLite creates no files next to it
     try:
         with contextlib.closing(
             sqlite3.connect(f"{database.as_uri()}?mode=ro{'&immutable=1' * is_whole}", uri=True)

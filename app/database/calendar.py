@@ -1,4 +1,4 @@
-"""The exceptions to the weekly working days, as they were entered or came with a file."""
+"""The exceptions to the weekly working days, as entered or imported from a file."""
 
 from __future__ import annotations
 

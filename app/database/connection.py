@@ -60,11 +60,12 @@ class Database:
         durable: bool = True,
         migrations: tuple[str, ...] = MIGRATIONS,
     ) -> Database:
-        """Open for writing, creating or migrating as needed. Only the process that holds the instance lock may call this.
+        """Open for writing, creating or migrating as needed. Only the process that holds the instance lock may call
+        this.
 
-        ``threaded=False`` writes on the caller's thread; ``durable=False`` leaves flushing to the system (simulations only).
-        Raises DatabaseDamaged (the file is then kept aside, and later calls raise too until a backup is restored), DatabaseRefused,
-        DatabaseUnavailable.
+        ``threaded=False`` writes on the caller's thread; ``durable=False`` leaves flushing to the system (simulations
+        only). Raises DatabaseDamaged (the file is then renamed and kept, and later calls raise too until a backup is
+        restored), DatabaseRefused, DatabaseUnavailable.
         """
         clock = clock or SystemClock()
         path = path.absolute()
@@ -92,7 +93,7 @@ class Database:
 
     @classmethod
     def open_for_reading(cls, path: Path) -> Database:
-        """Open beside a running app, or without one, changing nothing: for exports. ``write`` then raises DatabaseUnavailable."""
+        """Open read-only, with or without a running app: for exports. ``write`` then raises DatabaseUnavailable."""
         path = path.absolute()
         if is_restoring(path):
             raise DatabaseUnavailable(
@@ -154,7 +155,8 @@ class Database:
         return known
 
     def check_in_place(self) -> None:
-        """Raises DatabaseDamaged when its file was deleted or emptied: what is written now would be gone after a restart."""
+        """Raises DatabaseDamaged when its file was deleted or emptied: anything written now would be lost after a
+        restart."""
         if files.size_of(self.path) == 0:
             raise DatabaseDamaged(self.path, message("its content is missing"), backup=newest_good_backup(self.path))
 
@@ -190,13 +192,13 @@ def connect_for_reading(path: Path) -> sqlite3.Connection:
     connection.execute("PRAGMA query_only = ON")
     with contextlib.suppress(
         sqlite3.Error
-    ):  # it reads the file: what is wrong with that hears who asks for something in it
+    ):  # it reads the file: the caller that needs something from it gets the error
         connection.execute(f"PRAGMA cache_size = -{PAGES_KIB}")
     return configured(connection)
 
 
 def _is_immutable(path: Path) -> bool:
-    """Whether it is in a read-only place and complete in its one file: then SQLite must not create files beside it
+    """Whether it is in a read-only place and complete in its one file: then SQLite must not create files next to it
     (sqlite.org/wal.html, "Read-Only Databases"). Where an app has been killed they are there already."""
     return (
         not os.access(path.parent, os.W_OK)

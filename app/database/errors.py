@@ -74,7 +74,7 @@ _DAMAGE = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
 
 
 def primary_code(error: BaseException) -> int:
-    """SQLite's primary result code of an error, 0 where there is none."""
+    """SQLite's primary result code of an error, 0 if it has none."""
     return getattr(error, "sqlite_errorcode", 0) & 0xFF
 
 

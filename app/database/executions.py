@@ -60,7 +60,7 @@ class Replacement(NamedTuple):
 
 
 PIECE = 1000  # rows that are read at a time
-IDENTIFIER_LENGTH = 36  # characters of a position's, as robots write it: nobody reads that
+IDENTIFIER_LENGTH = 36  # characters of a position's guid: people can't read it
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class ExecutionFilter:
     start: datetime | None = None  # of the planned instant, included
     end: datetime | None = None  # not included
     text: str = ""  # somewhere in the names of mission, schedule or robot, in the robot's message, or in a text that
-    # the mission was given, in whatever case
+    # the mission was given, ignoring case
     group: str | None = None  # its name then, of those that any robot of a group could take
     reasons: Sequence[ReasonCode] = ()  # or that ended for one of these, where a text is wanted
     values: Sequence[str] = ()  # or whose mission was given one of these identifiers, where a text is wanted
@@ -82,7 +82,7 @@ class ExecutionFilter:
 
 @dataclass(frozen=True)
 class PageKey:
-    """Where a page ends: the next one begins behind it, whatever was added or deleted in the meantime."""
+    """Where a page ends: the next one begins after it, even if rows were added or deleted since."""
 
     planned_at: datetime
     id: int
@@ -163,7 +163,7 @@ class ExecutionRepository:
     def change_owned(
         self, c: sqlite3.Connection, execution: Execution, expected: Sequence[State], **columns: Any
     ) -> Execution | None:
-        """The same of a row that only the caller changes, but for the wishes of people: these alone are read again."""
+        """The same for a row that only the caller and operators change: only what operators change is read again."""
         values = stored_values(columns)
         assignments = ", ".join(f"{name} = ?" for name in values)
         where = f"id = ? AND state IN ({placeholders(expected)})"
@@ -210,7 +210,7 @@ class ExecutionRepository:
         )
 
     def schedules_with_unsent(self, c: sqlite3.Connection) -> list[int]:
-        """Ids of the schedules of which something is with no robot yet."""
+        """Ids of schedules with a start that no robot has yet."""
         return [
             row[0]
             for row in c.execute(f"""SELECT DISTINCT schedule_id FROM executions INDEXED BY executions_open_of_schedule
@@ -226,7 +226,7 @@ class ExecutionRepository:
         )
 
     def drop_skipped(self, c: sqlite3.Connection, schedule_id: int, planned_at: datetime) -> None:
-        """A person takes back that a start is skipped: nothing was sent of it, and its row makes room."""
+        """Delete the row of a skipped start that a person wants again: nothing of it was sent."""
         c.execute(
             f"""DELETE FROM executions WHERE schedule_id = ? AND planned_at = ? AND state = 'skipped' AND reason_code = 'hold'
                       AND {NEVER_SENT}""",
@@ -234,9 +234,10 @@ class ExecutionRepository:
         )
 
     def make_room_after(self, c: sqlite3.Connection, schedule_id: int, through: datetime, now: datetime) -> datetime:
-        """The clock has been set back: rows of instants that are planned again, with nothing ever sent, leave, so that no row waits for an
-        instant to come. What a person has cancelled of them is skipped by then, and what one keeps back is kept back when it comes. Returns
-        up to when there are still rows: before ``through`` where a row that left stood for starts before it, too."""
+        """The clock has been set back: delete rows with nothing ever sent whose instants are planned again, so that no
+        row waits for an instant to come. Starts that a person cancelled are skipped then, and held starts are held
+        again. Returns up to when there are still rows: before ``through`` where a row that left stood for starts before
+        it, too."""
         values = schedule_id, to_text(through)
         unsent = f"""schedule_id = ? AND planned_at > ? AND state NOT IN ('submitting', 'queued', 'executing', 'completed')
                      AND {NEVER_SENT}"""
@@ -355,8 +356,8 @@ class ExecutionRepository:
         )
 
     def unsent_of(self, c: sqlite3.Connection, robot_id: int) -> list[Unsent]:
-        """What waits for a robot or is on its way to it, in no order. Read as one row: between any two, other threads may take the
-        interpreter, and for an unreachable robot hundreds wait."""
+        """Starts that wait for a robot or are being sent to it, in no order. Read as one row: between any two, other
+        threads may take the interpreter, and for an unreachable robot hundreds wait."""
         found: str = c.execute(
             f"""SELECT json_group_array(json_array(id, state, closes_at, cancel_code IS NOT NULL, wait)) FROM executions
                                    WHERE robot_id = ? AND {OPEN} AND state IN ('waiting', 'submitting')""",
@@ -458,9 +459,9 @@ class ExecutionRepository:
         )
 
     def stream(self, c: sqlite3.Connection, wanted: ExecutionFilter | None = None) -> Iterator[Execution]:
-        """Oldest first by planned instant, open ones included; never all in memory.
+        """Oldest first by planned instant, including open ones; never all in memory.
 
-        Read in pieces: a statement that stayed open, while what is written stands still, would keep the write-ahead log growing.
+        Read in pieces: a statement that stays open while the reader is blocked would keep the write-ahead log growing.
         """
         where, values = _condition(wanted or ExecutionFilter())
         query = f"SELECT * FROM executions WHERE {where} AND (planned_at, id) > (?, ?) ORDER BY planned_at, id LIMIT ?"

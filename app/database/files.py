@@ -54,7 +54,7 @@ def sibling(path: Path, ending: str) -> Path:
 
 
 def size_of(path: Path) -> int:
-    """Bytes, 0 when there is no such file."""
+    """Size in bytes, 0 if the file does not exist."""
     try:
         return path.stat().st_size
     except FileNotFoundError:

@@ -77,7 +77,8 @@ class GroupExecutionRepository:
         ]
 
     def earlier_open(self, c: sqlite3.Connection, schedule_id: int, planned_at: datetime) -> datetime | None:
-        """For which instant an earlier start of this schedule, whose runs don't overlap, was planned that is open; None: there is none."""
+        """The instant of an earlier start of this schedule that is still open, as its runs must not overlap; None if
+        there is none."""
         found = c.execute(
             f"""SELECT max(planned_at) FROM executions INDEXED BY executions_open_of_schedule
                               WHERE schedule_id = ? AND {OPEN} AND planned_at < ? AND EXISTS (
@@ -87,9 +88,10 @@ class GroupExecutionRepository:
         return to_optional_instant(found[0])
 
     def may_be_bound(self, c: sqlite3.Connection, execution: Execution, robot_id: int, into_queue: bool) -> bool:
-        """Whether a start of a group is still as it was read and to be given to a robot, and to this one: it is switched on, of the group,
-        has nothing else of ours (but ``into_queue``; an idle mission gives way, as does what waits for something else than the robot), and
-        there is room at every place that the mission uses."""
+        """Whether a start of a group is still as it was read and to be given to a robot, and to this one: it is
+        switched on, of the group, has no other start of ours (except with ``into_queue``; idle missions and starts
+        that wait for something other than the robot do not count), and there is room at every place that the mission
+        uses."""
         read = stored_values({name: getattr(execution, name) for name in _BOUND_BY})
         found = c.execute(
             f"""

@@ -34,7 +34,7 @@ class GroupRepository(Table[Group]):
         self._put_members(c, group)
 
     def keep_fewer_free(self, c: sqlite3.Connection, fewest: int) -> None:
-        """A robot was removed: groups of fewer than this keep none free any more."""
+        """A robot was removed: groups with fewer robots than this no longer keep any free."""
         c.execute(
             """UPDATE robot_groups SET keep_free = 0 WHERE keep_free > 0 AND (
                          SELECT count(*) FROM group_members WHERE group_id = robot_groups.id) < max(?, keep_free + 1)""",
@@ -46,7 +46,7 @@ class GroupRepository(Table[Group]):
         return [group for group in self.all(c) if robot_id in group.members]
 
     def join(self, c: sqlite3.Connection, robot_id: int, groups: Sequence[Group]) -> None:
-        """A robot that was removed is back in those of these groups that there still are, which keep free again what they did."""
+        """A removed robot returns to those of these groups that still exist, which keep as many free as before."""
         for group in groups:
             c.execute(
                 "INSERT OR IGNORE INTO group_members SELECT id, ? FROM robot_groups WHERE id = ?", (robot_id, group.id)

@@ -154,7 +154,7 @@ class KpiRepository:
         return row[0] if row else None
 
     def name_of_robot(self, c: sqlite3.Connection, span: Span, robot_id: int) -> str:
-        """What a robot that is no longer configured was called in the period."""
+        """The name in the period of a robot that is no longer configured."""
         row = c.execute(
             f"SELECT robot FROM {_ENDED} AND robot_id = ? LIMIT 1", (span.start, span.end, robot_id)
         ).fetchone()
@@ -172,7 +172,7 @@ class KpiRepository:
         return [Timing(*row) for row in rows]
 
     def failures(self, c: sqlite3.Connection, span: Span) -> list[tuple[str | None, str | None, int]]:
-        """(reason code, the robot's message, number) of everything that failed, whatever had triggered it."""
+        """(reason code, the robot's message, number) of all failed runs."""
         rows = c.execute(
             f"""SELECT reason_code, json_extract(reason_details, '$.message'), count(*) FROM {_ENDED} {span.condition}
                 AND state = 'failed' GROUP BY 1, 2""",

@@ -19,7 +19,7 @@ def migrate(connection: sqlite3.Connection, path: Path, migrations: tuple[str, .
     if version == len(migrations):
         return
     for number in range(version, len(migrations)):
-        if version > 0:  # a new database has nothing to keep yet
+        if version > 0:  # a new database has nothing to back up
             back_up(path, path.parent / BACKUPS / f"before-version-{number + 1}-{now:%Y%m%dT%H%M%SZ}.db")
         _apply(connection, migrations[number], number + 1)
     connection.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()

@@ -1,5 +1,5 @@
-"""Missions: names for the robots' guids, for all robots or for one whose guid differs; and what is known of each guid: what it
-asks for, where it drives to, how long it took.
+"""Missions: names for the robots' guids, for all robots or for one whose guid differs; and what is known of each guid:
+its parameters, its positions, its durations.
 
 How long the newest completed runs took on each robot is kept by triggers of the database, in
 the statement that completes one, apart from the history, which may be pruned to nothing.
@@ -88,7 +88,7 @@ class MissionRepository(Table[Mission]):
 
 
 class MissionParameterRepository:
-    """What missions ask for when they are queued, as each robot said when it was asked last."""
+    """The parameters of missions as each robot last reported them."""
 
     def get(self, c: sqlite3.Connection, robot_id: int, guid: str) -> Sequence[MissionParameter] | None:
         """None: the robot has not said it, or what is stored can't be used."""
@@ -143,7 +143,7 @@ def _parameter(found: dict[str, Any]) -> MissionParameter:
 
 
 class StopRepository:
-    """Positions that missions drive to: the same guid is the same mission, on whichever robot it is."""
+    """Positions that missions drive to: the same guid is the same mission on every robot."""
 
     def all(self, c: sqlite3.Connection) -> dict[str, tuple[Stop, ...]]:
         """Of missions that drive anywhere."""
@@ -185,7 +185,8 @@ class DurationRepository:
     """How long runs took."""
 
     def usual(self, c: sqlite3.Connection, robot_id: int, mission_guid: str) -> DurationEstimate | None:
-        """Of the newest 20 completed runs of at most a day of that mission on that robot; None when there is none. P90 by nearest rank."""
+        """Of that mission's newest 20 completed runs on that robot, of at most a day each; None without any. P90 by
+        nearest rank."""
         rows = c.execute(
             "SELECT duration_s FROM run_durations WHERE robot_id = ? AND mission_guid = ?", (robot_id, mission_guid)
         )

@@ -52,7 +52,7 @@ Rows = Mapping[Any, tuple[Any, ...]]
 
 
 class _Recording(sqlite3.Connection):
-    """Keeps what was written: each way in which the app writes."""
+    """Records every write of the app."""
 
     done: list[tuple[str, Any]]
 

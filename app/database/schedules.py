@@ -129,7 +129,7 @@ class ScheduleRepository(Table[Schedule]):
         )
 
     def planned_beyond(self, c: sqlite3.Connection, now: datetime) -> list[Schedule]:
-        """Those of which instants that are still to come have their rows, and those that were planned or changed at such a time."""
+        """Schedules with rows for future instants, and those planned or changed at such a time."""
         return self.select(c, "WHERE planned_through > ? OR changed_at > ?", to_text(now), to_text(now))
 
     def replan(
@@ -180,14 +180,14 @@ class ScheduleRepository(Table[Schedule]):
         )
 
     def unskip(self, c: sqlite3.Connection, schedule_id: int, instant: datetime) -> None:
-        """A start is not left out, or kept back, after all."""
+        """Remove the skip or the hold of a start."""
         c.execute("DELETE FROM skips WHERE schedule_id = ? AND planned_at = ?", (schedule_id, to_text(instant)))
 
     def skipped(self, c: sqlite3.Connection, schedule_id: int) -> set[datetime]:
         return {instant for _id, instant in self.skips(c, [schedule_id])}
 
     def skips(self, c: sqlite3.Connection, schedule_ids: Sequence[int], *, held: bool = False) -> set[Skip]:
-        """All starts of these that are left out, or that a person keeps ``held`` back when their time has come."""
+        """All starts of these that are skipped, or that are ``held`` when they fall due."""
         rows = c.execute(
             f"""SELECT schedule_id, planned_at FROM skips WHERE schedule_id IN ({placeholders(schedule_ids)}) AND held = ?""",
             (*schedule_ids, held),
@@ -195,7 +195,7 @@ class ScheduleRepository(Table[Schedule]):
         return {(schedule_id, to_instant(planned_at)) for schedule_id, planned_at in rows}
 
     def skips_from(self, c: sqlite3.Connection, instant: datetime, *, held: bool = False) -> set[Skip]:
-        """All starts at that instant or later that are left out, or that a person keeps ``held`` back."""
+        """All starts at that instant or later that are skipped, or ``held``."""
         rows = c.execute(
             "SELECT schedule_id, planned_at FROM skips WHERE planned_at >= ? AND held = ?", (to_text(instant), held)
         )
@@ -227,7 +227,8 @@ class ScheduleRepository(Table[Schedule]):
     def with_parameters(
         self, c: sqlite3.Connection, robot_id: int, until: datetime
     ) -> list[tuple[str, str, Mapping[str, Any]]]:
-        """What a robot starts by then with parameters: the mission's guid and name, and the values as they were entered."""
+        """What a robot starts until then with parameters: the mission's guid and name, and the values as they were
+        entered."""
         rows = c.execute(
             """SELECT DISTINCT guid, missions.name, parameters FROM schedules JOIN missions ON missions.id = mission_id
                             WHERE schedules.robot_id = ? AND enabled = 1 AND next_at <= ? AND parameters <> '{}'""",
@@ -269,7 +270,7 @@ class ScheduleRepository(Table[Schedule]):
         return self.select(c, f"{where} AND robot_id = ? ORDER BY next_at, id LIMIT ?", robot_id, limit)
 
     def advance(self, c: sqlite3.Connection, schedule_id: int, next_at: datetime | None) -> None:
-        """Note the next occurrence; None: there is none left."""
+        """Store the next instant; None: the schedule has no more."""
         c.execute("UPDATE schedules SET next_at = ? WHERE id = ?", (to_optional_text(next_at), schedule_id))
 
     def advance_all(self, c: sqlite3.Connection, progress: Sequence[Progress]) -> None:

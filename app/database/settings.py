@@ -1,4 +1,4 @@
-"""Settings, and the few facts about this installation that are kept beside them."""
+"""Settings, and a few facts about this installation."""
 
 from __future__ import annotations
 

@@ -74,7 +74,8 @@ class SuggestionRepository:
 
     # ------------------------------------------------------------------ answers
     def answers(self, c: sqlite3.Connection) -> list[Answer]:
-        """Oldest first. One that can't be read, in a database from elsewhere, is left out: it is no more than a wish for silence."""
+        """Oldest first. One that can't be read, in a database from elsewhere, is omitted: it only suppresses a
+        suggestion."""
         rows = c.execute(
             "SELECT schedule_id, answer, answered_at, late, starts, option, id FROM suggestion_answers ORDER BY id"
         )

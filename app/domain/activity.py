@@ -118,7 +118,7 @@ def _one_at_a_time(stored: Sequence[ActivitySpan], start: datetime, end: datetim
 def seconds_by_day(
     stored: Sequence[ActivitySpan], start: datetime, end: datetime, zone: ZoneInfo
 ) -> dict[date, dict[str, float]]:
-    """How long each activity was seen in [start, end), by local day; where nothing was seen, there is no day and no activity."""
+    """How long each activity was seen in [start, end), by local day; days and activities without any are omitted."""
     found: dict[date, dict[str, float]] = {}
     day, day_ends = date.min, start
     for activity, at, until in _one_at_a_time(stored, start, end):

@@ -1,7 +1,7 @@
 """What a check-up of a robot found, and what the app may rely on because of it.
 
-``Finding`` is for people, ``RobotProfile`` for the app: whatever is None in it was not found out, and the careful way is taken there,
-on which nothing can run twice.
+``Finding`` is for people, ``RobotProfile`` for the app: None means "not found out": the app then takes the careful way,
+in which nothing can run twice.
 """
 
 from __future__ import annotations
@@ -134,12 +134,13 @@ class Trial:
 
 @dataclass(frozen=True)
 class LeftBehind:
-    """What a trial is about to change, or has changed, so that it can be put back whatever happens: the mission that was made (its guid;
-    None: none) or the robot's own one that was ``queued`` (its guid), the tokens of what was queued, whether the robot was paused, and the
-    ``hold`` (its id) that keeps the plan's starts back during the trial.
+    """What a trial is about to change, or has changed, so that it can be undone in every case: the mission that was
+    made (its guid; None: none) or the robot's own one that was ``queued`` (its guid), the tokens of what was queued,
+    whether the robot was paused, and the ``hold`` (its id) of the plan's starts during the trial.
 
-    As it was when it was paused, so that a later pause is not taken for the trial's: ``started`` is when the newest mission of the trial
-    had begun, as the robot gives it (None: none had), ``uptime_s`` how long the robot had been on."""
+    As it was when it was paused, so that a later pause is not taken for the trial's: ``started`` is when the newest
+    mission of the trial had begun, as the robot gives it (None: none had), ``uptime_s`` how long the robot had been
+    on."""
 
     serial_number: str | None
     mission: str | None = None

@@ -55,7 +55,7 @@ def is_by_operator(choice: Mapping[str, Any]) -> bool:
 
 
 def may_change_robot(row: Execution) -> bool:
-    """Whether another robot may get it instead: one of a group, of which no person has chosen its robot."""
+    """Whether another robot may get it instead: a start of a group whose robot was not chosen by a person."""
     return row.group_id is not None and not is_by_operator(row.choice)
 
 

@@ -63,8 +63,9 @@ def midnight(day: date, zone: ZoneInfo) -> datetime:
 
 @lru_cache(maxsize=1)
 def zone_names() -> frozenset[str]:
-    """The IANA names of time zones that this system knows; kept, because asking for them reads hundreds of files. Systems list
-    some files among them that are no zones (zic(8)): a copy of the machine's own zone, and a placeholder for "not set"."""
+    """The IANA names of time zones that this system knows; kept, because asking for them reads hundreds of files.
+    Systems list some files that are not zones (zic(8)): a copy of the machine's own zone, and a placeholder for "not
+    set"."""
     return frozenset(available_timezones() - {"localtime", "posixrules", "Factory"})
 
 

@@ -64,7 +64,7 @@ def sentence(
     zone: tzinfo | str,
     translate: Translate = lambda text: text,
 ) -> str:
-    """The whole of it; empty for a code that is none of these."""
+    """The whole sentence; empty for an unknown code."""
     text = _said(_SENTENCES, code, at, details, zone, translate)
     until = details.get("until")
     if not isinstance(until, datetime) or _kind(code, details) not in _END:

@@ -68,7 +68,7 @@ def is_message(value: object) -> TypeGuard[Mapping[str, Any]]:
 
 
 def render(what: object, translate: Callable[[str], str] = lambda text: text) -> str:
-    """The sentence in the language of ``translate``, in English without one. Never fails, whatever was stored."""
+    """The sentence in the language of ``translate``, in English without one. Never fails on stored values."""
     try:
         return _rendered(what, translate)[:LONGEST]
     except RecursionError:

@@ -145,7 +145,7 @@ class Overlap(StrEnum):
 
     SKIP = "skip"
     QUEUE = "queue"
-    PARALLEL = "parallel"  # of a group: beside it, on another robot
+    PARALLEL = "parallel"  # of a group: at the same time, on another robot
 
 
 class HandOver(StrEnum):
@@ -194,7 +194,8 @@ class Robot:
 
 @dataclass(frozen=True)
 class Group:
-    """Robots of which any may take a start. ``members``: their ids. ``keep_free``: so many are left for starts of high priority."""
+    """Any of these robots may take a start. ``members``: their ids. ``keep_free``: how many are kept free for starts of
+    high priority."""
 
     name: str
     members: tuple[int, ...] = ()
@@ -242,7 +243,7 @@ class Between:
 
 @dataclass(frozen=True)
 class Schedule:
-    """A rule: which mission on which robot, when, how often, under which constraints. Either ``robot_id`` or ``group_id`` is None."""
+    """A mission, its robot or group, its times and its constraints. Either ``robot_id`` or ``group_id`` is None."""
 
     name: str
     robot_id: int | None
@@ -298,8 +299,8 @@ class DurationEstimate:
 
 @dataclass(frozen=True)
 class Execution:
-    """One run of a mission caused by this app, from planned to its end: one row of the ledger. One of a group has no robot until one is
-    chosen: ``robot_id`` is None then, and ``robot`` empty."""
+    """One run of a mission caused by this app, from planned to its end: one row of the ledger. A start of a group has
+    no robot until one is chosen: ``robot_id`` is None then, and ``robot`` empty."""
 
     trigger: Trigger
     robot_id: int | None
@@ -391,7 +392,7 @@ class RobotSnapshot:
 
 
 THEMES = ("light", "dark", "contrast")
-KEYBOARDS = ("auto", "on", "off")  # on the screen: when the tablet has none of its own, always, never
+KEYBOARDS = ("auto", "on", "off")  # on-screen: if the tablet has no keyboard, always, never
 FONT_SCALES = (100, 115, 130)  # %, of the size that texts have by themselves
 
 
@@ -414,7 +415,7 @@ class Settings:
     font_scale_percent: int = 100  # one of FONT_SCALES
     keyboard: str = "auto"  # one of KEYBOARDS
     alarm_sound: bool = True  # at alarms of high priority, where the tablet has sound
-    holiday_country: str = ""  # ISO 3166 code whose public holidays are no working days; empty: none are
+    holiday_country: str = ""  # ISO 3166 code of the country whose public holidays are not working days; empty: none
     holiday_subdivision: str = ""  # ISO 3166-2 part of it that has some of its own
     selected_robot_id: int | None = None
 

@@ -33,7 +33,7 @@ def normal(text: str) -> str:
 
 
 def unwanted(text: str) -> str:
-    """The first character that can't be part of a name; "" when there is none."""
+    """The first character that a name can't contain; "" if there is none."""
     return next((character for n, character in enumerate(text) if not _may_stand(text, n)), "")
 
 

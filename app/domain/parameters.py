@@ -1,6 +1,7 @@
-"""What a mission's parameters take: the one rule for a value, wherever it was entered. Pure.
+"""Which values a mission's parameters accept, wherever they are entered. Pure.
 
-A value that fits becomes what is sent to the robot: a choice by its value, a position by its guid, a number of the parameter's own type.
+A value that fits becomes what is sent to the robot: a choice by its value, a position by its guid, a number of the
+parameter's own type.
 """
 
 from __future__ import annotations

@@ -188,7 +188,7 @@ def sentence(reason: Reason, zone: tzinfo | str, translate: Translate = lambda t
 
 
 def codes_with(text: str, translate: Translate = lambda text: text) -> tuple[ReasonCode, ...]:
-    """Those of whose sentences one has ``text`` in it, in whatever case, apart from what is filled in."""
+    """Codes with ``text`` in one of their sentences, ignoring case and filled-in values."""
     wanted = text.casefold()
     return tuple(
         code
@@ -249,7 +249,7 @@ def _filled_in(
 
 
 def _is_flag(name: str, details: Mapping[str, Any], text: str) -> bool:
-    """Whether a detail tells by being true, and is not filled in."""
+    """Whether a detail is a flag and not filled in."""
     return details.get(name) is True and f"{{{name}" not in text
 
 

@@ -159,12 +159,13 @@ class MissionInfo:
 
     guid: str
     name: str
-    url: str = ""  # as the client may ask for it, with /api in front
+    url: str = ""  # as the client may request it, with /api in front
 
 
 @dataclass(frozen=True)
 class MissionDetail:
-    """What one mission tells about its parameters and actions. ``has_user_parameters``: None where it does not say."""
+    """What one mission's definition says about its parameters and actions. ``has_user_parameters``: None if it does not
+    say."""
 
     guid: str
     has_user_parameters: bool | None = None
@@ -193,7 +194,7 @@ class MissionParameter:
         return self.sets in POSITIONS
 
     def value_of(self, entered: Any) -> Any:
-        """One of the choices: ``entered`` itself, or the one that people call so; None where it is none of them."""
+        """The choice with the value ``entered``, or with it as its label; None if there is no such choice."""
         if any(entered == value and type(entered) is type(value) for value, _label in self.choices):
             return entered
         word = str(entered).strip().casefold()
@@ -207,7 +208,7 @@ class MissionParameter:
 class IdentifiedBy(StrEnum):
     """What shows, before credentials are sent, that the machine at an address is the robot."""
 
-    SERIAL_NUMBER = "serial_number"  # in its status, which it gives to anybody
+    SERIAL_NUMBER = "serial_number"  # in its status, which needs no credentials
     CERTIFICATE = "certificate"  # of HTTPS
     ADDRESS = "address"  # nothing else: it gives no status without credentials, or no serial number
 
@@ -262,7 +263,7 @@ class Stop:
 
 @dataclass(frozen=True)
 class MissionActions:
-    """What the actions of a mission tell. ``charges``: it brings the robot to its charger, and does nothing else. ``drives_to``: guids of
+    """What the actions of a mission are. ``charges``: it only brings the robot to its charger. ``drives_to``: guids of
     positions in order, empty ones as in ``Stop``."""
 
     charges: bool = False

@@ -31,7 +31,7 @@ LATE_START_HOLD = timedelta(seconds=30)
 LISTED_LATER: Mapping[str, Any] = MappingProxyType(
     {"late": True}
 )  # of a late start that may have run: listed if it has not
-LONGEST_QUIET = 600.0  # s, whatever was measured
+LONGEST_QUIET = 600.0  # s, the limit for measured values
 INTENT_LEAD = timedelta(milliseconds=250)  # before its instant an intent is on disk, so that then only the POST remains
 
 
@@ -42,8 +42,8 @@ def closes_at(planned_at: datetime, window_minutes: int | None, settings: Settin
 
 
 def minimum_battery(schedule: Schedule | None, mission: Mission | None, settings: Settings) -> float | None:
-    """The limit that holds for a mission, of a schedule or when idle; None when there is none. A schedule's own goes before the mission's
-    permission, and both before the setting (a schedule's 0 switches that off)."""
+    """The minimum battery for a mission of a schedule or when idle; None: no minimum. A schedule's own value goes
+    before the mission's permission, and both before the setting (a schedule's 0 switches that off)."""
     if schedule is not None and schedule.minimum_battery_percent is not None:
         return schedule.minimum_battery_percent or None
     return None if mission is not None and mission.runs_on_low_battery else settings.minimum_battery_percent or None
@@ -145,7 +145,7 @@ def ended(execution: Execution, reason: Reason, now: datetime) -> Execution:
     return replace(execution, state=reason.state, reason=reason, ended_at=now)
 
 
-# ---------------------------------------------------------------------- what becomes of one that waits
+# ---------------------------------------------------------------------- the end of a waiting start
 def excluded_robot(robot: str, now: datetime) -> dict[str, Any]:
     """Of ``Execution.tried``: a robot that is not to get this start of its group."""
     at = now.isoformat()

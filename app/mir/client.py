@@ -113,7 +113,7 @@ class RobotClient(VerifiedRequests):
         return found or (None if mission.has_user_parameters or of_actions is None else [])
 
     def actions(self, guid: str) -> MissionActions:
-        """What the mission's actions tell."""
+        """Facts from the mission's actions."""
         url = self.mission(guid).actions_url or f"{API}/missions/{_segment(guid)}/actions"
         return self._get(url.removeprefix(API), mission_parameters.actions, largest=None)
 

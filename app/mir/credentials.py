@@ -16,7 +16,8 @@ _PUBLISHED = (("distributor", "distributor"), ("Distributor", "distributor"), ("
 
 
 class Token:
-    """The Authorization header value of one robot user, never shown by accident: ask for ``header``. An empty one sends no header."""
+    """The Authorization header value of one robot user, never shown by accident: ask for ``header``. An empty value
+    sends no header."""
 
     __slots__ = ("_header",)
 
@@ -36,7 +37,8 @@ class Token:
 
     @classmethod
     def from_header(cls, header: str) -> Token:
-        """From the stored header value; an empty one is the token of no user. Raises InvalidInput when it is no such value."""
+        """From the stored header value; an empty one is the token of no user. Raises InvalidInput if the value is not
+        valid."""
         if header:
             scheme, _, encoded = header.partition(" ")
             try:

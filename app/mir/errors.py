@@ -187,7 +187,8 @@ class Rejected(Refusal):
 
 
 class Busy(Refusal):
-    """503: while docking or while its REST API restarts (seen by clients on robots). It may have taken the request all the same."""
+    """503: while docking or while its REST API restarts (seen by clients on robots). It may still have taken the
+    request."""
 
     code = "busy"
 

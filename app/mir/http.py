@@ -1,11 +1,11 @@
-"""Requests to a robot over HTTP, with a deadline for each and the knowledge whether it has left.
+"""Requests to a robot over HTTP, each with a deadline, and whether it was sent at all.
 
-An adapter of requests on connections of our own, without ``requests.Session``. A session can be made to keep every promise of this
-module (no cookies, proxies, .netrc or redirects; the deadline; what was sent), but then a request costs 182–250 µs of processor time
-instead of 82, about 0.6 ms more on the 2.5 ms of a mission, where 333 missions a second fill three quarters of a core. Where nothing
-is that busy, a session is the better choice.
+An adapter of requests on the app's own connections, without ``requests.Session``. A session can be made to keep every
+promise of this module (no cookies, proxies, .netrc or redirects; the deadline; what was sent), but then a request costs
+182–250 µs of processor time instead of 82, about 0.6 ms more on the 2.5 ms of a mission, where 333 missions a second
+fill three quarters of a core. Where nothing is that busy, a session is the better choice.
 
-What fails on a socket is raised as a RobotError here, which passes through urllib3 and requests as it is: Unreachable or
+A failure on a socket is raised as a RobotError, which passes unchanged through urllib3 and requests: Unreachable or
 CertificateProblem before the first byte of the request, TimedOut or ConnectionLost from then on.
 """
 
@@ -70,7 +70,7 @@ _lookups: dict[tuple[str, int], Future[list[Any]]] = {}  # the last one of each 
 
 
 def resolve(host: str, port: int, seconds: float) -> list[Any]:
-    """As ``getaddrinfo``, but with a deadline, so in a thread for names: one for each, however often it is asked for.
+    """As ``getaddrinfo``, but with a deadline, so names are looked up in one thread each, shared by all who ask.
 
     Raises TimeoutError when it takes longer, OSError or UnicodeError when there is no such name.
     """
@@ -142,8 +142,8 @@ class RobotConnection(HTTPConnection):
     place: Any = None  # where it was connected last, as ``resolve`` gives it: a name may mean another machine each time
 
     def begin(self, timeouts: Timeouts, is_wanted: Callable[[], bool] | None = None, only: Any = None) -> None:
-        """A new request; its time counts from now. Connects again if the robot has hung up since: to the place ``only``, or wherever
-        its name leads."""
+        """A new request; its time counts from now. Connects again if the robot has hung up since: to the address
+        ``only``, or to any address of its name."""
         self._is_wanted, self.timeouts, self.ends, self._only = (
             is_wanted,
             timeouts,
@@ -300,7 +300,7 @@ class HttpTransport:
         # Their names need no other case.
         request.headers = cast(Any, self._headers | (self._credentials if with_credentials else {}) | headers)
         connection = self._reading if method == "GET" else self._writing
-        # To the machine whose status was read last, whatever its name means now.
+        # To the machine whose status was read last, even if its name resolves to another one now.
         connection.begin(timeout, is_wanted, self._reading.place if with_credentials else None)
         try:
             return self._once(request, connection)

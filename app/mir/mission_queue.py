@@ -130,10 +130,9 @@ class QueueReader:
         return self._climbed
 
     def _climb(self, listed: int) -> int:
-        """The list may end far below what is new, so numbers above it are tried, in longer and shorter steps, and beyond a gap as far as
-        in ``_one_by_one``. Only one that is there counts: too low a number is safe to search from, and the next call goes on from it.
-
-        Raises Unreadable where there is no end.
+        """The list may end far below the newest items, so numbers above it are tried in growing, then shrinking steps,
+        past gaps as long as in ``_one_by_one``. Only existing numbers count: a number that is too low is safe to search
+        from, and the next call continues from it. Raises Unreadable if it finds no end.
         """
         known = self._climbed if self._climbed > listed and self._is_there(self._climbed) else listed
         step, missing, tries = 1, 0, 0
@@ -160,8 +159,8 @@ class QueueReader:
     def _search(
         self, filter_: Mapping[str, Any], wanted: Wanted, known: Known | None = None, floor: int | None = None
     ) -> tuple[list[QueueItem], bool]:
-        """By the robot's search, or where it has none, from its list: newest first, until a page has nothing wanted. Also whether that
-        proves that there are no others. ``floor``: all that is wanted has higher ids."""
+        """By the robot's search, or from its list if it has none: newest first, until a page has nothing wanted. Also
+        returns whether this proves that there are no others. ``floor``: wanted items have higher ids."""
         entries = self._by_search(filter_, wanted, floor) if self._has_search is not False else None
         if entries is not None:
             return self._whole(entries, known), self._is_complete

@@ -40,7 +40,9 @@ CHARGING = "charging"  # types of actions
 WAY_TO_CHARGER = frozenset(
     {CHARGING, "docking", "move", "move_to_position", "relative_move", "adjust_localization", "wait"}
 )
-_ELSEWHERE = frozenset({"move_to_position", "load_mission"})  # drives to coordinates, or wherever another mission does
+_ELSEWHERE = frozenset(
+    {"move_to_position", "load_mission"}
+)  # drives to coordinates, or to the positions of another mission
 
 
 def from_definition(value: Any) -> list[MissionParameter]:
@@ -91,8 +93,8 @@ def _is_way_to_charger(value: Any) -> bool:
 
 
 def with_meaning(defined: Sequence[MissionParameter], of_actions: Sequence[MissionParameter]) -> list[MissionParameter]:
-    """Those of a definition, with what the mission's actions tell about them. The names that the queue takes are those of the actions:
-    where a definition has none of them, it means something else, and those of the actions count."""
+    """Parameters of a definition, completed by the mission's actions. The queue takes the names of the actions: a
+    definition without any of them means something else, and then those of the actions count."""
     sets = {parameter.name: parameter.sets for parameter in of_actions}
     if sets and not any(parameter.name in sets for parameter in defined):
         return list(of_actions)

@@ -1,4 +1,5 @@
-"""From a robot's JSON to our types. Nothing gets past here unchecked: what is wrong raises Unreadable, what is missing is None."""
+"""Convert a robot's JSON to the app's types, checking everything: wrong values raise Unreadable, missing ones are
+None."""
 
 from __future__ import annotations
 
@@ -113,7 +114,7 @@ def objects(value: Any, what: Message) -> list[Object]:
 
 
 def some_objects(value: Any) -> list[Object]:
-    """Those that there are; [] where it is no list."""
+    """Its objects; [] if it is not a list."""
     return [entry for entry in value[:LONGEST_LIST] if isinstance(entry, dict)] if isinstance(value, list) else []
 
 
@@ -195,7 +196,7 @@ def api_url(value: Any) -> str:
 def status(
     value: Any, *, software: str | None = None, date: datetime | None = None, elapsed_s: float = 0.0
 ) -> RobotStatus:
-    """Raises NotAMir when it is no status at all."""
+    """Raises NotAMir if it is not a status."""
     if not isinstance(value, dict) or not ("state_id" in value or "state_text" in value):
         raise NotAMir(code="no_status")
     state_id = int_or_none(value.get("state_id"))
@@ -227,7 +228,7 @@ def status(
 
 
 def _robot_state(state_id: int | None, text: str) -> RobotState:
-    """By number; by its text only where there is no number."""
+    """By its number; by its text only if it has no number."""
     if state_id is not None:
         return RobotState(state_id) if state_id in set(RobotState) else RobotState.UNKNOWN
     return _STATE_TEXTS.get(text.replace(" ", "").casefold(), RobotState.UNKNOWN)
@@ -261,7 +262,7 @@ def _prompt(value: Any) -> UserPrompt | None:
 
 
 def _is_usable(option: Any) -> bool:
-    """An answer that would be shown or sent as something else than what the robot offers is none."""
+    """Answers that would be shown or sent in a changed form are not offered."""
     return isinstance(option, str) and 0 < len(option) <= LONGEST_ANSWER and clean(option) == option.strip() != ""
 
 
@@ -371,7 +372,8 @@ def position(value: Any) -> MapPosition:
 
 
 def robot_map(value: Any) -> RobotMap:
-    """The picture is ``map`` on software 2.x and ``base_map`` on 3.x. Raises Unreadable when it is no PNG of a sane size."""
+    """The picture is ``map`` on software 2.x and ``base_map`` on 3.x. Raises Unreadable if it is not a PNG of a sane
+    size."""
     found = object_(value, message("the map"))
     encoded = next((found[key] for key in ("base_map", "map") if isinstance(found.get(key), str) and found[key]), "")
     try:

@@ -27,7 +27,7 @@ PATIENT = Timeouts(connect=5.0, read=30.0, total=60.0)
 
 @dataclass(frozen=True)
 class Answer:
-    """``found``: the parsed JSON, None where there is none. ``error``: why there is no answer of success."""
+    """``found``: the parsed JSON, None without any. ``error``: why the request did not succeed."""
 
     status: int | None = None
     found: Any = None
@@ -54,18 +54,18 @@ class Answer:
 
     @property
     def rows(self) -> list[parse.Object]:
-        """The objects of a list; [] where it is none."""
+        """The objects of a list; [] if it is not a list."""
         return [each for each in self.found if isinstance(each, dict)] if self.is_list else []
 
     @property
     def ids(self) -> list[int]:
-        """Of queue items, in the order of the answer; what has none is left out."""
+        """Of queue items, in the order of the answer; items without an id are omitted."""
         ids = (entry.get("id") for entry in self.rows)
         return [each for each in ids if isinstance(each, int) and not isinstance(each, bool) and each > 0]
 
     @property
     def one(self) -> parse.Object:
-        """The object, also where it comes as the only one of a list; {} where it is none."""
+        """The object, also if it is the only one of a list; {} otherwise."""
         found = self.found[0] if isinstance(self.found, list) and len(self.found) == 1 else self.found
         return found if isinstance(found, dict) else {}
 

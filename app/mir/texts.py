@@ -1,8 +1,8 @@
-"""Texts from robots, cleaned before they are shown or stored, and without credentials, should a robot have sent some back.
-
-Every text of a robot, whatever request it answers, gets out of here by ``clean``. The credential of a robot user is the SHA-256 sum of the
-password, in 64 hexadecimal digits after the user name and a colon, and all of that in base64: both are recognised by their form, whichever
-user they belong to, with whatever is between their characters that is not shown. What a robot takes apart or writes in other ways passes.
+"""Texts from robots, cleaned before they are shown or stored, and without credentials, in case a robot sent some back.
+Every text of a robot goes through ``clean``. The credential of a robot user is the SHA-256 sum of the password, in 64
+hexadecimal digits after the user name and a colon, and all of that in base64: both are recognised by their form for any
+user, also with invisible characters in between. Credentials that a robot splits or encodes in other ways are not
+recognised.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ _FIELD = re.compile(r"%\((?P<name>[^()]{1,80})\)(?P<format>[-+ 0#]{0,3}\d{0,2}(?
 
 
 def clean(value: Any, limit: int = LONGEST_TEXT) -> str:
-    """A text without anything invisible (lone surrogates included, which neither SQLite nor UTF-8 takes), on one line, at most ``limit``
-    characters; "" for anything that is no text. 64 and more letters and digits in a row, of both kinds, are taken for a credential and
-    hidden."""
+    """A text without anything invisible (lone surrogates included, which neither SQLite nor UTF-8 takes), on one line,
+    at most ``limit`` characters; "" for anything that is not text. 64 and more letters and digits in a row, of both
+    kinds, are taken for a credential and hidden."""
     if not isinstance(value, str):
         return ""
     text = value[: 4 * limit]
@@ -43,7 +43,7 @@ def clean(value: Any, limit: int = LONGEST_TEXT) -> str:
 
 
 def _hidden(run: re.Match[str]) -> str:
-    """A word without end is none: a robot's own are shorter, or of letters only."""
+    """An endless word is hidden: a robot's own words are shorter, or of letters only."""
     return HIDDEN if any(map(str.isdigit, run[0])) and any(map(str.isalpha, run[0])) else run[0]
 
 

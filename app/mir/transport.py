@@ -15,12 +15,12 @@ from typing import Any, Protocol
 from app.domain.check_up import Rest
 
 API = "/api/v2.0.0"
-LONGEST_ANSWER = 30.0  # s that a robot is waited for at most, whatever was measured
+LONGEST_ANSWER = 30.0  # s: the longest wait for a robot
 # Shares of what the robot bears. The rest of it is for others that ask it, and for requests that are longer under way than the next.
 OF_READS = 0.5
 OF_STATUS = 0.6  # without which nothing starts
 OF_ALL = 0.75
-LONGEST = 60.0  # s that are looked back, whatever was measured
+LONGEST = 60.0  # s: the longest time looked back
 STEP = 0.05  # s between looks whether something else is due
 
 
@@ -61,17 +61,19 @@ class Transport(Protocol):
         is_wanted: Callable[[], bool] | None = None,
         with_credentials: bool = True,
     ) -> Response:
-        """Send and return the answer, whatever its status. ``path`` is below ``/api/v2.0.0``; ``json`` None means no body. ``is_wanted``,
-        for what changes something, is asked once the connection is open. ``with_credentials``: with the credentials.
+        """Send and return the answer, with any status. ``path`` is below ``/api/v2.0.0``; ``json`` None means no body.
+        ``is_wanted``, for what changes something, is asked once the connection is open. ``with_credentials``: with the
+        credentials.
 
-        Raises Unreachable or NotWanted when nothing was sent, TimedOut, ConnectionLost or Unreadable when something was.
+        Raises Unreachable or NotWanted when nothing was sent, TimedOut, ConnectionLost or Unreadable when something
+        was.
         """
 
     def read_connection(self) -> object:
         """The open connection that reads share, None where their last answer ended it, False where the robot has hung up since."""
 
     def close(self) -> None:
-        """Let go of connections. A later ``send`` opens new ones."""
+        """Close the connections. A later ``send`` opens new ones."""
 
 
 class Pace:
@@ -87,7 +89,8 @@ class Pace:
         self._lock = threading.Lock()
 
     def wait(self, share: float, on_wait: Callable[[], None] = lambda: None) -> None:
-        """Until so much of what it bears has room for one more request, which then counts. ``on_wait`` is called while there is none."""
+        """Wait until this share of the robot's limit has room for one more request, which then counts. ``on_wait`` is
+        called while waiting."""
         while (seconds := self._until_free(share)) > 0:
             on_wait()
             self._pause(max(0.001, min(seconds, STEP)))

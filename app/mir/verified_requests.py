@@ -79,7 +79,7 @@ class VerifiedRequests:
         self.use_profile(profile)
 
     def close(self) -> None:
-        """Let go of the connection; a later call opens a new one."""
+        """Close the connection; a later call opens a new one."""
         self._transport.close()
 
     def __repr__(self) -> str:
@@ -102,10 +102,9 @@ class VerifiedRequests:
             self.timeouts = self._usual_timeouts.at_least(profile.timeout_s)
 
     def status(self) -> RobotStatus:
-        """How the robot is, asked without credentials; with them only where it gives no status else (401).
-
-        Raises AnotherRobot when its serial number is not the known one, SerialNumberHidden when it was always shown and is no longer,
-        NotAMir when something else answers.
+        """The robot's status, read without credentials; with them only if it needs them (401). Raises AnotherRobot if
+        its serial number is not the known one, SerialNumberHidden if it no longer shows the one it always did, NotAMir
+        if something else answers.
         """
         self.pace.wait(OF_STATUS)
         return self._ask_status()
@@ -148,7 +147,8 @@ class VerifiedRequests:
         return connection is not False and self._clock() - self._verified_at <= lasts
 
     def _check_may_be_hidden(self) -> None:
-        """Whoever takes a robot's place could hide its serial number to get the credentials. A certificate can't be hidden."""
+        """Another machine in a robot's place could hide its serial number to get the credentials. A certificate can't
+        be hidden."""
         if self.serial_number and not self.address.is_secure and self.identified_by not in (None, IdentifiedBy.ADDRESS):
             raise SerialNumberHidden(address=self.address.netloc, expected=self.serial_number)
 
@@ -258,7 +258,7 @@ class VerifiedRequests:
 
 
 def _again_if_stale(ask: Callable[[], T]) -> T:
-    """A read once more, on a new connection, where the robot was just closing the open one."""
+    """Read again on a new connection if the robot was just closing the open one."""
     try:
         return ask()
     except ConnectionLost as error:

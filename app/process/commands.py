@@ -1,6 +1,6 @@
 """The one-shot commands: import, export, run now, check-up, remove the PIN, restore.
 
-Exports read while an app runs; changes are handed to it when there is one, but for restoring a backup, which needs it closed.
+Exports read while an app runs; changes are handed to the running app, except restoring a backup, which needs it closed.
 """
 
 from __future__ import annotations
@@ -103,13 +103,14 @@ def _import(directory: DataDirectory, path: Path, *, may_delete: bool) -> int:
 
 # ------------------------------------------------------------------ check-up
 def _check_up(directory: DataDirectory, options: argparse.Namespace) -> int:
-    """Prints the report, of one that is not complete as well; with ``--report`` it is written as a file too, or to stdout in its stead."""
+    """Prints the report, even an incomplete one; with ``--report`` it is also written to a file, or to stdout
+    instead."""
     terminal.end_as_interrupted()
     trial = None if options.with_mission is None else Trial(options.with_mission or None)
     if trial is not None and not options.yes and sys.stdin is not None and sys.stdin.isatty():
         terminal.confirm(_moves(directory, options.check_up, trial))
 
-    # A target that can't be written is found before the robot is asked. Raising leaves an old file as it was.
+    # A target that can't be written is found before the robot is asked. Raising leaves an old file unchanged.
     is_file = bool(options.report) and options.report != "-"
     with export_target(options.report) if is_file else contextlib.nullcontext() as file:
         try:
@@ -166,7 +167,7 @@ def _moves(directory: DataDirectory, robot: str, trial: Trial) -> str:
 
 # ------------------------------------------------------------------ a forgotten PIN
 def _remove_pin(directory: DataDirectory) -> int:
-    """Whoever may run commands on the data directory may open Settings."""
+    """Anyone who may run commands on the data directory may open Settings."""
     answer = _change(directory, lambda container: {"was_set": container.access.remove()}, "remove_pin")
     say("the PIN for Settings was removed" if answer["was_set"] else "there was no PIN for Settings")
     return 0

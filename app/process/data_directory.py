@@ -71,8 +71,8 @@ class DataDirectory:
 
 
 def _refuse_shared(path: Path) -> None:
-    """What others can put there would be read as ours, and a link be followed to a file of this user. A directory of root in which no other
-    user can write is none of these: data that was mounted, for one."""
+    """Files that others can put there would be read as the app's own, and their links followed to files of this user. A
+    directory of root where no other user can write is safe: a mounted one, for example."""
     found = path.stat()
     if os.name != "posix":
         return
@@ -96,7 +96,7 @@ def _is_ours(path: Path) -> bool:
 
 
 def refuse_own_file(path: Path) -> None:
-    """Raises BadInput where an export would take the place of something that the app keeps, in this data directory or any other."""
+    """Raises BadInput if an export would overwrite a file of the app, in this or any other data directory."""
     for directory in path.parents:
         name = path.relative_to(directory).parts[0]
         if (name.startswith(_OURS) or name in _DIRECTORIES) and any((directory / ours).exists() for ours in _OURS):
@@ -122,8 +122,8 @@ class InstanceLock:
         self.is_held_by_command = False
 
     def acquire(self, *, serves: bool = True) -> None:
-        """Take the lock and write down who holds it: a process that ``serves`` commands, or a command. Raises AlreadyRunning, and BadInput
-        when there is no way to lock."""
+        """Take the lock and write down who holds it: a process that ``serves`` commands, or a command. Raises
+        AlreadyRunning, and BadInput if the file system can't lock."""
         try:
             descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT | NO_LINK, 0o600)
         except OSError as error:

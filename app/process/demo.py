@@ -18,8 +18,8 @@ from app.failures import BadInput
 
 USER, PASSWORD = "distributor", "distributor"  # the simulator's
 DAYS = 21
-LIVE = "Deliver kits to line 2"  # every ten minutes, whatever day it is, so that there is always something to see,
-GROUP = "Hall 1"  # on whichever robot will be done first
+LIVE = "Deliver kits to line 2"  # every ten minutes on every day, so that there is always something to see,
+GROUP = "Hall 1"  # on the robot that will be done first
 FAVOURITES = ("Deliver kits to line 2", "Collect empties", "Return to charger")
 
 
@@ -53,9 +53,8 @@ PLAN: Sequence[Sequence[_Rule]] = (
 
 
 def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: Mapping[str, str]) -> None:
-    """Fill an empty database; in one of an earlier demo only the robots' addresses are brought up to date.
-
-    Raises BadInput for a database that is no demo's: its robots are real ones.
+    """Fill an empty database; in one of an earlier demo only update the robots' addresses. Raises BadInput for a
+    database that is not a demo's: its robots are real.
     """
     known = container.repositories.robots.all(container.db.read())
     if known:

@@ -88,7 +88,7 @@ def run_headless(directory: DataDirectory, demo_robots: DemoFleet | None = None)
                 raise BadInput(damage.text)
     except Exception:
         for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, signal.SIG_DFL)  # its error is printed next, perhaps to a terminal that stands still
+            signal.signal(number, signal.SIG_DFL)  # its error is printed next, perhaps to a blocked terminal
         raise
     return 0
 
@@ -163,7 +163,7 @@ else:
     def open_more_files() -> None:
         """As many as the system lets this process have: a robot needs three, and 1,024 are usual."""
         _soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-        with contextlib.suppress(ValueError, OSError):  # some systems say there is no limit, and have one
+        with contextlib.suppress(ValueError, OSError):  # some systems report no limit, and have one
             resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
 
     def most_open_files() -> int | None:

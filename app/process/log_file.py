@@ -79,7 +79,7 @@ class _FileLine(logging.Formatter):
 
 
 class _FairShare:
-    """Keeps a robot about which there is something to say at every poll from pushing everything else out of the file."""
+    """Keeps a robot with a message at every poll from pushing everything else out of the file."""
 
     def __init__(self) -> None:
         self._shares: dict[
@@ -130,7 +130,7 @@ def start(directory: Path, *, stderr: bool, read_only: bool = False) -> None:
 
 
 def _log_what_python_prints() -> None:
-    """On stderr it would hold up the thread that it comes from, where that stands still."""
+    """On a blocked stderr it would block the thread that logs."""
     logging.captureWarnings(True)
     sys.excepthook = _crashed
     threading.excepthook = lambda crash: _crashed(
@@ -149,8 +149,8 @@ def _crashed(kind: type[BaseException], error: BaseException, trace: TracebackTy
 
 
 def log_crash(error: BaseException) -> str:
-    """Write the traceback into the log file; returns the words that say where it is, or what went wrong where there is no file (any
-    more: that of ``--demo`` goes with its directory)."""
+    """Write the traceback into the log file; returns the words that say where it is, or what went wrong without a file
+    (that of ``--demo`` is removed with its directory)."""
     record = log.makeRecord(
         log.name, logging.CRITICAL, __file__, 0, "Unexpected error", (), (type(error), error, error.__traceback__)
     )

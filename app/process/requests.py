@@ -102,7 +102,8 @@ def outcome(execution: Execution) -> dict[str, Any]:
 def check_up(
     container: Container, robot: str, trial: Trial | None, is_wanted: Callable[[], bool] = lambda: True
 ) -> dict[str, Any]:
-    """The answer to ``--check-up``: the report as text and as a file, and what keeps it from being complete. Raises InvalidInput."""
+    """The answer to ``--check-up``: the report as text and as a file, and why it is incomplete, if so. Raises
+    InvalidInput."""
     report = container.check_ups.run(find_robot(container.db.read(), robot).id, trial, is_wanted=is_wanted)
     zone = container.settings().timezone
     answer = {"text": reports.text(report, zone), "document": reports.document(report, zone)}
@@ -124,7 +125,7 @@ def clock_now(container: Container) -> dict[str, Any]:
 
 
 def keep_clock_confirmation(container: Container) -> dict[str, Any]:
-    """No app runs: its next start takes the clock for right, whatever robots show."""
+    """No app is running: its next start takes the clock as right, even if robots differ."""
     now, settings = container.clock.now(), container.repositories.settings
     container.db.write(lambda c: settings.put(c, CLOCK_CONFIRMED_AT, to_text(now)))
     return clock_now(container)

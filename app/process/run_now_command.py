@@ -32,9 +32,7 @@ REPORT_EVERY = 10.0  # s between two sentences about what it waits for
 def run(directory: DataDirectory, robot: str, mission: str, assignments: Sequence[str]) -> int:
     """``assignments``: parameters as NAME=VALUE. Returns the exit code. Raises BadInput or Failure."""
     parameters = dict(_parameter(text) for text in assignments)
-    token = str(
-        uuid.uuid4()
-    )  # of this command: in whichever process, and however often it is tried, the mission runs once
+    token = str(uuid.uuid4())  # of this command: in any process, and however often it is tried, the mission runs once
     with _progress_on_stderr(directory, token):
         try:
             answer = here_or_by_the_running_app(

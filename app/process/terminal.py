@@ -24,7 +24,7 @@ ENDING = [
 
 
 def use_utf8() -> None:
-    """Whatever the locale: every name can be printed. A stream that was closed is None and stays so."""
+    """Every name can be printed in any locale. A closed stream is None and stays None."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(encoding="utf-8", errors="backslashreplace")
@@ -44,7 +44,8 @@ def say(text: str) -> None:
 
 
 def print_error(text: str) -> None:
-    """One line on stderr, if that takes any. Past its buffer: a thread that hangs in it would keep the process from ending."""
+    """One line on stderr, if possible. Unbuffered: a thread that hangs in the buffer would keep the process from
+    ending."""
     if sys.stderr is not None:
         _write(unbuffered(sys.stderr), f"main.py: {' '.join(text.split())}\n".encode(errors="backslashreplace"))
 
@@ -72,7 +73,8 @@ def _write(write: Write, data: bytes) -> None:
 
 
 def confirm(says: str) -> None:
-    """They are told what will happen on the robot. Elsewhere the option itself is the agreement. Raises BadInput unless they say yes."""
+    """People see what will happen on the robot. Without a terminal the option itself is the agreement. Raises BadInput
+    unless they say yes."""
     answer = ""
     try:
         print(f"{says}\nGo on? [y/N] ", end="", file=sys.stderr, flush=True)

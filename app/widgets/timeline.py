@@ -363,7 +363,7 @@ class Timeline(Chart):
 
     # ------------------------------------------------------------------ drawing
     def _redraw(self, *_):
-        """One drawing at a time is made; what changes meanwhile asks for one more."""
+        """One drawing at a time is made; a change during a reading requests one more."""
         if self._next is not None:
             self._is_stale = True
         elif self.lanes and self.width > 4 and self.height > 4:

@@ -9,7 +9,7 @@ from app.domain.models import OPEN_STATES, State
 from app.services.executions.apply import RULES, Check, Effect
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "architecture.md"
-HEAD = "| event | in | becomes | asked once more | written with it |\n|---|---|---|---|---|\n"
+HEAD = "| event | in | becomes | checked again | written with it |\n|---|---|---|---|---|\n"
 
 
 def states(found: Sequence[State]) -> str:

@@ -63,7 +63,7 @@ def _silence(alarm: Alarm) -> str:
 
 
 def _reason(alarm: Alarm) -> str:
-    """What has ended a run: the problem with the robot where it was one, whichever limit it then met."""
+    """Why a run ended: the problem with the robot if there was one, regardless of the limit reached."""
     reason = alarm.details.get("reason")
     if not isinstance(reason, Mapping):
         return ""
@@ -103,7 +103,7 @@ def _seen(alarm: Alarm, now: datetime) -> tuple[bool, bool]:
 
 
 def has_leader(group: Together) -> bool:
-    """Whether the first tells what the others are about: an error, and what it ended."""
+    """Whether the first alarm explains the others: an error, and the runs it ended."""
     return len(group) == 1 or any(alarm.code == "robot_error" for alarm in group)
 
 

@@ -32,7 +32,7 @@ class Act(StrEnum):
     HOLD = "hold"  # the late starts
     LATE_STARTS = "late_starts"  # show their list
     RELEASE = "release"  # a hold
-    CLOCK_IS_RIGHT = "clock_is_right"  # whatever the robots' clocks say
+    CLOCK_IS_RIGHT = "clock_is_right"  # regardless of the robots' clocks
     TIME_ZONE = "time_zone"  # that of the tablet, where it is not certain
     WHOSE_PLAN = "whose_plan"  # does data that was copied from another tablet move here?
 
@@ -69,7 +69,7 @@ def is_shelved(alarm: Alarm, now: datetime) -> bool:
 
 
 def is_over(alarm: Alarm) -> bool:
-    """Whether its cause is gone; the cause of an event never lasts."""
+    """Whether its cause is over; an event's cause always is."""
     return alarm.cleared_at is not None and alarm.code not in EVENTS
 
 

@@ -42,8 +42,8 @@ def ask_to_stop(shell: Shell, mission: str, robot: str, agreed: Callable[[], obj
 def say_cancelled(
     shell: Shell, catalogue: Catalogue, mission: str, left: Execution | None, changed: Callable[[], object]
 ) -> None:
-    """``left``: ours, as it is now; open until the robot has said that it is gone. With Undo where nothing of it was ever sent;
-    ``changed()`` when that was pressed."""
+    """``left``: the app's execution as it is now; open until the robot confirms. With Undo if it was never sent;
+    ``changed()`` is called after Undo."""
     if left is not None:
         shell.snackbars.end(about_start(left.id))
     said = _("{mission} is being cancelled") if left is not None and left.state.is_open else _("{mission} is cancelled")

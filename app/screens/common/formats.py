@@ -120,7 +120,7 @@ LANGUAGES = {
 
 
 def of(language: str) -> Table:
-    """The table of ``language``; the English one where there is none."""
+    """The table of ``language``, or the English one."""
     return LANGUAGES.get(language, LANGUAGES[SOURCE_LANGUAGE])
 
 

@@ -1,6 +1,6 @@
-"""Missions with what they were given, in words: "Go to position · Dock 3", wherever a mission is named that was given something. Values are
-kept as robots want them, a position as its identifier; only a robot knows what it calls that, so a screen asks for what it shows, seldom,
-and what is learnt anywhere is known to all (``Shell.given``)."""
+"""Missions with their values in words: "Go to position · Dock 3", wherever a mission with values is named. Values are
+stored as robots need them, a position as its guid. Only robots know the names, so a screen asks for those it shows,
+rarely, and all screens share the answers (``Shell.given``)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from app.services.planning.planned import PlannedRun
     from app.services.robots.missions import RobotMissions
 
-ASK_AGAIN_AFTER = 300.0  # s, for a name that the robot has not told
+ASK_AGAIN_AFTER = 300.0  # s, for a name that the robot has not given
 LONGEST_BESIDE = 32  # characters of a value beside the mission's name
 
 Start = tuple[int | None, str, Mapping[str, Any]]  # robot, guid of the mission, what it is given
@@ -52,7 +52,7 @@ class Given:
         return self.mission(run.mission, run.schedule.parameters)
 
     def mission(self, mission: Mission, values: Mapping[str, Any]) -> str:
-        """The same of any mission that is to be given these."""
+        """The same for any mission with these values."""
         return self._beside(mission.name, mission.guid, values)
 
     def schedule(self, schedule: Schedule, mission: Mission, target: Robot | Group) -> str:
@@ -68,11 +68,11 @@ class Given:
         )
 
     def lacks(self, values: Mapping[str, Any]) -> bool:
-        """Whether there is one of which only a robot knows the name."""
+        """Whether one of the values has a name that only a robot knows."""
         return any(IDENTIFIER.fullmatch(str(value)) and value not in self.names for value in values.values())
 
     def positions_with(self, text: str) -> tuple[str, ...]:
-        """Identifiers of those in whose names that is, in whatever case."""
+        """Guids of positions with that text in their names, ignoring case."""
         wanted = text.strip().casefold()
         return tuple(str(key) for key, name in self.names.items() if wanted and wanted in name.casefold())
 
@@ -95,13 +95,13 @@ NOTHING_KNOWN = Given()
 
 
 class Learnt:
-    """What robots have told of it, whoever asked them."""
+    """What robots have said about it, to any screen."""
 
     def __init__(self) -> None:
         self.known = NOTHING_KNOWN
 
     def take(self, guid: str, found: Sequence[MissionParameter]) -> None:
-        """What a robot says that this mission asks for."""
+        """The parameters of this mission, according to a robot."""
         names = {
             key: label for parameter in found for key, label in parameter.choices if IDENTIFIER.fullmatch(str(key))
         }

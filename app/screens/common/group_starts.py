@@ -77,9 +77,9 @@ def lacking_words(names: Sequence[str]) -> str:
 
 
 class GroupStarts:
-    """Each in the background, one at a time on a start; ``changed()`` when one has ended, well or not. ``follow(execution)`` says what
-    becomes of one that was given to a robot. ``present(id)`` is a start as it was last read: what a menu or a question is about may have
-    begun since."""
+    """Commands on starts, in the background, one at a time for each start; ``changed()`` when one ends, even with an
+    error. ``follow(execution)`` reports on one that was assigned to a robot. ``present(id)`` is the start as last read:
+    it may have begun while a menu or question was open."""
 
     def __init__(
         self,
@@ -146,7 +146,7 @@ class GroupStarts:
             ask_to_cancel(self._shell, self._name(row), row.robot, agreed)
 
     def hold(self, row: Execution, held: bool) -> None:
-        """Keep it back, or let it go."""
+        """Hold or release it."""
         words = (
             _("{mission} is held; it is skipped unless it is released in time") if held else _("{mission} is released")
         )
@@ -159,7 +159,7 @@ class GroupStarts:
         )
 
     def start_on_another(self, row: Execution, robots: Sequence[Option]) -> None:
-        """As well: asked first, because nobody knows whether the silent robot has it."""
+        """Start it on another robot too: asks first, because the silent robot may have it."""
 
         def agreed(robot_id: int) -> None:
             name = next((robot.text for robot in robots if robot.key == robot_id), "")

@@ -1,4 +1,4 @@
-"""Holds in words: what keeps a start from being sent, and until when. Pure."""
+"""Holds in words: which hold stops a start, and until when. Pure."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def about_hold(robot_id: int | None) -> Hashable:
 
 
 def hold_at(holds: Iterable[Hold], robot_id: int | None, at: datetime) -> Hold | None:
-    """What keeps a start on that robot from being sent at that instant: of several what ends last."""
+    """The hold that stops a start on that robot at that instant: of several, the one that ends last."""
     return max((hold for hold in holds if hold.covers(robot_id, at)), key=_end, default=None)
 
 
@@ -37,15 +37,15 @@ def until_words(hold: Hold, settings: Settings, now: datetime) -> str:
 
 
 def state_and_hold(word: str, hold: Hold | None) -> str:
-    """A robot's state; nothing is sent to one that is held, whatever it does."""
+    """A robot's state; nothing is sent to a held robot in any state."""
     return word if hold is None else _("{state}, held").format(state=word)
 
 
 def hold_for(
     holds: Sequence[Hold], robot_id: int | None, group: Group | None, robots: Iterable[Robot], at: datetime
 ) -> Hold | None:
-    """What keeps a start on that robot or, with a group, on every one of its robots from being sent at that instant: of these the one that
-    ends first."""
+    """The hold that stops a start on that robot at that instant or, with a group, on all of its robots: of these, the
+    one that ends first."""
     if group is None:
         return hold_at(holds, robot_id, at)
     found = [hold_at(holds, robot.id, at) for robot in robots if robot.id in group.members and robot.enabled]
@@ -54,7 +54,8 @@ def hold_for(
 
 
 def hold_of_run(holds: Sequence[Hold], run: PlannedRun, robots: Iterable[Robot]) -> Hold | None:
-    """What keeps a planned start from being sent at its instant: of a group's from all of its robots; or a person, that one alone."""
+    """The hold that stops a planned start at its instant: of its robot, of all robots of its group, or of this start
+    alone."""
     return Hold() if run.held else hold_for(holds, run.robot.id, run.group, robots, run.at)
 
 
@@ -66,7 +67,7 @@ def held_until(hold: Hold | None, closes_at: datetime) -> datetime | None:
 def run_words(
     hold: Hold | None, silent: Robot | None, closes_at: datetime, zone: str, now: datetime
 ) -> tuple[str, str] | None:
-    """Text and icon of what starts a mission that something keeps from being sent at once: a hold, or that its robot does not answer."""
+    """Text and icon of the button if the mission can't be sent at once, because of a hold or a silent robot."""
     if hold is not None:
         until = held_until(hold, closes_at)
         text = (
@@ -79,7 +80,8 @@ def run_words(
 
 
 def waiting_words(execution: Execution, zone: str, hold: Hold | None = None) -> str:
-    """What an open execution waits for. ``hold`` is what holds it, where that is known: what becomes of it follows from when that ends."""
+    """What an open execution waits for. ``hold`` is its hold, if known: its end decides what happens to the
+    execution."""
     if execution.state is not State.WAITING or execution.wait is not Wait.HOLD or (hold is None and not execution.held):
         return waiting_sentence(execution, zone, _)
     reason = hold.reason if hold is not None else str(execution.wait_details.get("hold", ""))
@@ -132,5 +134,5 @@ def _is_too_late(hold: Hold, at: datetime, window_minutes: int | None, settings:
 
 
 def about_start(execution_id: int) -> Hashable:
-    """What a message is about that says what is done with that start, or what becomes of it: until the next one does."""
+    """The subject of messages about that start: a newer message replaces the older one."""
     return "start", execution_id

@@ -17,5 +17,5 @@ def fetch_option() -> Option:
 
 
 def or_fetch(shell: Shell, choose: Callable[[Any], object]) -> Callable[[Any], object]:
-    """What is to be done with the key that was chosen."""
+    """The action for the chosen key."""
     return lambda key: shell.go("settings", section="missions", fetch=True) if key == FETCH else choose(key)

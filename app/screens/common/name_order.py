@@ -1,4 +1,4 @@
-"""The one order of robots and groups, wherever they are listed. Pure."""
+"""The order of robots and groups in every list. Pure."""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ class Dialogs:
         decline: str = "",
         declined: Callable[[], object] | None = None,
     ) -> Overlay:
-        """Ask before what cannot be taken back; ``action`` is the word on the button that does it."""
+        """Ask before an action that can't be undone; ``action`` is the word on its button."""
         dialog = ConfirmDialog(title=title, text=text, confirm=action, decline=decline or _("Cancel"), danger=danger)
         dialog.bind(on_confirmed=lambda *_args: done(), on_declined=lambda *_args: declined() if declined else None)
         return self.open(dialog)
@@ -78,7 +78,7 @@ class Dialogs:
         selected: Hashable | None = None,
         last: Option | None = None,
     ) -> Overlay:
-        """Pick one of ``options``, or the ``last`` one, which is there whatever is searched for; ``done(key)``. Eight and more can be
+        """Choose one of ``options``, or the ``last`` one, which every search shows; ``done(key)``. Eight or more can be
         searched."""
         dialog = ChoiceDialog(
             title=title,
@@ -122,7 +122,7 @@ class Dialogs:
         return self.open(dialog)
 
     def pick_time(self, title: str, start: time | None, done: Callable[[time], object]) -> Overlay:
-        """Ask for a time of day, 24 hours."""
+        """Ask for a time of day (24 hours)."""
         dialog = TimeDialog(
             start,
             title=title,

@@ -1,4 +1,4 @@
-"""The parameters that a mission asks for, as fields to fill in, and back as the values that are sent to the robot. Pure."""
+"""A mission's parameters as fields to fill in, and the fields as values for the robot. Pure."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Problems(ValueError):
 
 
 def fields_of(parameters: Sequence[MissionParameter], entered: Mapping[str, Any] = NOTHING) -> list[ParameterField]:
-    """In the order in which the robot has them; they begin with what was ``entered`` before, as ``ParameterFields`` tells it."""
+    """In the robot's order; their first values are those ``entered`` before, as ``ParameterFields`` returns them."""
     return [
         ParameterField(
             p.name,
@@ -91,7 +91,7 @@ def _field(parameter: MissionParameter) -> str:
 
 
 def _limits(parameter: MissionParameter) -> tuple[int, int] | None:
-    """Of a whole number of which both are known."""
+    """Of a whole number with both limits known."""
     low, high = parameter.minimum, parameter.maximum
     if kind_of(parameter) != "int" or low is None or high is None or not (math.isfinite(low) and math.isfinite(high)):
         return None
@@ -120,7 +120,7 @@ def _entered(parameter: MissionParameter, value: Any) -> Any:
 
 
 def _whole(value: Any) -> int | None:
-    """None: it is none."""
+    """None if it is not one."""
     try:
         return int(value) if int(value) == float(value) else None
     except (TypeError, ValueError, OverflowError):

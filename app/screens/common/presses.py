@@ -1,4 +1,5 @@
-"""Commands under way: a second tap on a button belongs to the first press, and those of one robot keep no other's waiting."""
+"""Commands under way: a second tap on a button counts as the first press, and commands of one robot never delay those
+of another."""
 
 from __future__ import annotations
 
@@ -49,7 +50,7 @@ class Presses:
         return key in self._under_way or Clock.get_time() < self._rests.get(key, 0.0)
 
     def names(self, robot_id: int | None) -> list[Hashable]:
-        """What is under way for whoever looks at that robot."""
+        """The commands under way that its page shows."""
         return [
             key.command if isinstance(key, OfRobot) else key
             for key in self._under_way

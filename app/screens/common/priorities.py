@@ -1,4 +1,4 @@
-"""The words of priorities: whole numbers, of which larger ones go first."""
+"""The words of priorities: whole numbers, larger ones go first."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from app.services.live.snapshots import Snapshots
 from app.services.robots.commands import Operator
 
 READ_WITHIN = 8.0  # s, in which a robot that refuses an answer can be read
-SURELY_AFTER = 2  # readings, of which the first may have begun before
+SURELY_AFTER = 2  # readings; the first may have begun before
 
 
 class Services(Protocol):

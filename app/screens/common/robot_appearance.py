@@ -18,7 +18,7 @@ HOLDING = (
     RobotState.PAUSE,
     RobotState.MANUAL_CONTROL,
     *STOPPED,
-)  # does not go on by itself, whatever its text still says
+)  # does not continue by itself, even if its text is unchanged
 LOW = 10.0  # % of battery under which a person has to look, where no minimum is set
 
 

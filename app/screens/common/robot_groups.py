@@ -1,4 +1,4 @@
-"""In which of a few groups a robot is, from what needs a person most to what needs nobody: how many robots are read at one look. Pure."""
+"""Sorts robots into a few groups, from most to least in need of a person, so that many are read at a glance. Pure."""
 
 from __future__ import annotations
 

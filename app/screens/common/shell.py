@@ -76,7 +76,8 @@ class Shell:
         self.navigator.go(screen, **intent)
 
     def say_problem(self, problem: BaseException, asked: str = "") -> None:
-        """One sentence about what went wrong, long enough to be read. ``asked``: for what, where somebody may have gone on meanwhile."""
+        """Show one sentence about an error, long enough to be read. ``asked``: what was asked for, in case the user has
+        moved on."""
         said = sentence_of(problem)
         self.snackbars.show(f"{asked}: {said}" if asked else said, icon="alert-circle-outline", seconds=PROBLEM_SECONDS)
 

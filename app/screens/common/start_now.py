@@ -29,7 +29,7 @@ class LiveServices(Protocol):
 
 
 def is_stopped(snapshot: RobotSnapshot, settings: Settings, now: datetime) -> bool:
-    """Whether the robot, as it was just read, does nothing until a person has seen to it."""
+    """Whether the robot, as just read, does nothing until a person helps it."""
     return not is_old(snapshot, now, settings) and snapshot.status is not None and snapshot.status.state in STOPPED
 
 

@@ -110,7 +110,7 @@ def as_it_is(history: History, holds: Holds) -> Callable[[int], Execution | None
 
 @dataclass
 class Followed:
-    """A start that something is to be said of, or was."""
+    """A start with a message to show, or already shown."""
 
     is_early: bool  # it is one of a group, which may get a robot at any moment
     is_late: bool  # its robot does not answer
@@ -119,8 +119,8 @@ class Followed:
 
 
 class StartReports:
-    """Follows what was started while the screen is shown, until there is something to say; then as long as that can be read, on whatever
-    screen: it may not hold any more. ``read`` gives an execution as it is now."""
+    """Follows the starts made here until their message; then, on every screen, as long as the message is shown, as it
+    may become outdated. ``read`` returns an execution as it is now."""
 
     def __init__(self, shell: Shell, read: Callable[[int], Execution | None]) -> None:
         self._shell, self._read = shell, read
@@ -209,7 +209,7 @@ class StartReports:
             self._shell.snackbars.show(text, icon=icon, seconds=seconds, about=about_start(key))
 
     def _end(self, key: int) -> None:
-        """Whatever was said of it does not hold any more."""
+        """Its message is outdated."""
         self._forget(key)
         self._shell.snackbars.end(about_start(key))
 

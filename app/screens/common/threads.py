@@ -174,11 +174,12 @@ class Background:
         key: Hashable | None = None,
         apart: str = "",
     ) -> Job:
-        """Run ``work()`` on another thread, then ``done(result)`` or ``failed(exception)`` on the UI thread. Call it on the UI thread.
+        """Run ``work()`` on another thread, then ``done(result)`` or ``failed(exception)`` on the UI thread. Call it on
+        the UI thread.
 
-        Of several runs with one ``key`` only the newest delivers (a search while typing). What nobody has pressed, but asks robots, runs
-        ``apart``, on few threads for all of that name: those that answer slowly must keep no one waiting who presses something.
-        Raises RuntimeError when closed.
+        Of several runs with one ``key`` only the newest delivers (a search while typing). Work that asks robots without
+        a press runs ``apart``, on few threads for all of that name, so that slow robots never delay a press. Raises
+        RuntimeError when closed.
         """
         if self._is_closed:
             raise RuntimeError("no more work is taken")
@@ -221,7 +222,7 @@ class Background:
         try:
             result = work()
         except Exception as problem:
-            if self._is_closed:  # nobody is told any more
+            if self._is_closed:  # results are no longer delivered
                 log.error("work in the background failed", exc_info=problem)
             self._bus.post(partial(self._deliver, job, key, partial(self._tell, problem, failed)))
         else:
@@ -237,8 +238,8 @@ class Background:
             call()
 
     def _end_unused(self, job: Job) -> None:
-        """Names of work come and go with robots and files, and robots that hang keep many threads busy at once. What isn't needed any more
-        would wait for ever, each thread with its reader of the database."""
+        """Names of work come and go with robots and files, and hanging robots keep many threads busy. Unneeded threads
+        would wait for ever, each with its reader of the database."""
         for name, threads in list(self._threads.items()):
             threads.jobs.pop(job, None)
             if not threads.jobs and (name or threads.peak > STAYING):

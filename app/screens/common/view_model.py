@@ -144,10 +144,11 @@ class ViewModel(EventDispatcher):
 
 
 class Refresher(Generic[T]):
-    """Reads for a screen off the UI thread, one reading at a time; what changes meanwhile asks for one more.
+    """Reads for a screen off the UI thread, one reading at a time; a change during a reading requests one more.
 
-    ``work()`` is called on the UI thread and returns what runs on another one; ``take(result)`` or ``failed(exception)`` follow on the UI
-    thread. Several requests within a frame are one reading. Before ``start`` and after ``stop`` nothing is read, whoever asks.
+    ``work()`` is called on the UI thread and returns what runs on another one; ``take(result)`` or
+    ``failed(exception)`` follow on the UI thread. Several requests within a frame are one reading. Before ``start`` and
+    after ``stop`` nothing is read.
     """
 
     def __init__(
@@ -168,7 +169,7 @@ class Refresher(Generic[T]):
             self._soon()
 
     def read(self) -> None:
-        """Read now, or once more after the reading under way."""
+        """Read now, or again after the current reading."""
         if not self._is_started:
             return
         self._is_stale = self._job is not None
@@ -209,8 +210,8 @@ class Refresher(Generic[T]):
 
 
 class ScreenBase(MDScreen):
-    """A screen: a view model, and a widget that fills it. The navigator says when it is shown. ``portrait`` is the window's, whatever an
-    alarm above the screen leaves of its height."""
+    """A screen: a view model, and a widget that fills it. The navigator says when it is shown. ``portrait`` is the
+    window's, also if an alarm takes some of the screen's height."""
 
     vm = ObjectProperty(None, rebind=True, allownone=True)
     portrait = BooleanProperty(False)
@@ -290,8 +291,8 @@ class Navigator(EventDispatcher):
         return list(self._manager.screen_names)
 
     def rebuild(self, gone: Callable[[], object] = lambda: None) -> None:
-        """Throw all screens away and build the present one again (glove mode, size of texts), at its ``place()``; the others follow, each
-        at its own, when they are visited. ``gone`` is called in between."""
+        """Remove all screens and build the present one again (glove mode, text size), at its ``place()``; the others
+        follow at theirs when visited. ``gone`` is called in between."""
         self._places |= {name: self.screen(name).place() for name in self.built}
         self._clear()
         gone()

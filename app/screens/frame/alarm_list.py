@@ -86,8 +86,8 @@ class LateStart:
 class AlarmsDialog(Dialog):
     """Alarms in three parts, most serious first. The rows fire ``on_row(key, action, …)``.
 
-    One button acknowledges what is on screen (``on_acknowledge(keys)``), of whatever priority: never a row that is out of sight, cut off,
-    or has only just come, as nobody has seen that.
+    One button acknowledges all rows on screen (``on_acknowledge(keys)``), but no row that is hidden, cut off or has
+    only just appeared, as it was not seen.
     """
 
     tabs = ListProperty()
@@ -95,7 +95,7 @@ class AlarmsDialog(Dialog):
     rows = ListProperty()
     empty = StringProperty()  # shown where there are no rows
     count = StringProperty()  # under the past ones
-    unseen = ListProperty()  # keys of the rows that nobody has acknowledged
+    unseen = ListProperty()  # keys of unacknowledged rows
     all_word = StringProperty()  # of the button that acknowledges those on screen
 
     __events__ = ("on_row", "on_end", "on_acknowledge")
@@ -116,7 +116,7 @@ class AlarmsDialog(Dialog):
         self._came = {row.key: self._came.get(row.key, now) for row in self.rows}
 
     def _in_sight(self) -> list[object]:
-        """Of the rows that nobody has acknowledged those that are wholly on screen, or fill the page."""
+        """Unacknowledged rows that are wholly on screen, or fill the page."""
         page, unseen = self.ids.alarm_rows, set(self.unseen)
         bottom = page.to_window(*page.pos)[1]
         found = []
@@ -134,7 +134,7 @@ class AlarmsDialog(Dialog):
         )
 
     def acknowledge(self) -> None:
-        """What is on screen. Other rows are in their places a moment later, at which nobody has looked when a second tap comes."""
+        """The rows on screen. A moment later others are in their places, unseen when a second tap comes."""
         now = Clock.get_time()
         if now < self._rests_until:
             return
@@ -168,7 +168,7 @@ class NoteDialog(FormDialog):
 
 
 class AlarmList:
-    """Opens the list over any screen, keeps it up to date, and does what its buttons say; ``do`` does what the banner can do too."""
+    """Opens the list over any screen, updates it and runs its buttons; ``do`` runs those that the banner has too."""
 
     def __init__(self, services: FrameServices, shell: Shell, do: Do) -> None:
         self._services, self._shell, self._do = services, shell, do
@@ -251,7 +251,7 @@ class AlarmList:
         return head + [shelved_entry(alarm, self._settings, now) for alarm in group if unfolded or not head]
 
     def _meant_by(self, key: tuple[str, int]) -> Together:
-        """The alarms of a row; none where they have gone, or it is about something else."""
+        """The alarms of a row; empty if they are over, or if it is about something else."""
         kind, alarm_id = key
         if kind == "group":
             return next(
@@ -285,7 +285,7 @@ class AlarmList:
         self._past, self._past_total = found
         self._show()
 
-    # ------------------------------------------------------------------ what the rows ask for
+    # ------------------------------------------------------------------ actions of the rows
     def _row_used(self, _dialog: AlarmsDialog, key: tuple[str, int], action: str, *values: Any) -> None:
         kind, about = key
         now, all_alarms = self._services.clock.now(), self._issues.alarms
@@ -297,7 +297,7 @@ class AlarmList:
         elif kind == "late":
             self._do(Act.LATE_STARTS if all(e.held for e in self._issues.late_starts) else Act.HOLD, None)
         elif alarm is None:
-            return  # gone meanwhile
+            return  # over since
         elif kind == "group":
             self._group_used(next(group for group in together(all_alarms, now) if alarm in group), action, *values)
         elif action == "menu":

@@ -1,4 +1,4 @@
-"""The top bar and the banner, whatever the screen. Reads robots, alarms and holds in the background, ticks once a second."""
+"""The top bar and the banner of every screen. Reads robots, alarms and holds in the background, ticks once a second."""
 
 from __future__ import annotations
 
@@ -73,16 +73,16 @@ def show_banner(frame: Frame, view: BannerView) -> None:
         view.urgent,
         view.calm,
     )
-    frame.alarm_about = view.act, view.about, view.action  # the word tells one late start from several
+    frame.alarm_about = view.act, view.about, view.action  # the word distinguishes one late start from several
 
 
 def _listed(executions: Sequence[Execution]) -> frozenset[object]:
-    """After another absence they are listed anew."""
+    """After another absence they are listed again."""
     return frozenset((e.id, e.listed_until) for e in executions)
 
 
 class FrameController:
-    """Fills the Frame widget and does what its bar and banner ask for."""
+    """Fills the Frame widget and runs the actions of its bar and banner."""
 
     Services = FrameServices
 
@@ -185,7 +185,7 @@ class FrameController:
             self._late.show(issues, facts.settings, now)
 
     def _here(self) -> Here:
-        """Among all robots no one of them is told in full."""
+        """On the page of all robots the bar shows none in full."""
         navigator, robot = self._shell.navigator, self._robot
         are_all = navigator.current == "home" and navigator.all_robots
         return Here(navigator.current, robot.id if robot is not None and not are_all else None)
@@ -260,7 +260,7 @@ class FrameController:
             self._do(self._banner.act, self._banner.about)
 
     def _do(self, act: Act, about: int | None) -> None:
-        """What a button of the banner or of the list asks for."""
+        """Run an action of the banner or the list."""
         services, go = self._services, self._shell.go
         match act:
             case Act.SHOW_ROBOT:
@@ -313,7 +313,7 @@ class FrameController:
         self._choose_zone(self._facts.settings.timezone)
 
     def _choose_zone(self, guess: str) -> None:
-        """It is a setting: where a PIN keeps those, it is asked for before the zone is taken."""
+        """It is a setting: if a PIN protects settings, it is asked for first."""
         question, options = zone_asked(zone_names(), guess, self._services.clock.now())
         self._shell.dialogs.choose(
             question,

@@ -58,7 +58,7 @@ class FrameFacts:
 
     @property
     def robot(self) -> Robot | None:
-        """The selected one; the first while the chosen one is gone."""
+        """The selected robot; the first if the selected one was deleted."""
         return self.robots.get(self.settings.selected_robot_id or 0) or next(iter(self.robots.values()), None)
 
 

@@ -13,7 +13,7 @@ PATIENCE = timedelta(minutes=5)  # for which a person may be on the way
 
 
 def calls_for_somebody(alarm: Alarm, now: datetime) -> bool:
-    """Of high priority, and nobody has said that it was seen."""
+    """Of high priority and unacknowledged."""
     return (
         alarm.priority is Priority.HIGH
         and alarm.acknowledged_at is None
@@ -23,7 +23,7 @@ def calls_for_somebody(alarm: Alarm, now: datetime) -> bool:
 
 
 def is_overdue(alarm: Alarm, now: datetime) -> bool:
-    """Whether somebody should have acknowledged it by now."""
+    """Whether it should have been acknowledged already."""
     return (
         calls_for_somebody(alarm, now)
         and can_be_handled(alarm)
@@ -32,13 +32,13 @@ def is_overdue(alarm: Alarm, now: datetime) -> bool:
 
 
 class Sounding:
-    """Remembers what has been heard, by the monotonic clock: the other one may be set back."""
+    """Remembers which alarms have sounded, by the monotonic clock: the wall clock may be set back."""
 
     def __init__(self) -> None:
         self._heard: dict[tuple[str, str, int], float] = {}  # by code, key and how often it has come
 
     def is_due(self, alarms: Iterable[Alarm], now: datetime, monotonic: float) -> bool:
-        """Whether there is to be a sound now; counts as heard. ``monotonic`` in s."""
+        """Whether to sound now; counts as sounded. ``monotonic`` in s."""
         calling = {(alarm.code, alarm.key, alarm.count): alarm for alarm in alarms if calls_for_somebody(alarm, now)}
         due = [
             key

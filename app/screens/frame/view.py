@@ -38,7 +38,7 @@ from app.screens.frame.sounding import is_overdue
 
 @dataclass(frozen=True)
 class BarView:
-    """The top bar, but for the screen's name."""
+    """The top bar, except the screen's name."""
 
     date: str = ""
     clock: str = ""
@@ -97,7 +97,7 @@ class BannerView:
     action: str = ""
     act: Act = Act.NOTHING
     about: int | None = None  # id of the robot, alarm or start that ``act`` is about
-    urgent: bool = False  # larger: nobody has acknowledged it for long
+    urgent: bool = False  # larger: unacknowledged for long
     calm: bool = False  # somebody has acknowledged it
 
 
@@ -263,7 +263,7 @@ def _copy(hold: Hold) -> BannerView:
 
 
 def zone_asked(names: Iterable[str], guess: str, now: datetime) -> tuple[str, list[Option]]:
-    """The question and its answers, the guess on top: the time there tells whether it is right."""
+    """The question and its answers, the guess first: its time shows whether it is right."""
     return _("Which time zone is this tablet in?"), zone_options(names, now, guess)
 
 

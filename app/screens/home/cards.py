@@ -322,12 +322,12 @@ class BelowTiles(Slot):
 class RobotCard(Card):
     """The selected robot, a narrow card; it scrolls where it is lower than ``needed``.
 
-    A card that ``fills`` what room there is may have none left for the map, which is below what is ``above`` it. Of a robot that is
-    ``sought`` the map then takes the place of the address beside the battery. It is sought if nothing runs on it of which the end is known,
-    if it has failed, or if it does not answer.
+    A card that ``fills`` the available room may have none left for the map, which is below the part ``above``. For a
+    robot that is ``sought`` the map then replaces the address next to the battery. It is sought if no run with a known
+    end is on it, if it has failed, or if it does not answer.
 
-    Where a card is too ``tight`` for both its state and what a person has to do ``first``, an answer or what a fault asks for, the state
-    comes after that; in a page that is too low it has the part with the next ``step`` at its top.
+    If a card is too ``tight`` for both its state and what a person has to do ``first`` (an answer, or the steps of a
+    fault), the state comes second; on a low page the next ``step`` is at its top.
     """
 
     needed = NumericProperty(0)  # height at which nothing in it scrolls

@@ -1,4 +1,5 @@
-"""What the operator asks of the robot on Home. Each command runs in the background and says what came of it, by the robot's name."""
+"""The operator's commands to the robot on Home. Each runs in the background and reports its result with the robot's
+name."""
 
 from __future__ import annotations
 
@@ -109,7 +110,7 @@ class HomeCommands(HomeState):
         self._say(_("The queue of {robot} is cleared").format(robot=robot.name), "playlist-remove")
 
     def _not_cleared(self, problem: BaseException, robot: Robot) -> None:
-        """What was ours is cancelled one by one where nobody knows whether the robot has done it."""
+        """The app's items are cancelled one by one if it is unknown whether the robot has cleared them."""
         self._clearing.discard(robot.id)
         if isinstance(problem, RobotError) and not problem.certainly_without_effect:
             said = _("{robot} has not answered yet: missions sent from here are cancelled as soon as it does")
@@ -136,7 +137,7 @@ class HomeCommands(HomeState):
         ask_to_stop(self._shell, name, robot.name, lambda: self._cancel(robot, key, name), following)
 
     def _agreed(self, robot: Robot, key: tuple[str, int], name: str) -> None:
-        """To cancel what only waited when that was asked; of what runs by now it is another question."""
+        """Cancel it if it still only waits; a run that has begun since needs another question."""
         shown = self.facts.robot
         if shown is not None and shown.id == robot.id and any(entry.key == key and entry.runs for entry in self.queue):
             self.cancel(key)

@@ -33,7 +33,7 @@ NEXT_PLANNED = LAST_FINISHED = 5
 PAUSED = "paused"  # the activity
 LONGEST_QUEUE = 200  # items of a robot's queue that are shown; the others are counted
 
-OnRobot = tuple[int, int]  # a robot's id and the number of an item in its queue: robots number theirs alike
+OnRobot = tuple[int, int]  # a robot's id and the number of an item in its queue: numbers repeat between robots
 
 Standing = tuple[int, RobotState | None, tuple[RobotProblem, ...]]  # a robot's id, its state and errors
 
@@ -81,7 +81,7 @@ class HomeFacts:
     given: Given = NOTHING_KNOWN  # what is known of the values that missions get
     calendar: WorkingCalendar = field(default_factory=lambda: WorkingCalendar(Settings()))
     map: MapPicture | None = None  # that the selected robot is on
-    cancelling: frozenset[OnRobot] = frozenset()  # items that the operator has just asked to be gone
+    cancelling: frozenset[OnRobot] = frozenset()  # items that the operator has just cancelled
     clearing: frozenset[int] = frozenset()  # ids of robots whose queues the operator is just having cleared
     reset_in_vain: frozenset[Standing] = frozenset()  # errors that stand although they were reset
     seen_running: Mapping[OnRobot, datetime] = field(
@@ -95,7 +95,7 @@ class HomeFacts:
 
     @property
     def robot(self) -> Robot | None:
-        """The selected one; the first while the chosen one is gone."""
+        """The selected robot; the first if the selected one was deleted."""
         chosen = self.settings.selected_robot_id
         return next((robot for robot in self.robots if robot.id == chosen), self.robots[0] if self.robots else None)
 
@@ -118,11 +118,11 @@ class HomeFacts:
         return replace(chosen, entered=(), missions=(), is_new=True, expected={}, names={}, map=None, activities=())
 
     def hold(self, robot_id: int, at: datetime) -> Hold | None:
-        """What keeps a start on that robot from being sent at that instant."""
+        """The hold that stops a start on that robot at that instant."""
         return hold_at(self.holds, robot_id, at)
 
     def hold_of(self, run: PlannedRun) -> Hold | None:
-        """What keeps a planned start from being sent at its instant: of a group's from all of its robots."""
+        """The hold that stops a planned start at its instant; for a group, on all of its robots."""
         return hold_of_run(self.holds, run, self.robots)
 
     @property
@@ -136,7 +136,7 @@ class HomeFacts:
 
     @property
     def running(self) -> QueueItem | None:
-        """What the selected robot executes, whoever asked for it."""
+        """What the selected robot executes, also for others."""
         return next((item for item in self.snapshot.queue if item.state is QueueState.EXECUTING), None)
 
     @property
@@ -155,7 +155,7 @@ class HomeFacts:
 
     @cached_property
     def not_in_queue(self) -> tuple[Execution, ...]:
-        """Ours that the queue, as it was last read, doesn't hold: waiting here, just sent, or about to be seen as ended."""
+        """The app's starts that are not in the queue as last read: waiting here, just sent, or just ended."""
         found = {ours.id for item in self.snapshot.queue if (ours := self.execution_of(item))}
         return tuple(e for e in self.open_here if e.id not in found)
 
@@ -204,7 +204,7 @@ class HomeFacts:
 
 
 def standing(snapshot: RobotSnapshot) -> Standing:
-    """What keeps the robot from working, to be known again."""
+    """A key for what stops the robot, to recognise it."""
     status = snapshot.status
     return snapshot.robot_id, status.state if status else None, status.errors if status else ()
 
@@ -212,7 +212,7 @@ def standing(snapshot: RobotSnapshot) -> Standing:
 def read(
     services: HomeServices, known: HomeFacts | None = None, seen_running: Mapping[OnRobot, datetime] | None = None
 ) -> HomeFacts:
-    """Read everything, or with ``known`` only what the robots do: the plan and the history are then as they were.
+    """Read everything, or with ``known`` only what the robots do, with plan and history from ``known``.
 
     Called off the UI thread: it asks the database, never a robot.
     """

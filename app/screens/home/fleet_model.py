@@ -43,7 +43,7 @@ from app.widgets.dock import dock
 PER_FRAME = 0.003  # s for looking at robots, and
 NEW_PER_FRAME = 6  # tiles that become others; the rest waits for the next frame
 EMPTY_FOR = 60.0  # s, after which a filter that no robot fits ends by itself
-MOVING_PER_FRAME, NEW_WHILE_MOVING = 0.001, 1  # as long as nobody can read them anyway
+MOVING_PER_FRAME, NEW_WHILE_MOVING = 0.001, 1  # while it can't be read anyway
 Running = tuple[int, int]  # robot, and the item of its queue that it executes
 
 
@@ -54,7 +54,7 @@ class FleetState(EventDispatcher):
     is_shown = BooleanProperty(False)
     tiles = ListProperty()
     large = BooleanProperty(True)
-    roomy = BooleanProperty(False)  # small tiles have room beside them
+    roomy = BooleanProperty(False)  # small tiles have room next to them
     counts = ListProperty()
     is_well = BooleanProperty(False)
     needy_first = BooleanProperty(False)
@@ -103,7 +103,7 @@ class FleetViewModel(FleetState, ViewModel):
         self._unknown: dict[Running, str] = {}  # guid of the mission
         self._is_asking = False
         self._seen: dict[int, Seen] = {}
-        self._counted: tuple[Mapping[int, Group], Look, int] | None = None  # groups, look, alarms, which these tell:
+        self._counted: tuple[Mapping[int, Group], Look, int] | None = None  # groups, look and alarms, shown by:
         self._counts: list[Count] = []
         self._help, self._is_well = "", False  # how many need a person, whether nothing needs one
         self._waiting: dict[int, None] = {}  # robots to be looked at, in that order
@@ -164,7 +164,8 @@ class FleetViewModel(FleetState, ViewModel):
         self._end_empty_filter()
 
     def _end_empty_filter(self) -> None:
-        """On a wall nobody taps the chip: all robots are shown again when none has been like that for EMPTY_FOR."""
+        """Show all robots again when the filter has matched none for EMPTY_FOR: on a wall screen the chip is not
+        tapped."""
         now = Clock.get_time()
         if self.only is None or self.tiles:
             self._empty_since = None
@@ -180,7 +181,7 @@ class FleetViewModel(FleetState, ViewModel):
             return
         if self._is_withheld:
             self._show()
-            if self._is_withheld:  # else all that has changed meanwhile would come at once when the finger leaves
+            if self._is_withheld:  # else all changes would appear at once when the finger leaves
                 self._soon()
                 return
         seconds, most_new = (MOVING_PER_FRAME, NEW_WHILE_MOVING) if self.moves else (PER_FRAME, NEW_PER_FRAME)
@@ -224,7 +225,7 @@ class FleetViewModel(FleetState, ViewModel):
 
     def _doing(self, robot_id: int, snapshot: RobotSnapshot) -> Work | None:
         item, status = self._running(robot_id, snapshot), snapshot.status
-        if item is None:  # of what somebody else has started its status alone knows until the queue is read
+        if item is None:  # a mission started by others is only in its status until the queue is read
             return Work(status.mission_text) if status is not None and status.state is RobotState.EXECUTING else None
         ours, known = self._ours_of(robot_id, item), self._known.get((robot_id, item.id))
         if known is None:
@@ -325,7 +326,7 @@ class FleetViewModel(FleetState, ViewModel):
         return goes_back
 
     def come_back(self) -> None:
-        """To the page, as it was left."""
+        """Open the page as it was left."""
         self.is_shown = self.many
         self._show(by_hand=True)
 

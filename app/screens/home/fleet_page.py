@@ -26,7 +26,7 @@ class Painted(TonedTap):
 
     loud = BooleanProperty(False)
     back = late_color(CLEAR)
-    ink = late_color((0, 0, 0, 1))  # of what is to be read first
+    ink = late_color((0, 0, 0, 1))  # of what must be read first
     ink2 = late_color((0, 0, 0, 1))
     edge = late_color(CLEAR)
 
@@ -70,7 +70,7 @@ class FarLine(OneLine):
 
 
 class NameLine(FarLine):
-    """A robot's name: one that is too long keeps its end, as "Pallet truck 7" and "Pallet truck 8" begin alike."""
+    """A robot's name: a long one keeps its end, as "Pallet truck 7" and "Pallet truck 8" differ only there."""
 
     def _broken(self, width: float) -> str:
         text: str = self.text

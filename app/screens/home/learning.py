@@ -1,4 +1,4 @@
-"""What Home asks the robots for, because only they know it: names of missions that nobody entered here, names of positions, and maps."""
+"""What Home asks the robots for: names of missions not entered here, names of positions, and maps."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Learning:
         )
 
     def _learn_names(self, facts: HomeFacts) -> None:
-        """Others run missions that nobody entered here; the robot knows their names."""
+        """Others run missions that were not entered here; the robot knows their names."""
         robot = facts.robot
         if robot is not None and any(facts.needs_name(item) for item in facts.queue):
             self.learn_names([robot.id])

@@ -57,7 +57,7 @@ class PlannedStart:
     time: str
     mission: str
     note: str
-    icon: str = ""  # something keeps it
+    icon: str = ""  # blocked
     day: str = ""  # another one than today
 
 

@@ -17,7 +17,8 @@ SECOND_TAP = 0.5  # s within which it follows the first
 
 
 class Pages(ScreenBase):
-    """``layout`` is what is shown. All robots and one other layout are kept for each other: both as they were left, and there at once."""
+    """``layout`` is what is shown. All robots and one other layout are both kept, so that either is shown at once, as
+    it was left."""
 
     layout = StringProperty()
 

@@ -37,7 +37,7 @@ class ResetReport:
         self._asked, self.in_vain = None, frozenset()
 
     def look(self, facts: HomeFacts) -> None:
-        """Say that the errors are gone as soon as they are, or after a while that they are not."""
+        """Report when the errors are over, or after a while that they are not."""
         self.in_vain &= {standing(snapshot) for snapshot in facts.snapshots.values()}
         if self._asked is None:
             return

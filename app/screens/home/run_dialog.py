@@ -1,4 +1,4 @@
-"""What a mission asks for before it runs: all its fields, and a Run of its own."""
+"""A mission's parameters before it runs: all its fields, with its own Run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Run now: what it would start, and on whom: a group, of which any robot comes, or the selected robot. Pure."""
+"""Run now: which mission it would start, on any robot of a group or on the selected robot. Pure."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class RunView:
     icon: str = "play"
     off: bool = True
     low_battery: str = ""  # asked before it runs
-    targets: tuple[Option, ...] = ()  # groups, then the selected robot; none where there is no group
+    targets: tuple[Option, ...] = ()  # groups, then the selected robot; empty without groups
     can_be_first: bool = False
 
 
@@ -68,7 +68,7 @@ def run_now(facts: HomeFacts, robot: Robot, chosen: int | None, now: datetime) -
 
 
 def _what_run_does(facts: HomeFacts, robot: Robot, hold: Hold | None, now: datetime) -> tuple[str, str, str]:
-    """Text and icon of the button, and the note beside the heading: where it runs, or until when it waits at most."""
+    """Text and icon of the button, and the note next to the heading: where it runs, or until when it waits at most."""
     zone, closes_at = facts.settings.timezone, rules.closes_at(now, None, facts.settings)
     at_most = _("waits until {time} at most").format(time=formats.day_and_time(closes_at, zone, now))
     words = run_words(hold, robot if is_old(facts.snapshot, now, facts.settings) else None, closes_at, zone, now)
@@ -79,7 +79,7 @@ def _what_run_does(facts: HomeFacts, robot: Robot, hold: Hold | None, now: datet
 
 
 def _held_note(hold: Hold | None, closes_at: datetime, zone: str, now: datetime) -> str:
-    """Beside the heading, where it may never be sent."""
+    """Next to the heading, if it may never be sent."""
     if hold is None or held_until(hold, closes_at) is not None:
         return ""
     return _("skipped at {time} unless released").format(time=formats.day_and_time(closes_at, zone, now))
@@ -124,7 +124,8 @@ class Target:
 
 
 def target_chips(facts: HomeFacts, target: Target) -> tuple[Option, ...]:
-    """Groups first, then the selected robot; none where there is no group. Of many groups the chosen one, and the way to their list."""
+    """Groups first, then the selected robot; empty without groups. With many groups, the chosen one and a way to their
+    list."""
     robot, group = facts.robot, chosen_group(facts, target)
     if robot is None or not facts.groups:
         return ()

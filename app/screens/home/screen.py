@@ -52,7 +52,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         self._asked_for: tuple[int, int] | None = None  # robot and mission whose parameters are shown
         self._wanted: Sequence[MissionParameter] = ()  # the parameters that it has
         self._is_asking = self._is_known = False  # the robot for them, and whether it has answered
-        self._pressed: tuple[str, str] | None = None  # mission and robot or group: Run was pressed meanwhile
+        self._pressed: tuple[str, str] | None = None  # mission and robot or group for which Run was pressed
         self._seen_running: dict[OnRobot, datetime] = {}
         self._cancelling: set[OnRobot] = set()
         self._clearing: set[int] = set()  # ids of robots whose queues are being cleared
@@ -120,7 +120,7 @@ class HomeViewModel(HomeCommands, ViewModel):
 
     def take(self, facts: HomeFacts) -> None:
         """Show what was read."""
-        if "robot" in self.busy:  # the choice of a moment ago is on its way to the database
+        if "robot" in self.busy:  # the last choice is still being written
             facts = facts.about(self.facts.settings.selected_robot_id)
         self.facts = facts
         if self._target.group_id is not None and chosen_group(facts, self._target) is None:
@@ -159,7 +159,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         view = replace(view, run=aimed(view.run, self.facts, self._target, now))
         robot_id = self._shell.navigator.robot_id = self.facts.robot.id if self.facts.robot is not None else None
         if robot_id is not None and robot_id == self._pausable and not view.controls.pauses:
-            self._presses.rest(OfRobot("pause", robot_id))  # a finger on its way to Pause must not resume
+            self._presses.rest(OfRobot("pause", robot_id))  # a finger about to press Pause must not resume
         self._pausable = robot_id if view.controls.pauses else None
         for field in fields(view):
             value = getattr(view, field.name)
@@ -265,8 +265,8 @@ class HomeViewModel(HomeCommands, ViewModel):
         )
 
     def _take_parameters(self, asked_for: tuple[int, int] | None, found: Sequence[MissionParameter] | None) -> None:
-        """As this robot or, where it does not answer, another one has told them. None: no answer; Run asks once more, and is sent without
-        any where that brings none either."""
+        """From this robot or, if it does not answer, another one. None: no answer; Run asks again, and sends none if
+        there is still no answer."""
         if asked_for != self._asked_for:
             return
         self._wanted, self.asks, self._is_known, self._is_asking = found or (), bool(found), found is not None, False
@@ -282,7 +282,7 @@ class HomeViewModel(HomeCommands, ViewModel):
             self.run_now()
 
     def _wait_to_run(self) -> None:
-        """Run was pressed before it is known what the mission asks for."""
+        """Run was pressed before the mission's parameters are known."""
         self._pressed = self._aim_in_words()
         self._presses.begin("run")
         if not self._is_asking:
@@ -361,8 +361,8 @@ class HomeViewModel(HomeCommands, ViewModel):
 
 
 class HomeScreen(Pages):
-    """Three columns in landscape; bands in portrait, and in a window too small for the columns; one column in a narrow one; all robots
-    where they are many, until one is chosen; and an invitation while there is none."""
+    """Three columns in landscape; bands in portrait, and in a window too small for the columns; one column in a narrow
+    one; all robots if there are many, until one is chosen; and an invitation without robots."""
 
     Services = HomeServices
 
@@ -391,7 +391,7 @@ class HomeScreen(Pages):
         return {"robot_id": robot.id} if robot is not None and self.vm.fleet.many and not self.vm.fleet.is_shown else {}
 
     def _fitting(self) -> str:
-        """By the window's height, not by that of the screen, which changes with every alarm: a field in use would be built anew."""
+        """By the window's height, not the screen's, which changes with every alarm: a field in use would be rebuilt."""
         if self.width < dp(660):
             return "column"
         around = dp(64 + 64 + 32) + dp(97)  # bars, margins, and a banner of two lines

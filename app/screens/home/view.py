@@ -81,7 +81,7 @@ class TileView:
 
 @dataclass(frozen=True)
 class CardView:
-    """The robot: state, mission, battery, and beside that when it is done, or how it answers."""
+    """The robot: state, mission, battery, and its end time or connection."""
 
     state: str = "–"
     icon: str = "robot-off-outline"
@@ -209,7 +209,7 @@ def _reached(robot: Robot, snapshot: RobotSnapshot, settings: Settings, now: dat
 
 
 def _done_about(facts: HomeFacts, now: datetime, old: bool) -> TileView | None:
-    """When what runs will probably be done; None where nobody can know."""
+    """When the present run will probably end; None if unknown."""
     item, status = facts.running, facts.snapshot.status
     if item is None or status is None or old or status.state in (*STOPPED, RobotState.PAUSE) or is_charging(status):
         return None
@@ -358,7 +358,7 @@ def _errors(status: RobotStatus) -> str:
 
 
 def error_words(status: RobotStatus) -> str:
-    """What keeps it from working, where something does."""
+    """What stops it from working, if anything."""
     return _errors(status) or status.mission_text or _("An error")
 
 

@@ -31,7 +31,7 @@ class WaitingStart:
 
     key: int
     mission: str
-    origin: str  # for whom it is, who wanted it, and since when
+    origin: str  # its group, its source, and since when
     note: str
     priority: str = ""
     urgent: bool = False
@@ -73,8 +73,8 @@ def _start(row: Execution, note: str, settings: Settings, given: Given) -> Waiti
 
 
 def starts_with_a_robot(facts: HomeFacts, now: datetime) -> list[tuple[Execution, WaitingStart]]:
-    """Of groups, with what is said: those that a silent robot may have, so that nobody else gets them, and those of which their robot has
-    not said yet that it has them. Mostly it does before anybody could read that."""
+    """Starts of groups with a note: those that a silent robot may have, and those that their robot has not confirmed
+    yet. Usually the confirmation comes before the note could be read."""
     stuck, sent = [], []
     for row in facts.open:
         if row.group_id is None or row.robot_id is None:

@@ -45,8 +45,8 @@ class WaitingState(EventDispatcher):
 
 
 class WaitingModel(WaitingState):
-    """``changed()`` is called when something has been done that can be read; ``follow(execution)`` says what becomes of one that a person
-    has given to a robot."""
+    """``changed()`` is called after a change that can be read; ``follow(execution)`` reports on one that a person has
+    assigned to a robot."""
 
     def __init__(
         self, services: HomeServices, shell: Shell, changed: Callable[[], object], follow: Callable[[Execution], object]
@@ -74,8 +74,8 @@ class WaitingModel(WaitingState):
         self.show()
 
     def is_old(self) -> bool:
-        """Whether what is said about it has to be read again: what the robots do meanwhile changes it without a word, as does time what
-        is being sent."""
+        """Whether its note has to be read again: the robots' work changes it without an event, and so does time while
+        it is being sent."""
         self._seconds = (self._seconds + 1) % READ_EVERY
         is_sent = any(row.group_id is not None and row.queue_id is None for row in self._facts.open)
         return (is_sent or bool(self._waiting)) and self._seconds == 0

@@ -57,7 +57,7 @@ class LogsFacts:
     groups: tuple[Group, ...] = ()
     missions: tuple[str, ...] = ()
     rows: tuple[Execution, ...] = ()
-    next: PageKey | None = None  # where the next page begins; None: there is none
+    next: PageKey | None = None  # where the next page begins; None: no next page
     count: int = 0  # rows that the filters let through
     usual_s: UsualSeconds = field(default_factory=dict)
     expected: Mapping[int, DurationEstimate] = field(default_factory=dict)  # by id, of what is open

@@ -27,7 +27,7 @@ class Figures:
     days: Sequence[Facts] = ()
     first_day: date | None = None  # of the period; None: from the beginning
     last_day: date | None = None
-    kept_since: date | None = None  # day of the first run that is known; None: there is none
+    kept_since: date | None = None  # day of the first known run; None without runs
     earlier: Facts | None = (
         None  # of as many days before, until the same time of day; None: the history does not reach so far back
     )
@@ -36,7 +36,7 @@ class Figures:
 
 @dataclass(frozen=True)
 class MoreFigures:
-    """What the page of figures has beside those of the cards."""
+    """The figures of the page that are not on the cards."""
 
     causes: Sequence[Cause] = ()
     trends: Sequence[Trend] = ()

@@ -35,7 +35,7 @@ def cards(groups: Sequence[GroupFacts]) -> tuple[GroupCardView, ...]:
 
 
 def _rows(group: GroupFacts) -> tuple[FactLine, ...]:
-    """What is not known is left out, but for the first: it says that there were no starts."""
+    """Unknown ones are omitted, except the first: it says that there were no starts."""
     notes = {
         "in_time": _("{n} of {all}").format(n=group.in_time, all=group.starts),
         "spread": ", ".join(f"{robot} {formats.percent(share * 100)}" for robot, share in group.used),

@@ -22,9 +22,9 @@ FEW_CASES = 30  # below it a share is shown with its confidence interval
 
 @dataclass(frozen=True)
 class Card:
-    """A figure, the number of runs or days it is computed from, and its history, of which the last value is today's. ``value`` is markup;
-    ``change`` sets it against the period before. ``least_span``: what the history's drawing spans at least; 0: it begins at zero. One
-    that is ``pending`` has texts like those that will come."""
+    """A figure, the number of runs or days it is computed from, and its history, with today's value last. ``value`` is
+    markup; ``change`` sets it against the period before. ``least_span``: what the history's drawing spans at least; 0:
+    it begins at zero. One that is ``pending`` has texts like those that will come."""
 
     key: str
     label: str

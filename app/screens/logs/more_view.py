@@ -19,8 +19,8 @@ from app.services.planning.durations import Trend
 
 Row = TypeVar("Row")
 
-MOST_FAILURES = 0.8  # share of all failures that the first few causes are said to make up
-LEAST_DRAWN = 0.02  # share of a whole: less is no bar
+MOST_FAILURES = 0.8  # share of all failures that the listed causes make up at least
+LEAST_DRAWN = 0.02  # share of the whole below which no bar is drawn
 ABOUT_USUAL = 0.05  # of the usual duration, within which the median is called as usual
 
 

@@ -64,7 +64,7 @@ class StatesFacts:
         return replace(self, start=start, end=start + length, whole=(first, last))
 
     def as_before(self, seen: StatesFacts | None) -> StatesFacts:
-        """What was looked at stays, also when this has been read anew; the end of the period is followed."""
+        """The place looked at stays after a new reading; at the end of the period, it moves with the time."""
         if seen is None or seen.whole is None:
             return self
         length = seen.end - seen.start

@@ -137,7 +137,7 @@ class LogsViewModel(ViewModel):
             self._runs_refresher.request()
 
     def _start_reading(self) -> Callable[[], tuple[int, LogsFacts]]:
-        """With the names as they are known by now: the robots may tell more while a search is open."""
+        """With the names known now: robots may report more while a search is open."""
         self._filters = filters = replace(
             self._filters, values=self._shell.given.known.positions_with(self._filters.text)
         )
@@ -148,7 +148,7 @@ class LogsViewModel(ViewModel):
         rows, facts = reading
         if facts.filters != self._filters:  # they are being read again
             return
-        if min(len(self._facts.rows), MAX_ROWS) > rows:  # more were loaded meanwhile
+        if min(len(self._facts.rows), MAX_ROWS) > rows:  # more were loaded since
             self._runs_refresher.request()
             return
         self._facts = facts
@@ -184,7 +184,7 @@ class LogsViewModel(ViewModel):
                 self._facts = facts.with_more(page)
                 self._show_rows()
             elif facts.filters == self._filters == self._facts.filters:
-                self.load_more()  # the list was read again meanwhile: this page does not follow its last row
+                self.load_more()  # the list was read again since: this page does not follow its last row
 
         self._next_page = self._shell.background.run(
             lambda: read_next_page(self._services, facts), loaded, self._shell.say_problem
@@ -201,7 +201,7 @@ class LogsViewModel(ViewModel):
         self._show_runs(Filters(period_with(execution.planned_at, self._services.clock.now(), zone)))
 
     def _forget_story(self) -> None:
-        """Somebody has gone on: it must take nothing away that was chosen since."""
+        """The user has moved on: it must not undo a newer choice."""
         if self._story is not None:
             self._story.cancel()
 

@@ -87,7 +87,7 @@ def period_start(period: Period, now: datetime, zone: ZoneInfo) -> datetime | No
 
 
 def period_end(period: Period, now: datetime, zone: ZoneInfo) -> datetime | None:
-    """Local midnight after today, in UTC; None: there is no end."""
+    """Local midnight after today, in UTC; None: no end."""
     return None if period.days is None else midnight(now.astimezone(zone).date() + timedelta(days=1), zone)
 
 
@@ -263,7 +263,9 @@ class RowCache:
 
     def __init__(self) -> None:
         self._context: object = None  # what all rows depend on
-        self._rows: dict[int, tuple[Execution, object, RunRow]] = {}  # by run: as it was, what else its row depends on
+        self._rows: dict[
+            int, tuple[Execution, object, RunRow]
+        ] = {}  # by run: its previous values, and what else its row depends on
 
     def rows(
         self,
@@ -391,8 +393,8 @@ def story(
 
 
 def _really_ran(execution: Execution) -> tuple[datetime | None, datetime | None]:
-    """When it started and ended: as this tablet saw it, unless it saw that much later, as it was off or the answer was lost. Then the
-    robot's own durations tell, which count from when it was submitted."""
+    """When it started and ended, as this tablet saw it. If it saw that much later (it was off, or the answer was lost),
+    by the robot's own durations from the submission."""
     started_at, ended_at = execution.started_at, execution.ended_at
     if started_at is None or execution.submitted_at is None or execution.robot_delay_s is None:
         return started_at, ended_at
@@ -415,8 +417,7 @@ def _last_tone(state: State) -> str:
 
 
 def _planned_note(execution: Execution, replacement: Replacement | None) -> str:
-    """Whether it is the last of several, what started it, of which group any robot could take it, and instead of whose start a person
-    wanted it."""
+    """Whether it is the last of several, what started it, its group, and which start it replaces."""
     last = _("the last of {n}").format(n=writing.count(execution.starts, _)) if execution.starts > 1 else ""
     started_by = execution.own_name or execution_appearance.trigger_word(execution.trigger)
     instead = (

@@ -1,4 +1,4 @@
-"""What an operator does with a schedule beside editing it: run it now, skip starts, pause, delete."""
+"""What an operator does with a schedule apart from editing it: run it now, skip starts, pause, delete."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class ScheduleActions:
         self._act(schedule_id, lambda: self._services.catalogue.switch_schedule(schedule_id, on), switched)
 
     def run_now(self, schedule: Schedule) -> None:
-        """With the schedule's own parameters, whatever its constraints are."""
+        """With the schedule's own parameters, ignoring its constraints."""
         operator = self._services.operator
         start, target = (
             (operator.run_now, schedule.robot_id)

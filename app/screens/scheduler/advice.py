@@ -207,7 +207,7 @@ class AdviceModel(AdviceState):
         )
 
     def _answered(self, one: Suggestion, text: str, undo: Callable[[], object]) -> None:
-        """It goes at once, though it may have been found anew meanwhile; others may be worth telling now."""
+        """Remove it at once, even if it was found again since; others may be shown now."""
         left = tuple(each for each in self._advice.suggestions if each.schedule.id != one.schedule.id)
         self._advice = replace(self._advice, suggestions=left)
         self.show()
@@ -221,7 +221,7 @@ class AdviceModel(AdviceState):
 
 
 def _is_change(schedule: Schedule, change: Change) -> bool:
-    """Whether it is now as was suggested, whatever else a person has changed of it."""
+    """Whether it is now as suggested, ignoring other changes."""
     wanted = change.draft
     return (schedule.id, schedule.start, schedule.robot_id, schedule.group_id) == (
         wanted.id,
@@ -266,6 +266,6 @@ class SuggestionChange(BoxLayout):
 
 
 class SuggestionsDialog(FormDialog):
-    """All of them, and what came of those that were taken."""
+    """All suggestions, and the results of accepted ones."""
 
     state = ObjectProperty(NO_ADVICE, rebind=True)

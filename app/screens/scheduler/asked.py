@@ -1,4 +1,5 @@
-"""The part of the form that asks the robot what the chosen mission asks for. Save waits for the answer, but not for long."""
+"""The part of the form that asks the robot for the chosen mission's parameters. Save waits for the answer, but not for
+long."""
 
 from __future__ import annotations
 
@@ -18,18 +19,18 @@ from app.screens.common.shell import Shell
 from app.screens.scheduler.draft import Draft
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
 
-ROBOT_ANSWERS_WITHIN = 3.0  # s for which saving waits for what the robot says the mission asks for
+ROBOT_ANSWERS_WITHIN = 3.0  # s for which saving waits for the robot's answer
 
 Asked = tuple[int | None, str, Mapping[str, Any]]  # robot, guid of the mission, and what the schedule gives it
 
 
 class AsksRobot(EventDispatcher):
-    """Until the robot answers, and where neither it nor another one has told them, the parameters are those of the schedule."""
+    """Until the robot or another one answers, the parameters are those of the schedule."""
 
     saving = BooleanProperty(False)
     parameters = ListProperty()  # fields of the chosen mission
     problems = ObjectProperty({})  # by name of the parameter
-    map = ObjectProperty(None, allownone=True)  # that the robot is on, where the mission asks for a position
+    map = ObjectProperty(None, allownone=True)  # of the robot, if the mission needs a position
     _services: SchedulerServices
     _shell: Shell
     _facts: SchedulerFacts
@@ -38,7 +39,7 @@ class AsksRobot(EventDispatcher):
 
     def __init__(self) -> None:
         super().__init__()
-        self._asked: tuple[MissionParameter, ...] = ()  # what the mission asks for
+        self._asked: tuple[MissionParameter, ...] = ()  # the mission's parameters
         self._asked_of: Asked | None = None  # None: what is in the form has just been put there
         self._is_asking = self._saves_when_known = False
         self._refused: InvalidInput | None = None  # by the last attempt to save this draft
@@ -54,7 +55,7 @@ class AsksRobot(EventDispatcher):
         raise NotImplementedError
 
     def enter(self, values: Mapping[str, Any]) -> None:
-        """Somebody has changed one of the parameters' fields: all of them, as they are shown. What is there without that is no entry."""
+        """A parameter's field was changed: the values of all of them. Unchanged fields alone are not an entry."""
         given = {field.name: _written(field.default) for field in fields_of(self._asked)}
         self._draft = replace(
             self._draft, entered={name: value for name, value in values.items() if _written(value) != given.get(name)}
@@ -113,14 +114,14 @@ class AsksRobot(EventDispatcher):
         )
 
     def _asked_robot(self) -> int | None:
-        """Of a group, the first that is switched on: what a mission asks for is the same on all of them."""
+        """For a group, the first robot that is switched on: a mission's parameters are the same on all."""
         draft = self._draft
         if draft.group_id is None:
             return draft.robot_id
         return next((robot.id for robot in self._facts.members(draft.group_id) if robot.enabled), None)
 
     def _learn_others(self, robot_id: int) -> None:
-        """Of a group what its other robots have is learnt meanwhile: perhaps none has the mission."""
+        """For a group, its other robots are asked too: perhaps none has the mission."""
         others = [
             robot.id for robot in self._facts.members(self._draft.group_id) if robot.enabled and robot.id != robot_id
         ]
@@ -138,7 +139,7 @@ class AsksRobot(EventDispatcher):
         return tuple(self._services.robot_missions.parameters(robot_id, guid))
 
     def _robot_answered(self, asked: Asked, found: Sequence[MissionParameter] | None) -> None:
-        """Or another robot has before; None: none did. Perhaps the form is about another mission by now."""
+        """This or another robot has answered; None: none did. The form may show another mission now."""
         if asked != self._asked_of:
             return
         if found is not None:
@@ -170,7 +171,7 @@ class AsksRobot(EventDispatcher):
             )
 
     def _parameters_are_known(self, found: Sequence[MissionParameter]) -> None:
-        """Or will not be soon. Save, where that has waited for it; but nobody has seen fields that appear just now."""
+        """Save now if it has waited for them; but not if fields have just appeared unseen."""
         self._wait_no_longer.cancel()
         self._is_asking, waits, self._saves_when_known = False, self._saves_when_known, False
         if not waits:

@@ -21,7 +21,7 @@ from app.services.planning.planned import ASSUMED_S, PlannedRun
 
 
 def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> Card:
-    """Of a run that has begun, waits or has ended, or of a start that is skipped: what came of it and why."""
+    """Of a run that has begun, waits or has ended, or of a skipped start: its outcome and why."""
     begins, ends = span_of(facts, execution, now)
     hold = facts.hold(execution.robot_id, execution.group_id, now)
     why = (
@@ -58,7 +58,7 @@ def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> Card
 
 
 def _waiting_items(execution: Execution) -> list[MenuItem]:
-    """As on Home, and to keep it back."""
+    """The actions of Home, and Hold."""
     off = execution.cancel_code is not None
     return [
         MenuItem("give", _("Give to a robot"), "robot-outline", disabled=off or execution.held),
@@ -76,7 +76,7 @@ def _waiting_items(execution: Execution) -> list[MenuItem]:
 
 
 def start_card(facts: SchedulerFacts, run: PlannedRun, now: datetime) -> Card:
-    """Of a planned start: how long it will take, as far as that is known, and what keeps it back."""
+    """Of a planned start: its duration if known, and its hold."""
     hold, ends = facts.hold_of(run), run.begins + timedelta(seconds=run.usual_s or ASSUMED_S)
     usual = formats.duration(run.usual_s)
     if run.usual is None:

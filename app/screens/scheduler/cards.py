@@ -45,7 +45,7 @@ class PartsLine(BoxLayout):
     """In a low window: which part of the Scheduler is shown."""
 
     screen = ObjectProperty(None, allownone=True, rebind=True)
-    pages = ListProperty()  # what there is beside the plan
+    pages = ListProperty()  # what is next to the plan
 
 
 class UpcomingCard(SectionCard):
@@ -111,7 +111,7 @@ class DaysPart(LongList):
 
 
 class SchedulerEmpty(EmptyState):
-    """There is no robot to plan for."""
+    """No robot exists yet."""
 
 
 class SchedulesCard(SectionCard):

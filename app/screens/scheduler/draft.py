@@ -103,7 +103,7 @@ class Draft:
     base: Schedule | None = None
     dragged: tuple[Any, ...] | None = None  # its times as a finger made them that dragged one of its starts
     origin: Schedule | None = None  # where its times come from: the base, or what it is a copy of
-    lost: Schedule | None = None  # what it was of, which has been deleted meanwhile
+    lost: Schedule | None = None  # its schedule, which has been deleted since
     entry: object = field(default_factory=object, compare=False, repr=False)  # the same through all its changes
 
     @property
@@ -139,7 +139,7 @@ class Draft:
         return replace(self, **{name: getattr(other, name) for name in TIMES})
 
     def keeps(self, other: Draft) -> bool:
-        """Whether it is ``other`` but for times that nobody has entered there: they were stored, or a bar was dragged."""
+        """Whether it equals ``other`` apart from times that were not entered: stored ones, or a dragged bar."""
         if other.base is None or other.timed_as(self) != self:
             return other == self
         return other == self or other.times in (Draft.of(other.base).times, other.dragged)
@@ -304,8 +304,8 @@ class Draft:
         return replace(self, base=None, name="", entry=object())
 
     def brought_up_to_date(self, stored: Schedule | None, name: Callable[[Schedule], str]) -> Draft:
-        """With what has been stored of its schedule since, where nobody has entered something else; None: it is deleted. Saving makes a new
-        one then, unless that is undone before. ``name(schedule)`` is as a person has given it."""
+        """Updated by the stored schedule where nothing else was entered; None: it was deleted, and saving makes a new
+        one unless that is undone. ``name(schedule)`` is the name that a person entered."""
         base = self.base or self.lost
         if base is None:
             return self

@@ -65,8 +65,8 @@ class SchedulerServices:
 
 @dataclass(frozen=True)
 class Window:
-    """What the timeline shows. ``left`` None: it moves with the time, beginning a little before now. Time without work is folded, but for
-    what contains one of ``unfolded``; it takes hardly any of the ``hours``."""
+    """What the timeline shows. ``left`` None: it moves with the time, beginning a little before now. Time without work
+    is folded, except around ``unfolded``; it takes hardly any of the ``hours``."""
 
     left: datetime | None = None
     hours: float = HOURS
@@ -79,7 +79,7 @@ class Window:
         return full_hour(now - BEFORE, zone) if self.left is None else self.left
 
     def span(self, now: datetime, zone: ZoneInfo, calendar: WorkingCalendar) -> tuple[datetime, datetime]:
-        """What is to be read, from and to."""
+        """What has to be read, from and to."""
         start, margin = self.start(now, zone), self.hours * MARGIN
         return _beyond(start, -margin, zone, calendar), _beyond(start, self.hours + margin, zone, calendar)
 

@@ -31,8 +31,8 @@ KEPT = ("_facts", "_draft", "_empty", "_offered", "_submitted", "_in_writing", "
 
 
 class FormModel(FormFields):
-    """``saved(schedule, is_left)`` is called when one has been stored, ``is_left`` unless somebody has begun
-    another one meanwhile or changed this one, and returns whether it says so itself; ``skip(schedule, start)`` to leave out a start,
+    """``saved(schedule, is_left)`` is called when one is stored, ``is_left`` unless another draft was begun or this one
+    changed since, and returns whether it reports this itself; ``skip(schedule, start)`` to skip a start,
     ``again(schedule, start)`` to start it after all."""
 
     more = BooleanProperty(False)  # the less common fields are shown
@@ -77,8 +77,8 @@ class FormModel(FormFields):
         return self._draft != self._empty
 
     def take(self, facts: SchedulerFacts) -> None:
-        """Facts were read again. An untouched form follows their defaults; one being edited keeps what was entered. Where nothing was, a
-        schedule that is deleted meanwhile leaves it."""
+        """Facts were read again. An untouched form follows their defaults; one being edited keeps what was entered. If
+        nothing was entered, a deleted schedule leaves the form."""
         base, is_stored = self._draft.base, self._is_stored
         if facts.names_of_all != self._facts.names_of_all:
             self._refused = None  # it may be possible now
@@ -94,7 +94,7 @@ class FormModel(FormFields):
         self.forecast()
 
     def _brought_up_to_date(self, draft: Draft) -> Draft:
-        """A schedule that is deleted meanwhile is made anew by saving."""
+        """Saving makes a schedule again if it was deleted."""
         base, facts = draft.base or draft.lost, self._facts
         return (
             draft.brought_up_to_date(facts.schedule(base.id), facts.name)
@@ -124,7 +124,7 @@ class FormModel(FormFields):
 
     @property
     def _is_stored(self) -> bool:
-        """Whether it is a schedule with nothing changed; before the first reading nobody knows which name was given to it."""
+        """Whether it is an unchanged schedule; before the first reading its entered name is unknown."""
         draft = self._draft
         return draft.is_stored(self._facts.name(draft.base) if self._facts.robots else draft.name)
 
@@ -134,11 +134,11 @@ class FormModel(FormFields):
             self._keep_aside([*self.aside, draft])
 
     def put_aside_again(self, thrown: Sequence[Draft]) -> None:
-        """What is there was put aside after them."""
+        """The present entry became a draft after them."""
         self._keep_aside([*thrown, *self.aside])
 
     def go_on_from(self, before: FormModel) -> None:
-        """The screen was built anew. What is being saved there comes back here; what is asked there is about nothing any more."""
+        """The screen was rebuilt. Results of saving come back here; open questions are void."""
         for name in KEPT:
             setattr(self, name, getattr(before, name))
         before._successor, before.entry, before.aside = self, None, []
@@ -159,7 +159,7 @@ class FormModel(FormFields):
             self._shell.snackbars.end(_about(gone))
 
     def choose_aside(self) -> None:
-        """Of what was put aside, what is to be brought back, or that all of it is thrown away."""
+        """Choose a draft to open, or discard all of them."""
         if len(self.aside) == 1:
             self.bring_back(self.aside[0].entry)
             return
@@ -174,7 +174,7 @@ class FormModel(FormFields):
         )
 
     def _throw_away(self) -> None:
-        """All that was put aside."""
+        """All drafts."""
         thrown = self.aside
         self._keep_aside([])
         self._shell.snackbars.undo(
@@ -182,7 +182,7 @@ class FormModel(FormFields):
         )
 
     def bring_back(self, entry: object) -> None:
-        """Of what was put aside; what is in the form now takes its place there."""
+        """Open that draft; the present entry becomes a draft instead."""
         draft = next((each for each in self._present.aside if each.entry is entry), None)
         if draft is not None:
             self._shell.go("scheduler", back=draft)
@@ -195,7 +195,7 @@ class FormModel(FormFields):
             self.clear()
 
     def clear(self) -> None:
-        """An empty form: nobody wants what was in it back."""
+        """Clear the form without keeping a draft."""
         self._show_draft(None)
 
     def _show_draft(self, draft: Draft | None) -> None:
@@ -284,7 +284,7 @@ class FormModel(FormFields):
         )
 
     def _is_saved(self, draft: Draft, schedule: Schedule) -> None:
-        """``draft`` was; what has been entered since is not, be it in the form or put aside."""
+        """``draft`` was saved; later entries, in the form or as a draft, are not."""
         is_same, is_left = self._is_written(draft)
         new, name = draft.is_new, self._facts.called(schedule)
         self._facts = replace(
@@ -305,7 +305,7 @@ class FormModel(FormFields):
             )
 
     def _is_written(self, draft: Draft) -> tuple[bool, bool]:
-        """Or not: it is over. Whether the form has an entry of that, and whether it has it as it was."""
+        """Saving has ended, well or not. Whether the form still has that entry, and whether it is unchanged."""
         self._in_writing.discard(draft.entry)
         is_same, is_left = draft.entry is self.entry, draft.entry is self.entry is self._submitted
         if is_same:
@@ -358,7 +358,7 @@ class FormModel(FormFields):
         self._forecast_later()
 
     def forecast(self) -> None:
-        """Ask for the draft's next starts and warnings; of several questions only the newest is answered."""
+        """Ask for the draft's next starts and warnings; only the newest request is answered."""
         draft = self._draft
         try:
             schedule = draft.schedule()
@@ -398,5 +398,5 @@ def _uses_more(draft: Draft) -> bool:
 
 
 def _about(draft: Draft) -> tuple[str, object]:
-    """What is said of a draft that was put aside."""
+    """The message about a kept draft."""
     return "put aside", draft.entry

@@ -73,7 +73,7 @@ class FormFields(AsksRobot):
         )
 
     def take_free(self) -> None:
-        """The offered time, at which no other run of the robot is in the way."""
+        """The offered time, without an overlap with another run of the robot."""
         if self._preview.forecast is not None and (free := self._preview.forecast.free_at) is not None:
             self.set(at=free.time())
 
@@ -143,7 +143,7 @@ class FormFields(AsksRobot):
         )
 
     def step_to(self, field: str) -> None:
-        """Ask for the number of a field of the draft."""
+        """Ask for the number of one of the draft's fields."""
         self._ask(
             self._shell.dialogs.open(
                 StepDialog(

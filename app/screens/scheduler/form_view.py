@@ -76,7 +76,8 @@ class StartRow:
 
 @dataclass(frozen=True)
 class Steps:
-    """A number that is asked for. ``chips``: key and word of the common values; those that are no numbers themselves are in ``meant``."""
+    """A number to ask for. ``chips``: key and word of the common values; the numbers of those with other words are in
+    ``meant``."""
 
     title: str
     label: str  # of the number itself
@@ -135,17 +136,17 @@ class FormView:
     name_hint: str = ""
     sentence: str = ""
     starts: tuple[StartRow, ...] = ()
-    has_skip: bool = False  # there are starts of which one can be skipped, or is
+    has_skip: bool = False  # a start can be skipped, or is skipped
     skip: str = ""  # offers that, and to start after all what is skipped
     can_skip: bool = False  # one of those shown
     skip_why: str = ""  # it can't be skipped
     lasts: str = ""  # how long it takes, and how that is known
     warnings: tuple[WarningRow, ...] = ()
-    free: str = ""  # offers a time at which no other run is in the way
+    free: str = ""  # offers a time without an overlap
     save: str = ""
     save_off: bool = True
     why: str = ""  # it can't be saved
-    wrong_field: str = ""  # that is the reason, and says so; empty: it is said beside Save
+    wrong_field: str = ""  # the field with the problem, which shows it; empty: shown next to Save
 
     def problem_at(self, field: str) -> str:
         return self.why if field == self.wrong_field else ""
@@ -173,7 +174,7 @@ def called(facts: SchedulerFacts, draft: Draft) -> str:
 
 
 def aside_option(facts: SchedulerFacts, draft: Draft) -> Option:
-    """What it is called among those that were put aside, and when it would start."""
+    """Its name among the drafts, and when it would start."""
     icon = "calendar-plus" if draft.is_new else "calendar-edit-outline"
     try:
         return Option(draft.entry, called(facts, draft), icon, rule_line(draft.schedule()))
@@ -263,7 +264,7 @@ def _problem(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetim
         schedule = draft.schedule()
     except InvalidInput as problem:
         return problem.field, sentence_of(problem)
-    if facts.mission(draft.mission_id) is None:  # deleted meanwhile, as what follows
+    if facts.mission(draft.mission_id) is None:  # deleted since, as are the following
         return "mission", _("Choose a mission")
     if facts.target(draft) is None:
         return "robot", _("Choose a robot")
@@ -295,7 +296,7 @@ def _is_over(draft: Draft, schedule: Schedule, now: datetime) -> bool:
 
 
 def form_field(problem: InvalidInput) -> str:
-    """Where the form shows it; empty: beside Save."""
+    """Where the form shows it; empty: next to Save."""
     name = FIELDS.get(problem.field, problem.field)
     return name if name in SHOWN_FIELDS else ""
 
@@ -345,7 +346,7 @@ def month_day_text(day: int) -> str:
 
 
 def _left_out(draft: Draft) -> str:
-    """Whatever else is still missing in the form."""
+    """Everything else still missing in the form."""
     if draft.kind is not Kind.MONTHLY or draft.by_weekday or draft.month_day == LAST:
         return ""
     words = missing_months(replace(_schedule_so_far(draft), recurrence=f"FREQ=MONTHLY;BYMONTHDAY={draft.month_day}"), _)

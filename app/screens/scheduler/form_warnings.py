@@ -1,4 +1,4 @@
-"""What the form warns of: one line each, and the whole sentence for whoever taps it. Pure."""
+"""The form's warnings: one line each, and the whole sentence after a tap. Pure."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from app.services.catalogue.preview import Concern, ConcernCode, Forecast
 
 @dataclass(frozen=True)
 class WarningRow:
-    """A sentence beside the form; ``line`` says it in short, empty where the sentence is short enough. A ``quiet`` one is no warning."""
+    """A sentence next to the form; ``line`` is its short form, empty if the sentence is short enough. A ``quiet`` one
+    is not a warning."""
 
     text: str
     line: str = ""

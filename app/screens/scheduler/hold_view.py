@@ -97,7 +97,7 @@ def held_sentence(hold: Hold | None, zone: str, now: datetime) -> str:
 
 
 def what_follows(until: datetime | None, zone: str, now: datetime, shares: bool = False) -> str:
-    """What will happen to the starts meanwhile; ``shares``: it is one robot of a group."""
+    """What will happen to the starts until then; ``shares``: it is one robot of a group."""
     if until is None:
         text = _(
             "Starts wait until somebody releases it; those that are too late by then are skipped. Running missions continue."

@@ -50,9 +50,7 @@ EXPORT_SECONDS = 12.0  # that the path of an export stays on screen
 NOW_LINE_SECONDS = 15.0  # between two positions of the now-line: at its widest the timeline has 17 s per pixel
 MANY = 200  # schedules, from which on their texts are not rebuilt every second
 
-Reading = tuple[
-    Window | None, SchedulerFacts, TimelineView | list[DayRow]
-]  # what was asked for, and what is to be shown
+Reading = tuple[Window | None, SchedulerFacts, TimelineView | list[DayRow]]  # what was asked for, and what to show
 
 
 class SchedulerViewModel(OnTimeline):
@@ -65,7 +63,7 @@ class SchedulerViewModel(OnTimeline):
     has_robots = BooleanProperty(True)
     held = BooleanProperty(False)  # nothing is sent to any robot
     narrow = BooleanProperty(False)
-    beside = BooleanProperty(False)  # the form has room beside the list of days
+    beside = BooleanProperty(False)  # the form has room next to the list of days
     exporting = BooleanProperty(False)
     advice = ObjectProperty(NO_ADVICE, rebind=True)
 
@@ -106,13 +104,13 @@ class SchedulerViewModel(OnTimeline):
         aside: Sequence[Draft] = (),
         back: Draft | None = None,
     ) -> None:
-        """``schedule_id`` opens that schedule in the form; ``plan`` is the ``shown_plan`` and ``form`` the one to go on with; drafts that
-        are put ``aside`` again, and one of them that comes ``back`` into the form."""
+        """``schedule_id`` opens that schedule in the form; ``plan`` is the ``shown_plan`` and ``form`` the one to
+        continue; ``aside`` are the other drafts, and ``back`` the draft to open in the form."""
         self._wanted = schedule_id
         if form is not None:
             self.form.go_on_from(form)
         self.form.put_aside_again(aside)
-        self.form.retranslated()  # meanwhile, in Settings
+        self.form.retranslated()  # in Settings, since
         if plan is not None:
             self.mode, self._window = plan
             self.follows = self._window.left is None
@@ -166,11 +164,11 @@ class SchedulerViewModel(OnTimeline):
         self.has_robots = bool(facts.robots)
         self.held = any(hold.covers(None, self._services.clock.now()) for hold in facts.holds)
         self.form.take(facts)
-        wanted, self._wanted = self._wanted, None  # if it is not there now, nobody waits for it
+        wanted, self._wanted = self._wanted, None  # if it is not there now, nothing waits for it
         if (schedule := facts.schedule(wanted)) is not None:
             self.form.edit(schedule)
         if isinstance(shown, TimelineView):
-            if not self.touched and window == self._window:  # else it was moved on meanwhile
+            if not self.touched and window == self._window:  # else it has changed since
                 self.timeline = shown
         elif self.mode == "days":
             self.days = shown
@@ -188,7 +186,7 @@ class SchedulerViewModel(OnTimeline):
             self._show_schedules()
 
     def _show_schedules(self) -> None:
-        if self._is_read:  # until then nobody knows whether there are any
+        if self._is_read:  # unknown until then
             self.listed.show(self._facts, self.form.editing)
 
     @property
@@ -264,7 +262,7 @@ class SchedulerViewModel(OnTimeline):
         )
 
     def hold(self) -> None:
-        """Keep everything, or one robot, from being sent anything; while everything is held, release it."""
+        """Hold all robots, or one; while all are held, release them."""
         if self.held:
             self._shell.background.run(
                 self._services.holds.release,

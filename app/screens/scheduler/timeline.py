@@ -399,7 +399,7 @@ def _overlaps(bars: list[Bar]) -> Iterable[tuple[float, float]]:
 
 
 def _conflicts(contested: Iterable[PlannedRun], read: Range) -> list[tuple[float, float]]:
-    """From when to when runs are planned that want a robot or a place with too many others, or keep what matters more waiting."""
+    """When planned runs compete for a robot or a place, or delay more important ones."""
     spans = [(read.at(run.begins), read.at(run.begins) + (run.usual_s or ASSUMED_S) / 3600) for run in contested]
     return [(start, end) for start, end in spans if end > read.low and start < read.high]
 

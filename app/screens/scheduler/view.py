@@ -27,7 +27,7 @@ from app.services.planning.working_days import WorkingCalendar
 
 NO_BREAK = "\N{NO-BREAK SPACE}"
 GROUPED_FROM = 4  # starts of one schedule on one day become one line
-PICK = "pick"  # key of the option that asks for a day
+PICK = "pick"  # key of the option for choosing a day
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class DayRow:
     robot: str = ""
     note: str = ""
     until: str = ""  # when it is over, as far as is known; of many, when the last one starts
-    condition: str = ""  # what keeps it, else what it needs
+    condition: str = ""  # what stops it, else what it needs
     name: str = ""  # of its schedule, where a person has given one
 
 
@@ -221,7 +221,7 @@ def _until(run: PlannedRun, zone: ZoneInfo) -> str:
 def schedule_rows(
     facts: SchedulerFacts, now: datetime, selected: int | None = None, listing: Listing = Listing()
 ) -> list[ScheduleItem]:
-    """In the order of their next starts, where those that are off or over come last; or by name, but for those that are over."""
+    """Sorted by next start, with those off or over last; or by name, with those over last."""
     never, words = datetime.max.replace(tzinfo=UTC), listing.query.casefold().split()
 
     def place(schedule: Schedule) -> tuple[object, ...]:
@@ -340,7 +340,7 @@ def menu_title(facts: SchedulerFacts, schedule: Schedule) -> tuple[str, str]:
 
 
 def run_item(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> MenuItem:
-    """To start it now, whatever its time is: what a press on it does or why it does nothing, as Home's button."""
+    """The button to start it now: what a press does, or why it does nothing, as on Home."""
     hold = facts.own_hold or facts.hold(schedule.robot_id, schedule.group_id, now)
     target = facts.target(schedule)
     nothing = why_not(target, facts.robots, hold, schedule.robot_id in facts.stopped) if target is not None else ""
@@ -373,7 +373,7 @@ def schedule_menu(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> l
 
 
 def pause_options(schedule: Schedule, now: datetime) -> list[Option]:
-    """For how long a schedule can be paused: keys are the first day with starts, PICK asks for one."""
+    """The choices for a pause: keys are the first day with starts, PICK asks for one."""
     today = now.astimezone(ZoneInfo(schedule.timezone)).date()
     monday = today + timedelta(days=7 - today.weekday())
     texts = {today + timedelta(days=1): _("For today"), today + timedelta(days=2): _("Today and tomorrow")}

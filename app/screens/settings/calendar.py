@@ -166,7 +166,7 @@ class CalendarPart(EventDispatcher):
             self.outcome = NoticeView()
 
     def _offer(self, found: CalendarFile) -> bool:
-        """Whether that is all: which days are to be closed is asked."""
+        """Whether nothing more happens: else the days to close are asked for."""
         if not found.events:
             self.outcome = view.import_result((), found)
             return True
@@ -204,7 +204,7 @@ class CalendarPart(EventDispatcher):
 
 
 class CalendarCard(SectionCard):
-    """The calendar on its card; ``wide``: month and entries beside each other."""
+    """The calendar on its card; ``wide``: month and entries side by side."""
 
     part = ObjectProperty(None, rebind=True, allownone=True)
     wide = BooleanProperty(True)

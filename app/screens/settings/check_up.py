@@ -185,7 +185,7 @@ class CheckUp(EventDispatcher):
         self._changed()
 
     def _goes_on(self) -> bool:
-        """Asked by its thread: nobody has stopped it, and the app is not ending."""
+        """Called by its thread: neither stopped nor is the app ending."""
         return self._is_wanted and not (self._job is not None and self._job.cancelled)
 
     def stop(self) -> None:

@@ -51,7 +51,7 @@ def appearance(level: Level) -> Appearance:
 
 # ---------------------------------------------------------------------- how a robot stands
 def standing(robot: Robot, report: Report | None, now: datetime, zone: str, *, is_left: bool = False) -> NoticeView:
-    """In one line: when it was checked up, and what came of it. ``is_left``: something of a trial that was cut off is still there."""
+    """One line: when it was checked up, and the result. ``is_left``: changes of an interrupted trial remain."""
     if is_left:
         return NoticeView(
             _("Changes of a check-up must still be undone there"), tone="attention", icon="backup-restore"
@@ -69,7 +69,7 @@ def standing(robot: Robot, report: Report | None, now: datetime, zone: str, *, i
 
 
 def _outdated(robot: Robot, report: Report) -> str:
-    """Why the report is of before; empty: it is not."""
+    """Why the report is outdated; empty: it is not."""
     profile = report.profile
     if profile.serial_number != robot.serial_number:
         return _("It is another machine now: check it up")
@@ -88,7 +88,7 @@ def counts(findings: Sequence[Finding]) -> str:
 
 # ---------------------------------------------------------------------- the report
 def verdict(robot: Robot, report: Report, zone: str) -> NoticeView:
-    """Its head: what came of it, when it was made, and whether anything was queued."""
+    """Its head: the result, when it was made, and whether anything was queued."""
     seen = appearance(report.level)
     found = counts(report.findings)
     text = found[:1].upper() + found[1:]
@@ -162,7 +162,7 @@ def begin_word(robot: Robot, trial: Trial | None) -> str:
 
 
 def refused(problem: BaseException) -> NoticeView:
-    """Why it can't be now, which is nobody's fault, or what went wrong."""
+    """Why it can't run now, or what went wrong."""
     if isinstance(problem, InvalidInput):
         return NoticeView(sentence_of(problem), tone="attention", icon="clock-alert-outline")
     return went_wrong(problem)

@@ -60,7 +60,7 @@ class ConstraintsPage(SettingsPage):
         self.context.save_at_rest("battery", lambda: self.set_battery(percent))
 
     def set_battery(self, percent: int) -> None:
-        self._save_battery(percent or None)  # 0 % is no constraint
+        self._save_battery(percent or None)  # 0 %: no constraint
 
     def _save_battery(self, percent: int | None) -> None:
         self.vm.battery_problem = ""

@@ -61,7 +61,7 @@ class DataPage(SettingsPage):
         vm.configuration_outcome = vm.log_outcome = vm.backup_outcome = NoticeView()
         for file in (vm.export_configuration, vm.import_configuration, vm.export_log):
             file.reached(self.context, self.context.services.files)
-        self.context.refresh()  # backups are files as well: brought and deleted beside the app
+        self.context.refresh()  # backups are files too: others may add and delete them
 
     # ------------------------------------------------------------------ files
     def export_configuration(self) -> None:

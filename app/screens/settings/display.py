@@ -54,14 +54,14 @@ class DisplayPage(SettingsPage):
         self.context.save(**{name: value})
 
     def set_alarm_sound(self, on: bool) -> None:
-        """Switched on it is heard."""
+        """Play it when it is switched on."""
         self.set("alarm_sound", on)
         if on and self.context.shell.loudspeaker is not None:
             self.context.shell.loudspeaker.play()
 
     # ------------------------------------------------------------------ the PIN
     def ask_for_pin(self) -> None:
-        """Twice, so that a typing error locks nobody out."""
+        """Twice, so that a typing error does not lock the user out."""
         access = self.context.services.access
         first = _("Choose {least} to {most} digits; {advised} or more are hard to guess").format(
             least=SHORTEST, most=LONGEST, advised=ADVISED

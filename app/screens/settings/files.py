@@ -97,7 +97,7 @@ class FileModel(EventDispatcher):
 
     @property
     def _apart(self) -> str:
-        """A share whose server is gone may hang: what is done there holds up nobody elsewhere."""
+        """A share whose server is down may hang: this must not block anything else."""
         return f"files {ANOTHER if self.typed else self._at or ''}"
 
     def _look(self) -> Offer:

@@ -1,4 +1,4 @@
-"""Keeps Settings behind the PIN, where one is set. Nothing else ever asks: Home with stop and pause, Scheduler, Logs and alarms."""
+"""Protects Settings by the PIN, if one is set. Home, Scheduler, Logs and alarms never ask for it."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class Gate:
 
     def _checked(self, verdict: Verdict) -> None:
         dialog = self._dialog
-        if dialog is None:  # closed meanwhile
+        if dialog is None:  # closed since
             return
         dialog.busy = False
         if verdict.is_right:

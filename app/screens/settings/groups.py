@@ -1,4 +1,4 @@
-"""Settings, Robots, Groups: robots of which any may take a start, and which of them have which missions."""
+"""Settings, Robots, Groups: their robots, and which of these have which missions."""
 
 from __future__ import annotations
 
@@ -190,7 +190,7 @@ class GroupDialog(FormDialog):
         self._context.run(lambda: self._context.services.catalogue.save_group(group), self._saved, self._refused)
 
     def _is_complete(self, group: Group) -> bool:
-        """Everything that can be seen to be wrong is told at once, each at its field."""
+        """All visible errors are shown at once, each at its field."""
         problems = []
         for check in (lambda: checks.name(group.name), lambda: validation.group(replace(group, name="–"))):
             try:

@@ -12,7 +12,7 @@ from app.screens.common.options import Option
 from app.screens.settings.facts import SettingsFacts
 from app.services.catalogue.validation import FEWEST_TO_KEEP_FREE
 
-MOST_COLUMNS = 8  # robots that fit beside the names of the missions
+MOST_COLUMNS = 8  # robots that fit next to the names of the missions
 
 HAS, LACKS, UNKNOWN = "check", "close-thick", "help"  # icons of a cell of the table
 
@@ -35,7 +35,7 @@ class GroupPanelView:
 
 @dataclass(frozen=True)
 class AddGroupPanelView:
-    """Values of AddGroupPanel; ``first``: there is no group yet."""
+    """Values of AddGroupPanel; ``first``: no group exists yet."""
 
     first: bool
     key: str = "add group"
@@ -131,7 +131,7 @@ def hand_over_meaning(hand_over: HandOver) -> str:
 
 
 def keep_free_meaning(keep_free: int, members: int) -> str:
-    """What it costs, as it was measured (tests/benchmarks/bench_allocation.py)."""
+    """Its cost, as measured (tests/benchmarks/bench_allocation.py)."""
     if members < FEWEST_TO_KEEP_FREE:
         return _("Needs a group of {n} robots or more: with fewer, everything else would wait too long.").format(
             n=FEWEST_TO_KEEP_FREE

@@ -43,7 +43,7 @@ class IdlePage(SettingsPage):
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
         self._problems: dict[int, str] = {}
-        self._minutes: dict[int, int] = {}  # chosen and not read yet, or while there is no rule to save them in
+        self._minutes: dict[int, int] = {}  # chosen and not read yet, or without a rule to save them in
         self._list, self._empty = self.ids.idle_list.__self__, self.ids.no_robots.__self__
 
     def show(self) -> None:
@@ -98,8 +98,8 @@ class IdlePage(SettingsPage):
         )
 
     def _save_if_it_asks_nothing(self, robot: Robot, mission_id: int, **changes: Any) -> None:
-        """What a mission asks for nobody gives it when its robot is idle. Where that doesn't answer, what another one has told counts; and
-        of several choices the last one, however late the answers are."""
+        """An idle mission gets no values, so missions with parameters are refused. If the robot doesn't answer, another
+        one's answer counts; of several choices the last one, even if answers are late."""
         mission, given = self.context.facts.mission(mission_id), self.context.shell.given
         guid = mission.guid if mission is not None else ""
         answers = mission is not None and self.context.facts.snapshot(robot.id).connection is Connection.CONNECTED
@@ -149,7 +149,7 @@ class IdlePage(SettingsPage):
         self._show_problem(robot, sentence_of(problem))
 
     def _refuse(self, robot: Robot, why: str) -> None:
-        """Said by a message too where somebody has gone on."""
+        """Shown as a message too if the user has moved on."""
         self._show_problem(robot, why)
         if not self.is_on_screen:
             self.context.shell.snackbars.show(

@@ -123,7 +123,7 @@ class MissionsPage(SettingsPage):
             self._offer(robot, intent["found"][1])
 
     def begin(self) -> None:
-        """The button that is shown while there are no missions."""
+        """The button shown while no missions exist."""
         if self.vm.can_fetch:
             self.fetch()
         else:
@@ -149,7 +149,7 @@ class MissionsPage(SettingsPage):
         self.context.shell.dialogs.open(MissionDialog(self.context))
 
     def _mark(self, mission_id: int, favourite: bool) -> None:
-        """Nothing else of it: what is stored by now may be newer than what is shown."""
+        """Nothing else of it: the stored values may be newer than those shown."""
         self.context.change(
             lambda: self.context.services.catalogue.edit(
                 lambda edit: edit.save_mission(replace(edit.the_mission(mission_id), favourite=favourite))
@@ -206,7 +206,7 @@ class MissionsPage(SettingsPage):
             self.context.shell.say_not_done(problem, robot, _("Fetch missions"))
 
     def _fetched(self, robot: Robot, found: Sequence[MissionInfo]) -> None:
-        """Who has gone elsewhere meanwhile is not asked there."""
+        """Not asked if the user has left the page."""
         self.vm.fetching = False
         self.vm.outcome = NoticeView()
         if self.is_on_screen:

@@ -80,7 +80,7 @@ def usage(facts: SettingsFacts, mission: Mission) -> str:
 
 
 def typed_minutes(text: str) -> int | None:
-    """The text of the field of the usual duration: None if empty; 0, which the services refuse, if it is no number."""
+    """The usual duration in the field: None if empty; 0, which the services refuse, if it is not a number."""
     stripped = text.strip()
     if not stripped:
         return None

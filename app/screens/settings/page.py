@@ -113,8 +113,8 @@ class PageContext:
     def change(
         self, work: Callable[[], object], failed: Callable[[BaseException], object] | None = None, **settings: Any
     ) -> None:
-        """Make a change, then read the facts again. The ``settings`` that it changes are shown as they were chosen from now on, and the
-        next choice begins with them. What went wrong is said by a message too where the page has been left by then."""
+        """Make a change, then read the facts again. The changed ``settings`` are shown as chosen from now on, and the
+        next choice starts from them. Errors are also shown as a message if the page has been left."""
         page, choice = self._pages_left, _Choice(settings)
 
         def done(_result: object) -> None:
@@ -138,13 +138,13 @@ class PageContext:
         self.change(lambda: self.services.catalogue.change_settings(**changes), failed, **changes)
 
     def take(self, facts: SettingsFacts) -> None:
-        """What was read since the last change was written; what is not written yet stays as it was chosen."""
+        """Read after the last change was written; unwritten choices stay."""
         self._choices = [choice for choice in self._choices if not choice.is_written]
         self._stored, self.facts = facts.settings, facts
         self._choose()
 
     def was_saved(self, kind: str, it: Any) -> None:
-        """One of the facts of that name, just now: whoever edits it again begins with that."""
+        """The newest fact of that name: the next edit starts from it."""
         newest: Any = tuple(it if each.id == it.id else each for each in getattr(self.facts, kind))
         self.facts = replace(self.facts, **{kind: newest})
         self._show_choices()
@@ -160,7 +160,7 @@ class PageContext:
             self._show()
 
     def save_at_rest(self, what: Hashable, save: Callable[[], object]) -> None:
-        """Save a number when nobody steps it any more, or its page is left: what lies on the way to it must have no effect."""
+        """Save a number when its steps have ended, or its page is left: intermediate values must have no effect."""
         self._resting[what] = save
         if self.is_shown():
             self._rest.cancel()
@@ -185,8 +185,8 @@ class PageContext:
             save()
 
     def remove(self, work: Callable[[], Removed], text: str) -> None:
-        """Delete something at once, say so with ``text``, and offer to undo it until that is closed by hand, wherever that is pressed
-        only to whom Settings is open."""
+        """Delete something at once, show ``text``, and offer Undo until the message is closed. Undo asks for the PIN
+        like Settings."""
 
         def removed(what: Removed) -> None:
             self.refresh()
@@ -237,8 +237,8 @@ class SettingsPage(BoxLayout):
         """The section was opened, with what ``shell.go`` was given (``add=True``, ``robot_id=3``)."""
 
     def ask_to_delete(self, runs: int, why: str, action: str, done: Callable[[], object]) -> None:
-        """Confirm that so many runs of the history are deleted; ``action`` is the word on the button. Else the facts are shown again, and
-        who has left Settings meanwhile is told that nothing was."""
+        """Confirm that so many runs of the history are deleted; ``action`` is the word on the button. Otherwise the
+        facts are shown again; if Settings has been left, a message says that nothing was deleted."""
 
         def declined() -> None:
             self.show()

@@ -35,7 +35,7 @@ class PlaceRow(RecycledRow, SectionCard):
 
 
 class ProposedPlaceRow(Row, BoxLayout):
-    """A position that is no place yet. Actions: "take", "decline"."""
+    """A position that is not a place yet. Actions: "take", "decline"."""
 
     text = StringProperty()
 

@@ -157,7 +157,8 @@ class RobotDialog(FormDialog):
             self._if_it_may_be_open(lambda: self._ask(lambda: None))
 
     def save(self) -> None:
-        """Save a connection that has been tested; test it first if it has not. After a failed test the next press saves all the same."""
+        """Save a connection that has been tested; test it first if it has not. After a failed test the next press saves
+        anyway."""
         form = self.vm
         if form.saving or form.testing:
             return

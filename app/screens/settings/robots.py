@@ -57,7 +57,7 @@ class AddPanel(RecycledRow, Surface):
 
 @dataclass(frozen=True)
 class AddPanelView:
-    """Values of AddPanel; ``first``: there is no robot yet."""
+    """Values of AddPanel; ``first``: no robot exists yet."""
 
     first: bool
     key: str = "add"

@@ -180,8 +180,8 @@ class SectionList(SectionCard):
 
 
 class SectionContent(LowPage):
-    """The open section under its name; ``narrow`` shows the way back to the list. In a low window the lists below their tools have some
-    height all the same, and the page scrolls."""
+    """The open section under its name; ``narrow`` shows the way back to the list. In a low window the lists below their
+    tools still have some height, and the page scrolls."""
 
     vm = ObjectProperty(None, rebind=True, allownone=True)
     screen = ObjectProperty(None, allownone=True)
@@ -263,7 +263,7 @@ class SettingsScreen(ScreenBase):
         self.vm.part = page.vm.part if page.parts else ""
 
     def _is_narrow(self) -> bool:
-        """Whether words of the list would be broken beside a section."""
+        """Whether words of the list would be broken next to a section."""
         return bool(self.height > self.width or self.width < sp(700))
 
     def _resized(self, *_args: Any) -> None:
@@ -271,7 +271,7 @@ class SettingsScreen(ScreenBase):
             self._arrange()
 
     def _arrange(self, *_args: Any) -> None:
-        """List and section beside each other, or one of them alone."""
+        """List and section side by side, or one of them alone."""
         narrow = self._content.narrow = self.vm.is_narrow = self._is_narrow()
         shown = [self._list, self._content]
         if narrow:

@@ -38,7 +38,7 @@ SECTIONS = (
 LANGUAGE_NAMES = {
     "en": "English",
     "fi": "Suomi",
-}  # each in its own words, so that nobody is locked out by a wrong choice
+}  # each in its own language, so that a wrong choice can be corrected
 
 
 @dataclass(frozen=True)
@@ -264,7 +264,7 @@ def _panel(facts: SettingsFacts, robot: Robot, now: datetime) -> RobotPanelView:
 
 
 def _twin(facts: SettingsFacts, robot: Robot) -> Robot | None:
-    """Another robot that turned out to be the same machine: one that doesn't answer can be saved, and tells its serial number later."""
+    """Another robot that is the same machine: found late if a robot was saved before it answered."""
     return next(
         (
             other

@@ -7,9 +7,9 @@ Every waiting start is assigned in turn, the most important first, each to the r
     + FAILED for each start that it failed since its last success, up to MOST_FAILED of them
     + the delay that this brings to planned starts that are its own or matter more, in seconds of this one's weight
 
-A start assigned to a free robot is sent to it; one assigned to a busy robot keeps its place there and waits. One at a time to the best
-robot is within a factor of three of whatever could be known (Gerkey and Matarić 2004 on single-task robots and online assignment); the
-constants were measured in simulated days, ``tests/benchmarks/bench_allocation.py``.
+A start assigned to a free robot is sent to it; one assigned to a busy robot keeps its place there and waits. Assigning
+one at a time to the best robot is within a factor of three of the optimum (Gerkey and Matarić 2004 on single-task
+robots and online assignment); the constants were measured in simulated days, ``tests/benchmarks/bench_allocation.py``.
 """
 
 from __future__ import annotations
@@ -124,7 +124,7 @@ class _Assignment:
         return start.finish_s is not None and start.finish_s < self._shortest(start)
 
     def _shortest(self, start: Start) -> float:
-        """Seconds that it takes at least, whatever its robots are doing."""
+        """Seconds that it takes at least, with any robot free."""
         lasts = [
             self._situation.duration(robot_id, start.mission)
             for robot_id in start.members
@@ -143,7 +143,7 @@ class _Assignment:
         in_time = [option for option in options if start.finish_s is None or option.done_s <= start.finish_s]
         if not in_time:
             return Decision(start, None, options, ineligible, too_late=is_last_call or self._is_impossible(start))
-        may_go = not self._idle.isdisjoint(start.members) or start.at_once  # else it waits whatever is planned
+        may_go = not self._idle.isdisjoint(start.members) or start.at_once  # else it waits regardless of the plan
         protected = (
             []
             if is_last_call or not may_go
@@ -201,7 +201,7 @@ class _Assignment:
         before = delay(protected, self._free_s)
         best, least = None, float("inf")
         for option in options:
-            if option.score >= least:  # whatever it delays, it can't get better
+            if option.score >= least:  # its delay can't make it better
                 break
             kept = self._free_s[option.robot_id]
             slow = self._situation.duration(option.robot_id, start.mission, slow=True) or option.lasts_s

@@ -16,7 +16,7 @@ from app.domain.models import DurationEstimate
 
 LOW, NORMAL, HIGH, CRITICAL = -1, 0, 1, 2
 _WEIGHTS = (0.5, 1.0, 3.0, 10.0)
-UNKNOWN_S = 300.0  # of a mission of which nothing is known
+UNKNOWN_S = 300.0  # of an unknown mission
 FEW_RUNS = 3  # fewer on one robot say less than those of its whole group
 OVERDUE = 0.15  # of the usual time are left when a run has lasted longer than every one before
 SECONDS_PER_METRE = 1.5  # of the straight way to the first stop: a third of detour, at 0.9 m/s
@@ -44,9 +44,9 @@ class Ineligible(StrEnum):
 
 @dataclass(frozen=True)
 class Member:
-    """A robot. ``free_s``: until it has nothing more to do. ``is_free``: Ready, with nothing of anybody in its queue, as read a moment ago.
-    ``battery`` in %, ``hours`` that it ran today, ``failures`` since its
-    last success; ``ineligible`` whatever the start."""
+    """A robot. ``free_s``: until it has nothing more to do. ``is_free``: Ready with an empty queue, as read a moment
+    ago. ``battery`` in %, ``hours`` that it ran today, ``failures`` since its last success; ``ineligible`` for any
+    start."""
 
     id: int
     name: str

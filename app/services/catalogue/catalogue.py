@@ -32,7 +32,7 @@ from app.services.live.changes import Changes
 from app.services.live.mission_parameters import MissionParameters
 from app.services.planning import public_holidays
 
-REHEARSALS = 5  # of many changes, until they can be repeated as they were
+REHEARSALS = 5  # of many changes, until they can be repeated
 DAYS_OFF = frozenset(
     {"working_days", "holiday_country", "holiday_subdivision"}
 )  # settings that change when schedules start
@@ -44,7 +44,7 @@ __all__ = ["Catalogue", "Edit", "Removed"]
 
 
 class Catalogue:
-    """``parameters``: what missions ask for, where robots can be asked."""
+    """``parameters``: missions' parameters, if robots can be asked."""
 
     def __init__(
         self, db: Database, clock: Clock, changes: Changes | None = None, parameters: MissionParameters | None = None
@@ -136,7 +136,7 @@ class Catalogue:
         return change(lambda edit: edit.change_settings(**changes))
 
     def guess_zone_again(self, zone: str) -> None:
-        """Undo that a person has chosen the time zone, of which ``zone`` was the guess: an alarm asks for it again. Raises
+        """Undo a person's choice of the time zone (``zone`` was the guess): an alarm asks for it again. Raises
         InvalidInput."""
         self.edit(lambda edit: zones.guess_again(edit, zone))
 
@@ -196,7 +196,7 @@ class Catalogue:
         return saved
 
     def known_parameters(self, robot: Robot, guid: str) -> Sequence[MissionParameter] | None:
-        """What a mission asks for, as the robot has said, or else another one."""
+        """A mission's parameters, as reported by this robot or else another one."""
         if self.parameters is None:
             return None
         known = self.parameters.known(robot.id, guid)
@@ -264,7 +264,7 @@ class Catalogue:
         removed.put_back.append(True)
 
     def wait_again(self, execution_id: int) -> None:
-        """Undo that a person has cancelled a start of which nothing was sent; raises InvalidInput when it is too late for that."""
+        """Undo a person's cancellation of a start that was never sent; raises InvalidInput if it is too late."""
         self.edit(lambda edit: wait_again(edit, execution_id))
 
 

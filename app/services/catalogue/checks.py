@@ -273,8 +273,8 @@ def time_of_day(value: object, field: str) -> time:
 
 
 def parameters(value: object, field: str = "parameters") -> dict[str, Any]:
-    """A mission's inputs by name: texts, numbers, true, false or null. The names are the robot's and sent back unchanged. Each run keeps a
-    copy of them."""
+    """A mission's inputs by name: texts, numbers, true, false or null. The names are the robot's and are sent back
+    unchanged. Each run keeps a copy of them."""
     if not isinstance(value, Mapping):
         raise InvalidInput(field, "parameters are names with a value each")
     if len(value) > MOST_PARAMETERS:

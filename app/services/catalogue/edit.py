@@ -69,7 +69,7 @@ class Edit(GroupEdit, ScheduleEdit):
         return self.settings
 
     def _replan_schedules(self) -> None:
-        """What is due already stays due; a one-time schedule runs whatever the working days are."""
+        """Due starts stay due; a one-time schedule ignores working days."""
         self._calendar = None
         calendar = self.calendar
         for schedule in self.schedules.all(self.c):

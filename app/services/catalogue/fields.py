@@ -62,7 +62,7 @@ class Item:
         }
 
     def check_new(self) -> None:
-        """Raises InvalidInput for one that is to be added and lacks what cannot be left out then."""
+        """Raises InvalidInput for a new one that lacks a required field."""
         _check_has(self.path, self.values, [field for field in self.fields if field.required])
 
 

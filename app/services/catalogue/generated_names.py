@@ -43,7 +43,7 @@ def rename_for_mission(edit: Transaction, old: str, mission: Mission) -> None:
 
 
 def _rename(edit: Transaction, schedules: Sequence[Schedule], made_of: Mapping[int, tuple[Made, Made]]) -> None:
-    """``made_of``: what the names are made of, before and now, by id of the schedule. Numbered ones keep their order."""
+    """``made_of``: the parts of the names, before and now, by id of the schedule. Numbered ones keep their order."""
     taken, free = edit.schedules.names(edit.c), dict[Made, Iterator[str]]()
     for schedule in sorted(schedules, key=lambda schedule: (len(schedule.name), schedule.name)):
         before, now = made_of[schedule.id]

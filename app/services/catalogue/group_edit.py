@@ -18,7 +18,7 @@ class GroupEdit(Transaction):
     """Every method raises InvalidInput before it has written anything."""
 
     def save_group(self, group: Group, *, may_be_empty: bool = False) -> Group:
-        """Add (id 0) or change. What waits for a robot that is no member any more, with nothing sent, waits for another one.
+        """Add (id 0) or change. Unsent starts of a robot that is no longer a member wait for another one.
         ``may_be_empty``: its last robot was removed, and a file says so."""
         stored = self.the_group(group.id) if group.id else None
         group = validation.group(group, may_be_empty=may_be_empty)
@@ -42,7 +42,7 @@ class GroupEdit(Transaction):
         return group
 
     def _check_group_name(self, group: Group, stored: Group | None) -> None:
-        """No other group or robot is called so; a new name differs from theirs in more than capital letters."""
+        """No other group or robot has that name; a new name differs from theirs by more than capital letters."""
         is_new = stored is None or stored.name != group.name
 
         def alike(name: str) -> bool:
@@ -56,7 +56,7 @@ class GroupEdit(Transaction):
             raise InvalidInput("name", "there is a robot {name} already", name=robot.name)
 
     def remove_group(self, group_id: int) -> Removed:
-        """With its schedules. What no robot has yet is cancelled, whatever caused it; what runs goes on."""
+        """Deletes its schedules too. Starts that no robot has yet are cancelled; running missions continue."""
         group, schedules = self.the_group(group_id), self.schedules.for_group(self.c, group_id)
         starts = self.open_of(schedules)
         for schedule in schedules:
@@ -76,7 +76,8 @@ class GroupEdit(Transaction):
         return removed
 
     def _end_without_robots(self, groups: Iterable[Group]) -> list[Execution]:
-        """A robot of these was removed: what waits for one that has no other that is switched on ends. Returns it as it was."""
+        """A robot of these groups was removed: end the waiting starts of groups with no other robot switched on.
+        Returns their rows as they were before."""
         left = [group for before in groups if (group := self.groups.get(self.c, before.id)) is not None]
         return [
             row

@@ -1,4 +1,4 @@
-"""Whether the robots that are to run a mission take the parameters entered for it, by what they said that it asks for."""
+"""Whether the robots of a mission accept the parameters entered for it, by what they reported."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Known = Callable[[Robot, str], Sequence[MissionParameter] | None]  # of a missio
 
 
 class Checked(NamedTuple):
-    """``problem``: why no robot of which it is known what the mission asks for would take it. ``to_ask``: robots, with the mission's guid,
+    """``problem``: why no robot with known parameters would accept it. ``to_ask``: robots, with the mission's guid,
     whose answer could change that."""
 
     problem: InvalidInput | None = None
@@ -76,7 +76,7 @@ def of_idle_rule(edit: Transaction, robot: Robot, rule: IdleRule, known: Known) 
 
 
 def needs_check(schedule: Schedule, before: Schedule | None) -> bool:
-    """Whether it is to be checked: one that stays as it is may be edited otherwise, even if robots would refuse it today."""
+    """Whether it must be checked: unchanged ones need not, even if robots would refuse them today."""
     return before is None or _given(schedule) != _given(before)
 
 

@@ -1,7 +1,6 @@
-"""Skip a start and pause until: a person leaves out starts of a schedule.
-
-A skipped start gets its row in the ledger at once, which ends at the instant that it was planned for: that day's figures have it, and no
-earlier ones. Those in a pause get theirs when they fall due, so that it can be ended at any time.
+"""Skip a start, and pause until a day. A skipped start gets its row in the ledger at once, which ends at its planned
+instant: so it counts in that day's figures. Starts in a pause get theirs when they fall due, so that the pause can end
+at any time.
 """
 
 from __future__ import annotations
@@ -23,8 +22,9 @@ class Pausing:
         self._catalogue = catalogue
 
     def skip_next(self, schedule_id: int, seen: datetime | None = None) -> datetime:
-        """Returns the instant (UTC) that was skipped: the next one as a person has ``seen`` it, though an earlier one may be there now.
-        Raises InvalidInput when no start is left, or what was seen is skipped already, on its way or not planned any more."""
+        """Returns the skipped instant (UTC): the next one that the person has ``seen``, even if there is an earlier one
+        now. Raises InvalidInput if there are no more starts, or the one seen is already skipped, being sent or no
+        longer planned."""
 
         def work(edit: Edit) -> datetime:
             schedule = edit.the_schedule(schedule_id)
@@ -40,7 +40,7 @@ class Pausing:
         return self._catalogue.edit(work)
 
     def skip(self, schedule_id: int, instant: datetime) -> datetime:
-        """Leave out the start planned at that instant (UTC), which is returned. Raises InvalidInput when there is none, or not any more."""
+        """Skip the start planned at that instant (UTC), which is returned. Raises InvalidInput if it is not planned."""
 
         def work(edit: Edit) -> datetime:
             schedule = edit.the_schedule(schedule_id)
@@ -52,8 +52,8 @@ class Pausing:
         return self._catalogue.edit(work)
 
     def unskip(self, schedule_id: int, instant: datetime, *, must_run: bool = False) -> None:
-        """Undo the skip of that start (UTC). Raises InvalidInput when its time has passed, and where it ``must_run`` also when it would not
-        all the same: the schedule is off, paused until then or has another rule now."""
+        """Undo the skip of that start (UTC). Raises InvalidInput if its time has passed, and with ``must_run`` also if
+        it still would not run: the schedule is off, paused until then or has another rule now."""
 
         def work(edit: Edit) -> None:
             schedule, c = edit.the_schedule(schedule_id), edit.c

@@ -86,7 +86,7 @@ class Forecast:
     starts: tuple[Occurrence, ...] = ()
     usual: DurationEstimate | None = None  # of that mission on that robot; None: not known
     concerns: tuple[Concern, ...] = ()
-    free_at: datetime | None = None  # naive local time of the nearest first start at which no other run is in the way
+    free_at: datetime | None = None  # naive local time of the nearest first start without an overlap
     skipped: tuple[datetime, ...] = ()  # starts to come that a person has left out (UTC)
 
     @property
@@ -191,8 +191,8 @@ class Forecasts:
         return concerns, None if shift is None else draft.start + shift
 
     def free_at(self, draft: Schedule) -> datetime | None:
-        """Naive local time of the nearest first start at which nothing that is planned is in its way: its own where that is so. None: there
-        is none, or it can't run at all. Raises InvalidInput for an invalid rule."""
+        """Naive local time of the nearest first start without an overlap in the plan, possibly its own. None if there
+        is none, or if it can't run. Raises InvalidInput for an invalid rule."""
         found = self.of(draft)
         codes = {concern.code for concern in found.concerns}
         if codes & _CANNOT_RUN:

@@ -40,8 +40,9 @@ class ScheduleEdit(Transaction):
         return first_due(schedule, self.settings, self.now, calendar, self.schedules.skipped(self.c, schedule.id))
 
     def save_schedule(self, schedule: Schedule) -> Schedule:
-        """Add (id 0) or change. A blank name becomes "<mission> on <robot>". What waits of a changed one goes on as changed where its robot
-        or group and its instant stay, else it is cancelled; instants before now write no row; one that is as it was stays untouched."""
+        """Add (id 0) or change. A blank name becomes "<mission> on <robot>". Waiting starts of a changed schedule
+        follow the change if their robot or group and their instant stay, otherwise they are cancelled; instants before
+        now write no row; an unchanged schedule stays untouched."""
         stored = self.the_schedule(schedule.id) if schedule.id else None
         target = self.target_of(schedule)
         mission = self.mission_for(target, schedule.mission_id)
@@ -112,7 +113,7 @@ class ScheduleEdit(Transaction):
         return passed_occurrences(schedule, at - reach, at, self.calendar).last or following or at
 
     def _move_skips(self, schedule: Schedule) -> None:
-        """Starts to come that a person skipped or keeps back stay so at their new instants."""
+        """Future starts that a person skipped or holds stay so at their new instants."""
         through = schedule.planned_through
         for held in (False, True):
             for _id, old in self.skips_of([schedule], held=held):
@@ -140,8 +141,8 @@ class ScheduleEdit(Transaction):
             self.apply([Transition(Event.MOVE, row, moved)])
 
     def _replan(self, stored: Schedule, schedule: Schedule, calendar: WorkingCalendar) -> Schedule:
-        """When it comes next, and what waits of instants that it no longer has is taken back; nothing of that when only how it runs was
-        changed."""
+        """Compute its next instant and withdraw waiting starts of instants that it no longer has; neither if only the
+        way it runs was changed."""
         noted = {name: getattr(stored, name) for name in NOT_THE_RULE if name not in ("id", "changed_at")}
         schedule = replace(schedule, **noted)
         if _when(schedule) == _when(stored):
@@ -166,8 +167,8 @@ class ScheduleEdit(Transaction):
         return schedule
 
     def change_waiting(self, schedule: Schedule, target: Robot | Group, mission: Mission) -> None:
-        """What waits takes over how the schedule runs now, and is judged by that; so is what is on its way when it is sent
-        (``wanted``)."""
+        """Waiting starts take over the schedule's new values; starts being sent are checked against them when they are
+        sent (``wanted``)."""
         for row in self.unsent_of([schedule]):
             columns = as_defined(
                 self.c, row, schedule, target, mission, self.settings, self.stored_settings.install_id(self.c)

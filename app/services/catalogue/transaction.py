@@ -97,7 +97,8 @@ class Transaction:
         return meant
 
     def mission_for(self, target: Robot | Group, mission_id: int) -> Mission:
-        """The mission of that name on that robot; of a group the one for all robots, in place of which each takes its own of that name."""
+        """The mission of that name on that robot; for a group the one for all robots; each robot then uses its own of
+        that name."""
         if isinstance(target, Robot):
             return self._mission_on(target.id, mission_id)
         mission = self.the_mission(mission_id)
@@ -138,7 +139,7 @@ class Transaction:
         ]
 
     def withdraw_all(self, schedule: Schedule, was: str, kept: Collection[int] = ()) -> list[Execution]:
-        """The same of a schedule that ``was`` "deleted", "switched_off" or "changed", but for what is ``kept``."""
+        """The same for a schedule that ``was`` "deleted", "switched_off" or "changed", except ``kept`` ones."""
         rows = [row for row in self.unsent_of([schedule]) if row.id not in kept]
         return self.withdraw(rows, Reason(ReasonCode.SCHEDULE_CHANGED, {was: True}))
 

@@ -57,13 +57,13 @@ class Removed:
     idle: Sequence[tuple[int, IdleRule]] = ()  # by robot id
     holds: Sequence[Hold] = ()
     days: Sequence[DayException] = ()
-    starts: Sequence[Execution] = ()  # that were open of those schedules, or that ended with the robot, as they were
+    starts: Sequence[Execution] = ()  # open ones of those schedules, or those that ended with the robot, as before
     group: Group | None = None
     member_of: Sequence[Group] = ()  # that the robot was in
     watches: Sequence[Watch] = ()  # what may still come to the robot
     place: Place | None = None
     uses: Sequence[tuple[int, int]] = ()  # of places by those missions, ids of both
-    put_back: list[bool] = field(default_factory=list, compare=False)  # once: it tells of what was there before
+    put_back: list[bool] = field(default_factory=list, compare=False)  # once: it describes what was there before
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class Switched:
 
 
 def switch_back(edit: Edit, switched: Switched) -> None:
-    """Only the switch: whatever else of the schedule was changed since stays. What fell due while it was off is due."""
+    """Only the switch: other changes of the schedule since then stay. Starts that fell due while it was off are due."""
     before = switched.schedule
     schedule = edit.save_schedule(replace(edit.the_schedule(before.id), enabled=before.enabled))
     if (
@@ -93,8 +93,9 @@ def switch_back(edit: Edit, switched: Switched) -> None:
 
 
 def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
-    """Put back what a deletion took, under its old ids, with what waited. What would have fallen due meanwhile writes no row. ``missed``:
-    uses of places that could not be put back before, as the other one was still deleted; returns those of now."""
+    """Restore what a deletion removed, under its old ids, with waiting starts. Instants between write no row.
+    ``missed``: uses of places that could not be restored before, as the other one was still deleted; returns those
+    missed now."""
     _check_is_gone(edit, removed)
     if removed.robot is not None:
         if edit.robots.by_name(edit.c, removed.robot.name):
@@ -124,7 +125,7 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
             edit.group_starts.watch(edit.c, watch)
     if removed.group is not None:
         _restore_group(edit, removed.group)
-    edit.groups.keep_fewer_free(edit.c, validation.FEWEST_TO_KEEP_FREE)  # others of its robots may be gone
+    edit.groups.keep_fewer_free(edit.c, validation.FEWEST_TO_KEEP_FREE)  # others of its robots may be deleted
     uses = missed.union(removed.uses)
     if removed.place is not None:
         _restore_place(edit, removed.place)
@@ -161,9 +162,7 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
                 name=schedule.name,
             )
         through = max(edit.now, schedule.started_through or edit.now)
-        if (
-            schedule.planned_through is not None and schedule.planned_through > through
-        ):  # the clock was set back meanwhile
+        if schedule.planned_through is not None and schedule.planned_through > through:  # the clock was set back since
             schedule = replace(schedule, planned_through=through)
         edit.schedules.add(edit.c, replace(schedule, changed_at=edit.now))
         edit.notes.append(f"schedule {schedule.name!r} put back")
@@ -230,19 +229,19 @@ def _restore_place(edit: Edit, place: Place) -> None:
 
 
 def _restore_idle(edit: Edit, robot_id: int, rule: IdleRule) -> None:
-    """Unless there is another one by now, or its robot or mission is gone."""
+    """Unless another one exists now, or its robot or mission was deleted."""
     robot = edit.robots.get(edit.c, robot_id)
     if robot is not None and robot.idle is None and edit.missions.get(edit.c, rule.mission_id):
         edit.robots.update(edit.c, replace(robot, idle=rule))
 
 
 def _restore_start(edit: Edit, before: Execution, together: Collection[datetime], *, has_its_robot_again: bool) -> None:
-    """What waited waits again, where the plan has it by now; what its robot had, or may have, is looked for there, as soon as that is there
-    again. ``together``: instants of all that are put back, which were there beside each other. Decided without the history: what it has
-    forgotten by now is put back as it was."""
+    """Waiting starts wait again if the plan still has them; starts that its robot had, or may have, are looked for
+    there as soon as the robot is restored. ``together``: instants of all restored starts, which existed at the same
+    time. Decided without the history, which may have forgotten them."""
     row, was_waiting = edit.executions.get(edit.c, before.id), before.state is State.WAITING
     if row is None and before.schedule_id is not None and before.planned_at > edit.now:
-        return  # the clock was set back meanwhile: its instant is planned again
+        return  # the clock was set back since: its instant is planned again
     if row is None:  # what was in doubt was found on its robot: else it would be kept
         may_wait, goes_on = was_waiting, has_its_robot_again and not was_waiting
     elif row.state is not State.CANCELLED or row.reason is None or (was_waiting and row.withdrawn is not None):
@@ -275,7 +274,7 @@ def _has_made_way(edit: Edit, row: Execution, together: Collection[datetime] = (
 
 
 def _wait_again(edit: Edit, row: Execution) -> None:
-    """As its schedule is defined by now, and of a group for whichever robot; not where it is too late."""
+    """As its schedule is defined now, and for a group on any robot; not if it is too late."""
     row = replace(
         row,
         state=State.WAITING,
@@ -312,15 +311,14 @@ def may_wait_again(row: Execution) -> bool:
 
 
 def wait_again(edit: Edit, execution_id: int) -> None:
-    """A start that a person has cancelled while it waited is wanted after all; raises InvalidInput where it can't wait as it did.
-
-    Nothing runs twice by that: it is the same row with the same token, no new one, and not a single request of it has ever been sent.
-    After this one transaction it is as if it had never been cancelled: whatever is asked before a row is sent is asked of it anew. What
-    would have ended it meanwhile, had it waited, is asked here.
+    """Undo the cancellation of a waiting start; raises InvalidInput if it can't wait again. Nothing runs twice: it is
+    the same row with the same token, and no request for it was ever sent. After this one transaction it is as if it had
+    never been cancelled: all checks before sending apply again. Whatever would have ended it while it was cancelled is
+    checked here.
     """
     row = edit.executions.get(edit.c, execution_id)
     if row is not None and row.state is State.SKIPPED and row.schedule_id is not None and row.planned_at > edit.now:
-        _plan_again(edit, row, row.schedule_id)  # the clock was set back meanwhile
+        _plan_again(edit, row, row.schedule_id)  # the clock was set back since
         return
     if row is None or not may_wait_again(row):
         raise InvalidInput("execution", "this start no longer waits and can't wait again")

@@ -58,7 +58,7 @@ def group(entered: Group, *, may_be_empty: bool = False) -> Group:
 
 
 def _machine(address: str) -> object:
-    """One that makes no sense, after a damage, is no other's."""
+    """An invalid one, after damage, belongs to no other."""
     try:
         return machine(address)
     except InvalidInput:

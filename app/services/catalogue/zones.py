@@ -66,7 +66,7 @@ def _ask_for_zone(edit: Edit) -> None:
 
 
 def was_chosen(edit: Edit) -> None:
-    """By a person, or with a configuration: the alarm that asks for it ends."""
+    """Chosen by a person or by a configuration: the alarm that asks for it ends."""
     if guessed := edit.alarms.active(edit.c, *ZONE_GUESSED):
         edit.alarms.clear(edit.c, *ZONE_GUESSED, edit.now)
         edit.alarms.acknowledge(edit.c, guessed.id, edit.now)

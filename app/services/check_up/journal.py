@@ -45,8 +45,9 @@ class Journal:
         return self._left
 
     def begin(self) -> None:
-        """Both or neither is on the disk: what a trial is about to change, and the hold. It has no end, as nothing may be sent to the robot
-        before it is as it was; a person may release it. Raises InvalidInput where the robot has been removed or replaced."""
+        """Both or neither is on the disk: what a trial is about to change, and the hold. It has no end, as nothing may
+        be sent to the robot until it is restored; a person may release it. Raises InvalidInput where the robot has been
+        removed or replaced."""
         self._holds.hold(
             HOLD, robot_id=self._robot.id, also=lambda c, hold: self._put(c, replace(self._left, hold=hold.id))
         )
@@ -81,7 +82,8 @@ class Journal:
 
 
 class Outcome(NamedTuple):
-    """``problem``: what could not be put back; None: all was. ``stays_paused``: by somebody else. ``is_in_error``: the robot stands so."""
+    """``problem``: what could not be restored; None: everything was. ``stays_paused``: by somebody else.
+    ``is_in_error``: the robot's state."""
 
     problem: Message | None
     stays_paused: bool = False
@@ -127,7 +129,8 @@ def put_back(
 
 
 def _end_pause(session: CheckUpSession, journal: Journal, ours: Iterable[parse.Object], is_in_use: bool) -> Outcome:
-    """Of the trial; one that is or may be somebody else's stays. ``is_in_use``: by others, so that it would drive off."""
+    """Ends the trial's pause; one that is or may be somebody else's stays. ``is_in_use``: by others, so that it would
+    drive off."""
     status = session.robot.paced_status()
     if status.state is not RobotState.PAUSE:
         return Outcome(None, is_in_error=status.state is RobotState.ERROR)
@@ -170,7 +173,7 @@ def set_state(session: CheckUpSession, state: RobotState) -> None:
 
 
 def read_item(session: CheckUpSession, queue_id: int) -> parse.Object:
-    """Empty: there is none. Raises RobotError."""
+    """Empty if there is none. Raises RobotError."""
     answer = session.robot.get(f"{QUEUE}/{queue_id}").checked(*NOT_THERE)
     if not answer.is_good:
         return {}
@@ -198,14 +201,14 @@ def has_ended(item: parse.Object) -> bool:
 
 
 def _is_of_trial(item: parse.Object, left: LeftBehind) -> bool:
-    """By its token, in whichever field that is; by the mission that was made."""
+    """By its token in any field; by the mission that was made."""
     return any(isinstance(value, str) and value in left.tokens for value in item.values()) or (
         left.mission is not None and item.get("mission_id") == left.mission
     )
 
 
 def _may_be_of_trial(item: parse.Object, left: LeftBehind, user: str, is_claimed: Callable[[int], bool]) -> bool:
-    """Where robots forget tokens: by what was queued, if it is nobody else's."""
+    """For robots that forget tokens: by the mission queued, if it is not somebody else's."""
     return (
         left.queued is not None
         and item.get("mission_id") == left.queued
@@ -219,7 +222,7 @@ def _items(
 ) -> tuple[list[parse.Object], list[parse.Object]]:
     """Those of the trial, and open ones of others."""
     items = list(items_above(session, left.queue_floor))
-    # With a token found, the robot keeps them: the rest is of others.
+    # With a token found, the robot keeps them: the rest belongs to others.
     ours = [item for item in items if _is_of_trial(item, left)] or [
         item for item in items if _may_be_of_trial(item, left, session.identity.user_name, is_claimed)
     ]

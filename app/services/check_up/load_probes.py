@@ -17,7 +17,7 @@ LOAD_S, LOAD_A_SECOND = 10.0, 4  # how long, and how many: more than the app ask
 BACK_WITHIN = 300.0  # s that a robot which went away is waited for: longer than it boots
 SLOW_S, LOST = 1.0, 0.02  # from here on it is reported
 LEAST_S = 0.01  # the least that is shown
-TOO_SLOW_S = Timeouts().read  # an answer that takes longer is none, unless the robot's profile allows for it
+TOO_SLOW_S = Timeouts().read  # a slower answer counts as none, unless the robot's profile allows for it
 QUIET_FACTOR, TIMEOUT_FACTOR = 6, 2  # times the slowest answer
 LONGEST_QUIET, LONGEST_TIMEOUT = 600.0, 30.0
 LENGTH_S = READS_S + QUESTIONS + LOAD_S  # that reading a robot takes, about
@@ -78,8 +78,8 @@ def _rate(session: CheckUpSession, asked: int, lost: int, usual: float, slowest:
 
 
 def load(session: CheckUpSession) -> Found:
-    """Ten seconds of as many questions as the app asks at its busiest, one after the other, unless the robot is at work. Where one is not
-    answered it is asked as often once more, unless it has booted: one gap may be of the radio."""
+    """Ask for ten seconds as often as the app does at its busiest, unless the robot is working. If an answer is
+    missing, try again, unless the robot has booted: one gap may be the radio's."""
     before, began = session.status(), session.clock.monotonic()
     if before is None or before.state not in (RobotState.READY, RobotState.PAUSE):
         return amber(

@@ -1,4 +1,4 @@
-"""The first stage of a check-up: everything that a robot tells when it is asked. It changes nothing there."""
+"""The first stage of a check-up: everything that can be read from a robot. It changes nothing there."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from app.services.check_up.session import CheckUpSession, Found, amber, green, r
 
 MISSIONS_S = 15.0  # at most, for the details of missions
 SMALL_OFFSET_S, LARGE_OFFSET_S = 10.0, 600.0  # of clocks; from the second on the app doubts the tablet's
-# What tells MiR's definitions of the interface apart, and the softwares that have each.
+# What distinguishes MiR's definitions of the interface, and the software versions of each.
 DEFINITIONS: Mapping[str, tuple[bool, bool]] = {"2.14.7": (False, False), "3.5.4": (True, False), "3.8.1": (True, True)}
 ITEM_STATES = ("Pending", "Executing", "Abort", "Done", "Aborted")
 
@@ -80,7 +80,7 @@ def software(session: CheckUpSession) -> Found:
 
 
 def _offers(session: CheckUpSession, path: str) -> bool | None:
-    """None: it can't be told, as the user may not read it or the robot has an error."""
+    """None: unknown, as the user may not read it or the robot has an error."""
     answer = session.robot.get(path)
     if answer.is_good:
         return True

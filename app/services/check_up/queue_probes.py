@@ -212,7 +212,7 @@ def _name(entry: Mapping[str, Any]) -> str:
 
 
 def _is_of_others(entry: Mapping[str, Any], user: str) -> bool | None:
-    """None: it can't be told."""
+    """None: unknown."""
     name = clean(entry.get("created_by_name"), 80)
     if entry.get("fleet_schedule_guid"):
         return True
@@ -220,7 +220,7 @@ def _is_of_others(entry: Mapping[str, Any], user: str) -> bool | None:
 
 
 def _local_now(session: CheckUpSession, newest: datetime) -> datetime:
-    """The robot's own time as its items tell it: by its zone and clock, where they are known, else that of its newest item."""
+    """The robot's own time: from its zone and clock if known, else the time of its newest item."""
     zone, offset = session.facts.get("timezone"), session.facts.get("clock_offset")
     if zone is None or offset is None:
         return newest

@@ -54,7 +54,7 @@ LEVELS: Mapping[Level, Message] = {
 }
 DEFINITIONS = {(2, 0): "2.14.7", (3, 0): "3.5.4", (3, 8): "3.8.1"}  # the simulator's, each from that software on
 OFFLINE_S = 40.0  # that a robot boots, where only that it does is known
-SMALL_OFFSET_S = 2.0  # of clocks: not more than the resolution of what robots tell
+SMALL_OFFSET_S = 2.0  # of clocks: not more than the resolution of robots' times
 LARGEST_OFFSET_S = 1e6  # that the simulator takes
 # What items have anyway, so that on a simulated robot the description can't be moved there.
 ITEM_FIELDS = frozenset(
@@ -108,7 +108,7 @@ def heading(report: Report, zone: str, language: Language = str) -> list[str]:
 
 
 def text(report: Report, zone: str, language: Language = str) -> str:
-    """Plain text: what has to be put right first, each finding with what it means."""
+    """Plain text: problems first, each finding with its meaning."""
     lines = heading(report, zone, language)
     for level, findings in _by_level(report).items():
         lines += ["", render(LEVELS[level], language)]

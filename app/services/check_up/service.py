@@ -86,7 +86,7 @@ class CheckUps:
         return moves(self._robot(robot_id).name, trial)
 
     def harmless_missions(self, robot_id: int) -> Sequence[str]:
-        """Names of the robot's missions, of which a person may choose a harmless one for a trial. Asks the robot. Raises RobotError or
+        """Names of the robot's missions, to choose a harmless one for a trial. Asks the robot. Raises RobotError or
         InvalidInput."""
         with self._client(self._robot(robot_id)) as client:
             return sorted(missions_of(client), key=str.casefold)
@@ -108,7 +108,7 @@ class CheckUps:
         robot = self._robot(robot_id)
         with self._alone_with(robot), self._client(robot) as client:
             problem: Message | None
-            try:  # first: what the last one left may be in the way of this one
+            try:  # first: remains of the last one may block this one
                 problem = self._trials.put_back(self._session(client), robot)
             except (RobotError, InvalidInput) as error:
                 problem = error.message
@@ -189,14 +189,14 @@ class CheckUps:
         return {key: left for key, left in self._trials.left_behind().items() if key not in self._under_way}
 
     def put_back(self, robot_id: int) -> Message | None:
-        """What a trial that was cut off left on the robot. Returns what could not be; None: all is as it was. Raises InvalidInput or
-        RobotError."""
+        """Undo an interrupted trial on the robot. Returns what could not be undone; None: everything is restored.
+        Raises InvalidInput or RobotError."""
         robot = self._robot(robot_id)
         with self._alone_with(robot), self._client(robot) as client:
             return self._trials.put_back(self._session(client), robot)
 
     def keep_paused(self, robot_id: int) -> None:
-        """A person presses Pause: a trial under way ends, and whatever is put back, the robot stays in Pause."""
+        """A person presses Pause: a trial under way ends and is undone, but the robot stays paused."""
         self._trials.keep_paused(robot_id)
 
     def tick(self) -> None:

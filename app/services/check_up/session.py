@@ -59,7 +59,7 @@ class CheckUpSession:
         return self.identity
 
     def once(self, path: str) -> Answer:
-        """Asked for the first time, then as it was answered."""
+        """Asked once, then the same answer."""
         return self.answers.get(path) or self.answers.setdefault(path, self.robot.get(path))
 
     def add(self, topic: Topic, found: Found | None) -> None:

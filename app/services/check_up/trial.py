@@ -1,7 +1,7 @@
-"""The second stage of a check-up: a harmless mission is queued, to see what becomes of it.
+"""The second stage of a check-up: a harmless mission is queued and watched.
 
-Four items, while the robot is paused: one, the same once more, one that is cancelled, one of higher priority. Then the robot is released,
-and paused once more while one of them runs. What is about to change is noted before it is changed.
+Four items while the robot is paused: one, the same again, one to cancel, one of higher priority. Then the robot is
+released, and paused again while one of them runs. What is about to change is noted before it is changed.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ WENT_ON = red(
 
 @dataclass
 class Item:
-    """One that was queued. ``words``: what its state was called in each phase. ``now``: as it was read last."""
+    """A queued item. ``words``: its state's word in each phase. ``now``: as last read."""
 
     token: str
     answer: Answer
@@ -80,7 +80,7 @@ class Item:
 
 @dataclass
 class TrialResult:
-    """What a trial has seen. None: not tried, or it could not be told."""
+    """The results of a trial. None: not tried, or unclear."""
 
     items: list[Item] = field(default_factory=list)
     cancelled: Item | None = None  # one of them, as is the one of higher priority
@@ -107,7 +107,8 @@ class TrialResult:
 
 
 class TakenOver(Exception):
-    """Somebody else has paused the robot, or ended the trial's pause: from then on it is theirs. ``found``: what shows it."""
+    """Somebody else has paused the robot, or ended the trial's pause: from then on the pause is theirs. ``found``: the
+    evidence."""
 
     def __init__(self, found: Found) -> None:
         self.found = found

@@ -1,4 +1,4 @@
-"""Trials on robots that the app schedules on: in room that the plan leaves, noted in the database, and put back whatever happens."""
+"""Trials on robots in use: in gaps of the plan, recorded in the database, and undone in every case."""
 
 from __future__ import annotations
 
@@ -65,7 +65,8 @@ class Trials:
         self._stays_paused = set[int]()  # robots on which a person has pressed Pause since their trial began
 
     def check(self, robot: Robot, client: RobotClient, agreed: Trial) -> None:
-        """Before the robot is read for a minute; reading it tells when it does not answer. Raises InvalidInput with what is in the way."""
+        """Before the robot is read for a minute; reading shows if it does not answer. Raises InvalidInput with the
+        obstacle."""
         self._check_room(robot, agreed)
         with contextlib.suppress(RobotError):
             _mission(client, agreed)
@@ -94,7 +95,7 @@ class Trials:
         return result.problem is None and not result.may_not_make
 
     def _begin(self, session: CheckUpSession, robot: Robot, agreed: Trial) -> Journal:
-        """Of what will be changed. Raises InvalidInput with what is in the way, RobotError or Cancelled."""
+        """Record what will be changed. Raises InvalidInput with the obstacle, RobotError or Cancelled."""
         if (rest := session.facts.get("rest")) is not None:
             session.robot.spare(rest.requests, rest.seconds)
         slow_s = REQUESTS * (session.facts.get("latency") or (0.0,))[-1]
@@ -122,7 +123,7 @@ class Trials:
             self._clock.sleep(1.0)
 
     def _finish(self, session: CheckUpSession, robot: Robot, journal: Journal) -> Found:
-        """Everything as it was, and a finding of it."""
+        """Restore everything, and report it as a finding."""
         outcome = Outcome(None)
         for tries_left in reversed(range(TRIES)):
             try:
@@ -154,7 +155,7 @@ class Trials:
         return green("Its state is the same as before: nothing is queued, no mission was left, it is not paused")
 
     def keep_paused(self, robot_id: int) -> None:
-        """A person presses Pause: it is theirs from now on, and a trial under way ends."""
+        """A person presses Pause: the pause is theirs from now on, and a trial under way ends."""
         if robot_id in self.left_behind():
             self._stays_paused.add(robot_id)
             self._db.write(lambda c: self._check_ups.keep_paused(c, robot_id))
@@ -207,16 +208,16 @@ class Trials:
         highest = session.robot.client.highest_queue_id() if is_idle_period else None
         outcome = put_back(session, journal, lambda queue_id: self._is_of_plan(robot, queue_id), is_late=is_late)
         if outcome.problem is None and highest is not None and highest <= left.queue_floor + len(left.tokens):
-            self._ledger.note_idle_copy(robot.id, highest, runs=True)  # nobody else has used the robot
+            self._ledger.note_idle_copy(robot.id, highest, runs=True)  # no one else has used the robot
         return outcome
 
     # ------------------------------------------------------------------ inside
     def _is_of_plan(self, robot: Robot, queue_id: int) -> bool:
-        """Or may be: what is on its way has no number yet."""
+        """Or may be: items being sent have no number yet."""
         return self._ledger.is_claimed(robot.id, queue_id) or bool(self._ledger.open_for(robot.id, (State.SUBMITTING,)))
 
     def _check_room(self, robot: Robot, agreed: Trial, slow_s: float = 0.0) -> None:
-        """Raises InvalidInput with what is in the way of a trial that begins now: the plan goes first, and so does a person's hold."""
+        """Raises InvalidInput with the obstacle to a trial that begins now: the plan and a person's hold go first."""
         c, now = self._db.read(), self._clock.now()
         ends = now + timedelta(seconds=length_s(agreed) + slow_s)
         groups = {group.id for group in GroupRepository().all(c) if robot.id in group.members}

@@ -1,9 +1,9 @@
 """Gives each start of a group to one of its robots as soon as one is free, and never to two.
 
-A start of a group is a row without a robot. There is one allocator, on the engine's thread: it takes what the workers have read
-(``group_state``), has ``app.services.allocation`` choose, and assigns the robot: one write that finds the row still without one,
-and everything as it was. From then on the row is that robot's worker's, which alone gives it back, when certainly nothing of it is
-on the robot.
+A start of a group is a row without a robot. There is one allocator, on the engine's thread: it takes what the workers
+have read (``group_state``), has ``app.services.allocation`` choose, and assigns the robot: one write, made only if the
+row still has no robot and nothing has changed. From then on the row belongs to that robot's worker; only the worker
+gives it back, when certainly nothing of it is on the robot.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from app.services.dispatch.worker import RobotWorker
 from app.services.executions import transitions
 from app.services.executions.transitions import Event, Transition, why_withdrawn
 
-ASSIGNED_TOGETHER = 50  # with one write: more would hold up what else is to be written
+ASSIGNED_TOGETHER = 50  # with one write: more would delay other writes
 
 
 class Allocator:
@@ -87,7 +87,7 @@ class Allocator:
         return self._waiting.may_be_tried(row, reason) and not self._waits_for_the_one_before(row)
 
     def _await_fresh_status(self, row: Execution, group: Group, workers: Mapping[int, RobotWorker]) -> bool:
-        """Whether robots of its group that answer and were not read a moment ago are to be heard before one is chosen: they have just been
+        """Whether to wait for a fresh status of answering robots of its group before one is chosen: they have just been
         asked."""
         left = self._met_at[row.id] + LOOKS_FOR - self._clock.monotonic()
         if left <= 0 or not any(workers[key].seen.is_awaiting_answer for key in group.members if key in workers):
@@ -105,7 +105,7 @@ class Allocator:
         return self._refused_by_all(row, others)
 
     def _refused_by_all(self, row: Execution, members: Sequence[Robot]) -> Reason | None:
-        """The last refusal, where every robot of the group that is switched on has refused it for good."""
+        """The last refusal, if every switched-on robot of the group has finally refused it."""
         tried = [row.tried.get(str(robot.id), {}) for robot in members if robot.enabled]
         if not all(each.get("is_for_good") for each in tried):
             return None
@@ -122,7 +122,7 @@ class Allocator:
         )
 
     def _waits_for_the_one_before(self, row: Execution) -> bool:
-        """Of a schedule that queues: the earlier start, on whichever robot it is."""
+        """The earlier start of a schedule that queues, on any robot."""
         before = row.schedule_id and self._starts.earlier_open(self._s.db.read(), row.schedule_id, row.planned_at)
         if before:
             self._ledger.waits(row, Wait.ROBOT, group=row.robot_group, before=before.isoformat())

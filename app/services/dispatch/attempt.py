@@ -1,4 +1,4 @@
-"""A start on its way to its robot: what its worker knows of it, and its row does not."""
+"""A start being sent: what its worker knows about it and its row does not."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class Phase(Enum):
     READY = auto()  # its intent is on disk, its instant is still to come
     BACKOFF = auto()  # it waits, and is looked at again at ``wake_at``
     IN_DOUBT = auto()  # its request may have reached the robot, or may still reach it
-    ACCEPTED = auto()  # the robot has it; that is to be written
+    ACCEPTED = auto()  # the robot has it; not written yet
 
 
 @dataclass(slots=True)
@@ -32,7 +32,7 @@ class Attempt:
 
 
 def intent_of(row: Execution) -> tuple[object, ...]:
-    """What tells one intent of a row from the next: a start of a group may come to the same robot again."""
+    """Identifies an intent of a row: a start of a group may come to the same robot again."""
     return row.id, row.attempts, row.bound_at
 
 

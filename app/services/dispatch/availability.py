@@ -26,8 +26,8 @@ def is_charging(status: RobotStatus | None) -> bool:
 
 
 def at_work(rows: Iterable[Execution], status: RobotStatus | None) -> list[Execution]:
-    """Of the open ones of a robot those that keep it from something else: not its own idle mission, while that has it charge, nor what
-    waits for something else than the robot."""
+    """A robot's open starts that block others: not its idle mission while it charges, and not starts that wait for
+    something other than the robot."""
     return [
         row
         for row in rows
@@ -37,8 +37,8 @@ def at_work(rows: Iterable[Execution], status: RobotStatus | None) -> list[Execu
 
 
 def is_free(status: RobotStatus | None, queue: Sequence[QueueItem], rows: Iterable[Execution]) -> bool:
-    """Ready, or charging, with nothing of anybody in its queue: between two missions it is ready for a moment. ``rows``: open ones of ours,
-    but for the one that is to go there."""
+    """Ready, or charging, with an empty queue: between two missions it is ready for a moment. ``rows``: its open
+    executions, except the one to be sent."""
     if status is None or not (status.state is RobotState.READY or is_charging(status)) or not can_work(status):
         return False
     return not at_work(rows, status) and not any(item.is_pending for item in queue)

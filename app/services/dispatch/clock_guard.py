@@ -116,11 +116,14 @@ class ClockGuard:
         self._last_heartbeat = self._settings.heartbeat(self._db.read())
         self._confirmed_at = to_optional_instant(self._settings.get(self._db.read(), CLOCK_CONFIRMED_AT))
         now, self._started_at = self._clock.now(), self._clock.monotonic()
-        self._last = (now, self._started_at)  # robots may tell the time, and the clock be set, before the first round
+        self._last = (
+            now,
+            self._started_at,
+        )  # before the first round, robots may report the time and the clock may be set
         self._begin_doubt(now)
 
     def judge(self, readings: Readings, can_ask: bool) -> Judgement:
-        """One round. ``can_ask``: there are robots that may tell the time."""
+        """One round. ``can_ask``: some robots may report the time."""
         now, mono = self._clock.now(), self._clock.monotonic()
         self._notice_step(now, mono)
         self._last = (now, mono)
@@ -140,7 +143,7 @@ class ClockGuard:
         return Judgement(False)
 
     def acted(self) -> None:
-        """What the last judgement asked for has been done; until then each one asks for it again, as nothing may be writable just now."""
+        """The actions of the last judgement were done; until then each judgement repeats them, as writing may fail."""
         self._absent_since, self._went_back, self._step, self._wrong = None, False, timedelta(), None
 
     def is_contradicted(self, robot_id: int, reading: ClockReading) -> bool:
@@ -167,7 +170,7 @@ class ClockGuard:
         return doubt
 
     def _end_doubt(self, now: datetime, wrong: Span | None) -> None:
-        """``wrong``: the times that the clock showed before it was set right."""
+        """``wrong``: the times that the clock showed before it was corrected."""
         doubt, self._doubt = self._doubt, None
         self._wrong = wrong or self._wrong
         if self._confirmed_at is not None:
@@ -242,8 +245,9 @@ class ClockGuard:
         return None
 
     def _overrule(self, readings: Readings, mono: float) -> None:
-        """Robots whose clocks differ when a person says that the tablet's is right have no say until they have not differed for long. As
-        long as the tablet's clock does not step, it is theirs that move when they differ in another way: no reason to hold the plant."""
+        """Robots whose clocks differ when a person says that the tablet's is right are ignored until they have agreed
+        for long. If the tablet's clock does not step and theirs differ in another way, theirs have moved: no reason for
+        a hold."""
         self._overruled = {key: mono for key, reading in readings.items() if abs(reading.offset) > CLOCKS_AGREE}
         if self._overruled:
             log.warning(
@@ -312,7 +316,7 @@ class ClockGuard:
         if self._last_heartbeat is None:
             self._downtime.add(Gap(UNKNOWN_START, began))  # a run before may have ended before its first heartbeat
             self._absent_since = UNKNOWN_START
-        elif self._last_heartbeat < EARLIEST <= now:  # by a wrong clock: nothing tells for how long it was off
+        elif self._last_heartbeat < EARLIEST <= now:  # by a wrong clock: unknown for how long it was off
             self._downtime.add(Gap(self._last_heartbeat, began, clock=True))
             self._absent_since = self._last_heartbeat
         elif began - self._last_heartbeat > timedelta(seconds=2 * HEARTBEAT_EVERY):

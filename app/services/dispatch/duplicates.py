@@ -1,7 +1,8 @@
-"""Items that our requests put on a robot's queue: which one is an execution's, and what becomes of a second one, or of one that came late.
+"""Items that the app put on a robot's queue: which one belongs to an execution, and what to do with second or late
+ones.
 
-The token in ``description`` is the proof. A robot that does not give descriptions back is judged by mission, user and number; while it is
-not known yet whether it does, an item that may be ours is taken for ours: rather that than sent twice.
+The token in ``description`` is the proof. A robot that does not give descriptions back is judged by mission, user and
+number; while it is not known yet whether it does, an item that may be ours is taken for ours, to avoid sending twice.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ log = logging.getLogger(__name__)
 SEARCHED_AFTER_RESTORE = 1000  # newest queue items that are searched for what a restored backup does not know
 DOUBLED_WITHIN = timedelta(minutes=1)  # of a start, and a poll more: what the network may do to a request
 LOOKS_BACK = timedelta(hours=1)  # for starts that another tablet may have made too
-# Nobody wanted it not to run.
+# No person cancelled it.
 MAY_STILL_RUN = (
     ReasonCode.UNKNOWN_OUTCOME,
     ReasonCode.WINDOW_CLOSED,
@@ -74,8 +75,8 @@ class Duplicates:
         return candidates
 
     def do_tokens_come_back(self) -> bool | None:
-        """Whether this robot, as it is now, returns a description as it was sent: judged by the newest item that is certainly ours, where
-        its check-up has not shown that it does not. None: not known."""
+        """Whether this robot now returns descriptions unchanged: judged by the newest item that is certainly ours,
+        unless its check-up has shown that it does not. None: unknown."""
         known = self._seen.known
         if known is not None and known.token_field == "":
             return False
@@ -124,7 +125,8 @@ class Duplicates:
         )
 
     def is_ours(self, row: Execution, item: QueueItem) -> bool:
-        """Whether the item under our number is the one we put there; after a reset of the robot's database it may be somebody else's."""
+        """Whether the item under this number is the app's; after a reset of the robot's database it may be somebody
+        else's."""
         if looks_like_token(item.description):
             return item.description == row.token
         self._has_forgotten |= item.mission_id == row.mission_guid
@@ -137,8 +139,8 @@ class Duplicates:
         return self._has_forgotten if known is None or known.token_field is None else known.token_field == ""
 
     def newest_of_idle_mission(self, last_queue_id: int | None, highest: int | None) -> int | None:
-        """The robot's newest item, where all since its last idle mission are copies of idle missions of ours: it was not used
-        otherwise. None: it was, or its answers don't tell. Raises RobotError when it does not answer."""
+        """The robot's newest item, if all items since its last idle mission are copies of the app's idle missions: it
+        was not used otherwise. None: it was used, or unknown. Raises RobotError if it does not answer."""
         if last_queue_id is None or highest is None or highest <= last_queue_id:
             return None
         try:
@@ -191,7 +193,7 @@ class Duplicates:
 
     # ------------------------------------------------------------------ one too many
     def watch_for(self, row: Execution) -> None:
-        """Its request was given up and may arrive all the same: the robot's queue is searched for it for a while."""
+        """Its request was given up and may still arrive: the robot's queue is searched for it for a while."""
         self._watched[row.token] = (row.queue_floor or 0, self._s.clock.monotonic() + WATCHED_FOR)
 
     def watch_from(self, row: Execution, floor: int) -> None:
@@ -208,7 +210,8 @@ class Duplicates:
         self._ledger.watch(row, self._seen.robot.id)
 
     def watch_again(self) -> None:
-        """What an earlier run of the app gave up; where its time is over, once more, for it may have come while no one looked."""
+        """Starts that an earlier run of the app gave up; if their time is over, search once more, as they may have
+        arrived unseen."""
         now, mono = self._s.clock.now(), self._s.clock.monotonic()
         for watch in self._ledger.watches_of(self._seen.robot.id):
             left = (watch.until - now).total_seconds()
@@ -219,7 +222,7 @@ class Duplicates:
         return any(until > self._s.clock.monotonic() for _floor, until in self._watched.values())
 
     def remove_duplicates(self, open_items: Sequence[QueueItem]) -> None:
-        """Set right what the robot has more than once, or although its row has ended."""
+        """Handle items that the robot has more than once, or whose row has ended."""
         if self._s.holds.is_copy is not None:
             return  # these rows are another tablet's
         items = {item.id: item for item in open_items if looks_like_token(item.description)}
@@ -263,8 +266,9 @@ class Duplicates:
             return None
 
     def _search(self, mono: float) -> list[QueueItem]:
-        """Items above the floor of everything watched for, however long the robot was away. A queue that can't be searched would keep its
-        robot unreadable for ever: after an hour of that, what is past its time is given up. Raises RobotError."""
+        """Items above the floor of all watched starts, also after a long absence of the robot. A queue that can't be
+        searched would make its robot unreadable for ever: after an hour, searches past their time are given up. Raises
+        RobotError."""
         try:
             newer = self._client.items_after(self._watched_from()) if self._watched else []
         except RobotError:
@@ -278,8 +282,8 @@ class Duplicates:
         return newer
 
     def _report_unmarked_items(self, newer: Sequence[QueueItem], open_items: Sequence[QueueItem]) -> set[str]:
-        """On a robot that gives no tokens back, an item that may be a second one of a start that is watched for, or was sent lately, can't
-        be told from one that a person put there, so a person decides. Returns the tokens of those that can't be judged yet."""
+        """A robot that returns no tokens may have a second item of a watched or recent start, or one that a person put
+        there: a person decides. Returns the tokens of those that can't be judged yet."""
         self.note_accepted()  # while the robot was read others may have been sent
         watched = [
             (row, floor)
@@ -351,7 +355,7 @@ class Duplicates:
             self._s.alarms.clear("two_tablets", "tablet")
 
     def _reconcile_item(self, row: Execution, item: QueueItem) -> bool:
-        """Returns whether that is done; else it is to be met again."""
+        """Returns whether that is done; else it is tried again."""
         if row.queue_id is None:
             return self._late_item(row, item)
         if item.id == row.queue_id:  # it could not be read, and is followed again
@@ -366,7 +370,7 @@ class Duplicates:
     def _item_elsewhere(self, row: Execution, item: QueueItem) -> bool:
         """One of a group that this robot gave back, and another one may have: the first that can be seen is the one, where nothing
         has been sent to that one. Returns whether that is done."""
-        if row.cancel_code and item.is_open:  # cancelled, on whichever robot
+        if row.cancel_code and item.is_open:  # cancelled, on any robot
             return self._cancel_late(row, item)
         if row.state is State.WAITING:  # a copy that was cancelled here says nothing about it
             return item.state is QueueState.ABORTED or bool(
@@ -379,8 +383,8 @@ class Duplicates:
         return self._late_item(row, item)
 
     def _late_item(self, row: Execution, item: QueueItem) -> bool:
-        """The only item of a row that ended without one: what is too late, or not wanted any more, is cancelled unless it is done; else the
-        row is put right."""
+        """The only item of a row that ended without one: a late or withdrawn one is cancelled unless it is done;
+        otherwise the row is corrected."""
         is_wanted = row.reason is not None and row.reason.code in MAY_STILL_RUN
         is_too_late = item.is_pending and self._s.clock.now() >= row.closes_at
         may_run = item.is_open or item.state is QueueState.UNKNOWN

@@ -1,8 +1,8 @@
 """What happens once a second, or when something falls due: due starts, turns of polls, housekeeping, chores.
 
-No thread of its own and no request to a robot: the runner calls ``advance`` on the scheduler's thread, the simulation calls it directly,
-and ``Mailboxes`` bring what it says to the robots' workers. With a window, Kivy's Clock asks for a cycle every poll interval; headless, or
-when the window has not asked for two intervals, the engine does so itself.
+No thread of its own and no request to a robot: the runner calls ``advance`` on the scheduler's thread, the simulation
+calls it directly, and ``Mailboxes`` bring what it says to the robots' workers. With a window, Kivy's Clock requests a
+cycle every poll interval; headless, or if the window has missed two intervals, the engine does so itself.
 """
 
 from __future__ import annotations
@@ -159,7 +159,7 @@ class Engine:
 
     @property
     def seconds_to_cycle(self) -> float:
-        """Until every robot is polled again, when nothing else asks for it."""
+        """Time until every robot is polled again, without other requests."""
         every = self._poll_interval() * (2 if self._window_drives else 1)
         return (
             self._cycle_at
@@ -189,7 +189,7 @@ class Engine:
         self._mailboxes.post(robot_id, messages.Poll())
 
     def watch(self, robot_id: int | None) -> None:
-        """The robot on screen has its status read every 2 s; None: there is none."""
+        """The robot on screen, whose status is read every 2 s; None: no robot."""
         with self._lock:
             before, self._watched = self._watched, robot_id
         if before is not None and before != robot_id:
@@ -199,7 +199,7 @@ class Engine:
 
     def _on_change(self, topic: Topic, about: int | None) -> None:
         if topic in (Topic.EXECUTIONS, Topic.SCHEDULES) and self._inserting == threading.get_ident():
-            return  # the round itself knows what is to be sent, and reads the plan after it
+            return  # the round itself knows what must be sent, and reads the plan after it
         if topic is Topic.ROBOTS:
             self._robots_version += 1
         if topic in _REDEFINING or (topic is Topic.EXECUTIONS and about is None):
@@ -327,7 +327,7 @@ class Engine:
         return worker.readiness() if worker else None
 
     def _hand_over(self, plan_version: int, intents: Sequence[Execution]) -> None:
-        """``plan_version`` of before the intents were written."""
+        """``plan_version`` from before the intents were written."""
         for robot_id, group in groupby(sorted(intents, key=attrgetter("robot_id")), attrgetter("robot_id")):
             self._mailboxes.post(robot_id, messages.Start(tuple(group), plan_version))
 
@@ -354,7 +354,7 @@ class Engine:
     # ------------------------------------------------------------------ robots and their turns
     def _match_workers(self) -> None:
         """One worker for each robot as it is configured now. One that can't be made is tried again, and holds up no other."""
-        version = self._robots_version  # another change since asks for another round
+        version = self._robots_version  # another change since then needs another round
         self._match_again_at = math.inf
         wanted = {robot.id: robot for robot in self._robots()}
         for key in list(self._workers):
@@ -402,8 +402,8 @@ class Engine:
 
     # ------------------------------------------------------------------ what can wait
     def _tidy(self) -> None:
-        """Hold history and alarms to their limits, once what fell due is on its way. Gives way while more is due in a moment, but no longer
-        than a minute without a piece of it."""
+        """Prune history and alarms to their limits, after due starts were sent. Waits while more starts are due, but
+        for a minute at most."""
         mono = self._clock.monotonic()
         if mono - self._pruned_at >= PRUNE_EVERY:
             self._pruned_at = mono

@@ -34,7 +34,7 @@ from app.services.dispatch.worker import RobotWorker
 from app.services.live.snapshots import STALE_POLLS
 from app.services.planning.durations import expected, pooled
 
-MOST_TOLD = 5  # robots of which a choice tells
+MOST_TOLD = 5  # robots named in a choice
 ABOUT = 30.0  # s: an instant is given to the nearest minute
 KEPT_FOR = 60.0  # s that an estimate holds
 
@@ -70,7 +70,7 @@ class UsualDurations:
         return self._stops
 
     def hours_today(self) -> Mapping[int, float]:
-        """By the robot's id; of the local day, whoever made it run."""
+        """By the robot's id; for the local day, including missions of others."""
         mono = self._s.clock.monotonic()
         if self._hours_hold_until < mono:
             zone, now = ZoneInfo(self._s.settings().timezone), self._s.clock.now()
@@ -193,7 +193,8 @@ class GroupState:
         return None if can_work(status) else Ineligible.STOPPED
 
     def _free_s(self, robot: Robot, open_ones: Sequence[Execution]) -> float:
-        """What is left of what runs, and all of what is pending, whoever put it there; and what of ours is not there yet."""
+        """The rest of the running mission and all pending ones, also of others, and the app's starts that are not there
+        yet."""
         queue = self._s.snapshots.get(robot.id).queue
         by_item = {row.queue_id: row for row in open_ones if row.queue_id is not None}
         left = 0.0
@@ -219,7 +220,7 @@ class GroupState:
         return stops[-1].spot if stops else None
 
     def _lasts(self, robot_id: int, guid: str) -> DurationEstimate | None:
-        """Of whatever is in a robot's queue: by its own runs, by those of its group where it had few, or as typed."""
+        """Duration of any item in a robot's queue: from its own runs, its group's if it had few, or as typed."""
         own, mission = self._usual(robot_id, guid), self._by_guid.get(guid)
         if mission is None or (own is not None and own.runs >= FEW_RUNS):
             return own
@@ -249,7 +250,8 @@ class GroupState:
         )
 
     def _lacking(self, mission: str, members: Sequence[int]) -> dict[int, Ineligible]:
-        """Robots whose list of missions, as read a while ago, does not have it; where no other could do it, they are asked all the same."""
+        """Robots whose mission list, read a while ago, lacks it; if no other robot could do it, they are still
+        asked."""
         usable = [
             robot_id for robot_id in members if robot_id in self.members and self.members[robot_id].ineligible is None
         ]
@@ -359,7 +361,7 @@ class GroupState:
         }
 
     def _unfit(self, decision: Decision, option: Option) -> dict[str, Any]:
-        """Why a robot that seems free was not chosen, though nothing keeps it from having starts. Only of a choice, as metres are."""
+        """Why a free robot without an obstacle was not chosen. Only in a choice, as metres are."""
         if decision.robot_id is None:
             return {}
         if option.robot_id in self._seem_free and not option.is_free:
@@ -387,6 +389,6 @@ class GroupState:
 
 
 def _is_farther(chosen: Mapping[str, Any], *others: Mapping[str, Any]) -> bool:
-    """Than one of the others of which nothing else is said."""
+    """Than one of the others without another reason."""
     metres = chosen.get("metres", 0)
     return any(other.keys() == {"robot", "metres"} and other["metres"] < metres for other in others)

@@ -83,7 +83,7 @@ def idle_mission_is_due(
 
 
 class Obstacle(StrEnum):
-    """What keeps the idle mission of an idle robot from starting."""
+    """What stops the idle mission of an idle robot from starting."""
 
     PLANNED = "planned"  # something planned begins soon
     DAY_OFF = "day_off"

@@ -55,7 +55,7 @@ class Ledger:
         return self._executions.open_for(self._db.read(), robot_id, states)
 
     def unsent_of(self, robot_id: int) -> list[Unsent]:
-        """What waits for a robot, or is on its way to it, in short."""
+        """Starts that wait for a robot or are being sent to it, in short."""
         return self._executions.unsent_of(self._db.read(), robot_id)
 
     def unsent(self, ids: Sequence[int]) -> list[Execution]:
@@ -93,7 +93,7 @@ class Ledger:
         return added
 
     def _replace(self, c: sqlite3.Connection, before: Execution, by: Execution) -> None:
-        """Judged in the same write, as two may ask for that at once."""
+        """Decided in the same write, as two may ask for it at once."""
         row = self._executions.get(c, before.id)
         other = None if row is None else self._instead_of(c, row)
         if row is not None and row.withdrawn is not None and (other is None or not _never_reached_a_robot(other)):
@@ -141,9 +141,9 @@ class Ledger:
         quietly: bool = False,
         hand_over: Callable[[Sequence[Execution]], None] = lambda intents: None,
     ) -> list[Execution]:
-        """Make these in one transaction, several of one execution in their order. Returns the rows after those that could be made.
-        ``patient`` ones may wait some ms to share a transaction; of ``quietly`` made ones the log says nothing: what follows within
-        moments tells more. ``hand_over`` gives workers what is to be sent at once."""
+        """Apply these in one transaction, several of one execution in their order. Returns the rows that were changed.
+        ``patient`` ones may wait some ms to share a transaction; ``quietly`` applied ones are not logged, as a more
+        informative change follows. ``hand_over`` gives workers what must be sent at once."""
         return self.apply_found(lambda c: found, patient, quietly, hand_over) if found else []
 
     def apply_found(
@@ -192,8 +192,8 @@ class Ledger:
         return self.apply([transitions.end(event, row, reason)])
 
     def cancel(self, ids: Collection[int], code: ReasonCode) -> list[int]:
-        """A person has cancelled these, or cleared the queue in which they were or were to be: the robot's answer decides about what it may
-        have. Returns the ids of those of which that was not known."""
+        """A person has cancelled these, or cleared their queue: the robot's answer decides about those it may have.
+        Returns the ids of those newly cancelled."""
 
         def find(c: sqlite3.Connection) -> Iterable[Transition]:
             return [transitions.cancel(row, code) for row in self._executions.in_states(c, [*ids], OPEN_STATES)]
@@ -241,7 +241,7 @@ class Ledger:
         return wanted(self._db.read(), execution)
 
     def full_place(self, execution: Execution) -> FullPlace | None:
-        """A place that it uses at which there is no room; None: there is room everywhere."""
+        """A full place that it uses; None: none is full."""
         return self._starts.full_place(self._db.read(), execution)
 
     def watches_of(self, robot_id: int) -> list[Watched]:
@@ -249,7 +249,7 @@ class Ledger:
         return self._starts.watches_of(self._db.read(), robot_id)
 
     def watch(self, execution: Execution, robot_id: int) -> None:
-        """It may come to this robot, or run there, once more than wanted."""
+        """It may arrive at this robot, or run there, once too often."""
         self._db.write(lambda c: watch(c, execution, robot_id, self._clock.now()))
 
     def drop_watches(self, robot_id: int, tokens: Collection[str]) -> None:
@@ -286,8 +286,8 @@ class Ledger:
             self._alarms.withdraw("execution_failed", _about(reopened), reopened.ended_at)
 
     def prune(self, has_time: Callable[[], bool]) -> None:
-        """Hold the history to the newest N ended rows (the setting; None keeps all), in small pieces as long as there ``has_time``; the
-        next call goes on. Costs nothing while nothing ended."""
+        """Prune the history to the newest N ended rows (the setting; None keeps all), in small pieces while it
+        ``has_time``; the next call continues. Costs nothing while nothing ended."""
         if not self.grew:
             return
         self.grew = False
@@ -303,7 +303,7 @@ class Ledger:
             surplus = left
 
     def alarm_of_refusal(self, execution: Execution, robot: Robot, reason: Reason) -> None:
-        """A robot has refused a start of a group for good, which another one may get."""
+        """A robot has finally refused a start of a group, which another robot may get."""
         self._alarms.raise_(
             "start_refused",
             f"schedule:{execution.schedule_id}:robot:{robot.id}",

@@ -60,8 +60,8 @@ class Observation:
         self._answered_at = -math.inf  # when it was last read; -inf once anything went wrong
         self._answered_on = context.clock.now()  # and by the wall clock
         self._identified = False
-        self._refused = False  # answers, but not to this user; /status alone answers anybody
-        self._in_part_since = math.inf  # it tells its status, but its queue can't be read; on the monotonic clock
+        self._refused = False  # answers, but not to this user; only /status needs none
+        self._in_part_since = math.inf  # its status can be read, but not its queue; on the monotonic clock
         self._evaluated: set[str] = set()  # codes judged since the start
         self._alarmed: set[str] = set()  # codes of this robot's alarms that are active
         self._spans = SpanRecorder()
@@ -74,8 +74,8 @@ class Observation:
 
     @robot.setter
     def robot(self, robot: Robot) -> None:
-        """As it is configured now. With another serial number it is another machine, of which nothing is known yet; switched off or on,
-        it has no alarms until it is asked again (the catalogue has ended them)."""
+        """Takes over the robot as configured now. With another serial number it is another machine, still unknown;
+        switched off or on, it has no alarms until it is asked again (the catalogue has ended them)."""
         if robot.enabled is not self._robot.enabled:
             self.failures, self._alarmed, self._evaluated, self._in_part_since = 0, set(), set(), math.inf
         if self._robot.serial_number not in (None, robot.serial_number):
@@ -106,7 +106,7 @@ class Observation:
         if self.robot.profile is not None and _may_have_changed(self._status, status, self.robot):
             self._identified = False
         self._status, self._answered_on = status, self._s.clock.now()
-        self._answered_at = self._read_at = self._s.clock.monotonic()  # last, as other threads ask for ``fresh_status``
+        self._answered_at = self._read_at = self._s.clock.monotonic()  # last, as other threads read ``fresh_status``
         self._note_answer(status)
         return status
 
@@ -157,7 +157,7 @@ class Observation:
 
     @property
     def _has_slept(self) -> bool:
-        """Since it was read: its clocks have not gone on alike. That of a tablet whose clock was set looks the same."""
+        """Whether its clocks have run differently since it was read. A tablet whose clock was set looks the same."""
         passed = (self._s.clock.now() - self._answered_on).total_seconds()
         return abs(passed - (self._s.clock.monotonic() - self._answered_at)) > CLOCKS_PART
 
@@ -188,7 +188,7 @@ class Observation:
 
     @property
     def answered_ago(self) -> float:
-        """The same, whether or not it is being read now; infinite where anything has gone wrong since. Any thread may ask."""
+        """The same, also while it is being read; infinite after any error since. Any thread may call."""
         return self._s.clock.monotonic() - self._answered_at
 
     def invalidate_status(self) -> None:

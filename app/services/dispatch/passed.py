@@ -16,8 +16,8 @@ from app.services.planning.working_days import WorkingCalendar
 
 @dataclass(frozen=True)
 class Passed:
-    """So many starts, one after the other, that were not made for one reason: the schedule ``is_paused``, or they were missed in ``gap``
-    (None: nothing tells why)."""
+    """A number of successive starts that were not made for one reason: the schedule ``is_paused``, or they were missed
+    in ``gap`` (None: reason unknown)."""
 
     starts: int
     first: datetime

@@ -59,7 +59,7 @@ class DueBatch:
 
     robot_ids: set[int] = field(default_factory=set)  # with something that waits to be sent
     has_unbound: bool = False  # something waits for a robot of a group
-    touched: set[int] = field(default_factory=set)  # with something new in the ledger; NO_ROBOT: it has none yet
+    touched: set[int] = field(default_factory=set)  # with something new in the ledger; NO_ROBOT: no robot yet
     skipped: list[Execution] = field(default_factory=list)
     missed: int = 0
     intents: list[Execution] = field(default_factory=list)  # to be sent at their instants
@@ -162,9 +162,7 @@ class Planner:
                     if work >= AT_ONCE:
                         break
             read += len(schedules)
-            if (
-                progress or len(schedules) < AT_ONCE
-            ):  # else all of these have to wait, and keep none behind them waiting
+            if progress or len(schedules) < AT_ONCE:  # else all of these wait, without blocking later ones
                 break
         added = self._executions.add_each_once(c, rows)
         limit = context.settings.history_limit
@@ -215,8 +213,8 @@ class Planner:
     def _replan(
         self, c: sqlite3.Connection, schedule: Schedule, now: datetime, settings: Settings, calendar: WorkingCalendar
     ) -> None:
-        """From the last instant on that was begun. Rows after that of which nothing was sent make room; what the begun one has passed over
-        stays missed."""
+        """From the last begun instant on. Later unsent rows are removed; instants that the begun one passed over stay
+        missed."""
         through = self._executions.make_room_after(c, schedule.id, max(now, schedule.started_through or now), now)
         next_at = first_due(
             replace(schedule, planned_through=through),
@@ -228,15 +226,15 @@ class Planner:
         self._schedules.replan(c, schedule.id, next_at, through, now)
 
     def _time_unplanned(self, c: sqlite3.Connection, now: datetime, step: timedelta) -> None:
-        """A Run now lasts as long as it was to, however the clock is set; its times stay, as that may be set ahead again. One from before
-        this start of the app lasts a whole window more, as it is not known how old it is."""
+        """A Run now lasts its full window even if the clock is set; its times stay, as the clock may be set ahead
+        again. One from before this start of the app lasts a whole window more, as its age is unknown."""
         for row in self._executions.unplanned_after(c, now):
             left, window = row.closes_at - (now - step), row.closes_at - row.planned_at
             left = left if timedelta() < left < window else window  # perhaps made between two steps
             self._lasts_until.setdefault(row.id, self._clock.monotonic() + left.total_seconds())
 
     def close_expired_run_nows(self) -> None:
-        """Of Run nows that have lasted as long as they were to, by a clock that has been set back since."""
+        """Close Run nows whose window is over although the clock was set back."""
         over = [row_id for row_id, until in self._lasts_until.items() if until <= self._clock.monotonic()]
         if not over:
             return
@@ -244,7 +242,7 @@ class Planner:
         def find(c: sqlite3.Connection) -> Iterable[Transition]:
             now = self._clock.now()
             for row in self._executions.in_states(c, over, NOT_WITH_THE_ROBOT):
-                if row.planned_at > now:  # else it is as it was
+                if row.planned_at > now:  # else it is unchanged
                     yield transitions.redefine(row, planned_at=now - (row.closes_at - row.planned_at), closes_at=now)
 
         self._ledger.apply_found(find, quietly=True)
@@ -336,8 +334,8 @@ class Planner:
     def _passed_and_latest(
         self, schedule: Schedule, make: _RowMaker
     ) -> tuple[list[Execution], datetime | None, datetime | None]:
-        """Rows of what can't run any more; the instant that is to be judged, which is the latest one that may still run; and what comes
-        next."""
+        """Rows of instants that can no longer run; the latest instant that may still run, to be decided; and the next
+        one."""
         context = make.context
         following = next_occurrence(schedule, schedule.next_at or context.now, context.calendar)
         if following is None or following > context.now:  # usual case: one instant is due
@@ -370,8 +368,8 @@ class Planner:
 
 
 def _may_be_written_early(row: Execution) -> bool:
-    """Whether a row that is made before its instant can be, as nothing prevents its start: its robot is ready, or one of a group is to be
-    chosen."""
+    """Whether a row can be written before its instant, as nothing prevents its start: its robot is ready, or a robot of
+    its group must be chosen."""
     return row.state is State.SUBMITTING or (
         row.state is State.WAITING and row.robot_id is None and row.wait is Wait.DUE
     )
@@ -408,7 +406,7 @@ class PlanningContext:
         return None if robot.id in self.waited_for or mission.name in self.with_places else self.ready(robot.id)
 
     def waits_for_its_instant(self, target: Robot | Group, mission: Mission) -> bool:
-        """Whether a start of this mission can't be given out before its instant, whatever else holds for it."""
+        """Whether a start of this mission can't be assigned before its instant, for other reasons than its own."""
         return isinstance(target, Robot) and self.readiness(target, mission) is None
 
     def target_of(self, schedule: Schedule) -> Robot | Group | None:

@@ -43,8 +43,8 @@ def refusal(client: RobotClient, intent: Execution, error: RobotError) -> Reason
 
 
 def answer_in_doubt(start: Execution, error: RobotError) -> Mapping[str, Any]:
-    """What is kept of an answer that does not say whether the start was taken: ``answer`` is its sentence, ``is_reason`` whether that tells
-    why the robot can't take it, so that another try would end the same way. Empty: there was no answer."""
+    """An answer that does not say whether the start was taken: ``answer`` is its sentence, ``is_reason`` whether it
+    explains why the robot can't take it, so that another try would end the same way. Empty: no answer."""
     if isinstance(error, Refusal) and error.reason:
         sentence = message("the robot answered: {reason} (status {status})", reason=error.reason, status=error.status)
         return {"answer": sentence, "is_reason": _is_reason(start, error)}
@@ -79,9 +79,9 @@ def tried_here(
     *,
     may_come: bool,
 ) -> Mapping[str, Any]:
-    """What became of a start of a group on this robot, which is left out for a while, or where it has refused (``reason``) or was tried too
-    often, for good. With the floor and serial number of the first time that it may have come (``may_come``): what was ever sent to that
-    machine lies above."""
+    """The outcome of a group's start on this robot, which is excluded for a while, or for good if it has refused
+    (``reason``) or was tried too often. With the floor and serial number of the first time that it may have arrived
+    (``may_come``): everything ever sent to that machine lies above."""
     before = row.tried.get(str(robot.id), {})
     tries = before.get("tries", 0) + (out is Ineligible.TRIED)
     is_for_good = reason is not None or tries > settings.retry_limit

@@ -1,9 +1,10 @@
-"""Starts that a robot may have though the ledger does not say so: a backup was restored, or the plan moved here from another tablet.
+"""Starts that a robot may have though the ledger does not say so: a backup was restored, or the plan moved here from
+another tablet.
 
-What was planned up to ``uncertain_until`` may have been sent by then, also to another robot than the one that the plan names
-now. It is looked for by its token on every configured robot, and sent only when each of them has answered after the quiet time,
-in which a request of before may still arrive. Robots are asked only while a start waits for that. Used by the engine and by all
-robots' workers, each on its own thread.
+Starts planned up to ``uncertain_until`` may have been sent already, also to another robot than planned now. It is
+looked for by its token on every configured robot, and sent only when each of them has answered after the quiet time, in
+which a request of before may still arrive. Robots are asked only while a start waits for that. Used by the engine and
+by all robots' workers, each on its own thread.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from app.services.dispatch.timing import AWAITED_FOR, CLOCKS_AGREE
 from app.services.live.changes import Changes, Topic
 from app.services.live.tablet import Tablet
 
-SETTLED = "uncertain_through"  # name in the settings: up to when, and of which restore and move
+SETTLED = "uncertain_through"  # name in the settings: until when, and from which restore and move
 
 
 @dataclass(frozen=True)

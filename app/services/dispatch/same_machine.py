@@ -15,7 +15,7 @@ class SameMachine:
 
     def __init__(self, read: Callable[[], Mapping[str, Sequence[str]]], alarms: Alarms) -> None:
         self._read, self._alarms = read, alarms
-        self._known: Mapping[str, Sequence[str]] | None = None  # None: the list of alarms has those of before
+        self._known: Mapping[str, Sequence[str]] | None = None  # None: the list of alarms has earlier ones
 
     def tick(self) -> None:
         found = self._read()

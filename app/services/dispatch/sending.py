@@ -46,7 +46,7 @@ STARTED_TOGETHER = 8  # that wait for one robot, with one write; all are looked 
 
 
 class Sending:
-    """``is_still_idle`` asks once more whether an idle mission may start."""
+    """``is_still_idle`` asks again whether an idle mission may start."""
 
     def __init__(
         self,
@@ -59,13 +59,13 @@ class Sending:
         self._client, self._s, self._ledger, self._clock = client, context, context.ledger, context.clock
         self._seen, self._duplicates, self._is_still_idle = observation, duplicates, is_still_idle
         self.attempts = Attempts()
-        self._first: set[int] = set()  # of which nothing was ever here before they were begun
+        self._first: set[int] = set()  # never sent here before they were begun
         self._recovered: set[tuple[object, ...]] = set()  # intents that were looked for as lost ones
         self._waiting = Waiting(context, observation.robot.id, self._later)
         duplicates.note_accepted = self.note
         self.waits_for_free_robot = False  # something waits until the robot is free
 
-    # ------------------------------------------------------------------ what the worker asks for
+    # ------------------------------------------------------------------ called by the worker
     def recover(self) -> None:
         """Rows that say submitting and no worker has in hand: the process that had them has ended, or the database failed in between.
         Each is looked for on the robot as if its request had just left."""
@@ -140,7 +140,7 @@ class Sending:
         for each in accepted:
             del self.attempts[each.row.id]
         for row in rows:
-            if row.cancel_code and row.queue_id is not None:  # cancelled while it was on its way
+            if row.cancel_code and row.queue_id is not None:  # cancelled while it was being sent
                 self._duplicates.cancel(row.queue_id)
 
     def close(self, untaken: Sequence[Execution] = ()) -> None:
@@ -184,7 +184,7 @@ class Sending:
         return not may_change_robot(row) and "robot_id" not in (self._ledger.wanted(row).columns or {})
 
     def _release(self, intents: Sequence[Execution]) -> None:
-        """Intents of which nothing was sent wait again, or end where they were withdrawn."""
+        """Unsent intents wait again, or end if they were withdrawn."""
         for intent in intents:
             self.attempts.pop(intent.id, None)
         for waiting in self._ledger.apply([transitions.not_sent(intent) for intent in intents]):
@@ -225,7 +225,8 @@ class Sending:
         self.attempts[row.id] = Attempt(Phase.BACKOFF, self._clock.monotonic() + min(seconds, until_closed))
 
     def _may_try(self, row: Execution) -> bool:
-        """One waiting execution: whether it is to be tried now; else it is ended here, or left waiting, or given back to its group."""
+        """Whether to try this waiting execution now; otherwise it is ended, left waiting, or given back to its
+        group."""
         if self._is_own(row):
             return self._waiting.may_be_tried(row, self._ledger.wanted(row).why) and self._waiting.has_room(row)
         if self._seen.robot.enabled and self._waiting.may_be_tried(row, self._ledger.wanted(row).why):
@@ -317,7 +318,8 @@ class Sending:
         self._refused(rows, reason)
 
     def _refused(self, rows: Sequence[Execution], reason: Reason, *, may_come: bool = False) -> None:
-        """For good by this robot: the end of a start, but one of a group goes to another robot. ``may_come``: it was sent."""
+        """Finally refused by this robot: the start ends, or one of a group goes to another robot. ``may_come``: it was
+        sent."""
         self._give_back([row for row in rows if row.group_id is not None], reason=reason, may_come=may_come)
         ends = [row for row in rows if row.group_id is None]
         self._ledger.apply([transitions.end(Event.REFUSE, row, reason, may_come=may_come) for row in ends])
@@ -333,8 +335,8 @@ class Sending:
         reason: Reason | None = None,
         may_come: bool = False,
     ) -> None:
-        """Starts of a group of which certainly nothing is here are for any of its robots again; this one is left out for a while, or where
-        it has refused (``reason``) or was tried too often, for good."""
+        """Group starts that are certainly not here are for any robot of the group again; this robot is excluded for a
+        while, or for good if it has refused (``reason``) or was tried too often."""
         settings, now, found = self._s.settings(), self._clock.now(), list[Transition]()
         for row in rows:
             tried = tried_here(row, self._seen.robot, settings, now, out, problem, reason, may_come=may_come)
@@ -364,8 +366,8 @@ class Sending:
         self._forget_idle([*tried, *self._ledger.apply(ends)])
 
     def _is_first(self, row: Execution) -> bool:
-        """Whether nothing of it can have been here before its last attempt. Of an idle mission the floor tells too that the robot was not
-        used since: it stays."""
+        """Whether it can't have arrived here before its last attempt. For an idle mission the floor stays: it also
+        shows that the robot was not used since."""
         is_first = (row.state is State.SUBMITTING and row.attempts == 1) or row.id in self._first
         return is_first and row.trigger is not Trigger.IDLE
 
@@ -375,8 +377,8 @@ class Sending:
             self._ledger.forget_idle(self._robot_id)
 
     def _post(self, intent: Execution, plan_version: int) -> None:
-        """``description`` carries the token; ``message`` is for people and the robot overwrites it. Whatever goes wrong in an unforeseen
-        way leaves it in doubt. Until it leaves, which may take a while, it may be withdrawn."""
+        """``description`` carries the token; ``message`` is for people and the robot overwrites it. Any unforeseen
+        error leaves it in doubt. Until it is sent, which may take a while, it may be withdrawn."""
 
         def is_wanted() -> bool:
             is_ready = self._seen.may_be_sent_by and self._s.holds.active(self._robot_id) is None
@@ -487,7 +489,7 @@ class Sending:
         return refused
 
     def _found(self, row: Execution, items: list[QueueItem], left_at: datetime | None = None) -> None:
-        """``left_at``: when its request left, where that is known: robots tell their times in no known zone."""
+        """``left_at``: when its request was sent, if known: robots' times have no known zone."""
         first, *later = items
         self._accepted(row, first.id, left_at)
         self.note()

@@ -13,14 +13,14 @@ INTENT_EVERY = 0.025  # between looks for what falls due in a moment: some of it
 PREFETCH_LEAD = 1.2  # a robot is read so long before something is due
 PREFETCH_TOGETHER = 0.5  # robots with instants this close together get their message at once
 PREFETCH_SPREAD = 0.4  # over which their reads are spread
-FIRST_POLL_WITHIN = 5.0  # until "ready", whatever the robots do
+FIRST_POLL_WITHIN = 5.0  # until "ready", with robots in any state
 CYCLE_TAKES = 2.0  # within which every robot has its turn
 TURN_EVERY = 0.08  # between turns
 CHORES_EVERY = 0.1  # at least between chores
 TIDY_EVERY = 0.5  # between looks whether history and alarms are beyond their limits
 TIDIES_WITHIN = 60.0  # that housekeeping gives way to what falls due
 MIN_IDLE = 0.02  # until the next start; with less, housekeeping waits
-DECIDES_EVERY = 5.0  # at which robot a start of a group goes to, whatever happens
+DECIDES_EVERY = 5.0  # at which a start of a group goes to a robot in any case
 DECIDES_AGAIN = 0.15  # at least between two such decisions
 LOOKS_FOR = 0.5  # that the first one waits for robots that are being read
 PRUNE_EVERY = 600.0  # after which a lowered limit shows at the latest
@@ -37,13 +37,13 @@ RECHECK = 2.0  # between looks at what a start waits for (battery, hold)
 EARLY_RECHECK = (
     20.0  # the same where its instant is to come again, after the clock was set back: it may be set forward again
 )
-AWAITED_FOR = 3 * RECHECK  # that a start that is looked for on all robots keeps them asked
+AWAITED_FOR = 3 * RECHECK  # for which robots are asked for a start that is looked for on all
 RECONCILE_EVERY = 2.0  # between reads of a queue in which a request may still appear
 GONE_FOR = 10.0  # that a queue item has to be missing: a robot that boots answers 404 too
 UNSEARCHED_AT_MOST = 3600.0  # that such searches may fail on a robot that answers otherwise, before they end
 LIVE_EVERY = 2.0  # between reads of a robot on screen, or with something of ours
 SLOW_ANSWER = 2.0  # from here on an answer is shown as slow
-IN_PART_AT_MOST = 60.0  # that a robot tells its status but not its queue, until that is an alarm
+IN_PART_AT_MOST = 60.0  # until a robot with a readable status but not queue raises an alarm
 SAVE_SPANS_EVERY = 60.0  # between writes of what a robot is seen doing
 
 # The clock

@@ -45,9 +45,9 @@ class Tracking:
         self._unreadable: set[int] = set()  # queue ids about which an alarm was raised
 
     def follow(self, serial_number: str | None, open_ids: set[int] | None = None) -> None:
-        """Ask for every queued or executing item by its id; for many together, where the robot can be asked so. What that brought is
-        written together. ``serial_number``: of the machine that answers, where that is known. ``open_ids`` are those of the robot's list of
-        open items, where it was read a moment ago."""
+        """Ask for every queued or executing item by its id; for many together, where the robot can be asked so. The
+        results are written together. ``serial_number``: of the answering machine, if known. ``open_ids`` are those of
+        the robot's list of open items, if it was read a moment ago."""
         if self._s.clearing.is_of(self._seen.robot.id):
             return  # what the robot has cancelled a moment ago is the operator's wish
         accepted = [(row, row.queue_id) for row in self.give_up_moved(serial_number) if row.queue_id is not None]

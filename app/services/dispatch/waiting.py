@@ -95,8 +95,8 @@ class Waiting:
         return until > mono
 
     def _may_have_run(self, row: Execution) -> bool:
-        """Whether it is on a robot, or may be, though a restored backup does not know that: then the row becomes that item's, or waits. A
-        late start that may have run is listed once it is known that it has not, whatever it waited for until then."""
+        """Whether it is or may be on a robot though a restored backup does not know: then the row adopts that item, or
+        waits. A late start that may have run is listed once it is known that it has not."""
         through = self._s.restored_starts.uncertain_until
         if through is not None and row.planned_at <= through and self._is_elsewhere(row):
             return True

@@ -1,10 +1,11 @@
 """Everything that is done with one robot: read it, follow its executions, start what is due on it.
 
-A worker has no thread of its own (the runner gives it one; the simulation calls it directly). It gets messages (``handle``) and is asked to
-go on (``advance``). A robot that hangs or is gone therefore delays only itself.
+A worker has no thread of its own (the runner gives it one; the simulation calls it directly). It gets messages
+(``handle``) and continues its work (``advance``). So a robot that hangs or is absent delays only itself.
 
-What happens to a start is in ``sending``: its row is ``waiting``, then ``submitting`` while its POST is under way or its outcome
-unknown, then ``queued``. After ``submitting`` it is sent again only when the robot's queue, read after the quiet time, does not have it.
+What happens to a start is in ``sending``: its row is ``waiting``, then ``submitting`` while its POST is under way or
+its outcome unknown, then ``queued``. After ``submitting`` it is sent again only when the robot's queue, read after the
+quiet time, does not have it.
 """
 
 from __future__ import annotations
@@ -102,8 +103,8 @@ class RobotWorker:
                 self._ledger_changed = True
 
     def expect_recovery(self) -> messages.Recover:
-        """The message for it when rows may be in no worker's hands. Until it has looked for them it is ready for nothing, so that what it
-        then finds is not on its way to it. Any thread may call."""
+        """The message for rows that no worker may have. Until the worker has looked for them it accepts nothing, so
+        that a row it finds is not being sent to it. Any thread may call."""
         number = next(self._recoveries)
         self._expected.add(number)
         return messages.Recover(number)
@@ -138,8 +139,8 @@ class RobotWorker:
             self._note_sent(True)
 
     def _busy_until(self) -> float | None:
-        """Until when there is no round; None: it would make nothing late that is held, or has been put off for long enough. While the robot
-        does not answer, what comes for it is judged together, as one read serves all of it; a read ahead is not put off."""
+        """Until when rounds are postponed; None: no longer. While the robot does not answer, its messages are handled
+        together, as one read serves all; a read ahead is not postponed."""
         mono, held_at = self._clock.monotonic(), self._sending.attempts.next_ready_at()
         if held_at - mono <= ROUND_TAKES:
             self._put_off_since = min(self._put_off_since, mono)
@@ -223,8 +224,8 @@ class RobotWorker:
         self.seen.save()
 
     def _read(self, *, full: bool) -> None:
-        """Read the robot and follow what runs on it; between polls (``full`` False) its queue only when it is on screen, or a request
-        that was given up may still arrive. What can't be read stays as it was, with its age."""
+        """Read the robot and follow what runs on it; between polls (``full`` False) its queue only if it is on screen,
+        or a request that was given up may still arrive. Unreadable parts stay unchanged, with their age."""
         mono = self._clock.monotonic()
         if not self.robot.enabled:
             self._follow_switched_off()
@@ -249,8 +250,8 @@ class RobotWorker:
         self._next_live = mono + (self._staggered(pause) if full else pause)
 
     def _open_ids(self, status: RobotStatus, full: bool) -> tuple[set[int] | None, RobotError | None]:
-        """Those in its queue, where that is read now; or why it can't be, though the robot answers: what it has of ours is asked for by
-        its number all the same."""
+        """Items of its queue, if that is read now; or why it can't be, though the robot answers: the app's items are
+        still asked for by number."""
         try:
             return self._read_queue(status, full) if self._reads_queue(full) else None, None
         except (NotAMir, Unreadable, RobotFault, Rejected) as problem:
@@ -260,7 +261,7 @@ class RobotWorker:
         return full or self._watched or self._is_sought or self._duplicates.is_watching or self.seen.answers_in_part
 
     def _follow_switched_off(self) -> None:
-        """Without a password there is nothing to ask with: what runs stays as it was until that is entered."""
+        """Without a password nothing can be asked: running missions stay unchanged until it is entered."""
         if self.robot.needs_password:
             return
         self._duplicates.answer()

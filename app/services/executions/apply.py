@@ -1,5 +1,5 @@
-"""The table of transitions: in which states an event may happen, what is asked once more, and what is written with it; and the one function
-that writes an execution's state and what goes with it, inside of the caller's transaction."""
+"""The table of transitions: in which states an event may happen, what is checked again, and what is written with it;
+and the one function that writes an execution's state and what goes with it, inside of the caller's transaction."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from app.services.executions.transitions import (
 )
 from app.services.executions.wanted import wanted
 
-WATCHED_FOR = 600.0  # s that a robot is searched for a request that was given up, and once more when it answers then
+WATCHED_FOR = 600.0  # s that a robot is searched for a request that was given up, and again when it answers later
 
 _EXECUTIONS, _STARTS = ExecutionRepository(), GroupExecutionRepository()
 _ROBOTS, _SCHEDULES = RobotRepository(), ScheduleRepository()
@@ -41,7 +41,7 @@ def has_room(c: sqlite3.Connection, transition: Transition, columns: Columns) ->
 
 
 def is_wanted(c: sqlite3.Connection, transition: Transition, columns: Columns) -> Columns | None:
-    """Its plan has it, and it is written as that defines it now. What only waited follows its plan already."""
+    """The plan has it, and it is written as defined there now. Starts that only waited follow the plan already."""
     row, waits = transition.row, columns.get("state") is State.WAITING
     if waits and row.state is State.WAITING:
         return columns
@@ -54,7 +54,8 @@ def is_wanted(c: sqlite3.Connection, transition: Transition, columns: Columns) -
 
 
 def is_as_read(c: sqlite3.Connection, transition: Transition, columns: Columns) -> Columns | None:
-    """What its end rests on is as it was read. Somebody may just have given it more time, or another mission."""
+    """The reason for its end is unchanged since it was read. Somebody may just have given it more time, or another
+    mission."""
     row = transition.row
     stored = _EXECUTIONS.get(c, row.id) if row.state is State.WAITING else row
     is_same = stored is not None and all(getattr(stored, name) == getattr(row, name) for name in _ENDS_BY)
@@ -62,20 +63,21 @@ def is_as_read(c: sqlite3.Connection, transition: Transition, columns: Columns) 
 
 
 def is_as_chosen(c: sqlite3.Connection, transition: Transition, columns: Columns) -> Columns | None:
-    """What the choice of its robot rests on is as it was read."""
+    """The basis of the choice of its robot is unchanged since it was read."""
     may_get = _STARTS.may_be_bound(c, transition.row, columns["robot_id"], transition.into_queue)
     return columns if may_get else None
 
 
 # ---------------------------------------------------------------------- effects
 def note_begun(c: sqlite3.Connection, transition: Transition, made: Execution, now: datetime) -> None:
-    """Its schedule has begun this instant. So a clock that is set back plans it no second time, whatever the history still has."""
+    """Its schedule has begun this instant. So a clock that is set back does not plan it again, even if the history has lost
+    it."""
     if made.schedule_id is not None and made.state is not State.WAITING:
         _SCHEDULES.note_begun(c, made.schedule_id, made.planned_at)
 
 
 def note_skip(c: sqlite3.Connection, transition: Transition, made: Execution, now: datetime) -> None:
-    """Its schedule skips this instant, where a person held or cancelled it. So it stays skipped where the clock is set back."""
+    """Its schedule skips this instant if a person held or cancelled it. So it stays skipped if the clock is set back."""
     if made.schedule_id is not None and made.reason is not None and (made.held or made.reason.code in BY_A_PERSON):
         _SCHEDULES.skip(c, made.schedule_id, made.planned_at)
 
@@ -92,7 +94,7 @@ def note_accepted(c: sqlite3.Connection, transition: Transition, made: Execution
 
 
 def note_ran_idle(c: sqlite3.Connection, transition: Transition, made: Execution, now: datetime) -> None:
-    """The robot's idle period is used, where it is an idle mission."""
+    """The robot's idle period is used, if it is an idle mission."""
     if made.trigger is Trigger.IDLE and made.robot_id is not None and made.queue_id is not None:
         note_used_by_idle(c, made.robot_id, made.queue_id)
 
@@ -104,21 +106,21 @@ def watch_for_late(c: sqlite3.Connection, transition: Transition, made: Executio
 
 
 def note_outcome(c: sqlite3.Connection, transition: Transition, made: Execution, now: datetime) -> None:
-    """The robot did well, or failed."""
+    """The robot's success or failure is counted."""
     if transition.went_well is not None and transition.row.robot_id is not None:
         _ROBOTS.note_outcome(c, transition.row.robot_id, transition.went_well)
 
 
 def note_used_by_idle(c: sqlite3.Connection, robot_id: int, queue_id: int, *, runs: bool = True) -> None:
-    """A second copy of an idle mission is no use of the robot by anybody: where it ``runs``, it is what the robot did last by itself; where
-    it does not, nothing must have been between."""
+    """A second copy of an idle mission does not count as use of the robot: if it ``runs``, it is the robot's last idle
+    mission; if not, nothing may have come between."""
     last = _ROBOTS.idle_queue_id(c, robot_id) or 0
     if queue_id == last + 1 or (runs and queue_id > last):
         _ROBOTS.note_idle(c, robot_id, queue_id)
 
 
 def watch(c: sqlite3.Connection, row: Execution, robot_id: int | None, now: datetime) -> None:
-    """It may come to this robot, or run there, once more than wanted."""
+    """It may arrive at this robot, or run there, once too often."""
     assert robot_id is not None, "it was sent to a robot"
     _STARTS.watch(c, Watch(row.id, robot_id, row.queue_floor or 0, now + timedelta(seconds=WATCHED_FOR)))
 
@@ -172,8 +174,8 @@ RULES: Mapping[Event, Rule] = {
 
 
 def apply_in(c: sqlite3.Connection, transition: Transition, now: datetime) -> Execution | None:
-    """Returns the row after it. None: the row has moved on, a check does not hold, or nothing would change: nothing was written, and the
-    caller must not act on it."""
+    """Apply it and return the row. None: the row has changed, a check failed, or nothing would change: nothing was written,
+    and the caller must not act on it."""
     rule, row = RULES[transition.event], transition.row
     columns: Columns | None = dict(transition.columns)
     if not columns or row.state not in rule.sources:
@@ -195,7 +197,7 @@ def apply_in(c: sqlite3.Connection, transition: Transition, now: datetime) -> Ex
 
 
 def _write(c: sqlite3.Connection, transition: Transition, columns: Columns) -> Execution | None:
-    """Only where the row is in the state that its columns were made from. What edits change too has to be its robot's still."""
+    """Only if the row is in the state from which its columns were made; a waiting row must also have the same robot."""
     row, robot_id = transition.row, columns.get("robot_id", transition.row.robot_id)
     expected = _expected(c, transition)
     if None not in (row.robot_id, robot_id) and row.robot_id != robot_id:  # by way of none, as the database demands

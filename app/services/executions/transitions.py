@@ -28,37 +28,37 @@ class Event(StrEnum):
     """Why a row changes; the text is for the documentation."""
 
     WAIT = "it waits for something else"
-    HOLD = "a person holds it, or lets it go"
+    HOLD = "a person holds or releases it"
     REDEFINE = "its schedule, mission, settings or priority were edited"
     ASSIGN = "a robot of its group is chosen"
     UNASSIGN = "its robot can't begin it now: any of its group may get it"
     BEGIN = "it is about to be sent: the intent"
-    NOT_SENT = "its request was not begun after all (of a group also where its robot was removed since: cancelled)"
+    NOT_SENT = "its request was never begun (a group's start whose robot was removed is cancelled)"
     ANSWER = "the robot answered without the number of an item"
     ACCEPT = "the robot has it"
-    ADOPT = "it is found on a robot already"
-    FAIL = "an attempt that certainly put nothing on the robot"
-    GIVE_BACK = "the same of a group: another robot may get it"
+    ADOPT = "it is found on a robot"
+    FAIL = "an attempt failed and certainly put nothing on the robot"
+    GIVE_BACK = "the same for a start of a group: another robot may get it"
     START = "the robot has begun it"
     COMPLETE = "the robot has done it"
     ABORT = "it was aborted, cancelled or deleted at the robot"
-    GIVE_UP = "what became of it can't be found out"
+    GIVE_UP = "its outcome can't be found out"
     EXPIRE = "it was not sent in time"
     REFUSE = "it can't be sent, or was tried too often"
-    WITHDRAW = "its plan does not have it any more"
-    CANCEL = "a person has cancelled it; what a robot may have of it, that robot's answer decides"
+    WITHDRAW = "the plan no longer has it"
+    CANCEL = "a person has cancelled it; if a robot may have it, the robot's answer decides"
     UNCANCEL = "the robot refused to cancel it"
     REPLACE = "a person has started it on another robot instead"
-    WANT_AGAIN = "an edit that withdrew it while it was on its way was undone"
+    WANT_AGAIN = "the edit that withdrew it while it was being sent was undone"
     REMOVE = "its robot or group was deleted"
-    RESTORE = "what ended it was undone"
-    MOVE = "its instant is another one by newer rules or time zones"
-    REOPEN = "the robot has it after all, or another item than was thought"
+    RESTORE = "the action that ended it was undone"
+    MOVE = "newer rules or time zones give it another instant"
+    REOPEN = "the robot has it after all, or as another item"
 
 
 @dataclass(frozen=True)
 class Transition:
-    """A change of a row as it was read. It is not made where the row's state, or of one that waits its robot, has changed."""
+    """A change of a row as it was read. It is not made if the row's state, or a waiting row's robot, has changed."""
 
     event: Event
     row: Execution
@@ -90,7 +90,7 @@ def is_other_machine(row: Execution, serial_number: str | None) -> bool:
 
 # ---------------------------------------------------------------------- while it waits
 def wait(row: Execution, why: Wait, **details: Any) -> list[Transition]:
-    """What it waits for; none where that is nothing new. One that is to be listed late stays so."""
+    """What it waits for; none if unchanged. One to be listed late stays so."""
     if rules.is_listed_later(row):
         details |= rules.LISTED_LATER
     is_known = (row.wait, dict(row.wait_details)) == (why, details)
@@ -149,7 +149,7 @@ def unassign(row: Execution) -> Transition:
     return Transition(Event.UNASSIGN, row, UNBOUND)
 
 
-# ---------------------------------------------------------------------- on its way
+# ---------------------------------------------------------------------- being sent
 def begin(row: Execution, robot: Robot, queue_floor: int | None) -> Transition:
     """The intent on disk before the POST, one attempt more, and the highest queue id known before it. The floor of the first attempt on
     this machine is kept: everything that this execution ever put there lies above it."""
@@ -283,7 +283,8 @@ def end(
 
 
 def withdraw(row: Execution, reason: Reason) -> Transition:
-    """What waits ends. What is on its way is marked; a change of the plan, which may be undone, covers no other reason."""
+    """Waiting starts end. Starts being sent are marked; a change of the plan, which may be undone, replaces no other
+    reason."""
     if row.state is State.WAITING:
         is_refused, is_by_a_person = reason.state is State.FAILED, reason.code in BY_A_PERSON
         event = Event.CANCEL if is_by_a_person else Event.REFUSE if is_refused else Event.WITHDRAW

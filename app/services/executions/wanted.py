@@ -1,4 +1,5 @@
-"""What the plan wants of a start that no robot has: edits come while it waits, is on its way or in doubt, or after it has ended."""
+"""Whether the plan still wants a start that no robot has: edits come while it waits, is being sent or in doubt, or
+after it has ended."""
 
 from __future__ import annotations
 
@@ -80,7 +81,7 @@ def wanted(c: sqlite3.Connection, row: Execution, *, reopen: bool = False) -> Ve
     if reopen and schedule.paused_until is not None and schedule.is_paused(row.planned_at):
         return Verdict(None, Reason(ReasonCode.HOLD, {"paused_until": schedule.paused_until.isoformat()}))
     is_planned = not reopen or has_start(row, schedule, settings, working_calendar(c, settings))
-    if not is_planned or target is None or mission is None:  # foreign keys prevent that there is no target or mission
+    if not is_planned or target is None or mission is None:  # foreign keys guarantee a target and a mission
         return Verdict(None, Reason(ReasonCode.SCHEDULE_CHANGED))
     columns = as_defined(c, row, schedule, target, mission, settings, _SETTINGS.install_id(c))
     columns |= {} if may_stay else UNBOUND

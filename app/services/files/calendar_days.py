@@ -124,8 +124,9 @@ def _edge_of_utc(at: datetime) -> datetime:
 
 @dataclass
 class _Place:
-    """Where an event lies: its first start and its length, in a zone, of which whole days are the dates. ``shift`` takes the times of
-    whole days that are not at midnight to the nearest one. ``usual``: the zone that the calendar names, or the plant's."""
+    """Where an event lies: its first start and its length, in the zone whose dates its whole days are. ``shift`` takes
+    the times of whole days that are not at midnight to the nearest one. ``usual``: the zone that the calendar names, or
+    the plant's."""
 
     zones: Zones
     zone: tzinfo
@@ -352,7 +353,7 @@ def _is_same_day_each_year(starts: Sequence[datetime], last: date) -> bool:
 
 
 def _runs(spans: Iterable[tuple[date, date]]) -> Iterator[tuple[date, date]]:
-    """In order, those that follow upon each other as one, which is no longer than an entry of the calendar may be."""
+    """In order, with adjacent ones joined up to the longest entry of the calendar."""
     run: tuple[date, date] | None = None
     for first, last in sorted(set(spans)):
         if run and first <= run[1] + DAY and last - run[0] < validation.LONGEST_EXCEPTION:

@@ -92,5 +92,5 @@ def _nothing_in(found: Found, path: Path) -> InvalidInput:
 
 
 def _identity(day: DayException) -> DayException:
-    """Whatever file it came from."""
+    """Regardless of its file."""
     return replace(day, id=0, source="")

@@ -43,7 +43,7 @@ class Backup:
 
 
 class DataFiles:
-    """``documents`` is where people look for their files; where there is no such directory, the data directory's ``exports`` serves."""
+    """``documents`` is the people's directory for files; without it, the data directory's ``exports`` is used."""
 
     def __init__(self, db: Database, catalogue: Catalogue, clock: Clock, documents: Path | None = None) -> None:
         self._db, self._catalogue, self._clock = db, catalogue, clock
@@ -90,7 +90,7 @@ class DataFiles:
 
     def write_text(self, text: str, name: str, suffix: str, directory: Path | None = None) -> Path:
         """Write a new file, named after the words of ``name``. Returns it."""
-        stem = "-".join(["amr-scheduler", *re.findall(r"\w+", name.lower())])  # a name is no path
+        stem = "-".join(["amr-scheduler", *re.findall(r"\w+", name.lower())])  # a name is not a path
         with self._new_file(str(self.suggested(stem, suffix, directory)), suffix) as (target, file):
             file.write(text.encode("utf-8", "replace").decode())
         return target

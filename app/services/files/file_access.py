@@ -51,7 +51,7 @@ _KERNEL = Path("/proc")  # where links such as /proc/self/fd/1 lead to pipes wit
 def without_links(path: Path) -> Path:
     """The path of the same file without links, whether or not it exists; only the kernel's own to a pipe stays.
 
-    Raises InvalidInput("path", …) where somebody else may have made a link on the way, or the pipe at its end.
+    Raises InvalidInput("path", …) if somebody else may have made a link on the way, or the pipe at its end.
     """
     path = path.absolute()
     here, rest, links = Path(path.anchor), [*reversed(path.parts[1:])], 0

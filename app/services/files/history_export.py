@@ -47,11 +47,11 @@ _FORMULA = re.compile(r'(^|[;\t\r\n])(?=[\s"]*[=+\-@＝＋－＠])')
 def write_history(
     c: sqlite3.Connection, file: TextIO, wanted: ExecutionFilter | None = None, *, for_excel: bool = False
 ) -> int:
-    """Write the header and one row per execution, oldest first; returns how many rows. ``for_excel``: with semicolons and a
-    byte order mark.
+    """Write the header and one row per execution, oldest first; returns how many rows. ``for_excel``: with semicolons
+    and a byte order mark.
 
-    ``file`` has to pass line ends on as they are (``newline=""``). Reads row by row through a read-only connection, so it works beside a
-    running app and with any length of history.
+    ``file`` has to pass line ends on as they are (``newline=""``). Reads row by row through a read-only connection, so
+    it works with a running app and with any length of history.
     """
     if for_excel:
         file.write(BYTE_ORDER_MARK)

@@ -1,7 +1,7 @@
 """iCalendar text (RFC 5545): the events and time zones of a file, as they are written, and content lines to be written.
 
-Files come from many programs, and may be hostile. Only what is needed is looked at, line by line: whatever else a file holds costs nothing
-and spoils nothing.
+Files come from many programs, and may be hostile. Only the needed lines are parsed: anything else in a file costs
+nothing and spoils nothing.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ _LINE_END = re.compile(r"\r\n|\n|\r")
 
 
 class NotACalendar(ValueError):
-    """The text is no iCalendar file."""
+    """The text is not an iCalendar file."""
 
 
 class TooMuch(ValueError):
@@ -93,7 +93,7 @@ class Property:
     value: str
 
     def parameter(self, name: str) -> str:
-        """Without quotes; "" where there is none."""
+        """Without quotes; "" if it is missing."""
         found = re.search(rf';\s*{name}\s*=\s*("[^"]*"|[^;]*)', self.parameters, re.IGNORECASE)
         return found[1].strip().strip('"') if found else ""
 
@@ -124,7 +124,7 @@ class Component:
         return next(iter(self.all(name)), None)
 
     def text(self, name: str) -> str:
-        """Of the first such property, without space around it; "" where there is none."""
+        """Of the first such property, without space around it; "" if it is missing."""
         found = self.first(name)
         return found.text.strip() if found else ""
 

@@ -66,8 +66,8 @@ class Event:
 
 
 def _first(written: Component, name: str, read: Callable[[Property], Read]) -> Read | None:
-    """Of the first of these properties that can be read: a text with a raw line end may hold what looks like one. None where there is no
-    such property; raises one of UNREADABLE where none can be read."""
+    """Of the first of these properties that can be read: a text with a raw line end may hold what looks like one. None
+    without such a property; raises one of UNREADABLE if none can be read."""
     problem: Exception | None = None
     for found in written.all(name):
         try:
@@ -114,9 +114,7 @@ def series_of(events: Iterable[Event], zones: Zones) -> Iterator[Series]:
             if any(event.is_cancelled for event in counting):
                 counting = [event for event in counting if event.is_cancelled]
             (series.masters if replaces is None else series.instead).extend(counting)
-        if any(
-            event.is_cancelled for event in series.masters
-        ):  # with all of it, but for what has been planned again since
+        if any(event.is_cancelled for event in series.masters):  # all of it, except what has been planned again since
             cancelled = series.masters[0].version[0]
             series.instead = [event for event in series.instead if event.version[0] > cancelled]
         yield series

@@ -1,7 +1,4 @@
-"""Dates, times and rules of calendar files (RFC 5545), as they are written.
-
-Whatever can't be read raises ValueError.
-"""
+"""Dates, times and rules of calendar files (RFC 5545), as written in the file. Unreadable ones raise ValueError."""
 
 from __future__ import annotations
 
@@ -33,7 +30,7 @@ _USUAL = {("RSCALE", "GREGORIAN"), ("SKIP", "OMIT")}  # what holds without them 
 
 @dataclass(frozen=True)
 class Moment:
-    """A date, or a time of day in a zone: its TZID, UTC, or "" where it is local wherever it is read. ``at`` is naive."""
+    """A date, or a time of day in a zone: its TZID, UTC, or "" for the reader's local time. ``at`` is naive."""
 
     at: datetime
     is_date: bool = True

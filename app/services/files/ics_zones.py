@@ -81,8 +81,8 @@ class Zones:
         return self._known[name]
 
     def local(self, moment: Moment, zone: tzinfo) -> datetime:
-        """Naive time in a zone; a date is its midnight wherever it is read. The first instant of a date is its midnight too, where a change
-        of the clocks skips that."""
+        """Naive time in a zone; a date is its local midnight. The first instant of a date is its midnight too, where a
+        change of the clocks skips that."""
         if moment.is_date:
             return moment.at
         at = moment.at.replace(tzinfo=self.get(moment.zone))

@@ -56,7 +56,7 @@ class PlanFiles(DataFiles):
         until = now + timedelta(days=days)
         runs = list(islice(self._plan.until(until), MOST_EVENTS + 1))
         is_cut = len(runs) > MOST_EVENTS
-        install_id = self._db.write(SettingsRepository().install_id)  # is made if there is none yet
+        install_id = self._db.write(SettingsRepository().install_id)  # is made if it is missing
         with self._new_file(str(self.suggested(STEM, ".ics")), ".ics") as (target, file):
             write_plan(file, runs[:MOST_EVENTS], install_id, now)
         return PlanExport(target, min(len(runs), MOST_EVENTS), runs[MOST_EVENTS - 1].at if is_cut else until, is_cut)

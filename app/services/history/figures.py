@@ -30,7 +30,7 @@ class Facts:
 
     completed: int = 0
     failed: int = 0
-    cancelled: int = 0  # a person's decision is no failure
+    cancelled: int = 0  # a person's decision is not a failure
     skipped: int = 0
     missed: int = 0
     timed: int = 0  # completed ones whose duration is known
@@ -79,9 +79,9 @@ class Delays:
 
 @dataclass(frozen=True)
 class GroupFacts:
-    """``starts``: planned ones that ended in the period, but for those that a person called off; ``in_time``: of these, on a robot within
-    a minute. ``waits`` for a robot: seconds, shortest first, of the newest (at most 5,000) that were sent. ``used``: utilisation of its
-    robots, by name."""
+    """``starts``: planned ones that ended in the period, except those that a person cancelled; ``in_time``: of these,
+    on a robot within a minute. ``waits`` for a robot: seconds, shortest first, of the newest (at most 5,000) that were
+    sent. ``used``: utilisation of its robots, by name."""
 
     group_id: int
     group: str
@@ -255,8 +255,8 @@ def kind_of(message: str) -> str:
 
 
 def causes(counted: Iterable[tuple[str | None, str | None, int]], most: int = MOST_CAUSES) -> Sequence[Cause]:
-    """Of (reason code, message, number). Runs that the robot ended are distinguished by its message; of two equally frequent causes the one
-    whose code comes first in the alphabet is first. All others come last, as one, whatever their number."""
+    """Of (reason code, message, number). Runs that the robot ended are distinguished by its message; of two equally
+    frequent causes the one whose code comes first in the alphabet is first. All others come last, as one."""
     found: Counter[tuple[str, str]] = Counter()
     named: defaultdict[tuple[str, str], Counter[str]] = defaultdict(Counter)
     for code, message, number in counted:

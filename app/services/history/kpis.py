@@ -33,8 +33,9 @@ NEWEST = 5_000  # runs that the percentiles of delays and waits rest on
 
 @dataclass(frozen=True)
 class KpiFilter:
-    """Which ended executions count; None: from the first, until now, of all robots. ``group``: those that any robot of it could take, by
-    its name then, whichever did; what its robots did and how long they were seen is that of ``robot_ids``, whoever had started it."""
+    """Which ended executions count; None: from the first, until now, of all robots. ``group``: starts that any of its
+    robots could take, by its name then; its robots' use and observed time are those of ``robot_ids``, including
+    missions of others."""
 
     start: datetime | None = None
     end: datetime | None = None
@@ -184,7 +185,7 @@ class Kpis:
         )
 
     def failures(self, wanted: KpiFilter = ALL) -> Sequence[Cause]:
-        """Why runs failed, whatever had triggered them, the most frequent cause first."""
+        """Why runs of any trigger failed, the most frequent cause first."""
         return causes(self._repository.failures(self._db.read(), wanted.span(self._clock.now())))
 
     def not_completed(self, wanted: KpiFilter = ALL, most: int = 50) -> Sequence[Execution]:

@@ -52,7 +52,7 @@ class History:
         return {number: one for one in found for number in (one.id, one.other)}
 
     def last_finished(self, count: int) -> Sequence[Execution]:
-        """The newest ended executions of all robots, but for starts that a person skipped: they never ran."""
+        """The newest ended executions of all robots, except starts that a person skipped: they never ran."""
         return self._executions.last_ended(self._db.read(), count)
 
     def open(self) -> Sequence[Execution]:

@@ -47,7 +47,7 @@ class ShiftReport:
     alarms: Sequence[Alarm]
     more_alarms: int
     groups: Sequence[GroupFacts] = ()
-    group: str = ""  # whose runs these are, whichever robot did them; empty: as ``robot`` says
+    group: str = ""  # the group whose runs these are; empty: those of ``robot``
 
     @property
     def more_runs(self) -> int:

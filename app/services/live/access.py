@@ -1,4 +1,5 @@
-"""The PIN before Settings: optional, kept only as a salted scrypt hash beside the settings, never exported and never logged.
+"""The PIN before Settings: optional, stored only as a salted scrypt hash with the settings, never exported and never
+logged.
 
 It guards against accidental changes of the configuration, not against somebody who can read the database's file.
 """
@@ -65,7 +66,7 @@ def is_easy_to_guess(pin: str) -> bool:
 
 
 class Access:
-    """Asks for a PIN where one is set. A restart shortens no waiting time: it begins again."""
+    """Asks for a PIN if one is set. A restart does not shorten a waiting time: it begins again."""
 
     def __init__(
         self, db: Database, settings: SettingsRepository, clock: Clock, changes: Changes, alarms: Alarms

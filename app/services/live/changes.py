@@ -74,6 +74,6 @@ class CachedUntilChanged(Generic[T]):
         if value is None:
             version = self._version
             value = self._read()
-            if version == self._version:  # else it may be of before the change
+            if version == self._version:  # else it may be from before the change
                 self._value = value
         return value

@@ -152,7 +152,7 @@ class Holds:
         self._wall_ahead = now.timestamp() - mono
 
     def confirm_clock(self) -> None:
-        """A person says that the tablet's clock is right, whatever robots say."""
+        """A person says that the tablet's clock is right, even if robots differ."""
         with self._lock:
             self.clock_problem, self._is_clock_confirmed = None, True
         self.announce()
@@ -169,15 +169,15 @@ class Holds:
 
 
 class Cleared:
-    """What is removed: ``rows`` are ids, whichever robot has them now."""
+    """The removed items: ``rows`` are ids of executions, on any robot."""
 
     def __init__(self, robot_id: int) -> None:
         self.robot_id, self.rows = robot_id, frozenset[int]()
 
 
 class Clearing:
-    """Until the robot has answered nothing is sent to it, nor what was to go to it to another robot, and what becomes of its items is not
-    judged. Read by every worker at every try."""
+    """Until the robot has answered, nothing is sent to it, its starts go to no other robot, and the outcome of its
+    items is not decided. Read by every worker at every try."""
 
     def __init__(self, changes: Changes) -> None:
         self._changes, self._lock = changes, threading.Lock()

@@ -1,7 +1,6 @@
-"""What missions ask for when they are queued, as robots have said it, and what follows for the values that are entered.
-
-It is kept in the database, as a robot may be silent when it is needed. Somebody may edit a mission on the robot afterwards: so a robot is
-asked again before anything is refused, where it can be, and no start is refused by what is only remembered.
+"""Missions' parameters as robots have reported them, and the check of entered values. They are stored in the database,
+as a robot may be silent when they are needed. A mission may be edited on the robot later: so a robot is asked again, if
+possible, before anything is refused, and no start is refused by stored values alone.
 """
 
 from __future__ import annotations
@@ -78,7 +77,7 @@ class MissionParameters:
         return self._of(robot_id, guid).parameters
 
     def known_from_any(self, guid: str) -> Sequence[MissionParameter] | None:
-        """As any robot has said, but for the positions, which each robot has its own of."""
+        """As reported by any robot, without the positions, which differ between robots."""
         found = self._stored.of_any(self._db.read(), guid)
         return found and tuple(
             replace(each, choices=(), on_other_maps=()) if each.is_position else each for each in found
@@ -90,9 +89,9 @@ class MissionParameters:
         return kept.parameters if self._clock.monotonic() - kept.at < VALID_FOR else None
 
     def to_send(self, robot_id: int, guid: str, mission: str, entered: Mapping[str, Any]) -> Mapping[str, Any] | None:
-        """The values as the robot wants them: positions by their guid, choices by their value; as they were ``entered`` where it does not
-        say what the mission asks for. None: it has to be asked first, as it would refuse them by what is remembered, or that may no longer
-        be so."""
+        """The values as the robot wants them: positions by their guid, choices by their value; as they were ``entered``
+        if the robot does not say what the mission asks for. None: the robot has to be asked first, as it would refuse
+        them by stored values, or these may be outdated."""
         if not entered:
             return {}
         kept = self._of(robot_id, guid)
@@ -160,8 +159,8 @@ class MissionParameters:
                 log.info("What a mission asks for could not be stored: %s", problem)
 
     def ask(self, wanted: Sequence[tuple[Robot, Sequence[str]]], within: float = ANSWER_TIMEOUT) -> Answers:
-        """What these robots say of missions (guids), many at a time, and nothing of those that don't answer ``within`` so many seconds. One
-        that is silent, or is known to be, is not asked further. Keeps nothing: they need not be configured yet."""
+        """What these robots say about missions (guids), many at a time, without those that don't answer ``within`` so
+        many seconds. Silent ones are not asked further. Stores nothing: they need not be configured yet."""
         answers, end = Answers(), time.monotonic() + within
         left = [(robot, guids) for robot, guids in wanted if self._may_answer(robot)]
 
@@ -201,8 +200,8 @@ class MissionParameters:
 
 
 def _is_unsupported(error: RobotError) -> bool:
-    """Whether the robot itself has answered, only not with what a mission asks for: it lacks the mission or the question, or this user may
-    not read it. One that is busy may say it soon."""
+    """Whether the robot has answered, but without the mission's parameters: it lacks the mission or the interface, or
+    this user may not read it. A busy robot may answer soon."""
     return isinstance(error, Refusal | NotAMir | Unreadable) and not isinstance(
         error, Busy | AnotherRobot | SerialNumberHidden
     )

@@ -104,7 +104,7 @@ def stored_move(settings: SettingsRepository, c: sqlite3.Connection) -> Move | N
 
 
 def old_token(move: Move | None, row: Execution) -> str | None:
-    """The token under which the old tablet would have sent this start; None: it has none there."""
+    """The token with which the old tablet would have sent this start; None: none."""
     if move is None or row.schedule_id is None:
         return None
     return rules.token_of(move.old_install_id, row.schedule_id, row.planned_at)

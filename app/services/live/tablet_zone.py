@@ -1,7 +1,8 @@
-"""Which time zone the tablet has, and where that is known from: what its clock shows counts.
+"""The tablet's time zone and its source: its clock's display decides.
 
-The clock follows TZ, where that is set, and else /etc/localtime, a link to a zone or a copy of one; a copy and a rule have no name, so they
-are compared with the known zones. /etc/timezone is a note beside it, which many systems no longer keep up. Windows says it in its registry.
+The clock follows TZ, where that is set, and else /etc/localtime, a link to a zone or a copy of one; a copy and a rule
+have no name, so they are compared with the known zones. /etc/timezone repeats it, but many systems no longer update it.
+Windows says it in its registry.
 """
 
 from __future__ import annotations
@@ -46,8 +47,8 @@ NOT_KNOWN = TabletZone("UTC", "", False)
 
 @dataclass(frozen=True)
 class WindowsZone:
-    """``key`` is Windows' own name, such as FLE Standard Time; ``country`` the ISO 3166 code of the region that the user chose, or "".
-    ``keeps_standard_time``: its clock is not set ahead in summer, whatever the zone does."""
+    """``key`` is Windows' own name, such as FLE Standard Time; ``country`` the ISO 3166 code of the region that the
+    user chose, or "". ``keeps_standard_time``: its clock is not set ahead in summer, even if the zone's is."""
 
     key: str
     country: str = ""
@@ -108,7 +109,7 @@ def _country(environ: Mapping[str, str]) -> str:
 
 
 def from_windows(windows: WindowsZone, finder: _Finder) -> TabletZone:
-    """Windows has one zone for several countries; the region tells them apart."""
+    """Windows has one zone for several countries; the region distinguishes them."""
     from icalendar.timezone.windows_to_olson import WINDOWS_TO_OLSON  # takes a while, and only Windows needs it
 
     name = WINDOWS_TO_OLSON.get(windows.key)
@@ -128,7 +129,7 @@ class _Finder:
 
     # ------------------------------------------------------------------ where it is said
     def from_variable(self, text: str) -> TabletZone | None:
-        """A name, a path, or a rule such as EET-2EEST,M3.5.0/3,M10.5.0/4; None where it is none of them."""
+        """A name, a path, or a rule such as EET-2EEST,M3.5.0/3,M10.5.0/4; None if it is something else."""
         if (name := text.removeprefix("posix/").removeprefix("right/")) in zone_names():
             return TabletZone(name, "TZ", True)
         if text.startswith("/"):
@@ -249,7 +250,7 @@ def _name_in(path: str) -> str:
 
 
 def _zone_of(content: bytes | None) -> ZoneInfo | None:
-    """None where it is no zone."""
+    """None if it is not a zone."""
     try:
         return None if content is None else ZoneInfo.from_file(io.BytesIO(content))
     except (ValueError, OSError, struct.error, EOFError, LookupError):

@@ -1,7 +1,7 @@
-"""What is planned badly: more starts than there are robots in a group or than a place has room for, a run that makes a more important
-one late, and too little time. Pure.
+"""What is planned badly: more starts than there are robots in a group or than a place has room for, a run that makes a
+more important one late, and too little time. Pure.
 
-It rests on planned instants and usual durations alone, so that whatever is said is true however much of the plan is looked at.
+It uses only planned instants and usual durations, so that a finding is true for any part of the plan.
 """
 
 from __future__ import annotations
@@ -141,7 +141,8 @@ def plan_conflicts(runs: Sequence[PlannedRun], shared: Shared, since: datetime, 
 
 
 def place_warning(runs: Iterable[PlannedRun], place: Place, missions: Collection[str]) -> Conflict | None:
-    """The worst hour of a place, entered but perhaps not saved; None: there is none in which it is wanted for most of the time."""
+    """The worst hour of a place, entered but perhaps not saved; None: no hour in which it is in use most of the
+    time."""
     details = {"place": place.name, "place_id": place.id}
     resource = Resource(ConflictCode.PLACE_FULL, place.most, details, _at_place(runs, missions))
     return max(crowded_hours(resource), key=lambda one: (one.details["percent"], -one.at.timestamp()), default=None)

@@ -143,7 +143,7 @@ class MissionDurations:
         self._run_durations: dict[tuple[int, str, bool], float | None] = {}
 
     def mission(self, name: str, robot_id: int) -> Mission | None:
-        """The robot's own, else the one for all robots; None: it has none of that name."""
+        """The robot's own, else the one for all robots; None: no mission of that name."""
         return self._by_name.get((name, robot_id)) or self._by_name.get((name, None))
 
     def has(self, robot_id: int, name: str) -> bool:
@@ -165,7 +165,7 @@ class MissionDurations:
         return expected(self._pooled[key], mission)
 
     def usual_on(self, target: Robot | Group, mission: Mission) -> DurationEstimate | None:
-        """On a robot, or on whichever of a group."""
+        """On a robot, or on any robot of a group."""
         return (
             self.usual(target.id, mission) if isinstance(target, Robot) else self.usual_of_any(mission, target.members)
         )

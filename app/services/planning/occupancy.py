@@ -1,6 +1,5 @@
-"""When more runs want something than there is room for: the robots of a group, or a place. Pure.
-
-A run wants it from its instant on for as long as it usually takes. Times are whatever can be ordered, all of one kind.
+"""When more runs need something than there is room for: the robots of a group, or a place. Pure. A run needs it from
+its instant for its usual duration. Times are of any one type with an order.
 """
 
 from __future__ import annotations

@@ -56,7 +56,7 @@ def neighbours(
 
 
 class _Walk:
-    """The future runs of one schedule, asked for in spans of which none begins or ends before the last one."""
+    """The future runs of one schedule, read in spans that never begin or end before the previous one."""
 
     def __init__(self, schedule: Schedule, first: datetime, calendar: WorkingCalendar) -> None:
         self._schedule, self._calendar = schedule, calendar
@@ -110,8 +110,8 @@ def free_shift(
     now: datetime,
     has_room: HasRoom,
 ) -> timedelta | None:
-    """The smallest shift of all these starts, on their own days and to come, at which no other run is in the way and whatever else they
-    want has room; None: none is found."""
+    """The smallest shift of all these starts, on their own days and in the future, without overlaps and with room for
+    everything else they need; None: not found."""
     mine = lasts(usual)
     busy = [
         (start, [(other.at - mine, other.at + lasts(other.usual)) for other in others])

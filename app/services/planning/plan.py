@@ -33,9 +33,9 @@ class Plan:
         self._db, self._clock, self._live = db, clock, live
 
     def between(self, start: datetime, end: datetime, most: int = MOST) -> Planned:
-        """Occurrences of enabled schedules in [start, end), and before it those whose runs will still be under way then; nothing before
-        now. Where there are more than ``most``, schedules with few keep all of theirs, and the others share the rest evenly: what comes
-        after that has no robot of its group."""
+        """Occurrences of enabled schedules in [start, end), and before it those whose runs will still be under way
+        then; nothing before now. Where there are more than ``most``, schedules with few keep all of theirs, and the
+        others share the rest evenly: later ones get no robot of their group."""
         now = self._clock.now()
         start = max(start, now)
         reading = _Reading(self, start, now, end)

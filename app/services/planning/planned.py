@@ -31,7 +31,7 @@ class PlannedRun:
     mission: Mission
     usual: DurationEstimate | None = None  # how long it takes on this robot; None: not known yet
     group: Group | None = None
-    begins_at: datetime | None = None  # of a group's: when the forecast has a robot for it; None: it has none
+    begins_at: datetime | None = None  # of a group's: when the forecast has a robot for it; None: no robot
     lacks_mission: bool = False  # no robot of the group has the mission, as far as is known
     held: bool = False  # by a person: not sent when its time has come
 
@@ -86,13 +86,14 @@ def planned_run(
 
 
 def unassigned_robot(group: Group) -> Robot:
-    """Stands for whichever robot of a group, under its name."""
+    """Stands for any robot of a group, under the group's name."""
     return Robot(group.name, "")
 
 
 @dataclass(frozen=True)
 class Conflict:
-    """``at``: of which moment it is true. ``details``: the numbers of its sentence (``app.domain.conflicts``), and ids."""
+    """``at``: the moment for which it is true. ``details``: the numbers of its sentence (``app.domain.conflicts``), and
+    ids."""
 
     code: ConflictCode
     at: datetime

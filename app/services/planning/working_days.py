@@ -101,7 +101,7 @@ def spans(exception: DayException, year: int) -> Iterator[tuple[date, date]]:
 
 
 def _in_year(day: date, year: int) -> date | None:
-    """The same day of another year; None for 29 February where there is none."""
+    """The same day of another year; None for 29 February in a common year."""
     try:
         return day.replace(year=year)
     except ValueError:

@@ -1,7 +1,8 @@
-"""What a person asks for: Run now, Pause and Resume, Reset errors, Clear queue, cancel, answer a prompt, test a connection.
+"""A person's commands: Run now, Pause and Resume, Reset errors, Clear queue, cancel, answer a prompt, test a
+connection.
 
-Called on background threads, never on the UI's; every call talks to the robot on a connection of its own, so it doesn't wait behind a poll.
-Problems with the robot are raised as RobotError with one sentence.
+Called on background threads, never on the UI's; every call uses its own connection to the robot, so it doesn't wait
+behind a poll. Problems with the robot are raised as RobotError with one sentence.
 """
 
 from __future__ import annotations
@@ -84,8 +85,9 @@ class Operator:
     def run_now(
         self, robot_id: int, mission_id: int, parameters: Mapping[str, Any] | None = None, token: str | None = None
     ) -> Execution:
-        """Submit a mission at once, whatever its constraints are. ``token`` is made per press, so a press that arrives twice runs once.
-        Raises InvalidInput, also where the data was copied from another tablet: it must not wait here until the plan moves."""
+        """Submit a mission at once, ignoring its constraints. ``token`` is made per press, so a press that arrives
+        twice runs once. Raises InvalidInput, also where the data was copied from another tablet: it must not wait here
+        until the plan moves to this tablet."""
         robot, mission = self._usable(robot_id), self._mission(mission_id)
         self._check_parameters(mission, parameters or {}, [(robot, mission.guid)])
         return self._start(
@@ -101,8 +103,8 @@ class Operator:
         *,
         priority: int = HIGH,
     ) -> Execution:
-        """The same on whichever robot of a group will be done first; before what is planned with a lower priority. It waits as long as none
-        is free. Raises InvalidInput."""
+        """The same on the robot of a group that will be done first; before planned starts of lower priority. It waits
+        until one is free. Raises InvalidInput."""
         group = self._group(group_id)
         mission = self._missions.by_name(self._db.read(), self._mission(mission_id).name)
         if mission is None:
@@ -194,9 +196,9 @@ class Operator:
         raise InvalidInput("priority", "it no longer waits for a robot")
 
     def start_on_another(self, execution_id: int, robot_id: int | None = None, token: str | None = None) -> Execution:
-        """The mission of a start of which a robot may or may not have, or have had, its request is run now on another robot (None: on any
-        other of its group). It is a start of its own: should the first robot have that one after all, both run; else that one is not sent
-        again, nor started on another one twice. Raises InvalidInput."""
+        """Run the mission of a start that a robot may or may not have now on another robot (None: any other of its
+        group). It is a separate start: if the first robot has the old one after all, both run; otherwise the old one is
+        not sent again, or replaced twice. Raises InvalidInput."""
         row = self._ledger.get(execution_id)
         if row is None or row.robot_id is None:
             raise InvalidInput("robot", "its outcome is known already")
@@ -238,8 +240,8 @@ class Operator:
         return execution
 
     def cancel_execution(self, execution_id: int) -> Execution | None:
-        """Cancel one of ours, in whatever state it is. Returns the row as it is now; the robot's answer may still decide: one that can't be
-        asked now is asked again until it has answered. Raises RobotError when it refuses."""
+        """Cancel one of the app's executions, in any state. Returns the row as it is now; the robot's answer may still
+        decide: a silent robot is asked until it answers. Raises RobotError when it refuses."""
         execution = self._ledger.get(execution_id)
         if execution is None or not execution.state.is_open:
             return execution
@@ -259,8 +261,8 @@ class Operator:
         return self._ledger.get(execution_id)
 
     def hold_starts(self, execution_ids: Collection[int], held: bool = True) -> int:
-        """Keep these back while they wait, until they are let go; one that is still held when its start window closes is skipped. Returns
-        how many were not on their way yet."""
+        """Hold these while they wait, until they are released; one still held when its start window closes is skipped.
+        Returns how many had not been sent yet."""
         waiting = self._ledger.unsent([*execution_ids])
         count = self._ledger.hold(execution_ids, held)
         if count and any(row.held != held for row in waiting):
@@ -276,7 +278,7 @@ class Operator:
         return count
 
     def cancel_item(self, robot_id: int, queue_id: int) -> None:
-        """Cancel one item of the robot's queue, whoever put it there. One that has just ended stays as it ended."""
+        """Cancel one item of the robot's queue, also of others. One that has just ended keeps its outcome."""
         ours = [row.id for row in self._ledger.open_for(robot_id) if row.queue_id == queue_id]
         asked = self._ledger.cancel(ours, ReasonCode.USER_CANCELLED)
         try:

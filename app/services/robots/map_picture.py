@@ -117,7 +117,7 @@ def _reduced(png: bytes, resolution: float) -> tuple[int, int, int, int, tuple[i
             grey = _grey(image)
     except Unreadable:
         raise
-    except Exception as error:  # whatever a hostile picture makes the decoder raise
+    except Exception as error:  # anything that a hostile picture makes the decoder raise
         raise Unreadable(problem=message("the map's picture is broken")) from error
     del image
     box, whole_height = (

@@ -1,8 +1,9 @@
-"""The maps of the robots: asked for at the robot, kept in memory and beside the database, so that a robot that is away still has its map.
+"""The maps of the robots: read from the robot, kept in memory and next to the database, so that an absent robot still
+has its map.
 
-``known`` answers at once; ``learn`` reads files and talks to the robot, with a client of its own, and belongs on a background thread: no
-robot worker waits for a picture. Whoever shows maps calls ``learn`` whenever one ``is_due``, which of one robot is once a minute at most,
-however many maps it names.
+``known`` answers at once; ``learn`` reads files and talks to the robot, with a client of its own, and belongs on a
+background thread: no robot worker waits for a picture. Callers that show maps call ``learn`` whenever one ``is_due``:
+at most once a minute for a robot, with any number of maps.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from app.services.robots.map_picture import MapPicture, from_bytes, picture_of, 
 log = logging.getLogger(__name__)
 
 REFRESH_AFTER = 3600.0  # s after which a map is read again: it may have been edited under the same guid
-ASK_EVERY = 60.0  # s between two questions to one robot, whatever it answers and whichever map it is on
+ASK_EVERY = 60.0  # s between two questions to one robot, for any answer and map
 MOST_IN_MEMORY = 8
 MOST_FILES = MOST_POSTPONED = 64
 LARGEST_FILE = 4 * 1024 * 1024  # bytes

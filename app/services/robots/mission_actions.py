@@ -1,5 +1,5 @@
-"""What the actions of missions tell: which bring a robot to its charger (they are for a low battery, so the minimum battery does not hold
-them up), and which positions they drive to."""
+"""Facts from the actions of missions: which bring a robot to its charger (they are for a low battery, so the minimum
+battery does not stop them), and which positions they drive to."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from app.services.live.snapshots import Snapshots
 log = logging.getLogger(__name__)
 
 CHECK_EVERY = 60.0  # s
-ASK_AGAIN_AFTER = 600.0  # s, a robot that does not tell what a mission does
+ASK_AGAIN_AFTER = 600.0  # s, for a robot that does not say what a mission does
 VALID_FOR = 12 * 3600.0  # s of an answer: an integrator may edit a mission, or move a position
 
 
@@ -54,7 +54,7 @@ class MissionActionsReader:
         self._make_client, self._clock = make_client, clock
         self._robots, self._missions, self._stops = RobotRepository(), MissionRepository(), StopRepository()
         self._known = dict[str, _Actions]()  # by guid
-        self._ask_at = dict[tuple[int, str], float]()  # monotonic, where a robot does not tell about a guid
+        self._ask_at = dict[tuple[int, str], float]()  # monotonic, if a robot does not answer about a guid
         self._check_at = -math.inf  # monotonic
         self._thread: threading.Thread | None = None
 
@@ -69,7 +69,7 @@ class MissionActionsReader:
             self._thread.start()
 
     def ask(self, wanted: Sequence[tuple[Robot, list[str]]]) -> None:
-        """Guids by robot. A robot that does not answer, or does not tell, is asked again later; what is known stays."""
+        """Guids by robot. A robot that does not answer, or does not say, is asked again later; known ones stay."""
         try:
             for robot, guids in wanted:
                 self._ask(robot, guids)
@@ -91,7 +91,7 @@ class MissionActionsReader:
                         found = client.actions(guid)
                         stops = tuple(_stops(client, found.drives_to, positions))
                         self._known[guid] = _Actions(self._clock.monotonic(), found.charges, stops)
-                    except (Rejected, Unreadable):  # it lacks the mission, or does not tell its actions
+                    except (Rejected, Unreadable):  # it lacks the mission, or does not show its actions
                         self._ask_at[robot.id, guid] = self._clock.monotonic() + ASK_AGAIN_AFTER
         except (RobotError, InvalidInput) as error:
             log.info("What its missions do was not told by %r: %s", robot.name, error)
@@ -155,7 +155,7 @@ def _stops(client: RobotClient, drives_to: Sequence[str], known: dict[str, Stop]
             try:
                 position = client.position(guid)
                 known[guid] = Stop(guid, "" if position.type_id in ENTRIES else position.name, position.spot)
-            except (Rejected, Unreadable):  # it lacks the position, or does not tell it
+            except (Rejected, Unreadable):  # it lacks the position, or does not show it
                 known[guid] = Stop(guid)
         yield known[guid] if guid else Stop()
 

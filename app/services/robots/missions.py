@@ -1,6 +1,8 @@
-"""The missions as the robot itself knows them: their names, also of those not entered here, and the parameters they ask for.
+"""The missions as the robot itself knows them: their names, also of those not entered here, and the parameters they ask
+for.
 
-Everything but ``names`` talks to the robot and belongs on a background thread. What was read is kept until it is read again.
+Everything except ``names`` talks to the robot and belongs on a background thread. Results are kept until the next
+reading.
 """
 
 from __future__ import annotations

@@ -65,7 +65,7 @@ class Finding:
 
 
 def is_usual(late: int, starts: int) -> bool:
-    """Whether so many late starts are no chance: by the lower end of Wilson's interval."""
+    """Whether so many late starts are more than chance: by the lower end of Wilson's interval."""
     if starts < LEAST_STARTS:
         return False
     share, z2 = late / starts, Z_90**2

@@ -1,5 +1,5 @@
-"""Finds schedules that often come late and what in the present plan would help, and keeps what people answer. Nothing is ever changed by
-itself."""
+"""Finds schedules that are often late and what would help in the present plan, and stores people's answers. Never
+changes anything itself."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from app.domain.writing import Translate
 from app.services.planning.recurrence import Recurrence
 from app.services.suggestions.late_schedules import Cause, Finding, counts, findings, is_late
 
-UNDONE = "undone"  # an answer: the schedule is again as it was before its suggestion was accepted
+UNDONE = "undone"  # an answer: the accepted suggestion was undone
 LOOKS_BACK = timedelta(days=28)
 SILENT_FOR = timedelta(days=60)
 RESULTS_AFTER = timedelta(days=14)
@@ -69,7 +69,7 @@ class Suggestion:
 
 @dataclass(frozen=True)
 class Result:
-    """What came of a suggestion that was accepted at least two weeks ago: ``late`` of ``starts`` since then."""
+    """The result of a suggestion that was accepted at least two weeks ago: ``late`` of ``starts`` since then."""
 
     schedule: Schedule
     late: int
@@ -80,20 +80,20 @@ class Result:
 
 @dataclass(frozen=True)
 class Advice:
-    """At most three suggestions, the worst first; and what came of those that were accepted, the newest first."""
+    """At most three suggestions, the worst first; and the results of accepted ones, the newest first."""
 
     suggestions: tuple[Suggestion, ...] = ()
     results: tuple[Result, ...] = ()
 
 
 class Suggestions:
-    """``has_mission``: whether a robot has a mission, by its id and the guid, as far as its list is known. ``free_at``: the nearest first
-    start of a schedule at which nothing that is planned is in its way, its own where that is so; None: there is none, or it can't run."""
+    """``has_mission``: whether a robot has a mission, by its id and the guid, if its list is known. ``free_at``: the
+    nearest first start of a schedule without an overlap, possibly its own; None if there is none, or it can't run."""
 
     def __init__(self, db: Database, clock: Clock, has_mission: HasMission, free_at: FreeAt) -> None:
         self._db, self._clock, self._has_mission, self._free_at = db, clock, has_mission, free_at
         self._repository = SuggestionRepository()
-        self.latest: Advice | None = None  # as it was computed last; None: not yet, or not since an answer
+        self.latest: Advice | None = None  # as last computed; None: not yet, or not since an answer
 
     def compute(self) -> Advice:
         """From the last four weeks. Reads the database, and works for up to some seconds: never on the window's thread."""
@@ -136,8 +136,8 @@ class Suggestions:
         self.latest = None
 
     def undo_change(self, answer: Answer, before: Schedule, now: Schedule) -> None:
-        """Undo that one was accepted. The schedule is ``now`` again as it was ``before``: what it did then goes on to count, though it has
-        just been changed."""
+        """Undo an accepted suggestion. The schedule is ``now`` the same as ``before``: its earlier starts still count,
+        though it has just been changed."""
         self.undo(answer)
         if before.changed_at is not None and now.changed_at is not None:
             undone = replace(answer, answer=UNDONE, at=now.changed_at, option={"since": before.changed_at.isoformat()})

@@ -1,5 +1,5 @@
-"""What robots say of missions while a file is imported: each is asked once for each mission, many at a time, and for some seconds in all. A
-robot that does not answer keeps nothing from being imported: it is asked again when the mission is to be started."""
+"""What robots say about missions while a file is imported: each is asked once for each mission, many at a time, for
+some seconds in all. A silent robot does not stop the import: it is asked again before the mission starts."""
 
 from __future__ import annotations
 

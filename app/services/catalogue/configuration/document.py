@@ -18,7 +18,7 @@ from app.services.catalogue.checks import shown
 from app.services.catalogue.fields import SECTIONS, Item, check_keys, read_object, read_objects
 
 FORMAT = "amr-scheduler/1"
-OBJECTS = ("settings", "display", "calendar")  # sections that are no lists
+OBJECTS = ("settings", "display", "calendar")  # sections that are not lists
 LARGEST_FILE = 5 * 1024 * 1024  # bytes
 
 

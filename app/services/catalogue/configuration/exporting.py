@@ -50,7 +50,7 @@ class _Export:
                 fields.CALENDAR,
                 country=self._settings.holiday_country or None,
                 region=self._settings.holiday_subdivision or None,
-                # as they were entered, since of two for the same day the later one may hold
+                # in the order of entry, as the later of two for the same day counts
                 days=[_day(each) for each in sorted(self._days, key=lambda each: each.id)],
             ),
             "robots": [written(robot, fields.ROBOT, idle=self._idle(robot.idle)) for robot in self._robots],
@@ -99,7 +99,7 @@ def _day(exception: DayException) -> dict[str, Any]:
 
 
 def _is_on_a_day_off(schedule: Schedule, calendar: WorkingCalendar) -> bool:
-    """A one-time schedule whose day was closed after it was entered: it starts all the same, but can't be entered so any more."""
+    """A one-time schedule whose day was closed later: it still starts, but could not be entered now."""
     try:
         validation.one_time_on_working_day(schedule, calendar)
     except InvalidInput:

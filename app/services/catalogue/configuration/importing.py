@@ -61,7 +61,7 @@ def import_configuration(catalogue: Catalogue, content: bytes, *, may_delete: bo
 class _Import:
     def __init__(self, edit: Edit, document: Document, asked: AskedRobots) -> None:
         self._edit, self._document, self._asked = edit, document, asked
-        self._to_check: list[tuple[Item, Schedule]] = []  # whose parameters are to be judged
+        self._to_check: list[tuple[Item, Schedule]] = []  # whose parameters must be checked
         self._idle: list[tuple[Item, Checked]] = []
         self._unnamed: dict[tuple[str, int], Unnamed] = {}
         self._place_ids: dict[str, int] = {}
@@ -181,7 +181,7 @@ class _Import:
             self._edit.save_robot(replace(saved, enabled=False))
 
     def _check_machines(self, before: Mapping[str, Robot | None]) -> None:
-        """When all have their new addresses: two robots may swap theirs."""
+        """Checked after all addresses are set: two robots may swap theirs."""
         robots = {robot.name: robot for robot in self._edit.robots.all(self._edit.c)}
         in_file = {item.values["name"] for item in self._document.robots}
         for item in self._document.robots:

@@ -22,7 +22,7 @@ def dates(rule: Recurrence, start: date, first: date, last: date = LAST_DAY) -> 
 
 
 def months_of(rule: Recurrence, start: date) -> list[int]:
-    """The months, from 1 on, of which a monthly or yearly rule takes days that they have."""
+    """The months (from 1) with days of a monthly or yearly rule."""
     of_month = range(
         start.month - 1, start.month - 1 + 12 * _interval(rule, Frequency.MONTHLY), _interval(rule, Frequency.MONTHLY)
     )

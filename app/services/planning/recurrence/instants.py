@@ -70,7 +70,7 @@ def passed_occurrences(schedule: Schedule, after: datetime, until: datetime, cal
 
 
 def next_occurrence(schedule: Schedule, after: datetime, calendar: WorkingCalendar) -> datetime | None:
-    """The first instant strictly after ``after``; None when there is none left."""
+    """The first instant strictly after ``after``; None if there are no more."""
     found = next(occurrences(schedule, after, calendar), None)
     return None if found is None else found.instant
 
@@ -194,7 +194,7 @@ class _Rule:
 
     @cached_property
     def keeps_times(self) -> bool:
-        """The steps are at the same times of each day, whatever its clock does."""
+        """The steps are at the same times of each day, despite clock changes."""
         return self.between is None and DAY_S % step_of(self.recurrence) == 0
 
     # ------------------------------------------------------------------ times of days
