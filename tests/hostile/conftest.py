@@ -1,4 +1,4 @@
-"""Robots that only write down what they are sent, and a tablet."""
+"""Robots that only write down what they are sent, and tablets."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import pytest
 from app.container import Container
 from tests.hostile.capture import capture
 from tests.hostile.credentials import Listen
+from tests.support.site import Site
 
 
 @pytest.fixture
@@ -20,7 +21,16 @@ def listen() -> Iterator[Listen]:
 
 
 @pytest.fixture
-def tablet(tmp_path: Path) -> Iterator[Container]:
+def container(tmp_path: Path) -> Iterator[Container]:
     container = Container.open(tmp_path)
     yield container
     container.close()
+
+
+@pytest.fixture
+def site(tmp_path: Path) -> Iterator[Site]:
+    """One robot, and no mission."""
+    site = Site(tmp_path)
+    site.add_robots()
+    yield site
+    site.switch_off()

@@ -26,40 +26,40 @@ FIELD, PLANT = "field_robot.pem", "plant_robot.pem"
 Listen = Callable[..., Capture]
 
 
-def add(tablet: Container, address: str, **values: Any) -> Robot:
-    return tablet.catalogue.save_robot(Robot("Aino", address, USER, **values), PASSWORD)
+def add(container: Container, address: str, **values: Any) -> Robot:
+    return container.catalogue.save_robot(Robot("Aino", address, USER, **values), PASSWORD)
 
 
-def stored(tablet: Container) -> Robot:
-    (robot,) = tablet.catalogue.robots()
+def stored(container: Container) -> Robot:
+    (robot,) = container.catalogue.robots()
     return robot
 
 
-def poll(tablet: Container, rounds: int = 2) -> None:
+def poll(container: Container, rounds: int = 2) -> None:
     """As the robot's worker does after a restart."""
-    worker = tablet.make_worker(stored(tablet))
+    worker = container.make_worker(stored(container))
     for _ in range(rounds):
         worker.handle(messages.Poll())
         worker.advance()
     worker.close()
 
 
-def connection(tablet: Container) -> Connection:
-    return tablet.snapshots.get(stored(tablet).id).connection
+def connection(container: Container) -> Connection:
+    return container.snapshots.get(stored(container).id).connection
 
 
-def import_robot(tablet: Container, **keys: Any) -> list[Any]:
+def import_robot(container: Container, **keys: Any) -> list[Any]:
     content = {"format": "amr-scheduler/1", "robots": [{"name": "Aino", **keys}]}
-    return import_configuration(tablet.catalogue, json.dumps(content).encode())
+    return import_configuration(container.catalogue, json.dumps(content).encode())
 
 
-def assert_needs_password(tablet: Container) -> None:
-    robot = stored(tablet)
+def assert_needs_password(container: Container) -> None:
+    robot = stored(container)
     assert (robot.token, robot.needs_password, robot.enabled) == (None, True, False)
 
 
-def everything_an_operator_asks_for(tablet: Container, robot: Robot) -> None:
-    operator = tablet.operator
+def everything_an_operator_asks_for(container: Container, robot: Robot) -> None:
+    operator = container.operator
     for ask in (
         lambda: operator.pause(robot.id),
         lambda: operator.resume(robot.id),
@@ -69,16 +69,16 @@ def everything_an_operator_asks_for(tablet: Container, robot: Robot) -> None:
         lambda: operator.cancel_item(robot.id, 7),
         lambda: operator.fetch_missions(robot.id),
         lambda: operator.test_connection(robot),
-        lambda: tablet.robot_missions.parameters(robot.id, MISSION),
+        lambda: container.robot_missions.parameters(robot.id, MISSION),
     ):
         with pytest.raises(RobotError):
             ask()
-    tablet.robot_missions.learn_names(robot.id)
-    tablet.maps.learn(robot.id, "a map")
+    container.robot_missions.learn_names(robot.id)
+    container.maps.learn(robot.id, "a map")
 
 
-def run_now(tablet: Container) -> Any:
-    robot, mission = stored(tablet), tablet.catalogue.save_mission(Mission("Deliver", MISSION))
-    row = tablet.operator.run_now(robot.id, mission.id)
-    poll(tablet)
-    return tablet.ledger.get(row.id)
+def run_now(container: Container) -> Any:
+    robot, mission = stored(container), container.catalogue.save_mission(Mission("Deliver", MISSION))
+    row = container.operator.run_now(robot.id, mission.id)
+    poll(container)
+    return container.ledger.get(row.id)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
-from pathlib import Path
 
 import pytest
 
@@ -22,13 +20,6 @@ CLOCKS = [
     ("1970-01-01T00:00:05", "2026-11-23T06:00:00"),
     ("2026-11-22T06:00:00", "2026-11-24T06:00:01"),
 ]
-
-
-@pytest.fixture
-def container(tmp_path: Path) -> Iterator[Container]:
-    container = Container.open(tmp_path)
-    yield container
-    container.close()
 
 
 def ran(container: Container, duration_s: float) -> tuple[Robot, Mission]:

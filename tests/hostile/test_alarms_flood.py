@@ -21,14 +21,6 @@ LONGEST_ALARM, LONGEST_LINE = 300, 2000
 
 
 @pytest.fixture
-def site(tmp_path):
-    site = Site(tmp_path)
-    site.add_robots()
-    yield site
-    site.switch_off()
-
-
-@pytest.fixture
 def log_directory(tmp_path, monkeypatch):
     with kept_apart(monkeypatch):
         logs.start(tmp_path / "logs", stderr=False)

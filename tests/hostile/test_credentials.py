@@ -49,91 +49,97 @@ changed_anyhow = pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES
 
 @changed_anyhow
 def test_testing_a_changed_connection_asks_for_the_password_and_sends_nothing(
-    tablet: Container, listen: Listen, change: Any
+    container: Container, listen: Listen, change: Any
 ) -> None:
     machine, thief = listen(), listen()
-    robot = add(tablet, machine.url, serial_number="A-1")
+    robot = add(container, machine.url, serial_number="A-1")
     with pytest.raises(InvalidInput, match="enter the password") as refused:
-        tablet.operator.test_connection(change(robot, thief))
+        container.operator.test_connection(change(robot, thief))
     assert refused.value.field == "password"
     assert machine.seen == thief.seen == []
 
 
 @changed_anyhow
 def test_a_changed_robot_needs_its_password_before_anything_is_sent(
-    tablet: Container, listen: Listen, change: Any
+    container: Container, listen: Listen, change: Any
 ) -> None:
     machine, thief = listen(), listen()
-    robot = add(tablet, machine.url, serial_number="A-1")
-    tablet.catalogue.save_robot(change(robot, thief))
-    assert_needs_password(tablet)
-    poll(tablet)
+    robot = add(container, machine.url, serial_number="A-1")
+    container.catalogue.save_robot(change(robot, thief))
+    assert_needs_password(container)
+    poll(container)
     with suppress(RobotError):
-        tablet.operator.fetch_missions(robot.id)
+        container.operator.fetch_missions(robot.id)
     assert machine.credentials == thief.credentials == []
-    tablet.catalogue.save_robot(replace(stored(tablet), address=robot.address, username=USER, certificate_sha256=None))
-    assert_needs_password(tablet)  # the token was deleted, not kept for later
+    container.catalogue.save_robot(
+        replace(stored(container), address=robot.address, username=USER, certificate_sha256=None)
+    )
+    assert_needs_password(container)  # the token was deleted, not kept for later
 
 
 @pytest.mark.parametrize("key", ["host", "port", "scheme", "user", "pin"])
-def test_an_imported_change_keeps_no_token(tablet: Container, listen: Listen, key: str) -> None:
+def test_an_imported_change_keeps_no_token(container: Container, listen: Listen, key: str) -> None:
     machine, thief = listen(), listen()
-    robot = add(tablet, machine.url, serial_number="A-1")
+    robot = add(container, machine.url, serial_number="A-1")
     changed = CHANGES[key](robot, thief)
     pin = {"certificate_sha256": changed.certificate_sha256} if changed.certificate_sha256 else {}
-    lines = import_robot(tablet, address=changed.address, username=changed.username, **pin)
+    lines = import_robot(container, address=changed.address, username=changed.username, **pin)
     assert "needs a password" in str(lines)
-    assert_needs_password(tablet)
-    assert stored(tablet).serial_number == "A-1"
-    poll(tablet)
+    assert_needs_password(container)
+    assert stored(container).serial_number == "A-1"
+    poll(container)
     assert machine.credentials == thief.credentials == []
 
 
-def test_the_same_address_in_other_words_keeps_the_token(tablet: Container) -> None:
-    before = add(tablet, "http://10.0.0.1", certificate_sha256="ab" * 32)
-    assert import_robot(tablet, address="10.0.0.1:80/", username=USER, certificate_sha256=":".join(["AB"] * 32)) == []
-    assert stored(tablet) == before
+def test_the_same_address_in_other_words_keeps_the_token(container: Container) -> None:
+    before = add(container, "http://10.0.0.1", certificate_sha256="ab" * 32)
+    assert (
+        import_robot(container, address="10.0.0.1:80/", username=USER, certificate_sha256=":".join(["AB"] * 32)) == []
+    )
+    assert stored(container) == before
     assert before.token == TOKEN
 
 
 @pytest.mark.parametrize("by", ["import", "edit"])
-def test_https_with_a_pin_does_not_become_http_in_silence(tablet: Container, listen: Listen, by: str) -> None:
+def test_https_with_a_pin_does_not_become_http_in_silence(container: Container, listen: Listen, by: str) -> None:
     thief = listen()
-    robot = add(tablet, thief.url.replace("http:", "https:"), certificate_sha256=pin_of(FIELD))
+    robot = add(container, thief.url.replace("http:", "https:"), certificate_sha256=pin_of(FIELD))
     if by == "import":
-        import_robot(tablet, address=thief.url)
+        import_robot(container, address=thief.url)
     else:
-        tablet.catalogue.save_robot(replace(robot, address=thief.url))
-    assert_needs_password(tablet)
-    poll(tablet)
+        container.catalogue.save_robot(replace(robot, address=thief.url))
+    assert_needs_password(container)
+    poll(container)
     assert thief.credentials == []
 
 
-def test_an_import_with_a_password_says_that_encryption_ends(tablet: Container) -> None:
-    add(tablet, "https://10.0.0.1", certificate_sha256="ab" * 32)
-    lines = import_robot(tablet, address="http://10.0.0.1", password=PASSWORD)
+def test_an_import_with_a_password_says_that_encryption_ends(container: Container) -> None:
+    add(container, "https://10.0.0.1", certificate_sha256="ab" * 32)
+    lines = import_robot(container, address="http://10.0.0.1", password=PASSWORD)
     assert "no longer encrypted" in str(lines)
-    assert stored(tablet).token == TOKEN
+    assert stored(container).token == TOKEN
 
 
 # ---------------------------------------------------------------------- who answers, before it gets the credentials
-def test_the_status_is_asked_for_without_credentials_and_all_else_after_it(tablet: Container, listen: Listen) -> None:
+def test_the_status_is_asked_for_without_credentials_and_all_else_after_it(
+    container: Container, listen: Listen
+) -> None:
     machine = listen()
-    add(tablet, machine.url)
-    poll(tablet)
-    assert (connection(tablet), stored(tablet).serial_number) == (Connection.CONNECTED, "A-1")
-    assert stored(tablet).identified_by is IdentifiedBy.SERIAL_NUMBER
-    assert run_now(tablet).state is State.QUEUED
+    add(container, machine.url)
+    poll(container)
+    assert (connection(container), stored(container).serial_number) == (Connection.CONNECTED, "A-1")
+    assert stored(container).identified_by is IdentifiedBy.SERIAL_NUMBER
+    assert run_now(container).state is State.QUEUED
     assert {one.authorization for one in machine.seen if one.path == "/status"} == {None}
     assert {one.authorization for one in machine.seen if one.path != "/status"} == {TOKEN}
     assert machine.seen[0].path == "/status"
 
 
-def test_a_poll_of_a_known_robot_costs_one_status(tablet: Container, listen: Listen) -> None:
+def test_a_poll_of_a_known_robot_costs_one_status(container: Container, listen: Listen) -> None:
     machine = listen()
-    add(tablet, machine.url)
-    poll(tablet)
-    worker = tablet.make_worker(stored(tablet))
+    add(container, machine.url)
+    poll(container)
+    worker = container.make_worker(stored(container))
     worker.handle(messages.Poll())
     worker.advance()
     machine.seen.clear()
@@ -154,38 +160,38 @@ def test_a_poll_of_a_known_robot_costs_one_status(tablet: Container, listen: Lis
     ids=["another serial number", "no serial number", "no status without credentials"],
 )
 def test_a_machine_that_does_not_show_the_known_serial_number_gets_nothing(
-    tablet: Container, listen: Listen, pretends: dict[str, Any], code: str
+    container: Container, listen: Listen, pretends: dict[str, Any], code: str
 ) -> None:
     machine = listen()
-    robot = add(tablet, machine.url)
-    poll(tablet)
+    robot = add(container, machine.url)
+    poll(container)
     machine.seen.clear()
     machine.pretend(pretends)
-    poll(tablet)
-    assert connection(tablet) is Connection.WRONG_ROBOT
-    assert code in [alarm.code for alarm in tablet.alarms.open()]
-    everything_an_operator_asks_for(tablet, robot)
+    poll(container)
+    assert connection(container) is Connection.WRONG_ROBOT
+    assert code in [alarm.code for alarm in container.alarms.open()]
+    everything_an_operator_asks_for(container, robot)
     with pytest.raises((AnotherRobot, SerialNumberHidden)):
-        tablet.operator.test_connection(stored(tablet))
+        container.operator.test_connection(stored(container))
     with pytest.raises((AnotherRobot, SerialNumberHidden)):
-        tablet.operator.test_connection(stored(tablet), PASSWORD)
-    assert run_now(tablet).state is not State.QUEUED
+        container.operator.test_connection(stored(container), PASSWORD)
+    assert run_now(container).state is not State.QUEUED
     assert machine.credentials == []
-    assert stored(tablet).serial_number == "A-1"
+    assert stored(container).serial_number == "A-1"
 
 
-def test_the_wrong_robot_is_an_alarm_and_fails_the_run(tablet: Container, listen: Listen) -> None:
+def test_the_wrong_robot_is_an_alarm_and_fails_the_run(container: Container, listen: Listen) -> None:
     machine = listen(serial="B-2")
-    add(tablet, machine.url, serial_number="A-1")
-    assert run_now(tablet).reason.code is ReasonCode.WRONG_ROBOT
-    assert "wrong_robot" in [alarm.code for alarm in tablet.alarms.open()]
+    add(container, machine.url, serial_number="A-1")
+    assert run_now(container).reason.code is ReasonCode.WRONG_ROBOT
+    assert "wrong_robot" in [alarm.code for alarm in container.alarms.open()]
     assert machine.credentials == []
 
 
-def test_a_machine_that_replaces_a_robot_during_polling_gets_nothing(tablet: Container, listen: Listen) -> None:
+def test_a_machine_that_replaces_a_robot_during_polling_gets_nothing(container: Container, listen: Listen) -> None:
     machine = listen()
-    add(tablet, machine.url)
-    worker = tablet.make_worker(stored(tablet))
+    add(container, machine.url)
+    worker = container.make_worker(stored(container))
     by_serial: dict[str, list[str]] = {}
     for serial in ("A-1", "B-2", "B-2"):
         machine.seen.clear()
@@ -196,19 +202,19 @@ def test_a_machine_that_replaces_a_robot_during_polling_gets_nothing(tablet: Con
     worker.close()
     assert by_serial["A-1"]
     assert by_serial["B-2"] == []
-    assert stored(tablet).serial_number == "A-1"
+    assert stored(container).serial_number == "A-1"
 
 
 def test_a_robot_edited_during_polling_gets_nothing_before_its_new_serial_number(
-    tablet: Container, listen: Listen
+    container: Container, listen: Listen
 ) -> None:
     machine = listen()
-    add(tablet, machine.url)
-    worker = tablet.make_worker(stored(tablet))
+    add(container, machine.url)
+    worker = container.make_worker(stored(container))
     worker.advance()
     assert worker.seen.fresh_status is not None
     machine.seen.clear()
-    worker.handle(messages.RobotEdited(replace(stored(tablet), serial_number="B-2")))
+    worker.handle(messages.RobotEdited(replace(stored(container), serial_number="B-2")))
     assert (worker.seen.fresh_status, worker.readiness()) == (None, None)
     worker.handle(messages.Poll())
     worker.advance()
@@ -218,21 +224,21 @@ def test_a_robot_edited_during_polling_gets_nothing_before_its_new_serial_number
 
 
 def test_the_new_robot_is_taken_at_the_integrators_word_and_with_its_own_password(
-    tablet: Container, listen: Listen
+    container: Container, listen: Listen
 ) -> None:
     machine = listen(serial="B-2")
-    robot = add(tablet, machine.url, serial_number="A-1")
+    robot = add(container, machine.url, serial_number="A-1")
     with pytest.raises(AnotherRobot) as another:
-        tablet.operator.test_connection(robot)
+        container.operator.test_connection(robot)
     assert (another.value.params["expected"], another.value.params["found"]) == ("A-1", "B-2")
     new = replace(robot, serial_number="B-2")
     with pytest.raises(InvalidInput, match="enter the password"):
-        tablet.operator.test_connection(new)
+        container.operator.test_connection(new)
     assert machine.credentials == []
-    assert tablet.operator.test_connection(new, PASSWORD).serial_number == "B-2"
-    tablet.catalogue.save_robot(new, PASSWORD)
-    poll(tablet)
-    assert (connection(tablet), stored(tablet).serial_number) == (Connection.CONNECTED, "B-2")
+    assert container.operator.test_connection(new, PASSWORD).serial_number == "B-2"
+    container.catalogue.save_robot(new, PASSWORD)
+    poll(container)
+    assert (connection(container), stored(container).serial_number) == (Connection.CONNECTED, "B-2")
 
 
 @pytest.mark.parametrize(
@@ -242,19 +248,19 @@ def test_the_new_robot_is_taken_at_the_integrators_word_and_with_its_own_passwor
 )
 @pytest.mark.parametrize("is_known", [False, True])
 def test_facts_of_the_machine_before_an_edit_are_not_stored_for_the_new_one(
-    tablet: Container, listen: Listen, is_known: bool, change: dict[str, Any]
+    container: Container, listen: Listen, is_known: bool, change: dict[str, Any]
 ) -> None:
     machine = listen()
-    robot = add(tablet, machine.url, serial_number="A-1" if is_known else None)
-    worker, answer = tablet.make_worker(robot), machine.answer
+    robot = add(container, machine.url, serial_number="A-1" if is_known else None)
+    worker, answer = container.make_worker(robot), machine.answer
 
     def edited_while_answering(one: Seen) -> tuple[int, Any]:
         if one.path == "/users/me":
-            tablet.catalogue.save_robot(replace(robot, **change), PASSWORD)
+            container.catalogue.save_robot(replace(robot, **change), PASSWORD)
         return answer(one)
 
     machine.answer = edited_while_answering  # type: ignore[method-assign]
     worker.advance()
-    assert stored(tablet) == replace(robot, **change, token=stored(tablet).token)
+    assert stored(container) == replace(robot, **change, token=stored(container).token)
     assert worker.robot == robot  # so that it is seen to be of another connection
     worker.close()

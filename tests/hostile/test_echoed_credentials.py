@@ -9,7 +9,6 @@ import logging
 import sqlite3
 from collections.abc import Callable
 from dataclasses import astuple
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -127,12 +126,11 @@ def test_a_status_does_not_have_it(escape: Callable[[str], str]) -> None:
     assert_hidden(str(astuple(status)))
 
 
-def test_a_run_leaves_it_nowhere(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_run_leaves_it_nowhere(container: Container, caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level(logging.DEBUG)
     with capture() as machine:
-        tablet = Container.open(tmp_path)
-        robot = tablet.catalogue.save_robot(Robot("Aino", machine.url, USER), PASSWORD)
-        mission = tablet.catalogue.save_mission(Mission("Deliver", MISSION))
+        robot = container.catalogue.save_robot(Robot("Aino", machine.url, USER), PASSWORD)
+        mission = container.catalogue.save_mission(Mission("Deliver", MISSION))
         answer = machine.answer
 
         def echo(one: Seen) -> tuple[int, Any]:
@@ -157,24 +155,25 @@ def test_a_run_leaves_it_nowhere(tmp_path: Path, caplog: pytest.LogCaptureFixtur
             return answer(one)
 
         machine.answer = echo  # type: ignore[method-assign]
-        worker = tablet.make_worker(robot)
+        worker = container.make_worker(robot)
         worker.handle(messages.Poll())
         worker.advance()
-        run = tablet.operator.run_now(robot.id, mission.id)
+        run = container.operator.run_now(robot.id, mission.id)
         for _ in range(3):
             worker.handle(messages.Poll())
             worker.advance()
         with pytest.raises(RobotError) as error:
-            tablet.operator.fetch_missions(robot.id)
+            container.operator.fetch_missions(robot.id)
         worker.close()
-        ended = tablet.ledger.get(run.id)
+        ended = container.ledger.get(run.id)
         exported = io.StringIO()
-        write_history(tablet.db.read(), exported)
+        write_history(container.db.read(), exported)
         written = [
-            line for line in sqlite3.connect(tablet.db.path).iterdump() if not line.startswith('INSERT INTO "robots"')
+            line
+            for line in sqlite3.connect(container.db.path).iterdump()
+            if not line.startswith('INSERT INTO "robots"')
         ]
-        shown = f"{ended.reason}{tablet.alarms.open()}{error.value}{exported.getvalue()}{caplog.text}{written}"
-        tablet.close()
+        shown = f"{ended.reason}{container.alarms.open()}{error.value}{exported.getvalue()}{caplog.text}{written}"
     assert ended.state is State.FAILED
     assert "robot_error" in shown
     assert "Basic ***" in shown

@@ -28,30 +28,30 @@ hiding = pytest.mark.parametrize(
 
 # ---------------------------------------------------------------------- robots whose status is not for anybody
 def test_a_robot_that_wants_credentials_for_its_status_gets_them_where_they_were_entered(
-    tablet: Container, listen: Listen
+    container: Container, listen: Listen
 ) -> None:
     machine, thief = listen(status_is_open=False), listen(status_is_open=False)
-    robot = add(tablet, machine.url)
-    poll(tablet)
-    assert connection(tablet) is Connection.CONNECTED
-    assert (stored(tablet).serial_number, stored(tablet).identified_by) == ("A-1", IdentifiedBy.ADDRESS)
-    assert run_now(tablet).state is State.QUEUED
+    robot = add(container, machine.url)
+    poll(container)
+    assert connection(container) is Connection.CONNECTED
+    assert (stored(container).serial_number, stored(container).identified_by) == ("A-1", IdentifiedBy.ADDRESS)
+    assert run_now(container).state is State.QUEUED
     machine.serial = "B-2"
-    poll(tablet)
-    assert connection(tablet) is Connection.WRONG_ROBOT
-    tablet.catalogue.save_robot(replace(stored(tablet), address=thief.url))
-    poll(tablet)
+    poll(container)
+    assert connection(container) is Connection.WRONG_ROBOT
+    container.catalogue.save_robot(replace(stored(container), address=thief.url))
+    poll(container)
     with suppress(RobotError):
-        tablet.operator.fetch_missions(robot.id)
+        container.operator.fetch_missions(robot.id)
     assert thief.credentials == []
 
 
-def test_a_wrong_password_shows_there_too(tablet: Container, listen: Listen) -> None:
+def test_a_wrong_password_shows_there_too(container: Container, listen: Listen) -> None:
     machine = listen(status_is_open=False)
     machine.answer = lambda one: (401, {})  # type: ignore[method-assign]
-    robot = add(tablet, machine.url)
+    robot = add(container, machine.url)
     with pytest.raises(Unauthorized):
-        tablet.operator.test_connection(robot)
+        container.operator.test_connection(robot)
 
 
 # ---------------------------------------------------------------------- a machine that hides the known serial number
@@ -60,119 +60,123 @@ def test_a_wrong_password_shows_there_too(tablet: Container, listen: Listen) -> 
 @hiding
 @pytest.mark.parametrize("password", [None, PASSWORD], ids=["stored", "entered again"])
 def test_credentials_go_to_a_machine_that_hides_the_serial_number_only_after_somebody_agreed(
-    tablet: Container, listen: Listen, hides: dict[str, Any], password: str | None
+    container: Container, listen: Listen, hides: dict[str, Any], password: str | None
 ) -> None:
     machine = listen()
-    add(tablet, machine.url)
-    poll(tablet)
+    add(container, machine.url)
+    poll(container)
     machine.pretend(hides)
     machine.seen.clear()
     for _ in range(2):
         with pytest.raises(SerialNumberHidden, match="check at the robot that it is the same one"):
-            tablet.operator.test_connection(stored(tablet), password)
-    tablet.catalogue.save_robot(stored(tablet), password)
-    poll(tablet)
-    assert connection(tablet) is Connection.WRONG_ROBOT
+            container.operator.test_connection(stored(container), password)
+    container.catalogue.save_robot(stored(container), password)
+    poll(container)
+    assert connection(container) is Connection.WRONG_ROBOT
     assert machine.credentials == []
-    found = tablet.operator.test_connection(stored(tablet), password, by_address=True)
+    found = container.operator.test_connection(stored(container), password, by_address=True)
     assert found.identified_by is IdentifiedBy.ADDRESS
-    tablet.catalogue.save_robot(replace(stored(tablet), identified_by=found.identified_by), password, is_tested=True)
-    poll(tablet)
-    assert (connection(tablet), stored(tablet).identified_by) == (Connection.CONNECTED, IdentifiedBy.ADDRESS)
-    assert stored(tablet).serial_number == "A-1"
+    container.catalogue.save_robot(
+        replace(stored(container), identified_by=found.identified_by), password, is_tested=True
+    )
+    poll(container)
+    assert (connection(container), stored(container).identified_by) == (Connection.CONNECTED, IdentifiedBy.ADDRESS)
+    assert stored(container).serial_number == "A-1"
     machine.pretend({"serial": "A-1", "status_is_open": True})
-    poll(tablet)
-    assert stored(tablet).identified_by is IdentifiedBy.SERIAL_NUMBER  # it shows it again
+    poll(container)
+    assert stored(container).identified_by is IdentifiedBy.SERIAL_NUMBER  # it shows it again
 
 
 @hiding
 def test_a_dialog_that_was_opened_before_the_robot_was_known_does_not_make_it_unknown(
-    tablet: Container, listen: Listen, hides: dict[str, Any]
+    container: Container, listen: Listen, hides: dict[str, Any]
 ) -> None:
     machine = listen()
-    in_dialog = add(tablet, machine.url)
-    poll(tablet)
-    known = stored(tablet)
-    tablet.catalogue.save_robot(replace(in_dialog, name="Aino 2"))
-    assert stored(tablet) == replace(known, name="Aino 2")
+    in_dialog = add(container, machine.url)
+    poll(container)
+    known = stored(container)
+    container.catalogue.save_robot(replace(in_dialog, name="Aino 2"))
+    assert stored(container) == replace(known, name="Aino 2")
     machine.pretend(hides)
     machine.seen.clear()
-    poll(tablet)
-    assert connection(tablet) is Connection.WRONG_ROBOT
+    poll(container)
+    assert connection(container) is Connection.WRONG_ROBOT
     assert machine.credentials == []
 
 
 @hiding
 @pytest.mark.parametrize("certificate", ["", FIELD], ids=["without a certificate", "known by its certificate"])
 def test_nor_do_they_go_to_one_at_another_address(
-    tablet: Container, listen: Listen, certificate: str, hides: dict[str, Any]
+    container: Container, listen: Listen, certificate: str, hides: dict[str, Any]
 ) -> None:
     machine, thief = listen(certificate), listen(**hides)
-    add(tablet, machine.url, **({"certificate_sha256": pin_of(certificate)} if certificate else {}))
-    poll(tablet)
-    moved = replace(stored(tablet), address=thief.url)
+    add(container, machine.url, **({"certificate_sha256": pin_of(certificate)} if certificate else {}))
+    poll(container)
+    moved = replace(stored(container), address=thief.url)
     with pytest.raises(SerialNumberHidden):
-        tablet.operator.test_connection(moved, PASSWORD)
-    tablet.catalogue.save_robot(moved, PASSWORD)
-    poll(tablet)
-    assert connection(tablet) is Connection.WRONG_ROBOT
+        container.operator.test_connection(moved, PASSWORD)
+    container.catalogue.save_robot(moved, PASSWORD)
+    poll(container)
+    assert connection(container) is Connection.WRONG_ROBOT
     assert thief.credentials == []
 
 
 @hiding
 def test_a_certificate_stands_for_a_serial_number_that_is_hidden(
-    tablet: Container, listen: Listen, hides: dict[str, Any]
+    container: Container, listen: Listen, hides: dict[str, Any]
 ) -> None:
     machine, safe = listen(), listen(FIELD, **hides)
-    add(tablet, machine.url)
-    poll(tablet)
-    tablet.catalogue.save_robot(replace(stored(tablet), address=safe.url, certificate_sha256=pin_of(FIELD)), PASSWORD)
-    poll(tablet)
-    assert (connection(tablet), stored(tablet).identified_by) == (Connection.CONNECTED, IdentifiedBy.CERTIFICATE)
+    add(container, machine.url)
+    poll(container)
+    container.catalogue.save_robot(
+        replace(stored(container), address=safe.url, certificate_sha256=pin_of(FIELD)), PASSWORD
+    )
+    poll(container)
+    assert (connection(container), stored(container).identified_by) == (Connection.CONNECTED, IdentifiedBy.CERTIFICATE)
 
 
 # ---------------------------------------------------------------------- certificates
 @pytest.mark.parametrize("is_open", [True, False])
-def test_a_pinned_certificate_is_the_proof(tablet: Container, listen: Listen, is_open: bool) -> None:
+def test_a_pinned_certificate_is_the_proof(container: Container, listen: Listen, is_open: bool) -> None:
     machine = listen(FIELD, status_is_open=is_open)
-    add(tablet, machine.url, certificate_sha256=pin_of(FIELD))
-    poll(tablet)
-    assert (connection(tablet), stored(tablet).identified_by) == (Connection.CONNECTED, IdentifiedBy.CERTIFICATE)
+    add(container, machine.url, certificate_sha256=pin_of(FIELD))
+    poll(container)
+    assert (connection(container), stored(container).identified_by) == (Connection.CONNECTED, IdentifiedBy.CERTIFICATE)
 
 
-def test_another_certificate_is_an_alarm_and_gets_no_request(tablet: Container, listen: Listen) -> None:
+def test_another_certificate_is_an_alarm_and_gets_no_request(container: Container, listen: Listen) -> None:
     machine = listen(PLANT)
-    robot = add(tablet, machine.url, certificate_sha256=pin_of(FIELD))
-    poll(tablet, rounds=1)
-    assert "certificate_changed" in [alarm.code for alarm in tablet.alarms.open()]
+    robot = add(container, machine.url, certificate_sha256=pin_of(FIELD))
+    poll(container, rounds=1)
+    assert "certificate_changed" in [alarm.code for alarm in container.alarms.open()]
     with pytest.raises(CertificateMismatch):
-        tablet.operator.test_connection(robot)
+        container.operator.test_connection(robot)
     assert machine.seen == []
-    tablet.catalogue.save_robot(replace(robot, certificate_sha256=pin_of(PLANT)), PASSWORD)
-    poll(tablet)
-    assert connection(tablet) is Connection.CONNECTED
-    assert [alarm.code for alarm in tablet.alarms.open() if alarm.cleared_at is None] == []
+    container.catalogue.save_robot(replace(robot, certificate_sha256=pin_of(PLANT)), PASSWORD)
+    poll(container)
+    assert connection(container) is Connection.CONNECTED
+    assert [alarm.code for alarm in container.alarms.open() if alarm.cleared_at is None] == []
 
 
 def test_an_unknown_certificate_gets_no_request_and_its_fingerprint_can_be_compared(
-    tablet: Container, listen: Listen
+    container: Container, listen: Listen
 ) -> None:
     machine = listen(FIELD)
     with pytest.raises(CertificateProblem) as refused:
-        tablet.operator.test_connection(Robot("Aino", machine.url, USER), PASSWORD)
+        container.operator.test_connection(Robot("Aino", machine.url, USER), PASSWORD)
     assert refused.value.code == "certificate_untrusted"
-    assert tablet.operator.presented_fingerprint(machine.url) == pin_of(FIELD)
+    assert container.operator.presented_fingerprint(machine.url) == pin_of(FIELD)
     assert machine.seen == []
 
 
-def test_a_robot_with_an_unknown_certificate_is_not_said_to_be_silent(tablet: Container, listen: Listen) -> None:
+def test_a_robot_with_an_unknown_certificate_is_not_said_to_be_silent(container: Container, listen: Listen) -> None:
     machine = listen(FIELD)
-    robot = add(tablet, machine.url)
-    poll(tablet)
-    assert connection(tablet) is Connection.UNTRUSTED
-    assert [alarm.code for alarm in tablet.alarms.open()] == ["certificate_untrusted"]
+    robot = add(container, machine.url)
+    poll(container)
+    assert connection(container) is Connection.UNTRUSTED
+    assert [alarm.code for alarm in container.alarms.open()] == ["certificate_untrusted"]
     assert machine.seen == []
-    tablet.catalogue.save_robot(replace(robot, certificate_sha256=pin_of(FIELD)), PASSWORD)
-    poll(tablet)
-    assert connection(tablet) is Connection.CONNECTED
-    assert [alarm.code for alarm in tablet.alarms.open() if alarm.cleared_at is None] == []
+    container.catalogue.save_robot(replace(robot, certificate_sha256=pin_of(FIELD)), PASSWORD)
+    poll(container)
+    assert connection(container) is Connection.CONNECTED
+    assert [alarm.code for alarm in container.alarms.open() if alarm.cleared_at is None] == []

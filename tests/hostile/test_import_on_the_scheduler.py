@@ -29,13 +29,6 @@ from tests.support.site import Site
 OFTEN = 8  # writes by others during the import; once or twice where an import delays them
 
 
-@pytest.fixture
-def container(tmp_path) -> Iterator[Container]:
-    container = Container.open(tmp_path)
-    yield container
-    container.close()
-
-
 def document(schedules: list[dict[str, Any]], sections: dict[str, Any] | None = None) -> bytes:
     schedule = {"robot": "R", "mission": "M", "start": "2026-11-25T06:30"}
     return json.dumps(

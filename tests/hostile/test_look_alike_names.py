@@ -24,12 +24,12 @@ UNSEEN = [
 
 
 @pytest.mark.parametrize("character", UNSEEN, ids=ascii)
-def test_a_robot_with_such_a_name_is_not_imported(tablet: Container, character: str) -> None:
-    add(tablet, "http://127.0.0.1:9")
+def test_a_robot_with_such_a_name_is_not_imported(container: Container, character: str) -> None:
+    add(container, "http://127.0.0.1:9")
     for name in (f"Aino{character}", f"Ai{character}no", f"{character}Aino"):
         with pytest.raises(InvalidInput, match="invisible or unknown character"):
-            import_robot(tablet, name=name, address="http://127.0.0.1:10")
-    assert stored(tablet).address == "http://127.0.0.1:9"
+            import_robot(container, name=name, address="http://127.0.0.1:10")
+    assert stored(container).address == "http://127.0.0.1:9"
 
 
 @pytest.mark.parametrize("character", UNSEEN, ids=ascii)

@@ -10,15 +10,7 @@ import pytest
 from app.domain.models import Priority, Schedule, State
 from app.services.catalogue.configuration import import_configuration
 from app.services.live.alarms import alarm_sentence
-from tests.support.site import PASSWORD, Site
-
-
-@pytest.fixture
-def site(tmp_path):
-    site = Site(tmp_path)
-    site.add_robots()
-    yield site
-    site.switch_off()
+from tests.support.site import PASSWORD
 
 
 @pytest.fixture

@@ -4,12 +4,10 @@ in lines that run, not timed."""
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from datetime import UTC, date, datetime, timedelta
 
 import pytest
 
-from app.container import Container
 from app.domain.models import WEEKDAYS, DayException, InvalidInput, Schedule, Settings
 from app.services.catalogue import validation
 from app.services.catalogue.configuration import import_configuration
@@ -26,13 +24,6 @@ NOW = MONDAY.replace(hour=12, tzinfo=UTC)
 LEAP = "BYMONTH=2;BYMONTHDAY=29;BYDAY=SU"
 EVERY_MINUTE = f"BYHOUR={','.join(map(str, range(24)))};BYMINUTE={','.join(map(str, range(60)))}"
 MONTH_DAYS = f"BYMONTHDAY={','.join(map(str, range(1, 32)))}"
-
-
-@pytest.fixture
-def container(tmp_path) -> Iterator[Container]:
-    container = Container.open(tmp_path)
-    yield container
-    container.close()
 
 
 def schedule(rule: str, zone: str = "UTC", start: datetime = MONDAY, respects: bool = False) -> Schedule:

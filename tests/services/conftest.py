@@ -5,6 +5,7 @@ from datetime import datetime
 
 import pytest
 
+import mir_sim
 from app.domain.models import Schedule
 from tests.support.groups import Hall
 from tests.support.site import Site
@@ -42,6 +43,13 @@ def plan(site):
         return saved
 
     return make
+
+
+@pytest.fixture
+def fleet() -> Iterator[mir_sim.Fleet]:
+    """One robot that answers at an address, for commands in processes of their own."""
+    with mir_sim.serve(robots=1) as fleet:
+        yield fleet
 
 
 @pytest.fixture

@@ -11,16 +11,12 @@ import pytest
 from app.domain.models import State
 from app.services.dispatch import messages
 from app.services.dispatch.timing import INTENT_LEAD, PUT_OFF_AT_MOST, ROUND_TAKES
+from tests.support.seen import tokens
 
 DUE = 300.0  # s from the beginning: 06:05
 INSTANT = datetime(2026, 11, 23, 6, 5, tzinfo=UTC)
 EARLIER = 0.05  # s before the instant, within INTENT_LEAD
 DAY = 86400.0
-
-
-def sent(site) -> list[str]:
-    """Tokens of ours that the robot has ever had."""
-    return [item.description for item in site.machines["R1"].queue if item.description]
 
 
 def only_worker(site):
@@ -56,10 +52,10 @@ def in_hand(site, plan):
 
 def test_it_is_sent_at_its_instant_and_not_before(site, in_hand):
     site.run(EARLIER - 0.002)
-    assert sent(site) == []
+    assert tokens(site) == []
     site.run(0.002)
     [run] = site.executions()
-    assert sent(site) == [run.token]
+    assert tokens(site) == [run.token]
     assert run.created_at < INSTANT <= run.submitted_at < INSTANT + timedelta(seconds=0.1)
     assert run.attempts == 1
 
@@ -78,7 +74,7 @@ def test_the_ledger_is_not_asked_while_nobody_changes_anything(site, in_hand, mo
     asked = []
     monkeypatch.setattr(site.container.ledger, "get", asked.append)
     site.run(EARLIER + 0.01)
-    assert len(sent(site)) == 1
+    assert len(tokens(site)) == 1
     assert asked == []
 
 
@@ -91,7 +87,7 @@ def test_a_worker_that_is_closed_releases_what_it_holds(site, in_hand):
     site.open(site.container.make_worker(robot))  # another takes its place, and does not send it early either
     site.run(1.0)
     [run] = site.executions()
-    assert sent(site) == [run.token]
+    assert tokens(site) == [run.token]
     assert run.submitted_at >= INSTANT
 
 
@@ -120,10 +116,10 @@ def test_an_unexpected_error_with_one_leaves_the_others_in_hand(site, plan):
     worker.handle(worker.expect_recovery())  # as the runner does
     worker.advance()
     first, second = sorted(site.executions(), key=lambda run: run.schedule)
-    assert sent(site) == [second.token]
+    assert tokens(site) == [second.token]
     assert first.state is State.SUBMITTING  # in doubt
     site.run(120.0)
-    assert sent(site) == [second.token, first.token]
+    assert tokens(site) == [second.token, first.token]
 
 
 # ---------------------------------------------------------------- what gives way
@@ -172,9 +168,9 @@ def test_what_the_robot_has_taken_is_written_down_when_there_is_time(site, plan)
     give(site, first, replace(second, planned_at=second.planned_at + timedelta(seconds=0.02)))
     site.clock.advance(EARLIER)
     only_worker(site).advance()
-    assert len(sent(site)) == 1
+    assert len(tokens(site)) == 1
     assert {run.state for run in site.executions()} == {State.SUBMITTING}
     site.clock.advance(0.02)
     only_worker(site).advance()
-    assert len(sent(site)) == 2
+    assert len(tokens(site)) == 2
     assert {run.state for run in site.executions()} == {State.QUEUED}

@@ -7,14 +7,10 @@ import pytest
 from app.domain.models import ReasonCode, State, Wait
 from app.services.dispatch.timing import INTENT_LEAD
 from tests.support.network import Fate
+from tests.support.seen import tokens
 
 DUE = 300.0  # s from the beginning: 06:05
 QUIET = 90.0  # s until a submission of unknown outcome is sent again
-
-
-def sent(site) -> list[str]:
-    """Tokens of ours that the robot has ever had."""
-    return [item.description for item in site.machines["R1"].queue if item.description]
 
 
 def insert_due(site) -> list[State]:
@@ -30,14 +26,14 @@ def test_row_and_intent_are_one_write_and_the_post_is_next(site, plan):
     assert insert_due(site) == [State.SUBMITTING]
     [run] = site.executions()
     assert run.attempts == 1
-    assert sent(site) == []
+    assert tokens(site) == []
     asked: list[str] = []
     site.network.interrupt = lambda where: (
         asked.append(where.removeprefix("before ")) if where.startswith("before ") else None
     )
     site.run(0.1)
     assert asked[0] == "POST /mission_queue"
-    assert sent(site) == [run.token]
+    assert tokens(site) == [run.token]
     assert [run.state for run in site.executions()] == [State.QUEUED]
 
 
@@ -47,10 +43,10 @@ def test_a_power_cut_before_the_post_loses_nothing_and_doubles_nothing(site, pla
     site.switch_off(cleanly=False)
     site.switch_on()
     site.run(QUIET / 2)
-    assert sent(site) == []  # it could be on its way
+    assert tokens(site) == []  # it could be on its way
     site.run(QUIET)
     [run] = site.executions()
-    assert sent(site) == [run.token]
+    assert tokens(site) == [run.token]
     assert run.attempts == 2
 
 
@@ -79,7 +75,7 @@ def test_those_due_together_go_in_their_order(site, plan):
     assert insert_due(site) == [State.SUBMITTING] * 3
     site.run(0.1)
     runs = {run.token: run.schedule for run in site.executions()}
-    assert [runs[token] for token in sent(site)] == ["first", "early", "late"]
+    assert [runs[token] for token in tokens(site)] == ["first", "early", "late"]
 
 
 @pytest.mark.parametrize("fate", [Fate.REFUSED, Fate.ANSWER_LOST])
@@ -99,7 +95,7 @@ def test_when_the_first_meets_trouble_the_others_wait(site, plan, fate):
     ] * 2  # their own look at the robot brought nothing
     site.network.down.clear()
     site.run(2 * QUIET)
-    assert sorted(sent(site)) == sorted(run.token for run in site.executions())
+    assert sorted(tokens(site)) == sorted(run.token for run in site.executions())
 
 
 def test_a_hold_that_comes_between_stops_it(site, plan):
@@ -109,7 +105,7 @@ def test_a_hold_that_comes_between_stops_it(site, plan):
     site.run(10.0)
     [run] = site.executions()
     assert (run.state, run.wait, run.attempts) == (State.WAITING, Wait.HOLD, 0)
-    assert sent(site) == []
+    assert tokens(site) == []
 
 
 def test_one_that_is_cancelled_on_its_way_is_cancelled_on_the_robot(site, plan):
@@ -127,7 +123,7 @@ def test_one_that_is_cancelled_on_its_way_is_cancelled_on_the_robot(site, plan):
     site.run(30.0)
     [run] = site.executions()
     assert (run.state, run.reason.code) == (State.CANCELLED, ReasonCode.USER_CANCELLED)
-    assert len(sent(site)) == 1
+    assert len(tokens(site)) == 1
     assert not any(item.state in ("Pending", "Executing") for item in site.machines["R1"].queue)
 
 

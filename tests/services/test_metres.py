@@ -83,6 +83,7 @@ def test_a_position_that_is_moved_or_a_mission_that_is_changed_is_read_again_in_
         machine.site.table("/positions").get(WAREHOUSE.guid)["pos_x"] = 1.0
     hall.learn_stops()
     assert stops(hall) == DELIVER
+    hall.container.catalogue.change_settings(poll_interval_seconds=1800)  # half a day soon passes
     hall.run(13 * 3600)
     hall.learn_stops()
     assert stops(hall)[0].spot == Spot(MAP_GUID, 1.0, 19.0)

@@ -35,12 +35,6 @@ XOFF, XON = b"\x13", b"\x11"  # Ctrl-S, Ctrl-Q
 
 
 @pytest.fixture
-def fleet() -> Iterator[mir_sim.Fleet]:
-    with mir_sim.serve(robots=1) as fleet:
-        yield fleet
-
-
-@pytest.fixture
 def robot(fleet) -> mir_sim.FleetRobot:
     return fleet.robots[0]
 

@@ -9,15 +9,11 @@ from app.database.connection import DatabaseUnavailable
 from app.domain.models import State
 from app.services.dispatch import messages
 from app.services.dispatch.timing import INTENT_LEAD
+from tests.support.seen import tokens
 
 DUE = 300.0  # s from the beginning: 06:05
 QUIET = 90.0  # s until a submission of unknown outcome is sent again
 R1 = 1
-
-
-def sent(site) -> list[str]:
-    """Tokens of ours that the robot has ever had."""
-    return [item.description for item in site.machines["R1"].queue if item.description]
 
 
 @pytest.fixture
@@ -55,7 +51,7 @@ def test_what_is_on_its_way_to_its_worker_is_not_looked_for(site, on_its_way, as
     site.post(R1, on_its_way)
     site.run(0.1)
     [run] = site.executions()
-    assert sent(site) == [run.token]
+    assert tokens(site) == [run.token]
     assert (run.state, run.attempts) == (State.QUEUED, 1)
 
 
@@ -66,7 +62,7 @@ def test_however_late_it_comes_it_is_sent_once(site, on_its_way, late):
     site.post(R1, on_its_way)
     site.run(10.0)
     [run] = site.executions()
-    assert sent(site) == [run.token]
+    assert tokens(site) == [run.token]
     assert run.attempts == 1
 
 
@@ -90,7 +86,7 @@ def test_what_was_written_while_the_database_failed_is_looked_for(site, on_its_w
     site.run(QUIET / 2)
     assert [(run.state, run.attempts) for run in site.executions()] == [(State.SUBMITTING, 1)]
     site.run(QUIET)
-    assert len(sent(site)) == 1
+    assert len(tokens(site)) == 1
 
 
 def test_what_is_looked_for_already_is_not_sent_beside_that(site, on_its_way, asked):
@@ -99,10 +95,10 @@ def test_what_is_looked_for_already_is_not_sent_beside_that(site, on_its_way, as
     site.run(1.0)
     site.post(R1, on_its_way)
     site.run(QUIET - 5.0)
-    assert sent(site) == []  # it might be another's
+    assert tokens(site) == []  # it might be another's
     site.run(QUIET)
     [run] = site.executions()
-    assert sent(site) == [run.token]
+    assert tokens(site) == [run.token]
     assert asked.count("POST /mission_queue") == 1
 
 
@@ -133,11 +129,11 @@ def test_a_new_worker_looks_for_what_the_one_before_has_left_submitted(site, on_
     site.close(R1)
     site.open(site.container.make_worker(worker.robot))
     site.run(QUIET / 2)
-    assert sent(site) == []
+    assert tokens(site) == []
     assert [path for path in asked if path.startswith("POST /mission_queue/search")]
     site.run(QUIET)
     [run] = site.executions()
-    assert sent(site) == [run.token]
+    assert tokens(site) == [run.token]
     assert run.attempts == 2
 
 
@@ -158,7 +154,7 @@ def test_an_intent_whose_write_is_said_to_have_failed_is_looked_for(site, plan, 
 
     monkeypatch.setattr(site.container.db, "write", fail_after_the_intent)
     site.run(5.0)
-    assert ([run.state for run in site.executions()], sent(site)) == ([State.SUBMITTING], [])
+    assert ([run.state for run in site.executions()], tokens(site)) == ([State.SUBMITTING], [])
     site.run(QUIET + 10.0)
     [run] = site.executions()
-    assert sent(site) == [run.token]
+    assert tokens(site) == [run.token]

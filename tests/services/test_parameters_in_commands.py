@@ -6,16 +6,9 @@ from contextlib import nullcontext
 
 import pytest
 
-import mir_sim
 from tests.support.process import configuration_of, is_one_line, once_now, prepared, run, running, write_configuration
 
 UNKNOWN = "Go to position has no parameter Speed; it takes Position"
-
-
-@pytest.fixture
-def fleet():
-    with mir_sim.serve(robots=1) as fleet:
-        yield fleet
 
 
 @pytest.mark.parametrize("beside", [running, lambda _directory: nullcontext()], ids=["beside an app", "alone"])

@@ -24,6 +24,7 @@ DAY = 86_400
 
 @pytest.fixture
 def robot(site):
+    site.container.catalogue.change_settings(poll_interval_seconds=1800)  # a day soon passes
     site.run(10)
     return site.container.catalogue.robots()[0]
 

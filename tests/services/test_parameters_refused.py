@@ -22,6 +22,7 @@ START = "2026-11-23T06:05"
 
 @pytest.fixture
 def robot(site):
+    site.container.catalogue.change_settings(poll_interval_seconds=1800)  # a day soon passes
     site.run(10)
     return site.container.catalogue.robots()[0]
 

@@ -24,6 +24,7 @@ def site(tmp_path):
     site = Site(tmp_path, now=at(4))
     site.add_robots()
     site.add_mission("Deliver")
+    site.container.catalogue.change_settings(poll_interval_seconds=1800)  # days soon pass
     yield site
     site.switch_off()
 

@@ -11,7 +11,6 @@ import shutil
 import signal
 import stat
 import subprocess
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -50,12 +49,6 @@ STOPS_WITHIN = 8.0  # s; the contract says 5, the rest is this machine's
 @pytest.fixture
 def data(tmp_path) -> Path:
     return tmp_path / "data"
-
-
-@pytest.fixture
-def fleet() -> Iterator[mir_sim.Fleet]:
-    with mir_sim.serve(robots=1) as fleet:
-        yield fleet
 
 
 @pytest.fixture

@@ -17,12 +17,6 @@ from app.process.data_directory import DataDirectory
 from tests.support.process import PATIENCE, ROOT, configuration_of, environment, prepared, running, wait_for
 
 
-@pytest.fixture
-def fleet():
-    with mir_sim.serve(robots=1) as fleet:
-        yield fleet
-
-
 @pytest.fixture(autouse=True)
 def often(monkeypatch):
     monkeypatch.setattr(run_now_command, "REPORT_EVERY", 0.5)

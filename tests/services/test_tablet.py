@@ -6,16 +6,9 @@ from pathlib import Path
 
 import pytest
 
-import mir_sim
 from app.database.connection import DATABASE_NAME, Database
 from app.database.settings import SettingsRepository
 from tests.support.process import configuration_of, run, running, write_configuration
-
-
-@pytest.fixture
-def fleet():
-    with mir_sim.serve(robots=1) as fleet:
-        yield fleet
 
 
 @pytest.fixture

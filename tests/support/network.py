@@ -69,10 +69,7 @@ class Planned:
     robot: str = "*"
 
     def fits(self, robot: str, method: str, path: str) -> bool:
-        return all(
-            wanted in ("*", actual)
-            for wanted, actual in ((self.robot, robot), (self.method, method), (self.path, path))
-        )
+        return self.path in ("*", path) and self.method in ("*", method) and self.robot in ("*", robot)
 
 
 @dataclass(frozen=True)

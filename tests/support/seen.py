@@ -23,8 +23,13 @@ def states(site: Site, robot: str = "R1") -> list[str]:
 
 def ours(site: Site, robot: str = "R1") -> list[QueueItem]:
     """Items with a token of a row."""
-    tokens = {row.token for row in site.executions()}
-    return [item for item in items(site, robot) if item.description in tokens]
+    of_rows = {row.token for row in site.executions()}
+    return [item for item in items(site, robot) if item.description in of_rows]
+
+
+def tokens(site: Site, robot: str = "R1") -> list[str]:
+    """Of everything that the robot has ever had with one."""
+    return [item.description for item in items(site, robot) if item.description]
 
 
 def outcome(row: Execution) -> tuple[State, ReasonCode | None, int]:

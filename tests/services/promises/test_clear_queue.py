@@ -156,13 +156,6 @@ def test_a_clear_that_was_killed_keeps_nothing_back_for_ever(tmp_path):
     s.switch_off()
 
 
-@pytest.fixture
-def group(tmp_path):
-    group = Stage(tmp_path, "group", 3)
-    yield group
-    group.switch_off()
-
-
 def test_what_is_to_go_with_a_cleared_queue_is_given_to_no_other_robot(group):
     """It would end as cleared there, where nothing was cleared."""
     play(group, set_up(minimum_battery_percent=20), plan(window=60), battery(5), 330)

@@ -3,8 +3,6 @@ says what its item says (D8)."""
 
 from __future__ import annotations
 
-import pytest
-
 from app.domain.models import Connection
 from app.mir.client import RobotClient
 from mir_sim.mission_queue import MissionQueue
@@ -144,13 +142,6 @@ test_given_up = told(
         [down("R1"), 180, items("Done"), up(), 100, ends(DONE)],
     ),
 )
-
-
-@pytest.fixture
-def s(tmp_path):
-    s = Stage(tmp_path, "robot", 1)
-    yield s
-    s.switch_off()
 
 
 def searches(monkeypatch):

@@ -296,13 +296,6 @@ def just_after(monkeypatch, owner, name, act):
     monkeypatch.setattr(owner, name, and_then)
 
 
-@pytest.fixture
-def group(tmp_path):
-    group = Stage(tmp_path, "group", 3)
-    yield group
-    group.switch_off()
-
-
 @pytest.mark.parametrize(
     "taken_back", [off(), delete(), edit(at="09:05"), edit(at="09:05", group_id=None, robot_id=2)], ids=str
 )

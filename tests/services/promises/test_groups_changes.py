@@ -217,13 +217,6 @@ test_waiting = told(
 )
 
 
-@pytest.fixture
-def group(tmp_path):
-    group = Stage(tmp_path, "group", 3)
-    yield group
-    group.switch_off()
-
-
 def test_what_waits_does_not_wake_everybody(group):
     """No robot's worker is told, and nothing that was taken back is asked for, because a sentence changes."""
     seen = []

@@ -141,6 +141,8 @@ test_forgotten = told(
 
 
 # ---------------------------------------------------------------------- the same for everything a person may do
+# An example takes a second: two of the default run are made up, besides those that are written here.
+FEW = settings(max_examples=settings.default.max_examples // 6, phases=[Phase.explicit, Phase.generate])
 NUMBERS = st.integers(0, 1)
 ACTS = (
     "rename",
@@ -206,7 +208,7 @@ def posts_of(story, limit, forgets):
         return posts
 
 
-@settings(max_examples=4, phases=[Phase.explicit, Phase.generate])
+@FEW
 @example(story=[(12, "rename", 1)], forgets=False)
 @example(story=[(1, "skip", 0), (6, "working days", 0)], forgets=False)
 @given(
@@ -307,7 +309,7 @@ def posts_of_group(story, limit):
         return posts
 
 
-@settings(max_examples=4, phases=[Phase.explicit, Phase.generate])
+@FEW
 @example(story=[(9, "off", 3), (9, "nearly empty", 1), (1, "nearly empty", 2)])
 @example(story=[(12, "removed and put back", 1), (3, "off", 2), (1, "restart", 1)])
 @given(

@@ -169,13 +169,6 @@ test_one_row = told(
 )
 
 
-@pytest.fixture
-def s(tmp_path):
-    s = Stage(tmp_path, "robot", 1)
-    yield s
-    s.switch_off()
-
-
 def test_two_weeks_off_say_how_many_and_when_everywhere(s):
     """In the reason, the figures, the alarm, the CSV and the shift report."""
     play(s, TWO_WEEKS, missed(2016), whole())

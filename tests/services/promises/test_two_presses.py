@@ -5,8 +5,6 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import replace
 
-import pytest
-
 from app.domain import choice
 from app.domain.reasons import sentence, waiting_sentence
 from app.services.dispatch.ledger import Ledger
@@ -222,13 +220,6 @@ test_started_on_another = told(
         doubles=True,
     ),
 )
-
-
-@pytest.fixture
-def group(tmp_path):
-    group = Stage(tmp_path, "group", 3)
-    yield group
-    group.switch_off()
 
 
 def test_two_presses_at_once_start_it_once(group, monkeypatch):

@@ -17,18 +17,11 @@ from app.services.catalogue.pausing import Pausing
 from app.services.live.changes import Topic
 from tests.support.clock import VirtualClock
 from tests.support.site import Site
-from tests.unit.catalogue.world import World, refuses
+from tests.unit.catalogue.world import refuses
 
 CALENDAR = CalendarRepository()
 TUESDAY = date(2026, 11, 24)
 CLOSED = DayException("Inventory", TUESDAY, date(2026, 11, 25))
-
-
-@pytest.fixture
-def world(tmp_path):
-    world = World(tmp_path)
-    yield world
-    world.db.close()
 
 
 def next_of(world, schedule):

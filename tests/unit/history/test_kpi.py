@@ -12,14 +12,7 @@ from app.domain.models import Execution, Reason, ReasonCode, State, Trigger
 from app.services.history.kpis import KpiFilter
 from app.services.planning.durations import percentile
 from tests.support.examples import examples
-from tests.support.kpi_world import HELSINKI, NOON, World
-
-
-@pytest.fixture
-def world(tmp_path):
-    world = World(tmp_path)
-    yield world
-    world.db.close()
+from tests.support.kpi_world import HELSINKI, NOON
 
 
 # ---------------------------------------------------------------------- by hand

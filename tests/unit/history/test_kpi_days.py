@@ -52,13 +52,6 @@ COUNTED = """SELECT substr(ended_at, 1, 10), coalesce(robot_id, 0), robot_group,
              FROM executions WHERE ended_at IS NOT NULL GROUP BY 1, 2, 3, 4, 5, 6, 7 ORDER BY 1, 2, 3, 4, 5, 6, 7"""
 
 
-@pytest.fixture
-def world(tmp_path):
-    world = World(tmp_path)
-    yield world
-    world.db.close()
-
-
 def is_true(c: sqlite3.Connection) -> bool:
     return [tuple(row) for row in c.execute(KEPT)] == [tuple(row) for row in c.execute(COUNTED)]
 

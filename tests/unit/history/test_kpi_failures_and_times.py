@@ -14,14 +14,7 @@ from app.services.history.figures import MOST_CAUSES, Cause, causes, kind_of, qu
 from app.services.history.kpis import KpiFilter
 from app.services.planning.durations import LEAST_BASELINE, Band, DayMedian, band, percentile
 from tests.support.examples import examples
-from tests.support.kpi_world import HELSINKI, NOON, World
-
-
-@pytest.fixture
-def world(tmp_path):
-    world = World(tmp_path)
-    yield world
-    world.db.close()
+from tests.support.kpi_world import HELSINKI, NOON
 
 
 def aborted(message: str) -> Reason:

@@ -33,13 +33,6 @@ PRUNED_AFTER = st.lists(st.integers(KEPT - BACK, KEPT), min_size=1, max_size=3).
 REPOSITORY = ActivityRepository()
 
 
-@pytest.fixture
-def world(tmp_path):
-    world = World(tmp_path)
-    yield world
-    world.db.close()
-
-
 def watched(world: World, spans: list[tuple[str, int, int]]) -> None:
     world.db.write(lambda c: c.execute("DELETE FROM activity_spans"))
     world.db.write(lambda c: c.execute("DELETE FROM activity_days"))
