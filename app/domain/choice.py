@@ -14,17 +14,12 @@ from typing import Any
 from app.domain import writing
 from app.domain.message import is_message, render
 from app.domain.models import Connection, Execution, RobotSnapshot, State, Wait
-from app.domain.reasons import known_zone, stored_sentence
+from app.domain.reasons import instant_of, known_zone, stored_sentence
 from app.domain.writing import Translate
 
 MOST_SHOWN = 4  # robots of a sentence; of more, how many
-LEAVES_ROBOT_FREE = (
-    Wait.HOLD,
-    Wait.BATTERY,
-    Wait.LATE_START,
-    Wait.PLACE,
-    Wait.ELSEWHERE,
-)  # what waits so may wait for hours
+# what waits so may wait for hours
+LEAVES_ROBOT_FREE = (Wait.HOLD, Wait.BATTERY, Wait.LATE_START, Wait.PLACE, Wait.ELSEWHERE)
 
 _OUT: Mapping[str, str] = MappingProxyType(
     {
@@ -182,8 +177,5 @@ def _more(choice: Mapping[str, Any], robots: Sequence[Mapping[str, Any]], transl
 
 
 def _time(value: object, zone: tzinfo | str, translate: Translate) -> str:
-    try:
-        instant = value if isinstance(value, datetime) else datetime.fromisoformat(str(value))
-        return writing.time_of_day(instant.astimezone(known_zone(zone)), translate)
-    except (ValueError, OverflowError):
-        return ""
+    instant = instant_of(value, known_zone(zone))
+    return "" if instant is None else writing.time_of_day(instant, translate)

@@ -96,17 +96,12 @@ def _said(
     values = {
         name: _time(value, zone, translate) if isinstance(value, datetime) else value for name, value in details.items()
     }
-    return translate(text).format_map(_Known(values, time=_time(at, zone, translate) if at else "–"))
+    return translate(text).format_map(writing.Dashes(values, time=_time(at, zone, translate) if at else "–"))
 
 
 def _kind(code: str, details: Mapping[str, Any]) -> str:
     few = {0: ".none", 1: ".one"}.get(details.get("robots", 2), "") if code == ConflictCode.TOO_FEW_ROBOTS else ""
     return f"{code}{few}"
-
-
-class _Known(dict[str, Any]):
-    def __missing__(self, key: str) -> str:
-        return "–"
 
 
 def _time(instant: datetime, zone: tzinfo | str, translate: Translate) -> str:

@@ -184,7 +184,7 @@ _LONGEST = 400  # characters of a text that came from elsewhere
 
 def sentence(reason: Reason, zone: tzinfo | str, translate: Translate = lambda text: text) -> str:
     """One sentence; ``zone`` is the one its times are given in."""
-    return _filled_in(_TEMPLATES.get(reason.code, (((), str(reason.code)),)), reason.details, zone, translate)
+    return _filled_in(_TEMPLATES[reason.code], reason.details, zone, translate)
 
 
 def codes_with(text: str, translate: Translate = lambda text: text) -> tuple[ReasonCode, ...]:
@@ -265,7 +265,7 @@ def _known(details: Mapping[str, Any], zone: tzinfo, translate: Translate) -> di
                 translate(text) if name == "hold" else text
             )  # those that are offered are known by their English word
     first, last, starts = (details.get(name) for name in ("first", "last", "starts"))
-    if (begin := _instant(first, zone)) and (end := _instant(last, zone)) and isinstance(starts, int):
+    if (begin := instant_of(first, zone)) and (end := instant_of(last, zone)) and isinstance(starts, int):
         known |= {"dates": writing.span(begin, end, translate), "starts": writing.count(starts, translate)}
     return known
 
@@ -281,7 +281,7 @@ def instants_in_words(
 
 
 def _instants(details: Mapping[str, Any], zone: tzinfo) -> dict[str, datetime]:
-    return {name: instant for name in _INSTANTS if (instant := _instant(details.get(name), zone)) is not None}
+    return {name: instant for name in _INSTANTS if (instant := instant_of(details.get(name), zone)) is not None}
 
 
 def _text(value: object, translate: Translate) -> str:
@@ -294,7 +294,8 @@ def _text(value: object, translate: Translate) -> str:
     return text if len(text) <= _LONGEST else text[:_LONGEST] + "…"
 
 
-def _instant(value: object, zone: tzinfo) -> datetime | None:
+def instant_of(value: object, zone: tzinfo) -> datetime | None:
+    """In that zone; None where it says none."""
     try:
         instant = value if isinstance(value, datetime) else datetime.fromisoformat(str(value))
         return instant.astimezone(zone) if instant.tzinfo else None

@@ -15,9 +15,8 @@ from typing import Any, NamedTuple
 
 from app.domain.message import Message, message
 
-ENTRIES = frozenset(
-    {1, 8, 21, 26}
-)  # types of positions in front of markers, chargers and lifts: no destination of their own
+# types of positions in front of markers, chargers and lifts: no destination of their own
+ENTRIES = frozenset({1, 8, 21, 26})
 POSITIONS = ("position", "marker")  # parameters of actions whose value is the guid of a position
 FARTHEST = 10_000.0  # m between two spots of one map
 
@@ -148,10 +147,6 @@ class QueueItem:
     def is_pending(self) -> bool:
         return self.state is QueueState.PENDING
 
-    @property
-    def is_open(self) -> bool:
-        return self.state.is_open
-
 
 @dataclass(frozen=True)
 class MissionInfo:
@@ -277,8 +272,6 @@ class RobotMap:
     guid: str
     name: str
     png: bytes = field(repr=False)
-    width_px: int
-    height_px: int
     resolution: float = 0.05  # m per pixel
     origin: Pose = Pose(0.0, 0.0, 0.0)
 

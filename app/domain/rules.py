@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
 import uuid
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
-from functools import cache
 from types import MappingProxyType
 from typing import Any
 
@@ -28,9 +26,8 @@ from app.domain.models import (
 
 SHORTEST_WINDOW = timedelta(minutes=1)
 LATE_START_HOLD = timedelta(seconds=30)
-LISTED_LATER: Mapping[str, Any] = MappingProxyType(
-    {"late": True}
-)  # of a late start that may have run: listed if it has not
+# of a late start that may have run: listed if it has not
+LISTED_LATER: Mapping[str, Any] = MappingProxyType({"late": True})
 LONGEST_QUIET = 600.0  # s, the limit for measured values
 INTENT_LEAD = timedelta(milliseconds=250)  # before its instant an intent is on disk, so that then only the POST remains
 
@@ -51,16 +48,7 @@ def minimum_battery(schedule: Schedule | None, mission: Mission | None, settings
 
 def token_of(install_id: str, schedule_id: int, planned_at: datetime) -> str:
     """The identity of an occurrence on the robot: a UUID of version 5. Deterministic, so that even a restored backup makes the same one."""
-    name = f"{schedule_id}|{planned_at.astimezone(UTC).isoformat()[:19]}Z"
-    digest = int.from_bytes(hashlib.sha1(_namespace(install_id) + name.encode(), usedforsecurity=False).digest()[:16])
-    text = f"{digest & ~(0xF000 << 64) & ~(0xC000 << 48) | 5 << 76 | 0x8000 << 48:032x}"
-    return f"{text[:8]}-{text[8:12]}-{text[12:16]}-{text[16:20]}-{text[20:]}"
-
-
-@cache
-def _namespace(install_id: str) -> bytes:
-    """An app has one install id, which is parsed once."""
-    return uuid.UUID(install_id).bytes
+    return str(uuid.uuid5(uuid.UUID(install_id), f"{schedule_id}|{planned_at.astimezone(UTC).isoformat()[:19]}Z"))
 
 
 # ---------------------------------------------------------------------- the rows of new executions
@@ -207,28 +195,32 @@ def is_listed_later(execution: Execution) -> bool:
     return LISTED_LATER.items() <= execution.wait_details.items()
 
 
+_WAITED_FOR: Mapping[Wait, ReasonCode] = MappingProxyType(
+    {
+        Wait.BATTERY: ReasonCode.BATTERY_LOW,
+        Wait.HOLD: ReasonCode.HOLD,
+        Wait.LATE_START: ReasonCode.HOLD,
+        Wait.ROBOT: ReasonCode.NO_ROBOT,
+        Wait.PLACE: ReasonCode.PLACE_BUSY,
+    }
+)
+
+
 def reason_window_closed(execution: Execution, app_was_down: bool) -> Reason:
     """Why an execution that was still waiting when its start window closed was not sent."""
     until = execution.closes_at.isoformat()
-    match execution.wait:
-        case Wait.BATTERY:
-            return Reason(ReasonCode.BATTERY_LOW, {**execution.wait_details, "until": until})
-        case Wait.HOLD | Wait.LATE_START:
-            return Reason(ReasonCode.HOLD, {**execution.wait_details, "until": until})
-        case Wait.ROBOT:
-            return Reason(ReasonCode.NO_ROBOT, {**execution.wait_details, "until": until})
-        case Wait.PLACE:
-            return Reason(ReasonCode.PLACE_BUSY, {**execution.wait_details, "until": until})
-        case Wait.CLOCK:
-            return Reason(ReasonCode.CLOCK_IMPLAUSIBLE, {"until": until})
-        case Wait.ELSEWHERE:
-            robots = execution.wait_details.get("robots")
-            problem = (
-                message("it may have run already, and {robots} did not answer", robots=robots)
-                if robots
-                else message("it may have run already, and there was no time to find out")
-            )
-            return Reason(ReasonCode.WINDOW_CLOSED, {"until": until, "problem": problem})
+    if execution.wait in _WAITED_FOR:
+        return Reason(_WAITED_FOR[execution.wait], {**execution.wait_details, "until": until})
+    if execution.wait is Wait.CLOCK:
+        return Reason(ReasonCode.CLOCK_IMPLAUSIBLE, {"until": until})
+    if execution.wait is Wait.ELSEWHERE:
+        robots = execution.wait_details.get("robots")
+        problem = (
+            message("it may have run already, and {robots} did not answer", robots=robots)
+            if robots
+            else message("it may have run already, and there was no time to find out")
+        )
+        return Reason(ReasonCode.WINDOW_CLOSED, {"until": until, "problem": problem})
     if app_was_down and execution.attempts == 0:
         return Reason(ReasonCode.APP_DOWN, {"until": until})
     return Reason(

@@ -5,8 +5,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from datetime import date, datetime, time
+from typing import Any
 
 Translate = Callable[[str], str]
+
+
+class Dashes(dict[str, Any]):
+    """What is filled into a sentence: a dash for what is not known."""
+
+    def __missing__(self, key: str) -> str:
+        return "–"
 
 
 def time_of_day(at: datetime | time, translate: Translate) -> str:

@@ -66,7 +66,7 @@ class QueueReader:
             {"fieldname": "state", "operator": "IN", "value": self._open_states},
             lambda entry: parse.queue_state(entry).is_open,
         )
-        return [item for item in items if item.is_open]
+        return [item for item in items if item.state.is_open]
 
     def _without_end(self) -> list[QueueItem]:
         """Among the newest, on a robot with words of its own for states, which can't be searched for."""
@@ -75,7 +75,11 @@ class QueueReader:
         )
         items = [parse.listed_item(entry) for entry in entries if parse.is_whole_item(entry)]
         return sorted(
-            (item for item in items if item.is_open or (item.state is QueueState.UNKNOWN and item.finished is None)),
+            (
+                item
+                for item in items
+                if item.state.is_open or (item.state is QueueState.UNKNOWN and item.finished is None)
+            ),
             key=lambda item: item.id,
         )
 

@@ -391,8 +391,6 @@ def robot_map(value: Any) -> RobotMap:
         text_or_none(found.get("guid")) or "",
         clean(found.get("name"), 255),
         png,
-        width,
-        height,
         resolution if resolution is not None and 0 < resolution < 10 else 0.05,
         Pose(x, y, theta),
     )

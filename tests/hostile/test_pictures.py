@@ -43,7 +43,7 @@ def one_colour(width: int, height: int) -> bytes:
 
 
 def png(*chunks: bytes) -> RobotMap:
-    return RobotMap("g", "Hall", b"\x89PNG\r\n\x1a\n" + b"".join(chunks) + chunk(b"IEND", b""), 1, 1)
+    return RobotMap("g", "Hall", b"\x89PNG\r\n\x1a\n" + b"".join(chunks) + chunk(b"IEND", b""))
 
 
 @pytest.mark.parametrize(

@@ -62,8 +62,6 @@ FLOOR = RobotMap(
     world.MAP_GUID,
     world.MAP_NAME,
     base64.b64decode(floor_plan.base_map()),
-    0,
-    0,
     floor_plan.RESOLUTION,
     Pose(floor_plan.PLAN.left, floor_plan.PLAN.bottom, 0.0),
 )

@@ -363,14 +363,14 @@ class Duplicates:
         if item.id < row.queue_id and row.state.is_open:  # the earlier one is ours
             later = row.queue_id
             return not self._reopen(row, item) or self.cancel_copy(self._client.queue_item(later), row)
-        if row.cancel_code and item.is_open:  # cancelled, however often it comes
+        if row.cancel_code and item.state.is_open:  # cancelled, however often it comes
             return self._cancel_late(row, item)
         return self.cancel_copy(item, row)
 
     def _item_elsewhere(self, row: Execution, item: QueueItem) -> bool:
         """One of a group that this robot gave back, and another one may have: the first that can be seen is the one, where nothing
         has been sent to that one. Returns whether that is done."""
-        if row.cancel_code and item.is_open:  # cancelled, on any robot
+        if row.cancel_code and item.state.is_open:  # cancelled, on any robot
             return self._cancel_late(row, item)
         if row.state is State.WAITING:  # a copy that was cancelled here says nothing about it
             return item.state is QueueState.ABORTED or bool(
@@ -387,7 +387,7 @@ class Duplicates:
         otherwise the row is corrected."""
         is_wanted = row.reason is not None and row.reason.code in MAY_STILL_RUN
         is_too_late = item.is_pending and self._s.clock.now() >= row.closes_at
-        may_run = item.is_open or item.state is QueueState.UNKNOWN
+        may_run = item.state.is_open or item.state is QueueState.UNKNOWN
         if item.state is QueueState.DONE or (is_wanted and not is_too_late and may_run):
             self._reopen(row, item)
         elif may_run:

@@ -106,7 +106,7 @@ class Tracking:
                 return self._not_readable(row, queue_id, error, open_ids)
         if not self._duplicates.is_ours(row, item):
             return [self._vanished(row, queue_id)]
-        if row.cancel_code and item.is_open:
+        if row.cancel_code and item.state.is_open:
             self._duplicates.cancel(queue_id)  # the first request may have been lost
         return self._transitions(row, item, open_ids)
 

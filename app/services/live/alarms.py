@@ -154,11 +154,6 @@ EVENTS = frozenset(
 ZONE_GUESSED = ("zone_guessed", "tablet")
 
 
-class _Details(dict[str, Any]):
-    def __missing__(self, key: str) -> str:
-        return "–"
-
-
 def alarm_sentence(alarm: Alarm, translate: Translate = lambda text: text) -> str:
     """One sentence for people, with a dash for each detail that is not known."""
     if alarm.code not in SENTENCES:  # of another version, or a hostile backup
@@ -169,7 +164,7 @@ def alarm_sentence(alarm: Alarm, translate: Translate = lambda text: text) -> st
     if isinstance(count := details.get("count"), int):
         details["count"] = writing.count(count, translate)
     return translate(text).format_map(
-        _Details({name: _rendered(value, zone, translate) for name, value in details.items()})
+        writing.Dashes({name: _rendered(value, zone, translate) for name, value in details.items()})
     )
 
 

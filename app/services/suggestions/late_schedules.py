@@ -7,11 +7,12 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from math import inf, sqrt
+from math import inf
 from statistics import median
 from types import MappingProxyType
 
 from app.database.suggestions import PastRun
+from app.domain.intervals import wilson
 from app.domain.models import ReasonCode, Trigger
 
 LATE_S = 300.0  # after its planned instant
@@ -66,11 +67,8 @@ class Finding:
 
 def is_usual(late: int, starts: int) -> bool:
     """Whether so many late starts are more than chance: by the lower end of Wilson's interval."""
-    if starts < LEAST_STARTS:
-        return False
-    share, z2 = late / starts, Z_90**2
-    low = share + z2 / (2 * starts) - Z_90 * sqrt(share * (1 - share) / starts + z2 / (4 * starts**2))
-    return low / (1 + z2 / starts) >= USUALLY
+    ends = wilson(late, starts, Z_90)
+    return starts >= LEAST_STARTS and ends is not None and ends[0] >= USUALLY
 
 
 def counts(run: PastRun) -> bool:

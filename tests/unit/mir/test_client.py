@@ -333,7 +333,7 @@ def test_map_and_positions(robot: RobotClient, responses: RequestsMock) -> None:
         ],
     )
     responses.get(f"{API}/positions", json=[{"guid": "r", "name": "A", "map_id": "m"}])
-    assert (robot.map(MAP).name, robot.map(MAP).width_px) == ("Hall", 4)
+    assert robot.map(MAP).name == "Hall"
     assert robot.positions(MAP) == [
         MapPosition("p", "Dock", 7, MAP, Pose(1.5, -2.0, 90.0)),
         MapPosition("q", "Door", None, MAP),

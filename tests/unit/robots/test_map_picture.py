@@ -44,7 +44,7 @@ def png(image: Image.Image) -> bytes:
 
 
 def floor(image: Image.Image, origin: Pose = ORIGIN, resolution: float = 0.05) -> RobotMap:
-    return RobotMap("m", "Hall", png(image), *image.size, resolution, origin)
+    return RobotMap("m", "Hall", png(image), resolution, origin)
 
 
 def header(width: int, height: int, depth: int = 8, colour: int = 0) -> bytes:
@@ -142,7 +142,7 @@ def test_places_without_name_or_pose_or_outside_the_map_are_left_out() -> None:
 )
 def test_a_broken_picture_is_unreadable(broken: Callable[[bytes], bytes]) -> None:
     with pytest.raises(Unreadable):
-        picture_of(RobotMap("m", "Hall", broken(png(hall())), 400, 300))
+        picture_of(RobotMap("m", "Hall", broken(png(hall()))))
 
 
 def test_a_picture_that_claims_to_be_huge_is_not_decoded(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -153,7 +153,7 @@ def test_a_picture_that_claims_to_be_huge_is_not_decoded(monkeypatch: pytest.Mon
         (2**31 - 1, 2**31 - 1, 8, 2, "broken"),
     ):
         with pytest.raises(Unreadable, match=problem):
-            picture_of(RobotMap("m", "Hall", header(width, height, depth, colour) + b"\0\0\0\1IDAT", width, height))
+            picture_of(RobotMap("m", "Hall", header(width, height, depth, colour) + b"\0\0\0\1IDAT"))
 
 
 def test_a_picture_of_nothing_and_an_impossible_scale_are_unreadable() -> None:

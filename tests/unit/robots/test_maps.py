@@ -119,7 +119,7 @@ def test_a_silent_robot_is_asked_again_after_a_minute_and_its_map_stays(site: Si
 def test_garbage_is_reported_in_one_line_of_the_log_and_not_asked_for_every_second(
     site: Site, caplog: pytest.LogCaptureFixture
 ) -> None:
-    site.client.maps = {"m": RobotMap("m", "Hall", b"\x89PNG\r\n\x1a\n" + bytes(64), 400, 300)}
+    site.client.maps = {"m": RobotMap("m", "Hall", b"\x89PNG\r\n\x1a\n" + bytes(64))}
     with caplog.at_level(logging.WARNING):
         for _n in range(3):
             assert site.maps.learn(1, "m") is None
