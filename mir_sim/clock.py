@@ -26,7 +26,7 @@ class RobotClock:
         self._tz = ZoneInfo(zone)
 
     def set_zone(self, zone: str) -> None:
-        """Change the zone. Raises ZoneInfoNotFoundError or ValueError for a name that is no zone."""
+        """Change the zone. Raises ZoneInfoNotFoundError or ValueError for a name that is not a zone."""
         self._tz = ZoneInfo(zone)
         self.zone = zone
 

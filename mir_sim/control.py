@@ -1,6 +1,6 @@
 """The interface /sim, which real robots don't have: shows the model's state and makes things happen.
 
-It asks for no credentials on this machine, for a key from any other one, and refuses what a web page sends.
+It needs no credentials on this machine, a key from any other one, and refuses requests of web pages.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def refusal(request: Request, peer: str, key: str) -> Response | None:
     """The answer to a request for /sim that may not be handled; None if it may. ``peer`` is the address it comes from."""
     if request.path.rstrip("/") not in (PATH, MAP_PATH):
         return None
-    if "origin" in request.headers:  # of browsers only: whichever page was opened could move the robots
+    if "origin" in request.headers:  # only browsers send it: any open page could move the robots
         return _refusal(403, "Requests of web pages are refused.")
     sent = request.headers.get(KEY_HEADER.lower(), "")
     if not _is_here(peer) and not hmac.compare_digest(sent.encode(), key.encode()):

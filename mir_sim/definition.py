@@ -20,7 +20,8 @@ Schema = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Operation:
-    """One verb on one path template. ``schema`` is None where the answer has no body. ``refusals``: the other status codes."""
+    """One verb on one path template. ``schema`` is None if the answer has no body. ``refusals``: the other status
+    codes."""
 
     verb: str
     template: str

@@ -38,7 +38,7 @@ def show(
         query: the URL's query; unknown parameters are ignored.
         fields: every field an entry may have.
         filters: the ``filters`` of a search.
-        largest_page: entries that are shown at most, whatever the client asks for; None: any number.
+        largest_page: most entries shown, even if the client asks for more; None: any number.
 
     Raises:
         ApiError: 400 with the text that MiR's definition gives for it.

@@ -142,7 +142,7 @@ MISSIONS: tuple[Mission, ...] = (
 )
 
 # Hidden missions that every robot has (recorded); they can be read but not changed.
-# Of three it is known what they ask for, as clients send it; the others do nothing here.
+# The parameters of three are known from clients; the others do nothing here.
 BUILT_IN = {
     mission.guid: mission
     for mission in (

@@ -43,19 +43,15 @@ class FleetOrders:
 class Profile:
     """What can differ; the defaults are the faithful robot.
 
-    Attributes:
-        about: the difference in one sentence.
-        timezone, clock_offset, clock_drift: zone of the clock, seconds that it is ahead, and that it gains per day.
-        search: whether POST …/search exists.
-        ignores: parameters of lists without effect, of ``PARAMETERS``.
-        page_limit: entries that an answer has at most, whatever ``limit`` is; None: any number.
-        fields: by kind of answer (``ITEM_ANSWERS`` and "status") the only fields it has. Without ``whitelist`` it has all of them.
-        order_status: status code of a POST to the queue that succeeded.
-        description_field: the name under which items have their description.
-        description_text: what they have as such; {description} is the one given, {mission} the name of the mission.
-        item_states: own words for states of items, by ``ItemState`` and ``CANCELLED``.
-        texts: own words within all other texts that people read, by phrase.
-        latency: least and most simulated seconds until an answer; it is handled at once.
+    Attributes: about: the difference in one sentence. timezone, clock_offset, clock_drift: zone of the clock, seconds
+    that it is ahead, and that it gains per day. search: whether POST …/search exists. ignores: parameters of lists
+    without effect, of ``PARAMETERS``. page_limit: most entries of an answer, for any ``limit``; None: any number.
+    fields: by kind of answer (``ITEM_ANSWERS`` and "status") the only fields it has. Without ``whitelist`` it has all
+    of them. order_status: status code of a POST to the queue that succeeded. description_field: the name under which
+    items have their description. description_text: what they have as such; {description} is the one given, {mission}
+    the name of the mission. item_states: own words for states of items, by ``ItemState`` and ``CANCELLED``. texts: own
+    words within all other texts that people read, by phrase. latency: least and most simulated seconds until an answer;
+    it is handled at once.
     """
 
     about: str = ""

@@ -226,7 +226,7 @@ class SimulatedRobot:
         return self.clock.stamp(self.now)
 
     def snapshot(self) -> dict[str, Any]:
-        """What ``GET /sim`` shows: the state of the model, whatever the API says."""
+        """What ``GET /sim`` shows: the state of the model, independent of the API."""
         with self.lock:
             self.catch_up()
             return {

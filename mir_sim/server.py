@@ -78,7 +78,7 @@ class RobotServer:
         except BadRequest:
             writer.write(encode(Response(400), date=self._date(), close=True))
         except (ConnectionError, TimeoutError, asyncio.CancelledError):
-            writer.transport.abort()  # the client is gone, or the fleet is being stopped
+            writer.transport.abort()  # the client has disconnected, or the fleet is being stopped
         finally:
             self._writers.discard(writer)
             writer.close()

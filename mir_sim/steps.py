@@ -16,7 +16,7 @@ from mir_sim.state import Prompt, StateId
 PLANNING = 2.0  # s of path planning before a drive, even to where the robot is already
 DOCKING_SPEED = 0.25  # m/s on the last metres to a marker
 DOCKING_DISTANCE = 1.5  # m that are driven at that speed
-LARGEST = 1e7  # accepted number in an action, whatever its unit
+LARGEST = 1e7  # accepted number in an action, in any unit
 SHOWN_DOCKED = 3.0  # s in state Docked after the charger was reached
 
 

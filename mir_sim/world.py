@@ -77,7 +77,7 @@ class Box:
     top: float
 
 
-# Racks and machines. The aisle and the path from it to each station are free, hence all routes.
+# Racks and machines. The aisle and the path from it to each station are free, and so are all routes.
 OBSTACLES = (
     Box(4.0, 14.0, 7.5, 23.0),
     Box(10.5, 14.0, 13.5, 23.0),

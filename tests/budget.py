@@ -31,7 +31,7 @@ def test_files() -> set[str]:
 
 
 class Recorder:
-    """A plugin of pytest, in the process that runs tests and in the one that hears of them."""
+    """A plugin of pytest, in the process that runs tests and in the one that collects results."""
 
     def __init__(self) -> None:
         self._before = 0.0

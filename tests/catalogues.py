@@ -1,14 +1,14 @@
 """The catalogues of the texts:  ``python -m tests.catalogues extract | check``
 
-``extract`` reads every text from the code, writes locale/amr.pot, brings each locale/<language>/LC_MESSAGES/amr.po up to date and compiles
-it to the .mo file that the app reads: translations stay, new texts come in empty, texts that are no longer used leave. ``check`` says what
-is missing, unused, outdated or has other placeholders, and exits 1.
+``extract`` reads every text from the code, writes locale/amr.pot, brings each locale/<language>/LC_MESSAGES/amr.po up
+to date and compiles it to the .mo file that the app reads: translations stay, new texts come in empty, texts that are
+no longer used leave. ``check`` says what is missing, unused, outdated or has other placeholders, and exits 1.
 
-Texts are the constants in ``_("…")``, ``ngettext``, ``pgettext`` and ``N_("…")`` (marked here, translated later) of Python and in
-``tr._("…")``, ``tr.n_``, ``tr.p_`` of kv. What is refused (``InvalidInput``), kept in parts (``message``), found by a check-up (``amber``)
-and the tables named SENTENCES are rendered by msgid, too.
-Services that get ``translate`` handed in keep their sentences in tables; of such files every constant counts that is in
-``translate("…")``, or that reads like words: it begins with a capital, has a space or a placeholder.
+Texts are the constants in ``_("…")``, ``ngettext``, ``pgettext`` and ``N_("…")`` (marked here, translated later) of
+Python and in ``tr._("…")``, ``tr.n_``, ``tr.p_`` of kv. What is refused (``InvalidInput``), kept in parts
+(``message``), found by a check-up (``amber``) and the tables named SENTENCES are rendered by msgid, too. Services that
+get ``translate`` as an argument keep their sentences in tables; in such files every constant counts that is in
+``translate("…")`` or looks like words: it begins with a capital, has a space or a placeholder.
 """
 
 from __future__ import annotations
@@ -98,7 +98,8 @@ def _python_texts(path: Path) -> Iterator[tuple[int, Text]]:
 
 
 def _tables(tree: ast.AST) -> Iterator[tuple[int, Text]]:
-    """Constants that read like words, but for docstrings, parts of f-strings, and what is raised or logged, which is for developers."""
+    """Constants that look like words, except docstrings, parts of f-strings, and raised or logged ones, which are for
+    developers."""
     passed_over = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
     for node in ast.walk(tree):
         if isinstance(node, ast.JoinedStr | ast.Raise) or _logs(node):

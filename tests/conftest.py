@@ -13,7 +13,7 @@ from pathlib import Path
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
-# Apps of tests begin in this zone, whatever the machine's own is.
+# Apps of tests begin in this zone, not in the machine's own.
 os.environ["TZ"] = "Etc/UTC"
 
 import pytest  # noqa: E402
@@ -23,7 +23,7 @@ from app.database import connection  # noqa: E402
 from tests import budget  # noqa: E402
 from tests.support.new_database import migrate  # noqa: E402
 
-# No example is too slow, however busy the machine. `.ci/run` asks for the profile "ci" and `.ci/night` for "thorough".
+# No example is too slow, even on a busy machine. `.ci/run` uses the profile "ci" and `.ci/night` "thorough".
 settings.register_profile("quick", deadline=None, max_examples=12, derandomize=True)
 settings.register_profile("ci", deadline=None, max_examples=25)
 settings.register_profile("thorough", deadline=None, max_examples=100)

@@ -84,9 +84,9 @@ class ButtonText(BodyStrong, MDButtonText):
 class CommandButton(OnlySeen, Styled, MDButton):
     """A button with text and icon. ``stacked``: icon above the text; ``large``: 20 sp. A text that is too long wraps.
 
-    While ``busy`` it ignores presses, and after 300 ms a spinner takes the place of the icon, or of the text if there is none. ``fit``: as
-    wide as its text, at least ``least_width``, and without width while it is not ``visible``. ``natural_width`` and ``natural_height`` are
-    what icon and text need.
+    While ``busy`` it ignores presses, and after 300 ms a spinner takes the place of the icon, or of the text if there
+    is none. ``fit``: as wide as its text, at least ``least_width``, and without width while it is not ``visible``.
+    ``natural_width`` and ``natural_height`` are the sizes of icon and text.
     """
 
     style = OptionProperty("outlined", options=("filled", "tonal", "outlined", "text"))
@@ -129,7 +129,7 @@ class CommandButton(OnlySeen, Styled, MDButton):
     adjust_pos = adjust_width
 
     def _place(self, *_):
-        """Icon and text beside or above each other, in the middle; as wide and high as both is natural."""
+        """Icon and text side by side or one above the other, centred; its natural size is that of both."""
         icon, word = self._button_icon, self._button_text
         side = dp(24) if self.icon else 0
         word.opacity = 0 if self._ring is not None and not self.icon else 1
@@ -274,9 +274,10 @@ class SwitchFace(Passive, MDSwitch):
 
 
 class Segments(BoxLayout):
-    """A row of segments of which one is selected: ``options`` = [(key, label), …]. ``selected`` is the key; a tap fires ``on_choose(key)``.
+    """A row of segments with one selected: ``options`` = [(key, label), …]. ``selected`` is the key; a tap fires
+    ``on_choose(key)``.
 
-    Labels that don't fit beside each other get smaller.
+    Labels that don't fit side by side get smaller.
     """
 
     options = ListProperty()

@@ -146,7 +146,7 @@ class Sparkline(Chart):
     watch = ("values", "least_span")
 
     def scale(self):
-        """The values at its lower and upper edge; None: a single day is no history."""
+        """The values at its lower and upper edge; None for a single day."""
         known = [value for value in self.values if value is not None]
         if len(known) < 2:
             return None
@@ -218,7 +218,7 @@ class WorkingRing(MDCircularProgressIndicator):
         self.active = self.parent is not None
 
     def _anim_back(self, *args):
-        """Half-way round: meanwhile the screen may have been taken away."""
+        """Half-way round: the screen may have been removed by then."""
         if self.get_root_window() is None:
             self.active = False
         else:

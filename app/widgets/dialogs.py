@@ -74,8 +74,8 @@ class Fade(MotionDialogBehavior):
 
 
 class Overlay(MDDialog, Fade):
-    """KivyMD's dialog that keys close even if a tap beside it doesn't (``auto_dismiss`` False, as in forms). It lies on whole pixels: text
-    and lines would be blurred elsewhere."""
+    """KivyMD's dialog, which keys close even if a tap outside doesn't (``auto_dismiss`` False, as in forms). It lies on
+    whole pixels: text and lines would be blurred elsewhere."""
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
@@ -191,7 +191,7 @@ class Dialog(Overlay):
     title = StringProperty()
     panel_width = NumericProperty("560dp")
     body_height = NumericProperty(0)
-    closable = BooleanProperty(False)  # a cross beside the title, for dialogs without buttons
+    closable = BooleanProperty(False)  # a cross next to the title, for dialogs without buttons
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
@@ -257,7 +257,7 @@ class ConfirmDialog(FormDialog):
         """The answer was yes."""
 
     def on_declined(self):
-        """The answer was no: button, Esc, or beside the dialog."""
+        """Dismissed: by a button, Esc, or a tap outside."""
 
     def answer(self, yes: bool) -> None:
         self._confirmed = yes
@@ -283,10 +283,11 @@ class Choice:
 class ChoiceDialog(Dialog):
     """Choose one of many, or with ``multiple`` tick several and confirm. Long lists get a search field.
 
-    ``options`` have ``key``, ``text``, ``note``, ``icon`` and ``tone``; ``selected`` the keys chosen. Fires ``on_choose(key)``, or
-    with ``multiple`` ``on_choose_many(keys)`` in the options' order. With ``all_word`` and ``none_word`` a button ticks all that the search
-    shows, or none of them. Where it ``needs_one``, nothing can be confirmed while none is ticked. ``text`` stands above the options.
-    The ``last`` option is for somebody who does not find what they want: it is there whatever is searched for.
+    ``options`` have ``key``, ``text``, ``note``, ``icon`` and ``tone``; ``selected`` the keys chosen. Fires
+    ``on_choose(key)``, or with ``multiple`` ``on_choose_many(keys)`` in the options' order. With ``all_word`` and
+    ``none_word`` a button ticks all that the search shows, or none of them. Where it ``needs_one``, nothing can be
+    confirmed while none is ticked. ``text`` stands above the options. The ``last`` option is for users who do not find
+    what they want: every search shows it.
     """
 
     text = StringProperty()
@@ -377,9 +378,10 @@ class MenuRow(Row, TonedTap):
 
 
 class Menu(Overlay):
-    """Commands under the widget ``anchor``, or above it where there is no room: ``items`` have ``key``, ``text``, ``icon``, ``tone``,
-    ``disabled``; fires ``on_choose(key)``. With a ``title``, and ``text`` under it, it is a card about what it hangs on; of several
-    ``cards`` (with ``title``, ``text``, ``items``) it shows the one ``at`` that place, and arrows that lead to the others."""
+    """Commands below the widget ``anchor``, or above it without room: ``items`` have ``key``, ``text``, ``icon``,
+    ``tone``, ``disabled``; fires ``on_choose(key)``. With a ``title``, and ``text`` under it, it is a card about the
+    ``anchor``; of several ``cards`` (with ``title``, ``text``, ``items``) it shows the one ``at`` that place, and
+    arrows that lead to the others."""
 
     cards = ListProperty()
     at = NumericProperty(0)

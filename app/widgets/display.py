@@ -38,7 +38,7 @@ class StatusBadge(TonedSurface):
 
 
 class Disc(TonedSurface):
-    """A round icon, or a number where there is no icon."""
+    """A round icon, or a number without an icon."""
 
     icon = StringProperty()
     text = StringProperty()
@@ -76,8 +76,8 @@ class KpiCard(Tap):
 
 
 class EmptyState(BoxLayout):
-    """Says what is missing, with a button that leads on: ``on_release``. Without ``action`` there is no button. Where it finds no room it
-    scrolls."""
+    """Says what is missing, with a button that leads on: ``on_release``. Without ``action`` there is no button. Without
+    enough room it scrolls."""
 
     icon = StringProperty()
     title = StringProperty()
@@ -92,7 +92,8 @@ class EmptyState(BoxLayout):
 
 
 class Fact(Toned, BoxLayout):
-    """Label above value, as in a robot's data sheet. A value of which a word (an address, say) would be broken is smaller."""
+    """Label above value, as in a robot's data sheet. A value gets smaller if a word in it (an address, say) would be
+    broken."""
 
     label = StringProperty()
     value = StringProperty("–")

@@ -38,7 +38,7 @@ WHOLE = re.compile(r"[+-]?\d+")  # int() also takes 1_5, as 15
 
 
 def whole_number(text: str) -> int:
-    """Raises ValueError if ``text`` is no whole number."""
+    """Raises ValueError if ``text`` is not a whole number."""
     if WHOLE.fullmatch(text.strip()) is None:
         raise ValueError(text)
     return int(text)
@@ -62,7 +62,7 @@ class FieldInput(MDTextField):
         self._follow_cursor = Clock.create_trigger(self._show_cursor, -1)
         self._entering = None  # uid of the touch by which a number is entered
         super().__init__(**kwargs)
-        self.theme_cls.unbind(primary_palette=self.update_colors, theme_style=self.update_colors)  # never let go
+        self.theme_cls.unbind(primary_palette=self.update_colors, theme_style=self.update_colors)  # never released
 
     def _not_used(self, *_):
         """KivyMD's moves a hint and colours a helper text that this field has not, and takes ``error`` back."""
@@ -71,7 +71,7 @@ class FieldInput(MDTextField):
     _refresh_hint_text = TextInput._refresh_hint_text  # that KivyMD's has put out of use
 
     def _adjust_viewport(self, _column, _row):
-        """TextInput shares one trigger among all fields: it keeps the last one alive, with the page or dialog around it."""
+        """All TextInputs share one trigger, which keeps the last one alive with the page or dialog around it."""
         self._follow_cursor()
 
     def _show_cursor(self, _dt):
@@ -258,11 +258,12 @@ class RepeatButton(CommandButton):
 
 
 class StepField(FieldBase):
-    """A whole number between ``minimum`` and ``maximum``: minus button, text field, plus button. ``on_commit(value)`` when it has changed.
+    """A whole number between ``minimum`` and ``maximum``: minus button, text field, plus button. ``on_commit(value)``
+    when it has changed.
 
-    ``help`` should say the range: it turns red while the text is outside of it, and nothing is committed then; of a text that is no whole
-    number it says so.
-    With ``optional`` an empty field means None. The buttons go to multiples of ``step``.
+    ``help`` should say the range: it turns red while the number is outside of it, and nothing is committed then; for
+    other text it says that a whole number is needed. With ``optional`` an empty field means None. The buttons go to
+    multiples of ``step``.
     """
 
     value = ObjectProperty(None, allownone=True)
@@ -282,7 +283,7 @@ class StepField(FieldBase):
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
         self.fbind("value", self._value_changed)
-        self.fbind("disabled", self.show)  # what can't be changed is no problem
+        self.fbind("disabled", self.show)  # a field that can't be changed has no problem
         self.fbind("focus", self._focus_changed)
         for name in ("text", "minimum", "maximum", "optional"):
             self.fbind(name, self._validate)
@@ -292,7 +293,8 @@ class StepField(FieldBase):
         """The value was changed to another valid one."""
 
     def _number(self) -> int | None:
-        """The number in the field, None if it is empty and ``optional``. Raises ValueError if it is no number of the range."""
+        """The number in the field, None if it is empty and ``optional``. Raises ValueError if it is not a number of the
+        range."""
         if not self.text.strip() and self.optional:
             return None
         number = whole_number(self.text)
@@ -309,7 +311,7 @@ class StepField(FieldBase):
             self.outside = True
 
     def _value_changed(self, *_):
-        """None, when the text is no number, is what the text says already."""
+        """None, for a text that is not a number, is what the text says already."""
         if self.value is not None or self.is_number:
             self.show()
 

@@ -102,7 +102,7 @@ class TrendRow(Row, Toned, BoxLayout):
 
 
 class PartsBar(Chart):
-    """A whole of which ``share`` 0..1 is drawn hatched (waiting) and the rest filled (running)."""
+    """A bar with ``share`` 0..1 of it hatched (waiting) and the rest filled (running)."""
 
     share = NumericProperty(0)
     watch = ("share",)

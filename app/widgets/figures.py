@@ -18,9 +18,9 @@ class FigureCard(Row, KpiCard):
 
 
 class FigureGrid(BoxLayout):
-    """One FigureCard per row of ``data``, ``cols`` beside each other; a tap fires ``on_action(key, "explain")``. The cards of each line
-    share its whole width, those of the last one too. All are as high as the highest, and not lower than they were: other figures don't
-    move what is below."""
+    """One FigureCard per row of ``data``, ``cols`` side by side; a tap fires ``on_action(key, "explain")``. The cards
+    of each line share its whole width, those of the last one too. All are as high as the highest, and not lower than
+    they were: other figures don't move what is below."""
 
     data = ListProperty()
     cols = NumericProperty(1)

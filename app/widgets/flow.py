@@ -61,7 +61,7 @@ class ChipFlow(StackLayout):
 
 
 class ChoiceRow(BoxLayout):
-    """A label above chips of which one is chosen: ``chosen`` is its key."""
+    """A label above chips with one chosen: ``chosen`` is its key."""
 
     label = StringProperty()
     problem = StringProperty()
@@ -117,10 +117,11 @@ CHOICES = {"choice": ChoiceRow, "list": ListRow, "position": PositionRow}
 
 
 class ParameterFields(BoxLayout):
-    """One field per parameter: ``fields`` have ``name``, ``label``, ``kind`` (text, int, count, steps, decimal, choice, list, position),
-    ``default``, ``help``, ``choices`` [(value, word), …] and ``limits`` of steps (from, to); ``problems`` is one sentence by name where
-    something can't be used; ``map`` has positions. ``values()`` is what was entered, and so is what ``on_entered(values)`` tells each time
-    one of them is changed; ``missing`` says what is to be entered first, in words that kv gives, and is empty once nothing is."""
+    """One field per parameter: ``fields`` have ``name``, ``label``, ``kind`` (text, int, count, steps, decimal, choice,
+    list, position), ``default``, ``help``, ``choices`` [(value, word), …] and ``limits`` of steps (from, to);
+    ``problems`` is one sentence by name where something can't be used; ``map`` has positions. ``values()`` are the
+    entered values, and ``on_entered(values)`` reports them after each change; ``missing`` says in kv's words what has
+    to be entered first, and is empty when nothing is missing."""
 
     fields = ListProperty()
     map = ObjectProperty(None, allownone=True)

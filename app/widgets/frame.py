@@ -26,14 +26,15 @@ from app.widgets.rest import from_next_frame, rest
 from app.widgets.surfaces import CLEAR, Surface, Toned, TonedSurface
 from app.widgets.tokens import TONES
 
-SETTLES = 0.5  # s after the page has moved, in which a finger was on its way to where something else is now
+SETTLES = 0.5  # s after the page has moved, in which a touch was meant for what was there before
 
 
 class TopBar(Toned, MDTopAppBar):
-    """Name of the screen, date and time, the selected robot with its connection, and the bell, which keeps its place; a tap on the robot
-    fires ``on_pick_robot``, one on the bell ``on_list_alarms``.
+    """Name of the screen, date and time, the selected robot with its connection, and the bell, which keeps its place; a
+    tap on the robot fires ``on_pick_robot``, one on the bell ``on_list_alarms``.
 
-    ``help_count`` says how many robots need a person. Without enough room (``narrow``) the date is left out; long names of robots wrap.
+    ``help_count`` says how many robots need a person. Without enough room (``narrow``) the date is omitted; long names
+    of robots wrap.
     """
 
     title = StringProperty()
@@ -46,7 +47,7 @@ class TopBar(Toned, MDTopAppBar):
     bell_count = StringProperty()
     help_count = StringProperty()
     narrow = BooleanProperty(False)
-    free = NumericProperty(0)  # px at its left that nobody presses
+    free = NumericProperty(0)  # px at its left without anything to press
 
     __events__ = ("on_pick_robot", "on_list_alarms")
 
@@ -65,11 +66,12 @@ class TopBar(Toned, MDTopAppBar):
 
 
 class AlarmBanner(TonedSurface):
-    """The most serious alarm or hold in one sentence, since when, how many others there are, and a button that leads to its solution
-    (``on_solve``). A tap on the sentence or on that number fires ``on_list_alarms``.
+    """The most serious alarm or hold in one sentence, since when, how many others there are, and a button that leads to
+    its solution (``on_solve``). A tap on the sentence or on that number fires ``on_list_alarms``.
 
-    Sentence and note have ``most_lines`` together, of which one is the note's, as that says what to do; a ``narrow`` one leaves out the
-    number, which the bell shows too; an ``urgent`` one is larger. A ``calm`` one, which was acknowledged, is outlined instead of filled."""
+    Sentence and note have ``most_lines`` together, one of them for the note, as that says what to do; a ``narrow`` one
+    omits the number, which the bell shows too; an ``urgent`` one is larger. A ``calm`` one, which was acknowledged, is
+    outlined instead of filled."""
 
     icon = StringProperty()
     text = StringProperty()
@@ -97,7 +99,8 @@ class NavIndicator(Surface):
 
 
 class NavItem(StateLayerBehavior, MDNavigationItem):
-    """One screen, icon and label beside each other as Material has them in wide windows; the present one is ``active``, its icon filled."""
+    """One screen, icon and label side by side as in Material's wide windows; the present one is ``active``, with a
+    filled icon."""
 
     name = StringProperty()
     icon = StringProperty()
@@ -113,8 +116,8 @@ class NavItem(StateLayerBehavior, MDNavigationItem):
 
 
 class NavBar(MDNavigationBar):
-    """``items`` = [(name, label, icon, icon when selected), …], of which ``current`` is marked; a tap fires ``on_switch_tabs(item, icon,
-    label)``, even on the present one."""
+    """``items`` = [(name, label, icon, icon when selected), …], with ``current`` marked; a tap fires
+    ``on_switch_tabs(item, icon, label)``, even on the present one."""
 
     items = ListProperty()
     current = StringProperty()
@@ -155,7 +158,8 @@ class Cut(NoTransition):
 
 
 class Screens(MDScreenManager):
-    """The screens, of which the present one is shown. The next one is there at once: KivyMD's transition takes 0.7 s of processor time."""
+    """The screens; only the present one is shown. The next one appears at once: KivyMD's transition takes 0.7 s of
+    processor time."""
 
     def __init__(self, **kwargs):
         super().__init__(transition=Cut(), **kwargs)
@@ -219,7 +223,7 @@ class Frame(Surface):
         from_next_frame(count)
 
     def on_alarm_about(self, *_):
-        """A finger may be on its way to what the banner said before."""
+        """A touch may be meant for what the banner said before."""
         self._banner_rests_until = math.inf
 
         def count(now):

@@ -142,7 +142,7 @@ class DockedKeyboard(Surface):
         self._watch()
 
     def _check_field(self, _dt):
-        """Hide when the field is gone, with rows that are no longer shown."""
+        """Hide when the field is removed, with rows that are no longer shown."""
         widget = dock.field
         while widget is not None and widget.parent is not None and widget.parent is not widget:
             if widget.parent is Window:

@@ -1,6 +1,6 @@
-"""Cures for defects of the pinned KivyMD 2.0.0, and of kivy where KivyMD meets it. With them its components cost 4 to 30 times less, have
-smooth corners on every GL driver, and are freed. tests/ui/test_kivymd_cures.py says of each that it works, and fails as soon as it is no
-longer needed.
+"""Cures for defects of the pinned KivyMD 2.0.0, and of kivy where KivyMD meets it. With them its components cost 4 to
+30 times less, have smooth corners on every GL driver, and are freed. tests/ui/test_kivymd_cures.py says that each
+works, and fails as soon as it is no longer needed.
 
 Figures: processor time and memory of one widget as it comes and cured, drawn in software.
 """
@@ -79,8 +79,8 @@ def _drop_rule(name: str) -> None:
 
 
 def ids_in_kv() -> None:
-    """``x.ids.y.z`` in kv keeps the widget for ever, as kivy holds that dict strongly in its table of bindings: every MDDialog, 3 MB each,
-    and every MDSegmentedButton."""
+    """``x.ids.y.z`` in kv keeps the widget for ever, as kivy's table of bindings holds that dict strongly: so every
+    MDDialog (3 MB) and every MDSegmentedButton leaks."""
     ObservableDict.proxy_ref = property(weakref.proxy)
 
 
@@ -115,8 +115,8 @@ def hover() -> None:
 
 
 def ripple() -> None:
-    """A ripple needs a frame buffer and a shader per widget, raises on a widget without area, begins 33 ms after the touch and costs 100 ms
-    of processor time. There is none then; the state layer is the answer to a touch."""
+    """A ripple needs a frame buffer and a shader per widget, raises on a widget without area, begins 33 ms after the
+    touch and costs 100 ms of processor time. So there is none; the state layer shows a touch."""
     from kivymd.uix.behaviors.ripple_behavior import M3CommonRipple
 
     for method in ("init_fbos", "call_ripple_animation_methods", "finish_ripple"):
@@ -257,8 +257,9 @@ class Names(dict):
 
 
 def names_in_kv() -> None:
-    """Each expression has a copy of all names that kv knows, 0.8 KB, and there are five in a label. MDLabel 0.22 → 0.18 ms; MenuChip
-    219 → 196 KB. An id counts before a common name that is spelt alike, where kivy has it the other way round: there is none."""
+    """Each expression has a copy of all names that kv knows, 0.8 KB, and there are five in a label. MDLabel 0.22 → 0.18
+    ms; MenuChip 219 → 196 KB. An id goes before a common name with the same spelling (kivy does the opposite; no such
+    names exist)."""
 
     def own_names(names):
         if names is global_idmap:
@@ -269,7 +270,7 @@ def names_in_kv() -> None:
 
 
 def values_in_kv() -> None:
-    """For a trace that nobody reads, each value that an expression comes to is written out: 1 ms for a list of 200 robots."""
+    """For an unused trace, each value of an expression is written out: 1 ms for a list of 200 robots."""
 
     def call_fn(args, _instance, _value):
         element, key, expression, rule, names = args
@@ -277,6 +278,6 @@ def values_in_kv() -> None:
         try:
             setattr(element, key, eval(expression, names))  # noqa: S307  (as kivy does; kv is our own)
         except ReferenceError:
-            return  # its root has gone, and nobody sees it any more
+            return  # its root is removed and no longer visible
 
     builder.call_fn = call_fn

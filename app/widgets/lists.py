@@ -27,16 +27,15 @@ from app.widgets.dock import dock
 STILL = 1.0  # s after rows have moved
 AT_WORK = 3.0  # s after a row was used, in which its list changes because of that
 KEPT = 10.0  # s after a list was touched, in which its rows don't change places
-SPARE = 4  # views that a list keeps for rows to come
+SPARE = 4  # views that a list keeps for later rows
 PRESSED_ROW = "row under the finger when it came down"  # key of touch.ud
 
 
 class Standing:
-    """Where the rows of a list stand, so that none slides under a finger.
-
-    After a touch they stay in their order for a while, whatever the data say; ``sort_again`` is called when that is over. What slides all
-    the same, as one of them has disappeared, or as a list that was not touched is sorted, is not meant by a finger that comes down a
-    moment later; nor is, while somebody works in it, whatever changes. While somebody types, rows come and go because of that."""
+    """Where the rows of a list are, so that none slides under a finger. After a touch they keep their order for a
+    while, even if the data change; ``sort_again`` is called when that is over. Rows that still slide, as one has
+    disappeared or an untouched list is sorted, ignore a touch in the next moment; so do changed rows while the list is
+    in use. While the user types, rows come and go because of that."""
 
     def __init__(self, sort_again: Callable[[], object]):
         self._ends = self._at_work_until = 0.0
@@ -76,7 +75,7 @@ class Standing:
         is_at_work = now < self._at_work_until and before != after
         is_sorted = [key for key in before if key in both] != [key for key in after if key in both]
         if not both:
-            self._ends = 0.0  # another list, or nothing: there is none that could have slid
+            self._ends = 0.0  # another list, or nothing: no row could have slid
         elif dock.field is None and (is_at_work or is_sorted or (len(gone) == 1 and set(after) <= set(before))):
             self._places = {row.key: row.to_window(*row.pos) for row in rows}
             self._ends = now + STILL
@@ -122,10 +121,11 @@ class Row:
 
 
 class Rows(MDBoxLayout):
-    """One ``viewclass`` per row of ``data`` in a box, for few rows; ``ScrollRows`` scrolls them. A ``RecycledRow`` whose row has gone
-    is used again for one that comes: building it anew would take 10 ms, and leave garbage.
+    """One ``viewclass`` per row of ``data`` in a box, for few rows; ``ScrollRows`` scrolls them. A ``RecycledRow``
+    whose row was removed is reused for a new one: building another would take 10 ms and leave garbage.
 
-    ``sight`` (left, bottom, right, top) is the visible part; rows outside it exist, but are not drawn. None: all of it is visible.
+    ``sight`` (left, bottom, right, top) is the visible part; rows outside it exist, but are not drawn. None: all of it
+    is visible.
     """
 
     viewclass = StringProperty()
@@ -138,7 +138,7 @@ class Rows(MDBoxLayout):
     def __init__(self, **kwargs):
         self._views = {}
         self._standing = Standing(self._build)
-        self._spare = []  # views whose rows have gone
+        self._spare = []  # views whose rows were removed
         self._unseen = set()  # views that are not drawn
         self._redraw = Clock.create_trigger(self._draw_seen, -1)
         super().__init__(**kwargs)
@@ -254,7 +254,8 @@ class ScrollRows(FloatLayout):
         return left, bottom, left + scroll[0], bottom + scroll[1]
 
     def width_of_strip(self, seen: float, needed: float) -> float:
-        """Of all rows of a strip, none of which is cut where what is ``seen`` of it (px) ends. ``needed``: by all rows at least, px."""
+        """The heights of a strip's rows, so that none is cut at the end of the visible part ``seen`` (px). ``needed``:
+        least height of all rows, px."""
         rows = self.ids.rows.children
         if not rows or needed <= seen or self.direction == "y":
             return seen
@@ -313,7 +314,7 @@ class RecycledRow(Row):
         return super().on_touch_down(touch)
 
     def on_touch_up(self, touch):
-        self._forget()  # after the release has reached whoever grabbed the touch
+        self._forget()  # after the release has reached the widget that grabbed the touch
         return super().on_touch_up(touch)
 
     def act(self, action, *values):

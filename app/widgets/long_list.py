@@ -1,11 +1,11 @@
-"""A list of thousands of rows of which only the visible ones exist as widgets.
+"""A list of thousands of rows; only the visible ones exist as widgets.
 
-Not kivy's RecycleView: that one reassigns its views whenever a height changes, so that rows which set their own height (a reason on two
-lines, an opened row) never settle, and a pressed view may become another row. Here views belong to keys, heights are remembered per key,
-and the visible rows stay in place when rows are added above.
+Not kivy's RecycleView: that one reassigns its views whenever a height changes, so that rows which set their own height
+(a reason on two lines, an opened row) never settle, and a pressed view may become another row. Here views belong to
+keys, heights are remembered per key, and the visible rows stay in place when rows are added above.
 
-A frame of scrolling costs only the rows that become visible, whatever the length of the list: each view is inside a ``Seat`` that is moved
-without a new layout of its content, and positions are calculated only when the height of a row changes.
+A frame of scrolling costs only the rows that become visible, for any length of the list: each view is inside a ``Seat``
+that is moved without a new layout of its content, and positions are calculated only when the height of a row changes.
 """
 
 from bisect import bisect_left, bisect_right
@@ -22,7 +22,7 @@ from app.widgets.pages import LowPage
 
 
 class Seat(RelativeLayout):
-    """Holds a view and is moved in its stead; as large as the view."""
+    """Holds a view and is moved instead of it; as large as the view."""
 
     def __init__(self, view, **kwargs):
         self.view = view
@@ -171,7 +171,7 @@ class LongList(LowPage):
             raise ValueError("two rows with one key")
         if self._anchor is not None and self._anchor[0] in set(before) - set(
             self._keys
-        ):  # the first one in sight has gone
+        ):  # the first visible one was removed
             after = before[before.index(self._anchor[0]) :]
             self._anchor = next(((key, 0.0) for key in after if key in self._places), None)
         for key, seat in self._live.items():
@@ -243,7 +243,7 @@ class LongList(LowPage):
         if not self._is_calculated:
             known, guess, spacing = self._heights, self.row_height, self.spacing
             self._tops = list(accumulate((known.get(key, guess) + spacing for key in self._keys), initial=0.0))
-            self._moving = True  # kivy adjusts scroll_y to the new height: that is no scrolling by the user
+            self._moving = True  # kivy adjusts scroll_y to the new height: this is not scrolling by the user
             self._content.height = max(0, self._tops[-1] - (spacing if self._keys else 0))
             self._moving = False
             self._is_calculated = True
@@ -291,7 +291,7 @@ class LongList(LowPage):
         return seat
 
     def _forget_spare(self):
-        """Keep as many as there is room for: a larger window, or rows before they had their height, took more."""
+        """Keep as many as fit: a larger window, or rows without their height yet, needed more."""
         if self._spare and self._heights:
             usual = sum(self._heights.values()) / len(self._heights) + self.spacing
             del self._spare[max(0, int(self.height / usual) + 2 - len(self._live)) :]

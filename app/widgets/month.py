@@ -13,8 +13,8 @@ STATUSES = ("work", "free", "closed", "extra")
 
 
 class DayFace(Chart):
-    """What a day shows, in one drawing: a month has 42 of them. Hatched where no work is done, with a border where that is an exception to
-    the week; its number, and an icon beside it."""
+    """A day of a month in one drawing, as a month has 42 of them. Hatched if it is not a working day, with a border if
+    that is an exception; its number, and an icon next to it."""
 
     number = StringProperty()
     status = OptionProperty("work", options=STATUSES)

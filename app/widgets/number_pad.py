@@ -38,7 +38,7 @@ class NumberPad(GridLayout):
         """A digit was pressed."""
 
     def on_backspace(self):
-        """The last digit is to be removed."""
+        """Remove the last digit."""
 
     def on_done(self):
         """The done key was pressed."""

@@ -16,7 +16,7 @@ class LowPage(CalmScroll):
     """A page with lists in it. While ``do_scroll_y`` is False because everything fits, it forwards all touches."""
 
     def on_do_scroll_y(self, *_):
-        """What fits is shown from its top, wherever it was scrolled to before."""
+        """Content that fits is shown from its top, ignoring the earlier scroll position."""
         if not self.do_scroll_y:
             self.scroll_y = 1
 

@@ -89,7 +89,7 @@ class PanelGrid(LongList):
         return [panel.key for shelf in data for _name, panel in shelf.panels]
 
     def shown_order(self) -> list:
-        """The panels keep their places, not the shelves."""
+        """The panels keep their places, but not the shelves."""
         return list(self.data)
 
     def _sort_again(self):

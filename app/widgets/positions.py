@@ -25,8 +25,8 @@ class Spot(NamedTuple):
 
 
 class PositionsMap(WholeMap):
-    """Of the ``places``, each a Spot, the one nearest to a finger is ``chosen``, wherever the finger goes. Keys press one of them:
-    ``on_spot(key)``."""
+    """Of the ``places``, each a Spot, the one nearest to the finger is ``chosen``, also while it moves. Keys press one
+    of them: ``on_spot(key)``."""
 
     chosen = ObjectProperty(None, allownone=True)
     watch = (*WholeMap.watch, "chosen")
@@ -102,8 +102,9 @@ class PositionsMap(WholeMap):
         self.box(x - reach, y - reach, 2 * reach, 2 * reach, colour, reach, alpha=alpha)
 
     def plates(self):
-        """Where names are written, (left, bottom, right, top) by key: beside their positions, over no other. One without room is left out,
-        as are those where the chosen one needs it; none moves when another position is chosen."""
+        """Where names are written, (left, bottom, right, top) by key: next to their positions, without overlaps.
+        Names without room are omitted, as are those in the way of the chosen one; none moves when another position
+        is chosen."""
         found = {}
         taken = [self._around(*self._point(place.x, place.y), dp(6)) for place in self.places]
         taken += [self._scale_area()] if self.metres > 0 else []

@@ -1,7 +1,9 @@
-"""A double tap is one tap: after something in front of the page has gone or come, what is behind it, or in it, takes no touch for a moment.
+"""A double tap is one tap: after something in front of the page has appeared or disappeared, it and the page take no
+touch for a moment.
 
-``rest`` is global, as the window is. What goes or comes says so once; touches that are ignored never make the moment longer. It is counted
-from the frame after: a frame may take long, and what a finger did while it was drawn was meant for what was seen before.
+``rest`` is global, like the window. Each change is reported once; ignored touches never make the moment longer. It is
+counted from the next frame: a frame may take long, and a touch while it was drawn was meant for what was visible
+before.
 """
 
 import math
@@ -15,7 +17,7 @@ from kivy.uix.behaviors import ButtonBehavior, FocusBehavior
 from kivy.uix.scrollview import ScrollView
 
 DOUBLE_TAP = 0.6  # s within which a second tap belongs to the first
-SETTLES = 0.4  # s in which a finger was still on its way to what was there before
+SETTLES = 0.4  # s in which a touch was still meant for what was there before
 INSTANT = 0.001  # s: a frame that falls on the end comes after it
 SPOT = 48  # dp: as far from the first tap as the second may be
 SHORT = 1.0  # s: a page that scrolls hands on a tap a little after the finger has left
@@ -37,7 +39,7 @@ class Rest:
         self._ignored: set[int] = set()  # those of them that do nothing until they are released
 
     def watch(self) -> None:
-        """From now on; before anything else asks for the window's touches."""
+        """Start; before anything else binds to the window's touches."""
         Window.bind(on_touch_down=self._touch_down, on_key_up=self._key_up, focus=self._forget_keys)
         self.ask_first()
 
@@ -54,7 +56,7 @@ class Rest:
 
     # ------------------------------------------------------------------ what goes and comes
     def after_closing(self) -> None:
-        """Something in front of the page has gone: neither touch nor key for what was behind it."""
+        """Something in front of the page has disappeared: no touch or key for what was behind it."""
         self._ignore(DOUBLE_TAP)
         self._ignore_keys(DOUBLE_TAP, takes_letters=False)
 
@@ -70,7 +72,7 @@ class Rest:
         self._ignore(DOUBLE_TAP, (x - far, y - far, x + far, y + far))
 
     def after_leaving(self, widget) -> None:
-        """That has gone, which covered nothing but what it lay on."""
+        """That has disappeared, and covered only what it lay on."""
         self._ignore(DOUBLE_TAP, (*widget.to_window(*widget.pos), *widget.to_window(widget.right, widget.top)))
 
     def after_pressing(self, widget) -> None:
@@ -79,8 +81,8 @@ class Rest:
             self.after_moving()
 
     def let_go(self) -> None:
-        """Fingers that are on something now have pressed nothing there, but for the one whose touch is just being handled. What follows
-        fingers in its own way has a ``let_go(touch)``."""
+        """Present touches press nothing, except the one being handled. Widgets that track touches themselves have a
+        ``let_go(touch)``."""
         now = Clock.get_time()
         just_left = [reference() for began, reference in self._touches if now - began < SHORT]
         for touch in {id(touch): touch for touch in (*EventLoop.touches, *just_left) if touch is not None}.values():

@@ -26,7 +26,7 @@ class RobotChip(Row, TonedTap):
     icon_fg = late_color((0, 0, 0, 1))
     selected = BooleanProperty(False)
     small = BooleanProperty(False)  # where three have little room
-    least = ListProperty([0, 0, 0, 0])  # px: width, and what is beside the name, the word and the battery
+    least = ListProperty([0, 0, 0, 0])  # px: width, and the rest next to the name, the word and the battery
 
     def retone(self, *_):
         super().retone()
@@ -41,7 +41,7 @@ class RobotChip(Row, TonedTap):
 
 
 class SmallRobotChip(RobotChip):
-    """The same, its icon beside the word."""
+    """The same, its icon next to the word."""
 
     def __init__(self, **kwargs):
         super().__init__(small=True, **kwargs)
@@ -65,7 +65,8 @@ class QueueRow(RecycledRow, BoxLayout):
 
 
 class PlanRow(RecycledRow, BoxLayout):
-    """A planned start: time, ``day`` unless it is today, mission, and in the note how soon; ``icon`` marks one that something keeps."""
+    """A planned start: time, ``day`` unless it is today, mission, and in the note how soon; ``icon`` marks a blocked
+    one."""
 
     icon = StringProperty()
     time = StringProperty()

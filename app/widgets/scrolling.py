@@ -89,7 +89,7 @@ class CalmScroll(ScrollView):
         )
 
     def _change_touch_mode(self, *_):
-        """kivy gives a touch that rests to what is under it, for good; here only until it is dragged."""
+        """kivy gives a resting touch finally to the widget under it; here only until it is dragged."""
         touch = self._touch
         super()._change_touch_mode()
         if touch and self._touch is None:

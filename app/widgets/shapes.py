@@ -73,8 +73,8 @@ class Corners:
         return float(inset <= x <= side - inset and inset <= y <= side - inset)
 
     def texture(self, colour) -> Texture:
-        """``colour(whole, border)`` is that of a pixel of which the rectangle and its border cover so much. There are few such pixels that
-        differ: a colour for each of all would take 5 to 30 ms, in the middle of a frame."""
+        """``colour(whole, border)`` is the colour of a pixel that the rectangle and its border cover that much. Few
+        pixels differ: computing every one would take 5 to 30 ms, in the middle of a frame."""
         pixels = {cover: pixel(colour(*cover)) for cover in set(self._covers)}
         texture = texture_of(self._side, self._side, b"".join(map(pixels.__getitem__, self._covers)))
         texture.wrap = "clamp_to_edge"

@@ -18,7 +18,7 @@ from app.widgets.text import line_width
 
 SECONDS = 4.0
 UNDO_SECONDS = 8.0
-SETTLES = 0.5  # s after one has come in the place of another, or over what is pressed, in which a finger was on its way to that
+SETTLES = 0.5  # s after one has replaced another, or covered a button, in which a touch was meant for that
 
 
 @dataclass
@@ -54,7 +54,7 @@ class Snackbar(OnlySeen, Passive, MDSnackbar):
     action_text = StringProperty()
     closable = BooleanProperty(False)
     words = NumericProperty(0)  # px, of the text on one line
-    around = NumericProperty(0)  # px, beside it
+    around = NumericProperty(0)  # px, next to it
 
     __events__ = ("on_action", "on_close")
 
@@ -73,9 +73,9 @@ class Snackbar(OnlySeen, Passive, MDSnackbar):
 
 
 class SnackbarStack(BoxLayout):
-    """Holds the snackbar, on top of everything: in the top bar over the screen's name and the time, where nobody presses anything, or
-    ``inside`` a dialog that reaches up there, between its head and its buttons. A text with no room there is over the whole bar (``wide``)
-    rather than over the page. Of those ``below`` it an edge is seen."""
+    """Holds the snackbar, on top of everything: in the top bar over the screen's name and the time, where nothing can
+    be pressed, or ``inside`` a dialog that reaches up there, between its head and its buttons. A text with no room
+    there is over the whole bar (``wide``) rather than over the page. An edge of those ``below`` it is visible."""
 
     below = NumericProperty(0)
     bar = ObjectProperty(None, allownone=True, rebind=True)
@@ -127,11 +127,11 @@ class Said:
         if self._timer is not None:
             self._timer.cancel()
             self._timer, self.left = None, max(0.0, self.left - (Clock.get_time() - self._since))
-        Animation.cancel_all(self.bar)  # one that never ends keeps it
+        Animation.cancel_all(self.bar)  # kept by one that never ends
 
 
 class Snackbars:
-    """The pile of messages, of which the newest is shown. One that is covered keeps the rest of its time for when it is shown again, unless
+    """The pile of messages; the newest is shown. A covered one keeps its remaining time until it is shown again, unless
     it has been read. Call it on the UI thread."""
 
     def __init__(self) -> None:
@@ -232,7 +232,7 @@ class Snackbars:
             self._close(said)
 
     def _close(self, said: Said) -> None:
-        """Nobody has pressed its button."""
+        """Its time ended without a press of its button."""
         self._take_off(said)
         if said.message.on_end is not None:
             said.message.on_end()

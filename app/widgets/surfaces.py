@@ -38,8 +38,9 @@ class Toned:
 
 
 class OnlySeen:
-    """Mixin that ignores touches while the widget is invisible, for its children as well. In kivy, layouts forward touches to invisible
-    children, and disabled widgets consume those on them. What is not ``visible`` keeps its place, unless its size says otherwise."""
+    """Mixin that ignores touches while the widget is invisible, also for its children. In kivy, layouts forward touches
+    to invisible children, and disabled widgets consume those on them. What is not ``visible`` keeps its place, unless
+    its size says otherwise."""
 
     visible = BooleanProperty(True)
 

@@ -20,12 +20,13 @@ SEEN = 2.5  # characters in the width of an em: on average there are two
 
 
 class Txt(MDLabel):
-    """A label that shows all of its text, unless ``most_lines`` > 0 says how many lines there may be: the last one then ends with "…".
+    """A label that shows all of its text, unless ``most_lines`` > 0 says how many lines there may be: the last one then
+    ends with "…".
 
-    ``fit`` False: it gets its width from the layout and wraps. True: it is as wide as its text, at least ``least_width``, and wraps only
-    beyond ``max_width`` (0: never). Either way it is as high as its ``lines``, whatever the font scale. A word wider than a line breaks
-    before its port, after a slash and the like; only one without such a place breaks anywhere. No number is parted from its unit, and
-    no "…" from the word before it.
+    ``fit`` False: it gets its width from the layout and wraps. True: it is as wide as its text, at least
+    ``least_width``, and wraps only beyond ``max_width`` (0: never). Either way it is as high as its ``lines``, at any
+    font scale. A word wider than a line breaks before its port, after a slash and the like; only one without such a
+    place breaks anywhere. A number is never separated from its unit, or "…" from the word before it.
     """
 
     fit = BooleanProperty(False)

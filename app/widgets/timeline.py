@@ -193,7 +193,7 @@ class Timeline(Chart):
 
     # ------------------------------------------------------------------ a finger that rests
     def _press_long(self, _dt):
-        """Lift the bar that it came down on, if that may be moved, or tell what free time it is on."""
+        """Lift the bar under the touch, if that may be moved, or report the free time under it."""
         event, key = (self._meant or ("", None))[:2]
         bar = next(
             (bar for lane in self.lanes for bar in lane.bars if event == "on_bar" and bar.key == key and bar.movable),
@@ -205,7 +205,7 @@ class Timeline(Chart):
             self._lifted = bar, place, bar.start
             self._lift(0)
         elif self._free is not None and bar is None:
-            self._moved = True  # its end is no tap
+            self._moved = True  # its end is not a tap
             self.dispatch("on_free", *self._free)
 
     def _time_at(self, x) -> float:
@@ -277,7 +277,7 @@ class Timeline(Chart):
         return list(self._seats.values())
 
     def place_of(self, key) -> Widget:
-        """Something as large as a bar and where it is seen, to hang a card on; of one that is gone: the timeline itself."""
+        """An anchor with a bar's size and visible place, for a card; for a removed bar, the timeline itself."""
         for left, bottom, right, top, other in self.boxes():
             if other == key:
                 left, right = max(left, self._drawing.frame.left), min(right, self.right)
@@ -299,7 +299,7 @@ class Timeline(Chart):
         return ("on_fold", hour) if closed else None
 
     def _free_at(self, x, y):
-        """The lane's key and the hour of free time there, also a little beside a bar that stays where it is; or None."""
+        """The lane's key and the hour of free time there, also close to a bar that can't be moved; or None."""
         lane = self._lane_at(y)
         is_free = (
             lane is not None and not lane.line and x >= self._drawing.frame.left and not self._bars_near(x, y, dp(8))
@@ -401,7 +401,7 @@ class Timeline(Chart):
             drawing.draw_axis(self.now, self.now_label)
 
     def _place(self, *_):
-        """Hour ``first`` at the left, unless a new drawing is on its way."""
+        """Hour ``first`` at the left, unless a new drawing is being made."""
         drawing = self._drawing
         if drawing is None or self._next is not None or self._trigger.is_triggered:
             return

@@ -9,7 +9,7 @@ from app.widgets.chart import box, text, width_of
 from app.widgets.timeline_painting import AXIS, Frame, Span, kept_in
 from app.widgets.tokens import tk
 
-BESIDE = 8  # dp: so far beside its line a label may end
+BESIDE = 8  # dp: the farthest end of a label from its line
 
 
 def paint_now(frame: Frame, now: float) -> None:
@@ -33,7 +33,8 @@ def paint_axis(frame: Frame, seen: Span, now: float, now_label: str) -> None:
 
 
 def _paint_hold(frame: Frame, seen: Span, now: Span | None) -> list[Span]:
-    """Until when everything is held and why, above its band and beside the time, which is within it. Returns what it takes."""
+    """Until when everything is held and why, above its band and next to the time, which is within it. Returns the room
+    it takes."""
     for start, end, words, kind in frame.bands:
         x, x2 = max(frame.at(start), seen[0]), min(frame.at(end), seen[1])
         if kind == "held" and x < x2:
@@ -51,8 +52,8 @@ def _paint_hold(frame: Frame, seen: Span, now: Span | None) -> list[Span]:
 
 
 def _paint_tick_labels(frame: Frame, seen: Span, taken: list[Span]) -> None:
-    """As many as fit side by side and beside what is ``taken``: the strong ones (a new day) first, which go beside what is in their way,
-    if they are not taken there for another hour's. Those that are seen stay whole at the ends."""
+    """As many as fit side by side without what is ``taken``: the strong ones (a new day) first, which move aside if
+    they still belong clearly to their hour. Visible ones stay whole at the ends."""
     y = frame.top - dp(AXIS) / 2 + dp(2)
     for hour, label, strong in sorted(frame.ticks, key=lambda tick: not tick[2]):
         if not label or not frame.is_drawn(hour):

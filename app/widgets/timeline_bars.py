@@ -81,7 +81,7 @@ def _insets(bars: Sequence[Any]) -> Iterator[float]:
 
 # ---------------------------------------------------------------------- painting
 def paint_bars(frame: Frame, bars: Iterable[Placed], y: float) -> None:
-    """Each with its whisker, but for narrow ones. ``bars`` as they come from ``placed``."""
+    """Each with its whisker, except narrow ones. ``bars`` as they come from ``placed``."""
     narrow: dict[tuple[bool, float, str], list[Span]] = {}
     framed: list[Placed] = []
     for one in bars:
@@ -107,7 +107,7 @@ def paint_bars(frame: Frame, bars: Iterable[Placed], y: float) -> None:
 
 
 def paint_bars_together(frame: Frame, bars: Iterable[Placed], y: float) -> None:
-    """So many that only where there are some can be seen: few drawings, whatever their number, so that a finger can drag them."""
+    """Too many to draw one by one: only where there are some, in few drawings, so that they can be dragged smoothly."""
     taken: dict[tuple[str, bool], list[Span]] = {}
     for one in bars:
         join(taken.setdefault((one.look, one.framed), []), one.x, max(one.x2, one.x + 2))
@@ -198,14 +198,14 @@ def paint_narrow(
     if look == "held":
         for part in (-0.25, 0.25):
             _mesh(spans, y + height * part, dp(4), colours.fill)
-    elif look == "about":  # broken in the middle: there is no room for hatching
+    elif look == "about":  # broken in the middle, without room for hatching
         _mesh(spans, y, dp(6), tk.surface)
     elif look == "failed":
         _notches(spans, y + height / 2)
 
 
 def _notches(spans: Sequence[Span], top: float) -> None:
-    """Cut out of the upper edge, in the middle of each, so that failed bars are told without their colour."""
+    """A notch in the upper edge, in the middle of each, so that failed bars are recognised without their colour."""
     _mesh(
         [
             (middle - half, middle + half)

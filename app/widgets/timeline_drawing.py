@@ -40,7 +40,7 @@ Box = tuple[float, float, float, float, object]  # left, bottom, right, top in p
 
 @contextmanager
 def _window(pos: tuple[float, float], size: tuple[float, float]) -> Iterator[None]:
-    """What is drawn meanwhile is only seen there."""
+    """Changes until then appear only there."""
     StencilPush()
     Rectangle(pos=pos, size=size)
     StencilUse()
@@ -197,7 +197,7 @@ class Drawing:
 
     @property
     def _seen(self) -> tuple[float, float]:
-        """Left and right end of what is seen, as it was drawn."""
+        """Left and right end of the visible part, as drawn."""
         return self.frame.left - self._pan.x, self.frame.right - self._pan.x
 
     def draw_axis(self, now: float, now_label: str) -> None:

@@ -1,4 +1,4 @@
-"""The names of the bars of a timeline's lane: in what is seen of a bar, or beside it."""
+"""The names of the bars of a timeline's lane: in the visible part of a bar, or next to it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LEAST = 24  # dp of room, below which no name is tried
 
 
 class Cluster(NamedTuple):
-    """Bars that lie on each other, in the order in which they are drawn, and from where to where their names have room beside them."""
+    """Overlapping bars in drawing order, and the room for their names next to them."""
 
     bars: Sequence[Placed]
     begins: float
@@ -28,7 +28,7 @@ class Cluster(NamedTuple):
 
 
 def clusters(frame: Frame, bars: Sequence[Placed]) -> list[Cluster]:
-    """Those that names have room in or beside. ``bars`` as they come from ``placed``."""
+    """Bars with room for a name in them or next to them. ``bars`` as they come from ``placed``."""
     groups: list[list[int]] = []
     reach = -math.inf
     for n in sorted(range(len(bars)), key=lambda n: bars[n].x):
@@ -50,8 +50,8 @@ def clusters(frame: Frame, bars: Sequence[Placed]) -> list[Cluster]:
 
 
 def paint_words(frame: Frame, groups: Iterable[Cluster], y: float, seen: Span) -> None:
-    """Whole names only: in what is seen of the bar, or beside it where nothing follows too soon, there also of several bars on each other;
-    else a number, where there is one. ``seen``: left and right end of what is seen."""
+    """Whole names only: in the visible part of the bar, or next to it if nothing follows too soon (also for several
+    overlapping bars); otherwise their number, if any. ``seen``: left and right end of the visible part."""
     lines = [frame.at(hour) for hour, _label, strong in frame.ticks if strong] + [
         frame.at(end) for _start, end, *_ in frame.bands
     ]
@@ -74,7 +74,7 @@ def paint_words(frame: Frame, groups: Iterable[Cluster], y: float, seen: Span) -
 
 
 def _beside(bars: Sequence[Placed]) -> Iterator[str]:
-    """What may stand beside them, the best first."""
+    """The possible names next to them, the best first."""
     if bars:
         yield " · ".join(
             name if n == 1 else f"{n} × {name}" for name, n in Counter(one.bar.label for one in bars).items()
@@ -107,7 +107,7 @@ def _named_inside(frame: Frame, one: Placed, above: Sequence[Placed], y: float, 
 
 
 def _two_lines(words: str) -> list[str]:
-    """As narrow as they can be; one, where there is no space."""
+    """As narrow as they can be; one without a space."""
     parts = words.split(" ")
     halves = [[" ".join(parts[:n]), " ".join(parts[n:])] for n in range(1, len(parts))]
     return min(halves, key=lambda lines: max(map(width_of, lines)), default=[words])

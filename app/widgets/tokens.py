@@ -92,7 +92,7 @@ TYPE_SCALE = {
     "Label": {"large": 16, "medium": 14, "small": 14},
 }
 
-# name: (bare hands, gloves) in dp; MIL-STD-1472 asks for 19 mm with gloves on
+# name: (bare hands, gloves) in dp; MIL-STD-1472 requires 19 mm with gloves on
 TARGETS = {"h_touch": (48, 64), "h_field": (56, 64), "h_action": (64, 120)}
 
 
@@ -170,7 +170,7 @@ class Tokens(Colours):
 
 tk = Tokens()
 
-# role of KivyMD's theme: token; what is left out keeps its first value
+# role of KivyMD's theme: token; other roles keep their first value
 _ROLES = {
     "background": "bg",
     "onBackground": "ink",

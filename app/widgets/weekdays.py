@@ -1,4 +1,4 @@
-"""Seven chips for the days of the week, of which any number is chosen."""
+"""Seven chips for the days of the week; any number can be chosen."""
 
 from kivy.properties import ListProperty
 from kivy.uix.gridlayout import GridLayout

@@ -46,11 +46,9 @@ INPUT_DEVICES = Path("/proc/bus/input/devices")
 
 
 class SchedulerApp(MDApp):
-    """With a container the app, opened on the screen ``first``; with ``damage`` the screen that restores the database, which then goes on
-    as the app.
-
-    ``restore`` closes the services, puts a backup in place and opens them again, off the UI thread; it returns what could not be done with
-    the services it has opened all the same, and raises Failure where it could open none.
+    """With a container the app, opened on the screen ``first``; with ``damage`` the screen that restores the database,
+    which then becomes the app. ``restore`` closes the services, puts a backup in place and opens them again, off the UI
+    thread; it returns the opened services with any problem, and raises Failure if it could open none.
     """
 
     title = NAME
@@ -141,7 +139,7 @@ class SchedulerApp(MDApp):
         threading.excepthook = self._thread_failed
 
     def on_stop(self) -> None:
-        """Screens let go, then the work in the background; the host closes the services after the window."""
+        """Release the screens, then the background work; the host closes the services after the window."""
         ExceptionManager.remove_handler(self._exception_handler)
         threading.excepthook = threading.__excepthook__
         self._forget()
@@ -254,7 +252,7 @@ class SchedulerApp(MDApp):
 
     # ------------------------------------------------------------------ settings
     def _changed(self, event: Changed) -> None:
-        """Whatever was changed in the settings shows at once."""
+        """Changed settings show at once."""
         if self.container is not None and event.topic is Topic.SETTINGS:
             before, settings = self._shown, self.container.settings()
             self._appear(settings)

@@ -1,17 +1,16 @@
-"""When Python collects garbage, and how much of it. A window is hundreds of thousands of objects that live as long as it does; a widget
-that goes is a thousand more that hold each other, so that only a collection frees them.
+"""When Python collects garbage, and how much of it. A window is hundreds of thousands of objects that live as long as
+it does; a widget that goes is a thousand more that hold each other, so that only a collection frees them.
 
-By default Python scans all of them from time to time, in the middle of whatever is going on and on whichever thread: pauses of 0.1 s to
-1 s. Here the UI thread collects between two frames, as soon as there is enough to collect: a window that was turned and resized for a
-minute left 1 GB behind when only time decided, of which 600 MB never came back, as what lived on lay scattered in it.
+By default Python scans all of them from time to time, at any moment and on any thread: pauses of 0.1 s to 1 s. Here the
+UI thread collects between two frames, as soon as there is enough to collect: a window that was turned and resized for a
+minute left 1 GB behind when only time decided, and 600 MB were never returned, as surviving objects were scattered in
+it. Surviving objects are frozen (excluded from the next collections), so that these don't get slower with every visited
+screen. Frozen objects that die are only found when everything is scanned. So that comes first, and nothing is frozen
+before much more is alive than comes and goes by itself, a form, a dialog and two sections of Settings: at 100,000
+objects nearly all of these were frozen before they closed, and 40 MB of them waited for the next scan.
 
-What lives on is frozen, that is left out of the next collections, so that they don't take longer with every screen that was visited. What
-dies frozen is only found when everything is scanned. So that comes first, and nothing is frozen before much more is alive than comes and
-goes by itself, a form, a dialog and two sections of Settings: at 100,000 objects nearly all of these were frozen before they closed, and
-40 MB of them waited for the next scan.
-
-What room the heap once needed it keeps, as something that lives on lies everywhere in it. So before it grows beyond what it has had,
-everything is scanned too: what there is room for is what once was alive, and not what was dead beside it.
+The heap never shrinks, as surviving objects lie everywhere in it. So before it grows beyond its largest size so far,
+everything is scanned too: then its size is that of live objects, without garbage.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ AT_REST = (
 )
 ALIVE = 150_000  # also while the screen is in use: until then a collection takes up to 20 ms
 AT_THE_LATEST = 250_000  # also while a dialog is open, which would be frozen too: 30 ms
-MUCH = 50_000  # garbage, in objects, of which a sixth is only found by another scan
+MUCH = 50_000  # garbage, in objects; a sixth of it is only found by another scan
 USUAL = 1_000_000  # blocks of a window that has shown its screens: until then there is nothing to save
 MORE = 40_000  # blocks of Python's heap that may come to the most that were ever alive, 3 MB
 BURST = 120_000  # that come in one frame where a section is built: garbage leaves room for them
@@ -68,8 +67,8 @@ class Garbage:
         self._touched_at = self._now()
 
     def much_has_gone(self) -> None:
-        """Most of the window was thrown away, to be built anew. What can be freed is, before that begins: else there would be room for two
-        windows, and what is built lies scattered in it. What still holds some of the old one lets go of it soon."""
+        """Most of the window was removed and will be rebuilt. Free what can be freed first: otherwise the heap gets
+        room for two windows, with the new one scattered in it. Remaining references to the old one end soon."""
         self._scan_all()
         self._gone_at = self._now()
 
@@ -111,7 +110,7 @@ def give_back() -> None:
 
 
 def share_one_heap() -> None:
-    """All threads, of which glibc would give each a heap of its own: half of these 19 MB lay free, of no use to the others. Call it before
-    there are threads."""
+    """Let all threads share one heap: glibc would give each its own, and half of these 19 MB were free but useless to
+    the others. Call it before threads are started."""
     if sys.platform == "linux" and hasattr(libc := ctypes.CDLL(None), "mallopt"):
         libc.mallopt(M_ARENA_MAX, 1)

@@ -23,7 +23,7 @@ from app.widgets.tokens import tk
 
 TAB, ENTER, KEYPAD_ENTER, ESCAPE, SPACE = 9, 13, 271, 27, 32
 PRESSES = (ENTER, KEYPAD_ENTER, SPACE)
-LAST_OF_LATIN = 256  # from there on keys have numbers that are no characters
+LAST_OF_LATIN = 256  # from here on key numbers are not characters
 ARROWS = {273: (0, 1), 274: (0, -1), 275: (1, 0), 276: (-1, 0)}  # key: direction
 DOWN = 274
 
@@ -167,7 +167,7 @@ class KeyFocus:
     # ------------------------------------------------------------------ keys
     def _key_down(self, _window, key, _scancode=None, _text=None, modifiers=()):
         """Before fields and dialogs see the key."""
-        if dock.field is not None:  # kivy's Tab goes to fields only, past the buttons; Enter in one is no press
+        if dock.field is not None:  # kivy's Tab goes to fields only, past the buttons; Enter in one is not a press
             if key == TAB:
                 self.target = dock.field
                 self._step(-1 if "shift" in modifiers else 1)
@@ -320,12 +320,13 @@ class KeyFocus:
             self.target = self._left.pop()
 
     def _nearest(self, place):
-        """What stands at that place, or beside it; None: nothing does."""
+        """The widget at that place, or next to it; None if there is none."""
         near = min(self.targets(), key=lambda target: _away(target, place), default=None)
         return near if near is not None and _away(near, place) <= tk.h_touch else None
 
     def _go_in(self) -> None:
-        """To what receives the ring (``receives_ring``) on a page that has come in the place of what had it, which keeps it for later."""
+        """Move the ring to the widget that receives it (``receives_ring``) on a page that has replaced the one with the
+        ring, which keeps it for later."""
         receiver = next((target for target in self.targets() if getattr(target, "receives_ring", False)), None)
         if not parents(self.target) and receiver is not None:
             self._left.append(self.target)

@@ -1,5 +1,5 @@
-"""How often the window's loop turns. A turn costs the processor 0.3 ms even when there is nothing to draw; of a window at rest that was
-nearly all. So the loop looks around less often while nobody uses the window and nothing in it moves."""
+"""How often the window's loop turns. A turn costs 0.3 ms of processor time even with nothing to draw; for an idle
+window that was nearly all. So the loop turns less often while the window is not in use and nothing in it moves."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ SIGNS = (
 
 
 def kivy_turns(per_second: int) -> None:
-    """Kivy reads this number before it sleeps; there is no other way to change it once there is a clock (kivy 2.3.1, clock.py)."""
+    """Kivy reads this number before it sleeps; once the clock exists it can't be changed in another way (kivy 2.3.1,
+    clock.py)."""
     from kivy.clock import Clock
 
     Clock._max_fps = per_second
@@ -31,9 +32,9 @@ def kivy_turns(per_second: int) -> None:
 
 @contextmanager
 def slow_at_rest(turn: Callable[[int], None] = kivy_turns) -> Iterator[None]:
-    """As long as the block lasts. ``turn`` is told how often a second; on the UI thread. A mouse button or a key is a sign before the
-    loop sleeps again; Enter on what has the ring, which ``KeyFocus`` lets nobody else see, only as it is drawn, a turn later. Kivy is
-    imported late, as it is configured before."""
+    """As long as the block lasts. ``turn`` is told how often a second; on the UI thread. A mouse button or a key counts
+    before the loop sleeps again; Enter on the widget with the ring, which only ``KeyFocus`` sees, counts when it is
+    drawn, a turn later. Kivy is imported late, as it is configured before."""
     from kivy.clock import Clock
     from kivy.core.window import Window
 

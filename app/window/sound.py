@@ -45,7 +45,7 @@ class Loudspeaker:
         return self._sound is not None
 
     def play(self) -> None:
-        """Without waiting for its end; nothing where there is no sound."""
+        """Without waiting for its end; does nothing without a sound system."""
         try:
             if self._sound is not None:
                 self._sound.play()
@@ -64,6 +64,6 @@ class Loudspeaker:
                 wav.writeframes(samples().tobytes())
             found = SoundLoader.load(path)
             return found if found is not None and found.length > 0 else None  # 0: no device to play it on
-        except Exception as problem:  # whatever the sound system of the tablet raises: alarms are seen all the same
+        except Exception as problem:  # any error of the tablet's sound system: alarms are still shown
             log.warning("There is no sound: %s", problem)
             return None

@@ -78,7 +78,7 @@ def run(directory: DataDirectory, demo_robots: DemoFleet | None = None, kiosk: b
 
 # ---------------------------------------------------------------------- the window
 def configure(kiosk: bool) -> None:
-    """Tell kivy, before its first import, how to behave on a tablet. Nothing of this is written to a file."""
+    """Configure kivy for a tablet, before its first import. Nothing is written to a file."""
     home = platformdirs.user_cache_path("amr-scheduler", appauthor=False) / "kivy"
     with contextlib.suppress(OSError):
         home.mkdir(mode=0o700, parents=True, exist_ok=True)

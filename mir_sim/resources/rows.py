@@ -77,7 +77,7 @@ def _child(software: str, table: str, name: str) -> str | None:
 
 
 def _link_key(name: str, fields: Container[str]) -> str:
-    """The one of the fields that holds the key of the row that ``name`` links to; empty when ``name`` is no link."""
+    """The one of the fields that holds the key of the row that ``name`` links to; empty if ``name`` is not a link."""
     keys = (IRREGULAR_KEYS.get(name, ""), f"{name}_id", f"{name}_guid") if name in LINKS else ()
     return next((key for key in keys if key in fields), "")
 

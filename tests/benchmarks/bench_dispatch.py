@@ -1,13 +1,14 @@
-"""How late do missions arrive at healthy robots, while others are dead? The app, APScheduler 3.x, ``schedule`` and the thesis's loop.
+"""How late do missions arrive at healthy robots, while others are dead? The app, APScheduler 3.x, ``schedule`` and the
+thesis's loop.
 
 Run by hand (about 20 minutes; nothing else on the machine):
 
     uv run --with apscheduler==3.11.3 --with sqlalchemy --with schedule==1.2.2 python -m tests.benchmarks.bench_dispatch
 
-``--scenario`` and ``--engine`` choose, ``--repeat`` shows how much figures vary. Lateness is from the instant a job is due to the arrival
-of its POST at the stub, by the wall clock of this machine. A job that a healthy robot never got before the patience was over is dropped.
-``--groups``: the app alone, with starts for any of ten robots; lateness is that of the first start at each robot that is well, and "moved
-on" tells how long after a refused connection another robot had the start.
+``--scenario`` and ``--engine`` choose, ``--repeat`` shows how much figures vary. Lateness is from the instant a job is
+due to the arrival of its POST at the stub, by the wall clock of this machine. A job that a healthy robot did not get in
+time is dropped. ``--groups``: the app alone, with starts for any of ten robots; lateness is that of the first start at
+each healthy robot, and "moved on" is the time from a refused connection until another robot had the start.
 """
 
 from __future__ import annotations

@@ -1,12 +1,13 @@
-"""What healthy robots and the person at the tablet notice while hostile robots are polled and hostile files are imported, all at once.
+"""What healthy robots and the person at the tablet notice while hostile robots are polled and hostile files are
+imported, all at once.
 
     SDL_VIDEODRIVER=offscreen uv run python -m tests.benchmarks.bench_hostile [seconds]
 
-The window shows Home with each of the hostile robots in turn, and then the Logs; ten healthy robots get 10 missions a second between
-them; each of ``hostile_robots`` is polled every 2 s; a second after each import of a file the next one begins, which is as quick as
-commands are.
-Printed, first while all of it is shown for the first time, then once more, and then with the hostile ones: how late missions came, what
-frames took, how much memory grew; and at the end whether what was in the log and in the alarm list before is still there.
+The window shows Home with each of the hostile robots in turn, and then the Logs; ten healthy robots get 10 missions a
+second between them; each of ``hostile_robots`` is polled every 2 s; a second after each import of a file the next one
+begins, which is as quick as commands are. Printed (for the first showing of everything, the second, and then with the
+hostile robots): how late missions came, how long frames took, how much memory grew; and at the end whether what was in
+the log and in the alarm list before is still there.
 """
 
 from __future__ import annotations

@@ -34,7 +34,7 @@ def main() -> None:
     options.add_argument("--kinds", action="store_true")
     options.add_argument("--memory", action="store_true")
     args = options.parse_args()
-    logging.getLogger("kivy").addHandler(logging.NullHandler())  # which clipboards this machine lacks is no news here
+    logging.getLogger("kivy").addHandler(logging.NullHandler())  # missing clipboards of this machine are not logged
     logging.getLogger("kivy").propagate = False
     headless.install()
     from app.window.window import quiet_garbage

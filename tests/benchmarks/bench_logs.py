@@ -1,7 +1,8 @@
-"""How soon the Logs can be read on a long history: ``uv run python -m tests.benchmarks.bench_logs [ROWS]`` (default 1,000,000; or the
-directory of a database made earlier).
+"""How soon the Logs can be read on a long history: ``uv run python -m tests.benchmarks.bench_logs [ROWS]`` (default
+1,000,000; or the directory of a database made earlier).
 
-Milliseconds, best of several, of what the screen asks for when it opens (the first page, then the figures) and of its other pages.
+Milliseconds, best of several, for the readings of the screen when it opens (the first page, then the figures) and of
+its other pages.
 """
 
 from __future__ import annotations

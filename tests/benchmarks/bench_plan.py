@@ -157,7 +157,7 @@ def preview() -> None:
 
 # ---------------------------------------------------------------------- a week, with the forecast of groups
 def week(of_groups: int) -> None:
-    """200 daily schedules on ten robots, of which so many in a hundred are for one of two groups."""
+    """200 daily schedules on ten robots; this percentage of them is for one of two groups."""
     with tempfile.TemporaryDirectory() as directory:
         container = Container.open(Path(directory, "data"))
         r, now, chance = container.repositories, container.clock.now(), random.Random(2)

@@ -2,10 +2,10 @@
 
     uv run python -m tests.benchmarks.bench_window [runs]
 
-Processor time in ms, drawn in software without a display; medians of so many fresh processes (5). Until the first frame it is that of the
-whole process; for Home that of the main thread, from the sample facts of its picture until its third frame, built again and again in one
-process. Memory is what the process has resident after the first one. A turn of an empty loop tells by which machines and hours can be
-compared.
+Processor time in ms, drawn in software without a display; medians of so many fresh processes (5). Until the first frame
+it is that of the whole process; for Home that of the main thread, from the sample facts of its picture until its third
+frame, built again and again in one process. Memory is what the process has resident after the first one. The time of an
+empty loop's turn allows comparison between machines and hours.
 """
 
 from __future__ import annotations

@@ -41,7 +41,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Spec:
-    """What is to be done. ``robots`` are base URLs, ``idle_jobs`` more jobs that are not due today."""
+    """The jobs of a run. ``robots`` are base URLs, ``idle_jobs`` more jobs that are not due today."""
 
     robots: list[str]
     jobs: list[Job]
@@ -190,7 +190,7 @@ def apscheduler(spec: Spec, directory: Path, grace: int | None = 1) -> Planned:
     idle_jobs = max(spec.idle_jobs, 200)
     for n in range(idle_jobs):
         scheduler.add_job(post, "date", run_date=far, args=[spec.robots[0], f"later {n}"], id=f"later {n}")
-    seconds_each = (time.time() - began) / idle_jobs  # one commit each: there is no other way to store jobs
+    seconds_each = (time.time() - began) / idle_jobs  # one commit each: jobs can't be stored in another way
     begin = time.time() + 5.0 + 3 * seconds_each * len(spec.jobs)
     due = {job.name: begin + job.offset for job in spec.jobs}
     for job in spec.jobs:
@@ -301,7 +301,7 @@ def main() -> None:
             ),
             flush=True,
         )
-    os._exit(0)  # whatever still hangs on a robot ends with the process
+    os._exit(0)  # requests that still hang end with the process
 
 
 if __name__ == "__main__":

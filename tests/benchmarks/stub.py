@@ -1,10 +1,12 @@
-"""Many robots on loopback addresses of their own, in one process: they answer as MiR robots do, hang, or refuse, and note every POST.
+"""Many robots on loopback addresses of their own, in one process: they answer as MiR robots do, hang, or refuse, and
+note every POST.
 
-Started by the benchmarks: ``python -m tests.benchmarks.stub --robots 200 --refusing 20 --hanging 20 --out FILE``. Robot n listens at
-``address(n)`` on one common port, which is printed as ``ready PORT``; the first ones refuse (nothing listens), the next ones hang (they
-take a connection and never answer). An accepted mission is done a second later. ``GET /count`` at any answering robot tells how many
-different missions the answering robots were given, ``GET /drop`` has the last ``--dropping`` ones refuse from then on; on SIGTERM the
-POSTs are written to FILE as ``time,robot,message`` lines.
+Started by the benchmarks: ``python -m tests.benchmarks.stub --robots 200 --refusing 20 --hanging 20 --out FILE``. Robot
+n listens at ``address(n)`` on one common port, which is printed as ``ready PORT``; the first ones refuse (nothing
+listens), the next ones hang (they take a connection and never answer). An accepted mission is done a second later.
+``GET /count`` at any answering robot returns how many different missions the answering robots got, ``GET /drop`` has
+the last ``--dropping`` ones refuse from then on; on SIGTERM the POSTs are written to FILE as ``time,robot,message``
+lines.
 
 Plain asyncio protocols and prepared bytes: on two cores the stub must not be what is measured.
 """

@@ -72,13 +72,13 @@ def succeed(software: str, verb: str, template: str) -> tuple[list[str], set[int
         assert response.body.decode().endswith("# EOF\n")
         return [], set()
     if "protective_scan" in template:
-        assert response.body.startswith(b"\x89PNG")  # whatever a schema without fields means
+        assert response.body.startswith(b"\x89PNG")  # a schema without fields may mean anything
         return [], set()
     return unexplained(client, software, name_of(verb, template), schema, response.json())
 
 
 def nothing_there(client: Client, verb: str, template: str) -> tuple[list[str], set[int]]:
-    """The robot has no such row: the answer is 404, or 400 where 404 is none of the operation's."""
+    """The robot has no such row: the answer is 404, or 400 if the operation has no 404."""
     placeholders = [part[1:-1] for part in template.split("/") if part.startswith("{")]
     response = client.send(
         verb, path_of(template, dict.fromkeys(placeholders, "no-such-thing")), client.body(verb, template)

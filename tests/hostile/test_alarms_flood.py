@@ -1,4 +1,5 @@
-"""A robot that reports more than anybody can read: what it says is counted, and pushes nothing else out of the log or the alarm list."""
+"""A robot that reports more than a person can read: its reports are counted, and push nothing else out of the log or
+the alarm list."""
 
 from __future__ import annotations
 

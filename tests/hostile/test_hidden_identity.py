@@ -26,7 +26,7 @@ hiding = pytest.mark.parametrize(
 )
 
 
-# ---------------------------------------------------------------------- robots whose status is not for anybody
+# ---------------------------------------------------------------------- robots whose status needs credentials
 def test_a_robot_that_wants_credentials_for_its_status_gets_them_where_they_were_entered(
     container: Container, listen: Listen
 ) -> None:

@@ -1,4 +1,5 @@
-"""A length that is no number of bytes: what follows would be read until the robot hangs up, or be taken for another answer."""
+"""A length that is not a number of bytes: the rest would be read until the robot hangs up, or be taken for another
+answer."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ def test_other_machines_need_the_key(peer, key, status):
 
 @pytest.mark.parametrize("peer", ["10.0.0.7", "127.0.0.1"])
 def test_the_machine_that_asks_is_that_of_the_connection(monkeypatch, peer):
-    """Over a socket of this machine, whose other end is said to be elsewhere."""
+    """Over a socket of this machine that pretends to come from elsewhere."""
     real = asyncio.StreamWriter.get_extra_info
     monkeypatch.setattr(
         asyncio.StreamWriter,

@@ -1,4 +1,4 @@
-"""A robot whose answers are larger than anybody needs: they are not parsed, and what is left out is said."""
+"""A robot whose answers are larger than needed: they are not parsed, and a message says what was omitted."""
 
 from __future__ import annotations
 

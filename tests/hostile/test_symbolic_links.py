@@ -74,7 +74,7 @@ def test_nor_is_one_of_a_directory_or_behind_another_link(shared, precious):
 
 
 def of_somebody_else(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Only root can give a file away; anybody else becomes somebody else."""
+    """Only root can change a file's owner; other users change theirs instead."""
     if os.geteuid() == 0:
         os.lchown(path, 1234, 1234)
     else:

@@ -23,7 +23,7 @@ CODE = sorted((ROOT / "app" / "services" / "check_up").glob("*.py"))
 
 
 class CodeFinding(NamedTuple):
-    """A finding as the code has it; ``topic`` None: not said beside it."""
+    """A finding as in the code; ``topic`` None: not given there."""
 
     topic: Topic | None
     level: Level

@@ -27,7 +27,7 @@ SHIPPED = ["--no-default-groups", "--group", "ui"]
 
 @cache
 def exported(form: str) -> str:
-    """What the documented command writes, from what `uv run` has locked, without a request to anybody."""
+    """The output of the documented command, from the versions locked by `uv run`, without a request."""
     uv = os.environ.get("UV") or shutil.which("uv") or "uv"
     return subprocess.run(
         [uv, "export", "--frozen", "--offline", "--quiet", "--format", form, *SHIPPED],
@@ -101,7 +101,7 @@ def test_every_version_is_pinned():
 
 
 def test_every_file_that_may_be_installed_has_its_sum():
-    """Sums that are added later, for other platforms, are no reason to fail."""
+    """Sums that are added later, for other platforms, must not fail the test."""
     now, kept = sums_of(exported("requirements.txt")), sums_of(SUMS)
     assert kept.keys() == now.keys()
     assert all(kept.values())

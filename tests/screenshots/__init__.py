@@ -1,6 +1,7 @@
 """Pictures of every screen and dialog in every theme, landscape and portrait:  ``python -m tests.screenshots DIR``
 
-A picture is a function that builds what is to be seen and returns the widget to check (the screen, or the dialog in front of it):
+A picture is a function that builds the content and returns the widget to check (the screen, or the dialog in front of
+it):
 
     from tests.screenshots.registry import picture
 
@@ -14,6 +15,7 @@ A picture is a function that builds what is to be seen and returns the widget to
         studio.show(SettingsScreen(...))
         return studio.dialogs.open(RobotDialog(...))
 
-Put such functions into a module of this package; all its modules are found. Files are called ``<name>-<size>-<theme>.png``. After each
-picture tests/ui/checks.py looks for what the eye might miss and prints it. One process per window size, real GL without a display.
+Put such functions into a module of this package; all its modules are found. Files are called
+``<name>-<size>-<theme>.png``. After each picture tests/ui/checks.py looks for what the eye might miss and prints it.
+One process per window size, real GL without a display.
 """

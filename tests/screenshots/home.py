@@ -267,7 +267,7 @@ def parameters(studio: Any) -> Any:
 
 @picture("home-position", sizes=EVERY_SIZE)
 def position(studio: Any) -> Any:
-    """The hint that a mission is to be chosen, and where."""
+    """The hint to choose a mission, and where."""
     return studio.dialogs.open(RunDialog(POSITION, vm=home(studio, sample.FACTS).vm))
 
 

@@ -73,7 +73,7 @@ class Stand:
         frame = framed(name, self.container)
         frame.add_widget(self.screen)
         studio.show(frame)
-        if name == "scheduler":  # there are no robots at these addresses
+        if name == "scheduler":  # no robots have these addresses
             self.container.robot_missions.learn_names = lambda _robot_id: False
             self.container.robot_missions.parameters = lambda _robot_id, _guid: ()
         for close in (self.container.close, self.background.close, self.screen.hidden):  # the last one first
@@ -174,7 +174,7 @@ picture("scheduler-crowd-week", sizes=(LANDSCAPE,))(crowd(168.0))
 
 
 def fifty(container: Container) -> None:
-    """Robots enough to scroll, in two halls but for the first; a third of them with something to do."""
+    """Enough robots to scroll, all but the first in two halls; a third of them with missions."""
     halls: tuple[list[int], list[int]] = ([], [])
 
     def furnish(c: Any) -> None:
@@ -355,7 +355,7 @@ def mission(studio: Any) -> Any:
 
 
 def stepped(field: str) -> Callable[[Any], Any]:
-    """The dialog that asks for a number of the form."""
+    """The dialog for a number of the form."""
 
     def build(studio: Any) -> Any:
         stand = Stand(studio, "scheduler")

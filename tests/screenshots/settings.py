@@ -89,7 +89,7 @@ class Plant:
 
     def __init__(self, studio, furnished: bool = True) -> None:
         directory = studio.directory()
-        table, places.MOUNTS = places.MOUNTS, directory / "mounts"  # whatever this machine has
+        table, places.MOUNTS = places.MOUNTS, directory / "mounts"  # any that this machine has
         studio.afterwards(lambda: setattr(places, "MOUNTS", table))
         places.MOUNTS.write_text(
             "/dev/sdb1 /media/operator/KINGSTON vfat rw 0 0\n//plant/plans /mnt/plans cifs rw 0 0\n", encoding="utf-8"
@@ -186,7 +186,7 @@ for _name in ("robots", "missions", "constraints", "idle", "scheduler", "display
 
 
 def with_groups(plant: Plant) -> Plant:
-    """Two groups, the second of which lacks a mission on one robot, a place, and a position that may become one."""
+    """Two groups, the second without a mission on one robot, a place, and a position that may become one."""
     catalogue = plant.container.catalogue
     robots = {robot.name: robot.id for robot in catalogue.robots()}
     missions = {mission.name: mission.id for mission in catalogue.missions()}

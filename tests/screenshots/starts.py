@@ -62,7 +62,7 @@ def named_days(studio: Any) -> Any:
 
 @picture("scheduler-skipped", sizes=EVERY_SIZE)
 def skipped(studio: Any) -> Any:
-    """The form of a schedule of which one start to come is skipped."""
+    """The form of a schedule with one future start skipped."""
     stand = Stand(studio, "scheduler", prepare=alike)
     stand.vm.part = "form"
     stand.vm.edit(next(one.id for one in stand.vm._facts.schedules if one.name == "Morning round"))

@@ -35,7 +35,7 @@ def open_window(size: Size) -> None:
         KIVY_HOME=home,
     )
     os.environ.setdefault("SDL_VIDEODRIVER", "offscreen")
-    quiet = logging.getLogger("kivy")  # which input devices and clipboards this machine lacks is no news here
+    quiet = logging.getLogger("kivy")  # missing input devices and clipboards of this machine are not logged
     quiet.addHandler(logging.NullHandler())
     quiet.propagate = False
     from kivy.config import Config
@@ -85,7 +85,7 @@ class Studio:
         apply_theme(self.app.theme_cls, theme, gloves=self.size.gloves)
 
     def afterwards(self, close: Callable[[], object]) -> None:
-        """What is to be done when the picture is taken."""
+        """Called when the picture is taken."""
         self._after.callback(close)
 
     def directory(self) -> Path:

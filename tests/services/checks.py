@@ -82,7 +82,7 @@ def did(s):
 
 @check
 def minutes(s):
-    """Of the instants of which robots have a start."""
+    """Of the instants for which robots have a start."""
     return sorted(row.planned_at.minute for row in s.executions() if row.queue_id)
 
 

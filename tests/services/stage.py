@@ -63,7 +63,7 @@ class Stage(Hall):
         return self.items()
 
     def doubled(self) -> list[str]:
-        """Tokens with several items of which none was taken back."""
+        """Tokens with several items, none of them withdrawn."""
         ours = {row.token for row in self.executions()} | {post.token for post in self.network.posts()}
         found = Counter(item.description for item in self.all_items() if str(item.state) != "Aborted")
         return [token for token, number in found.items() if number > 1 and token in ours]

@@ -154,7 +154,7 @@ def want_again(s):
 
 @step
 def keep(s, held=True):
-    """What waits is kept back, each by itself."""
+    """Waiting starts are held, each by itself."""
     s.noted += s.executions(State.WAITING)
     s.container.operator.hold_starts([row.id for row in s.executions(State.WAITING)], held=held)
 
@@ -352,7 +352,7 @@ def on_both(s, seconds):
 
 @step
 def refused(s, which, match=None, error=InvalidInput):
-    """A person is told why not."""
+    """The person gets the reason."""
     with pytest.raises(error, match=match):
         which.act(s)
 

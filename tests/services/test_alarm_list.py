@@ -1,4 +1,4 @@
-"""The alarms as the operator handles them: acknowledge with a note, shelve and take back, the past ones."""
+"""The alarms as the operator handles them: acknowledge with a note, shelve and unshelve, the past ones."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_alarms_carry_the_name_that_the_robot_has_now(desk):
     "leave", [Catalogue.remove_robot, lambda catalogue, robot_id: catalogue.set_robot_enabled(robot_id, False)]
 )
 def test_what_is_wrong_with_a_robot_ends_when_it_leaves(desk, leave):
-    """Nobody asks it any more, so nobody else would clear the alarm."""
+    """It is not asked any longer, so nothing else would clear the alarm."""
     catalogue = Catalogue(desk.db, desk.clock, desk.changes)
     robot, other = (catalogue.save_robot(Robot(name, f"http://{name}", username="u"), "p") for name in ("Aino", "Sisu"))
     for number in (robot.id, other.id):

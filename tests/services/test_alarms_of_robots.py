@@ -1,4 +1,5 @@
-"""Alarms of a robot that is switched off, on and removed: what nobody asks any more has none, what is asked again has its own again."""
+"""Alarms of a robot that is switched off, on and removed: a robot that is not asked has none, and gets its own again
+when it is asked."""
 
 from __future__ import annotations
 
@@ -44,7 +45,7 @@ def test_a_robot_that_is_still_unreachable_when_it_is_switched_on_again_has_its_
 
 @pytest.mark.long
 def test_a_robot_whose_queue_can_not_be_read_is_one_thing_and_not_now_this_now_that(site, robot):
-    """It tells its status all the time, and is on screen."""
+    """It always shows its status, and is on screen."""
     site.container.engine.watch(robot.id)
     site.run(60)
     seen = []

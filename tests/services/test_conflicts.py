@@ -284,7 +284,7 @@ def test_what_is_said_is_true_however_much_is_looked_at(container, begins, hours
     whole, seen = on_plan(container, datetime(2026, 11, 23, tzinfo=UTC), 240.0), on_plan(container, start, hours)
     true = {(code, at): text for code, at, text in whole}
     assert {key for key in true if start <= key[1] < end} == {(code, at) for code, at, _text in seen if at >= start}
-    for code, at, text in seen:  # of what is not over soon after the end, the end is not told
+    for code, at, text in seen:  # no end is given if it is not soon after the hour
         assert text == true[code, at] or (
             true[code, at].startswith(f"{text}, until about") and at + timedelta(minutes=1) > end
         )

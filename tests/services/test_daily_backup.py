@@ -1,4 +1,4 @@
-"""A backup every day, and a word when there is none."""
+"""A backup every day, and an alarm without one."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def backup(site) -> DailyBackup:
 
 
 def tick(backup: DailyBackup) -> None:
-    """One look, and whatever it started to its end."""
+    """One look, and everything it started to its end."""
     backup.tick()
     if backup._thread:
         backup._thread.join()

@@ -1,4 +1,4 @@
-"""What --demo puts into an empty database: something happens soon on whatever day it is, and real robots are left alone."""
+"""What --demo puts into an empty database: something happens soon on any day, and real robots are left alone."""
 
 from __future__ import annotations
 

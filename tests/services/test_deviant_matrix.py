@@ -21,14 +21,14 @@ PLANNED = (
     2,
     10,
     16,
-)  # min after the beginning; what goes wrong does so at the first, when nothing is known yet, and at the second
+)  # min after the beginning; errors occur at the first, when nothing is known yet, and at the second
 HIT = (1, 2)  # of the starts
 POST = ("POST", "/mission_queue")
 COPY_ALARMS = {"duplicate_running", "duplicate_healed", "unmarked_copy", "late_cancelled"}
 
 
 class Trial:
-    """One robot of which every start is planned, hit and judged."""
+    """One robot whose every start is planned, disturbed and judged."""
 
     def __init__(self, directory: Path, name: str, is_known: bool) -> None:
         self.site = site = Site(
@@ -70,7 +70,7 @@ class Trial:
         return {alarm.code for alarm in self.site.container.alarms.open() if alarm.key in keys}
 
 
-# ---------------------------------------------------------------------- what goes wrong
+# ---------------------------------------------------------------------- errors
 def lost_request(trial: Trial) -> None:
     trial.site.network.next(*POST, Fate.LOST)
 

@@ -144,7 +144,7 @@ def test_nor_does_it_keep_asking_for_its_round(site, in_hand):
 
 
 def test_but_not_for_ever(site, plan):
-    """Missions without a gap between them: robot and ledger are looked at all the same."""
+    """Missions without a gap between them: robot and ledger are still checked."""
     plan("2026-11-23T06:05")
     [intent] = come_close(site)
     asked: list[str] = []

@@ -1,4 +1,4 @@
-"""Faults that no other test meets on its way: rows of the fault matrix in docs/reliability.md."""
+"""Faults without another test: rows of the fault matrix in docs/reliability.md."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_a_copy_that_runs_already_is_left_alone_and_alarmed(site, plan):
 
 @pytest.mark.parametrize("description", ["", "7c9e6679-7425-40de-944b-e07fc1f90ae7", "Kuljeta"])
 def test_the_same_mission_put_there_by_somebody_else_is_not_taken_for_ours(site, plan, description):
-    """Even while our own submission is unknown: only the token tells, on a robot that is known to return it."""
+    """Even while the app's own submission is in doubt: on a robot that returns tokens, only the token counts."""
     plan("2026-11-23T06:02", name="first")
     site.run_until(lambda: site.executions(State.COMPLETED))
     plan("2026-11-23T06:05")
@@ -118,7 +118,7 @@ def test_after_a_restart_too_a_forgetful_robot_is_known(site, plan):
 
 
 def test_queue_numbers_that_start_again_are_an_unknown_outcome(site, plan):
-    """The robot's database was reset while it was asked: what it did is gone, and nothing is sent in its place."""
+    """The robot's database was reset while it was asked: its items are lost, and nothing is sent instead."""
     client = site.container.make_client(robot_of(site))
     mission = site.container.repositories.missions.all(site.container.db.read())[0]
     for _ in range(3):

@@ -313,7 +313,7 @@ def test_a_first_day_without_work_a_robot_that_is_off_and_a_missing_mission_are_
     )
     assert codes(found) == [ConcernCode.ROBOT_OFF, ConcernCode.MISSION_MISSING, ConcernCode.DAY_OFF]
     assert codes(forecasts(container).of(draft(), {"guid-kits": "Kits"})) == []
-    assert codes(forecasts(container).of(draft(), {})) == []  # it did not tell
+    assert codes(forecasts(container).of(draft(), {})) == []  # it did not answer
 
 
 def test_a_first_day_that_has_passed_says_nothing_about_when_it_begins(container):

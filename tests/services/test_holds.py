@@ -1,4 +1,4 @@
-"""Holds of all robots or of one: what they keep back, until when, and that they outlive a restart."""
+"""Holds of all robots or of one: which starts they stop, until when, and after a restart."""
 
 from __future__ import annotations
 

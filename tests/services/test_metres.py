@@ -150,7 +150,7 @@ def test_where_a_robot_says_nonsense_of_its_position_it_is_not_known(hall):
 
 
 def test_a_busy_robot_comes_from_where_its_last_mission_ends(hall):
-    """Both are as busy as each other: nobody knows how long that lasts. R2 will be the nearer one."""
+    """Both are equally busy for an unknown time. R2 will be the nearer one."""
     compactor, home = (hall.add_mission(name) for name in ("Waste to compactor", "Home"))
     hall.learn_stops()
     at_once(hall)

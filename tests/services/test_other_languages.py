@@ -57,7 +57,7 @@ def crossed(text: str) -> str:
 
 
 def readable(text: str, site: Site, *words: str) -> list[str]:
-    """The words that are left but for the names of this site and ``words``."""
+    """The remaining words, without the names of this site and ``words``."""
     text = re.sub(rf"{re.escape(str(site.directory))}[^\s:]*", "", text)
     for known in ("R1", "Deliver", "S1", "Hall", *words):
         text = text.replace(known, "")
@@ -291,7 +291,7 @@ def duplicate_running(site, plan):
 
 
 def started_twice(site, plan):
-    """On a second robot, which is to be started here."""
+    """On a second robot, which is started here."""
     second = site.container.catalogue.save_robot(Robot("R2", "http://r2", USER), password=PASSWORD)
     site.network.down.add("R2")
     plan(START)

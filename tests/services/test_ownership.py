@@ -1,5 +1,5 @@
-"""A row that says ``submitting`` belongs to one worker: the one that was given it. Nobody looks for what is only on its way to its worker,
-and what a process before had in hand is looked for on the robot, never sent a first time again."""
+"""A row that says ``submitting`` belongs to one worker: the one that was given it. A row on its way to its worker is
+not searched for; a row of an earlier process is searched for on the robot and never sent as if for the first time."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_what_is_on_its_way_to_its_worker_is_not_looked_for(site, on_its_way, as
 
 @pytest.mark.parametrize("late", [3.0, 600.0])
 def test_however_late_it_comes_it_is_sent_once(site, on_its_way, late):
-    """The robot has to be read again first, which is no attempt."""
+    """The robot has to be read again first, which does not count as an attempt."""
     site.run(late)
     site.post(R1, on_its_way)
     site.run(10.0)
@@ -67,7 +67,7 @@ def test_however_late_it_comes_it_is_sent_once(site, on_its_way, late):
 
 
 def test_nothing_is_written_ahead_for_a_worker_that_is_still_to_look_for_what_it_may_have_lost(site, plan):
-    """What it finds is then certainly not on its way to it."""
+    """A row that it finds is then certainly not being sent to it."""
     plan("2026-11-23T06:05")
     site.run(DUE - INTENT_LEAD - 0.1)
     worker = site._workers[R1]
@@ -81,7 +81,7 @@ def test_nothing_is_written_ahead_for_a_worker_that_is_still_to_look_for_what_it
 
 
 def test_what_was_written_while_the_database_failed_is_looked_for(site, on_its_way):
-    """Its write was committed, and the scheduler was told that it failed: nobody has it in hand."""
+    """Its write was committed, but the scheduler got an error: no worker has the row."""
     site.post(R1, site._workers[R1].expect_recovery())
     site.run(QUIET / 2)
     assert [(run.state, run.attempts) for run in site.executions()] == [(State.SUBMITTING, 1)]
@@ -138,7 +138,7 @@ def test_a_new_worker_looks_for_what_the_one_before_has_left_submitted(site, on_
 
 
 def test_an_intent_whose_write_is_said_to_have_failed_is_looked_for(site, plan, monkeypatch):
-    """It had waited already: what the worker knows of it is of before it was written."""
+    """It had waited before: the worker knows its state from before the write."""
     site.machines["R1"].set_battery(10.0)
     plan("2026-11-23T06:05", minimum_battery_percent=20)
     site.run(DUE + 5.0)

@@ -1,4 +1,4 @@
-"""What a mission asks for, on a simulated robot: positions by name, and nothing is sent without what is required."""
+"""What a mission asks for, on a simulated robot: positions by name, and nothing is sent without a required value."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Parameters that a mission does not have, or values that it can't take: refused where they are entered, by what robots say, and by no
-robot's silence. What gets past that is refused when it is to be sent, and nothing is sent."""
+"""Parameters that a mission does not have, or values that it can't take: refused at entry by robots' answers, never by
+a robot's silence. Others are refused before sending, and nothing is sent."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def mission(site):
 
 
 def asked(site) -> list[str]:
-    """The questions for what a mission asks for, from now on."""
+    """The questions about a mission's parameters, from now on."""
     seen: list[str] = []
     handle = site.network.fate_of
 
@@ -103,7 +103,7 @@ def test_an_idle_mission_may_not_ask_for_anything(site, robot, mission):
 
 
 def test_a_position_is_kept_by_its_name_and_sent_by_its_guid(site, robot, mission):
-    """The export has it as it was entered."""
+    """The export has it as entered."""
     take(site, schedule({"Position": "line 1"}))
     assert site.container.catalogue.schedules()[0].parameters == {"Position": "line 1"}
     site.run(900)

@@ -273,7 +273,7 @@ def test_after_a_later_skip_comes_up_it_is_passed_over_by_the_next_one(plant):
 
 
 def test_skip_next_skips_the_one_that_would_run(plant):
-    """What was skipped before is no next start when the planner comes to it."""
+    """A skipped start is not the next one when the planner comes to it."""
     plant.skipping.skip(plant.daily.id, at(24))
     plant.go_to(at(23) + timedelta(seconds=1))
     assert plant.stored().next_at == at(25)

@@ -1,4 +1,4 @@
-"""A robot's question is an alarm of high priority, with its answers, until it is answered or gone."""
+"""A robot's question is an alarm of high priority, with its answers, until it is answered or withdrawn."""
 
 from __future__ import annotations
 

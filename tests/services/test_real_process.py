@@ -174,7 +174,7 @@ def test_run_now_gives_up_at_the_retry_limit(data, fleet, robot):
     assert (row["state"], row["reason_code"], row["attempts"]) == ("failed", "retry_limit", "1")
 
 
-# ---------------------------------------------------------------------- import and export beside the app
+# ---------------------------------------------------------------------- import and export while the app runs
 def test_an_import_beside_a_running_app_is_taken_up_at_once_and_only_once(site, robot):
     schedules = {"format": "amr-scheduler/1", "schedules": [once_now(robot.name, "Home", "Now")]}
     with running(site):
@@ -307,7 +307,7 @@ def test_exports_read_where_nothing_can_be_written(site, robot, tmp_path):
 
 @pytest.mark.long
 def test_changes_that_lie_beside_a_database_that_is_only_read_are_not_left_out(site, robot, tmp_path):
-    """Of a killed app: with SQLite's index beside them they are read, without it one sentence says what to do."""
+    """After a killed app: with SQLite's index file they are read, without it one sentence says what to do."""
     with running(site) as app:
         assert run(site, "--run-now", robot.name, "Home").returncode == 0
         app.kill()

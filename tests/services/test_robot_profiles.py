@@ -146,7 +146,7 @@ def test_the_first_start_on_a_robot_that_is_known_to_forget_tokens_is_not_double
 @deviants("forgets-descriptions")
 @pytest.mark.parametrize("is_known", [True, False])
 def test_a_copy_without_a_token_that_comes_late_is_told(site, plan, is_known):
-    """Which one a person wanted nobody can tell, so it is left alone."""
+    """It is unknown which one a person wanted, so it is left alone."""
     if is_known:
         check_up(site, "forgets-descriptions")
     plan(START)

@@ -1,4 +1,4 @@
-"""What the workers keep of what robots do, on a whole site: what was seen is what is shown, and it costs few writes."""
+"""What workers record of robots' work, on a whole site: it is what is shown, and costs few writes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What ``--run-now`` says on stderr while its mission waits, whichever process carries it out."""
+"""What ``--run-now`` says on stderr while its mission waits, in any process."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""The threads around engine and workers: a cycle reaches every robot, in turns when there are many, and nobody waits for a dead one."""
+"""The threads around engine and workers: a cycle reaches every robot, in turns when there are many, and never waits for
+a dead one."""
 
 from __future__ import annotations
 
@@ -125,7 +126,7 @@ class App:
 
 
 def alarm_of(app: App) -> tuple[int, bool]:
-    """How often the one alarm there is came, and whether its cause is gone."""
+    """How often the only alarm came, and whether its cause is over."""
     (alarm,) = [alarm for alarm in app.container.alarms.open() if alarm.code == "chore_failed"]
     return alarm.count, alarm.cleared_at is not None
 
@@ -247,7 +248,7 @@ def test_what_is_posted_arrives_in_its_order(start, polls):
     def told() -> list[type]:
         return [
             kind for kind in app.workers[0].told if kind is not messages.Poll
-        ]  # which the engine may ask for meanwhile
+        ]  # which the engine may request at the same time
 
     wait_for(lambda: len(told()) == len(posted))
     assert told() == [type(message) for message in posted]
@@ -299,7 +300,7 @@ def test_an_intent_that_reaches_no_worker_any_more_is_handed_back(start, polls):
     free.set()
     wait_for(lambda: worker.untaken is not None)
     assert worker.untaken == [intent]
-    app.runner.post(0, messages.Poll())  # nobody is there: it is lost without harm
+    app.runner.post(0, messages.Poll())  # no receiver: it is lost without harm
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,5 @@
-"""What happens while a robot with a profile is asked or waited for: starts are taken back or sent, and it may come back as another."""
+"""Events while a robot with a profile is asked or waited for: starts are withdrawn or sent, and it may return as
+another machine."""
 
 from __future__ import annotations
 

@@ -80,7 +80,7 @@ class _Broken:
 
 
 def fill_up(app: Container) -> Callable[[], None]:
-    """There is no room for another page, and the next row is large."""
+    """No room is left for another page, and the next row is large."""
 
     def work(c: sqlite3.Connection) -> None:
         c.execute("UPDATE schedules SET name = ?", ("S" * 50_000,))

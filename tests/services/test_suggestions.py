@@ -1,4 +1,4 @@
-"""Suggestions from four weeks of the ledger: found, worded, answered, kept silent, and what came of them."""
+"""Suggestions from four weeks of the ledger: found, worded, answered, suppressed, and their results."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ NOW = datetime(2026, 11, 20, 20, 0, tzinfo=UTC)  # Friday evening
 
 
 def plan(container):
-    """Three robots, two of which are a group, and two schedules of the first: the kits come ten minutes after the waste."""
+    """Three robots, two of them in a group, and two schedules of the first: the kits come ten minutes after the
+    waste."""
     for number, name in enumerate(("Aino", "Sisu", "Veikko"), 1):
         container.catalogue.save_robot(Robot(name, f"10.0.0.{number}", "scheduler"), "secret")
     for name in ("Kits to line 2", "Waste to compactor"):

@@ -46,7 +46,7 @@ def machine(tmp_path):
     return Machine(tmp_path)
 
 
-# ---------------------------------------------------------------------- /etc/localtime and the note beside it
+# ---------------------------------------------------------------------- /etc/localtime and /etc/timezone
 @pytest.mark.parametrize(
     "target",
     [

@@ -45,7 +45,7 @@ def test_one_by_one_where_the_robot_has_too_many(site, asked, monkeypatch):
 
 
 def test_those_that_are_not_in_the_list_are_asked_for_by_themselves(site, asked, monkeypatch):
-    """What the list does not show is not taken for gone."""
+    """Items missing from the list do not count as deleted."""
     monkeypatch.setattr(RobotClient, "items_after", lambda client, floor: [])
     site.run(10.0)
     assert len({path for path in asked if path.startswith("GET /mission_queue/")}) == COUNT

@@ -25,7 +25,7 @@ from tests.support.site import Site
 BEGIN = datetime.fromisoformat("2026-11-23T06:00:50+00:00")  # a Monday, ten seconds before the first start
 FIRST = BEGIN + timedelta(seconds=10)
 READ_TIMEOUT = 5.0  # s, the client's
-GRACE = 1.0  # s after which something that was taken back must not leave any more
+GRACE = 1.0  # s after which a withdrawn start must not be sent
 OFF_FOR = (1.0, 45.0)  # s that the tablet is off after a crash
 SETTLES_WITHIN = 900.0  # s of virtual time in which everything has ended
 LOOKED_AFTER = 35.0  # s that the site is watched once everything has ended
@@ -175,7 +175,7 @@ class ChoiceSite(Site):
         self.wanted.append(Wanted(name, later))
 
     def leave(self, name: str) -> None:
-        """The robot with this name is no member of the group any more, which the other one stays."""
+        """The robot with this name is no longer a member of the group; the other one stays."""
         [group] = self.container.catalogue.groups()
         robot = next(robot for robot in self.container.catalogue.robots() if robot.name == name)
         self.container.catalogue.save_group(
@@ -236,7 +236,7 @@ class ChoiceSite(Site):
         self.off.append((began, self.seconds()))
 
     def is_settled(self) -> bool:
-        """Whether nothing is planned, open, on the robot or on its way any more."""
+        """Whether nothing is planned, open, on the robot or being sent."""
         db = self.container.db.read()
         is_open = db.execute(
             "SELECT 1 FROM executions WHERE ended_at IS NULL UNION SELECT 1 FROM schedules WHERE next_at IS NOT NULL"

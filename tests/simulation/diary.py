@@ -115,14 +115,14 @@ class Diary:
         self.clock: list[tuple[float, float]] = [
             (0.0, 0.0)
         ]  # true time, and what the tablet's clock is ahead from then on
-        self.excused: dict[str, str] = {}  # tokens of which the robot lost or hid what it did, and how
+        self.excused: dict[str, str] = {}  # tokens whose items the robot lost or hid, and how
         self.uncertain: set[str] = set()  # tokens whose cancellation may or may not have been noted
-        self.by_person: set[str] = set()  # tokens that a person cancelled or kept back, or was about to
+        self.by_person: set[str] = set()  # tokens that a person cancelled or held, or was about to
         self.restores: list[Restore] = []
         self.lost_items: dict[str, list[QueueItem]] = defaultdict(list)  # by machine: of queues that were reset
         self.started_at: float = 0.0  # the app's last start
         self._tokens: dict[str, Key] = {}
-        self._made: set[tuple[int, datetime]] = set()  # schedules and hours of which all tokens are known
+        self._made: set[tuple[int, datetime]] = set()  # schedules and hours with all tokens known
         self.ids: set[int] = set()  # of all schedules that there ever were
 
     # ------------------------------------------------------------------ decisions
@@ -143,7 +143,7 @@ class Diary:
         ]
 
     def wants(self, wishes: Wishes, key: Key, days: bool = True) -> bool:
-        """Whether that start is planned; ``days`` False: whatever days are working days."""
+        """Whether that start is planned; ``days`` False: ignoring working days."""
         plan, instant = wishes.plans.get(key[0]), key[1]
         if (
             plan is None
@@ -183,7 +183,7 @@ class Diary:
         return f"{hexed[:8]}-{hexed[8:12]}-5{hexed[13:16]}-{int(hexed[16], 16) & 3 | 8:x}{hexed[17:20]}-{hexed[20:32]}"
 
     def key_of(self, token: str, wall: datetime) -> Key | None:
-        """Which start of which schedule a token stands for; None: of none around that time."""
+        """Which start of which schedule a token stands for; None: of no schedule around that time."""
         if token in self._tokens:
             return self._tokens[token]
         around = wall.replace(minute=0, second=0, microsecond=0)

@@ -95,7 +95,7 @@ class GroupJudge:
             self._judge_unread(post, earlier, name)
             self._judge_metres(post, name)
             wishes = self.diary.between(post.at - 10.0, post.at)
-            is_assigned = any(post.token in each.assigned for each in wishes)  # by a person, to whatever robot
+            is_assigned = any(post.token in each.assigned for each in wishes)  # by a person, to any robot
             if not is_assigned:
                 self._judge_state(post, name)
             is_at_once = any(group_id in each.at_once for each in wishes)
@@ -127,9 +127,9 @@ class GroupJudge:
             or (self.world.site.clock.now() - row.bound_at).total_seconds() > BINDING
         ):
             return
-        if self._open_items(post.robot):  # sent a moment before, and on its way
+        if self._open_items(post.robot):  # sent a moment before, not arrived yet
             return
-        if self.diary.was_wrong("slow", None, post.at - SLOWEST, post.at):  # a late answer tells where it was
+        if self.diary.was_wrong("slow", None, post.at - SLOWEST, post.at):  # a late answer shows where it was
             return
         [mission] = [mission for mission in MISSIONS if mission.guid == post.mission_id]
         goal, pose = STATIONS[mission.actions[0].parameters["position"]].pose, self.world.site.machines[post.robot].pose
@@ -160,7 +160,7 @@ class GroupJudge:
         plan = self.diary.now.plans[key[0]]
         left = self._closes(plan, key, post.at) - post.at
         if left <= LAST_CALL:
-            self._last_called.add(post.token)  # into a queue, also ahead of one that is to be sent a moment later
+            self._last_called.add(post.token)  # into a queue, also before one that will be sent a moment later
         elif not self._was_edited(plan, post.at):
             others = {item.description for item in self._open_items(post.robot)} - {post.token} - self._last_called
             if any(
@@ -193,7 +193,7 @@ class GroupJudge:
 
     # ------------------------------------------------------------------ what waits
     def _waiting(self, group_id: int, since: float) -> Iterator[tuple[Schedule, Key]]:
-        """Starts of a group of which nothing has been sent, that nothing but a robot keeps waiting, and that did so then already."""
+        """Unsent starts of a group that wait only for a robot, and did so then already."""
         now, wall = self.world.site.seconds(), self.world.site.clock.now()
         for plan in self.diary.now.plans.values():
             waits_for_more = (
@@ -292,7 +292,7 @@ class GroupJudge:
         ):
             return None
         if token in self._posts or any(token in each.assigned for each in wishes):
-            return None  # where that request got lost, its robot keeps it
+            return None  # if that request got lost, its robot keeps the start
         members = [self.diary.robots_of(each.plans[key[0]], each) for each in wishes if key[0] in each.plans]
         for robot in sorted(frozenset.intersection(*members)):
             was_stopped = any(start <= at <= closes for at in self._stopped_at[robot])
@@ -303,7 +303,8 @@ class GroupJudge:
 
     # ------------------------------------------------------------------ at the end
     def last_verdict(self) -> None:
-        """Whoever was asked to take a start and does not have it is noted with it; and each choice names its robot first."""
+        """Every robot that was asked to take a start and does not have it is recorded with it; and each choice names
+        its robot first."""
         if self.diary.restores:
             return
         ids = {name: str(robot_id) for robot_id, name in self.diary.names.items()}

@@ -15,7 +15,7 @@ from app.services.dispatch.engine import Engine
 _KEPT_FROM = ("app.services.dispatch.",)
 _NOT_KEPT = ("Context", "Ledger", "Planner", "IdleWatch", "ClockReading")
 _WITHOUT_EFFECT = frozenset(
-    {  # here: when housekeeping was done last, and counters of which only the difference counts
+    {  # here: the time of the last housekeeping, and counters whose differences alone count
         "_beat_at",
         "_chores_at",
         "_evaluated",
@@ -32,7 +32,7 @@ _WITHOUT_EFFECT = frozenset(
         "user_name",
     }
 )
-OLDEST = 130.0  # s; what lies further back is all the same
+OLDEST = 130.0  # s; older times do not differ
 
 
 def rounded(seconds: float, grain: float) -> float:
@@ -93,7 +93,8 @@ def under_way() -> tuple[tuple[str, int], ...]:
 
 
 def memory_of(engine: Engine, mono: float, wall: datetime, grain: float) -> object:
-    """Everything that the engine and its workers hold that is no connection and no service. Times rounded to ``grain`` s."""
+    """Everything that the engine and its workers hold, except connections and services. Times rounded to ``grain``
+    s."""
     it: Any = engine
     held = [
         attempt.plan_version - it.plan_version for worker in it._workers.values() for attempt in _attempts_of(worker)

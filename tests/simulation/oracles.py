@@ -114,8 +114,8 @@ class Judge:
             self._late.add(post.token)
 
     def _judge_idle(self, post: Submission, wishes: list[Wishes], name: str) -> None:
-        """Its robot has a rule, and somebody has used it since its last idle mission. A copy that came late and was cancelled, before it
-        ran or while it did, is no idle mission."""
+        """Its robot has a rule, and somebody has used it since its last idle mission. A late copy that was cancelled,
+        before or while it ran, does not count as an idle mission."""
         if not any(each.idle.get(post.robot) for each in wishes):
             self.object(f"safety: an idle mission without a rule: {name}")
         machine = self.world.site.machines[post.robot]
@@ -129,7 +129,7 @@ class Judge:
             None,
         )
         if self.world.nature.fleet == "forgetful" and last in self._late:
-            return  # a late copy; without its token nothing tells it from a use by somebody else
+            return  # a late copy; without its token it looks like a use by somebody else
         if last in self._idle and not self.diary.restores and last not in self.diary.excused:
             self.object(f"safety: two idle missions and nothing between: {name}")
         self._idle.add(post.token)
@@ -254,7 +254,7 @@ class Judge:
                 yield at
 
     def _is_settled(self, key: Key, start: float, end: float) -> bool:
-        """Whether it was wanted all this time and not kept back, on the same robot and within the same window."""
+        """Whether it was wanted and not held all this time, on the same robot and within the same window."""
         wishes, token = self.diary.between(start, end), self.diary.token(key)
         if not all(self.diary.wants(each, key) and token not in each.kept_back for each in wishes):
             return False

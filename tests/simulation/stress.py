@@ -41,9 +41,7 @@ TIME_SCALE = 20.0  # simulated seconds per second, so that a mission lasts a mom
 QUIET = 5  # s, the shortest there is
 LATEST = 1.0  # s, after which the network delivers at the latest
 SLOWEST = 3.0  # s that a good answer takes at most
-GRACE = (
-    1.0 + LATEST + SLOWEST + 0.5
-)  # s after which nothing that was taken back arrives any more; the last for seeing it
+GRACE = 1.0 + LATEST + SLOWEST + 0.5  # s after which no withdrawn start arrives; the last for seeing it
 LIFE = (0.5, 12.0)  # s
 LONG_LIFE = 25.0  # s, one of eight: what the life before left in doubt is known 15 s after the start at the earliest
 REBOOT = 1.0  # s that one takes: were robots away for as long as all tries last, starts would fail rightly
@@ -304,7 +302,8 @@ def _sent_though_taken_back(
     items: dict[str, list[tuple[str, Any]]],
     first_seen: dict[tuple[str, int], float],
 ) -> Iterator[str]:
-    """What arrived at its robot so long after it had been taken back, under a hold, or at a robot that was switched off."""
+    """Starts that arrived at their robot this long after they were withdrawn, under a hold, or at a robot that was
+    switched off."""
     schedule_of = {row["token"]: row["schedule"] for row in rows}
     arrived = [
         (first_seen.get((robot, item.id), 0.0), robot, token)

@@ -91,7 +91,7 @@ class Operator(threading.Thread):
         return next(mission.id for mission in self._container.catalogue.missions() if mission.name == MISSION)
 
     def _any(self) -> Schedule:
-        """One of the newest: what happened long ago can't be taken back."""
+        """One of the newest: old events can't be undone."""
         return self._rng.choice(sorted(self._container.catalogue.schedules(), key=lambda schedule: schedule.id)[-6:])
 
     def _switch_off(self) -> None:

@@ -41,7 +41,7 @@ def is_found(words: str, faults: int = 1, acts: tuple[str, ...] = ()) -> bool:
 
 
 def test_a_blind_retry_is_found(monkeypatch):
-    """Whatever failed is sent again, as if the robot certainly did not have it."""
+    """Every failed start is sent again, as if the robot certainly did not have it."""
     monkeypatch.setattr(Sending, "_reconcile", lambda self, row: self._failed([row], message("no answer"), waited=True))
     assert is_found("2 items")
 
@@ -65,7 +65,7 @@ def test_an_intent_that_is_not_committed_is_found(monkeypatch):
 
 @pytest.mark.long
 def test_an_unexpected_item_of_an_earlier_run_is_found(monkeypatch):
-    """After a crash what was on its way is taken for not sent."""
+    """After a crash starts being sent are taken as not sent."""
 
     def recover(self):
         self._release(self._ledger.open_for(self._robot_id, (State.SUBMITTING,)))

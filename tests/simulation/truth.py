@@ -1,4 +1,4 @@
-"""Truth: when all has been well for ten minutes, each row tells what its item on the robot tells, and figures equal a recount."""
+"""Truth: after ten minutes without faults, each row agrees with its item on the robot, and figures equal a recount."""
 
 from __future__ import annotations
 
@@ -44,8 +44,9 @@ class Truth:
         self._count_again(rows)
 
     def _is_on_its_robot(self, found: Found) -> bool:
-        """A late request lands on whichever machine has the address by then. What another machine makes of it says nothing about the
-        robot, and can't be known: the app doesn't read the queue of a machine with a different serial number."""
+        """A late request reaches the machine that has the address then. Its result on another machine says nothing
+        about the robot, and can't be known: the app doesn't read the queue of a machine with a different serial
+        number."""
         return found.machine is self.world.site.machines.get(found.robot)
 
     def _judge_absences(self, rows: list[Execution]) -> None:

@@ -125,8 +125,8 @@ class Weather:
         )
 
     def attend(self, but_flat: bool = True) -> None:
-        """Somebody on the floor: clears errors, lets robots go on, plugs them in. He comes by the tablet's clock, which stands still while
-        it sleeps, so that robots may have been low for hours."""
+        """A person on the floor: clears errors, resumes robots, plugs them in. He comes by the tablet's clock, which
+        stops while it sleeps, so that batteries may have been low for hours."""
         now, charged_at = self.world.site.seconds(), self._charged_at
         self._charged_at = now
         flat = {each.robot for each in self.diary.troubles if each.kind == "battery" and each.end == float("inf")}

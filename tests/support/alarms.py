@@ -1,4 +1,4 @@
-"""Alarms with everything that their sentences may tell, around the moment of ``home_facts``."""
+"""Alarms with all possible parts of their sentences, around the moment of ``home_facts``."""
 
 from __future__ import annotations
 

@@ -76,7 +76,7 @@ def drill(
                 importing.communicate(timeout=30)
         for robot in fleet.robots:
             robot.control({"fault": None})
-        # whatever an import was in the middle of when the app died: importing it again adds what is missing and fires nothing twice
+        # the app died during an import: importing again adds the missing parts and fires nothing twice
         import_configuration(data_dir, {"format": "amr-scheduler/1", "schedules": schedules})
         app = App(data_dir).wait_ready()
         try:

@@ -1,4 +1,4 @@
-"""Simulated robots in a process of their own, where what they keep is not measured with the app."""
+"""Simulated robots in their own process, so that their memory is not measured with the app's."""
 
 from __future__ import annotations
 

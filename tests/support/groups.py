@@ -58,7 +58,7 @@ class Hall(Site):
         return [alarm.code for alarm in self.container.alarms.open()]
 
     def learn_stops(self) -> None:
-        """What missions drive to, as robots that answer tell it."""
+        """Positions of missions, as answering robots report them."""
         reader = self.container.mission_actions
         reader.ask(reader.to_ask())
 

@@ -145,7 +145,7 @@ def snapshot(
 
 
 def silent(robot: Robot, status: RobotStatus, queue: tuple[QueueItem, ...] = (), *, minutes: float) -> RobotSnapshot:
-    """A robot that has not answered for so long, as the app tells it."""
+    """A robot that has not answered for this long, in the app's words."""
     problem = Unreachable(code="no_answer", address=robot.address.removeprefix("http://")).message
     read = snapshot(robot.id, status, queue, age=60.0 * minutes, connection=Connection.UNREACHABLE, problem=problem)
     return replace(read, since=read.read_at)

@@ -1,4 +1,4 @@
-"""The log as a process has it, for tests in this one: the root logger and Python's hooks are as they were afterwards."""
+"""The log as a process has it, for tests in this one: the root logger and Python's hooks are restored afterwards."""
 
 from __future__ import annotations
 

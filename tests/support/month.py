@@ -1,4 +1,4 @@
-"""A month at an invented plant in Finland, up to Friday 20 Nov 2026, 14:38: robots, missions, schedules and what came of them.
+"""A month at an invented plant in Finland, up to Friday 20 Nov 2026, 14:38: robots, missions, schedules and their runs.
 
 Everything is drawn from a seed, so pictures and numbers are the same each time.
 """

@@ -107,9 +107,7 @@ class Network:
     others_wait: bool = True  # while one robot's worker waits for a time-out; as the app is, they don't
     # what robots are like
     forgets_descriptions: bool = False  # they don't give back what they were sent
-    short_lists: int | None = (
-        None  # no search, and a list is always the oldest so many items, whatever page is asked for
-    )
+    short_lists: int | None = None  # no search, and a list always has the oldest items, for any page
     unreadable: set[tuple[str, int]] = field(default_factory=set)  # (robot, queue id): asked for, that item answers 500
     shown: dict[tuple[str, int], dict[str, Any]] = field(
         default_factory=dict
@@ -308,7 +306,7 @@ class SimulatedTransport:
         )
 
     def _date(self) -> dict[str, str]:
-        """The header that tells the robot's clock: true time and that clock's error, however fast the robot is simulated."""
+        """The header with the robot's clock: true time and that clock's error, at any speed of the simulation."""
         clock, elapsed = self._machine.clock, self._clock.elapsed()
         return {
             "Date": _http_date((clock.start + timedelta(seconds=elapsed + clock.error(elapsed))).replace(microsecond=0))

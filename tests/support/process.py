@@ -54,7 +54,8 @@ def run(
 
 @contextmanager
 def read_only(directory: Path) -> Iterator[list[str]]:
-    """Nothing in it can be written. Gives the command that takes the right to write from root too; nobody else has it."""
+    """Nothing in it can be written. Returns the command that removes the right to write from root too; no other user
+    has it."""
     places = [directory, *directory.rglob("*")]
     modes = {place: place.stat().st_mode for place in places}
     for place in places:

@@ -55,7 +55,7 @@ def issues_of(facts: HomeFacts) -> OpenIssues:
 
 
 def _observe(robot: Robot, connection: Connection, status: RobotStatus, shared: Any) -> None:
-    """Twice: what happens once is no silence yet."""
+    """Twice: once is not enough for "no answer"."""
 
     def answer() -> RobotStatus:
         if connection is Connection.UNREACHABLE:

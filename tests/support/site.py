@@ -89,7 +89,7 @@ class Site:
 
     # ------------------------------------------------------------------ the tablet
     def switch_on(self) -> None:
-        """Start the app on whatever the database holds."""
+        """Start the app on the database as it is."""
         db = Database.open(self.directory / "amr-scheduler.db", clock=self.clock, threaded=False, durable=False)
         self.container = Container(
             db, self.clock, make_client=self._client, with_window=self._with_window, machine=self.tablet

@@ -13,7 +13,7 @@ Rows = list[tuple[object, ...]]
 
 
 class Stored:
-    """The rows of a container's database as they were when this was made."""
+    """The rows of a container's database at the time of this call."""
 
     def __init__(self, container: Container) -> None:
         self._container = container

@@ -27,7 +27,7 @@ from app.widgets.surfaces import Passive
 from app.widgets.text import SEAM, line_width
 from app.widgets.tokens import COLOURS, THEMES, TONES, tk
 
-SLACK = 1.5  # px: rounding is no fault
+SLACK = 1.5  # px: tolerance for rounding
 GAP = 8  # dp
 LONGEST_WORD = 30  # characters, also in Finnish
 

@@ -79,14 +79,15 @@ def stage() -> MDApp:
 
 @pytest.fixture(scope="module", autouse=True)
 def kept_to_the_end() -> None:
-    """Before anything of a module is made: what modules and caches keep need not be searched for widgets again after each test."""
+    """Before a module's objects are made: objects of modules and caches need not be searched for widgets after each
+    test."""
     if not living_widgets():
         gc.freeze()
 
 
 @pytest.fixture
 def ui(stage, calm, request) -> Iterator[Driver]:
-    """An empty window in the light theme, in English; whatever a test leaves behind is cleared away."""
+    """An empty window in the light theme, in English; anything that a test leaves behind is removed."""
     with _window(stage, request.node.nodeid, request.session) as driver:
         yield driver
 
@@ -125,8 +126,8 @@ def _window(stage: MDApp, user: str, session: pytest.Session) -> Iterator[Driver
 
 
 def _nothing_left(stage: MDApp, user: str, session: pytest.Session) -> None:
-    """Of the test before no widget may be alive: what keeps one would keep it, and the screen around it, in the app as well.
-    After a failure its traceback may."""
+    """No widget of the previous test may be alive: a leak in a test is one in the app. After a failure the traceback
+    may keep some."""
     ends = time.monotonic() + LET_GO_WITHIN
     while (alive := living_widgets()) and not session.testsfailed and time.monotonic() < ends:
         Driver(stage).advance()  # a thread that ends hands its result to the next frame
@@ -181,7 +182,7 @@ def app_of_site(site, ui, first_screen) -> Iterator[SchedulerApp]:
 
 @pytest.fixture(scope="module")
 def silent_robots() -> Iterator[None]:
-    """There are no robots at these addresses, and none is asked for its missions."""
+    """No robots have these addresses, and none is asked for its missions."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(RobotMissions, "learn_names", lambda _self, _robot_id: False)
         patch.setattr(RobotMissions, "parameters", lambda _self, _robot_id, _guid: ())
@@ -191,6 +192,6 @@ def silent_robots() -> Iterator[None]:
 def clear_window() -> None:
     for child in list(Window.children):
         if isinstance(child, MDDialog):
-            child.dismiss()  # lets go of the window's keys
+            child.dismiss()  # releases the window's keys
         Window.remove_widget(child)
     Window.release_all_keyboards()

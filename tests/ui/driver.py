@@ -110,7 +110,8 @@ class Driver:
 
     # ------------------------------------------------------------------ hands
     def tap(self, widget: Widget, hold: float = 0.05) -> None:
-        """Touch the middle of ``widget`` for ``hold`` seconds, once the page stands still. It must be on screen."""
+        """Touch the middle of ``widget`` for ``hold`` seconds, once the page has stopped moving. It must be on
+        screen."""
         self.press(widget)(hold)
 
     def press(self, widget: Widget) -> Callable[[float], None]:
@@ -169,7 +170,8 @@ class Driver:
             self.advance()
 
     def drag(self, widget: Widget, dx: float, dy: float, steps: int = 10) -> None:
-        """Drag from the middle of ``widget`` by that many px, and let go after a moment of rest, so that nothing flies on."""
+        """Drag from the middle of ``widget`` by that many px, and release after a moment of rest, so that nothing keeps
+        moving."""
         from kivy.tests.common import UnitTestTouch
 
         x, y = widget.to_window(*widget.center)
@@ -232,7 +234,7 @@ class Driver:
         ]
 
     def find(self, kind: type | None = None, root: Widget | None = None, **values) -> Widget:
-        """The first such widget; LookupError when there is none."""
+        """The first such widget; raises LookupError without one."""
         found = self.find_all(kind, root, **values)
         if not found:
             raise LookupError(

@@ -56,7 +56,7 @@ def install(width: int = 1280, height: int = 800):
 
 
 def _install(width: int, height: int):
-    logging.getLogger("kivy").addHandler(logging.NullHandler())  # which clipboards this machine lacks is no news here
+    logging.getLogger("kivy").addHandler(logging.NullHandler())  # missing clipboards of this machine are not logged
     from kivy.config import Config
 
     Config.set("graphics", "width", str(width))

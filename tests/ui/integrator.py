@@ -43,7 +43,7 @@ def tablet(directory: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Plant]:
 
 
 def restart(site: Plant, app: SchedulerApp, ui: Driver, screen: str) -> None:
-    """Show ``screen`` as a first start would, whatever the test before has entered, saved and left open."""
+    """Show ``screen`` as at a first start, without the entries, changes and dialogs of the previous test."""
     app.shell.dialogs.close_all()
     app.shell.snackbars.clear()
     app.shell.navigator.close()  # screens are built again: nothing that was typed, chosen or scrolled is left

@@ -208,8 +208,8 @@ class Monkey:
         return " ".join([self._app.shell.navigator.current, *opened])
 
     def rest(self) -> None:
-        """The same on screen each time, whatever was done before, so that memory can be compared: settings, plan and history as they were
-        at first, all screens and sections built again, and nothing open or under way on Home."""
+        """The same on screen each time, after any acts, so that memory can be compared: settings, plan and history as
+        they were at first, all screens and sections built again, and nothing open or under way on Home."""
         Window.size = SIZES[0]
         for robot in self._site.fleet.robots:
             robot.control(WELL)

@@ -195,7 +195,7 @@ def put_aside(app, container, ui, **values) -> None:
 
 
 def press_save(app, container, ui) -> None:
-    """For a new schedule, while the robot is asked what the mission asks for."""
+    """For a new schedule, while the robot is asked for the mission's parameters."""
     form = app.plan.form
     form.set(mission_id=next(mission.id for mission in container.catalogue.missions() if mission.name == KITS))
     ui.wait(lambda: not form.view.save_off)

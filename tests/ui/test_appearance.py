@@ -28,7 +28,7 @@ def toggle(ui, text: str) -> Toggle:
     return ui.find(Toggle, root=ui.find(SwitchRow, text=text))
 
 
-# ---------------------------------------------------------------------- switched at once, kept for good
+# ---------------------------------------------------------------------- switched at once, and stored
 def test_glove_mode_is_switched_at_once_and_the_section_stays_open(site, app, ui):
     go(ui, "display")
     ui.tap(toggle(ui, "Glove mode"))

@@ -215,7 +215,7 @@ def test_without_a_backup_restore_is_off_and_a_failed_restore_says_why(tmp_path,
     app._run_prepare()
     ui.advance(0.2)
     assert ui.find(CommandButton, text="Restore").disabled
-    assert [text for text in ui.texts() if "--restore-backup FILE" in text]  # there is no other way
+    assert [text for text in ui.texts() if "--restore-backup FILE" in text]  # the only way
     app.dispatch("on_stop")
 
     app = SchedulerApp(

@@ -1,4 +1,4 @@
-"""Facts of a robot's data sheet: no address is broken in the middle, whatever its width."""
+"""Facts of a robot's data sheet: no address is broken in the middle, at any width."""
 
 from __future__ import annotations
 

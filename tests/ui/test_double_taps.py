@@ -1,7 +1,8 @@
-"""A double tap is one tap: what the first one opens or closes keeps the second from what is then under the finger.
+"""A double tap is one tap: when the first tap opens or closes something, the second does not reach what is then under
+the finger.
 
-Dialogs and menus of tests/screenshots are tapped twice at their buttons and beside them, above something that would take any touch; the
-``long`` tests do that in every picture, and at a grid of points of each kind of dialog.
+Dialogs and menus of tests/screenshots are tapped twice at their buttons and outside, above something that would take
+any touch; the ``long`` tests do that in every picture, and at a grid of points of each kind of dialog.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Every widget of every screen and dialog keeps the numbers of the house: targets, gaps, contrast, text inside its box, nothing that
-overlaps, icons that exist, texts from the catalogues.
+"""Every widget of every screen and dialog keeps the numbers of the house: targets, gaps, contrast, text inside its box,
+nothing that overlaps, icons that exist, texts from the catalogues.
 
-Walked are the four screens in all four sizes and every other picture in one; languages, themes and sizes of text in turn. Every picture in
-every size, language, theme and size of text: ``python -m tests.ui.walk``.
+Checks the four screens in all four sizes and every other picture in one, with languages, themes and text sizes in turn.
+Every picture in every size, language, theme and size of text: ``python -m tests.ui.walk``.
 """
 
 from __future__ import annotations

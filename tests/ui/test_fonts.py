@@ -38,7 +38,7 @@ def machine(ui, tmp_path, monkeypatch):
 
 
 def collection(font: bytes) -> bytes:
-    """A file of several fonts, of which this is the first."""
+    """A file of several fonts; this is the first."""
     head = b"ttcf" + struct.pack(">HHII", 1, 0, 1, 16)
     (count,) = struct.unpack_from(">4xH", font)
     moved = b"".join(
@@ -136,7 +136,7 @@ def test_many_ideographs_are_as_wide_as_measured_together(machine):
 
 
 def test_a_font_that_is_a_pipe_holds_up_nothing(machine):
-    """Whoever opened it would wait for somebody who writes into it."""
+    """Opening it would block until something writes into it."""
     os.mkfifo(machine / "Pipe.ttf")
     (machine / "Link.ttf").symlink_to(machine / "Pipe.ttf")
     (machine / "Folder.ttf").mkdir()

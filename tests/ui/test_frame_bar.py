@@ -1,4 +1,4 @@
-"""The top bar and the banner as widgets: what must keep its place does, and what has been acknowledged looks so."""
+"""The top bar and the banner as widgets: fixed parts keep their places, and acknowledged alarms look so."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Robots that give their status and keep everything else open: what is pressed at another robot does not wait for them."""
+"""Robots that answer only their status and hang otherwise: commands to another robot do not wait for them."""
 
 from __future__ import annotations
 

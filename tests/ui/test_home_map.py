@@ -52,7 +52,7 @@ def test_the_robot_drives_on_the_screen(site, ui):
         x, y = at(ui)
         assert 0 < x < 1
         assert 0 < y < 1
-        assert chart.texture is ground  # made once, whatever moves on it
+        assert chart.texture is ground  # made once, while things move on it
 
 
 def test_each_robot_has_its_own_position_and_an_offline_one_looks_so(site, ui):

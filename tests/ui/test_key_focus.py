@@ -117,7 +117,7 @@ def test_the_ring_follows_the_card_that_it_is_kept_inside_of(ui, keys):
 
 @pytest.mark.parametrize("theme", ["light", "dark", "contrast"])
 def test_the_ring_is_seen_on_every_ground(ui, keys, theme):
-    """It has two colours, one of which stands out on a card and on a red banner."""
+    """It has two colours, so that one stands out on a card and one on a red banner."""
     tk.theme = theme
     ui.show(page_of("One"), (300, 300))
     before = list(Window.canvas.after.children)
@@ -325,7 +325,7 @@ def test_tab_leaves_a_field_for_the_button_after_it(ui, keys):
 
 
 def panels(ui) -> None:
-    """Forty in two columns, of which eight are seen."""
+    """Forty in two columns; eight are visible."""
     ui.show(
         PanelGrid(
             panelclass="OptionRow", panels=[Option(n, f"Panel {n}") for n in range(40)], panel_width=200, spacing=8

@@ -125,7 +125,7 @@ def test_a_widget_whose_kv_reads_the_ids_of_another_is_freed(ui):
 
 
 def test_ids_in_kv_still_need_the_cure():
-    """Mended when kivy's table of bindings holds ids weakly; KivyMD's dialog and segmented button read theirs."""
+    """Repaired when kivy's table of bindings holds ids weakly; KivyMD's dialog and segmented button read theirs."""
     assert "root.ids." in source(UIX / "dialog" / "dialog.kv")
     assert "getattr(f, 'proxy_ref', f)" in source(Path(sys.modules["kivy.lang.builder"].__file__))
     assert "proxy_ref" not in ObservableDict.__mro__[1].__dict__

@@ -1,4 +1,4 @@
-"""A message never covers what can be pressed, whatever the screen and the window."""
+"""A message never covers a button, on any screen and in any window."""
 
 from __future__ import annotations
 

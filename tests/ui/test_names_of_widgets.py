@@ -1,4 +1,4 @@
-"""Every widget registers itself at kivy by its bare name: of two with one name kv builds whichever was imported last."""
+"""Every widget registers itself with kivy by its bare name: of two with one name kv builds the one imported last."""
 
 from __future__ import annotations
 

@@ -90,7 +90,7 @@ def test_a_planned_mission_starts_by_itself_and_is_found_in_the_log(site, ui):
         ui.wait(
             lambda: [step.label for step in ui.find(LogRow).steps] == ["Planned", "Submitted", "Started", "Completed"]
         )
-        assert "usually" not in ui.find(LogRow).steps[-1].note  # there is no other run to compare it with
+        assert "usually" not in ui.find(LogRow).steps[-1].note  # no other run to compare it with
 
         site.operator.run_now(execution.robot_id, site.catalogue.missions()[0].id)
         ui.wait(lambda: [row.outcome for row in ui.find_all(LogRow)] == ["Completed"] * 2, seconds=60)

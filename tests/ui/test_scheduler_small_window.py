@@ -157,7 +157,7 @@ def test_save_and_skip_are_visible_while_a_schedule_is_edited(ui, small):
 @pytest.mark.parametrize("edited", [False, True], ids=["new", "edited"])
 @pytest.mark.parametrize("small", LOW, ids=name_of_window, indirect=True)
 def test_each_field_the_next_starts_and_the_way_to_save_can_be_reached(ui, small, edited):
-    """And nothing lies over anything else, wherever the page is scrolled to."""
+    """And nothing overlaps, at any scroll position."""
     if edited:
         small.vm.edit(small.schedule(KITS).id)
     small.vm.choose_part("form")

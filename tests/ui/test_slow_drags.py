@@ -67,7 +67,7 @@ def test_buttons_can_be_scrolled_however_long_the_finger_rested(ui, kind, make: 
     slow_drag(ui, button, 0, 120, rest)
     assert page.scroll_y == pytest.approx(
         1 - 108 / (page.viewport_size[1] - 300), abs=0.02
-    )  # of it the first 12 px are no drag
+    )  # the first 12 px are not a drag
     assert (happened, button.state) == ([], "normal")
     back_to_top(ui, page)
     ui.tap(button, hold=0.4)

@@ -1,4 +1,4 @@
-"""Where texts break, and where they end: at most so many lines, and words only where there is no better place."""
+"""Where texts break and end: at most this many lines, and within a word only without a better place."""
 
 from __future__ import annotations
 

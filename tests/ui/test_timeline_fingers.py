@@ -63,7 +63,7 @@ def test_a_finger_drags_the_hours_and_a_tap_after_it_still_hits(ui):
     y = chart.top - 28 - (150 - 28) / 4
     fingers(chart, [(500, y), (480, y), (500 - 2 * unit, y)])
     assert calls == [(pytest.approx(2), 24)]
-    assert bars == []  # a drag is no tap
+    assert bars == []  # a drag is not a tap
     ui.advance()
     ui.tap_at(88 + unit * 0.5, y)  # the bar from 1.5 to 3
     assert bars == [("b",)]
@@ -112,7 +112,7 @@ def test_a_finger_may_rest_next_to_a_bar_that_does_not_move(ui):
         touch.touch_up()
     assert len(free) == 1
     assert [key for key, _hour in moved] == ["planned"]
-    rest(ui, chart.left_of(2.5), chart.y + 30).touch_up()  # on it there is no free time
+    rest(ui, chart.left_of(2.5), chart.y + 30).touch_up()  # it covers no free time
     assert len(free) == 1
 
 
@@ -256,7 +256,7 @@ def test_two_fingers_zoom_and_keep_what_is_under_them(ui):
 
 @pytest.fixture
 def lanes(ui) -> Timeline:
-    """Three, of which all fit."""
+    """Three, and all fit."""
     bars = [Lane(name, bars=(Bar(name, 2, 8, movable=True),), key=name) for name in ("Aino", "Veikko", "Sisu")]
     return ui.show(Timeline(lanes=bars, hours=24), (888, 28 + 3 * 44))
 
@@ -321,7 +321,7 @@ def test_a_second_tap_at_once_is_the_same_as_the_first(ui):
 
 
 def scrolled(ui) -> tuple[HoursPage, Timeline]:
-    """Twenty lanes, of which a third are in sight."""
+    """Twenty lanes, a third of them visible."""
     lanes = [Lane(f"R{n}", bars=(Bar(n, 2, 22),), key=n) for n in range(20)]
     chart = Timeline(lanes=lanes, hours=24, size_hint_y=None, height=28 + 20 * 44)
     page = HoursPage(do_scroll_x=False)
@@ -333,7 +333,7 @@ def scrolled(ui) -> tuple[HoursPage, Timeline]:
 
 @pytest.mark.parametrize("pause", [0, 0.05, 0.2])
 def test_two_fingers_zoom_a_timeline_that_scrolls(ui, pause):
-    """A page that scrolls keeps the first finger back until it knows that it doesn't drag."""
+    """A page that scrolls delays the first touch until it is clear that it is not a drag."""
     page, chart = scrolled(ui)
     calls, middle, y = everything(chart), 88 + 400, page.top - 150
     one = put_down(middle - 100, y)

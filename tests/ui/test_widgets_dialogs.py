@@ -283,7 +283,8 @@ KINDS = {
 
 
 def all_collected(ui, references: list[weakref.ref]) -> bool:
-    """A dialog is freed in stages, within half a second: bindings of kv and delayed calls keep it until its children are freed."""
+    """A dialog is freed in stages, within half a second: bindings of kv and delayed calls hold it until its children
+    are freed."""
     for _stage in range(10):
         ui.advance()
         gc.collect()

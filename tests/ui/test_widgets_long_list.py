@@ -1,4 +1,4 @@
-"""Lists of thousands of rows, of which only those in sight exist."""
+"""Lists of thousands of rows; only visible ones exist."""
 
 from __future__ import annotations
 

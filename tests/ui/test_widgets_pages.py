@@ -18,7 +18,8 @@ def tall(count: int, height: float = 60.0) -> list[Segment]:
 
 @pytest.fixture
 def page(ui):
-    """A page 300 px high with a button above a column: 600 px of content, of which 300 are the column's window on 1200 px."""
+    """A page 300 px high with a button above a column: 600 px of content; 300 of them are the column's window on 1200
+    px."""
     load_kv("widgets/slots")
     content = BoxLayout(orientation="vertical", size_hint_y=None, height=600)
     button = Segment(text="above", size_hint_y=None, height=300)

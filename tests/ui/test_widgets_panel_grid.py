@@ -1,4 +1,4 @@
-"""Panels side by side, of which only the visible ones exist."""
+"""Panels side by side; only the visible ones exist."""
 
 from __future__ import annotations
 
@@ -155,7 +155,7 @@ def test_panels_are_filled_a_few_per_frame_before_they_are_in_sight(ui):
         PanelGrid(panelclass="SamplePanel", panels=samples, panel_width=100, spacing=16, row_height=100),
         size=(1000, 500),
     )
-    for _frame in moved(ui, root, 25, 20):  # it keeps shelves for what comes
+    for _frame in moved(ui, root, 25, 20):  # it keeps shelves for later panels
         pass
     seen = {panel: panel.word for seat in (*root._live.values(), *root._spare) for panel in seat.view.children}
     columns, most = root.columns, []

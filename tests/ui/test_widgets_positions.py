@@ -194,7 +194,7 @@ def test_cancel_chooses_nothing(ui, fields):
 
 
 def test_only_distinguishable_positions_are_on_the_map(ui, fields):
-    """Those of one name, and names that are no positions to choose, are left to the list."""
+    """Equal names, and names that are not positions to choose, are only in the list."""
     assert [(place.key, place.name) for place in open_map(ui).places] == [("g-1", "Dock 3"), ("g-2", "Press")]
 
 

@@ -163,7 +163,7 @@ class Walk:
         self._show_alarm(way.alarm)
 
     def _show_alarm(self, is_shown: bool) -> None:
-        """A banner in the picture's frame, if it has none of its own."""
+        """A banner in the picture's frame, if it has none."""
         frame = self._studio.shown
         if isinstance(frame, Frame) and (not frame.alarm or frame.alarm_note == ALARM_NOTE):
             frame.alarm, frame.alarm_note = (ALARM, ALARM_NOTE) if is_shown else ("", "")

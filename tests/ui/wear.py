@@ -88,8 +88,9 @@ class Wear:
         self._ui.advance()
 
     def see_sections(self, robot_id: int) -> None:
-        """All parts of the Scheduler and the Logs, Home with all robots and with one, then each section of Settings, with a long list and a
-        month above it, while a robot is checked up, which keeps the page of robots: the fullest that a window can be."""
+        """All parts of the Scheduler and the Logs, Home with all robots and with one, then each section of Settings,
+        with a long list and a month above it, while a robot is checked up, which keeps the page of robots open: the
+        fullest possible window."""
         scheduler, logs = self._seen("scheduler"), self._seen("logs")
         for mode in ("days", "hours"):
             self._seen("scheduler")

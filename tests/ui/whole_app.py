@@ -95,7 +95,7 @@ def standing(container: Container, robot_id: int, status: RobotStatus) -> Iterat
 
 
 def api(robot: mir_sim.FleetRobot, method: str, path: str, **body: object) -> requests.Response:
-    """Somebody else at the robot's own interface."""
+    """A person at the robot's own interface."""
     answer = requests.request(
         method,
         f"{robot.url}/api/v2.0.0{path}",

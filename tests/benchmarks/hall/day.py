@@ -42,7 +42,7 @@ class Robot:
     machine: Machine
     place: Place
     battery: float
-    queue: list[tuple[Mission, Run | None]] = field(default_factory=list)  # None: put there by somebody else
+    queue: list[tuple[Mission, Run | None]] = field(default_factory=list)  # None: queued by somebody else
     running: tuple[Mission, Run | None] | None = None
     began: float = 0.0
     drives_to_charger: bool = False

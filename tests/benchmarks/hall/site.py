@@ -1,4 +1,4 @@
-"""A site as it really is: hall, robots, missions, a day's plan. The app sees of it only what ``learned`` and ``day`` tell.
+"""A site as it really is: hall, robots, missions, a day's plan. The app sees only ``learned`` and ``day`` of it.
 
 Everything is drawn by seeds: the same seed, the same day. Times in s, ways in m.
 """
@@ -179,7 +179,7 @@ class Site:
 
 
 def run_time(rng: random.Random | None, mission: Mission, machine: Machine, begins: Place) -> float:
-    """What a run really takes; without ``rng`` there is no chance in it."""
+    """The true duration of a run; not random without ``rng``."""
     trips = (way(begins, mission.first) + way(mission.first, mission.last)) / machine.speed + 2 * TURNS_S
     smooth = trips + mission.handling_s * machine.slowness
     if rng is None:

@@ -1,4 +1,4 @@
-"""Real sockets on loopback that behave as badly as a test asks for."""
+"""Real sockets on loopback that misbehave as a test needs."""
 
 from __future__ import annotations
 

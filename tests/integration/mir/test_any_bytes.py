@@ -1,4 +1,4 @@
-"""Whatever bytes come out of a socket, a call raises nothing but RobotError, and a mission is asked for once."""
+"""For any bytes from a socket, a call raises only RobotError, and a mission is requested once."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_whatever_comes_out_of_a_socket_raises_nothing_but_robot_errors() -> Non
         for call, most in (
             (lambda: robot.enqueue("g"), 1),
             (robot.status, 2),
-        ):  # the status once more, with credentials, after a 401
+        ):  # the status again, with credentials, after a 401
             before = len(server.requests)
             with contextlib.suppress(RobotError):
                 call()

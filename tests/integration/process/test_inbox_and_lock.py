@@ -177,7 +177,7 @@ def test_an_unreadable_request_stops_nothing(tmp_path):
     assert json.loads((tmp_path / "inbox" / "x.answer").read_text())["exit"] == 1
 
 
-# ---------------------------------------------------------------------- what is left, and what is in the way
+# ---------------------------------------------------------------------- remains and obstacles
 LEFT = ("x.draft", "x.content", "x.answer")
 
 

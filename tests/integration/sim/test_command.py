@@ -76,7 +76,7 @@ def test_ports_follow_each_other() -> None:
         lines = [process.stdout.readline().split() for _ in range(3)]
         process.terminate()
         process.communicate(timeout=BOUND)
-        if lines[0]:  # else somebody else has one of these ports
+        if lines[0]:  # else another process has one of these ports
             break
     assert [line[2] for line in lines] == [f"http://127.0.0.1:{first + number}" for number in range(3)]
 

@@ -32,7 +32,7 @@ class Client:
         self.url = ""
 
     def ask(self, method: str, path: str, body: Any = None, step: float = STEP) -> Any:
-        """Status code and body of an answer; "refused" where there is none."""
+        """Status code and body of an answer; "refused" without one."""
         self.now += step
         try:
             answer = self._session.request(

@@ -1,4 +1,4 @@
-"""Where the report of a check-up is written: the name of a robot is in the name of the file, and is no path."""
+"""Where the report of a check-up is written: the robot's name is in the file's name, and is not a path."""
 
 from __future__ import annotations
 

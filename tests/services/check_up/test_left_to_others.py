@@ -1,4 +1,4 @@
-"""A trial and what follows it leave alone what is somebody else's: holds, missions, robots, the data of another tablet."""
+"""A trial and its clean-up leave things of others alone: holds, missions, robots, the data of another tablet."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def queue_by_hand(robot: CheckedRobot) -> int:
 
 
 def once(says: str, work):
-    """Called when that is told for the first time."""
+    """Called at the first such progress report."""
     done = []
 
     def told(progress):

@@ -1,4 +1,4 @@
-"""A finding needs evidence: what a robot gives none of is said to be not found out, and each is said as it is."""
+"""A finding needs evidence: without evidence it says "not found out"."""
 
 from __future__ import annotations
 
@@ -250,7 +250,7 @@ def test_a_status_without_map_or_words_says_nothing_of_them():
 
 # ---------------------------------------------------------------------- a robot that removes what has ended
 def removes(robot: CheckedRobot, *states: str) -> None:
-    """Items in these states are gone from its queue, whichever way it is read."""
+    """Items in these states are missing from its queue in every way of reading it."""
 
     def meddle(method, path, answer):
         if not path.startswith(QUEUE) or answer.status >= 300 or not answer.body:

@@ -53,7 +53,7 @@ MEANT: dict[str, Callable[[str, str], bool]] = {
 }
 
 
-CASES = list(itertools.product(sorted({*ODD} - {"gone"}), MEANT))  # "gone" is said of what is not there
+CASES = list(itertools.product(sorted({*ODD} - {"gone"}), MEANT))  # reported as missing from the queue
 
 
 @pytest.mark.usefixtures("quick_reading")
@@ -222,7 +222,7 @@ def test_what_a_trial_showed_stays_known_when_the_robot_is_only_read(tmp_path):
 
 
 def test_what_a_robot_calls_things_has_bounds(tmp_path):
-    """What is kept has to be readable at the next start, whatever a robot makes of its fields and words."""
+    """Stored values must be readable at the next start, for any fields and words of a robot."""
     robot = CheckedRobot(tmp_path)
 
     def rename(method, path, answer):

@@ -1,4 +1,4 @@
-"""A trial ends no pause but its own: whoever pauses the robot meanwhile, at the robot or in the app, finds it paused."""
+"""A trial ends only its own pause: a robot that a person pauses during it, at the robot or in the app, stays paused."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from mir_sim.profile import ITEM_FIELDS, KEYS, read
 from tests.support.check_up_site import CheckedRobot
 from tests.support.recorded_robot import ZONE
 
-NOT_IN_A_PROFILE = (Topic.OTHERS, Topic.LANGUAGE)  # who else uses the robot; texts of which nothing depends
+NOT_IN_A_PROFILE = (Topic.OTHERS, Topic.LANGUAGE)  # other users of the robot; texts that nothing depends on
 MEASURED = ("clock_offset", "latency", "lost", "quiet_s", "timeout_s", "rest")
 
 

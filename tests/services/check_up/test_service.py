@@ -1,4 +1,4 @@
-"""The service of check-ups: what it offers, keeps and puts back."""
+"""The service of check-ups: what it offers, stores and restores."""
 
 from __future__ import annotations
 

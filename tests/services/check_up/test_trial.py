@@ -1,4 +1,5 @@
-"""What a check-up tries: each deviant is named by the topics that it differs in and by no other, and the robot is as it was."""
+"""What a check-up tries: each deviant is reported under the topics in which it differs and no others, and the robot is
+restored."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""A trial beside a running app: refused where the plan or a person has the robot, and of no effect on the plan and the idle rule."""
+"""A trial in a running app: refused while the plan or a person uses the robot, and without effect on the plan and the
+idle rule."""
 
 from __future__ import annotations
 
@@ -136,7 +137,7 @@ def test_what_begins_while_the_robot_is_read_goes_first(site, check_ups, robot):
     assert check_ups.report(robot.id) is None
 
 
-# ---------------------------------------------------------------------- beside
+# ---------------------------------------------------------------------- without effect on the rest
 def test_a_start_made_meanwhile_waits_and_completes(site, check_ups, robot):
     mission = site.container.catalogue.missions()[0]
 
@@ -199,7 +200,7 @@ def test_a_person_ends_it_and_the_robot_is_as_it_was(site, check_ups, robot):
     assert check_ups.report(robot.id) is None
 
 
-# ---------------------------------------------------------------------- a person presses Pause in the app meanwhile
+# ---------------------------------------------------------------------- a person presses Pause in the app during it
 @pytest.mark.parametrize("stage", ["Queueing missions", "Waiting until the missions have ended"])
 @pytest.mark.parametrize("is_again", [False, True])
 def test_a_persons_pause_ends_it_and_stays(site, robot, stage, is_again):

@@ -22,7 +22,7 @@ ON_TIME = true(lambda s: all(post.at - 7500 <= 1.0 for post in s.network.posts()
 
 
 def glitch(seconds, lasts=60):
-    """It jumps, and is set right a while later."""
+    """It jumps, and is corrected a while later."""
     return [clock(seconds), lasts, clock(-seconds)]
 
 

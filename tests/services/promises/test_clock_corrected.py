@@ -1,5 +1,5 @@
-"""A clock that was ahead is set right, by little or much, once or in steps: each start leaves once, at its instant, whatever people do, and
-what they kept back, skipped or cancelled stays so until they say otherwise (D4, D5)."""
+"""A clock that was ahead is corrected, by little or much, once or in steps: each start is sent once, at its instant,
+whatever people do, and starts that they held, skipped or cancelled stay so until they decide otherwise (D4, D5)."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ PUT_BY_HAND = {"at": "06:10", "rule": "FREQ=DAILY", "window": 60, "workdays": Fa
 
 
 def ahead(seconds):
-    """The app begins by a clock that is ahead, and no robot can tell."""
+    """The app starts with a clock that is ahead, and no robot can contradict it."""
     return [10, app_off(), clock(seconds), down(), app_on(), 45]
 
 
@@ -50,7 +50,7 @@ def all_leave(seconds=7200):
 
 
 def started(s) -> set[int]:
-    """Minutes of the instants of which robots have a start."""
+    """Minutes of the instants for which robots have a start."""
     return {row.planned_at.minute for row in s.executions() if row.queue_id}
 
 

@@ -1,4 +1,4 @@
-"""What is edited or taken back while its start waits or is in doubt: it is sent as it is defined then, once, or not at all."""
+"""Edits and withdrawals while a start waits or is in doubt: it is sent once as defined then, or not at all."""
 
 from __future__ import annotations
 
@@ -332,7 +332,7 @@ def test_a_window_that_is_made_longer_while_it_is_ended_counts(group):
 
 @pytest.mark.parametrize("on", ["robot", "group"])
 def test_of_what_nothing_wants_no_intent_is_written(tmp_path, on):
-    """Whatever may have left the row waiting."""
+    """Any cause that may have left the row waiting."""
     s = Stage(tmp_path, on, 1)
     play(s, battery(12), plan(battery=30, window=60), 330, states(WAITING))
     s.container.db.write(lambda c: c.execute("DELETE FROM schedules"))

@@ -218,7 +218,7 @@ test_waiting = told(
 
 
 def test_what_waits_does_not_wake_everybody(group):
-    """No robot's worker is told, and nothing that was taken back is asked for, because a sentence changes."""
+    """A changed sentence alone sends no message to a worker and no question about withdrawn starts."""
     seen = []
     group.container.changes.subscribe(lambda topic, about: seen.append(about) if topic is Topic.EXECUTIONS else None)
     play(group, ALL_HELD, [plan(name) for name in "ABCDE"])

@@ -164,7 +164,7 @@ STARTS = 5
 
 @step
 def r1_aborts(s, times=1000):
-    """Whatever it begins, and is Ready again at once; otherwise it is the best of equals."""
+    """It ends every mission at once and is Ready again; apart from that it is the best of equals."""
     machine = s.machines["R1"]
     s.noted.append(times)  # how often it still does
 

@@ -1,4 +1,5 @@
-"""What was given up on one robot of a group and comes there after all: put right wherever the start is then."""
+"""A start given up on one robot of a group that arrives there after all: handled correctly wherever the start is
+then."""
 
 from __future__ import annotations
 
@@ -15,7 +16,7 @@ ONLY_R1 = robot_off("R2", "R3")
 
 
 def given_up(late, window=30):
-    """The first request, to whichever robot gets it, hangs, and arrives that much later."""
+    """The first request, to any robot, hangs and arrives that much later."""
     return [plan(window=window), [post(LATE, late, robot=n) for n in ("R1", "R2", "R3")], 301, NO_MORE_PLANNED, NOTE]
 
 

@@ -25,7 +25,7 @@ def start_at(text):
 
 
 class Plant:
-    """Two robots, of which R2 works all the time, so that a short history soon forgets everything about R1."""
+    """Two robots. R2 works all the time, so that a short history soon forgets everything about R1."""
 
     def __init__(self, directory: Path, limit: int | None) -> None:
         self.site = site = Site(directory, robots=2, robot_speed=4.0)
@@ -227,7 +227,7 @@ NEARLY_EMPTY = (
 
 
 class Floor(Hall):
-    """Starts for any of three robots, some of which have to be done in time. R3's own ones make a short history forget all others."""
+    """Starts for any of three robots, some with a time limit. R3's own ones make a short history forget all others."""
 
     def __init__(self, directory: Path, limit: int | None) -> None:
         super().__init__(directory, robots=3)
@@ -271,7 +271,7 @@ class Floor(Hall):
 
 @pytest.mark.parametrize("limit", [1, None])
 def test_how_long_a_robot_runs_is_known_however_short_the_history(tmp_path, limit):
-    """Its battery is enough for a mission that it ran four times, of which the history keeps nothing."""
+    """Its battery is enough for a mission that it ran four times, though the history has none of these runs."""
     floor = Floor(tmp_path, limit)
     floor.only("R1", "R3")
     floor.plan("Learn", recurrence="FREQ=MINUTELY;INTERVAL=3;COUNT=4", robot_id=floor.robot("R1").id, group_id=None)

@@ -1,4 +1,4 @@
-"""Idle automation starts what its robot's idle period, as it was really seen, still allows at that moment (D14)."""
+"""Idle automation starts a mission only if its robot's observed idle period still allows it at that moment (D14)."""
 
 from __future__ import annotations
 

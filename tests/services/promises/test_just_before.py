@@ -1,5 +1,5 @@
-"""In the moment before its instant a start is on the disk and with its robot's worker: what happens then is respected, and what stands in
-its way keeps it from being written early."""
+"""In the moment before its instant a start is on the disk and with its robot's worker: changes in that moment count,
+and an obstacle prevents early writing."""
 
 from __future__ import annotations
 

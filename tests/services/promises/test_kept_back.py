@@ -1,4 +1,5 @@
-"""What people keep back by a clock that is ahead stays so until they let it go, and follows every edit until its time has come (D4, D5)."""
+"""Starts that people hold while the clock is ahead stay held until released, and follow every edit until their time has
+come (D4, D5)."""
 
 from __future__ import annotations
 
@@ -27,7 +28,7 @@ def held(s) -> list:
 
 @step
 def let_go_of_all(s, seconds):
-    """What waits to be let go is, as long as that."""
+    """Every start that waits for a release is released, as long as there are any."""
     for _n in range(int(seconds / 5)):
         s.run(5)
         s.container.operator.hold_starts([row.id for row in held(s)], held=False)
@@ -125,7 +126,7 @@ test_kept_back = told(
 
 
 def kept(back=300, **values):
-    """06:10 is kept back by a clock that is ahead; that is corrected, and 06:10 is the next start again."""
+    """06:10 is held while the clock is ahead; the clock is corrected, and 06:10 is the next start again."""
     return [plan(**PUT_BY_HAND | values), 10, hold("R1"), 600, keep(), release(), clock(-back), 5, states()]
 
 

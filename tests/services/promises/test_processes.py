@@ -76,7 +76,7 @@ def damage(directory: Path) -> None:
 
 
 def delete(directory: Path) -> None:
-    """Somebody tidies up: what the app writes from now on would be gone when it ends."""
+    """Somebody deletes the file: everything the app writes from now on would be lost when it ends."""
     (directory / "amr-scheduler.db").unlink()
 
 
@@ -113,7 +113,7 @@ def test_headless_ends_when_its_database_is_damaged_and_names_the_backup(data, f
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 def test_with_a_window_a_damaged_database_is_an_alarm(data, fleet):
-    """It is told from memory, and nothing is sent."""
+    """It is shown from memory, and nothing is sent."""
     content = due_now(data, fleet).read_bytes()
     with host(DataDirectory(data), with_window=True) as container:
         wait_for(lambda: container.snapshots.get(1).read_at, what="the first poll")
@@ -187,7 +187,7 @@ def started_with_little_patience(data: Path, *arguments: object) -> subprocess.P
 
 
 def test_a_change_that_meets_another_command_takes_over_when_that_one_has_ended(data, fleet):
-    """A command that answers nobody is waited for, and then the change is made: never "may have been done or not"."""
+    """The app waits for a silent command and then makes the change: never "may have been done or not"."""
     content = configuration_of(fleet)
     assert run(data, "--import-config", write_configuration(data.with_name("first.json"), content)).returncode == 0
     fleet.robots[0].control({"fault": {"kind": "hang", "count": None}})

@@ -1,6 +1,6 @@
-"""What is made or changed while the tablet's clock is found wrong counts from when that is set right: nothing before was ever missed.
-It was wrong where it showed a time before the app existed, or was set ahead to that of robots that had contradicted it. Every other start
-that its clock passes over has a row."""
+"""Schedules made or changed while the tablet's clock is known to be wrong count from its correction: nothing before was
+missed. The clock was wrong if it showed a time before the app existed, or was set ahead to that of robots that had
+contradicted it. Every other start that its clock passes over has a row."""
 
 from __future__ import annotations
 

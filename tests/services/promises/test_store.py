@@ -1,4 +1,4 @@
-"""A place that can't keep what is committed is refused, and a write that fails in every way leaves nobody waiting."""
+"""A place that can't keep commits is refused, and no caller waits for ever for a failed write."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Failing(sqlite3.Connection):
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 def test_nobody_waits_for_ever_when_even_the_roll_back_of_a_shared_transaction_fails(tmp_path):
-    """Each of those who shared it is told that nothing was written; later writes are refused or work."""
+    """Each caller that shared it gets the error; later writes are refused or work."""
     made: list[Failing] = []
 
     def connect() -> sqlite3.Connection:
@@ -95,7 +95,7 @@ def test_nobody_waits_for_ever_when_even_the_roll_back_of_a_shared_transaction_f
 # ---------------------------------------------------------------------- a disk that can't be written for a while
 @pytest.mark.parametrize("harm", ["make_read_only", "fill_disk"])
 def test_nothing_is_sent_while_nothing_can_be_written_and_it_is_sent_once_when_it_can(site, plan, harm):
-    """Without a durable intent there is no submission; an alarm says so, and stays until a person has seen it."""
+    """Without a durable intent nothing is submitted; an alarm says so, and stays until a person has seen it."""
     plan("2026-11-23T06:05")
     site.run(60)
     mend = getattr(site, harm)()

@@ -1,4 +1,5 @@
-"""The list of alarms by taps: acknowledge with a note, shelve and take back, what is over, the past ones, and where each leads."""
+"""The list of alarms by taps: acknowledge with a note, shelve and unshelve, ended and past ones, and where each
+leads."""
 
 from __future__ import annotations
 

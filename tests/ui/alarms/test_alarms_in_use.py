@@ -1,4 +1,5 @@
-"""Alarms while somebody works: all on screen in one press, how they look, how they are heard, and fingers that were elsewhere."""
+"""Alarms while somebody works: all on screen in one press, their looks and sound, and touches meant for something
+else."""
 
 from __future__ import annotations
 
@@ -117,7 +118,7 @@ def test_nothing_is_clipped_or_too_small(container, app, alarms, ui, gloves):
     assert checks.problems(ui.find(NoteDialog)) == []
 
 
-# ---------------------------------------------------------------------- heard
+# ---------------------------------------------------------------------- sound
 def test_a_new_alarm_sounds_and_again_while_it_is_unacknowledged(container, app, alarms, ui):
     loudspeaker = app.shell.loudspeaker
     before = loudspeaker.played

@@ -258,7 +258,7 @@ def test_a_filter_that_no_robot_fits_ends_by_itself_without_a_tap(container, rob
             ui.skip(1)
             ui.skip(40)
         assert not tiles(ui)
-        container.clock.step(3600)  # set, which is no time that has passed
+        container.clock.step(3600)  # set, so no time has passed
         for robot in robots:
             see(container, robot, sample.READY)
         ui.skip(1)

@@ -89,7 +89,7 @@ def test_missions_of_another_robot_are_not_offered_on_the_one_just_chosen(home, 
 
 
 def test_a_reading_that_began_before_a_choice_does_not_undo_it(home, ui, monkeypatch):
-    """However late it arrives: the other robot would be under a finger that is on its way to Run."""
+    """Even if it arrives late: the other robot would be under a finger about to press Run."""
     view, container, begun, go, seen = home.root_vm, home.site.container, threading.Event(), threading.Event(), []
 
     def read_late(*args: object) -> HomeFacts:

@@ -84,7 +84,7 @@ def test_two_taps_on_pause_pause(home, ui):
 
 
 def test_pause_does_not_turn_into_resume_under_a_finger(home, ui):
-    api(home.aino, "PUT", "/status", state_id=4)  # somebody else is a moment faster
+    api(home.aino, "PUT", "/status", state_id=4)  # somebody else was faster
     ui.wait(lambda: ui.find_all(CommandButton, text="Resume"))
     assert ui.find(CommandButton, text="Resume").busy  # a second tap on Pause resumes nothing, and it is seen why
     press(ui, "Resume")

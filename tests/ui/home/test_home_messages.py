@@ -16,7 +16,7 @@ STANDS = f"Still there: {ERROR}. Remove its cause at Aino, then reset again"
 
 
 def say_held(home, ui) -> None:
-    """Start a mission that a hold keeps from being sent."""
+    """Start a mission that a hold stops."""
     home.site.container.holds.hold("shift meeting")
     choose(ui, "Home")
     ui.wait(lambda: ui.find_all(CommandButton, text="Queue, held"))
@@ -61,7 +61,7 @@ def test_a_start_is_not_said_to_be_held_when_the_hold_ends_behind_another_screen
     assert are_said(home, "Home is not sent to Aino yet. ")
     home.shell.snackbars.undo(
         "Count is deleted", "Undo", lambda: None, stays=True
-    )  # below it the time of the other one stands still
+    )  # the time of the one below it stops
     home.site.container.holds.release()
     ui.wait(lambda: not are_said(home, "Home is not sent to Aino yet. "))
 
@@ -100,7 +100,7 @@ def test_the_robot_shown_at_the_press_is_the_one_that_is_asked(home, ui, monkeyp
 # ---------------------------------------------------------------------- reset errors
 @pytest.fixture
 def failed(home, ui):
-    """A robot whose error stands, whatever is reset."""
+    """A robot whose error stays after every reset."""
     home.aino.control({"error": {"code": 10120, "description": "Failed to reach goal position 'Line 1'"}})
     ui.wait(lambda: ERROR in ui.texts())
     return home

@@ -163,7 +163,7 @@ def test_figures_say_that_they_count_what_the_list_leaves_out(screen, ui):
     tap(screen, ui, ui.find(Segment, text="All"))
     tick(screen, ui, "Trigger", "Run now")
     assert "Figures also count the runs left out · Runs kept since Thu 22 Oct" in ui.texts()
-    ui.tap(ui.find(Segment, text="Figures"))  # there are no such filters, whatever is still being read
+    ui.tap(ui.find(Segment, text="Figures"))  # no such filters exist, while readings are still under way
     assert "Runs kept since Thu 22 Oct" in ui.texts()
 
 
@@ -237,7 +237,7 @@ def test_a_search_finds_reasons_too(screen, ui, typed, reason):
 
 @pytest.mark.usefixtures("put_back")
 def test_a_search_finds_the_position_that_a_row_names(screen, container, ui):
-    """The history keeps it as robots want it; what they call it is shown."""
+    """The history stores the robots' value; their name for it is shown."""
     guid = "a1c4e008-5d0f-11ef-93c1-0001297b6e20"
     run = replace(
         container.history.page(failures(container)).rows[0],

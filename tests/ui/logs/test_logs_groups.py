@@ -98,7 +98,7 @@ def test_the_shift_report_is_of_the_group_that_is_looked_at(logs, hall, ui, tmp_
 
 def test_the_figures_of_a_group_have_a_card_where_there_are_any(logs, container, hall, ui):
     tap(logs, ui, ui.find(Segment, text="Figures"))
-    assert not ui.find_all(GroupCard)  # a run by hand is no planned start
+    assert not ui.find_all(GroupCard)  # a run by hand is not a planned start
     now, run = container.clock.now(), container.history.last_finished(1)[0]
     planned = replace(
         run,

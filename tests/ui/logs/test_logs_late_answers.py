@@ -22,8 +22,8 @@ def screen(logs, ui):
 
 
 def held_back(monkeypatch, name: str):
-    """What ``name`` in the screen's module reads next arrives when what comes back first is set, as it was when that began; then what
-    comes back second is."""
+    """The next reading of ``name`` in the screen's module ends when the first returned event is set, with the facts
+    from its begin; the second event is set then."""
     real, go_on, begun = getattr(screen_module, name), threading.Event(), threading.Event()
 
     def late(*args):

@@ -35,7 +35,7 @@ def stored(container):
 
 @pytest.fixture
 def screen(scheduler, container, stored, ui):
-    """With the plan and the time as they were before the first test, an empty form and nothing open above it."""
+    """With the plan and the time from before the first test, an empty form and no dialog."""
     container.clock.step((month.NOW - container.clock.now()).total_seconds())
     stored.put_back()
     rebuild_scheduler(scheduler, ui)

@@ -463,7 +463,7 @@ def test_an_overlap_with_another_run_is_warned_of_and_can_be_saved_all_the_same(
     kind(screen, ui, "Once")
     pick_time(screen, ui, "Time", "1640")
     view = ui.find(FormCard).view
-    (warning,) = view.warnings  # one low battery in a month is none
+    (warning,) = view.warnings  # one low battery in a month does not count
     assert warning.text.startswith(f"Fri 20 Nov: {WASTE} is still running on Veikko then, 16:30–17:")
     assert [start.kind for start in view.starts] == ["alert"]
     line = ui.find(FormWarning)

@@ -141,7 +141,7 @@ def test_the_dialog_says_until_when_it_would_hold_now_however_long_it_is_open(sc
     dialog.dismiss()
     container.clock.step(600)
     ui.advance(1.5)
-    assert dialog.follows.startswith("Starts wait until 15:48;")  # nothing tells a closed one what time it is
+    assert dialog.follows.startswith("Starts wait until 15:48;")  # a closed one does not follow the time
 
 
 def test_the_timeline_says_until_when_everything_is_held_and_its_button_releases_it(screen, container, ui):

@@ -312,7 +312,7 @@ def test_the_legend_does_not_change_under_a_finger(screen, ui):
     screen.plan.timeline = replace(screen.plan.timeline, legend=screen.plan.timeline.legend[:1])
     ui.advance(0.3)
     assert legend.children == before
-    touch.touch_move(touch.x, touch.y + dp(40))  # so that it is no tap
+    touch.touch_move(touch.x, touch.y + dp(40))  # so that it is not a tap
     touch.touch_up()
     ui.advance(0.3)
     assert [item.text for item in reversed(legend.children)] == [item.text for item in legend.items]

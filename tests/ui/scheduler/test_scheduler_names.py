@@ -1,5 +1,5 @@
-"""What schedules are called: the name that a person gave, else what they do where. The number that keeps two apart inside the app would
-read as part of a robot's name."""
+"""Names of schedules: the one that a person entered, else mission and robot. The number that the app adds to equal
+names would read as part of a robot's name."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def second(screen, container, ui):
     first = named(container, KITS, "Aino")
     for other in schedules(container):
         if other.id != first.id:
-            container.catalogue.remove_schedule(other.id)  # both are in sight, whatever is done with them
+            container.catalogue.remove_schedule(other.id)  # both are visible
     made = container.catalogue.save_schedule(
         replace(first, id=0, name="", start=first.start + timedelta(minutes=30), between=None)
     )

@@ -31,7 +31,7 @@ def test_drafts_that_were_put_aside_are_still_there(screen, container, ui):
     put_aside(screen, container, ui)
     with larger_controls(screen, container, ui):
         assert [draft.priority for draft in screen.plan.form.aside] == [3]
-        ui.tap(ui.find(root=ui.find(Snackbar), text="Open the draft"))  # the message is of before
+        ui.tap(ui.find(root=ui.find(Snackbar), text="Open the draft"))  # the message is an earlier one
         settle(screen, ui)
         assert (screen.plan.form.draft.priority, screen.plan.form.aside) == (3, [])
 

@@ -105,7 +105,7 @@ def test_each_start_in_an_unchanged_form_can_be_skipped(screen, container, ui):
     ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
     settle(screen, ui)
     assert [start.text for start in ui.find_all(StartChip)][2] == "Fri 20 · 17:00"
-    screen.plan.form.set(at=time(6, 30))  # what is shown now is no start yet
+    screen.plan.form.set(at=time(6, 30))  # not a start yet
     settle(screen, ui)
     assert ui.find(CommandButton, text="Skip a start").disabled
     assert "Save the changes first, then skip a start" in ui.texts(ui.find(FormCard))

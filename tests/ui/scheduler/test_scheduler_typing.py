@@ -1,4 +1,4 @@
-"""What is typed in the form counts as it is typed, whatever happens before its field is left."""
+"""Text typed in the form counts at once, even if the field is not left."""
 
 from __future__ import annotations
 

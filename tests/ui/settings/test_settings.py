@@ -119,7 +119,7 @@ def test_idle_automation_of_a_robot(site, app, ui):
     go(ui, "idle")
     ui.wait(lambda: len(ui.find_all(IdlePanel)) == 2)
     panel = ui.find(IdlePanel, name="Aino")
-    ui.tap(ui.find(Toggle, root=panel))  # without a mission it asks for one
+    ui.tap(ui.find(Toggle, root=panel))  # without a mission it requests one
     ui.tap(ui.find(OptionRow, text="Home"))
     ui.wait(lambda: robots(site)[0].idle is not None)
     idle = robots(site)[0].idle
@@ -141,7 +141,7 @@ def test_idle_automation_of_a_robot(site, app, ui):
 
 
 def test_a_mission_that_asks_for_something_is_no_idle_mission(site, app, ui):
-    """There is no person to enter it: the robot would refuse it at every idle time."""
+    """No person can enter it: the robot would refuse it at every idle time."""
     aino, _sisu = site.add_robots()
     home, go_to = site.add_missions("Home", "Go to position")
     ui.wait(lambda: site.container.snapshots.get(aino.id).connection is Connection.CONNECTED)

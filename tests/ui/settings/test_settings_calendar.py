@@ -1,4 +1,4 @@
-"""The exception calendar as an integrator keeps it: by hand, by country, from a file; closed days in the Scheduler."""
+"""The exception calendar in an integrator's hands: by hand, by country, from a file; closed days in the Scheduler."""
 
 from __future__ import annotations
 

@@ -204,7 +204,7 @@ def test_another_machine_gets_nothing_until_it_is_accepted_with_its_password(sit
     site.add_robots()
     ui.wait(lambda: all(robot.serial_number for robot in robots(site)))
     before, other = (robot.serial_number for robot in robots(site))
-    site.container.catalogue.remove_robot(robots(site)[1].id)  # what answers there is no robot of the plan any more
+    site.container.catalogue.remove_robot(robots(site)[1].id)  # the machine there is no longer a robot of the plan
     go(ui, "robots")
     ui.wait(lambda: len(ui.find_all(RobotPanel)) == 1)
     edit_aino(ui)

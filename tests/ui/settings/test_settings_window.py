@@ -75,7 +75,7 @@ def test_where_it_is_narrow_list_and_section_take_turns(screen, ui, size):
 
 
 def test_a_backup_is_restored_only_after_a_question(site, ui, restored):
-    assert ui.find(CommandButton, text="Restore a backup").disabled  # there is no backup yet
+    assert ui.find(CommandButton, text="Restore a backup").disabled  # no backup yet
     reveal(ui, ui.find(CommandButton, text="Back up now"))
     press(ui, "Back up now")
     ui.wait(lambda: not ui.find(CommandButton, text="Restore a backup").disabled)

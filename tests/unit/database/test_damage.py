@@ -1,4 +1,4 @@
-"""A damaged database is kept aside, never replaced by an empty one, and comes back from a backup only."""
+"""A damaged database is renamed and kept, never replaced by an empty one, and only restored from a backup."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How long missions usually take: kept with the robots, whatever becomes of the history."""
+"""How long missions usually take: stored with the robots, independent of the history."""
 
 from __future__ import annotations
 

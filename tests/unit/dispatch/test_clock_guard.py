@@ -94,7 +94,7 @@ def test_when_the_tablets_clock_is_believed_at_the_start(tablet, heartbeat, offs
 def test_the_clock_is_not_trusted_before_a_robot_reported_its_time(tablet):
     assert not tablet.judge().is_trusted
     assert tablet.holds.active().clock
-    assert tablet.codes() == []  # that is no trouble yet
+    assert tablet.codes() == []  # no trouble yet
     tablet.clock.advance(FIRST_DOUBT - 1)
     assert not tablet.judge().is_trusted
     assert tablet.judge(1.0).is_trusted
@@ -277,7 +277,7 @@ def test_answers_from_before_the_start_end_the_first_doubt(tablet):
     tablet.restart()
     assert tablet.judge(HOUR).is_trusted
     tablet.restart()
-    assert tablet.judge(HOUR).is_trusted  # as it was then
+    assert tablet.judge(HOUR).is_trusted  # the state then
     assert not tablet.judge(2 * HOUR, 2 * HOUR).is_trusted
 
 

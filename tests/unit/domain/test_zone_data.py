@@ -68,7 +68,7 @@ def test_data_as_old_as_the_apps_own_are_the_systems(tmp_path, zones):
 
 
 def test_a_start_is_planned_by_the_newer_data_in_a_process_of_its_own(tmp_path):
-    """Whatever is imported first."""
+    """For any first import."""
     put(tmp_path, "tzdata.zi", "# version 2025b\n")
     put(tmp_path, "America/Vancouver", file_of_rule(PACIFIC))
     program = """

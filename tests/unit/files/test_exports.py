@@ -59,7 +59,7 @@ def test_an_export_says_where_it_went_and_is_its_owners_alone(files, catalogue, 
 
 def test_the_history_goes_out_as_csv(files):
     path = files.export_history("runs")
-    assert path.name == "runs.csv"  # an ending is added where there is none
+    assert path.name == "runs.csv"  # a missing ending is added
     assert path.read_bytes().startswith(b"id,trigger,schedule,")
     assert path.read_bytes().endswith(b"\r\n")
 

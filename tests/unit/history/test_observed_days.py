@@ -152,7 +152,7 @@ def test_a_period_that_cuts_a_day_without_spans_leaves_that_day_out(world):
     assert bella.observed_s == 3600
 
 
-# ---------------------------------------------------------------------- databases of before
+# ---------------------------------------------------------------------- databases of earlier versions
 def test_sums_of_days_to_come_hide_nothing(world):
     """A clock that was a year ahead, and then two: what was seen in the first of them became sums."""
     year, at = timedelta(days=365), NOON + timedelta(hours=2)

@@ -354,7 +354,7 @@ def test_one_position_comes_with_its_coordinates(robot: RobotClient, responses: 
         robot.position("r")
 
 
-# ---------------------------------------------------------------------- what goes wrong
+# ---------------------------------------------------------------------- errors
 STATUSES: list[tuple[int, type[RobotError], Delivery]] = [
     *((status, Rejected, Delivery.REFUSED) for status in (400, 404, 405, 409, 410, 418, 422)),
     *((status, Rejected, Delivery.UNKNOWN) for status in (408, 425, 429)),

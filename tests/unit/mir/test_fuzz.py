@@ -1,4 +1,5 @@
-"""Whatever a robot answers, a call returns its type or raises RobotError, and a POST is only accepted when it certainly was."""
+"""For any answer, a call returns its type or raises RobotError, and a POST only counts as accepted if it certainly
+was."""
 
 from __future__ import annotations
 

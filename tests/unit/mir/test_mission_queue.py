@@ -312,7 +312,7 @@ def test_an_item_that_appears_twice_while_paging_counts_once() -> None:
 
 
 def reader_of(there: set[int], read: Callable[[int], QueueItem] = QueueItem) -> mission_queue.QueueReader:
-    """A reader of a robot that lists only its ten oldest items, whatever it is asked."""
+    """A reader of a robot that always lists only its ten oldest items."""
 
     def ask(_method: str, path: str, _query: Mapping[str, str], _json: Any) -> list[dict[str, Any]]:
         if path.endswith("search"):

@@ -120,7 +120,7 @@ def test_a_place_is_used_also_by_robots_of_other_groups_and_of_none():
     assert sorted(forecast(short, site(room={"Dock": 1}))) == [0]  # never in a queue, as the place is full
 
 
-# ---------------------------------------------------------------------- whatever the plan
+# ---------------------------------------------------------------------- for any plan
 LASTS = st.integers(20, 1500)
 ROOM = {"Dock": 2, "Gate": 1}
 

@@ -250,7 +250,7 @@ def test_sub_daily_rules_are_what_a_look_at_every_minute_finds(
     assert found == expected
 
 
-# ---------------------------------------------------------------------- wherever one begins to look
+# ---------------------------------------------------------------------- from any first instant
 ANY_RULE = st.one_of(DATE_RULES.map("".join), SUB_DAILY)
 
 

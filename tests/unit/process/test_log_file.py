@@ -1,4 +1,4 @@
-"""The log file: one physical line for each event, whatever a robot says and whatever breaks."""
+"""The log file: one physical line for each event, for any text of a robot and any error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A console, pipe or disk that stands still: logging never waits, and dropped lines are reported once it works again."""
+"""A console, pipe or disk that blocks: logging never waits, and dropped lines are reported once it works again."""
 
 from __future__ import annotations
 

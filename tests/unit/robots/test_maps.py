@@ -1,4 +1,5 @@
-"""Maps are asked for once in a while, stored next to the database, and never delay anything, whatever a robot answers."""
+"""Maps are asked for once in a while, stored next to the database, and never delay anything, for any answer of a
+robot."""
 
 from __future__ import annotations
 
@@ -21,7 +22,7 @@ AINO = Robot("Aino", "http://10.0.0.1", id=1, serial_number="201900042")
 
 
 class FakeClient:
-    """A robot with these maps; whatever is an exception is raised."""
+    """A robot with these maps; exceptions among them are raised."""
 
     def __init__(self, maps: dict[str, RobotMap | RobotError], positions: RobotError | None = None) -> None:
         self.maps, self._positions = maps, positions

@@ -1,4 +1,4 @@
-"""Words are compared in the source's language, whatever the test before has left."""
+"""Words are compared in the source's language, not in that of the previous test."""
 
 from __future__ import annotations
 

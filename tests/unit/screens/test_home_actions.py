@@ -172,7 +172,7 @@ def test_data_of_another_tablet_can_only_be_looked_at():
 
 @pytest.mark.parametrize("last_seen", [EXECUTING, STOPPED])
 def test_to_a_silent_robot_it_is_sent_when_it_answers(last_seen):
-    """Also to one that was stopped when it was last heard of: it may have moved since."""
+    """Also to one that was stopped when it last answered: it may have moved since."""
     silent = with_aino(last_seen, age=300, connection=Connection.UNREACHABLE)
     run = view(silent, chosen=2).run
     assert (run.text, run.off, run.note) == ("Send when Aino answers", False, "waits until 14:53 at most")

@@ -151,7 +151,7 @@ def test_a_start_that_another_robot_may_take_is_probably_next():
 def test_a_run_of_a_group_says_why_it_came_here():
     chosen = replace(RUNNING, choice={"robots": [{"robot": "Aino"}, LOW]})
     [entry, *_rest] = queue_entries(replace(FACTS, open=(chosen,)), NOW)
-    assert entry.origin.endswith(" · Aino: free now")  # of the others tells its story in Logs
+    assert entry.origin.endswith(" · Aino: free now")  # the others' stories are in Logs
 
 
 def test_other_robots_are_offered_for_a_start_that_a_silent_robot_may_have():

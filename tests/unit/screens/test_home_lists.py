@@ -292,7 +292,7 @@ def test_the_source_of_an_item_is_a_typed_name_and_not_a_generated_one():
     own_name = execution(5, AINO, KITS.name, State.WAITING, schedule="Night kits 2")
     made = [replace(own_name, schedule=f"{KITS.name} on Aino{number}") for number in ("", " 2")]
     assert [trigger_words(row) for row in (own_name, *made)] == ["Night kits 2", "Schedule", "Schedule"]
-    of_group = replace(own_name, schedule=f"{KITS.name} on Hall 1 2", robot_group="Hall 1")  # whichever robot took it
+    of_group = replace(own_name, schedule=f"{KITS.name} on Hall 1 2", robot_group="Hall 1")  # on any robot
     assert trigger_words(of_group) == "Schedule"
 
 

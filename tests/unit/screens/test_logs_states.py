@@ -93,7 +93,7 @@ def test_the_share_on_missions_is_the_utilisation_of_the_figures():
     assert lane.spans[0] == states.Span(0, 0.125, "executing")
     [lane] = states.lanes(
         spans, [Facts(robot_id=1, mission_s=3600.0, observed_s=3 * 3600.0)]
-    )  # whatever else was seen of it
+    )  # ignoring other activities
     assert lane.note == "33 % on missions"
     [lane] = states.lanes(facts(8, (NO_DATA, 0, 8)), [Facts(robot_id=1)])
     assert lane.note == "never observed"

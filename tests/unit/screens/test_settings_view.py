@@ -171,7 +171,7 @@ def identity(serial="200104012", **values):
 
 
 def test_two_that_turn_out_to_be_one_machine_name_each_other():
-    """One that does not answer is saved without its serial number, which it tells later."""
+    """A silent one is saved without its serial number, which is read later."""
     twins = (AINO, replace(AINO, id=2, name="Lempi"), replace(AINO, id=3, name="Third", serial_number=""))
     assert [(panel.badge, panel.tone) for panel in view.robot_panels(facts(robots=twins), NOW)][:2] == [
         ("Same machine as Lempi", "fault"),
@@ -278,7 +278,7 @@ def test_a_mission_is_missing_only_where_it_is_used_and_the_robot_has_answered()
     known = facts(names={1: {"guid-charge": "Charge"}})
     assert missions_view.missing_sentence(known, DELIVER) == "Not on Aino any more"
     assert missions_view.missing_sentence(known, CHARGE) == ""
-    assert missions_view.missing_sentence(known, COILS) == ""  # Sisu did not tell yet
+    assert missions_view.missing_sentence(known, COILS) == ""  # Sisu has not answered yet
     assert missions_view.missing_sentence(facts(), DELIVER) == ""
 
 

@@ -171,7 +171,7 @@ def test_a_cancelled_running_item_is_in_abort_for_a_moment(either: Asker, path: 
     assert (item["state"], item["finished"], item["message"]) == ("Abort", None, "")
     body = {"filters": [{"fieldname": "state", "operator": "IN", "value": ["Pending", "Executing"]}]}
     assert either.send("POST", "/mission_queue/search", body).json() == []
-    assert either.send("DELETE", path).status == 204  # once more changes nothing
+    assert either.send("DELETE", path).status == 204  # again: changes nothing
     assert either.item(number) == item
     either.pass_time(0.5)
     ended = either.item(number)

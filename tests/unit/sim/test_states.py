@@ -222,7 +222,7 @@ def test_a_robot_shows_that_it_shuts_down_before_it_is_offline(aino: Asker) -> N
     assert (status["state_id"], status["state_text"]) == (2, "ShuttingDown")
     assert (aino.state_of(running), aino.state_of(waiting)) == ("Aborted", "Pending")
     assert aino.put_status(state_id=3)["state_id"] == 2
-    aino.control(reboot_seconds=3600)  # it is on its way already
+    aino.control(reboot_seconds=3600)  # being sent already
     aino.pass_time(1)
     assert aino.exchange("GET", "/status").fate is Fate.REFUSED
     aino.pass_time(20)

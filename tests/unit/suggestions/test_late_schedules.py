@@ -22,7 +22,7 @@ def run(day, minute, late=0.0, lasts=5.0, schedule=1, reason="", **values):
 
 
 def weeks(days=20, late=9.0, every=1):
-    """Schedule 1 at minute 450 of each day; a run of schedule 2 keeps the robot busy until it starts."""
+    """Schedule 1 at minute 450 of each day; until then a run of schedule 2 keeps the robot busy."""
     delays = [late if day % every == 0 else 0.0 for day in range(days)]
     return [
         each

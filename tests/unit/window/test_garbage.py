@@ -1,4 +1,4 @@
-"""Garbage is collected by how much there is: a window that is used all day long never waits for it, and never keeps it."""
+"""Garbage is collected by how much there is: a window in use all day never waits for it and never accumulates it."""
 
 from __future__ import annotations
 
@@ -193,7 +193,7 @@ def test_what_will_close_is_not_frozen_before_it_is_much(window: Window) -> None
 
 @pytest.mark.long
 def test_garbage_is_collected_before_the_heap_grows_beyond_its_live_objects(new_window: Window) -> None:
-    """Whatever is open."""
+    """Anything that is open."""
     count = frozen_garbage(new_window)
     new_window.is_calm = False
     assert Ring.alive == count
