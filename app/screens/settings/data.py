@@ -16,7 +16,7 @@ from app.screens.settings.files import FileModel
 from app.screens.settings.page import SettingsPage
 from app.screens.settings.view import NoticeView, backup_options, backups_phrase, done, import_result, went_wrong
 from app.services.catalogue.configuration.importing import DeletesRuns
-from app.services.files.exports import Backup
+from app.services.files.places import FoundFile
 
 
 class DataModel(EventDispatcher):
@@ -118,7 +118,7 @@ class DataPage(SettingsPage):
             self.vm.backing_up = True
             self.context.run(self.context.services.files.back_up_now, self._backed_up, self._failed)
 
-    def _backed_up(self, backup: Backup) -> None:
+    def _backed_up(self, backup: FoundFile) -> None:
         self.vm.backing_up = False
         self.vm.backup_outcome = done(_("Backup made"), str(backup.path))
         self.context.refresh()

@@ -14,7 +14,8 @@ from app.screens.common.name_order import by_name
 from app.services.catalogue.catalogue import Catalogue
 from app.services.check_up.service import CheckUps
 from app.services.files.calendar_import import CalendarFiles
-from app.services.files.exports import Backup, DataFiles
+from app.services.files.exports import DataFiles
+from app.services.files.places import FoundFile
 from app.services.live.access import Access
 from app.services.live.snapshots import Snapshots
 from app.services.planning import public_holidays
@@ -58,7 +59,7 @@ class SettingsFacts:
     )  # robot id -> guid -> name; absent: not read from the robot yet
     reports: Mapping[int, Report] = field(default_factory=dict)  # of check-ups, by robot id; absent: never checked up
     left_behind: frozenset[int] = frozenset()  # robots on which something of a check-up is still there
-    backups: tuple[Backup, ...] = ()  # newest first
+    backups: tuple[FoundFile, ...] = ()  # newest first
     exceptions: tuple[DayException, ...] = ()  # closed days and extra working days
     country: str = ""  # name of the country of the public holidays; empty: none
     region: str = ""  # name of its part

@@ -170,7 +170,7 @@ def _backup_note(facts: SettingsFacts, now: datetime) -> NoticeView:
         return NoticeView(_("no backup yet"))
     return NoticeView(
         _("last backup {when}").format(
-            when=formats.day_and_time(facts.backups[0].made_at, facts.settings.timezone, now)
+            when=formats.day_and_time(facts.backups[0].changed_at, facts.settings.timezone, now)
         )
     )
 
@@ -383,7 +383,7 @@ def backup_options(facts: SettingsFacts, now: datetime) -> list[Option]:
     return [
         Option(
             str(backup.path),
-            formats.day_and_time(backup.made_at, facts.settings.timezone, now),
+            formats.day_and_time(backup.changed_at, facts.settings.timezone, now),
             "database-outline",
             _("{file}, {size} kB").format(file=backup.path.name, size=max(1, round(backup.size / 1000))),
         )
@@ -395,7 +395,7 @@ def backups_phrase(facts: SettingsFacts, now: datetime) -> str:
     if not facts.backups:
         return _("There is no backup yet")
     count = ngettext("{n} backup", "{n} backups", len(facts.backups)).format(n=len(facts.backups))
-    newest = formats.day_and_time(facts.backups[0].made_at, facts.settings.timezone, now)
+    newest = formats.day_and_time(facts.backups[0].changed_at, facts.settings.timezone, now)
     return _(
         "{backups}, the newest of {when}. Each gives access to the robots as it was then; manual ones stay until somebody deletes "
         "their files."

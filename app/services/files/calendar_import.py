@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from zoneinfo import ZoneInfo
@@ -18,22 +18,12 @@ from app.services.files.exports import DataFiles
 from app.services.files.file_access import read_file
 
 
-@dataclass(frozen=True)
-class CalendarFile:
-    """What can be taken of a file: ``events`` with days that are not in the calendar yet; ``known`` counts those without. The rest is as in
-    ``calendar_days.Found``."""
+@dataclass(frozen=True, kw_only=True)
+class CalendarFile(Found):
+    """What can be taken of a file: ``events`` with days that are not in the calendar yet; ``known`` counts those without."""
 
-    path: Path
-    events: Sequence[FoundDays]
+    name: str
     known: int
-    past: int
-    left_out: Mapping[LeftOut, int]
-    is_whole: bool = True
-
-    @property
-    def name(self) -> str:
-        """Of the file, to be shown."""
-        return names.of_file(self.path.name)
 
 
 class CalendarFiles(DataFiles):
@@ -66,7 +56,8 @@ class CalendarFiles(DataFiles):
             for event in found.events
         ]
         events = [event for event in new if event.days]
-        return CalendarFile(source, events, len(new) - len(events), found.past, found.left_out, found.is_whole)
+        known = len(new) - len(events)
+        return CalendarFile(**vars(replace(found, events=events)), name=shown, known=known)
 
     def take(self, chosen: Iterable[FoundDays]) -> list[DayException]:
         """Add the days of these events to the calendar, all or none. Returns those that were not there."""

@@ -9,8 +9,6 @@ import contextlib
 import os
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from datetime import UTC, datetime
 from itertools import count
 from pathlib import Path
 from typing import TextIO
@@ -30,16 +28,7 @@ from app.services.catalogue.configuration.importing import DeletesRuns
 from app.services.catalogue.database_check import find_problem
 from app.services.files.file_access import draft_of, read_file, without_links
 from app.services.files.history_export import write_history
-from app.services.files.places import Place, PlaceKind, mounted
-
-
-@dataclass(frozen=True)
-class Backup:
-    """A copy of the whole database. ``made_at`` is UTC, ``size`` in bytes."""
-
-    path: Path
-    made_at: datetime
-    size: int
+from app.services.files.places import FoundFile, Place, PlaceKind, mounted
 
 
 class DataFiles:
@@ -107,23 +96,22 @@ class DataFiles:
             return question
 
     # ------------------------------------------------------------------ backups
-    def backups(self) -> list[Backup]:
+    def backups(self) -> list[FoundFile]:
         """Newest first."""
         found = []
         for path in backups_of(self._db.path):
             with contextlib.suppress(FileNotFoundError):  # the oldest may just have been deleted
-                stat = path.stat()
-                found.append(Backup(path, datetime.fromtimestamp(stat.st_mtime, UTC), stat.st_size))
+                found.append(FoundFile.at(path))
         return found
 
-    def back_up_now(self) -> Backup:
+    def back_up_now(self) -> FoundFile:
         """A copy of the database as it is now, whole and verified."""
         path = _free_path(self.data_directory / BACKUPS, f"manual-{self._clock.now():%Y-%m-%dT%H%M%SZ}", ".db")
         try:
             back_up(self._db.path, path)
         except DatabaseError as error:
             raise InvalidInput("path", "the backup could not be made: {problem}", problem=error) from error
-        return Backup(path, self._clock.now(), path.stat().st_size)
+        return FoundFile.at(path)
 
     def check_backup(self, path: Path) -> None:
         """Raises InvalidInput when this file can't be restored."""
@@ -153,24 +141,18 @@ class DataFiles:
         if target.parent == self.directory:
             with contextlib.suppress(OSError):
                 target.parent.mkdir(mode=0o700, exist_ok=True)
-        with _as_invalid_input(target), draft_of(found) as file:
-            yield target, file
+        try:
+            with draft_of(found) as file:
+                yield target, file
+        except FileNotFoundError:
+            raise InvalidInput("path", "there is no directory {path}", path=target.parent) from None
+        except OSError as error:
+            raise InvalidInput(
+                "path", "{path} can't be written: {problem}", path=target, problem=message_of_system(error)
+            ) from None
 
 
 def _free_path(directory: Path, stem: str, suffix: str) -> Path:
     """The first of ``stem``, ``stem-2``, ``stem-3`` … that does not exist."""
     paths = (directory / f"{stem}{f'-{number}' if number > 1 else ''}{suffix}" for number in count(1))
     return next(path for path in paths if not path.exists())
-
-
-@contextlib.contextmanager
-def _as_invalid_input(path: Path) -> Iterator[None]:
-    """Errors of a file as InvalidInput."""
-    try:
-        yield
-    except FileNotFoundError:
-        raise InvalidInput("path", "there is no directory {path}", path=path.parent) from None
-    except OSError as error:
-        raise InvalidInput(
-            "path", "{path} can't be written: {problem}", path=path, problem=message_of_system(error)
-        ) from None

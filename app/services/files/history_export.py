@@ -8,7 +8,6 @@ from __future__ import annotations
 import csv
 import re
 import sqlite3
-from collections.abc import Iterator
 from datetime import datetime, tzinfo
 from typing import TextIO
 
@@ -64,29 +63,27 @@ def write_history(
     return number
 
 
-def _cells(execution: Execution) -> Iterator[object]:
+def _cells(execution: Execution) -> list[object]:
     zone, reason = known_zone(execution.timezone), execution.reason
-    yield from (execution.id, execution.trigger)
-    yield from (
-        _text(text) for text in (execution.schedule, execution.robot, execution.mission, execution.mission_guid)
-    )
-    yield from (execution.state, reason.code if reason else "", _text(sentence(reason, zone)) if reason else "")
-    yield from (
-        _instant(instant, zone)
-        for instant in (
-            execution.planned_at,
-            execution.created_at,
-            execution.submitted_at,
-            execution.started_at,
-            execution.ended_at,
-        )
-    )
-    yield "" if execution.duration_s is None else round(execution.duration_s)
-    yield from (execution.attempts, "" if execution.queue_id is None else execution.queue_id)
-    yield from (
-        _text(text) for text in (execution.robot_group, chosen(execution.choice, zone) if execution.robot_id else "")
-    )
-    yield execution.starts
+    return [
+        execution.id,
+        execution.trigger,
+        *map(_text, (execution.schedule, execution.robot, execution.mission, execution.mission_guid)),
+        execution.state,
+        reason.code if reason else "",
+        _text(sentence(reason, zone)) if reason else "",
+        _instant(execution.planned_at, zone),
+        _instant(execution.created_at, zone),
+        _instant(execution.submitted_at, zone),
+        _instant(execution.started_at, zone),
+        _instant(execution.ended_at, zone),
+        "" if execution.duration_s is None else round(execution.duration_s),
+        execution.attempts,
+        "" if execution.queue_id is None else execution.queue_id,
+        _text(execution.robot_group),
+        _text(chosen(execution.choice, zone) if execution.robot_id else ""),
+        execution.starts,
+    ]
 
 
 def _instant(instant: datetime | None, zone: tzinfo) -> str:

@@ -260,13 +260,9 @@ def text_line(name: str, text: str) -> str:
 
 def line(name: str, value: str) -> str:
     """A content line, folded between characters so that none has more than 75 octets, with its line end."""
-    folded: list[str] = []
-    part, octets = "", 0
-    for character in f"{name}:{value}":
-        size = len(character.encode())
-        if octets + size > FOLD_AT:
-            folded.append(part)
-            part, octets = " ", 1
-        part += character
-        octets += size
-    return "\r\n".join([*folded, part]) + "\r\n"
+    text, parts = f"{name}:{value}", list[str]()
+    while text:
+        end = next(end for end in range(FOLD_AT - 1, 0, -1) if len(text[:end].encode()) < FOLD_AT)
+        parts.append(text[:end])
+        text = text[end:]
+    return "\r\n ".join(parts) + "\r\n"

@@ -16,7 +16,6 @@ from app.services.catalogue import checks
 from app.services.files.ics import Budget, Component
 from app.services.files.ics_times import Moment, Rule, moment, offset, values
 
-LONGEST_NAME = 80
 MOST_CHANGES = 3_000  # of one zone: real ones have changed some hundred times
 FIRST = datetime.combine(date(1970, 1, 1), time())  # where a part says none
 FIRST_LEAP_YEAR = 1968  # has every date of an older start
@@ -141,7 +140,7 @@ def named(name: str) -> tzinfo | None:
     if parts[-1] in ("utc", "gmt", "z"):
         return UTC
     for tried in ["/".join(parts[-number:]) for number in (3, 2, 1)]:
-        if len(tried) <= LONGEST_NAME and checks.is_zone(known := _names().get(tried, "")):
+        if checks.is_zone(known := _names().get(tried, "")):
             return ZoneInfo(known)
     return None
 

@@ -14,9 +14,8 @@ from pathlib import Path
 
 MOUNTS = Path("/proc/self/mounts")
 MEDIA = (Path("/media"), Path("/run/media"))
-SHARES = frozenset(
-    {"cifs", "smb3", "smbfs", "nfs", "nfs4", "fuse.sshfs", "davfs", "fuse.davfs2"}
-)  # file systems of the network
+# file systems of the network
+SHARES = frozenset({"cifs", "smb3", "smbfs", "nfs", "nfs4", "fuse.sshfs", "davfs", "fuse.davfs2"})
 MOST_FILES = 200  # that are listed
 MOST_SEEN = 5000  # that are looked at
 
@@ -43,6 +42,12 @@ class FoundFile:
     path: Path
     changed_at: datetime
     size: int
+
+    @classmethod
+    def at(cls, path: Path) -> FoundFile:
+        """Raises OSError; ValueError or OverflowError for a time that no calendar has."""
+        stat = path.stat()
+        return cls(path, datetime.fromtimestamp(stat.st_mtime, UTC), stat.st_size)
 
 
 def mounted() -> Iterator[Place]:
@@ -71,8 +76,7 @@ def found_in(directory: Path, suffix: str) -> list[FoundFile]:
     for path in islice(_named(directory, suffix), MOST_SEEN):
         with contextlib.suppress(OSError, ValueError, OverflowError):  # deleted, or of a day that no calendar has
             if path.is_file() and os.access(path, os.R_OK):
-                stat = path.stat()
-                found.append(FoundFile(path, datetime.fromtimestamp(stat.st_mtime, UTC), stat.st_size))
+                found.append(FoundFile.at(path))
     return sorted(found, key=lambda file: (file.changed_at, file.path), reverse=True)[:MOST_FILES]
 
 
@@ -85,14 +89,7 @@ def _named(directory: Path, suffix: str) -> Iterator[Path]:
 def _entries(directory: Path) -> list[Path]:
     """Without hidden ones, those that can't be read, and those whose name is in no known encoding."""
     try:
-        return [directory / name for name in os.listdir(directory) if not name.startswith(".") and _is_text(name)]
+        names = [name for name in os.listdir(directory) if not name.startswith(".")]
+        return [directory / name for name in names if name.encode(errors="ignore").decode() == name]
     except OSError:
         return []
-
-
-def _is_text(name: str) -> bool:
-    try:
-        name.encode()
-    except UnicodeEncodeError:
-        return False
-    return True

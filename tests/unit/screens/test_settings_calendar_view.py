@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from datetime import date
-from pathlib import Path
 
 from app.domain.models import DayException, Settings
 from app.i18n import translator
@@ -71,7 +70,7 @@ def test_country_and_region_are_said_or_that_there_is_none():
 
 
 def found(*events, **counts):
-    return CalendarFile(Path("/x/plant.ics"), events, **{"known": 0, "past": 0, "left_out": {}, **counts})
+    return CalendarFile(events, **{"name": "plant.ics", "known": 0, **counts})
 
 
 def closed(name, *days, yearly=False):

@@ -21,7 +21,7 @@ from app.mir.credentials import Token
 from app.mir.errors import AnotherRobot, CertificateMismatch, CertificateProblem, TimedOut, Unreachable
 from app.screens.settings import missions_view, view
 from app.screens.settings.facts import SettingsFacts
-from app.services.files.exports import Backup
+from app.services.files.places import FoundFile
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
 AINO = Robot(
@@ -61,7 +61,7 @@ def test_every_section_says_its_present_value():
     state = facts(
         settings=Settings(timezone="Europe/Helsinki", minimum_battery_percent=30.0, language="fi", theme="dark"),
         robots=(replace(AINO, idle=IdleRule(11, 15)), SISU),
-        backups=(Backup(Path("b.db"), datetime(2026, 11, 20, 0, 0, tzinfo=UTC), 5000),),
+        backups=(FoundFile(Path("b.db"), datetime(2026, 11, 20, 0, 0, tzinfo=UTC), 5000),),
     )
     assert notes(state) == {
         "robots": "2 robots",
@@ -375,8 +375,8 @@ def test_idle_panels_say_what_will_happen():
 def test_backups_are_offered_newest_first_with_their_time():
     state = facts(
         backups=(
-            Backup(Path("/d/daily-2026-11-20.db"), datetime(2026, 11, 20, 0, 0, tzinfo=UTC), 512_000),
-            Backup(Path("/d/daily-2026-11-19.db"), datetime(2026, 11, 19, 0, 0, tzinfo=UTC), 400),
+            FoundFile(Path("/d/daily-2026-11-20.db"), datetime(2026, 11, 20, 0, 0, tzinfo=UTC), 512_000),
+            FoundFile(Path("/d/daily-2026-11-19.db"), datetime(2026, 11, 19, 0, 0, tzinfo=UTC), 400),
         )
     )
     options = view.backup_options(state, NOW)
