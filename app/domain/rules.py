@@ -52,6 +52,21 @@ def token_of(install_id: str, schedule_id: int, planned_at: datetime) -> str:
 
 
 # ---------------------------------------------------------------------- the rows of new executions
+def as_planned(schedule: Schedule, mission: Mission, settings: Settings, planned_at: datetime) -> dict[str, Any]:
+    """Of an occurrence what follows its schedule and mission as long as no robot has it."""
+    finish_by = schedule.finish_by_minutes
+    return {
+        "schedule": schedule.name,
+        "mission": mission.name,
+        "mission_guid": mission.guid,
+        "parameters": schedule.parameters,
+        "priority": schedule.priority,
+        "minimum_battery_percent": minimum_battery(schedule, mission, settings),
+        "closes_at": closes_at(planned_at, schedule.start_window_minutes, settings),
+        "finish_by": None if finish_by is None else planned_at + timedelta(minutes=finish_by),
+    }
+
+
 def scheduled(
     schedule: Schedule,
     target: Robot | Group,
@@ -65,29 +80,21 @@ def scheduled(
     """An occurrence of a schedule, waiting, for a group without a robot; with ``intent_floor``, the highest queue id known of its robot,
     already with the intent of its first attempt."""
     is_intent, robot = intent_floor is not None, target if isinstance(target, Robot) else None
-    finish_by = schedule.finish_by_minutes
     return Execution(
+        **as_planned(schedule, mission, settings, planned_at),
         state=State.SUBMITTING if is_intent else State.WAITING,
         attempts=int(is_intent),
         queue_floor=intent_floor,
         trigger=Trigger.SCHEDULED,
         schedule_id=schedule.id,
-        schedule=schedule.name,
         robot_id=robot.id if robot else None,
         robot=robot.name if robot else "",
         group_id=None if robot else target.id,
         robot_group="" if robot else target.name,
-        finish_by=None if finish_by is None else planned_at + timedelta(minutes=finish_by),
-        mission=mission.name,
-        mission_guid=mission.guid,
-        parameters=schedule.parameters,
-        priority=schedule.priority,
         robot_address=robot.address if robot and is_intent else None,
         robot_serial=robot.serial_number if robot and is_intent else None,
-        minimum_battery_percent=minimum_battery(schedule, mission, settings),
         timezone=schedule.timezone,
         planned_at=planned_at,
-        closes_at=closes_at(planned_at, schedule.start_window_minutes, settings),
         created_at=now,
         token=token_of(install_id, schedule.id, planned_at),
     )

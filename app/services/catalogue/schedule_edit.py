@@ -66,7 +66,7 @@ class ScheduleEdit(Transaction):
             self.notes.append(f"schedule {stored.name!r} changed: {changed}")
             schedule = self._replan(stored, schedule, calendar)
             self.schedules.update(self.c, schedule)
-            self.change_waiting(schedule, target, mission)
+            self.change_waiting(schedule, mission)
             self._choose_again(schedule)
         self.topics.add(Topic.SCHEDULES)
         return schedule
@@ -166,14 +166,11 @@ class ScheduleEdit(Transaction):
             self.executions.drop_withdrawn(self.c, schedule.id, schedule.next_at)
         return schedule
 
-    def change_waiting(self, schedule: Schedule, target: Robot | Group, mission: Mission) -> None:
+    def change_waiting(self, schedule: Schedule, mission: Mission) -> None:
         """Waiting starts take over the schedule's new values; starts being sent are checked against them when they are
         sent (``wanted``)."""
         for row in self.unsent_of([schedule]):
-            columns = as_defined(
-                self.c, row, schedule, target, mission, self.settings, self.stored_settings.install_id(self.c)
-            )
-            columns = {name: value for name, value in columns.items() if value != getattr(row, name)}
+            columns = as_defined(self.c, row, schedule, mission, self.settings)
             if row.state is State.SUBMITTING:
                 columns = {
                     name: value for name, value in columns.items() if name == "closes_at"
@@ -189,7 +186,7 @@ class ScheduleEdit(Transaction):
     def update_waiting(self, schedules: Iterable[Schedule]) -> None:
         """What waits of these, whose mission or settings were changed."""
         for schedule in schedules:
-            self.change_waiting(schedule, self.target_of(schedule), self.the_mission(schedule.mission_id))
+            self.change_waiting(schedule, self.the_mission(schedule.mission_id))
 
     @staticmethod
     def definition(schedule: Schedule) -> Schedule:

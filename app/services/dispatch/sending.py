@@ -39,6 +39,7 @@ from app.services.dispatch.timing import INTENT_LEAD, RECHECK, RECONCILE_EVERY
 from app.services.dispatch.waiting import Waiting
 from app.services.executions import transitions
 from app.services.executions.transitions import Event, Transition, is_other_machine
+from app.services.executions.wanted import Verdict
 
 log = logging.getLogger(__name__)
 
@@ -179,10 +180,6 @@ class Sending:
             return True
         return self._ledger.wanted(row).columns != {} or self._ledger.full_place(row) is not None
 
-    def _is_own(self, row: Execution) -> bool:
-        """Whether it waits for this robot, and for no other."""
-        return not may_change_robot(row) and "robot_id" not in (self._ledger.wanted(row).columns or {})
-
     def _release(self, intents: Sequence[Execution]) -> None:
         """Unsent intents wait again, or end if they were withdrawn."""
         for intent in intents:
@@ -190,7 +187,7 @@ class Sending:
         for waiting in self._ledger.apply([transitions.not_sent(intent) for intent in intents]):
             if waiting.ended_at is not None:
                 self._forget_idle([waiting])
-            elif self._is_own(waiting):
+            elif _is_own(waiting, self._ledger.wanted(waiting)):
                 self._later(waiting, 0.0)
             else:
                 self._release_robot(waiting)
@@ -227,9 +224,10 @@ class Sending:
     def _may_try(self, row: Execution) -> bool:
         """Whether to try this waiting execution now; otherwise it is ended, left waiting, or given back to its
         group."""
-        if self._is_own(row):
-            return self._waiting.may_be_tried(row, self._ledger.wanted(row).why) and self._waiting.has_room(row)
-        if self._seen.robot.enabled and self._waiting.may_be_tried(row, self._ledger.wanted(row).why):
+        verdict = self._ledger.wanted(row)
+        if _is_own(row, verdict):
+            return self._waiting.may_be_tried(row, verdict.why) and self._waiting.has_room(row)
+        if self._seen.robot.enabled and self._waiting.may_be_tried(row, verdict.why):
             return True
         self._release_robot(row)
         return False
@@ -503,3 +501,8 @@ class Sending:
         self._ledger.apply([transitions.end(Event.GIVE_UP, row, reason, may_come=True)])
         self.attempts.pop(row.id, None)
         self._duplicates.watch_for(row)
+
+
+def _is_own(row: Execution, verdict: Verdict) -> bool:
+    """Whether it waits for this robot, and for no other."""
+    return not may_change_robot(row) and "robot_id" not in (verdict.columns or {})

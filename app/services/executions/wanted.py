@@ -10,50 +10,32 @@ from typing import Any, NamedTuple
 
 from app.database.executions import UNBOUND
 from app.database.group_executions import GroupExecutionRepository
-from app.database.groups import target_of
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain import rules
-from app.domain.models import Execution, Group, Mission, Reason, ReasonCode, Robot, Schedule, Settings, Trigger
+from app.domain.models import Execution, Mission, Reason, ReasonCode, Schedule, Settings, Trigger
 from app.services.executions.transitions import why_withdrawn
 from app.services.planning.planned import first_due
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
-_FOLLOWS = (
-    "schedule",
-    "mission",
-    "mission_guid",
-    "parameters",
-    "priority",
-    "minimum_battery_percent",
-    "closes_at",
-    "finish_by",
-)
 _MISSIONS, _SETTINGS, _STARTS = MissionRepository(), SettingsRepository(), GroupExecutionRepository()
 
 
 def as_defined(
-    c: sqlite3.Connection,
-    row: Execution,
-    schedule: Schedule,
-    target: Robot | Group,
-    mission: Mission,
-    settings: Settings,
-    install_id: str,
+    c: sqlite3.Connection, row: Execution, schedule: Schedule, mission: Mission, settings: Settings
 ) -> dict[str, Any]:
-    """The columns that make it run as its schedule is defined now. Of a group: a robot that it was given to has its own mission of that
-    name, for another mission all robots may be asked again, and where a person has put it before others it stays there."""
-    made = rules.scheduled(schedule, target, mission, settings, install_id, row.planned_at, row.created_at)
-    columns = {name: getattr(made, name) for name in _FOLLOWS} | {"tried": row.tried}
-    if isinstance(target, Group):
-        columns["priority"] = max(row.priority, made.priority)
+    """The columns that have to change for it to run as its schedule is defined now. Of a group: a robot that it was given to has its own
+    mission of that name, for another mission all robots may be asked again, and where a person has put it before others it stays there."""
+    columns = rules.as_planned(schedule, mission, settings, row.planned_at)
+    if row.group_id is not None:
+        columns["priority"] = max(row.priority, schedule.priority)
         if row.robot_id is not None and (own := _MISSIONS.for_robot(c, mission.name, row.robot_id)):
             columns["mission_guid"] = own.guid
-        if row.mission != made.mission:
+        if row.mission != mission.name:
             columns["tried"] = rules.may_try_again(row.tried)
-    return columns
+    return {name: value for name, value in columns.items() if value != getattr(row, name)}
 
 
 class Verdict(NamedTuple):
@@ -75,17 +57,15 @@ def wanted(c: sqlite3.Connection, row: Execution, *, reopen: bool = False) -> Ve
         is_idle = _is_idle_mission(c, row)
         return Verdict({}) if is_idle else Verdict(None, Reason(ReasonCode.SCHEDULE_CHANGED, {"idle": True}))
     schedule = None if row.schedule_id is None else ScheduleRepository().get(c, row.schedule_id)
-    if schedule is None or not _is_for(row, schedule):
+    mission = None if schedule is None else _MISSIONS.get(c, schedule.mission_id)
+    if schedule is None or mission is None or not _is_for(row, schedule):
         return Verdict(None, Reason(ReasonCode.SCHEDULE_CHANGED))
-    target, mission, settings = target_of(c, schedule), _MISSIONS.get(c, schedule.mission_id), _SETTINGS.load(c)
+    settings = _SETTINGS.load(c)
     if reopen and schedule.paused_until is not None and schedule.is_paused(row.planned_at):
         return Verdict(None, Reason(ReasonCode.HOLD, {"paused_until": schedule.paused_until.isoformat()}))
-    is_planned = not reopen or has_start(row, schedule, settings, working_calendar(c, settings))
-    if not is_planned or target is None or mission is None:  # foreign keys guarantee a target and a mission
+    if reopen and not has_start(row, schedule, settings, working_calendar(c, settings)):
         return Verdict(None, Reason(ReasonCode.SCHEDULE_CHANGED))
-    columns = as_defined(c, row, schedule, target, mission, settings, _SETTINGS.install_id(c))
-    columns |= {} if may_stay else UNBOUND
-    return Verdict({name: value for name, value in columns.items() if value != getattr(row, name)})
+    return Verdict(as_defined(c, row, schedule, mission, settings) | ({} if may_stay else UNBOUND))
 
 
 def has_start(row: Execution, schedule: Schedule, settings: Settings, calendar: WorkingCalendar) -> bool:
