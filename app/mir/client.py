@@ -29,9 +29,11 @@ from app.domain.robot import (
 from app.mir import parameters as mission_parameters
 from app.mir import parse, robot_vocabulary
 from app.mir.errors import (
+    AnotherRobotDidIt,
     NotAMir,
     Refusal,
     Rejected,
+    Unnumbered,
     Unreadable,
 )
 from app.mir.mission_queue import UNSUPPORTED, QueueReader
@@ -149,9 +151,13 @@ class RobotClient(VerifiedRequests):
                 status=400, reason=message("a parameter can't be written as JSON"), address=self.address.netloc
             ) from None
         answer = self._request("POST", "/mission_queue", json=body, is_wanted=is_wanted)
-        if problem := robot_vocabulary.order_problem(answer, self._profile):
-            raise problem.at(self.address.netloc)
-        return self._read(answer, parse.queue_id)
+        if answer.status not in (201, self._profile.order_status):
+            problem = message("status {status} instead of 201", status=answer.status)
+            raise Unreadable(problem=problem, address=self.address.netloc)
+        try:
+            return self._read(answer, parse.queue_id)
+        except (Unreadable, NotAMir):
+            raise Unnumbered(address=self.address.netloc) from None
 
     def queue_item(self, queue_id: int) -> QueueItem:
         """Raises Rejected with status 404 when the robot has no such item (any more)."""
@@ -190,8 +196,6 @@ class RobotClient(VerifiedRequests):
     # ------------------------------------------------------------------ the robot
     def set_state(self, state: RobotState) -> RobotStatus | None:
         """READY: go on; PAUSE: pause what runs and hold the queue. Returns the status afterwards, where the robot gives it."""
-        if state not in (RobotState.READY, RobotState.PAUSE):
-            raise ValueError(state)
         return self._put_status({"state_id": int(state)})
 
     def clear_error(self) -> RobotStatus | None:
@@ -254,7 +258,7 @@ class RobotClient(VerifiedRequests):
             status = self._status(answer, self._clock() - began)
         except (NotAMir, Unreadable):
             return None
-        self._check_serial_number(status, "another_robot_did_it")
+        self._check_serial_number(status, AnotherRobotDidIt)
         return status
 
 

@@ -67,12 +67,12 @@ class RobotError(Exception):
     """Anything that kept a call to a robot from succeeding. Every call of ``RobotClient`` raises only this."""
 
     code = "robot_error"
-    _delivery = Delivery.UNKNOWN
+    delivery = Delivery.UNKNOWN
 
-    def __init__(self, msgid: str = "", *, code: str = "", **params: Any) -> None:
-        super().__init__(msgid, code, params)
+    def __init__(self, *, code: str = "", **params: Any) -> None:
+        super().__init__(code, params)
         self.code = code or self.code
-        self.msgid = msgid or SENTENCES[self.code]
+        self.msgid = SENTENCES[self.code]
         self.params: dict[str, Any] = {"address": message("the robot"), **params}
 
     @property
@@ -95,12 +95,8 @@ class RobotError(Exception):
 
     def unsent(self) -> Self:
         """The same error, as what kept another request from being sent."""
-        self._delivery = Delivery.NOT_SENT
+        self.delivery = Delivery.NOT_SENT
         return self
-
-    @property
-    def delivery(self) -> Delivery:
-        return self._delivery
 
     @property
     def certainly_without_effect(self) -> bool:
@@ -112,14 +108,14 @@ class Unreachable(RobotError):
     """No connection was made, so nothing was sent: refused, no route, unknown name, time-out while connecting."""
 
     code = "unreachable"
-    _delivery = Delivery.NOT_SENT
+    delivery = Delivery.NOT_SENT
 
 
 class NotWanted(RobotError):
     """What was to be sent was too late, or not wanted any more, when the connection stood, so nothing was sent."""
 
     code = "not_wanted"
-    _delivery = Delivery.NOT_SENT
+    delivery = Delivery.NOT_SENT
 
 
 class CertificateProblem(Unreachable):
@@ -149,26 +145,24 @@ class TimedOut(RobotError):
 
 
 class Refusal(RobotError):
-    """The robot answered with a ``status`` of failure (HTTP). ``robot_code`` and ``reason`` are its own words, often empty."""
+    """The robot answered with a ``status`` of failure (HTTP). ``reason``: its own words, often empty."""
 
-    def __init__(
-        self, msgid: str = "", *, status: int, robot_code: str = "", reason: Message = "", code: str = "", **params: Any
-    ) -> None:
-        self.status, self.robot_code, self.reason = status, robot_code, reason
-        own = code or type(self).code
-        if reason and f"{own}_with_reason" in SENTENCES:
-            own += "_with_reason"
-        super().__init__(msgid, code=own, status=status, reason=reason, **params)
+    def __init__(self, *, status: int, reason: Message = "", code: str = "", **params: Any) -> None:
+        self.status, self.reason = status, reason
+        code = code or self.code
+        if reason and f"{code}_with_reason" in SENTENCES:
+            code += "_with_reason"
+        super().__init__(code=code, status=status, reason=reason, **params)
 
 
 class Unauthorized(Refusal):
     """401 or 403: the user, the password or the user's rights are wrong."""
 
     code = "unauthorized"
-    _delivery = Delivery.REFUSED
+    delivery = Delivery.REFUSED
 
-    def __init__(self, msgid: str = "", *, status: int = 401, **params: Any) -> None:
-        super().__init__(msgid, status=status, **{"code": "forbidden" if status == 403 else "unauthorized", **params})
+    def __init__(self, *, status: int = 401, **params: Any) -> None:
+        super().__init__(status=status, code="forbidden" if status == 403 else "unauthorized", **params)
 
 
 MAY_STILL_HAPPEN = frozenset(
@@ -181,9 +175,9 @@ class Rejected(Refusal):
 
     code = "rejected"
 
-    def __init__(self, msgid: str = "", *, status: int, **params: Any) -> None:
-        super().__init__(msgid, status=status, **params)
-        self._delivery = Delivery.UNKNOWN if status in MAY_STILL_HAPPEN else Delivery.REFUSED
+    def __init__(self, *, status: int, **params: Any) -> None:
+        super().__init__(status=status, **params)
+        self.delivery = Delivery.UNKNOWN if status in MAY_STILL_HAPPEN else Delivery.REFUSED
 
 
 class Busy(Refusal):
@@ -191,9 +185,6 @@ class Busy(Refusal):
     request."""
 
     code = "busy"
-
-    def __init__(self, msgid: str = "", *, status: int = 503, **params: Any) -> None:
-        super().__init__(msgid, status=status, **params)
 
 
 class RobotFault(Refusal):
@@ -209,14 +200,17 @@ class NotAMir(RobotError):
 
 
 class AnotherRobot(NotAMir):
-    """Another serial number (``found``) than the ``expected`` one answers, so the request was not sent; or it has got it
-    (``another_robot_did_it``)."""
+    """Another serial number (``found``) than the ``expected`` one answers, so the request was not sent."""
 
     code = "another_robot"
+    delivery = Delivery.NOT_SENT
 
-    @property
-    def delivery(self) -> Delivery:
-        return Delivery.UNKNOWN if self.code == "another_robot_did_it" else Delivery.NOT_SENT
+
+class AnotherRobotDidIt(AnotherRobot):
+    """The same, but that machine has got the request."""
+
+    code = "another_robot_did_it"
+    delivery = Delivery.UNKNOWN
 
 
 class SerialNumberHidden(NotAMir):

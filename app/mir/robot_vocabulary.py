@@ -7,11 +7,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from app.domain.check_up import NOTHING_KNOWN, RobotProfile
-from app.domain.message import message
 from app.mir import parse
-from app.mir.errors import Unnumbered, Unreadable
 from app.mir.texts import clean, resolve
-from app.mir.transport import Response
 
 LONGEST_DESCRIPTION = 200  # characters of message and description (MiR's REST definition 3.5.4)
 CANCELLED = "Cancelled"  # of ``item_states``: one that a person has ended
@@ -50,19 +47,3 @@ def order(mission_guid: str, description: str, text: str, priority: int, paramet
 def as_stored(text: str) -> str:
     """The message of an item in which the robot has written nothing: the text that was sent with it, as it comes back."""
     return resolve(text[:LONGEST_DESCRIPTION])
-
-
-def order_problem(answer: Response, known: RobotProfile) -> Unreadable | None:
-    """Why an answer of success does not say that the mission was taken, or under which number. Only 201 does, unless the robot is known to
-    answer otherwise."""
-    if answer.status not in (201, known.order_status):
-        return Unreadable(problem=message("status {status} instead of 201", status=answer.status))
-    return None if _has_number(answer) else Unnumbered()
-
-
-def _has_number(answer: Response) -> bool:
-    try:
-        parse.queue_id(parse.loads(answer.body))
-    except Unreadable:
-        return False
-    return True

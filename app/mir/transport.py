@@ -88,20 +88,14 @@ class Pace:
         self._asked: deque[float] = deque()
         self._lock = threading.Lock()
 
-    def wait(self, share: float, on_wait: Callable[[], None] = lambda: None) -> None:
+    def wait(self, share: float | None, on_wait: Callable[[], None] = lambda: None) -> None:
         """Wait until this share of the robot's limit has room for one more request, which then counts. ``on_wait`` is
-        called while waiting."""
+        called while waiting. ``share`` None: what a person orders is not delayed, but delays what follows."""
         while (seconds := self._until_free(share)) > 0:
             on_wait()
             self._pause(max(0.001, min(seconds, STEP)))
 
-    def count(self) -> None:
-        """A request that does not wait: what a person orders. What comes after it waits longer."""
-        with self._lock:
-            if self.rest is not None:
-                self._asked.append(self._clock())
-
-    def _until_free(self, share: float) -> float:
+    def _until_free(self, share: float | None) -> float:
         with self._lock:
             rest, now = self.rest, self._clock()
             if rest is None:
@@ -110,7 +104,7 @@ class Pace:
             seconds = min(rest.seconds, LONGEST)
             while self._asked and self._asked[0] <= now - seconds:
                 self._asked.popleft()
-            too_many = len(self._asked) - max(1, int(share * rest.requests))
+            too_many = -1 if share is None else len(self._asked) - max(1, int(share * rest.requests))
             if too_many >= 0:
                 return self._asked[too_many] + seconds - now
             self._asked.append(now)

@@ -67,9 +67,9 @@ class VerifiedRequests:
         profile: RobotProfile | None = None,
         pace: Pace | None = None,
     ) -> None:
-        self.address, self._serial_number, self.identified_by = address, serial_number, identified_by
+        self.address, self.serial_number, self.identified_by = address, serial_number, identified_by
         self.has_default_password = token.is_published_default
-        self._verified_at, self._verified_over = -math.inf, object()
+        self._verified_at, self._verified_over, self._verified_as = -math.inf, object(), serial_number
         self._has_answered = False  # as HTTP
         self._clock = clock
         self.timeouts = self._usual_timeouts = timeouts or Timeouts()
@@ -85,15 +85,6 @@ class VerifiedRequests:
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.address})"
 
-    @property
-    def serial_number(self) -> str | None:
-        return self._serial_number
-
-    @serial_number.setter
-    def serial_number(self, known: str | None) -> None:
-        if known != self._serial_number:
-            self._serial_number, self._verified_at = known, -math.inf
-
     def use_profile(self, profile: RobotProfile | None) -> None:
         """What a check-up has found of the robot as it is now; None: nothing."""
         profile = profile or NOTHING_KNOWN
@@ -106,10 +97,10 @@ class VerifiedRequests:
         its serial number is not the known one, SerialNumberHidden if it no longer shows the one it always did, NotAMir
         if something else answers.
         """
-        self.pace.wait(OF_STATUS)
-        return self._ask_status()
+        return self._ask_status(OF_STATUS)
 
-    def _ask_status(self) -> RobotStatus:
+    def _ask_status(self, share: float | None) -> RobotStatus:
+        self.pace.wait(share)
         began, self._verified_at = self._clock(), -math.inf
         answer, is_open = self._answer_of_status()
         status = self._status(answer, self._clock() - began)
@@ -119,6 +110,7 @@ class VerifiedRequests:
         shown = IdentifiedBy.SERIAL_NUMBER if is_open and status.serial_number else IdentifiedBy.ADDRESS
         self.identified_by = IdentifiedBy.CERTIFICATE if self.address.is_secure else shown
         self._verified_at, self._verified_over = self._clock(), self._transport.read_connection()
+        self._verified_as = self.serial_number
         return status
 
     def _answer_of_status(self) -> tuple[Response, bool]:
@@ -134,17 +126,18 @@ class VerifiedRequests:
                 raise NotAMir(code="no_interface", address=self.address.netloc, status=error.status) from None
             raise
 
-    def _check_serial_number(self, status: RobotStatus, code: str = "") -> None:
+    def _check_serial_number(self, status: RobotStatus, problem: type[AnotherRobot] = AnotherRobot) -> None:
         expected, found = self.serial_number, status.serial_number
         if expected and found and found != expected:
             self._verified_at = -math.inf
-            raise AnotherRobot(code=code, address=self.address.netloc, expected=expected, found=found)
+            raise problem(address=self.address.netloc, expected=expected, found=found)
 
     def _is_verified(self) -> bool:
         """Whether credentials may go out: the known serial number was shown a moment ago, or on a connection that has been open since."""
         connection = self._transport.read_connection()
         lasts = VERIFIED_FOR if connection and connection is self._verified_over else VERIFIED_WITHOUT
-        return connection is not False and self._clock() - self._verified_at <= lasts
+        is_recent = self._clock() - self._verified_at <= lasts
+        return connection is not False and is_recent and self._verified_as == self.serial_number
 
     def _check_may_be_hidden(self) -> None:
         """Another machine in a robot's place could hide its serial number to get the credentials. A certificate can't
@@ -186,26 +179,21 @@ class VerifiedRequests:
         """With credentials, to the robot that is known. ``at_once``: what a person orders does not wait for its turn. Raises RobotError."""
 
         def send() -> Response:
-            is_read = method == "GET" or path.endswith("/search")
-            if at_once:
-                self.pace.count()
+            if method == "GET" or path.endswith("/search"):
+                self.pace.wait(OF_READS, self.on_pause)
             else:
-                self.pace.wait(OF_READS if is_read else OF_ALL, self.on_pause if is_read else lambda: None)
-            self._verify(at_once)
+                self.pace.wait(None if at_once else OF_ALL)
+            if self.serial_number and not self._is_verified():
+                self._verify(None if at_once else OF_STATUS)
             return self._send(method, path, query=query, json=json, is_wanted=is_wanted)
 
         return _again_if_stale(send)
 
-    def _verify(self, at_once: bool) -> None:
-        if self.serial_number and not self._is_verified():
-            try:
-                if at_once:
-                    self.pace.count()
-                    self._ask_status()
-                else:
-                    self.status()
-            except RobotError as error:
-                raise error.unsent() from None
+    def _verify(self, share: float | None) -> None:
+        try:
+            self._ask_status(share)
+        except RobotError as error:
+            raise error.unsent() from None
 
     def _send(
         self,
@@ -253,8 +241,7 @@ class VerifiedRequests:
             found = None
         found = found if isinstance(found, dict) else {}
         kind = Rejected if status < 500 else Busy if status == 503 else RobotFault
-        robot_code, reason = resolve(found.get("error_code"), 80), resolve(found.get("error_human"), 300)
-        return kind(status=status, address=address, robot_code=robot_code, reason=reason)
+        return kind(status=status, address=address, reason=resolve(found.get("error_human"), 300))
 
 
 def _again_if_stale(ask: Callable[[], T]) -> T:

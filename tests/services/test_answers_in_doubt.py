@@ -31,7 +31,7 @@ def start(**parameters: object) -> Execution:
         (RobotFault(status=502, reason="upstream"), "the robot answered: upstream (status 502)", False),
         (RobotFault(status=502), "the robot failed on its side (status 502)", False),
         (RobotFault(status=504), "the robot failed on its side (status 504)", False),
-        (Busy(reason="Docking"), "the robot answered: Docking (status 503)", False),
+        (Busy(status=503, reason="Docking"), "the robot answered: Docking (status 503)", False),
         (NotAMir(code="web_page"), "the robot answers with a web page, not like a MiR robot", False),
     ],
 )

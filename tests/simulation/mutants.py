@@ -282,7 +282,7 @@ MUTANTS = (
         "mir.client:RobotClient.enqueue",
         "return self._read(answer, parse.queue_id)",
         "found = self._read(answer, parse.queue_id)\n"
-        "    if found % 7 == 0:\n        raise Rejected(status=503, reason='', address='x')\n    return found",
+        "        if found % 7 == 0:\n            raise Rejected(status=503, reason='', address='x')\n        return found",
         "truth",
         CALM,
         seed=2,

@@ -25,7 +25,7 @@ ERRORS = [
     Unreachable(code="refused", address="10.1.1.1"),
     Rejected(status=400, reason="no such mission {x}", address="10.1.1.1"),
     Unreadable(address="10.1.1.1", problem=message("an entry of {what}", what=message("the mission list"))),
-    RobotError("given whole, with {braces of its own"),
+    RobotError(),
     AnotherRobot(address="10.1.1.1", expected="1", found="2"),
     InvalidInput(
         "path",

@@ -34,7 +34,7 @@ def test_a_stored_header_is_the_same_token() -> None:
 def test_the_secret_shows_in_no_text() -> None:
     token = Token.derive("admin", "secret")
     for text in (repr(token), str(token), f"{token}", f"{token!r}", f"{[token]}"):
-        assert text.strip("[]") == "Token(***)"
+        assert text.strip("[]") == "Token()"
     assert not hasattr(token, "__dict__")
 
 

@@ -33,7 +33,7 @@ from app.mir.errors import (
         (Unauthorized(status=403), Delivery.REFUSED),
         *((Rejected(status=status), Delivery.REFUSED) for status in (400, 402, 404, 405, 409, 410, 422)),
         *((Rejected(status=status), Delivery.UNKNOWN) for status in (408, 425, 429)),
-        (Busy(), Delivery.UNKNOWN),
+        (Busy(status=503), Delivery.UNKNOWN),
         *((RobotFault(status=status), Delivery.UNKNOWN) for status in (500, 501, 502, 504)),
         (ConnectionLost(), Delivery.UNKNOWN),
         (TimedOut(), Delivery.UNKNOWN),
@@ -59,18 +59,13 @@ def test_an_error_has_code_sentence_and_values() -> None:
 
 
 def test_the_robots_own_words_come_along() -> None:
-    error = Rejected(status=404, robot_code="not_found", reason="Not found {x}")
-    assert (error.status, error.robot_code, error.reason) == (404, "not_found", "Not found {x}")
+    error = Rejected(status=404, reason="Not found {x}")
+    assert (error.status, error.reason) == (404, "Not found {x}")
     assert error.text == "the robot refused: Not found {x} (status 404)"
     assert Rejected(status=400).text == "the robot refused (status 400)"
     assert RobotFault(status=500, reason="Oops").text == "the robot failed on its side: Oops (status 500)"
     assert Unauthorized(status=403).code == "forbidden"
     assert Unauthorized(status=401).code == "unauthorized"
-
-
-def test_a_sentence_may_be_set_as_a_whole() -> None:
-    assert NotAMir("serial number {7} answers").text == "serial number {7} answers"
-    assert NotAMir("{ is no template").text == "{ is no template"
 
 
 @pytest.mark.parametrize("code", SENTENCES)
