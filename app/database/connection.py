@@ -9,9 +9,7 @@ import contextlib
 import os
 import sqlite3
 import threading
-from collections.abc import Callable
 from pathlib import Path
-from typing import TypeVar
 
 from app.database import files
 from app.database.backups import backups_of, carry_on_restore, is_restoring, newest_good_backup
@@ -25,11 +23,9 @@ from app.database.errors import (
 )
 from app.database.migrations import migrate
 from app.database.schema import APPLICATION_ID, MIGRATIONS, configured
-from app.database.writer import InlineWriter, ThreadedWriter, Writer
+from app.database.writer import InlineWriter, NoWriter, ThreadedWriter, Writer
 from app.domain.clock import Clock, SystemClock
 from app.domain.message import Message, message, message_of_system
-
-T = TypeVar("T")
 
 DATABASE_NAME = "amr-scheduler.db"
 BUSY_TIMEOUT = 5.0  # s
@@ -42,11 +38,12 @@ __all__ = ["DATABASE_NAME", "Database", "DatabaseDamaged", "DatabaseError", "Dat
 
 
 class Database:
-    """Made by ``open`` or ``open_for_reading``; everything else in ``app.database`` is given one of its connections."""
+    """Made by ``open`` or ``open_for_reading``; everything else in ``app.database`` is given one of its connections. ``write`` is its
+    writer's: one transaction (``app.database.writer.Writer``)."""
 
-    def __init__(self, path: Path, writer: Writer | None) -> None:
-        self.path = path
-        self._writer = writer
+    def __init__(self, path: Path, writer: Writer) -> None:
+        self.path, self._writer = path, writer
+        self.write = writer.write
         self._readers = threading.local()
         self._closed = False
 
@@ -105,7 +102,7 @@ class Database:
             )
         if not path.exists():
             raise DatabaseUnavailable("There is no database in {path}: check --data-dir", path=path.parent)
-        db = cls(path, None)
+        db = cls(path, NoWriter(path))
         try:
             _check_identity(db.read(), path, len(MIGRATIONS))
             version = db.read().execute("PRAGMA user_version").fetchone()[0]
@@ -124,16 +121,6 @@ class Database:
                 "{path} was written by an older version: start the app once so that it is brought up to date", path=path
             )
         return db
-
-    def write(self, work: Callable[[sqlite3.Connection], T], patient: bool = False) -> T:
-        """Run ``work`` inside one transaction and return its result after the commit; a ``patient`` one may wait some ms to share one.
-
-        When it raises, everything it did is undone and the exception is raised here; disk full, read-only and I/O errors as
-        DatabaseUnavailable. Never call ``write`` from inside a work: RuntimeError.
-        """
-        if self._writer is None:
-            raise DatabaseUnavailable("{path} is open for reading only", path=self.path)
-        return self._writer.run(work, patient)
 
     def read(self) -> sqlite3.Connection:
         """This thread's read-only connection. It sees everything that was committed before each statement began."""
@@ -164,8 +151,7 @@ class Database:
         """Finish what is being written. The connections of other threads end with their threads."""
         self._closed = True
         self._readers.__dict__.pop("reader", None)
-        if self._writer is not None:
-            self._writer.close()
+        self._writer.close()
 
 
 class _Reader:

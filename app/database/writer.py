@@ -14,6 +14,7 @@ import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
+from functools import partial
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
@@ -23,6 +24,7 @@ log = logging.getLogger(__name__)
 
 T = TypeVar("T")
 Work = Callable[[sqlite3.Connection], T]
+_Task = tuple[Work[Any], Future[Any], bool]  # the last: whether it is patient
 
 AT_ONCE = 256  # works in one transaction at most
 PATIENCE = 0.005  # s that a patient work waits for another to share its transaction
@@ -31,9 +33,12 @@ WAL_KEPT = 16 << 20  # bytes to which a longer one is cut when it starts again
 
 
 class Writer(Protocol):
-    def run(self, work: Work[T], patient: bool = False) -> T:
-        """Do the work in a transaction; returns after the commit. What the work raises is raised here, after a rollback. A ``patient`` one
-        may be held back for some ms until there is another."""
+    def write(self, work: Work[T], patient: bool = False) -> T:
+        """Run ``work`` inside one transaction and return its result after the commit; a ``patient`` one may wait some ms to share one.
+
+        When it raises, everything it did is undone and the exception is raised here; disk full, read-only and I/O errors as
+        DatabaseUnavailable. Never call ``write`` from inside a work: RuntimeError.
+        """
 
     def close(self) -> None: ...
 
@@ -60,32 +65,34 @@ class _WritingConnection:
             raise known from error
         return result
 
-    def group(self, works: list[Work[Any]]) -> list[Future[Any]]:
+    def group(self, tasks: list[_Task]) -> None:
         """All works in one transaction; one that raises undoes only itself. If the transaction is lost, every work failed."""
-        c, outcomes = self.connection, []
+        c, notices = self.connection, list[Callable[[], None]]()
         try:
             self._begin()
-            for work in works:
-                outcomes.append(self._in_savepoint(work))
+            for work, outcome, _patient in tasks:
+                notices.append(self._in_savepoint(work, outcome))
             c.execute("COMMIT")
             self._transactions += 1
         except BaseException as error:
             self._roll_back()
-            return [_failed(translated(error, self._path)) for _ in works]
-        return outcomes
+            notices = [partial(outcome.set_exception, translated(error, self._path)) for _, outcome, _ in tasks]
+        for notice in notices:
+            notice()
 
-    def _in_savepoint(self, work: Work[Any]) -> Future[Any]:
-        c, outcome = self.connection, Future[Any]()
+    def _in_savepoint(self, work: Work[T], outcome: Future[T]) -> Callable[[], None]:
+        """Returns what notifies its caller, once it is committed."""
+        c = self.connection
         c.execute("SAVEPOINT work")
         try:
-            outcome.set_result(work(c))
+            notice = partial(outcome.set_result, work(c))
         except BaseException as error:
             if not c.in_transaction:  # SQLite gave up the whole transaction (disk full, I/O error)
                 raise
             c.execute("ROLLBACK TO work")
-            outcome.set_exception(translated(error, self._path))
+            notice = partial(outcome.set_exception, translated(error, self._path))
         c.execute("RELEASE work")
-        return outcome
+        return notice
 
     def _begin(self) -> None:
         self._roll_back()  # should the last one still be open
@@ -131,10 +138,17 @@ class _WritingConnection:
             self.connection.close()
 
 
-def _failed(error: BaseException) -> Future[Any]:
-    outcome: Future[Any] = Future()
-    outcome.set_exception(error)
-    return outcome
+class NoWriter:
+    """Of a database that is open for reading only."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def write(self, work: Work[T], patient: bool = False) -> T:
+        raise DatabaseUnavailable("{path} is open for reading only", path=self._path)
+
+    def close(self) -> None:
+        """There is nothing to finish."""
 
 
 class InlineWriter:
@@ -144,7 +158,7 @@ class InlineWriter:
         self._path = path
         self._writing: _WritingConnection | None = _WritingConnection(connect(), path)
 
-    def run(self, work: Work[T], patient: bool = False) -> T:
+    def write(self, work: Work[T], patient: bool = False) -> T:
         if self._writing is None:
             raise DatabaseUnavailable("{path} is closed", path=self._path)
         if self._writing.connection.in_transaction:
@@ -157,9 +171,6 @@ class InlineWriter:
         writing, self._writing = self._writing, None
         if writing:
             writing.close()
-
-
-_Task = tuple[Work[Any], Future[Any], bool]  # the last: whether it is patient
 
 
 class ThreadedWriter:
@@ -175,7 +186,7 @@ class ThreadedWriter:
         self._thread.start()
         opened.result()
 
-    def run(self, work: Work[T], patient: bool = False) -> T:
+    def write(self, work: Work[T], patient: bool = False) -> T:
         if threading.current_thread() is self._thread:
             raise RuntimeError("write() inside a write: use the connection at hand")
         outcome: Future[T] = Future()
@@ -202,7 +213,14 @@ class ThreadedWriter:
         opened.set_result(None)
         try:
             while tasks := self._next_tasks():
-                self._do(writing, tasks)
+                if len(tasks) > 1:
+                    writing.group(tasks)
+                else:
+                    [(work, outcome, _patient)] = tasks
+                    try:
+                        outcome.set_result(writing.one(work))
+                    except BaseException as error:
+                        outcome.set_exception(error)
                 if self._tasks.empty():
                     writing.checkpoint_when_due()
         finally:
@@ -234,20 +252,3 @@ class ThreadedWriter:
         if tasks:
             self._tasks.put(None)  # the end again, after these
         return tasks
-
-    @staticmethod
-    def _do(writing: _WritingConnection, tasks: list[_Task]) -> None:
-        if len(tasks) == 1:
-            work, outcome, _patient = tasks[0]
-            try:
-                result = writing.one(work)
-            except BaseException as error:
-                outcome.set_exception(error)
-            else:
-                outcome.set_result(result)
-            return
-        for (_, outcome, _), done in zip(tasks, writing.group([work for work, _, _ in tasks]), strict=True):
-            if problem := done.exception():
-                outcome.set_exception(problem)
-            else:
-                outcome.set_result(done.result())

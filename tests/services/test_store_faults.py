@@ -63,17 +63,17 @@ def break_down(app: Container) -> Callable[[], None]:
 
 
 def _with_writer(app: Container, writer: Writer) -> Callable[[], None]:
-    usual, app.db._writer = app.db._writer, writer
+    usual, app.db.write = app.db.write, writer.write
 
     def mend() -> None:
-        app.db._writer = usual
+        app.db.write = usual
         writer.close()
 
     return mend
 
 
 class _Broken:
-    def run(self, work: object, patient: bool = False) -> Any:
+    def write(self, work: object, patient: bool = False) -> Any:
         raise DatabaseUnavailable("The storage reports an error: check the disk")
 
     def close(self) -> None: ...
@@ -128,21 +128,18 @@ class _FailsOnce:
     """Stands before the writer of a database and lets its n-th write fail."""
 
     def __init__(self, site, fail_at: int) -> None:
-        self._writer, self.left = site.container.db._writer, fail_at
-        site.container.db._writer = self
+        self.usual, self.left = site.container.db.write, fail_at
+        site.container.db.write = self.write
 
     @property
     def has_failed(self) -> bool:
         return self.left <= 0
 
-    def run(self, work, patient=False):
+    def write(self, work, patient=False):
         self.left -= 1
         if self.left == 0:
             raise DatabaseUnavailable("The disk is full: free some space")
-        return self._writer.run(work, patient)
-
-    def close(self) -> None:
-        self._writer.close()
+        return self.usual(work, patient)
 
 
 @pytest.mark.parametrize("fate", [Fate.FINE, Fate.ANSWER_LOST, pytest.param(Fate.LOST, marks=pytest.mark.long)])
@@ -158,7 +155,7 @@ def test_whichever_write_fails_the_mission_runs_exactly_once(site, plan, fate):
             site.network.next("POST", "/mission_queue", fate)
         writer = _FailsOnce(site, fail_at)
         site.run(420.0)
-        site.container.db._writer = writer._writer
+        site.container.db.write = writer.usual
         [execution] = [e for e in site.executions() if e.schedule == name]
         copies = [item for item in site.machines["R1"].queue if item.description == execution.token]
         assert (execution.state, len(copies)) == (State.COMPLETED, 1), (fail_at, execution)

@@ -18,7 +18,7 @@ from typing import Any, Protocol
 from app.domain.models import Execution, Group, ReasonCode, Schedule, State
 from app.mir.errors import RobotError
 from tests.simulation.memory import memory_of, rounded
-from tests.simulation.world import ShakyWriter
+from tests.simulation.world import shaky
 from tests.support.network import Fate, Network, Planned, Submission
 from tests.support.site import Site
 
@@ -124,7 +124,7 @@ class ChoiceSite(Site):
     # ------------------------------------------------------------------ where something else may happen
     def _watch_commits(self) -> None:
         db: Any = self.container.db
-        db._writer = ShakyWriter(db._writer, self._at_commit)
+        db.write = shaky(db.write, self._at_commit)
 
     def _at_commit(self, where: str) -> None:
         self.commits += 1

@@ -53,20 +53,16 @@ def stops_of(mission: Mission) -> list[Stop]:
     return [Stop(station.guid, station.name, Spot(MAP_GUID, station.pose.x, station.pose.y)) for station in there]
 
 
-class ShakyWriter:
-    """The database's writer, in front of and behind which the app may die."""
+def shaky(write: Callable[..., Any], interrupt: Callable[[str], None]) -> Callable[..., Any]:
+    """The database's ``write``, in front of and behind which the app may die."""
 
-    def __init__(self, writer: Any, interrupt: Callable[[str], None]) -> None:
-        self._writer, self._interrupt = writer, interrupt
-
-    def run(self, work: Callable[[Any], Any], patient: bool = False) -> Any:
-        self._interrupt("before commit")
-        result = self._writer.run(work, patient)
-        self._interrupt("after commit")
+    def shaky_write(work: Callable[[Any], Any], patient: bool = False) -> Any:
+        interrupt("before commit")
+        result = write(work, patient)
+        interrupt("after commit")
         return result
 
-    def close(self) -> None:
-        self._writer.close()
+    return shaky_write
 
 
 class World:
@@ -301,7 +297,7 @@ class World:
 
     def _make_shaky(self) -> None:
         db = self.site.container.db
-        db._writer = ShakyWriter(db._writer, self._maybe_crash)
+        db.write = shaky(db.write, self._maybe_crash)
 
     def _maybe_crash(self, where: str) -> None:
         self.findings.steps += 1

@@ -67,7 +67,7 @@ def test_nobody_waits_for_ever_when_even_the_roll_back_of_a_shared_transaction_f
 
     def ask(work: Callable[[sqlite3.Connection], object]) -> None:
         try:
-            writer.run(work)
+            writer.write(work)
         except BaseException as error:
             ended.append(error)
         else:
