@@ -140,12 +140,8 @@ class Threads:
 
     def __init__(self, name: str, most: int) -> None:
         self.pool = ThreadPoolExecutor(most, thread_name_prefix=f"ui-{name}")
-        self.jobs: dict[Job, Future[None]] = {}
+        self.jobs: dict[Job, Future[Any]] = {}
         self.peak = 0  # most jobs at a time, and so threads: one is made where all have work
-
-    def submit(self, job: Job, call: Callable[..., None], *args: object) -> None:
-        self.jobs[job] = self.pool.submit(call, job, *args)
-        self.peak = max(self.peak, len(self.jobs))
 
 
 class Background:
@@ -191,7 +187,10 @@ class Background:
         self._pending.add(job)
         if apart not in self._threads:
             self._threads[apart] = Threads(apart or "work", APART if apart else self._workers)
-        self._threads[apart].submit(job, self._work, work, done, failed, key)
+        threads = self._threads[apart]
+        threads.jobs[job] = result = threads.pool.submit(work)
+        threads.peak = max(threads.peak, len(threads.jobs))
+        result.add_done_callback(partial(self._finish, job, done, failed, key))
         return job
 
     @property
@@ -211,22 +210,23 @@ class Background:
         for late in wait(pressed, LAST_WORDS).not_done:
             late.cancel()  # unless it runs
 
-    def _work(
+    def _finish(
         self,
         job: Job,
-        work: Callable[[], Any],
         done: Callable[[Any], object] | None,
         failed: Callable[[BaseException], object] | None,
         key: Hashable | None,
+        result: Future[Any],
     ) -> None:
-        try:
-            result = work()
-        except Exception as problem:
+        if result.cancelled():
+            return
+        if problem := result.exception():
             if self._is_closed:  # results are no longer delivered
                 log.error("work in the background failed", exc_info=problem)
-            self._bus.post(partial(self._deliver, job, key, partial(self._tell, problem, failed)))
+            call = partial(self._tell, problem, failed)
         else:
-            self._bus.post(lambda: self._deliver(job, key, lambda: done(result) if done is not None else None))
+            call = partial(done or (lambda _result: None), result.result())
+        self._bus.post(partial(self._deliver, job, key, call))
 
     def _deliver(self, job: Job, key: Hashable | None, call: Callable[[], object]) -> None:
         self._pending.discard(job)
