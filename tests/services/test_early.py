@@ -30,13 +30,14 @@ def come_close(site) -> list:
     site.clock.advance((INSTANT - site.clock.now()).total_seconds() - EARLIER)
     site.engine.advance()
     inbox, site._inboxes[1] = site._inboxes[1], []
-    return [intent for message in inbox if isinstance(message, messages.Start) for intent in message.intents]
+    return [message.intent for message in inbox if isinstance(message, messages.Start)]
 
 
 def give(site, *intents) -> float:
     """Its worker is given these, and goes on; returns the seconds until it wants to again."""
     worker = only_worker(site)
-    worker.handle(messages.Start(intents, site.engine.plan_version))
+    for intent in intents:
+        worker.handle(messages.Start(intent, site.engine.plan_version))
     return worker.advance()
 
 

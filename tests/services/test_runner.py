@@ -235,10 +235,11 @@ def test_what_is_posted_arrives_in_its_order(start, polls):
     app = start(1, every=60.0)
     wait_for(lambda: len(polls) == 1)
     app.workers[0].told.clear()
+    intent: object = object()
     posted = [
-        messages.Start((), 1),
+        messages.Start(intent, 1),
         messages.LedgerChanged(),
-        messages.Start((), 2),
+        messages.Start(intent, 2),
         messages.Prefetch(),
         messages.ClockJumped(),
     ] * 20
@@ -295,7 +296,7 @@ def test_an_intent_that_reaches_no_worker_any_more_is_handed_back(start, polls):
     worker.acts = hang
     app.engine.poll(0)
     busy.wait()
-    app.runner.post(0, messages.Start((intent,), 1))  # type: ignore[arg-type]
+    app.runner.post(0, messages.Start(intent, 1))  # type: ignore[arg-type]
     app.runner.close(0)
     free.set()
     wait_for(lambda: worker.untaken is not None)

@@ -434,7 +434,7 @@ MUTANTS = (
     # ------------------------------------------------------------------ nothing that is not wanted
     Mutant(
         "sent as soon as it is on disk",
-        f"{SENDING}._add_ready",
+        f"{SENDING}.take_over",
         "ahead = min(",
         "ahead = 0.0 * min(",
         "before its instant",

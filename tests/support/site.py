@@ -126,12 +126,7 @@ class Site:
 
     def close(self, robot_id: int) -> None:
         del self._due[robot_id]
-        intents = [
-            intent
-            for message in self._inboxes.pop(robot_id)
-            if isinstance(message, messages.Start)
-            for intent in message.intents
-        ]
+        intents = [message.intent for message in self._inboxes.pop(robot_id) if isinstance(message, messages.Start)]
         worker = self._workers.pop(robot_id)
         if worker in self._blocked:  # its thread ends when it has its answer
             self._closing[worker] = intents

@@ -124,10 +124,15 @@ class _Call:
         self.call = call
 
 
+Done = Callable[[Any], object]
+Failed = Callable[[BaseException], object]
+
+
 class Job:
     """Work under way. ``cancel`` drops its result; the work itself runs to its end."""
 
-    def __init__(self) -> None:
+    def __init__(self, done: Done | None, failed: Failed | None, key: Hashable | None) -> None:
+        self.done, self.failed, self.key = done, failed, key
         self.cancelled = False
         self.finished = False
 
@@ -164,8 +169,8 @@ class Background:
     def run(
         self,
         work: Callable[[], Any],
-        done: Callable[[Any], object] | None = None,
-        failed: Callable[[BaseException], object] | None = None,
+        done: Done | None = None,
+        failed: Failed | None = None,
         *,
         key: Hashable | None = None,
         apart: str = "",
@@ -179,7 +184,7 @@ class Background:
         """
         if self._is_closed:
             raise RuntimeError("no more work is taken")
-        job = Job()
+        job = Job(done, failed, key)
         if key is not None:
             if key in self._latest:
                 self._latest[key].cancel()
@@ -190,7 +195,7 @@ class Background:
         threads = self._threads[apart]
         threads.jobs[job] = result = threads.pool.submit(work)
         threads.peak = max(threads.peak, len(threads.jobs))
-        result.add_done_callback(partial(self._finish, job, done, failed, key))
+        result.add_done_callback(partial(self._finish, job))
         return job
 
     @property
@@ -210,32 +215,30 @@ class Background:
         for late in wait(pressed, LAST_WORDS).not_done:
             late.cancel()  # unless it runs
 
-    def _finish(
-        self,
-        job: Job,
-        done: Callable[[Any], object] | None,
-        failed: Callable[[BaseException], object] | None,
-        key: Hashable | None,
-        result: Future[Any],
-    ) -> None:
+    def _finish(self, job: Job, result: Future[Any]) -> None:
         if result.cancelled():
             return
-        if problem := result.exception():
-            if self._is_closed:  # results are no longer delivered
-                log.error("work in the background failed", exc_info=problem)
-            call = partial(self._tell, problem, failed)
-        else:
-            call = partial(done or (lambda _result: None), result.result())
-        self._bus.post(partial(self._deliver, job, key, call))
+        if self._is_closed and (problem := result.exception()):  # results are no longer delivered
+            log.error("work in the background failed", exc_info=problem)
+        self._bus.post(partial(self._deliver, job, result))
 
-    def _deliver(self, job: Job, key: Hashable | None, call: Callable[[], object]) -> None:
+    def _deliver(self, job: Job, result: Future[Any]) -> None:
         self._pending.discard(job)
         self._end_unused(job)
         job.finished = True
-        if key is not None and self._latest.get(key) is job:
-            del self._latest[key]
-        if not job.cancelled:
-            call()
+        if job.key is not None and self._latest.get(job.key) is job:
+            del self._latest[job.key]
+        if job.cancelled:
+            return
+        if (problem := result.exception()) is None:
+            if job.done is not None:
+                job.done(result.result())
+        elif job.failed is not None:
+            job.failed(problem)
+        else:
+            log.error("work in the background failed", exc_info=problem)
+            if self._unexpected is not None:
+                self._unexpected(problem)
 
     def _end_unused(self, job: Job) -> None:
         """Names of work come and go with robots and files, and hanging robots keep many threads busy. Unneeded threads
@@ -245,11 +248,3 @@ class Background:
             if not threads.jobs and (name or threads.peak > STAYING):
                 threads.pool.shutdown(wait=False)
                 del self._threads[name]
-
-    def _tell(self, problem: BaseException, failed: Callable[[BaseException], object] | None) -> None:
-        if failed is not None:
-            failed(problem)
-            return
-        log.error("work in the background failed", exc_info=problem)
-        if self._unexpected is not None:
-            self._unexpected(problem)

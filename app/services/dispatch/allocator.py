@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 
 from app.database.group_executions import GroupExecutionRepository
 from app.database.groups import GroupRepository
 from app.domain import rules
 from app.domain.models import Execution, Group, Reason, ReasonCode, Robot, Wait
 from app.services.allocation.choose import LAST_CALL, Decision, choose
+from app.services.dispatch import messages
 from app.services.dispatch.context import Context
 from app.services.dispatch.group_state import GroupState, UsualDurations
 from app.services.dispatch.timing import DECIDES_EVERY, LOOKS_FOR
@@ -24,6 +24,7 @@ from app.services.dispatch.waiting import Waiting
 from app.services.dispatch.worker import RobotWorker
 from app.services.executions import transitions
 from app.services.executions.transitions import Event, Transition, why_withdrawn
+from app.services.live.changes import NO_ROBOT
 
 ASSIGNED_TOGETHER = 50  # with one write: more would delay other writes
 
@@ -39,9 +40,7 @@ class Allocator:
         self._look_at = math.inf  # on the monotonic clock: one that waits can go on then
         self._met_at: dict[int, float] = {}  # starts by id: when they were first seen, on the same clock
         self.members: frozenset[int] = frozenset()  # robots that something waits for
-        self.hand_over: Callable[[int, Sequence[Execution]], None] = lambda plan_version, intents: (
-            None
-        )  # to their robots' workers
+        self.post: Callable[[int, messages.Start], None] = lambda robot_id, start: None  # to its worker
 
     def _later(self, row: Execution, seconds: float) -> None:
         self._look_at = min(self._look_at, self._clock.monotonic() + seconds)
@@ -161,7 +160,10 @@ class Allocator:
         self._ledger.apply(waits, quietly=True)
         given: set[int] = set()
         for some in batched(assigned, ASSIGNED_TOGETHER):
-            given |= {row.id for row in self._ledger.apply(some, hand_over=partial(self.hand_over, plan_version))}
+            made = self._ledger.apply(
+                some, hand_over=lambda row: self.post(row.robot_id or NO_ROBOT, messages.Start(row, plan_version))
+            )
+            given |= {row.id for row in made}
         return given, {each.row.id for each in assigned} - given
 
     def _intent_floor(self, row: Execution, worker: RobotWorker, guid: str) -> int | None:

@@ -11,17 +11,14 @@ import logging
 import math
 import sqlite3
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from datetime import datetime, timedelta
-from functools import partial
-from itertools import groupby
-from operator import attrgetter
 from typing import Protocol
 
 from app.database.connection import DatabaseError
 from app.domain.clock import Clock
 from app.domain.message import message_of
-from app.domain.models import Execution, Robot
+from app.domain.models import Robot
 from app.services.dispatch import messages
 from app.services.dispatch.allocator import Allocator
 from app.services.dispatch.chores import Chores
@@ -102,7 +99,7 @@ class Engine:
         self._planner, self._guard, self._ledger, self._clock = planner, guard, ledger, clock
         self._alarms, self._robots, self._make_worker = alarms, robots, make_worker
         self._restored_starts, self._allocator = restored_starts, allocator
-        allocator.hand_over = self._hand_over
+        allocator.post = lambda robot_id, start: self._mailboxes.post(robot_id, start)
         self._poll_interval, self._probe = (
             poll_interval,
             probe,
@@ -293,9 +290,12 @@ class Engine:
             return {key: worker.seen.clock for key, worker in self._workers.items() if worker.seen.clock is not None}
 
     def _start_what_is_due(self) -> None:
-        self._inserting = threading.get_ident()
+        self._inserting, version = threading.get_ident(), self.plan_version  # of before the intents are written
         try:
-            batch = self._planner.insert_due(self._readiness, partial(self._hand_over, self.plan_version))
+            batch = self._planner.insert_due(
+                self._readiness,
+                lambda row: self._mailboxes.post(row.robot_id or NO_ROBOT, messages.Start(row, version)),
+            )
         finally:
             self._inserting = None
         if batch.has_unbound:
@@ -325,11 +325,6 @@ class Engine:
     def _readiness(self, robot_id: int) -> messages.Readiness | None:
         worker = self._workers.get(robot_id)
         return worker.readiness() if worker else None
-
-    def _hand_over(self, plan_version: int, intents: Sequence[Execution]) -> None:
-        """``plan_version`` from before the intents were written."""
-        for robot_id, group in groupby(sorted(intents, key=attrgetter("robot_id")), attrgetter("robot_id")):
-            self._mailboxes.post(robot_id, messages.Start(tuple(group), plan_version))
 
     def _due_soon(self) -> set[int]:
         """Robots with something due in a moment, announced once for each instant."""

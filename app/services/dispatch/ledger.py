@@ -139,7 +139,7 @@ class Ledger:
         *,
         patient: bool = False,
         quietly: bool = False,
-        hand_over: Callable[[Sequence[Execution]], None] = lambda intents: None,
+        hand_over: Callable[[Execution], None] = lambda intent: None,
     ) -> list[Execution]:
         """Apply these in one transaction, several of one execution in their order. Returns the rows that were changed.
         ``patient`` ones may wait some ms to share a transaction; ``quietly`` applied ones are not logged, as a more
@@ -151,7 +151,7 @@ class Ledger:
         find: Callable[[sqlite3.Connection], Iterable[Transition]],
         patient: bool = False,
         quietly: bool = False,
-        hand_over: Callable[[Sequence[Execution]], None] = lambda intents: None,
+        hand_over: Callable[[Execution], None] = lambda intent: None,
     ) -> list[Execution]:
         """The same of what is found in the transaction itself."""
 
@@ -161,7 +161,9 @@ class Ledger:
 
         made = self._db.write(work, patient)
         rows = [row for _transition, row in made]
-        hand_over([row for row in rows if row.state is State.SUBMITTING])  # before listeners are notified and read
+        for row in rows:
+            if row.state is State.SUBMITTING:
+                hand_over(row)  # before listeners are notified and read
         for transition, row in made:
             self._announce(transition, row, quietly)
         by_a_person = any(transition.event in _BY_A_PERSON for transition, _row in made)

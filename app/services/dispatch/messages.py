@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
@@ -30,10 +29,10 @@ class Prefetch:
 
 @dataclass(frozen=True)
 class Start:
-    """Intents that are on disk, to be sent at their instants; from now on the worker owns these rows. ``plan_version`` was read before they
-    were written."""
+    """An intent that is on disk, to be sent at its instant; from now on the worker owns this row. ``plan_version`` was read before it was
+    written."""
 
-    intents: Sequence[Execution]
+    intent: Execution
     plan_version: int
 
 

@@ -119,9 +119,7 @@ class Planner:
         due = self.next_due()
         return set() if due is None or due > until else self._schedules.robots_due(self._db.read(), after, until)
 
-    def insert_due(
-        self, ready: Callable[[int], Readiness | None], hand_over: Callable[[Sequence[Execution]], None]
-    ) -> DueBatch:
+    def insert_due(self, ready: Callable[[int], Readiness | None], hand_over: Callable[[Execution], None]) -> DueBatch:
         """Make a row of every occurrence up to now, and of what falls due in a moment where nothing prevents it: ``hand_over`` gives its
         worker the intents, to be sent at their instants. Costs one index lookup when nothing is due."""
         batch = DueBatch()
@@ -129,9 +127,9 @@ class Planner:
         is_more = due is not None and due <= self._clock.now() + rules.INTENT_LEAD
         while is_more:
             is_more = self._db.write(lambda c: self._take_due(c, batch, ready))
-            if batch.intents:  # before listeners are notified and read
-                hand_over(tuple(batch.intents))
-                batch.intents.clear()
+            for intent in rules.in_dispatch_order(batch.intents):  # before listeners are notified and read
+                hand_over(intent)
+            batch.intents.clear()
         if batch.missed or batch.skipped:
             self._ledger.grew = True
         if batch.missed:

@@ -75,9 +75,7 @@ class _WorkerThread:
             with self._wake:
                 if not (self._is_stopping or self._inbox):
                     self._wake.wait(None if math.isinf(wait) else wait)
-        untaken = [
-            intent for message in self._inbox if isinstance(message, messages.Start) for intent in message.intents
-        ]
+        untaken = [message.intent for message in self._inbox if isinstance(message, messages.Start)]
         with contextlib.suppress(
             DatabaseError, sqlite3.Error
         ):  # a request outlived the stop: a minute of observed time is lost

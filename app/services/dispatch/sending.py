@@ -47,7 +47,7 @@ STARTED_TOGETHER = 8  # that wait for one robot, with one write; all are looked 
 
 
 class Sending:
-    """``is_still_idle`` asks again whether an idle mission may start."""
+    """``is_still_idle`` asks again whether an idle mission may start; ``on_sending`` is called when one is about to leave."""
 
     def __init__(
         self,
@@ -56,9 +56,11 @@ class Sending:
         observation: Observation,
         duplicates: Duplicates,
         is_still_idle: Callable[[Execution], bool],
+        on_sending: Callable[[], None],
     ) -> None:
         self._client, self._s, self._ledger, self._clock = client, context, context.ledger, context.clock
-        self._seen, self._duplicates, self._is_still_idle = observation, duplicates, is_still_idle
+        self._seen, self._duplicates = observation, duplicates
+        self._is_still_idle, self._on_sending = is_still_idle, on_sending
         self.attempts = Attempts()
         self._first: set[int] = set()  # never sent here before they were begun
         self._recovered: set[tuple[object, ...]] = set()  # intents that were looked for as lost ones
@@ -78,18 +80,11 @@ class Sending:
                 self._mark_in_doubt(row, self._client.timeouts.total, is_taken=row.submitted_at is not None)
         self._duplicates.watch_again()
 
-    def take_over(self, intents: Iterable[Execution], plan_version: int) -> None:
-        """Send each at its instant, however the wall clock is set until then. One that came after it was looked for is not."""
-        self._add_ready(self._own(intents), plan_version)
-
-    def _add_ready(self, intents: Iterable[Execution], plan_version: int) -> None:
-        wall, mono = self._clock.now(), self._clock.monotonic()
-        for intent in intents:
-            ahead = min(max(0.0, (intent.planned_at - wall).total_seconds()), INTENT_LEAD)
-            self.attempts[intent.id] = Attempt(Phase.READY, mono + ahead, intent, plan_version)
-
-    def _own(self, intents: Iterable[Execution]) -> list[Execution]:
-        return [intent for intent in intents if intent_of(intent) not in self._recovered]
+    def take_over(self, intent: Execution, plan_version: int) -> None:
+        """Send it at its instant, however the wall clock is set until then. One that came after it was looked for is not."""
+        if intent_of(intent) not in self._recovered:
+            ahead = min(max(0.0, (intent.planned_at - self._clock.now()).total_seconds()), INTENT_LEAD)
+            self.attempts[intent.id] = Attempt(Phase.READY, self._clock.monotonic() + ahead, intent, plan_version)
 
     def send_due(self) -> None:
         """Those held whose instant has come, in dispatch order. What can't be sent now is judged like any that waits."""
@@ -147,7 +142,9 @@ class Sending:
     def close(self, untaken: Sequence[Execution] = ()) -> None:
         """What is held, and what was meant to be, waits again; of a group for any of its robots."""
         self.note()
-        self._release([*(attempt.row for attempt in self.attempts.of(Phase.READY) if attempt.row), *self._own(untaken)])
+        for intent in untaken:
+            self.take_over(intent, 0)
+        self._release([attempt.row for attempt in self.attempts.of(Phase.READY) if attempt.row])
         self._ledger.unassign(self._robot_id)
 
     # ------------------------------------------------------------------ waiting
@@ -290,8 +287,9 @@ class Sending:
         ):  # what was asked for them may have taken longer than the status holds
             self._read_failed(list(rows), trouble)
         elif rows:
-            plan_version, begun = self._s.plan_version(), self._begin(rows)
-            self._add_ready(begun, plan_version)
+            plan_version = self._s.plan_version()
+            for intent in self._begin(rows):
+                self.take_over(intent, plan_version)
             for row in rows:
                 if row.id not in self.attempts:  # it has moved on, or somebody was quicker at a place that it uses
                     self._later(row, RECHECK)
@@ -386,6 +384,7 @@ class Sending:
             self._release([intent])
             return
         self._mark_in_doubt(intent)
+        self._on_sending()
         try:
             queue_id = self._client.enqueue(
                 intent.mission_guid,

@@ -38,7 +38,7 @@ class Tracking:
         on_pause: Callable[[], None],
     ) -> None:
         self._client, self._s, self._ledger = client, context, context.ledger
-        self._seen, self._duplicates, self._give_way = observation, duplicates, on_pause
+        self._seen, self._duplicates, self._on_pause = observation, duplicates, on_pause
         self._missing_since: dict[
             int, float
         ] = {}  # queue ids that the robot does not seem to have (any more), on the monotonic clock
@@ -95,7 +95,7 @@ class Tracking:
         self, row: Execution, queue_id: int, item: QueueItem | None, open_ids: set[int] | None
     ) -> list[Transition]:
         if item is None:
-            self._give_way()
+            self._on_pause()
             try:
                 item = self._client.queue_item(queue_id)
             except Rejected as error:

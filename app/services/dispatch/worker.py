@@ -50,9 +50,11 @@ class RobotWorker:
         self.polled = False  # the first poll is over, with or without an answer
         self.seen = Observation(robot, client, context)
         self._duplicates = Duplicates(client, context, self.seen)
-        self._sending = Sending(client, context, self.seen, self._duplicates, self._is_still_idle)
-        self._tracking = Tracking(client, context, self.seen, self._duplicates, self._give_way)
-        client.on_pause = self._give_way
+        self._sending = Sending(
+            client, context, self.seen, self._duplicates, self._is_still_idle, lambda: self._note_sent(True)
+        )
+        self._tracking = Tracking(client, context, self.seen, self._duplicates, self._sending.send_due)
+        client.on_pause = self._sending.send_due
         self._idle = IdleWatch()
         self._watched = self._sought = False
         self._recoveries = itertools.count(1)
@@ -76,8 +78,8 @@ class RobotWorker:
     def handle(self, message: messages.Message) -> None:
         """Take note; nothing is done before ``advance``."""
         match message:
-            case messages.Start(intents, plan_version):
-                self._sending.take_over(intents, plan_version)
+            case messages.Start(intent, plan_version):
+                self._sending.take_over(intent, plan_version)
             case messages.Poll():
                 self._poll_wanted = True
             case messages.Prefetch():
@@ -124,19 +126,13 @@ class RobotWorker:
     def advance(self) -> float:
         """Send what is due; then, unless something else is due in a moment, do what is wanted. Returns the seconds until the next call is
         wanted, unless there is a message before."""
-        self._give_way()
+        self._sending.send_due()  # as between two reads of a robot that answers slowly
         if (wake_at := self._busy_until()) is None:
             self._round()
             self._round_ended_at = self._clock.monotonic()
             next_read = self._next_live if self._is_live else math.inf
             wake_at = min(self._sending.attempts.next_at(), self._prefetch_at, next_read)
         return max(0.0, wake_at - self._clock.monotonic())
-
-    def _give_way(self) -> None:
-        """What is due goes before everything else, also between two reads of a robot that answers slowly."""
-        self._sending.send_due()
-        if self._sending.attempts.may_be_with_the_robot():
-            self._note_sent(True)
 
     def _busy_until(self) -> float | None:
         """Until when rounds are postponed; None: no longer. While the robot does not answer, its messages are handled
@@ -232,7 +228,7 @@ class RobotWorker:
         else:
             try:
                 status = self.seen.read_status()
-                self._give_way()
+                self._sending.send_due()
                 self.seen.identify()
                 open_ids, unread = self._open_ids(status, full)
                 self._tracking.follow(status.serial_number, open_ids)
@@ -298,10 +294,10 @@ class RobotWorker:
 
     def _read_queue(self, status: RobotStatus, full: bool) -> set[int]:
         items = tuple(sorted(self._client.open_items(), key=lambda item: (item.is_pending, item.id)))
-        self._give_way()
+        self._sending.send_due()
         if full:
             self.seen.highest = self._client.highest_queue_id() or 0
-            self._give_way()
+            self._sending.send_due()
         longest_gap = STALE_POLLS * self._s.settings().poll_interval_seconds
         if self.seen.was_lost:
             self._idle.not_seen()
