@@ -86,22 +86,19 @@ def without_gaps(stored: Sequence[ActivitySpan], start: datetime, end: datetime)
     Where spans overlap (the clock had been set back), the one that began later holds.
     """
     found: list[ActivitySpan] = []
-
-    def put(span: ActivitySpan) -> None:
-        if span.end <= span.start:
-            return
-        if found and found[-1].activity == span.activity:
-            found[-1] = found[-1]._replace(end=span.end)
-        else:
-            found.append(span)
-
-    at = start
     for span in _one_at_a_time(stored, start, end):
-        put(ActivitySpan(NO_DATA, at, span.start))
-        put(span)
-        at = span.end
-    put(ActivitySpan(NO_DATA, at, end))
+        _append(found, ActivitySpan(NO_DATA, found[-1].end if found else start, span.start))
+        _append(found, span)
+    _append(found, ActivitySpan(NO_DATA, found[-1].end if found else start, end))
     return found
+
+
+def _append(found: list[ActivitySpan], span: ActivitySpan) -> None:
+    """Empty ones are left out, those of the same kind as the one before joined with it."""
+    if found and found[-1].activity == span.activity:
+        found[-1] = found[-1]._replace(end=span.end)
+    elif span.end > span.start:
+        found.append(span)
 
 
 def _one_at_a_time(stored: Sequence[ActivitySpan], start: datetime, end: datetime) -> Iterator[ActivitySpan]:
@@ -159,8 +156,5 @@ def as_drawn(spans: Sequence[ActivitySpan], columns: int) -> list[ActivitySpan]:
                 shares.get(span.activity, timedelta()) + min(span.end, right) - max(span.start, left)
             )
         activity = "error" if "error" in shares else max(shares, key=lambda name: shares[name])
-        if found and found[-1].activity == activity:
-            found[-1] = found[-1]._replace(end=right)
-        else:
-            found.append(ActivitySpan(activity, left, right))
+        _append(found, ActivitySpan(activity, left, right))
     return found

@@ -24,10 +24,10 @@ CROWDED = 0.7  # of any hour: above that what waits for a place waits long
 
 @dataclass(frozen=True)
 class Shared:
-    """What runs share, by id. ``groups``: each with its robots that are switched on; ``places``: name, room and names of its missions."""
+    """What runs share: groups, by id, with their robots that are switched on, and places with the names of their missions."""
 
     groups: Mapping[int, tuple[Group, Sequence[int]]]
-    places: Mapping[int, tuple[str, int, frozenset[str]]]
+    places: Sequence[tuple[Place, frozenset[str]]]
 
 
 class Resource(NamedTuple):
@@ -53,9 +53,9 @@ def resources(runs: Sequence[PlannedRun], shared: Shared, *, slow: bool = False)
         taken = [span for robot_id in robots for span in merged(of_robot.get(robot_id, ()))]
         details: dict[str, Any] = {"group": group.name, "group_id": group.id, "robots": len(robots)}
         yield Resource(ConflictCode.TOO_FEW_ROBOTS, len(robots), details, of_group[group.id] + taken)
-    for place_id, (name, room, missions) in shared.places.items():
-        details = {"place": name, "place_id": place_id, "most": room, "missions": missions}
-        yield Resource(ConflictCode.PLACE_FULL, room, details, _at_place(runs, missions, slow=slow))
+    for place, missions in shared.places:
+        details = {"place": place.name, "place_id": place.id, "most": place.most, "missions": missions}
+        yield Resource(ConflictCode.PLACE_FULL, place.most, details, _at_place(runs, missions, slow=slow))
 
 
 def _at_place(runs: Iterable[PlannedRun], missions: Collection[str], *, slow: bool = False) -> list[Span]:

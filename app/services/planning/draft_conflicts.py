@@ -7,7 +7,7 @@ import sqlite3
 from collections.abc import Collection, Iterator, Sequence
 from datetime import datetime
 
-from app.database.groups import GroupRepository, PlaceRepository
+from app.database.groups import GroupRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository, Skip
 from app.domain.conflicts import ConflictCode
@@ -78,15 +78,7 @@ class DraftConflicts:
             for group in self._groups.values()
             if group.id == self._draft.group_id or self._draft.robot_id in group.members
         }
-        places = {
-            place.id: (
-                place.name,
-                place.most,
-                frozenset(self._durations.missions[each].name for each in place.missions),
-            )
-            for place in PlaceRepository().all(self._c)
-        }
-        return Shared(groups, {key: place for key, place in places.items() if mission.name in place[2]})
+        return Shared(groups, [(place, names) for place, names in self._durations.places() if mission.name in names])
 
     def _others(self) -> Iterator[PlannedRun]:
         """The next run of each that is on and still to come, but for the one that the draft replaces."""
@@ -94,7 +86,7 @@ class DraftConflicts:
         robots = {robot_id for _group, usable in self._shared.groups.values() for robot_id in usable}
         if self._robot is not None:
             robots.add(self._robot.id)
-        names = {name for _name, _room, missions in self._shared.places.values() for name in missions}
+        names = {name for _place, missions in self._shared.places for name in missions}
         missions = [mission.id for mission in self._durations.missions.values() if mission.name in names]
         found = [repository.for_robot(self._c, robot_id) for robot_id in sorted(robots)]
         found += [repository.for_group(self._c, group_id) for group_id in self._shared.groups]

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from datetime import date
 from itertools import pairwise
 
+from app.database.groups import PlaceRepository
 from app.database.missions import DurationRepository, MissionRepository
-from app.domain.models import DurationEstimate, Group, Mission, Robot
+from app.domain.models import DurationEstimate, Group, Mission, Place, Robot
 from app.services.allocation.situation import run_duration
 
 MOST_MISSIONS = 5  # that are looked at
@@ -142,7 +143,7 @@ class MissionDurations:
         self._pooled: dict[tuple[str, tuple[int, ...]], DurationEstimate | None] = {}
         self._run_durations: dict[tuple[int, str, bool], float | None] = {}
 
-    def mission(self, name: str, robot_id: int) -> Mission | None:
+    def mission(self, name: str, robot_id: int | None = None) -> Mission | None:
         """The robot's own, else the one for all robots; None: no mission of that name."""
         return self._by_name.get((name, robot_id)) or self._by_name.get((name, None))
 
@@ -150,6 +151,11 @@ class MissionDurations:
         """Whether a robot can be given that mission, as far as is known."""
         meant = self.mission(name, robot_id)
         return meant is not None and self._live.has_mission(robot_id, meant.guid)
+
+    def places(self) -> list[tuple[Place, frozenset[str]]]:
+        """With the names of the missions that use them."""
+        places = PlaceRepository().all(self._c)
+        return [(place, frozenset(self.missions[each].name for each in place.missions)) for place in places]
 
     def usual(self, robot_id: int, mission: Mission) -> DurationEstimate | None:
         """Of that mission on that robot, or as typed."""

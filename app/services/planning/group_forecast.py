@@ -13,7 +13,6 @@ from zoneinfo import ZoneInfo
 from app.database.activities import ActivityRepository
 from app.database.executions import ExecutionRepository
 from app.database.group_executions import GroupExecutionRepository
-from app.database.groups import PlaceRepository
 from app.database.robots import HoldRepository
 from app.domain import rules
 from app.domain.choice import LEAVES_ROBOT_FREE
@@ -53,13 +52,11 @@ class GroupForecast:
             for group in groups.values()
         }
         self.shared = frozenset(robot_id for members in self.members.values() for robot_id in members)
-        places = PlaceRepository().all(c)
-        self._room = {place.name: place.most for place in places}
-        self._places = {
-            name: tuple(
-                place.name for place in places if name in {durations.missions[one].name for one in place.missions}
-            )
-            for name in {durations.missions[one].name for place in places for one in place.missions}
+        places = durations.places()
+        self._room = {place.name: place.most for place, _missions in places}
+        self._places = {  # by the names of missions
+            name: tuple(place.name for place, missions in places if name in missions)
+            for name in frozenset[str]().union(*(missions for _place, missions in places))
         }
 
     def lacks_mission(self, group: Group, mission: str) -> bool:

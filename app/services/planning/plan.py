@@ -8,7 +8,7 @@ from datetime import datetime, timedelta
 from itertools import chain, islice, takewhile
 
 from app.database.connection import Database
-from app.database.groups import GroupRepository, PlaceRepository
+from app.database.groups import GroupRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository, Skip
@@ -148,15 +148,10 @@ class _Reading:
 
     def conflicts(self, runs: Sequence[PlannedRun], start: datetime, last: datetime) -> list[Conflict]:
         """Of these runs, in order of time, that are planned from ``start`` (with groups from where the forecast begins) to ``last``."""
-        places = {
-            place.id: (place.name, place.most, frozenset(self._durations.missions[one].name for one in place.missions))
-            for place in PlaceRepository().all(self._c)
-        }
         members = self.forecast.members if self.forecast else {}
         since = min(start, self.forecast.origin) if self.forecast else start
-        return plan_conflicts(
-            runs, Shared({key: (group, members[key]) for key, group in self._groups.items()}, places), since, last
-        )
+        shared = Shared({key: (group, members[key]) for key, group in self._groups.items()}, self._durations.places())
+        return plan_conflicts(runs, shared, since, last)
 
     def _target(self, schedule: Schedule) -> Robot | Group | None:
         """None where no robot of it is switched on."""

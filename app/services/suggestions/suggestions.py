@@ -13,7 +13,6 @@ from types import MappingProxyType
 
 from app.database.connection import Database
 from app.database.groups import GroupRepository
-from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.suggestions import ACCEPTED, DISMISSED, Answer, SuggestionRepository
@@ -21,6 +20,7 @@ from app.domain import writing
 from app.domain.clock import Clock
 from app.domain.models import Mission, Robot, Schedule
 from app.domain.writing import Translate
+from app.services.planning.durations import LiveRobots, MissionDurations
 from app.services.planning.recurrence import Recurrence
 from app.services.suggestions.late_schedules import Cause, Finding, counts, findings, is_late
 
@@ -74,8 +74,7 @@ class Result:
     schedule: Schedule
     late: int
     starts: int
-    late_before: int
-    starts_before: int
+    before: Answer
 
 
 @dataclass(frozen=True)
@@ -160,7 +159,7 @@ class Suggestions:
                 continue
             runs = [run for run in self._repository.runs_of(c, answer.schedule_id, answer.at) if counts(run)]
             if runs:
-                yield Result(schedule, sum(map(is_late, runs)), len(runs), answer.late, answer.starts)
+                yield Result(schedule, sum(map(is_late, runs)), len(runs), answer)
 
 
 def _before(answer: Answer) -> datetime:
@@ -186,12 +185,10 @@ class _Site:
     """What is configured: what could be done about a schedule, and how it is called."""
 
     def __init__(self, c: sqlite3.Connection, has_mission: HasMission, free_at: FreeAt) -> None:
-        self._has_mission, self._free_at = has_mission, free_at
+        self._free_at, self._missions = free_at, MissionDurations(c, live=LiveRobots(has_mission=has_mission))
         self.schedules = {schedule.id: schedule for schedule in ScheduleRepository().all(c)}
         self._robots = {robot.id: robot for robot in RobotRepository().all(c)}
         self._groups = {group.id: group for group in GroupRepository().all(c)}
-        self._missions = {mission.id: mission for mission in MissionRepository().all(c)}
-        self._meant = {(mission.name, mission.robot_id): mission for mission in self._missions.values()}
 
     def suggestion(self, finding: Finding) -> Suggestion:
         schedule = self.schedules[finding.schedule]
@@ -203,7 +200,7 @@ class _Site:
     def _changes(self, schedule: Schedule) -> Iterator[Change]:
         """Another time; another robot that is free at its times; any of a group that its robot is of. One of each at most."""
         robot, group = self._robots.get(schedule.robot_id or 0), self._groups.get(schedule.group_id or 0)
-        start, name = self._free_at(schedule), self._missions[schedule.mission_id].name
+        start, name = self._free_at(schedule), self._missions.missions[schedule.mission_id].name
         if start is not None and start != schedule.start:
             shift_s = (start - schedule.start).total_seconds()
             draft = replace(schedule, start=start)
@@ -211,7 +208,7 @@ class _Site:
         if robot is None:
             return
         able = {one.id: meant for one in self._robots.values() if (meant := self._mission(name, one)) is not None}
-        general = self._meant.get((name, None))
+        general = self._missions.mission(name)
         robots = (
             Change(Kind.ROBOT, replace(schedule, robot_id=one.id, mission_id=able[one.id].id), robot=one.name)
             for one in sorted(self._robots.values(), key=lambda one: one.name)
@@ -227,9 +224,8 @@ class _Site:
 
     def _mission(self, name: str, robot: Robot) -> Mission | None:
         """What has that name on a robot that may be used."""
-        meant = self._meant.get((name, robot.id)) or self._meant.get((name, None))
-        is_there = robot.enabled and not robot.needs_password and meant is not None
-        return meant if meant is not None and is_there and self._has_mission(robot.id, meant.guid) else None
+        may_use = robot.enabled and not robot.needs_password and self._missions.has(robot.id, name)
+        return self._missions.mission(name, robot.id) if may_use else None
 
 
 # ---------------------------------------------------------------------- in words
@@ -310,6 +306,6 @@ def since_then(result: Result, translate: Translate = lambda text: text, called:
         schedule=called or result.schedule.name,
         late=result.late,
         starts=result.starts,
-        late_before=result.late_before,
-        starts_before=result.starts_before,
+        late_before=result.before.late,
+        starts_before=result.before.starts,
     )
