@@ -24,6 +24,7 @@ COMPONENTS = {
 PARTS = {"VALARM", "STANDARD", "DAYLIGHT", "AVAILABLE", "PARTICIPANT", "VLOCATION", "VRESOURCE"}
 STATES = {"TENTATIVE", "CONFIRMED", "CANCELLED"}
 HEAD = {"METHOD", "X-WR-TIMEZONE"}
+READ = {"VEVENT", "VTIMEZONE"}
 PROPERTIES = {
     "VEVENT": {
         "UID",
@@ -170,7 +171,7 @@ class _Reader:
         self.has_begun = self.is_inside = False  # of a calendar
         self._calendar: list[Component] = []
         self._head: dict[str, str] = {}  # what the calendar says of itself
-        self._component = self._part = ""  # names of what is open
+        self._path: list[str] = []  # names of what is open: a component, and a part of it
         self._open: Component | None = None  # takes the properties
         self._count = 0
 
@@ -191,7 +192,7 @@ class _Reader:
             component = _property(line).value
             if _is_component(component):
                 (self._begin if name == "BEGIN" else self._end)(component.upper())
-        elif name in HEAD and not self._component:
+        elif name in HEAD and not self._path:
             self._head[name] = _property(line).text
         elif self._open is not None and name in PROPERTIES[self._open.name]:
             self._open.properties.setdefault(name, []).append(_property(line))
@@ -199,7 +200,7 @@ class _Reader:
     def finish(self) -> tuple[list[Component], bool]:
         """What was found, and whether the file is whole; the component in which it ends is not."""
         is_whole = not self.is_inside
-        if self._component in ("VEVENT", "VTIMEZONE"):
+        if READ.intersection(self._path):
             self._calendar.pop()
         self._end("VCALENDAR")
         return self._found, is_whole
@@ -208,22 +209,19 @@ class _Reader:
         if name == "VCALENDAR":
             self._end(name)
             self.has_begun = self.is_inside = True
-        elif not self._component or name in COMPONENTS:
-            self._component, self._part, self._open = name, "", None
-            if name in ("VEVENT", "VTIMEZONE"):
-                self._open = self._new(name)
-                self._calendar.append(self._open)
-        elif not self._part:
-            zone, self._part, self._open = self._open, name, None
-            if zone is not None and zone.name == "VTIMEZONE" and name in PROPERTIES:
-                self._open = self._new(name)
-                zone.parts.append(self._open)
+        elif not self._path or name in COMPONENTS:
+            self._path, self._open = [name], self._new(name, self._calendar) if name in READ else None
+        elif len(self._path) == 1:
+            self._path.append(name)
+            zone = self._open if self._path[0] == "VTIMEZONE" and name in PROPERTIES else None
+            self._open = self._new(name, zone.parts) if zone else None
 
-    def _new(self, name: str) -> Component:
+    def _new(self, name: str, among: list[Component]) -> Component:
         self._count += 1
         if self._count > MOST_COMPONENTS:
             raise TooMuch("has too many events")
-        return Component(name)
+        among.append(Component(name))
+        return among[-1]
 
     def _end(self, name: str) -> None:
         if name == "VCALENDAR":
@@ -232,11 +230,10 @@ class _Reader:
                 component.usual_zone = self._head.get("X-WR-TIMEZONE", "")
             self._found += self._calendar
             self._calendar, self._head, self.is_inside = [], {}, False
-            self._component, self._part, self._open = "", "", None
-        elif name == self._part:
-            self._part, self._open = "", self._calendar[-1] if self._component in ("VEVENT", "VTIMEZONE") else None
-        elif name == self._component:
-            self._component, self._part, self._open = "", "", None
+            self._path, self._open = [], None
+        elif name in self._path:
+            self._path = self._path[:-1] if name == self._path[-1] else []
+            self._open = self._calendar[-1] if READ.intersection(self._path) else None
 
 
 def _is_component(name: str) -> bool:
