@@ -61,10 +61,8 @@ class Found:
     is_whole: bool = True
 
 
-class _NotTaken(Exception):
-    def __init__(self, why: LeftOut) -> None:
-        super().__init__(why)
-        self.why = why
+class _Endless(Exception):
+    """It repeats without end more often than yearly."""
 
 
 def read_days(content: bytes, name: str, plant: ZoneInfo, today: date) -> Found:
@@ -216,10 +214,8 @@ class _Reader:
                     self._take_master(event, place, series.instead, later)
                 else:
                     self._take(event, place, (place.begins + days for days in later[event]))
-            except ics.TooMuch:
-                raise
-            except _NotTaken as error:
-                left_out[error.why] += 1
+            except _Endless:
+                left_out[LeftOut.ENDLESS] += 1
             except InvalidInput:
                 left_out[LeftOut.OUT_OF_RANGE] += 1
             except UNREADABLE:
@@ -311,7 +307,7 @@ class _Reader:
             if last.year >= self._year - 1:
                 spans.append((first, last))
             if len(spans) > validation.MOST_DAY_EXCEPTIONS and not place.whole:
-                raise _NotTaken(LeftOut.ENDLESS)
+                raise _Endless
             self._whole_days += place.whole and last.year >= self._year
             if self._whole_days > validation.MOST_DAY_EXCEPTIONS:
                 raise ics.TooMuch("has too many days")
@@ -335,7 +331,7 @@ def _rule(text: str, days: Iterable[int]) -> Rule:
     if rule.until and rule.until.at.year >= checks.YEARS.stop:
         rule = replace(rule, until=None)
     if not (rule.ends or rule.is_yearly):
-        raise _NotTaken(LeftOut.ENDLESS)
+        raise _Endless
     if rule.frequency == "YEARLY" and rule.parts in ({"BYMONTHDAY": (day,)} for day in days):
         return replace(rule, parts={})  # the day of its start, as programs mean it that write no BYMONTH
     return rule

@@ -69,7 +69,7 @@ class NotACalendar(ValueError):
     """The text is not an iCalendar file."""
 
 
-class TooMuch(ValueError):
+class TooMuch(Exception):
     """The file holds more than is read."""
 
 

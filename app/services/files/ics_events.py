@@ -49,10 +49,6 @@ class Event:
         return self.written.is_cancelled
 
     @property
-    def uid(self) -> str:
-        return self.written.text("UID")
-
-    @property
     def moves_following(self) -> bool:
         found = self.written.first("RECURRENCE-ID")
         return found is not None and found.parameter("RANGE").upper() == "THISANDFUTURE"
@@ -105,7 +101,7 @@ def series_of(events: Iterable[Event], zones: Zones) -> Iterator[Series]:
     by_uid: dict[object, dict[datetime | None, list[Event]]] = defaultdict(lambda: defaultdict(list))
     for event in events:
         replaces = zones.local(event.replaces, zones.plant) if event.replaces else None
-        by_uid[event.uid or event][replaces].append(event)
+        by_uid[event.written.text("UID") or event][replaces].append(event)
     for versions in by_uid.values():
         series = Series()
         for replaces, found in versions.items():
