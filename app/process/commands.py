@@ -66,11 +66,10 @@ def run(options: argparse.Namespace, directory: DataDirectory) -> int:
         return _check_up(directory, options)
     db = open_for_reading(directory)
     try:
-        if options.export_config:
-            text = configuration.export_configuration(db.read())
-            _write(options.export_config, text.encode("utf-8"))
-        else:
-            with export_target(options.export_log) as file:
+        with export_target(options.export_config or options.export_log) as file:
+            if options.export_config:
+                file.write(configuration.export_configuration(db.read()))
+            else:
                 write_history(db.read(), file)
     except (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, sqlite3.Error) as error:
         raise BadInput(
@@ -87,17 +86,15 @@ def _import(directory: DataDirectory, path: Path, *, may_delete: bool) -> int:
         content = read_file(path, may_be_pipe=True)
     except InvalidInput as error:
         raise BadInput(f"{error}; nothing was changed") from None
-
-    def import_here(container: Container) -> dict[str, Any]:
-        try:
-            return import_configuration(container, content, may_delete=may_delete)
-        except InvalidInput as error:
-            raise BadInput(f"{path}: {error}; nothing was changed") from None
-
-    changes = _change(directory, import_here, "import", path=str(path), content=content, may_delete=may_delete)[
-        "changes"
-    ]
-    say("\n".join(changes) or "nothing changed")
+    answer = _change(
+        directory,
+        lambda container: import_configuration(container, str(path), content, may_delete=may_delete),
+        "import",
+        path=str(path),
+        content=content,
+        may_delete=may_delete,
+    )
+    say("\n".join(answer["changes"]) or "nothing changed")
     return 0
 
 
@@ -141,8 +138,6 @@ def _check_up(directory: DataDirectory, options: argparse.Namespace) -> int:
 def _check_up_here(container: Container, robot: str, trial: Trial | None) -> dict[str, Any]:
     try:
         return check_up(container, robot, trial)
-    except InvalidInput as error:
-        raise BadInput(str(error)) from None
     except KeyboardInterrupt:
         left = find_robot(container.db.read(), robot).id in container.check_ups.left_behind()
         raise Interrupted(
@@ -159,10 +154,7 @@ def _what_is_left(answer: Mapping[str, Any] | None) -> str:
 
 def _moves(directory: DataDirectory, robot: str, trial: Trial) -> str:
     with closing(open_for_reading(directory)) as db:
-        try:
-            return render(moves(find_robot(db.read(), robot).name, trial))
-        except InvalidInput as error:
-            raise BadInput(str(error)) from None
+        return render(moves(find_robot(db.read(), robot).name, trial))
 
 
 # ------------------------------------------------------------------ a forgotten PIN
@@ -242,8 +234,3 @@ def _opened(name: str) -> AbstractContextManager[TextIO]:
     refuse_own_file(path)
     is_in_place = path.exists() and not (path.is_file() or path.is_dir())
     return open_in_place(path) if is_in_place else draft_of(path)
-
-
-def _write(name: str, content: bytes) -> None:
-    with export_target(name) as file:
-        file.write(content.decode("utf-8"))

@@ -9,6 +9,7 @@ import contextlib
 import os
 import stat
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
@@ -106,7 +107,7 @@ def refuse_own_file(path: Path) -> None:
 COMMAND = "a command in "  # a holder that serves no commands and ends soon
 
 
-class AlreadyRunning(Exception):
+class AlreadyRunning(BadInput):
     """Another process schedules on this data directory."""
 
     def __init__(self, directory: Path, holder: str) -> None:
@@ -131,10 +132,12 @@ class InstanceLock:
                 f"{self.path} can't be opened: {error.strerror}; remove it, or choose another --data-dir"
             ) from None
         file = os.fdopen(descriptor, "r+", encoding="utf-8")
-        if not _lock(file):
+        try:
+            _lock(file)
+        except OSError:
             holder = file.read(200).strip() or "another process"
             file.close()
-            raise AlreadyRunning(self._directory, holder)
+            raise AlreadyRunning(self._directory, holder) from None
         file.seek(0)
         file.truncate()
         file.write(f"{'' if serves else COMMAND}process {os.getpid()} ({Path(sys.argv[0]).name or 'python'})")
@@ -171,40 +174,36 @@ if sys.platform == "win32":
 
     _FAR = 1 << 30  # a byte beyond the text, so that the holder's name stays readable
 
-    def _lock(file: IO[str]) -> bool:
+    def _lock(file: IO[str]) -> None:
         file.seek(_FAR)
         try:
             msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-        except OSError:
-            return False
         finally:
             file.seek(0)
-        return True
 else:
     import fcntl
 
-    def _lock(file: IO[str]) -> bool:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            return False
-        return True
+    def _lock(file: IO[str]) -> None:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def open_container(directory: DataDirectory, *, with_window: bool = False) -> Container:
     """Open for writing; the caller holds the lock. Raises BadInput or Failure."""
-    try:
+    with _failing_in_words():
         return Container.open(directory.path, with_window=with_window)
-    except (DatabaseDamaged, DatabaseRefused) as error:
-        raise BadInput(str(error)) from error
-    except DatabaseUnavailable as error:
-        raise Failure(str(error)) from error
 
 
 def open_for_reading(directory: DataDirectory) -> Database:
     """Open while an app may run; nothing is written. Raises BadInput or Failure."""
-    try:
+    with _failing_in_words():
         return Database.open_for_reading(directory.database)
+
+
+@contextlib.contextmanager
+def _failing_in_words() -> Iterator[None]:
+    """A database that can't be opened ends the command."""
+    try:
+        yield
     except (DatabaseDamaged, DatabaseRefused) as error:
         raise BadInput(str(error)) from error
     except DatabaseUnavailable as error:
@@ -214,10 +213,7 @@ def open_for_reading(directory: DataDirectory) -> Database:
 def restore_backup(directory: DataDirectory, backup: Path) -> Path | None:
     """Returns where the former database is kept, None when there was none. Raises BadInput with one sentence."""
     lock = InstanceLock(directory.path)
-    try:
-        lock.acquire()
-    except AlreadyRunning as error:
-        raise BadInput(str(error)) from None
+    lock.acquire()
     try:
         return restore(backup, directory.database, SystemClock().now(), find_problem)
     except DatabaseError as error:

@@ -18,7 +18,7 @@ from app import NAME, __version__
 from app.container import Container
 from app.failures import BadInput
 from app.process import log_file
-from app.process.data_directory import AlreadyRunning, DataDirectory, InstanceLock, open_container
+from app.process.data_directory import DataDirectory, InstanceLock, open_container
 from app.process.demo import furnish
 from app.process.inbox import Inbox
 from app.process.requests import handlers
@@ -46,10 +46,7 @@ def host(
     """Open the data and schedule until the block ends. Raises BadInput when another process does, or when the database is damaged."""
     began = time.time()
     lock = InstanceLock(directory.path)
-    try:
-        lock.acquire()
-    except AlreadyRunning as error:
-        raise BadInput(str(error)) from None
+    lock.acquire()
     try:
         container = open_container(directory, with_window=with_window)
         try:
@@ -126,17 +123,16 @@ def watch(container: Container, lock: InstanceLock) -> None:
 
 def _alarm_while(alarms: Alarms, code: str, find: Callable[[], Details | None]) -> Callable[[], None]:
     """A chore that raises the alarm when ``find`` returns its details, and ends it when that returns None."""
-    last: list[Details | None] = []
+    last: Details | None = None
 
     def chore() -> None:
+        nonlocal last
         now = find()
-        if last == [now]:
-            return
         if now is None:
             alarms.clear(code, "app")
-        else:
+        elif now != last:
             alarms.raise_(code, "app", **now)
-        last[:] = [now]
+        last = now
 
     return chore
 
@@ -157,7 +153,6 @@ if sys.platform == "win32":
     def most_open_files() -> int | None:
         return None
 else:
-    import contextlib
     import resource
 
     def open_more_files() -> None:

@@ -19,6 +19,7 @@ from typing import Any
 
 from app.container import Container
 from app.database.files import NO_LINK
+from app.domain.models import InvalidInput
 from app.failures import BadInput, Failure
 from app.process.data_directory import DataDirectory, InstanceLock, open_container
 
@@ -97,6 +98,8 @@ class Inbox:
         try:
             request = {**json.loads(path.read_text(encoding="utf-8")), "content": path.with_suffix(".content")}
             answer = self._handlers[request["kind"]](request)
+        except (BadInput, InvalidInput) as error:
+            answer = {"exit": 2, "error": str(error)}
         except Exception as error:  # the answer reports it; the app goes on
             log.exception("The request %s could not be served", path.name)
             answer = {"exit": 1, "error": f"the running app could not do it: {type(error).__name__}"}
@@ -169,6 +172,8 @@ def here_or_by_the_running_app(
                 container = open_container(directory)
                 try:
                     return here(container)
+                except InvalidInput as error:
+                    raise BadInput(str(error)) from None
                 finally:
                     container.db.close()
             finally:

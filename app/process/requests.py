@@ -20,6 +20,7 @@ from app.domain.check_up import Level, Topic, Trial
 from app.domain.message import render
 from app.domain.models import Execution, Group, InvalidInput, Mission, Robot, State
 from app.domain.reasons import sentence
+from app.failures import BadInput
 from app.process.inbox import Handler, withdrawn
 from app.services.catalogue import configuration
 from app.services.check_up import report as reports
@@ -31,19 +32,28 @@ MORE_THAN_A_WINDOW = 1441 * 60.0 + 600.0  # s: the longest start window and what
 
 
 def run_now(container: Container, target: str, mission: str, parameters: Mapping[str, Any], token: str) -> Execution:
-    """``target``: a robot's name, or a group's. Raises InvalidInput."""
+    """``target``: a robot's name, or a group's. Raises BadInput or InvalidInput."""
     found = find_target(container, target)
     mission_id = find_mission(container, mission, found).id
     start = container.operator.run_now if isinstance(found, Robot) else container.operator.run_on_any
     return start(found.id, mission_id, parameters, token)
 
 
-def import_configuration(container: Container, content: bytes, *, may_delete: bool) -> dict[str, Any]:
-    """The answer to ``--import-config``: what was added or changed, one line each. Raises InvalidInput."""
+def known_start(container: Container, token: str) -> Execution | None:
+    """The one that was begun with this token. Raises BadInput where the data was copied from another machine."""
+    if (hold := container.holds.active()) is not None and hold.is_copy:
+        raise BadInput(f"{hold.reason}: with --move-here this machine starts its missions")
+    return container.ledger.by_token(token)
+
+
+def import_configuration(container: Container, path: str, content: bytes, *, may_delete: bool) -> dict[str, Any]:
+    """The answer to ``--import-config``: what was added or changed, one line each. Raises BadInput."""
     before = {robot.id: robot.token for robot in container.catalogue.robots()}
-    changes = [
-        render(line) for line in configuration.import_configuration(container.catalogue, content, may_delete=may_delete)
-    ]
+    try:
+        lines = configuration.import_configuration(container.catalogue, content, may_delete=may_delete)
+    except InvalidInput as error:
+        raise BadInput(f"{path}: {error}; nothing was changed") from None
+    changes = [render(line) for line in lines]
     if any(before.get(robot.id) not in (None, robot.token) for robot in container.catalogue.robots()):
         changes.append(
             "backups made before still hold the former access tokens: the daily ones for a week, others until they are deleted"
@@ -52,13 +62,13 @@ def import_configuration(container: Container, content: bytes, *, may_delete: bo
 
 
 def find_target(container: Container, name: str) -> Robot | Group:
-    """A robot or a group. Raises InvalidInput."""
+    """A robot or a group. Raises BadInput."""
     robots: list[Robot | Group] = [*container.repositories.robots.all(container.db.read())]
     return _named(name, [*robots, *container.catalogue.groups()])
 
 
 def find_robot(c: sqlite3.Connection, name: str) -> Robot:
-    """Raises InvalidInput."""
+    """Raises BadInput."""
     return _named(name, RobotRepository().all(c))
 
 
@@ -67,23 +77,17 @@ def _named(name: str, robots: Sequence[T]) -> T:
         if each.name in (name, names.normal(name)):
             return each
     known = ", ".join(each.name for each in robots) or "none yet"
-    raise InvalidInput("robot", "there is no robot {name}; known: {known}", name=repr(name), known=known)
+    raise BadInput(f"there is no robot {name!r}; known: {known}")
 
 
 def find_mission(container: Container, name: str, robot: Robot | Group) -> Mission:
-    """The mission of that name for this robot, else the one for all. Raises InvalidInput."""
+    """The mission of that name for this robot, else the one for all. Raises BadInput."""
     missions = container.repositories.missions.all(container.db.read())
     own = robot.id if isinstance(robot, Robot) else None
     named = [m for m in missions if m.name in (name, names.normal(name)) and m.robot_id in (None, own)]
     if not named:
         known = ", ".join(sorted({m.name for m in missions})) or "none yet"
-        raise InvalidInput(
-            "mission",
-            "there is no mission {name} for {robot}; known: {known}",
-            name=repr(name),
-            robot=robot.name,
-            known=known,
-        )
+        raise BadInput(f"there is no mission {name!r} for {robot.name}; known: {known}")
     return max(named, key=lambda m: m.robot_id is not None)
 
 
@@ -169,18 +173,13 @@ def handlers(container: Container) -> Mapping[str, Handler]:
 
 
 def _begin_run(container: Container, request: Mapping[str, Any]) -> Mapping[str, Any]:
-    try:
-        run_now(container, request["robot"], request["mission"], request["parameters"], request["token"])
-    except InvalidInput as error:
-        return {"exit": 2, "error": str(error)}
+    run_now(container, request["robot"], request["mission"], request["parameters"], request["token"])
     return {}
 
 
 def _take_run_now(container: Container, run: _InBackground, request: Mapping[str, Any]) -> Mapping[str, Any] | None:
     """Answered once the robot has accepted it or it has ended: until then the request stays in the inbox."""
-    if (hold := container.holds.active()) is not None and hold.is_copy:
-        return {"exit": 2, "error": f"{hold.reason}: with --move-here this machine starts its missions"}
-    execution = container.ledger.by_token(request["token"])
+    execution = known_start(container, request["token"])
     if execution is None:
         return run.take(request) or None
     return None if execution.state in (State.WAITING, State.SUBMITTING) else outcome(execution)
@@ -197,19 +196,13 @@ def _take_clock_is_right(container: Container) -> Mapping[str, Any] | None:
 
 
 def _import(container: Container, request: Mapping[str, Any]) -> Mapping[str, Any]:
-    file, path = Path(request["content"]), request["path"]
+    file = Path(request["content"])
     content = file.read_bytes()
     file.unlink()
-    try:
-        return import_configuration(container, content, may_delete=request.get("may_delete", False))
-    except InvalidInput as error:
-        return {"exit": 2, "error": f"{path}: {error}; nothing was changed"}
+    return import_configuration(container, request["path"], content, may_delete=request["may_delete"])
 
 
 def _check_up(container: Container, request: Mapping[str, Any]) -> Mapping[str, Any]:
     asked = Path(request["content"]).with_suffix(".request")  # goes with a command that was killed
     trial = Trial(request["mission"]) if request["is_tried"] else None
-    try:
-        return check_up(container, request["robot"], trial, lambda: asked.exists() and not withdrawn(asked).exists())
-    except InvalidInput as error:
-        return {"exit": 2, "error": str(error)}
+    return check_up(container, request["robot"], trial, lambda: asked.exists() and not withdrawn(asked).exists())

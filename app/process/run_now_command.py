@@ -15,13 +15,13 @@ from typing import Any
 
 from app.container import Container
 from app.database.executions import ExecutionRepository
-from app.domain.models import Execution, InvalidInput, State
+from app.domain.models import Execution, State
 from app.domain.reasons import waiting_sentence
 from app.failures import BadInput, Failure
 from app.mir.errors import RobotError
 from app.process.data_directory import DataDirectory, open_for_reading
 from app.process.inbox import NoAnswer, here_or_by_the_running_app, raise_for
-from app.process.requests import MORE_THAN_A_WINDOW, outcome, run_now
+from app.process.requests import MORE_THAN_A_WINDOW, known_start, outcome, run_now
 from app.process.terminal import print_error, say
 from app.services.dispatch.worker import RobotWorker
 
@@ -86,14 +86,7 @@ def _submit(
     container: Container, robot_name: str, mission_name: str, parameters: dict[str, Any], token: str
 ) -> dict[str, Any]:
     """The same exactly-once path as in the running app, for this one execution only, which an app that has ended may have begun."""
-    if (hold := container.holds.active()) is not None and hold.is_copy:
-        raise BadInput(f"{hold.reason}: with --move-here this machine starts its missions")
-    execution = container.ledger.by_token(token)
-    if execution is None:
-        try:
-            execution = run_now(container, robot_name, mission_name, parameters, token)
-        except InvalidInput as error:
-            raise BadInput(str(error)) from None
+    execution = known_start(container, token) or run_now(container, robot_name, mission_name, parameters, token)
     group = next((group for group in container.catalogue.groups() if group.id == execution.group_id), None)
     robot_ids = group.members if group is not None else (execution.robot_id,)
     workers = {
@@ -140,12 +133,8 @@ class _Reader:
         self.worker = worker
         self._thread: threading.Thread | None = None
 
-    @property
-    def is_reading(self) -> bool:
-        return self._thread is not None and self._thread.is_alive()
-
     def read(self) -> None:
-        if not self.is_reading:
+        if self._thread is None or not self._thread.is_alive():
             self._thread = threading.Thread(target=self._run, name=f"read-{self.worker.robot.name}", daemon=True)
             self._thread.start()
 
