@@ -58,19 +58,15 @@ class MissionParameters:
     ) -> None:
         self._db, self._clock, self._make_client, self._snapshots = db, clock, make_client, snapshots
         self._stored = MissionParameterRepository()
-        self._lock = threading.Lock()
-        self._answers: dict[tuple[int, str], _Answer] = {}
+        self._answers: dict[tuple[int, str], _Answer] = {}  # only by steps that no other thread can interrupt
         changes.subscribe(self._forget)
 
     # ------------------------------------------------------------------ what is known
     def _of(self, robot_id: int, guid: str) -> _Answer:
-        with self._lock:
-            kept = self._answers.get((robot_id, guid))
-        if kept is None:
-            kept = _Answer(self._stored.get(self._db.read(), robot_id, guid))
-            with self._lock:
-                kept = self._answers.setdefault((robot_id, guid), kept)
-        return kept
+        if (kept := self._answers.get((robot_id, guid))) is not None:
+            return kept
+        stored = _Answer(self._stored.get(self._db.read(), robot_id, guid))
+        return self._answers.setdefault((robot_id, guid), stored)
 
     def known(self, robot_id: int, guid: str) -> Sequence[MissionParameter] | None:
         """As the robot has said, however long ago; None: it has not."""
@@ -111,8 +107,7 @@ class MissionParameters:
     def _forget(self, topic: Topic, _about: int | None) -> None:
         """A robot may be another machine now: what the database still has holds."""
         if topic is Topic.ROBOTS:
-            with self._lock:
-                self._answers.clear()
+            self._answers.clear()
 
     # ------------------------------------------------------------------ asking
     def learn(self, robot_id: int, guid: str, client: RobotClient) -> Sequence[MissionParameter] | None:
@@ -150,8 +145,7 @@ class MissionParameters:
         """What robots have just said, on that map; None: one was asked and does not say."""
         now = self._clock.monotonic()
         new = {key: found for key, found in answers.items() if found is not None and found != self._of(*key).parameters}
-        with self._lock:
-            self._answers |= {key: _Answer(found, now, map_id) for key, found in answers.items()}
+        self._answers.update({key: _Answer(found, now, map_id) for key, found in answers.items()})
         if new:
             try:
                 self._db.write(lambda c: self._stored.put(c, new), patient=True)

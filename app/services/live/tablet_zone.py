@@ -92,14 +92,12 @@ def tablet_zone(
     found = (
         (windows and from_windows(windows, finder))
         or finder.from_file(LOCALTIME, LOCALTIME)
-        or finder.from_timezone_file()
-        or NOT_KNOWN
+        or (
+            TabletZone(note, TIMEZONE_FILE, False) if (note := finder.noted_name()) else NOT_KNOWN
+        )  # the clock shows UTC
     )
-    if (
-        variable or found.name not in _places()
-    ):  # a TZ that can't be read shows UTC, and so does a system that was never set up
-        return replace(found, is_certain=False)
-    return found
+    # a TZ that can't be read shows UTC, and so does a system that was never set up
+    return replace(found, is_certain=False) if variable or found.name not in _places() else found
 
 
 def _country(environ: Mapping[str, str]) -> str:
@@ -143,15 +141,11 @@ class _Finder:
         name = next((name for step in steps if (name := _name_in(step))), "")
         zone = _zone_of(self._content(steps[-1]))
         past = self._moments(datetime(1970, 1, 1, tzinfo=UTC), self._now - SETTLED_AFTER)
-        if name and (zone is None or _mostly_agree(zone, ZoneInfo(name), past)):
+        if name and (zone is None or _agreement(zone, ZoneInfo(name), past) > LEAST_AGREEMENT):
             return TabletZone(name, source, True)
         return None if zone is None else self._closest(zone, source, past)
 
-    def from_timezone_file(self) -> TabletZone | None:
-        """The clock itself shows UTC then, so it is not certain."""
-        return TabletZone(name, TIMEZONE_FILE, False) if (name := self._noted_name()) else None
-
-    def _noted_name(self) -> str:
+    def noted_name(self) -> str:
         lines = (self._content(TIMEZONE_FILE) or b"").decode("ascii", errors="replace").split("\n")
         return next((name for line in lines if (name := line.partition("#")[0].strip()) in zone_names()), "")
 
@@ -180,10 +174,9 @@ class _Finder:
         if not (found := self.matching(zone, moments, with_words=True)):
             lately = self.matching(zone, self._moments(self._now - timedelta(days=365), self._now))
             return TabletZone(self._best(lately), source, False) if lately else None
-        found = {
-            name for name in found if self._agree(zone, name, self._moments(self._now - SETTLED_AFTER, self._now))
-        } or found
-        if (note := self._noted_name()) in found:
+        unsettled = self._moments(self._now - SETTLED_AFTER, self._now)
+        found = {name for name in found if _agreement(zone, ZoneInfo(name), unsettled) == 1} or found
+        if (note := self.noted_name()) in found:
             return TabletZone(note, source, True)
         return TabletZone(self._best(found), source, len(found & _places().keys()) <= 1)
 
@@ -206,13 +199,9 @@ class _Finder:
             )
 
         found = {name for name in zone_names() if all_agree(_zone_of(self._content(f"{DIRECTORY}/{name}")))}
-        found = {
-            name for name in found if _mostly_agree(zone, ZoneInfo(name), moments)
-        }  # no other file lies in its place
+        # no other file lies in its place
+        found = {name for name in found if _agreement(zone, ZoneInfo(name), moments) > LEAST_AGREEMENT}
         return found or {name for name in zone_names() if all_agree(ZoneInfo(name))}
-
-    def _agree(self, zone: ZoneInfo, name: str, moments: list[datetime]) -> bool:
-        return all(_local_time(moment, zone) == _local_time(moment, ZoneInfo(name)) for moment in moments)
 
     def coming_year(self) -> list[datetime]:
         return self._moments(self._now, self._now + timedelta(days=365))
@@ -222,10 +211,9 @@ class _Finder:
         return [begin + number * STEP for number in range(max(1, (end - begin) // STEP))]
 
 
-def _mostly_agree(zone: ZoneInfo, other: ZoneInfo, moments: list[datetime]) -> bool:
-    return sum(_local_time(moment, zone) == _local_time(moment, other) for moment in moments) > LEAST_AGREEMENT * len(
-        moments
-    )
+def _agreement(zone: ZoneInfo, other: ZoneInfo, moments: list[datetime]) -> float:
+    """At what share of these moments both show the same time."""
+    return sum(_local_time(moment, zone) == _local_time(moment, other) for moment in moments) / len(moments)
 
 
 def _local_time(moment: datetime, zone: ZoneInfo, with_words: bool = False) -> tuple[timedelta | None, str | None]:
