@@ -39,7 +39,7 @@ from app.mir.errors import (
 from app.mir.mission_queue import UNSUPPORTED, QueueReader
 from app.mir.robot_vocabulary import in_mir_words
 from app.mir.texts import clean
-from app.mir.transport import API, Response
+from app.mir.transport import API, OF_ALL, OF_STATUS, Response
 from app.mir.verified_requests import LARGEST_OBJECT, VerifiedRequests
 
 MOST_MISSIONS = 2000  # sites have tens to hundreds
@@ -150,7 +150,9 @@ class RobotClient(VerifiedRequests):
             raise Rejected(
                 status=400, reason=message("a parameter can't be written as JSON"), address=self.address.netloc
             ) from None
-        answer = self._request("POST", "/mission_queue", json=body, is_wanted=is_wanted)
+        self.pace.wait(OF_ALL)
+        self._verify(OF_STATUS)
+        answer = self._send("POST", "/mission_queue", json=body, is_wanted=is_wanted)
         if answer.status not in (201, self._profile.order_status):
             problem = message("status {status} instead of 201", status=answer.status)
             raise Unreadable(problem=problem, address=self.address.netloc)
@@ -187,11 +189,11 @@ class RobotClient(VerifiedRequests):
 
     def cancel(self, queue_id: int) -> None:
         """Abort one item. It stays in the robot's list as Aborted."""
-        self._request("DELETE", f"/mission_queue/{queue_id}", at_once=True)
+        self._order("DELETE", f"/mission_queue/{queue_id}")
 
     def clear_queue(self) -> None:
         """Abort everything pending and executing, of the app and of others."""
-        self._request("DELETE", "/mission_queue", at_once=True)
+        self._order("DELETE", "/mission_queue")
 
     # ------------------------------------------------------------------ the robot
     def set_state(self, state: RobotState) -> RobotStatus | None:
@@ -253,7 +255,7 @@ class RobotClient(VerifiedRequests):
 
     def _put_status(self, body: Mapping[str, Any]) -> RobotStatus | None:
         began = self._clock()
-        answer = self._request("PUT", "/status", json=body, at_once=True)
+        answer = self._order("PUT", "/status", body)
         try:
             status = self._status(answer, self._clock() - began)
         except (NotAMir, Unreadable):

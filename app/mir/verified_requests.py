@@ -173,27 +173,31 @@ class VerifiedRequests:
         *,
         query: Mapping[str, str] | None = None,
         json: Any = None,
-        is_wanted: Callable[[], bool] | None = None,
-        at_once: bool = False,
     ) -> Response:
-        """With credentials, to the robot that is known. ``at_once``: what a person orders does not wait for its turn. Raises RobotError."""
+        """With credentials, to the robot that is known. Raises RobotError."""
 
         def send() -> Response:
             if method == "GET" or path.endswith("/search"):
                 self.pace.wait(OF_READS, self.on_pause)
             else:
-                self.pace.wait(None if at_once else OF_ALL)
-            if self.serial_number and not self._is_verified():
-                self._verify(None if at_once else OF_STATUS)
-            return self._send(method, path, query=query, json=json, is_wanted=is_wanted)
+                self.pace.wait(OF_ALL)
+            self._verify(OF_STATUS)
+            return self._send(method, path, query=query, json=json)
 
         return _again_if_stale(send)
 
+    def _order(self, method: str, path: str, json: Any = None) -> Response:
+        """The same of what a person orders, which does not wait for its turn."""
+        self.pace.wait(None)
+        self._verify(None)
+        return self._send(method, path, json=json)
+
     def _verify(self, share: float | None) -> None:
-        try:
-            self._ask_status(share)
-        except RobotError as error:
-            raise error.unsent() from None
+        if self.serial_number and not self._is_verified():
+            try:
+                self._ask_status(share)
+            except RobotError as error:
+                raise error.unsent() from None
 
     def _send(
         self,

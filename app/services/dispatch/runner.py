@@ -33,31 +33,26 @@ class _WorkerThread:
         before: threading.Thread | None,
     ) -> None:
         self.worker, self._works, self._failed, self._before = worker, works, failed, before
-        self._wake = threading.Condition()
-        self._inbox: list[messages.Message] = []
+        self.wake = threading.Condition()  # has the lock of the inbox
+        self.inbox: list[messages.Message] = []
         self._is_stopping = False
         self.thread = threading.Thread(target=self._run, name=f"worker-{worker.robot.name}", daemon=True)
         self.thread.start()
 
-    def post(self, message: messages.Message) -> None:
-        with self._wake:
-            self._inbox.append(message)
-            self._wake.notify()
-
     def stop(self) -> None:
-        with self._wake:
+        with self.wake:
             self._is_stopping = True
-            self._wake.notify()
+            self.wake.notify()
 
     def _run(self) -> None:
         if self._before is not None:
             self._before.join()
             self._before = None
         while True:
-            with self._wake:
+            with self.wake:
                 if self._is_stopping:
                     break
-                inbox, self._inbox = self._inbox, []
+                inbox, self.inbox = self.inbox, []
             try:
                 for message in inbox:
                     self.worker.handle(message)
@@ -72,10 +67,10 @@ class _WorkerThread:
                     self.worker.expect_recovery()
                 )  # the next round finds in the ledger what this one left undone
                 wait = AFTER_A_FAILURE
-            with self._wake:
-                if not (self._is_stopping or self._inbox):
-                    self._wake.wait(None if math.isinf(wait) else wait)
-        untaken = [message.intent for message in self._inbox if isinstance(message, messages.Start)]
+            with self.wake:
+                if not (self._is_stopping or self.inbox):
+                    self.wake.wait(None if math.isinf(wait) else wait)
+        untaken = [message.intent for message in self.inbox if isinstance(message, messages.Start)]
         with contextlib.suppress(
             DatabaseError, sqlite3.Error
         ):  # a request outlived the stop: a minute of observed time is lost
@@ -141,7 +136,9 @@ class Runner:
         with self._lock:
             worker = self._threads.get(robot_id)
         if worker and not (isinstance(message, messages.LedgerChanged) and threading.current_thread() is worker.thread):
-            worker.post(message)
+            with worker.wake:
+                worker.inbox.append(message)
+                worker.wake.notify()
 
     # ------------------------------------------------------------------ the scheduler's thread
     def _run(self) -> None:
