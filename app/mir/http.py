@@ -56,6 +56,7 @@ SMALLEST_READ = 256  # bytes as which a smaller one counts, so that there can't 
 LONGEST_HEAD = (
     16 * 1024
 )  # with interim answers and the begin of the body; what email.message takes for one grows with its square
+NOT_HTTP = (OSError, HTTPException, HTTPError, ValueError, TypeError)  # the last for contradicting parameters
 _CODES = {
     errno.ECONNREFUSED: "refused",
     errno.ETIMEDOUT: "no_answer",
@@ -289,6 +290,34 @@ class HttpTransport:
         is_wanted: Callable[[], bool] | None = None,
         with_credentials: bool = True,
     ) -> Response:
+        request = self._prepared(method, path, query, json, with_credentials)
+        self._adapter.connection = connection = self._reading if method == "GET" else self._writing
+        # To the machine whose status was read last, even if its name resolves to another one now.
+        connection.begin(timeout, is_wanted, self._reading.place if with_credentials else None)
+        keeps = False
+        try:
+            answer = self._adapter.send(request, stream=True)
+            # As they come: each chunk costs microseconds, and unpacking could take minutes; it was not to be packed.
+            parts = list(itertools.islice(answer.raw.stream(1 << 16, decode_content=False), MOST_PARTS))
+            if len(parts) == MOST_PARTS:
+                raise too_long()
+            # Answers of failure may be followed by what they don't announce.
+            keeps = method == "GET" and answer.status_code == 200 and not connection.will_close
+            return Response(answer.status_code, b"".join(parts), answer.headers)
+        except (ConnectionLost, *NOT_HTTP) as error:
+            # Not chained: the originals carry the request with its token.
+            if not (isinstance(error, ConnectionLost) or connection.is_at_end):
+                raise not_http() from None
+            lost = ConnectionLost()
+            lost.is_stale = method == "GET" and not (connection.is_new or connection.received)
+            raise lost from None
+        finally:
+            if not keeps:  # or what is left of the answer may be taken for that of the next request
+                connection.close()
+
+    def _prepared(
+        self, method: str, path: str, query: Mapping[str, str] | None, json: Any, with_credentials: bool
+    ) -> requests.PreparedRequest:
         request, headers = requests.PreparedRequest(), {"Connection": "keep-alive"}
         request.method, request.url = (
             method,
@@ -299,44 +328,13 @@ class HttpTransport:
             request.body, headers = body or None, {"Connection": "close", "Content-Length": str(len(body))}
         # Their names need no other case.
         request.headers = cast(Any, self._headers | (self._credentials if with_credentials else {}) | headers)
-        connection = self._reading if method == "GET" else self._writing
-        # To the machine whose status was read last, even if its name resolves to another one now.
-        connection.begin(timeout, is_wanted, self._reading.place if with_credentials else None)
-        try:
-            return self._once(request, connection)
-        except ConnectionLost as error:
-            error.is_stale = method == "GET" and not (connection.is_new or connection.received)
-            raise
+        return request
 
     def read_connection(self) -> object:
         return (sock := self._reading.sock) and self._reading.is_connected and sock
 
     def close(self) -> None:
         self._reading.close()
-
-    def _once(self, request: requests.PreparedRequest, connection: RobotConnection) -> Response:
-        self._adapter.connection, keeps = connection, False
-        try:
-            answer = self._adapter.send(request, stream=True)
-            # As they come: each chunk costs microseconds, and unpacking could take minutes; it was not to be packed.
-            parts = list(itertools.islice(answer.raw.stream(1 << 16, decode_content=False), MOST_PARTS))
-            if len(parts) == MOST_PARTS:
-                raise too_long()
-            # Answers of failure may be followed by what they don't announce.
-            keeps = request.method == "GET" and answer.status_code == 200 and not connection.will_close
-            return Response(answer.status_code, b"".join(parts), answer.headers)
-        except (
-            OSError,
-            HTTPException,
-            HTTPError,
-            ValueError,
-            TypeError,
-        ):  # the last for parameters that contradict each other
-            # Not chained: the originals carry the request with its token.
-            raise (ConnectionLost() if connection.is_at_end else not_http()) from None
-        finally:
-            if not keeps:  # or what is left of the answer may be taken for that of the next request
-                connection.close()
 
 
 def presented_fingerprint(address: Address, timeouts: Timeouts | None = None) -> str:

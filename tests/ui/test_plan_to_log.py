@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -17,7 +18,11 @@ from app.widgets.fields import PickField
 from app.widgets.figures import FigureCard
 from app.widgets.frame import NavItem
 from app.widgets.rows import LogRow, OptionRow, PlanRow
+from tests.support.way import Way
 from tests.ui.whole_app import GUIDS, PASSWORD, USER, shown
+
+ARCHITECTURE = Path(__file__).parents[2] / "docs" / "architecture.md"
+MOST_HOPS = 25  # from function to function, or thread to thread
 
 
 class ShiftedClock:
@@ -34,6 +39,11 @@ class ShiftedClock:
 
     def leap_to(self, now: datetime) -> None:
         self._ahead = now - datetime.now(UTC)
+
+
+@pytest.fixture
+def way(monkeypatch) -> Way:
+    return Way(monkeypatch)
 
 
 @pytest.fixture
@@ -54,28 +64,38 @@ def go(ui, name: str) -> None:
     ui.advance(0.3)
 
 
+def plan_home(app, site, ui) -> None:
+    """By taps: the mission Home at 06:30, on the only robot; ends with *Save*."""
+    go(ui, "scheduler")
+    ui.wait(lambda: app.shell.background.idle and ui.find_all(PickField, label="Robot", value="Aino"))
+    ui.tap(ui.find(PickField, label="Mission"))
+    ui.wait(lambda: ui.find_all(ChoiceDialog))
+    ui.advance(0.3)
+    ui.tap(ui.find(OptionRow, text="Home"))
+    ui.tap(ui.find(PickField, label="Time"))
+    for digit in "0630":
+        ui.key(ord(digit), digit)
+    ui.tap(ui.find(CommandButton, text="Set"))
+    ui.wait(lambda: not ui.find(CommandButton, text="Save schedule").disabled)
+    ui.tap(ui.find(CommandButton, text="Save schedule"))
+    ui.wait(lambda: site.repositories.schedules.all(site.db.read()))
+
+
+def let_it_begin(site) -> None:
+    """The instant is 3 s away, and robots are asked."""
+    site.clock.leap_to(datetime(2026, 11, 23, 6, 30, tzinfo=UTC) - timedelta(seconds=3))
+    site.holds.confirm_clock()  # the robot lives in another year
+    site.runner.start()
+
+
 def test_a_planned_mission_starts_by_itself_and_is_found_in_the_log(site, ui):
     with shown(site, ui) as app:
-        go(ui, "scheduler")
-        ui.wait(lambda: app.shell.background.idle and ui.find_all(PickField, label="Robot", value="Aino"))
-        ui.tap(ui.find(PickField, label="Mission"))
-        ui.wait(lambda: ui.find_all(ChoiceDialog))
-        ui.advance(0.3)
-        ui.tap(ui.find(OptionRow, text="Home"))
-        ui.tap(ui.find(PickField, label="Time"))
-        for digit in "0630":
-            ui.key(ord(digit), digit)
-        ui.tap(ui.find(CommandButton, text="Set"))
-        ui.wait(lambda: not ui.find(CommandButton, text="Save schedule").disabled)
-        ui.tap(ui.find(CommandButton, text="Save schedule"))
-        ui.wait(lambda: site.repositories.schedules.all(site.db.read()))
+        plan_home(app, site, ui)
         go(ui, "home")
         ui.wait(lambda: ui.find_all(PlanRow, mission="Home"))
         assert ui.find(PlanRow, mission="Home").time == "06:30"
 
-        site.clock.leap_to(datetime(2026, 11, 23, 6, 30, tzinfo=UTC) - timedelta(seconds=3))
-        site.holds.confirm_clock()  # the robot lives in another year
-        site.runner.start()
+        let_it_begin(site)
         ui.wait(lambda: site.history.last_finished(1), seconds=60)
         (execution,) = site.history.last_finished(1)
         assert (execution.state, execution.mission, execution.attempts) == (State.COMPLETED, "Home", 1)
@@ -95,3 +115,15 @@ def test_a_planned_mission_starts_by_itself_and_is_found_in_the_log(site, ui):
         site.operator.run_now(execution.robot_id, site.catalogue.missions()[0].id)
         ui.wait(lambda: [row.outcome for row in ui.find_all(LogRow)] == ["Completed"] * 2, seconds=60)
         ui.wait(lambda: any(row.steps and "usually" in row.steps[-1].note for row in ui.find_all(LogRow)))
+
+
+def test_the_documented_way_from_save_to_the_robot_is_that_of_the_code(way, site, ui):
+    site.db.write(way.watch)
+    with shown(site, ui) as app:
+        plan_home(app, site, ui)
+        let_it_begin(site)
+        ui.wait(lambda: any(run.queue_id for run in site.history.open()), seconds=60)
+    functions = way.functions()
+    documented = re.findall(r"([\w.]+) +(app/[\w/]+\.py)", ARCHITECTURE.read_text(encoding="utf-8"))
+    assert documented == functions, "\n".join(f"{name:40}{module}" for name, module in functions)
+    assert len(functions) - 1 <= MOST_HOPS
