@@ -276,6 +276,7 @@ class Container:
         self.tablet.begin()
         for line in self.catalogue.edit(lambda edit: zones.take_known_zones(edit, self._find_zone)):
             log.warning("At the start %s", line)
+        self.catalogue.edit(lambda edit: edit.purge())
         if count := self.catalogue.edit(lambda edit: edit.replan_outdated()):
             log.warning(
                 "The rules or the time zone data are others than before: %d schedules were planned again", count

@@ -64,7 +64,7 @@ class ActivityRepository:
         rows = c.execute(
             """
             SELECT s.robot_id, round(total(max(0, julianday(min(s.ended_at, :now)) - julianday(max(s.started_at, :since)))) * 1440) / 60
-            FROM robots r CROSS JOIN activity_spans s ON s.robot_id = r.id AND s.started_at < :now AND s.started_at >= coalesce(
+            FROM current_robots r CROSS JOIN activity_spans s ON s.robot_id = r.id AND s.started_at < :now AND s.started_at >= coalesce(
                 (SELECT max(started_at) FROM activity_spans WHERE robot_id = r.id AND started_at < :since), :since)
             WHERE s.activity = 'executing' GROUP BY r.id""",
             {"since": to_text(since), "now": to_text(now)},

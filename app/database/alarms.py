@@ -13,7 +13,7 @@ _PAST_OF_A_KIND = 50  # past alarms of one kind that are kept before those of ot
 OPEN_OF_A_KIND = 20  # events of one kind that stay open side by side; further ones are counted by the newest
 # A kind: the same code of the same robot, or about the same thing where it is about none.
 _KIND = "code, coalesce('robot:' || json_extract(details, '$.robot_id'), key)"
-_SELECT = """SELECT *, (SELECT name FROM robots WHERE alarms.key = 'robot:' || robots.id
+_SELECT = """SELECT *, (SELECT name FROM current_robots AS robots WHERE alarms.key = 'robot:' || robots.id
                                                OR robots.id = json_extract(alarms.details, '$.robot_id')) AS robot FROM alarms"""
 
 
@@ -80,7 +80,7 @@ class AlarmRepository:
 
     def is_asked(self, c: sqlite3.Connection, robot_id: int) -> bool:
         """Whether there is that robot, and it is switched on: a condition of another one would never be found to be over."""
-        return c.execute("SELECT 1 FROM robots WHERE id = ? AND enabled", (robot_id,)).fetchone() is not None
+        return c.execute("SELECT 1 FROM current_robots WHERE id = ? AND enabled", (robot_id,)).fetchone() is not None
 
     def clear(self, c: sqlite3.Connection, code: str, key: str, now: datetime) -> bool:
         """Note that the cause has ended. Returns whether there was something to clear."""

@@ -11,7 +11,7 @@ from app.domain.models import DayException
 
 class CalendarRepository(Table[DayException]):
     name, columns = "calendar_days", ("name", "first_day", "last_day", "is_working", "yearly", "source")
-    query, order = "SELECT * FROM calendar_days", "first_day, last_day, id"
+    query, order = "SELECT * FROM current_calendar_days AS calendar_days", "first_day, last_day, id"
 
     @staticmethod
     def read(row: sqlite3.Row) -> DayException:

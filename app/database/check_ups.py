@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 from app.database.value_checks import YEARS
 from app.domain.check_up import Finding, LeftBehind, Level, Report, Rest, RobotProfile, Topic
@@ -22,22 +22,16 @@ _STATES = {state.value.casefold(): state.value for state in QueueState if state 
 _CANCELLED = "Cancelled"  # of ``item_states`` as well
 
 
-class StoredCheckUp(NamedTuple):
-    """A row as it is stored."""
-
-    profile: str | None
-    report: str | None
-    left_behind: str | None
-
-
 class CheckUpRepository:
     def report(self, c: sqlite3.Connection, robot_id: int) -> Report | None:
         """Of the last one."""
-        stored = self.stored(c, robot_id)
-        return None if stored is None or stored.report is None else _report(json.loads(stored.report), stored.profile)
+        row = c.execute(
+            "SELECT report, profile FROM current_check_ups WHERE robot_id = ? AND report IS NOT NULL", (robot_id,)
+        ).fetchone()
+        return row and _report(json.loads(row[0]), row[1])
 
     def put(self, c: sqlite3.Connection, robot_id: int, report: Report) -> None:
-        """In the place of the one before. A robot that has been removed, or is another machine now, gets none."""
+        """In the place of the one before. A robot that is another machine now gets none."""
         self._put(
             c,
             robot_id,
@@ -49,7 +43,7 @@ class CheckUpRepository:
 
     def left_behind(self, c: sqlite3.Connection) -> dict[int, LeftBehind]:
         """By robot: what a trial has changed there and not put back."""
-        rows = c.execute("SELECT robot_id, left_behind FROM check_ups WHERE left_behind IS NOT NULL")
+        rows = c.execute("SELECT robot_id, left_behind FROM current_check_ups WHERE left_behind IS NOT NULL")
         return {row[0]: _left_behind(json.loads(row[1])) for row in rows}
 
     def note_left_behind(self, c: sqlite3.Connection, robot_id: int, left: LeftBehind | None) -> None:
@@ -82,20 +76,9 @@ class CheckUpRepository:
             (*values.values(), robot_id, serial_number),
         )
 
-    # ------------------------------------------------------------------ as it is stored
-    def stored(self, c: sqlite3.Connection, robot_id: int) -> StoredCheckUp | None:
-        row = c.execute("SELECT profile, report, left_behind FROM check_ups WHERE robot_id = ?", (robot_id,)).fetchone()
-        return row and StoredCheckUp(*row)
-
-    def put_back(self, c: sqlite3.Connection, robot_id: int, stored: StoredCheckUp) -> None:
-        c.execute(
-            "INSERT OR REPLACE INTO check_ups (robot_id, profile, report, left_behind) VALUES (?, ?, ?, ?)",
-            (robot_id, *stored),
-        )
-
     def check(self, c: sqlite3.Connection) -> None:
         """Read all of them. Raises ValueError, TypeError or LookupError for one that can't be used."""
-        for row in c.execute("SELECT robot_id, profile FROM check_ups").fetchall():
+        for row in c.execute("SELECT robot_id, profile FROM current_check_ups").fetchall():
             self.report(c, row[0])
             if row[1] is not None:
                 profile_of(row[1])

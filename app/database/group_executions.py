@@ -82,7 +82,7 @@ class GroupExecutionRepository:
         found = c.execute(
             f"""SELECT max(planned_at) FROM executions INDEXED BY executions_open_of_schedule
                               WHERE schedule_id = ? AND {OPEN} AND planned_at < ? AND EXISTS (
-                                  SELECT 1 FROM schedules WHERE id = executions.schedule_id AND overlap <> 'parallel')""",
+                                  SELECT 1 FROM current_schedules WHERE id = executions.schedule_id AND overlap <> 'parallel')""",
             (schedule_id, to_text(planned_at)),
         ).fetchone()
         return to_optional_instant(found[0])
@@ -95,7 +95,8 @@ class GroupExecutionRepository:
         read = stored_values({name: getattr(execution, name) for name in _BOUND_BY})
         found = c.execute(
             f"""
-            SELECT 1 FROM executions AS e JOIN group_members USING (group_id) JOIN robots AS r ON r.id = group_members.robot_id
+            SELECT 1 FROM executions AS e JOIN current_group_members AS member USING (group_id)
+                JOIN current_robots AS r ON r.id = member.robot_id
             WHERE e.id = ? AND e.state = 'waiting' AND e.robot_id IS NULL AND e.cancel_code IS NULL AND e.revoked IS NULL AND NOT e.held
                 AND {" AND ".join(f"e.{name} IS ?" for name in read)} AND r.id = ? AND r.enabled AND NOT r.needs_password
                 AND (? OR NOT EXISTS (SELECT 1 FROM executions WHERE robot_id = r.id AND {OPEN} AND trigger <> 'idle'
@@ -108,7 +109,7 @@ class GroupExecutionRepository:
         """Whether the robot that a start of a group was given to is still one that may get it."""
         return (
             c.execute(
-                """SELECT 1 FROM group_members JOIN robots ON robots.id = robot_id
+                """SELECT 1 FROM current_group_members JOIN current_robots ON id = robot_id
                             WHERE group_id = ? AND robot_id = ? AND enabled""",
                 (execution.group_id, execution.robot_id),
             ).fetchone()
@@ -118,15 +119,16 @@ class GroupExecutionRepository:
     # ------------------------------------------------------------------ places
     def with_places(self, c: sqlite3.Connection) -> set[str]:
         """Names of the missions that use a place."""
-        rows = c.execute("SELECT DISTINCT name FROM mission_places JOIN missions ON missions.id = mission_id")
+        rows = c.execute("SELECT DISTINCT name FROM current_mission_places JOIN current_missions ON id = mission_id")
         return {row[0] for row in rows}
 
     def full_place(self, c: sqlite3.Connection, execution: Execution) -> FullPlace | None:
         """One of the places that its mission uses with no room for it, and who is there; None: there is room everywhere. A start takes room
         from when it is given to its robot, or sent, to its end."""
         places = c.execute(
-            """SELECT DISTINCT places.id, places.name, most FROM mission_places
-                              JOIN missions ON missions.id = mission_id JOIN places ON places.id = place_id
+            """SELECT DISTINCT places.id, places.name, most FROM current_mission_places
+                              JOIN current_missions AS missions ON missions.id = mission_id
+                              JOIN current_places AS places ON places.id = place_id
                               WHERE missions.name = ? ORDER BY places.name""",
             (execution.mission,),
         ).fetchall()
@@ -140,8 +142,12 @@ class GroupExecutionRepository:
     def room(self, c: sqlite3.Connection) -> list[Room]:
         """At each place that missions use."""
         missions: dict[tuple[int, str, int], set[str]] = {}
-        for *place, mission in c.execute("""SELECT places.id, places.name, most, missions.name FROM mission_places
-                                            JOIN missions ON missions.id = mission_id JOIN places ON places.id = place_id"""):
+        for (
+            *place,
+            mission,
+        ) in c.execute("""SELECT places.id, places.name, most, missions.name FROM current_mission_places
+                                            JOIN current_missions AS missions ON missions.id = mission_id
+                                            JOIN current_places AS places ON places.id = place_id"""):
             missions.setdefault((place[0], place[1], place[2]), set()).add(mission)
         return [
             Room(name, frozenset(used_by), most - len(self._at_place(c, place_id)))
@@ -154,8 +160,8 @@ class GroupExecutionRepository:
         robot and waits for something else is not there yet."""
         return c.execute(
             f"""
-            WITH here AS (SELECT name, guid FROM missions WHERE name IN (
-                SELECT name FROM mission_places JOIN missions ON missions.id = mission_id WHERE place_id = ?))
+            WITH here AS (SELECT name, guid FROM current_missions WHERE name IN (
+                SELECT name FROM current_mission_places JOIN current_missions ON id = mission_id WHERE place_id = ?))
             SELECT id, robot, robot_id, mission_guid, started_at FROM executions INDEXED BY executions_open
             WHERE {OPEN} AND robot_id IS NOT NULL AND (state <> 'waiting' OR group_id IS NOT NULL) AND id <> ?
                 AND NOT (state = 'waiting' AND wait IN ({placeholders(LEAVES_ROBOT_FREE)}))
@@ -166,17 +172,11 @@ class GroupExecutionRepository:
 
     # ------------------------------------------------------------------ given up
     def watch(self, c: sqlite3.Connection, watch: Watch) -> None:
-        """It stays until the robot was searched after its time, or is removed; its execution stays with it."""
+        """It stays until the robot was searched after its time, or is purged; its execution stays with it."""
         c.execute(
             """INSERT INTO watches VALUES (?, ?, ?, ?) ON CONFLICT DO UPDATE SET until = excluded.until""",
             (*watch[:3], to_text(watch.until)),
         )
-
-    def watches_on(self, c: sqlite3.Connection, robot_id: int) -> list[Watch]:
-        rows = c.execute(
-            "SELECT execution_id, robot_id, queue_floor, until FROM watches WHERE robot_id = ?", (robot_id,)
-        )
-        return [Watch(execution_id, robot, floor, to_instant(until)) for execution_id, robot, floor, until in rows]
 
     def watches_of(self, c: sqlite3.Connection, robot_id: int) -> list[Watched]:
         rows = c.execute(

@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
+from dataclasses import replace
 
 from app.database.robots import RobotRepository
 from app.database.table import Table
 from app.database.values import from_json
-from app.domain.models import Group, HandOver, Place, Robot, Schedule
+from app.domain.models import FEWEST_TO_KEEP_FREE, Group, HandOver, Place, Robot, Schedule
 
 
 class GroupRepository(Table[Group]):
     name, columns = "robot_groups", ("name", "hand_over", "keep_free")
-    query = """SELECT *, (SELECT json_group_array(robot_id) FROM (SELECT robot_id FROM group_members WHERE group_id = robot_groups.id
-                                                                 ORDER BY robot_id)) AS members FROM robot_groups"""
+    query = """SELECT *, (SELECT json_group_array(robot_id) FROM (
+                   SELECT robot_id FROM current_group_members WHERE group_id = robot_groups.id ORDER BY robot_id)) AS members
+               FROM current_robot_groups AS robot_groups"""
 
     @staticmethod
     def read(row: sqlite3.Row) -> Group:
-        """Its members in order of their ids."""
-        return Group(
-            row["name"], tuple(from_json(row["members"])), HandOver(row["hand_over"]), row["keep_free"], row["id"]
-        )
+        """Its members in order of their ids. Where too many of them were removed it keeps none free."""
+        members, keep_free = tuple(from_json(row["members"])), row["keep_free"]
+        are_enough = len(members) >= max(FEWEST_TO_KEEP_FREE, keep_free + 1)
+        return Group(row["name"], members, HandOver(row["hand_over"]), keep_free if are_enough else 0, row["id"])
 
     def add(self, c: sqlite3.Connection, group: Group) -> Group:
         added = super().add(c, group)
@@ -29,29 +31,20 @@ class GroupRepository(Table[Group]):
         return added
 
     def update(self, c: sqlite3.Connection, group: Group) -> None:
+        before = self.get(c, group.id)
+        if before is not None and before.keep_free == group.keep_free:
+            # As it is stored, for robots that may be put back.
+            stored = c.execute("SELECT keep_free FROM robot_groups WHERE id = ?", (group.id,)).fetchone()
+            group = replace(group, keep_free=stored[0])
         super().update(c, group)
-        c.execute("DELETE FROM group_members WHERE group_id = ?", (group.id,))
-        self._put_members(c, group)
-
-    def keep_fewer_free(self, c: sqlite3.Connection, fewest: int) -> None:
-        """A robot was removed: groups with fewer robots than this no longer keep any free."""
         c.execute(
-            """UPDATE robot_groups SET keep_free = 0 WHERE keep_free > 0 AND (
-                         SELECT count(*) FROM group_members WHERE group_id = robot_groups.id) < max(?, keep_free + 1)""",
-            (fewest,),
+            "DELETE FROM group_members WHERE group_id = ? AND robot_id IN (SELECT id FROM current_robots)", (group.id,)
         )
+        self._put_members(c, group)
 
     def of_robot(self, c: sqlite3.Connection, robot_id: int) -> list[Group]:
         """Those that it is in."""
         return [group for group in self.all(c) if robot_id in group.members]
-
-    def join(self, c: sqlite3.Connection, robot_id: int, groups: Sequence[Group]) -> None:
-        """A removed robot returns to those of these groups that still exist, which keep as many free as before."""
-        for group in groups:
-            c.execute(
-                "INSERT OR IGNORE INTO group_members SELECT id, ? FROM robot_groups WHERE id = ?", (robot_id, group.id)
-            )
-            c.execute("UPDATE robot_groups SET keep_free = max(keep_free, ?) WHERE id = ?", (group.keep_free, group.id))
 
     @staticmethod
     def _put_members(c: sqlite3.Connection, group: Group) -> None:
@@ -68,8 +61,8 @@ def target_of(c: sqlite3.Connection, schedule: Schedule) -> Robot | Group | None
 
 class PlaceRepository(Table[Place]):
     name, columns = "places", ("name", "most")
-    query = """SELECT places.*, coalesce(missions, '[]') AS missions FROM places
-               LEFT JOIN (SELECT place_id, json_group_array(mission_id) AS missions FROM mission_places GROUP BY place_id)
+    query = """SELECT places.*, coalesce(missions, '[]') AS missions FROM current_places AS places
+               LEFT JOIN (SELECT place_id, json_group_array(mission_id) AS missions FROM current_mission_places GROUP BY place_id)
                     ON place_id = places.id"""
 
     @staticmethod
@@ -78,7 +71,7 @@ class PlaceRepository(Table[Place]):
 
     def ids(self, c: sqlite3.Connection) -> dict[str, int]:
         """Of all places, by name."""
-        return dict(c.execute("SELECT name, id FROM places").fetchall())
+        return dict(c.execute("SELECT name, id FROM current_places").fetchall())
 
     def add(self, c: sqlite3.Connection, place: Place) -> Place:
         added = super().add(c, place)
@@ -93,7 +86,7 @@ class PlaceRepository(Table[Place]):
 
     def used_by(self, c: sqlite3.Connection, mission_id: int) -> set[int]:
         """The ids of the places that a mission uses."""
-        return set(_ids(c, "SELECT place_id FROM mission_places WHERE mission_id = ?", mission_id))
+        return set(_ids(c, "SELECT place_id FROM current_mission_places WHERE mission_id = ?", mission_id))
 
     def use(self, c: sqlite3.Connection, mission_id: int, place_ids: Iterable[int]) -> None:
         """These, and no others."""
@@ -101,22 +94,8 @@ class PlaceRepository(Table[Place]):
         _drop_uses(c, ((mission_id, place_id) for place_id in used - wanted))
         _add_uses(c, ((mission_id, place_id) for place_id in wanted - used))
 
-    def uses_of(self, c: sqlite3.Connection, mission_ids: Iterable[int]) -> list[tuple[int, int]]:
-        """The id of each of these missions with that of a place that it uses."""
-        return [(mission_id, place_id) for mission_id in mission_ids for place_id in self.used_by(c, mission_id)]
 
-    def use_again(self, c: sqlite3.Connection, uses: Iterable[tuple[int, int]]) -> frozenset[tuple[int, int]]:
-        """What ``uses_of`` returned, where mission and place are both there; returns the others."""
-        uses = frozenset(uses)
-        c.executemany(
-            """INSERT OR IGNORE INTO mission_places (mission_id, place_id)
-                         SELECT missions.id, places.id FROM missions, places WHERE missions.id = ? AND places.id = ?""",
-            uses,
-        )
-        return uses.difference(map(tuple, c.execute("SELECT mission_id, place_id FROM mission_places")))
-
-
-_MISSIONS_OF_PLACE = "SELECT mission_id FROM mission_places WHERE place_id = ? ORDER BY mission_id"
+_MISSIONS_OF_PLACE = "SELECT mission_id FROM current_mission_places WHERE place_id = ? ORDER BY mission_id"
 
 
 def _ids(c: sqlite3.Connection, query: str, of: int) -> list[int]:

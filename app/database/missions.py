@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from math import ceil
 from statistics import median
-from typing import Any, NamedTuple
+from typing import Any
 
 from app.database.table import Table
 from app.domain.models import DurationEstimate, Mission
@@ -23,7 +23,7 @@ from app.domain.robot import MissionParameter, Spot, Stop
 class MissionRepository(Table[Mission]):
     name = "missions"
     columns = ("name", "guid", "robot_id", "favourite", "usual_minutes", "on_low_battery", "charges")
-    query, order = "SELECT * FROM missions", "name, coalesce(robot_id, 0)"
+    query, order = "SELECT * FROM current_missions AS missions", "name, coalesce(robot_id, 0)"
 
     @staticmethod
     def read(row: sqlite3.Row) -> Mission:
@@ -61,8 +61,8 @@ class MissionRepository(Table[Mission]):
         return {
             row[0]
             for row in c.execute(
-                """SELECT robot_id FROM schedules WHERE mission_id = ?
-                                               UNION SELECT robot_id FROM idle_rules WHERE mission_id = ?""",
+                """SELECT robot_id FROM current_schedules WHERE mission_id = ?
+                                               UNION SELECT robot_id FROM current_idle_rules WHERE mission_id = ?""",
                 (mission_id, mission_id),
             )
         }
@@ -71,11 +71,11 @@ class MissionRepository(Table[Mission]):
         """Guids of what schedules and idle rules start, by the robot's id; of a robot of a group all that it may be given."""
         found: dict[int, list[str]] = {}
         for robot_id, guid in c.execute("""
-                SELECT DISTINCT used.robot_id, missions.guid FROM missions JOIN (
-                    SELECT robot_id, mission_id FROM schedules WHERE enabled = 1 AND robot_id IS NOT NULL
-                    UNION SELECT robot_id, mission_id FROM idle_rules WHERE enabled = 1
-                    UNION SELECT members.robot_id, id FROM (SELECT DISTINCT robot_id FROM group_members) AS members
-                          JOIN missions ON coalesce(missions.robot_id, members.robot_id) = members.robot_id) AS used
+                SELECT DISTINCT used.robot_id, missions.guid FROM current_missions AS missions JOIN (
+                    SELECT robot_id, mission_id FROM current_schedules WHERE enabled = 1 AND robot_id IS NOT NULL
+                    UNION SELECT robot_id, mission_id FROM current_idle_rules WHERE enabled = 1
+                    UNION SELECT members.robot_id, id FROM (SELECT DISTINCT robot_id FROM current_group_members) AS members
+                          JOIN current_missions AS missions ON coalesce(missions.robot_id, members.robot_id) = members.robot_id) AS used
                     ON used.mission_id = missions.id
                 ORDER BY used.robot_id, missions.id"""):
             found.setdefault(robot_id, []).append(guid)
@@ -171,16 +171,6 @@ def _stop(row: sqlite3.Row) -> Stop:
     return Stop(row["position"], row["name"], Spot(row["map_id"], row["x"], row["y"]) if is_known else None)
 
 
-class RunDuration(NamedTuple):
-    """One row as it is stored."""
-
-    robot_id: int
-    mission_guid: str
-    ended_at: str
-    execution_id: int
-    duration_s: float
-
-
 class DurationRepository:
     """How long runs took."""
 
@@ -192,16 +182,3 @@ class DurationRepository:
         )
         lasted = tuple(sorted(row[0] for row in rows))
         return DurationEstimate(median(lasted), lasted[ceil(0.9 * len(lasted)) - 1], lasted) if lasted else None
-
-    # ------------------------------------------------------------------ a robot that is removed takes its own with it
-    def of_robot(self, c: sqlite3.Connection, robot_id: int) -> list[RunDuration]:
-        return [
-            RunDuration(*row)
-            for row in c.execute(
-                f"SELECT {', '.join(RunDuration._fields)} FROM run_durations WHERE robot_id = ?", (robot_id,)
-            )
-        ]
-
-    def put_back(self, c: sqlite3.Connection, runs: Iterable[RunDuration]) -> None:
-        """What such a robot had, when it is there again."""
-        c.executemany(f"INSERT INTO run_durations ({', '.join(RunDuration._fields)}) VALUES (?, ?, ?, ?, ?)", runs)

@@ -40,7 +40,7 @@ class RobotRepository(Table[Robot]):
     )
     query = """SELECT robots.*, idle.mission_id AS idle_mission_id, idle.after_minutes AS idle_after_minutes, idle.enabled AS idle_enabled,
                       check_ups.profile
-               FROM robots LEFT JOIN idle_rules AS idle ON idle.robot_id = robots.id
+               FROM current_robots AS robots LEFT JOIN current_idle_rules AS idle ON idle.robot_id = robots.id
                            LEFT JOIN check_ups ON check_ups.robot_id = robots.id"""
     order = "robots.name"
 
@@ -68,12 +68,12 @@ class RobotRepository(Table[Robot]):
         """All of it, its idle rule included. What was learned of another machine (another serial number) is forgotten."""
         c.execute(
             """DELETE FROM check_ups WHERE robot_id = ? AND left_behind IS NULL
-                     AND (SELECT serial_number FROM robots WHERE id = robot_id) <> coalesce(?, '')""",
+                     AND (SELECT serial_number FROM current_robots WHERE id = robot_id) <> coalesce(?, '')""",
             (robot.id, robot.serial_number),
         )
         c.execute(
             """DELETE FROM mission_parameters WHERE robot_id = ?
-                     AND (SELECT serial_number FROM robots WHERE id = robot_id) <> coalesce(?, '')""",
+                     AND (SELECT serial_number FROM current_robots WHERE id = robot_id) <> coalesce(?, '')""",
             (robot.id, robot.serial_number),
         )
         c.execute(
@@ -83,6 +83,11 @@ class RobotRepository(Table[Robot]):
         )
         super().update(c, robot)
         self._put_idle(c, robot)
+
+    def remove(self, c: sqlite3.Connection, id_: int, now: datetime) -> None:
+        """Its token is kept by whoever may put it back."""
+        super().remove(c, id_, now)
+        c.execute("UPDATE robots SET token = NULL WHERE id = ?", (id_,))
 
     def note_identity(self, c: sqlite3.Connection, asked: Robot, **found: str) -> bool:
         """Store what the machine reports of itself: serial_number, model, software; identified_by. Returns whether it was stored: not
@@ -101,7 +106,7 @@ class RobotRepository(Table[Robot]):
         """Serial numbers that several robots have which are switched on, and the names of these."""
         found: dict[str, list[str]] = {}
         for number, name in c.execute(
-            "SELECT serial_number, name FROM robots WHERE enabled AND serial_number <> '' ORDER BY name"
+            "SELECT serial_number, name FROM current_robots WHERE enabled AND serial_number <> '' ORDER BY name"
         ):
             found.setdefault(number, []).append(name)
         return {number: names for number, names in found.items() if len(names) > 1}
@@ -109,7 +114,7 @@ class RobotRepository(Table[Robot]):
     # ------------------------------------------------------------------ what dispatch has to know of it
     def last_accepted(self, c: sqlite3.Connection, robot_id: int) -> Accepted | None:
         """The newest item that it took from us; None: none yet."""
-        row = c.execute("SELECT last_queue_id, last_token FROM robots WHERE id = ?", (robot_id,)).fetchone()
+        row = c.execute("SELECT last_queue_id, last_token FROM current_robots WHERE id = ?", (robot_id,)).fetchone()
         return None if row is None or row[0] is None else Accepted(*row)
 
     def note_accepted(self, c: sqlite3.Connection, robot_id: int, accepted: Accepted) -> None:
@@ -117,7 +122,7 @@ class RobotRepository(Table[Robot]):
 
     def idle_queue_id(self, c: sqlite3.Connection, robot_id: int) -> int | None:
         """The queue item of its last idle mission, or the highest id known when that was triggered; None: it may run."""
-        row = c.execute("SELECT idle_queue_id FROM robots WHERE id = ?", (robot_id,)).fetchone()
+        row = c.execute("SELECT idle_queue_id FROM current_robots WHERE id = ?", (robot_id,)).fetchone()
         return None if row is None else row[0]
 
     def note_idle(self, c: sqlite3.Connection, robot_id: int, queue_id: int | None) -> None:
@@ -127,7 +132,7 @@ class RobotRepository(Table[Robot]):
         """How many starts these failed since their last success, by id."""
         return {
             row[0]: row[1]
-            for row in c.execute(f"SELECT id, failures FROM robots WHERE id IN ({placeholders(ids)})", (*ids,))
+            for row in c.execute(f"SELECT id, failures FROM current_robots WHERE id IN ({placeholders(ids)})", (*ids,))
         }
 
     def note_outcome(self, c: sqlite3.Connection, robot_id: int, went_well: bool) -> None:
@@ -140,7 +145,10 @@ class RobotRepository(Table[Robot]):
     @staticmethod
     def _put_idle(c: sqlite3.Connection, robot: Robot) -> None:
         if robot.idle is None:
-            c.execute("DELETE FROM idle_rules WHERE robot_id = ?", (robot.id,))
+            c.execute(
+                "DELETE FROM idle_rules WHERE robot_id = ? AND mission_id IN (SELECT id FROM current_missions)",
+                (robot.id,),
+            )
             return
         c.execute(
             """INSERT INTO idle_rules (robot_id, mission_id, after_minutes, enabled) VALUES (?, ?, ?, ?)
@@ -184,14 +192,14 @@ class HoldRepository:
                 robot_id=row["robot_id"],
                 id=row["id"],
             )
-            for row in c.execute("SELECT * FROM holds ORDER BY id")
+            for row in c.execute("SELECT * FROM current_holds ORDER BY id")
         ]
 
     def add(self, c: sqlite3.Connection, hold: Hold) -> Hold:
-        """Returns it with its id; one that is given (of a robot whose removal is undone) is kept."""
+        """Returns it with its id."""
         cursor = c.execute(
-            "INSERT INTO holds (id, robot_id, reason, started_at, until) VALUES (?, ?, ?, ?, ?)",
-            (hold.id or None, hold.robot_id, hold.reason, to_optional_text(hold.since), to_optional_text(hold.until)),
+            "INSERT INTO holds (robot_id, reason, started_at, until) VALUES (?, ?, ?, ?)",
+            (hold.robot_id, hold.reason, to_optional_text(hold.since), to_optional_text(hold.until)),
         )
         return replace(hold, id=cursor.lastrowid or 0)
 

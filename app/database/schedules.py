@@ -31,7 +31,7 @@ class Progress(NamedTuple):
 
 
 class ScheduleRepository(Table[Schedule]):
-    name, query = "schedules", "SELECT * FROM schedules"
+    name, query = "schedules", "SELECT * FROM current_schedules AS schedules"
     columns = (
         "name",
         "robot_id",
@@ -97,7 +97,7 @@ class ScheduleRepository(Table[Schedule]):
         return [to_column(found[column]) for column in self.columns]
 
     def names(self, c: sqlite3.Connection) -> set[str]:
-        return {row[0] for row in c.execute("SELECT name FROM schedules")}
+        return {row[0] for row in c.execute("SELECT name FROM current_schedules")}
 
     def for_robot(self, c: sqlite3.Connection, robot_id: int) -> list[Schedule]:
         return self.select(c, "WHERE robot_id = ? ORDER BY name", robot_id)
@@ -166,14 +166,14 @@ class ScheduleRepository(Table[Schedule]):
 
     # ------------------------------------------------------------------ starts left out in advance
     def skip(self, c: sqlite3.Connection, schedule_id: int, instant: datetime) -> None:
-        """A schedule that was deleted has no starts to skip."""
+        """Unless the schedule is purged."""
         c.execute(
             "INSERT OR REPLACE INTO skips (schedule_id, planned_at) SELECT id, ? FROM schedules WHERE id = ?",
             (to_text(instant), schedule_id),
         )
 
     def hold(self, c: sqlite3.Connection, schedule_id: int, instant: datetime) -> None:
-        """Unless it is skipped, or the schedule was deleted."""
+        """Unless it is skipped, or the schedule is purged."""
         c.execute(
             "INSERT OR IGNORE INTO skips (schedule_id, planned_at, held) SELECT id, ?, 1 FROM schedules WHERE id = ?",
             (to_text(instant), schedule_id),
@@ -212,13 +212,15 @@ class ScheduleRepository(Table[Schedule]):
     def next_due(self, c: sqlite3.Connection) -> datetime | None:
         """The earliest next occurrence of all robots."""
         return to_optional_instant(
-            c.execute("SELECT min(next_at) FROM schedules WHERE enabled = 1 AND next_at IS NOT NULL").fetchone()[0]
+            c.execute(
+                "SELECT min(next_at) FROM current_schedules WHERE enabled = 1 AND next_at IS NOT NULL"
+            ).fetchone()[0]
         )
 
     def next_to_run(self, c: sqlite3.Connection, robot_id: int) -> datetime | None:
         """The earliest next occurrence of a robot that is not left out by a pause."""
         row = c.execute(
-            """SELECT min(next_at) FROM schedules WHERE enabled = 1 AND next_at IS NOT NULL AND robot_id = ?
+            """SELECT min(next_at) FROM current_schedules WHERE enabled = 1 AND next_at IS NOT NULL AND robot_id = ?
                            AND (paused_until IS NULL OR paused_until <= next_at)""",
             (robot_id,),
         ).fetchone()
@@ -230,7 +232,8 @@ class ScheduleRepository(Table[Schedule]):
         """What a robot starts until then with parameters: the mission's guid and name, and the values as they were
         entered."""
         rows = c.execute(
-            """SELECT DISTINCT guid, missions.name, parameters FROM schedules JOIN missions ON missions.id = mission_id
+            """SELECT DISTINCT guid, missions.name, parameters FROM current_schedules AS schedules
+                            JOIN current_missions AS missions ON missions.id = mission_id
                             WHERE schedules.robot_id = ? AND enabled = 1 AND next_at <= ? AND parameters <> '{}'""",
             (robot_id, to_text(until)),
         )
@@ -241,9 +244,9 @@ class ScheduleRepository(Table[Schedule]):
         rows = c.execute(
             """
             SELECT (SELECT group_concat(id) FROM (
-                        SELECT robots.id FROM group_members AS other JOIN robots ON robots.id = other.robot_id
+                        SELECT robots.id FROM current_group_members AS other JOIN current_robots AS robots ON robots.id = other.robot_id
                         WHERE other.group_id = schedules.group_id AND robots.enabled ORDER BY robots.id)), count(*)
-            FROM schedules JOIN group_members ON group_members.group_id = schedules.group_id
+            FROM current_schedules AS schedules JOIN current_group_members AS group_members ON group_members.group_id = schedules.group_id
             WHERE schedules.enabled = 1 AND next_at <= ? AND group_members.robot_id = ?
                 AND (paused_until IS NULL OR paused_until <= next_at) GROUP BY schedules.group_id""",
             (to_text(until), robot_id),
@@ -253,8 +256,9 @@ class ScheduleRepository(Table[Schedule]):
     def robots_due(self, c: sqlite3.Connection, after: datetime, until: datetime) -> set[int]:
         """Those to which what comes after one instant and not after the other may go."""
         rows = c.execute(
-            """SELECT DISTINCT coalesce(schedules.robot_id, group_members.robot_id) FROM schedules
-                            LEFT JOIN group_members USING (group_id) WHERE enabled = 1 AND next_at > ? AND next_at <= ?""",
+            """SELECT DISTINCT coalesce(schedules.robot_id, group_members.robot_id) FROM current_schedules AS schedules
+                            LEFT JOIN current_group_members AS group_members USING (group_id)
+                            WHERE enabled = 1 AND next_at > ? AND next_at <= ?""",
             (to_text(after), to_text(until)),
         )
         return {row[0] for row in rows}

@@ -304,6 +304,33 @@ _KEPT_BACK_AHEAD = """
 ALTER TABLE skips ADD COLUMN held INTEGER NOT NULL DEFAULT 0;               -- not left out: kept back when its time has come
 """
 
+_DELETED = """
+-- What a person deletes stays, invisible, as long as that can be undone: everything is read through these views.
+ALTER TABLE robots ADD COLUMN deleted_at TEXT;
+ALTER TABLE robot_groups ADD COLUMN deleted_at TEXT;
+ALTER TABLE places ADD COLUMN deleted_at TEXT;
+ALTER TABLE missions ADD COLUMN deleted_at TEXT;
+ALTER TABLE schedules ADD COLUMN deleted_at TEXT;
+ALTER TABLE calendar_days ADD COLUMN deleted_at TEXT;
+CREATE VIEW current_robots AS SELECT * FROM robots WHERE deleted_at IS NULL;
+CREATE VIEW current_robot_groups AS SELECT * FROM robot_groups WHERE deleted_at IS NULL;
+CREATE VIEW current_places AS SELECT * FROM places WHERE deleted_at IS NULL;
+CREATE VIEW current_missions AS SELECT * FROM missions WHERE deleted_at IS NULL;
+CREATE VIEW current_schedules AS SELECT * FROM schedules WHERE deleted_at IS NULL;
+CREATE VIEW current_calendar_days AS SELECT * FROM calendar_days WHERE deleted_at IS NULL;
+CREATE VIEW current_group_members AS SELECT * FROM group_members
+    WHERE (SELECT deleted_at FROM robots WHERE id = robot_id) IS NULL
+        AND (SELECT deleted_at FROM robot_groups WHERE id = group_id) IS NULL;
+CREATE VIEW current_mission_places AS SELECT * FROM mission_places
+    WHERE (SELECT deleted_at FROM missions WHERE id = mission_id) IS NULL
+        AND (SELECT deleted_at FROM places WHERE id = place_id) IS NULL;
+CREATE VIEW current_idle_rules AS SELECT * FROM idle_rules
+    WHERE (SELECT deleted_at FROM robots WHERE id = robot_id) IS NULL
+        AND (SELECT deleted_at FROM missions WHERE id = mission_id) IS NULL;
+CREATE VIEW current_holds AS SELECT * FROM holds WHERE (SELECT deleted_at FROM robots WHERE id = robot_id) IS NULL;
+CREATE VIEW current_check_ups AS SELECT * FROM check_ups WHERE (SELECT deleted_at FROM robots WHERE id = robot_id) IS NULL;
+"""
+
 MIGRATIONS: tuple[str, ...] = (
     _FIRST,
     _EXCEPTION_CALENDAR,
@@ -327,6 +354,7 @@ MIGRATIONS: tuple[str, ...] = (
     _FAILURES,
     _MISSION_PARAMETERS,
     _FIGURES,
+    _DELETED,
 )
 
 

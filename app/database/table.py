@@ -5,16 +5,19 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Collection, Mapping
 from dataclasses import replace
-from datetime import date, datetime
+from datetime import date, datetime, timedelta
 from typing import Any, ClassVar, Generic, TypeVar
 
 from app.database.values import placeholders, to_json, to_text
 
-T = TypeVar("T", bound=Any)  # a dataclass with an ``id``
+T = TypeVar("T", bound=Any)  # a dataclass with an ``id`` and a ``name``
+_REMOVED = "\x1f"  # between the name of what was removed and its id: nobody can type it
+_UNDOABLE = timedelta(hours=1)
 
 
 class Table(Generic[T]):
-    """Objects by the rows of ``name``; what goes along when one is removed is said in the schema. ``query`` selects what ``read`` needs."""
+    """Objects by the rows of ``name``, of which the view ``current_<name>`` has those that are not removed. ``query`` selects what ``read``
+    needs."""
 
     name: ClassVar[str]
     columns: ClassVar[tuple[str, ...]]  # that are written, each from the attribute of that name
@@ -34,7 +37,7 @@ class Table(Generic[T]):
         return self.select(c, f"ORDER BY {self.order}")
 
     def count(self, c: sqlite3.Connection) -> int:
-        found: int = c.execute(f"SELECT count(*) FROM {self.name}").fetchone()[0]
+        found: int = c.execute(f"SELECT count(*) FROM current_{self.name}").fetchone()[0]
         return found
 
     def get(self, c: sqlite3.Connection, id_: int) -> T | None:
@@ -48,7 +51,7 @@ class Table(Generic[T]):
         return {each.id: each for each in self.select(c, f"WHERE {self.name}.id IN ({placeholders(ids)})", *ids)}
 
     def add(self, c: sqlite3.Connection, each: T) -> T:
-        """Returns it with its id; one that is given (an undone removal) is kept."""
+        """Returns it with its id; one that it has already is kept."""
         columns = ("id", *self.columns)
         cursor = c.execute(
             f"INSERT INTO {self.name} ({', '.join(columns)}) VALUES ({placeholders(columns)})",
@@ -61,8 +64,27 @@ class Table(Generic[T]):
         changes = ", ".join(f"{column} = ?" for column in self.columns)
         c.execute(f"UPDATE {self.name} SET {changes} WHERE id = ?", (*self.values(each), each.id))
 
-    def remove(self, c: sqlite3.Connection, id_: int) -> None:
-        c.execute(f"DELETE FROM {self.name} WHERE id = ?", (id_,))
+    def remove(self, c: sqlite3.Connection, id_: int, now: datetime) -> None:
+        """It is not there any more, but for ``put_back``; its name is free."""
+        c.execute(
+            f"UPDATE {self.name} SET deleted_at = ?, name = name || '{_REMOVED}' || id WHERE id = ?",
+            (to_text(now), id_),
+        )
+
+    def put_back(self, c: sqlite3.Connection, id_: int, removed_at: datetime) -> T | None:
+        """What was removed then is there again; its name has to be written by ``update``, where it is still free. None: it was not
+        removed then."""
+        changed = c.execute(
+            f"UPDATE {self.name} SET deleted_at = NULL WHERE id = ? AND deleted_at = ?", (id_, to_text(removed_at))
+        )
+        found: T | None = self.get(c, id_) if changed.rowcount else None
+        return found and replace(found, name=found.name.rpartition(_REMOVED)[0])
+
+    def purge(self, c: sqlite3.Connection, now: datetime) -> None:
+        """Delete for good what was removed more than an hour ago, or at a time that is still to come."""
+        c.execute(
+            f"DELETE FROM {self.name} WHERE deleted_at NOT BETWEEN ? AND ?", (to_text(now - _UNDOABLE), to_text(now))
+        )
 
     def select_one(self, c: sqlite3.Connection, rest: str, *values: object) -> T | None:
         """The first row with this ``rest`` of a query."""

@@ -192,6 +192,9 @@ class Robot:
         )
 
 
+FEWEST_TO_KEEP_FREE = 4  # robots of a group: of fewer none is kept free
+
+
 @dataclass(frozen=True)
 class Group:
     """Any of these robots may take a start. ``members``: their ids. ``keep_free``: how many are kept free for starts of

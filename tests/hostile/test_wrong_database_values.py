@@ -85,6 +85,8 @@ WRONG = {
         "skips",
         "INSERT INTO skips SELECT id, '2026-11-23T06:10:00.000000Z', 2 FROM schedules",
     ),
+    "a schedule of a robot that was deleted": ("sqlite_schema", "UPDATE robots SET deleted_at = '2026-11-23'"),
+    "a schedule of a mission that was deleted": ("sqlite_schema", "UPDATE missions SET deleted_at = '2026-11-23'"),
     "a schedule of no robot": ("sqlite_schema", "UPDATE schedules SET robot_id = 77 WHERE name = 'S'"),
     "a name without end": ("sqlite_schema", "UPDATE robots SET name = hex(zeroblob(500000)) WHERE name = 'Bad'"),
     "a parameter without end": (
@@ -136,7 +138,6 @@ WRONG = {
     "a move that is none": ("settings", "INSERT OR REPLACE INTO settings VALUES ('moved', '{\"at\": 7}')"),
     "a hand-over that is none": ("robot_groups", "UPDATE robot_groups SET hand_over = 'whim'"),
     "robots kept free without end": ("robot_groups", "UPDATE robot_groups SET keep_free = 9223372036854775807"),
-    "a group that keeps all its robots free": ("robot_groups", "UPDATE robot_groups SET keep_free = 2"),
     "a group without end": ("sqlite_schema", "UPDATE robot_groups SET name = hex(zeroblob(500000))"),
     "a group of no robot": ("sqlite_schema", "UPDATE group_members SET robot_id = 77 WHERE robot_id = 2"),
     "a group's id at its end": (

@@ -150,7 +150,7 @@ def test_the_form_reads_the_schedules_of_a_robot_once_however_many_groups_it_is_
     reading.set_trace_callback(asked.append)
     Forecasts(container.db, container.clock).of(draft(**where))
     reading.set_trace_callback(None)
-    of_schedules = [statement for statement in asked if "FROM schedules WHERE" in statement]
+    of_schedules = [statement for statement in asked if "FROM current_schedules AS schedules WHERE" in statement]
     assert len(of_schedules) == len(set(of_schedules)) > 0
 
 

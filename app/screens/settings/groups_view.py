@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from app.domain.models import Group, HandOver, Place, Robot
+from app.domain.models import FEWEST_TO_KEEP_FREE, Group, HandOver, Place, Robot
 from app.i18n import _, ngettext
 from app.screens.common.options import Option
 from app.screens.settings.facts import SettingsFacts
-from app.services.catalogue.validation import FEWEST_TO_KEEP_FREE
 
 MOST_COLUMNS = 8  # robots that fit next to the names of the missions
 

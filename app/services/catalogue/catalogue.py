@@ -27,7 +27,7 @@ from app.domain.models import DayException, Group, IdleRule, InvalidInput, Missi
 from app.domain.robot import MissionParameter
 from app.services.catalogue import checks, parameter_check, zones
 from app.services.catalogue.edit import Edit
-from app.services.catalogue.undo import Removed, Switched, Uses, restore, switch_back, wait_again
+from app.services.catalogue.undo import Removed, Switched, restore, switch_back, wait_again
 from app.services.live.changes import Changes
 from app.services.live.mission_parameters import MissionParameters
 from app.services.planning import public_holidays
@@ -52,7 +52,6 @@ class Catalogue:
         self._db, self._clock, self._changes, self.parameters = db, clock, changes, parameters
         self._robots, self._missions, self._schedules = RobotRepository(), MissionRepository(), ScheduleRepository()
         self._calendar = CalendarRepository()
-        self._missed_uses: Uses = frozenset()  # that wait for what else may be put back
 
     # ------------------------------------------------------------------ reading
     def robots(self) -> list[Robot]:
@@ -260,8 +259,7 @@ class Catalogue:
     def restore(self, removed: Removed) -> None:
         """Undo a deletion; raises InvalidInput when one of its names, or the robot's address, is taken now."""
         change = self.edit_rehearsed if removed.days else self.edit
-        self._missed_uses = change(lambda edit: restore(edit, removed, self._missed_uses))
-        removed.put_back.append(True)
+        change(lambda edit: restore(edit, removed))
 
     def wait_again(self, execution_id: int) -> None:
         """Undo a person's cancellation of a start that was never sent; raises InvalidInput if it is too late."""

@@ -89,7 +89,7 @@ def _each(repository: Table[Any], check: Callable[[Any], object]) -> Callable[[s
 def _sizes(c: sqlite3.Connection) -> None:
     for table in (
         "settings",
-        "robots",
+        "current_robots",
         "missions",
         "idle_rules",
         "robot_groups",
@@ -108,10 +108,18 @@ def _sizes(c: sqlite3.Connection) -> None:
         texts = [row["name"] for row in c.execute(f"PRAGMA table_info({table})") if row["type"] == "TEXT"]
         longest = ", ".join(f"coalesce(length({name}), 0)" for name in texts)
         count, length = c.execute(f"SELECT count(*), max(max(0, {longest or 0})) FROM {table}").fetchone()
-        most = MOST_ROBOTS if table == "robots" else MOST_ROWS
+        most = MOST_ROBOTS if table == "current_robots" else MOST_ROWS
         _require(count <= most and (length or 0) <= LONGEST_TEXT, f"{table}: {count}, {length}")
     for row in c.execute("PRAGMA foreign_key_check").fetchall():
         raise ValueError(f"{row[0]} {row[1]} → {row[2]}")
+    removed = c.execute("""
+        SELECT 'schedules', id FROM current_schedules WHERE coalesce(
+            (SELECT deleted_at FROM missions WHERE id = mission_id), (SELECT deleted_at FROM robots WHERE id = robot_id),
+            (SELECT deleted_at FROM robot_groups WHERE id = group_id)) IS NOT NULL
+        UNION SELECT 'missions', id FROM current_missions
+            WHERE (SELECT deleted_at FROM robots WHERE id = robot_id) IS NOT NULL""")
+    for row in removed.fetchall():
+        raise ValueError(f"{row[0]} {row[1]} → deleted_at")
 
 
 def _sequences(c: sqlite3.Connection) -> None:

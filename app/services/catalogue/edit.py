@@ -105,12 +105,9 @@ class Edit(GroupEdit, ScheduleEdit):
 
     def remove_days(self, ids: Sequence[int]) -> Removed:
         """Those of them that are still there."""
-        removed = Removed(
-            days=[found for exception_id in ids if (found := self.days.get(self.c, exception_id)) is not None]
-        )
-        for exception in removed.days:
-            self.days.remove(self.c, exception.id)
-            self.notes.append(f"{change_log.days(exception)} removed")
+        found = self.days.by_ids(self.c, ids)
+        self.notes += [f"{change_log.days(found[id_])} removed" for id_ in ids if id_ in found]
+        removed = self.remove(Removed(self.now, days=[id_ for id_ in ids if id_ in found]))
         self.days_changed()
         return removed
 
@@ -198,16 +195,12 @@ class Edit(GroupEdit, ScheduleEdit):
         if self.withdraw([row for row in unsent if row.trigger is Trigger.IDLE], reason):
             self.robots.note_idle(self.c, robot.id, None)
 
-    def _withdraw_idle_of(self, mission_id: int) -> list[tuple[int, IdleRule]]:
-        """The same of all robots that have this mission when idle; returns their rules, by the robot's id."""
-        rests = [
-            (robot, robot.idle)
-            for robot in self.robots.all(self.c)
-            if robot.idle and robot.idle.mission_id == mission_id
-        ]
-        for robot, _rule in rests:
+    def _withdraw_idle_of(self, mission_id: int) -> bool:
+        """The same of all robots that have this mission when idle; whether there are any."""
+        robots = [robot for robot in self.robots.all(self.c) if robot.idle and robot.idle.mission_id == mission_id]
+        for robot in robots:
             self._withdraw_idle(robot)
-        return [(robot.id, rule) for robot, rule in rests]
+        return bool(robots)
 
     def _note_idle(self, robot: Robot, before: IdleRule | None) -> None:
         old, new = (
@@ -235,29 +228,14 @@ class Edit(GroupEdit, ScheduleEdit):
         self.apply(transitions.end(Event.REMOVE, row, reason) for row in starts)
         schedules = self.schedules.for_robot(self.c, robot_id)
         self.notes.append(f"robot {robot.name!r} removed, and {len(schedules)} schedules with it")
-        missions = [mission for mission in self.missions.all(self.c) if mission.robot_id == robot_id]
-        removed = Removed(
-            robot,
-            self.robots.last_accepted(self.c, robot_id),
-            self.robots.idle_queue_id(self.c, robot_id),
-            self.durations.of_robot(self.c, robot_id),
-            check_up=self.check_ups.stored(self.c, robot_id),
-            schedules=schedules,
-            made_names=self.with_made_names(schedules),
-            skips=self.skips_of(schedules),
-            kept_back=self.skips_of(schedules, held=True),
-            missions=missions,
-            uses=self.places.uses_of(self.c, [mission.id for mission in missions]),
-            holds=[hold for hold in self.holds.all(self.c) if hold.robot_id == robot_id],
-            member_of=self.groups.of_robot(self.c, robot_id),
-            watches=self.group_starts.watches_on(self.c, robot_id),
-        )
+        missions = [mission.id for mission in self.missions.all(self.c) if mission.robot_id == robot_id]
+        member_of = self.groups.of_robot(self.c, robot_id)
         self._clear_alarms(robot_id)
-        self.robots.remove(self.c, robot_id)
-        self.groups.keep_fewer_free(self.c, validation.FEWEST_TO_KEEP_FREE)
-        removed = replace(removed, starts=[*starts, *self._end_without_robots(removed.member_of)])
+        removed = self.remove(
+            Removed(self.now, robots=[robot_id], missions=missions, starts=starts, token=robot.token), schedules
+        )
         self.topics |= {Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.HOLDS}
-        return removed
+        return replace(removed, starts=[*starts, *self._end_without_robots(member_of)])
 
     def _clear_alarms(self, robot_id: int) -> None:
         """The alarms of a robot that is not asked any more."""
@@ -322,25 +300,14 @@ class Edit(GroupEdit, ScheduleEdit):
         mission = self.the_mission(mission_id)
         if mission.robot_id is not None and (general := self.missions.by_name(self.c, mission.name)):
             self._replace_mission(mission_id, general.id, mission.robot_id)
-        idle = self._withdraw_idle_of(mission_id)
+        is_idle_mission = self._withdraw_idle_of(mission_id)
         schedules = self.schedules.for_mission(self.c, mission_id)
         starts = self.open_of(schedules)
         for schedule in schedules:
             self.withdraw_all(schedule, "deleted")
         self.notes.append(f"mission {mission.name!r} removed, and {len(schedules)} schedules with it")
-        removed = Removed(
-            missions=[mission],
-            schedules=schedules,
-            made_names=self.with_made_names(schedules),
-            skips=self.skips_of(schedules),
-            kept_back=self.skips_of(schedules, held=True),
-            idle=idle,
-            starts=starts,
-            uses=self.places.uses_of(self.c, [mission_id]),
-        )
-        self.missions.remove(self.c, mission_id)
-        self.topics |= {Topic.MISSIONS, Topic.SCHEDULES} | ({Topic.ROBOTS} if idle else set())
-        return removed
+        self.topics |= {Topic.MISSIONS, Topic.SCHEDULES} | ({Topic.ROBOTS} if is_idle_mission else set())
+        return self.remove(Removed(self.now, missions=[mission_id], starts=starts), schedules)
 
 
 def _idle_mission(robot: Robot) -> int | None:

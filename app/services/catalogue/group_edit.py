@@ -62,18 +62,9 @@ class GroupEdit(Transaction):
         for schedule in schedules:
             self.withdraw_all(schedule, "deleted")
         starts += self._end_waiting(group, {"removed": group.name})
-        removed = Removed(
-            group=group,
-            schedules=schedules,
-            made_names=self.with_made_names(schedules),
-            skips=self.skips_of(schedules),
-            kept_back=self.skips_of(schedules, held=True),
-            starts=starts,
-        )
-        self.groups.remove(self.c, group_id)
         self.notes.append(f"group {group.name!r} removed, and {len(schedules)} schedules with it")
         self.topics |= {Topic.ROBOTS, Topic.SCHEDULES}
-        return removed
+        return self.remove(Removed(self.now, groups=[group_id], starts=starts), schedules)
 
     def _end_without_robots(self, groups: Iterable[Group]) -> list[Execution]:
         """A robot of these groups was removed: end the waiting starts of groups with no other robot switched on.
@@ -132,7 +123,6 @@ class GroupEdit(Transaction):
     def remove_place(self, place_id: int) -> Removed:
         """Missions that used it stay."""
         place = self.the_place(place_id)
-        self.places.remove(self.c, place_id)
         self.notes.append(f"place {place.name!r} removed")
         self.topics.add(Topic.MISSIONS)
-        return Removed(place=replace(place))
+        return self.remove(Removed(self.now, places=[place_id]))

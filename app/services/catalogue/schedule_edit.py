@@ -215,18 +215,11 @@ class ScheduleEdit(Transaction):
     def remove_schedule(self, schedule_id: int) -> Removed:
         """Takes effect at once; what waits of it is cancelled, what runs goes on, history stays."""
         schedule = self.the_schedule(schedule_id)
-        removed = Removed(
-            schedules=[schedule],
-            made_names=self.with_made_names([schedule]),
-            skips=self.skips_of([schedule]),
-            kept_back=self.skips_of([schedule], held=True),
-            starts=self.open_of([schedule]),
-        )
+        starts = self.open_of([schedule])
         self.withdraw_all(schedule, "deleted")
-        self.schedules.remove(self.c, schedule_id)
         self.notes.append(f"schedule {schedule.name!r} removed")
         self.topics.add(Topic.SCHEDULES)
-        return removed
+        return self.remove(Removed(self.now, starts=starts), [schedule])
 
 
 def _when(schedule: Schedule) -> tuple[object, ...]:

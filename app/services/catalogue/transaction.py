@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 
 from app.database.alarms import AlarmRepository
 from app.database.calendar import CalendarRepository
-from app.database.check_ups import CheckUpRepository
 from app.database.executions import ExecutionRepository
-from app.database.group_executions import GroupExecutionRepository
 from app.database.groups import GroupRepository, PlaceRepository
-from app.database.missions import DurationRepository, MissionRepository
+from app.database.missions import MissionRepository
 from app.database.robots import HoldRepository, RobotRepository
 from app.database.schedules import ScheduleRepository, Skip
 from app.database.settings import SettingsRepository
 from app.domain import names
 from app.domain.models import Execution, Group, InvalidInput, Mission, Place, Reason, ReasonCode, Robot, Schedule
+from app.services.catalogue.undo import Removed
 from app.services.executions import transitions
 from app.services.executions.apply import apply_in
 from app.services.executions.transitions import NOT_WITH_THE_ROBOT, Transition
@@ -43,8 +42,7 @@ class Transaction:
             SettingsRepository(),
             HoldRepository(),
         )
-        self.groups, self.places, self.group_starts = GroupRepository(), PlaceRepository(), GroupExecutionRepository()
-        self.durations, self.check_ups = DurationRepository(), CheckUpRepository()
+        self.groups, self.places = GroupRepository(), PlaceRepository()
         self.days, self.alarms = CalendarRepository(), AlarmRepository()
         self.settings = self.stored_settings.load(self.c)
 
@@ -112,18 +110,36 @@ class Transaction:
         return meant
 
     # ------------------------------------------------------------------ what follows from a change
-    def with_made_names(self, schedules: Sequence[Schedule]) -> set[int]:
-        """The ids of those whose names say what they do where."""
-        return {
+    def skips_of(self, schedules: Sequence[Schedule], *, held: bool = False) -> set[Skip]:
+        return self.schedules.skips(self.c, [schedule.id for schedule in schedules], held=held)
+
+    def remove(self, removed: Removed, schedules: Sequence[Schedule] = ()) -> Removed:
+        """Hide what is named by its ids, and these schedules with it."""
+        made_names = {
             schedule.id
             for schedule in schedules
             if names.is_generated(
                 schedule.name, self.the_mission(schedule.mission_id).name, self.target_of(schedule).name
             )
         }
+        removed = replace(removed, schedules=[schedule.id for schedule in schedules], made_names=made_names)
+        self.purge()
+        for table, ids in (
+            (self.robots, removed.robots),
+            (self.groups, removed.groups),
+            (self.places, removed.places),
+            (self.missions, removed.missions),
+            (self.schedules, removed.schedules),
+            (self.days, removed.days),
+        ):
+            for id_ in ids:
+                table.remove(self.c, id_, removed.at)
+        return removed
 
-    def skips_of(self, schedules: Sequence[Schedule], *, held: bool = False) -> set[Skip]:
-        return self.schedules.skips(self.c, [schedule.id for schedule in schedules], held=held)
+    def purge(self) -> None:
+        """What was removed so long ago that nobody can undo it is deleted for good."""
+        for table in (self.robots, self.groups, self.places, self.missions, self.schedules, self.days):
+            table.purge(self.c, self.now)
 
     def apply(self, found: Iterable[Transition]) -> list[Execution]:
         """Returns the rows after those that could be made."""

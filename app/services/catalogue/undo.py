@@ -5,31 +5,13 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
-from app.database.check_ups import StoredCheckUp
 from app.database.executions import UNBOUND
-from app.database.group_executions import Watch
-from app.database.missions import RunDuration
-from app.database.robots import Accepted, Hold
-from app.database.schedules import Skip
+from app.database.table import Table
 from app.domain import names
-from app.domain.models import (
-    DayException,
-    Execution,
-    Group,
-    IdleRule,
-    InvalidInput,
-    Mission,
-    Overlap,
-    Place,
-    ReasonCode,
-    Robot,
-    Schedule,
-    State,
-    Trigger,
-)
-from app.services.catalogue import change_log, validation
+from app.domain.models import Execution, InvalidInput, Overlap, ReasonCode, Schedule, State, Trigger
+from app.services.catalogue import change_log
 from app.services.executions import transitions
 from app.services.executions.wanted import wanted
 from app.services.live.changes import Topic
@@ -37,33 +19,23 @@ from app.services.live.changes import Topic
 if TYPE_CHECKING:
     from app.services.catalogue.edit import Edit
 
-Uses = frozenset[tuple[int, int]]  # of places by missions: ids of mission and place
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
 class Removed:
-    """What one deletion took away, ids included: ``Catalogue.restore`` puts it back."""
+    """What one deletion has hidden, by ids, and the starts that it ended, as they were: ``Catalogue.restore`` puts all that back."""
 
-    robot: Robot | None = None
-    accepted: Accepted | None = None  # by that robot, last
-    idle_queue_id: int | None = None  # of that robot
-    durations: Sequence[RunDuration] = ()  # of that robot
-    check_up: StoredCheckUp | None = None  # of that robot
-    missions: Sequence[Mission] = ()
-    schedules: Sequence[Schedule] = ()
+    at: datetime
+    robots: Sequence[int] = ()
+    groups: Sequence[int] = ()
+    places: Sequence[int] = ()
+    missions: Sequence[int] = ()
+    schedules: Sequence[int] = ()
+    days: Sequence[int] = ()
     made_names: Collection[int] = ()  # ids of those schedules whose names say what they do where
-    skips: Collection[Skip] = ()
-    kept_back: Collection[Skip] = ()
-    idle: Sequence[tuple[int, IdleRule]] = ()  # by robot id
-    holds: Sequence[Hold] = ()
-    days: Sequence[DayException] = ()
-    starts: Sequence[Execution] = ()  # open ones of those schedules, or those that ended with the robot, as before
-    group: Group | None = None
-    member_of: Sequence[Group] = ()  # that the robot was in
-    watches: Sequence[Watch] = ()  # what may still come to the robot
-    place: Place | None = None
-    uses: Sequence[tuple[int, int]] = ()  # of places by those missions, ids of both
-    put_back: list[bool] = field(default_factory=list, compare=False)  # once: it describes what was there before
+    starts: Sequence[Execution] = ()
+    token: str | None = field(default=None, repr=False)  # of the robot: here only, until it is put back
 
 
 @dataclass(frozen=True)
@@ -92,45 +64,30 @@ def switch_back(edit: Edit, switched: Switched) -> None:
     edit.topics.add(Topic.EXECUTIONS)
 
 
-def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
-    """Restore what a deletion removed, under its old ids, with waiting starts. Instants between write no row.
-    ``missed``: uses of places that could not be restored before, as the other one was still deleted; returns those
-    missed now."""
-    _check_is_gone(edit, removed)
-    if removed.robot is not None:
-        if edit.robots.by_name(edit.c, removed.robot.name):
-            raise InvalidInput(
-                "name",
-                "there is another robot {name} now: rename that one, then undo again",
-                name=removed.robot.name,
-            )
+def restore(edit: Edit, removed: Removed) -> None:
+    """Put back what a deletion hid, and what waited of it. What would have fallen due in between writes no row."""
+    for robot in _put_back(edit, edit.robots, removed.robots, removed.at):
+        _check_name_is_free(edit, robot.name)
         try:
-            edit.check_is_no_other(removed.robot)
+            edit.check_is_no_other(robot)
         except InvalidInput as other:
             raise InvalidInput(
                 other.field,
                 "not restored: {problem}; change or delete that one, then undo again",
                 problem=other.message,
             ) from None
-        edit.robots.add(edit.c, replace(removed.robot, idle=None))
-        edit.robots.note_idle(edit.c, removed.robot.id, removed.idle_queue_id)
-        edit.notes.append(f"robot {removed.robot.name!r} put back")
-        if removed.accepted is not None:
-            edit.robots.note_accepted(edit.c, removed.robot.id, removed.accepted)
-        edit.durations.put_back(edit.c, removed.durations)
-        if removed.check_up is not None:
-            edit.check_ups.put_back(edit.c, removed.robot.id, removed.check_up)
-        edit.groups.join(edit.c, removed.robot.id, removed.member_of)
-        for watch in removed.watches:
-            edit.group_starts.watch(edit.c, watch)
-    if removed.group is not None:
-        _restore_group(edit, removed.group)
-    edit.groups.keep_fewer_free(edit.c, validation.FEWEST_TO_KEEP_FREE)  # others of its robots may be deleted
-    uses = missed.union(removed.uses)
-    if removed.place is not None:
-        _restore_place(edit, removed.place)
-        uses = uses.union((mission_id, removed.place.id) for mission_id in removed.place.missions)
-    for mission in removed.missions:
+        edit.robots.update(edit.c, replace(robot, token=removed.token))
+        edit.notes.append(f"robot {robot.name!r} put back")
+    for group in _put_back(edit, edit.groups, removed.groups, removed.at):
+        _check_name_is_free(edit, group.name)
+        edit.groups.update(edit.c, group)
+        edit.notes.append(f"group {group.name!r} put back")
+    for place in _put_back(edit, edit.places, removed.places, removed.at):
+        if edit.places.by_name(edit.c, place.name):
+            raise InvalidInput("name", "there is a place {name} already", name=place.name)
+        edit.places.update(edit.c, place)
+        edit.notes.append(f"place {place.name!r} put back")
+    for mission in _put_back(edit, edit.missions, removed.missions, removed.at):
         if mission.robot_id is not None:
             edit.the_robot(mission.robot_id)
         if edit.missions.by_name(edit.c, mission.name, mission.robot_id):
@@ -139,100 +96,64 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
                 "there is another mission {name} now: rename that one, then undo again",
                 name=mission.name,
             )
-        edit.missions.add(edit.c, mission)
+        edit.missions.update(edit.c, mission)
         edit.notes.append(f"mission {mission.name!r} put back")
         edit.use_own_mission(mission)
-    missed = edit.places.use_again(edit.c, uses)
-    if removed.robot is not None and removed.robot.idle is not None:
-        _restore_idle(edit, removed.robot.id, removed.robot.idle)
-    for robot_id, rule in removed.idle:
-        _restore_idle(edit, robot_id, rule)
-    calendar = edit.calendar
-    for schedule in removed.schedules:
-        does = edit.the_mission(schedule.mission_id).name, edit.target_of(schedule).name
-        is_generated = schedule.id in removed.made_names
-        if is_generated and (
-            edit.schedules.by_name(edit.c, schedule.name) or not names.is_generated(schedule.name, *does)
-        ):
-            schedule = replace(schedule, name=edit.free_schedule_name(*does))
-        if edit.schedules.by_name(edit.c, schedule.name):
-            raise InvalidInput(
-                "name",
-                "there is another schedule {name} now: rename that one, then undo again",
-                name=schedule.name,
-            )
-        through = max(edit.now, schedule.started_through or edit.now)
-        if schedule.planned_through is not None and schedule.planned_through > through:  # the clock was set back since
-            schedule = replace(schedule, planned_through=through)
-        edit.schedules.add(edit.c, replace(schedule, changed_at=edit.now))
-        edit.notes.append(f"schedule {schedule.name!r} put back")
-        for instant in [instant for schedule_id, instant in removed.skips if schedule_id == schedule.id]:
-            edit.schedules.skip(edit.c, schedule.id, instant)
-        for instant in [instant for schedule_id, instant in removed.kept_back if schedule_id == schedule.id]:
-            edit.schedules.hold(edit.c, schedule.id, instant)
-        for row in removed.starts:
-            if row.schedule_id == schedule.id and row.state is State.WAITING and row.held and row.planned_at > through:
-                edit.schedules.hold(edit.c, schedule.id, row.planned_at)
-        edit.executions.make_room_after(edit.c, schedule.id, through, edit.now)
-        edit.schedules.advance(edit.c, schedule.id, edit.first_due(schedule, calendar))
+    schedules = _put_back(edit, edit.schedules, removed.schedules, removed.at)
+    for schedule in schedules:
+        _restore_schedule(edit, schedule, removed)
     together = {start.planned_at for start in removed.starts}
     for start in removed.starts:
-        _restore_start(
-            edit, start, together, has_its_robot_again=removed.robot is not None and removed.robot.id == start.robot_id
-        )
-    unsent = edit.unsent_of(removed.schedules)
+        _restore_start(edit, start, together, has_its_robot_again=start.robot_id in removed.robots)
+    unsent = edit.unsent_of(schedules)
     edit.apply(transitions.want_again(row) for row in unsent if wanted(edit.c, row, reopen=True).why is None)
-    for hold in removed.holds:
-        edit.holds.add(edit.c, hold)
-    if removed.days:
-        for exception in removed.days:
-            edit.days.add(edit.c, exception)
-            edit.notes.append(f"{change_log.days(exception)} put back")
+    days = _put_back(edit, edit.days, removed.days, removed.at)
+    for exception in days:
+        edit.days.update(edit.c, exception)
+        edit.notes.append(f"{change_log.days(exception)} put back")
+    if days:
         edit.days_changed()
-        return missed
-    edit.topics |= {Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.HOLDS, Topic.EXECUTIONS}
-    return missed
+    else:
+        edit.topics |= {Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.HOLDS, Topic.EXECUTIONS}
 
 
-def _check_is_gone(edit: Edit, removed: Removed) -> None:
+def _put_back(edit: Edit, table: Table[T], ids: Sequence[int], removed_at: datetime) -> list[T]:
     """Undo may be pressed twice, at two places."""
-    if (
-        removed.put_back
-        or (removed.robot is not None and edit.robots.get(edit.c, removed.robot.id))
-        or (removed.group is not None and edit.groups.get(edit.c, removed.group.id))
-        or (removed.place is not None and edit.places.get(edit.c, removed.place.id))
-        or any(edit.missions.get(edit.c, one.id) for one in removed.missions)
-        or any(edit.schedules.get(edit.c, one.id) for one in removed.schedules)
-        or any(edit.days.get(edit.c, one.id) for one in removed.days)
-    ):
+    found = [each for id_ in ids if (each := table.put_back(edit.c, id_, removed_at)) is not None]
+    if len(found) < len(ids):
         raise InvalidInput("name", "this has been restored already")
+    return found
 
 
-def _restore_group(edit: Edit, group: Group) -> None:
-    """With those of its robots that there still are."""
-    if edit.groups.by_name(edit.c, group.name):
+def _check_name_is_free(edit: Edit, name: str) -> None:
+    """Robots and groups share their names."""
+    if edit.robots.by_name(edit.c, name):
+        raise InvalidInput("name", "there is another robot {name} now: rename that one, then undo again", name=name)
+    if edit.groups.by_name(edit.c, name):
+        raise InvalidInput("name", "there is another group {name} now: rename that one, then undo again", name=name)
+
+
+def _restore_schedule(edit: Edit, schedule: Schedule, removed: Removed) -> None:
+    does = edit.the_mission(schedule.mission_id).name, edit.target_of(schedule).name
+    is_taken = edit.schedules.by_name(edit.c, schedule.name) is not None
+    if schedule.id in removed.made_names and (is_taken or not names.is_generated(schedule.name, *does)):
+        schedule = replace(schedule, name=edit.free_schedule_name(*does))
+    elif is_taken:
         raise InvalidInput(
-            "name", "there is another group {name} now: rename that one, then undo again", name=group.name
+            "name",
+            "there is another schedule {name} now: rename that one, then undo again",
+            name=schedule.name,
         )
-    if edit.robots.by_name(edit.c, group.name):
-        raise InvalidInput(
-            "name", "there is another robot {name} now: rename that one, then undo again", name=group.name
-        )
-    edit.groups.add(edit.c, replace(group, members=tuple(id_ for id_ in group.members if edit.robots.get(edit.c, id_))))
-
-
-def _restore_place(edit: Edit, place: Place) -> None:
-    if edit.places.by_name(edit.c, place.name):
-        raise InvalidInput("name", "there is a place {name} already", name=place.name)
-    edit.places.add(edit.c, replace(place, missions=()))
-    edit.notes.append(f"place {place.name!r} put back")
-
-
-def _restore_idle(edit: Edit, robot_id: int, rule: IdleRule) -> None:
-    """Unless another one exists now, or its robot or mission was deleted."""
-    robot = edit.robots.get(edit.c, robot_id)
-    if robot is not None and robot.idle is None and edit.missions.get(edit.c, rule.mission_id):
-        edit.robots.update(edit.c, replace(robot, idle=rule))
+    through = max(edit.now, schedule.started_through or edit.now)
+    if schedule.planned_through is not None and schedule.planned_through > through:  # the clock was set back since
+        schedule = replace(schedule, planned_through=through)
+    edit.schedules.update(edit.c, replace(schedule, changed_at=edit.now))
+    edit.notes.append(f"schedule {schedule.name!r} put back")
+    for row in removed.starts:
+        if row.schedule_id == schedule.id and row.state is State.WAITING and row.held and row.planned_at > through:
+            edit.schedules.hold(edit.c, schedule.id, row.planned_at)
+    edit.executions.make_room_after(edit.c, schedule.id, through, edit.now)
+    edit.schedules.advance(edit.c, schedule.id, edit.first_due(schedule, edit.calendar))
 
 
 def _restore_start(edit: Edit, before: Execution, together: Collection[datetime], *, has_its_robot_again: bool) -> None:

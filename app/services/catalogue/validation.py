@@ -9,7 +9,7 @@ from datetime import timedelta
 from typing import Any
 
 from app.domain.message import message
-from app.domain.models import DayException, Group, InvalidInput, Overlap, Robot, Schedule
+from app.domain.models import FEWEST_TO_KEEP_FREE, DayException, Group, InvalidInput, Overlap, Robot, Schedule
 from app.mir.address import machine
 from app.services.catalogue import fields
 from app.services.planning.recurrence import Recurrence, check_has_instants
@@ -18,7 +18,6 @@ from app.services.planning.working_days import WorkingCalendar
 LONGEST_EXCEPTION = timedelta(days=366)
 MOST_DAY_EXCEPTIONS = 2000
 # Robots of a group; with fewer, everything else waits too long (tests/benchmarks/bench_allocation.py).
-FEWEST_TO_KEEP_FREE = 4
 _SETTINGS = {
     field.attribute: field
     for field in (*fields.SETTINGS, *fields.DISPLAY, *fields.CALENDAR, *fields.UNLISTED)

@@ -129,7 +129,7 @@ test_a_deletion_undone = told(
     Story(
         "a robot comes back though the history has forgotten what may still come to it",
         [set_up(history_limit=1), plan(window=60), plan("B", on=2, every=5), post(LOST, robot="R1"), 420],
-        [do(lambda s: s.removed.append(s.container.catalogue.remove_robot(1))), true(lambda s: s.removed[0].watches)],
+        [delete("robot"), true(lambda s: s.container.db.read().execute("SELECT * FROM watches").fetchall())],
         [400, undo(), true(lambda s: [robot.name for robot in s.container.catalogue.robots()] == ["R1", "R2"])],
         robots=2,
         stays_open=True,

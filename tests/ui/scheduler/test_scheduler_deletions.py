@@ -66,7 +66,7 @@ def test_an_unchanged_schedule_leaves_the_form_when_it_is_deleted_elsewhere(scre
 def test_a_missing_schedule_that_should_be_shown_is_not_shown_later(screen, container, ui):
     removed = container.catalogue.remove_schedule(stock(container).id)
     settle(screen, ui)
-    screen.shell.go("scheduler", schedule_id=removed.schedules[0].id)
+    screen.shell.go("scheduler", schedule_id=removed.schedules[0])
     settle(screen, ui)
     choose(screen, ui, "Mission", KITS)
     container.catalogue.restore(removed)

@@ -10,8 +10,11 @@ import pytest
 from app.database.robots import Hold, HoldRepository
 from app.domain.models import (
     DayException,
+    Group,
+    IdleRule,
     InvalidInput,
     Mission,
+    Place,
     ReasonCode,
     Robot,
     State,
@@ -147,6 +150,55 @@ def test_a_removed_robot_comes_back_with_everything_under_its_old_ids(world):
     assert (ROBOTS.all(world.db.read()), MISSIONS.all(world.db.read())) == before
     assert SCHEDULES.all(world.db.read()) == [replace(schedule, changed_at=world.clock.now())]
     assert len(HoldRepository().all(world.db.read())) == 1
+
+
+def test_the_token_of_a_deleted_robot_is_not_on_the_disk_and_comes_back_with_it(world):
+    token = world.robot.token
+    removed = world.catalogue.remove_robot(world.robot.id)
+    assert token
+    assert token not in repr(removed)
+    assert world.db.read().execute("SELECT token FROM robots").fetchone()[0] is None
+    world.catalogue.restore(removed)
+    assert ROBOTS.get(world.db.read(), world.robot.id).token == token
+
+
+def test_a_robot_comes_back_to_no_name_that_a_group_has_now(world):
+    other = world.catalogue.save_robot(Robot("Bella", "10.0.0.2", "user"), password="x")
+    removed = world.catalogue.remove_robot(world.robot.id)
+    world.catalogue.save_group(Group(world.robot.name, (other.id,)))
+    with refuses("name", "there is another group Aino now: rename that one, then undo again"):
+        world.catalogue.restore(removed)
+
+
+def test_an_edit_of_what_is_left_takes_nothing_from_what_comes_back(world):
+    """The idle rule of a mission, the robot of a group, the mission of a place: they are hidden while the other one is edited."""
+    others = [
+        world.catalogue.save_robot(Robot(name, f"10.0.1.{n}", "user"), password="x") for n, name in enumerate("BCD")
+    ]
+    world.catalogue.save_idle_rule(world.robot.id, world.mission.id, after_minutes=7)
+    group = world.catalogue.save_group(Group("Hall", (world.robot.id, *(robot.id for robot in others)), keep_free=1))
+    place = world.catalogue.save_place(Place("Dock", 1, (world.mission.id,)))
+    mission = world.catalogue.remove_mission(world.mission.id)
+    edited = world.catalogue.save_robot(replace(world.robot, name="Alma"))
+    world.catalogue.save_place(replace(place, most=2, missions=()))
+    robots = [world.catalogue.remove_robot(robot.id) for robot in others[:2]]
+    assert world.catalogue.groups() == [replace(group, members=(world.robot.id, others[2].id), keep_free=0)]
+    world.catalogue.save_group(replace(world.catalogue.groups()[0], name="Yard"))
+    for removed in (robots[0], mission, robots[1]):
+        world.catalogue.restore(removed)
+    assert edited.idle is None
+    assert world.catalogue.robot(world.robot.id).idle == IdleRule(world.mission.id, 7)
+    assert world.catalogue.groups() == [replace(group, name="Yard")]
+    assert world.catalogue.places() == [replace(place, most=2)]
+
+
+def test_what_was_deleted_an_hour_ago_is_deleted_for_good_with_the_next_deletion(world):
+    schedule = world.schedule()
+    world.catalogue.remove_schedule(schedule.id)
+    world.clock.advance(3601)
+    world.catalogue.remove_robot(world.robot.id)
+    c = world.db.read()
+    assert [c.execute(f"SELECT count(*) FROM {table}").fetchone()[0] for table in ("schedules", "robots")] == [0, 1]
 
 
 def test_undo_says_when_the_name_is_in_use(world):

@@ -123,20 +123,60 @@ def test_facts_read_before_the_robot_was_edited_are_not_stored(db, robot, edit):
 def test_a_removed_robot_takes_its_schedules_missions_and_hold_along(db, robot, schedule):
     db.write(lambda c: MISSIONS.add(c, Mission("Own", "guid-2", robot_id=robot.id)))
     db.write(lambda c: HOLDS.add(c, Hold(since=NOON, robot_id=robot.id)))
-    db.write(lambda c: ROBOTS.remove(c, robot.id))
+    db.write(lambda c: ROBOTS.remove(c, robot.id, NOON))
+    db.write(lambda c: ROBOTS.purge(c, NOON + timedelta(hours=2)))
     c = db.read()
     assert (ROBOTS.all(c), SCHEDULES.all(c), HOLDS.all(c)) == ([], [], [])
     assert [mission.name for mission in MISSIONS.all(c)] == ["Deliver"]
 
 
 def test_an_id_never_comes_back(db, robot):
-    db.write(lambda c: ROBOTS.remove(c, robot.id))
+    db.write(lambda c: ROBOTS.remove(c, robot.id, NOON))
+    db.write(lambda c: ROBOTS.purge(c, NOON + timedelta(hours=2)))
     assert db.write(lambda c: ROBOTS.add(c, FULL)).id > robot.id
 
 
-def test_undone_removals_keep_their_id(db, robot):
-    db.write(lambda c: ROBOTS.remove(c, robot.id))
-    assert db.write(lambda c: ROBOTS.add(c, robot)) == robot
+def test_what_was_removed_is_as_it_was_when_it_is_put_back_but_for_its_token(db, robot, mission):
+    db.write(lambda c: HOLDS.add(c, Hold(since=NOON, robot_id=robot.id)))
+    db.write(lambda c: ROBOTS.update(c, replace(robot, idle=IdleRule(mission.id, 7))))
+    db.write(lambda c: ROBOTS.remove(c, robot.id, NOON))
+    c = db.read()
+    assert (ROBOTS.all(c), ROBOTS.count(c), ROBOTS.by_name(c, robot.name), HOLDS.all(c)) == ([], 0, None, [])
+    assert MISSIONS.used_on(c, mission.id) == set()
+    before = replace(robot, idle=IdleRule(mission.id, 7), token=None)
+    assert db.write(lambda c: ROBOTS.put_back(c, robot.id, NOON)) == before
+    db.write(lambda c: ROBOTS.update(c, before))
+    assert ROBOTS.get(db.read(), robot.id) == before
+    assert [hold.robot_id for hold in HOLDS.all(db.read())] == [robot.id]
+
+
+def test_only_the_removal_that_is_meant_is_undone(db, schedule):
+    assert db.write(lambda c: SCHEDULES.put_back(c, schedule.id, NOON)) is None
+    db.write(lambda c: SCHEDULES.remove(c, schedule.id, NOON))
+    assert db.write(lambda c: SCHEDULES.put_back(c, schedule.id, NOON - timedelta(hours=1))) is None
+    assert db.write(lambda c: SCHEDULES.put_back(c, schedule.id, NOON)) == schedule
+
+
+def test_the_name_of_what_was_removed_is_free(db, robot):
+    db.write(lambda c: ROBOTS.remove(c, robot.id, NOON))
+    other = db.write(lambda c: ROBOTS.add(c, FULL))
+    assert ROBOTS.all(db.read()) == [other]
+    back = db.write(lambda c: ROBOTS.put_back(c, robot.id, NOON))
+    with pytest.raises(sqlite3.IntegrityError):
+        db.write(lambda c: ROBOTS.update(c, back))
+
+
+@pytest.mark.parametrize(("hours", "is_kept"), [(0.5, True), (1.5, False), (-0.5, False)])
+def test_what_was_removed_is_kept_for_an_hour(db, schedule, hours, is_kept):
+    db.write(lambda c: SCHEDULES.remove(c, schedule.id, NOON))
+    db.write(lambda c: SCHEDULES.purge(c, NOON + timedelta(hours=hours)))
+    assert (db.write(lambda c: SCHEDULES.put_back(c, schedule.id, NOON)) is not None) == is_kept
+
+
+def test_a_purge_takes_only_what_was_removed(db, robot, schedule):
+    db.write(lambda c: SCHEDULES.purge(c, NOON + timedelta(days=9)))
+    db.write(lambda c: ROBOTS.purge(c, NOON + timedelta(days=9)))
+    assert (ROBOTS.all(db.read()), SCHEDULES.all(db.read())) == ([robot], [schedule])
 
 
 def test_two_robots_of_one_name_are_refused(db, robot):
@@ -192,7 +232,7 @@ def test_due_are_the_enabled_ones_whose_time_has_come(db, schedule):
         at = None if minutes is None else NOON + timedelta(minutes=minutes)
         return db.write(lambda c: SCHEDULES.add(c, replace(schedule, id=0, name=name, next_at=at, enabled=enabled)))
 
-    db.write(lambda c: SCHEDULES.remove(c, schedule.id))
+    db.write(lambda c: SCHEDULES.remove(c, schedule.id, NOON))
     second, first = add("b", -1), add("a", -2)
     exact, later = add("c", 0), add("d", 1)
     add("off", -5, enabled=False)
@@ -248,7 +288,8 @@ def test_starts_left_out_go_with_their_schedule(db, schedule):
         db.write(lambda c, instant=instant: SCHEDULES.skip(c, schedule.id, instant))
     assert SCHEDULES.skipped(db.read(), schedule.id) == {NOON, NOON + timedelta(hours=1)}
     assert SCHEDULES.skipped(db.read(), schedule.id + 1) == set()
-    db.write(lambda c: SCHEDULES.remove(c, schedule.id))
+    db.write(lambda c: SCHEDULES.remove(c, schedule.id, NOON))
+    db.write(lambda c: SCHEDULES.purge(c, NOON + timedelta(hours=2)))
     assert SCHEDULES.skipped(db.read(), schedule.id) == set()
 
 
@@ -271,7 +312,7 @@ def test_finding_the_due_ones_reads_an_index_and_never_the_table(db):
     plan = (
         db.read()
         .execute(
-            """EXPLAIN QUERY PLAN SELECT * FROM schedules
+            f"""EXPLAIN QUERY PLAN {SCHEDULES.query}
         WHERE enabled = 1 AND next_at IS NOT NULL AND next_at <= ? ORDER BY next_at, id LIMIT ?""",
             ("x", 1),
         )

@@ -90,11 +90,10 @@ def test_durations_of_imported_history_count_too(db, ran, row):
 def test_durations_are_deleted_and_restored_with_their_robot(db, ran):
     ran(60.0)
     ran(70.0, 1)
-    kept = DURATIONS.of_robot(db.read(), 1)
-    db.write(lambda c: ROBOTS.remove(c, 1))
-    assert (usual(db), DURATIONS.of_robot(db.read(), 1)) == (None, [])
-    db.write(lambda c: (ROBOTS.add(c, Robot("Aino", "http://a", id=1)), DURATIONS.put_back(c, kept)))
+    db.write(lambda c: (ROBOTS.remove(c, 1, NOON), ROBOTS.put_back(c, 1, NOON)))
     assert usual(db) == (60.0, 70.0)
+    db.write(lambda c: (ROBOTS.remove(c, 1, NOON), ROBOTS.purge(c, NOON + timedelta(hours=2))))
+    assert usual(db) is None
 
 
 def test_an_older_database_takes_durations_from_its_history(tmp_path, clock, row, db):
@@ -132,7 +131,6 @@ def test_reading_them_reads_no_more_than_them(db, ran):
     def work(c):
         c.set_trace_callback(asked.append)
         DURATIONS.usual(c, 1, "guid")
-        DURATIONS.of_robot(c, 1)
         c.set_trace_callback(None)
         return [plan["detail"] for sql in asked for plan in c.execute(f"EXPLAIN QUERY PLAN {sql}")]
 

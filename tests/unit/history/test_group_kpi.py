@@ -113,7 +113,7 @@ def test_the_use_of_its_robots_and_how_far_apart_they_are(world):
 def test_a_group_that_was_removed_keeps_its_name_and_figures(world):
     start(world, -1)
     world.observe(1, "2026-11-23", idle=7200.0)
-    world.db.write(lambda c: GroupRepository().remove(c, 7))
+    world.db.write(lambda c: GroupRepository().remove(c, 7, world.clock.now()))
     [found] = world.kpis.groups(robots=world.kpis.facts().robots)
     assert (found.group, found.starts, [robot for robot, _share in found.used]) == ("Hall 1", 1, ["Bella"])
 
