@@ -64,6 +64,11 @@ class Answer:
         return [each for each in ids if isinstance(each, int) and not isinstance(each, bool) and each > 0]
 
     @property
+    def id(self) -> int | None:
+        """Of the queue item that it is about."""
+        return next(iter(Answer(found=[self.one]).ids), None)
+
+    @property
     def one(self) -> parse.Object:
         """The object, also if it is the only one of a list; {} otherwise."""
         found = self.found[0] if isinstance(self.found, list) and len(self.found) == 1 else self.found

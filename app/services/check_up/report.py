@@ -6,9 +6,9 @@ The file is a profile of ``python -m mir_sim --profile FILE``: a simulated robot
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
-from datetime import datetime
 from typing import Any
 from zoneinfo import ZoneInfo
 
@@ -97,7 +97,9 @@ def heading(report: Report, zone: str, language: Language = str) -> list[str]:
         )
         if report.model or profile.serial_number or profile.software
         else message("At {address}; it did not report what it is", address=report.address),
-        message("{time} ({zone}); it took {seconds} s", time=_stamp(at), zone=zone, seconds=round(report.took_s)),
+        message(
+            "{time} ({zone}); it took {seconds} s", time=f"{at:%Y-%m-%d %H:%M}", zone=zone, seconds=round(report.took_s)
+        ),
         message("Tried with the mission {mission}", mission=report.mission)
         if report.mission
         else message("Only read: no mission was queued"),
@@ -110,8 +112,9 @@ def heading(report: Report, zone: str, language: Language = str) -> list[str]:
 def text(report: Report, zone: str, language: Language = str) -> str:
     """Plain text: problems first, each finding with its meaning."""
     lines = heading(report, zone, language)
-    for level, findings in _by_level(report).items():
-        lines += ["", render(LEVELS[level], language)]
+    for level in (Level.RED, Level.AMBER, Level.GREEN):
+        findings = [finding for finding in report.findings if finding.level is level]
+        lines += ["", render(LEVELS[level], language)] if findings else []
         for finding in findings:
             means = render(finding.means, language)
             lines.append(f"- {render(TOPICS[finding.topic], language)}: {_sentence(finding, language)}")
@@ -186,26 +189,11 @@ def _description(found: RobotProfile) -> dict[str, str]:
 
 def _definition(software: str | None) -> str | None:
     """The simulator's software that is nearest to it."""
-    parts = (software or "").split(".")
-    if len(parts) < 2 or not all(part.isdecimal() and len(part) < 5 for part in parts[:2]):
-        return None
-    version = int(parts[0]), int(parts[1])
+    found = re.match(r"(\d{1,4})\.(\d{1,4})(?![^.])", software or "")
+    version = tuple(map(int, found.groups())) if found else ()
     return next((name for since, name in reversed(DEFINITIONS.items()) if version >= since), None)
-
-
-def _by_level(report: Report) -> dict[Level, list[Finding]]:
-    """Those that there are, the worst first."""
-    levels = {
-        level: [finding for finding in report.findings if finding.level is level]
-        for level in (Level.RED, Level.AMBER, Level.GREEN)
-    }
-    return {level: findings for level, findings in levels.items() if findings}
 
 
 def _sentence(finding: Finding, language: Language) -> str:
     says = render(finding.says, language)
     return says if says.endswith((".", "…", "?", "!")) else f"{says}."
-
-
-def _stamp(at: datetime) -> str:
-    return f"{at:%Y-%m-%d %H:%M}"

@@ -31,7 +31,6 @@ TAKES_S, OWN_TAKES_S = 40.0, 240.0  # that a trial takes, about
 READ_EVERY = 1.0  # s between two looks at all items
 WATCH_EVERY = 0.3  # s after which its state is looked at again, before another question
 LONGEST_WORD = 40  # characters for a state
-FIRST = 0  # of the items, in the order in which they are queued
 _ENDED = message("The trial ended. Check up again when the robot is used by no one else.")
 PAUSED = amber("Somebody paused it while it was tried", _ENDED)
 RELEASED = amber("Somebody ended the pause of the trial", _ENDED)
@@ -47,15 +46,9 @@ class Item:
     """A queued item. ``words``: its state's word in each phase. ``now``: as last read."""
 
     token: str
-    answer: Answer
-    id: int | None = None
+    id: int
     words: dict[QueueState, str] = field(default_factory=dict)
     now: parse.Object = field(default_factory=dict)
-
-    @property
-    def answered_id(self) -> int | None:
-        """By the answer to its order."""
-        return next(iter(Answer(found=[self.answer.one]).ids), None)
 
     @property
     def has_ended(self) -> bool:
@@ -82,10 +75,13 @@ class Item:
 class TrialResult:
     """The results of a trial. None: not tried, or unclear."""
 
-    items: list[Item] = field(default_factory=list)
+    items: list[Item] = field(
+        default_factory=list
+    )  # that were found in the queue, in the order in which they were queued
     cancelled: Item | None = None  # one of them, as is the one of higher priority
     preferred: Item | None = None
     places: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # the first item in: item, list, search
+    first: Answer | None = None  # to the first order, and to the same once more
     second: Answer | None = None
     cancel: Answer | None = None
     pause_problem: RobotError | None = None
@@ -96,14 +92,9 @@ class TrialResult:
     problem: RobotError | None = None  # that ended the trial early
 
     @property
-    def found_items(self) -> list[Item]:
-        """In the queue."""
-        return [item for item in self.items if item.id is not None]
-
-    @property
     def runs(self) -> list[Item]:
         """Those that are to run."""
-        return [item for item in self.found_items if item is not self.cancelled]
+        return [item for item in self.items if item is not self.cancelled]
 
 
 class TakenOver(Exception):
@@ -160,7 +151,7 @@ class TrialRun:
             self.result.cancelled, self.result.cancel = cancelled, self._robot.ask("DELETE", f"{QUEUE}/{cancelled.id}")
         self.result.preferred = self._order(urgent, URGENT)
         self._wait(PAUSE_S)
-        self._read(self.result.found_items)
+        self._read(self.result.items)
         self._ends = self._clock.monotonic() + (ENDS_WITHIN if self._is_made else OWN_ENDS_WITHIN)
         if self._is_paused:
             self.result.waits_in_pause = True
@@ -169,9 +160,7 @@ class TrialRun:
             self._until(lambda: first.has_begun, [first])
             if first.has_begun and not first.has_ended:
                 self._pause_while(first)
-        self._until(
-            lambda: all(item.has_ended for item in self.result.found_items), self.result.found_items, READ_EVERY
-        )
+        self._until(lambda: all(item.has_ended for item in self.result.items), self.result.items, READ_EVERY)
         self.result.is_in_error = self._robot.client.status().state is RobotState.ERROR
 
     # ------------------------------------------------------------------ steps
@@ -263,13 +252,12 @@ class TrialRun:
             self.result.second = answer
         if answer.error is not None and not isinstance(answer.error, Refusal):
             raise answer.error
-        item = Item(token, answer)
-        if answer.is_good or not is_repeated:
-            self.result.items.append(item)
-        item.id = (item.answered_id or self._newest()) if answer.is_good else None
-        if item.id is None:
+        self.result.first = self.result.first or answer
+        queue_id = (answer.id or self._newest()) if answer.is_good else None
+        if queue_id is None:
             return None
-        self._highest = max(self._highest, item.id)
+        self.result.items.append(item := Item(token, queue_id))
+        self._highest = max(self._highest, queue_id)
         self._note_of(item)
         return item
 
@@ -289,7 +277,7 @@ class TrialRun:
         self._watch_in_turn()
         listed = self._robot.get(QUEUE, **queries).rows
         self._watch_in_turn()
-        found = self._robot.search({"fieldname": "id", "operator": ">", "value": (item.id or 0) - 1}, **queries).rows
+        found = self._robot.search({"fieldname": "id", "operator": ">", "value": item.id - 1}, **queries).rows
         rows = {"item": [item.now], "list": listed, "search": found}
         self.result.places = {
             place: row for place, found in rows.items() for row in found if row.get("id", item.id) == item.id
@@ -298,10 +286,10 @@ class TrialRun:
     def _pause_while(self, running: Item) -> None:
         self._pause(parse.text_or_none(running.now.get("started")))
         if self._is_paused:
-            self._read(self.result.found_items)
+            self._read(self.result.items)
             progress = self._progress
             self._wait(PAUSE_S)
-            self._read(self.result.found_items)
+            self._read(self.result.items)
             self._release(progress)
             if not running.has_ended:
                 self._until(lambda: running.has_ended, [running])
@@ -326,7 +314,7 @@ class TrialRun:
 
     def _note_of(self, item: Item) -> None:
         self._watch_in_turn()
-        item.now = read_item(self._session, item.id or 0)
+        item.now = read_item(self._session, item.id)
         if item.word:
             item.words[item.phase] = item.word
 

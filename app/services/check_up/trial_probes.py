@@ -10,10 +10,11 @@ from app.domain.message import Message, message
 from app.domain.robot import QueueState
 from app.mir import parse
 from app.mir.errors import Refusal, Unauthorized
+from app.mir.raw_client import Answer
 from app.mir.robot_vocabulary import CANCELLED, USER_REQUEST
 from app.mir.texts import clean, resolve
 from app.services.check_up.session import CheckUpSession, Found, amber, green, red
-from app.services.check_up.trial import FIRST, LONGEST_WORD, Item, TrialResult
+from app.services.check_up.trial import LONGEST_WORD, Item, TrialResult
 
 DESCRIPTION, CREATED = "description", 201
 LONGEST_NAME = 80  # characters of a field's name
@@ -34,9 +35,9 @@ def look_at_trial(session: CheckUpSession, result: TrialResult) -> None:
                 user=session.identity.user_name or "?",
             ),
         )
+    if result.first is not None:
+        session.add(Topic.ORDER, _order(session, result.first, is_found=bool(result.items)))
     if result.items:
-        session.add(Topic.ORDER, _order(session, result))
-    if result.items and result.items[FIRST].id is not None:
         for topic, look in TRIED:
             session.add(topic, look(session, result))
     session.add(Topic.PAUSE, _pause(result))
@@ -48,9 +49,7 @@ def look_at_trial(session: CheckUpSession, result: TrialResult) -> None:
         )
 
 
-def _order(session: CheckUpSession, result: TrialResult) -> Found:
-    first = result.items[FIRST]
-    answer = first.answer
+def _order(session: CheckUpSession, answer: Answer, *, is_found: bool) -> Found:
     if isinstance(answer.error, Unauthorized):
         return red(
             "User {user} may not start missions",
@@ -63,9 +62,9 @@ def _order(session: CheckUpSession, result: TrialResult) -> Found:
             "Nothing can be scheduled on it until that is corrected.",
             problem=answer.problem,
         )
-    gives_id = first.answered_id is not None
+    gives_id = answer.id is not None
     session.facts["gives_id"], session.facts["order_status"] = gives_id, answer.status
-    if first.id is None:
+    if not is_found:
         return red(
             "It took a mission, but its queue does not have it",
             "The app could not know whether a start arrived: do not schedule on this robot.",
@@ -85,7 +84,7 @@ def _order(session: CheckUpSession, result: TrialResult) -> Found:
 
 
 def _recognised(session: CheckUpSession, result: TrialResult) -> Found:
-    token = result.items[FIRST].token
+    token = result.items[0].token
     found = {place: _fields_with(row, token) for place, row in result.places.items()}
     fields = found.get("item", [])
     field = DESCRIPTION if DESCRIPTION in fields else next(iter(fields), "")
@@ -102,7 +101,7 @@ def _recognised(session: CheckUpSession, result: TrialResult) -> Found:
             field=field,
             where=where,
         )
-    shown = clean(result.items[FIRST].now.get(DESCRIPTION), 80)
+    shown = clean(result.items[0].now.get(DESCRIPTION), 80)
     return amber(
         "The app's mark does not come back; the description is {text}"
         if shown
@@ -258,7 +257,7 @@ def _failed(session: CheckUpSession, _result: TrialResult) -> Found:
 
 def _priority(session: CheckUpSession, result: TrialResult) -> Found:
     first, second = (
-        parse.instant(item.now.get("started")) if item else None for item in (result.items[FIRST], result.preferred)
+        parse.instant(item.now.get("started")) if item else None for item in (result.items[0], result.preferred)
     )
     if not result.waits_in_pause or first is None or second is None or first == second:
         return green("It could not be seen whether priority has an effect", "The app does not rely on it.")
@@ -275,10 +274,10 @@ def _priority(session: CheckUpSession, result: TrialResult) -> Found:
 
 
 def _second(_session: CheckUpSession, result: TrialResult) -> Found | None:
-    first, again = result.items[FIRST], result.second
+    first, again = result.items[0], result.second
     if again is None:
         return None
-    if again.is_good and any(item.token == first.token and item.id not in (None, first.id) for item in result.items):
+    if again.is_good and any(item.token == first.token and item.id != first.id for item in result.items):
         return green(
             "The same order sent twice makes two missions",
             "That is why the app looks into the queue before it sends a start again.",
