@@ -134,7 +134,7 @@ class CommandButton(OnlySeen, Styled, MDButton):
         side = dp(24) if self.icon else 0
         word.opacity = 0 if self._ring is not None and not self.icon else 1
         gap = 0 if not self.icon or not self.text else dp(4) if self.stacked else dp(8)
-        beside = 0 if self.stacked else side + gap
+        offset = 0 if self.stacked else side + gap
         edge = dp(4) if self.stacked else dp(8)
         word.max_width = (
             max(dp(24), self.width - 2 * edge - (dp(32) if side and not self.stacked else 0)) if not self.fit else 0
@@ -142,7 +142,7 @@ class CommandButton(OnlySeen, Styled, MDButton):
         wide, high = (
             (max(side, word.width), side + gap + word.height)
             if self.stacked
-            else (beside + word.width, max(side, word.height))
+            else (offset + word.width, max(side, word.height))
         )
         self.natural_width, self.natural_height = wide + dp(32), high + dp(16)
         if self.fit:
@@ -156,7 +156,7 @@ class CommandButton(OnlySeen, Styled, MDButton):
             icon.pos = (
                 (x - side / 2, y - high / 2 + word.height + gap) if self.stacked else (x - wide / 2, y - side / 2)
             )
-        word.pos = (x - word.width / 2, y - high / 2) if self.stacked else (x - wide / 2 + beside, y - word.height / 2)
+        word.pos = (x - word.width / 2, y - high / 2) if self.stacked else (x - wide / 2 + offset, y - word.height / 2)
         if self._ring is not None:
             self._ring.center = icon.center if self.icon else word.center
 

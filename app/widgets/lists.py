@@ -71,12 +71,12 @@ class Standing:
     def note(self, before, after, rows) -> None:
         """The keys of a list are about to change; ``rows`` are those that exist."""
         before, after, now = list(before), list(after), Clock.get_time()
-        gone, both = set(before) - set(after), set(before) & set(after)
+        removed, both = set(before) - set(after), set(before) & set(after)
         is_at_work = now < self._at_work_until and before != after
         is_sorted = [key for key in before if key in both] != [key for key in after if key in both]
         if not both:
             self._ends = 0.0  # another list, or nothing: no row could have slid
-        elif dock.field is None and (is_at_work or is_sorted or (len(gone) == 1 and set(after) <= set(before))):
+        elif dock.field is None and (is_at_work or is_sorted or (len(removed) == 1 and set(after) <= set(before))):
             self._places = {row.key: row.to_window(*row.pos) for row in rows}
             self._ends = now + STILL
 
@@ -172,9 +172,9 @@ class Rows(MDBoxLayout):
             raise ValueError("two rows with one key")
         self._standing.note(self._views, rows, self._views.values())
         old, self._views = self._views, {}
-        gone = [view for key, view in old.items() if key not in rows]
+        removed = [view for key, view in old.items() if key not in rows]
         if issubclass(kind, RecycledRow):
-            self._spare += gone
+            self._spare += removed
         for key, data in rows.items():
             view = old.get(key) or (self._spare.pop() if self._spare else kind())
             view.host, view.standing = self.host or self, self._standing
@@ -182,7 +182,7 @@ class Rows(MDBoxLayout):
             self._views[key] = view
         del self._spare[SPARE:]
         shown = set(self._views.values())
-        for view in gone:
+        for view in removed:
             if view not in shown:
                 self.remove_widget(view)
         wanted = list(self._views.values())

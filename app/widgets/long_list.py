@@ -130,7 +130,7 @@ class LongList(LowPage):
         elif least > above + 1:
             self.show(self._keys[min(n, bisect_left(self._tops, least - 1))])
 
-    def key_beside(self, key, by: int):
+    def next_key(self, key, by: int):
         """Of the row that is ``by`` rows below (above: < 0) that of ``key``; None beyond the ends."""
         n = self._places.get(key, -1) + by
         return self._keys[n] if key in self._places and 0 <= n < len(self._keys) else None

@@ -112,7 +112,7 @@ class PositionsMap(WholeMap):
             free = next(
                 (
                     plate
-                    for plate in self._beside(place)
+                    for plate in self._plates_around(place)
                     if not any(touch_each_other(plate, other) for other in (*taken, *found.values()))
                 ),
                 None,
@@ -120,13 +120,17 @@ class PositionsMap(WholeMap):
             if free is not None:
                 found[place.key] = free
         for place in self.places:
-            if place.key == self.chosen and place.key not in found and (plate := next(iter(self._beside(place)), None)):
+            if (
+                place.key == self.chosen
+                and place.key not in found
+                and (plate := next(iter(self._plates_around(place)), None))
+            ):
                 found = {key: other for key, other in found.items() if not touch_each_other(other, plate)} | {
                     place.key: plate
                 }
         return found
 
-    def _beside(self, place):
+    def _plates_around(self, place):
         """On the map under it, above it, to the right or to the left; at the map's edge moved inwards."""
         x, y = self._point(place.x, place.y)
         wide, high, gap = self.width_of(place.name) + dp(8), sp(20), dp(13)

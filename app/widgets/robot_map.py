@@ -162,14 +162,14 @@ class RobotMap(Chart):
 
     def _goal(self, points):
         """Dots at equal distances along the whole path, and a pin at its end."""
-        step, next_dot, gone = dp(9), dp(22), 0.0
+        step, next_dot, drawn = dp(9), dp(22), 0.0
         for (x1, y1), (x2, y2) in pairwise(points):
             length = hypot(x2 - x1, y2 - y1)
-            while length and next_dot <= gone + length:
-                part = (next_dot - gone) / length
+            while length and next_dot <= drawn + length:
+                part = (next_dot - drawn) / length
                 self.box(x1 + (x2 - x1) * part - dp(2), y1 + (y2 - y1) * part - dp(2), dp(4), dp(4), tk.accent, dp(2))
                 next_dot += step
-            gone += length
+            drawn += length
         x, y = points[-1]
         if not (self.x < x < self.right and self.y < y < self.top - dp(26)):
             return  # the pin would be cut off

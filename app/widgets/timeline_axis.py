@@ -9,7 +9,7 @@ from app.widgets.chart import box, text, width_of
 from app.widgets.timeline_painting import AXIS, Frame, Span, kept_in
 from app.widgets.tokens import tk
 
-BESIDE = 8  # dp: the farthest end of a label from its line
+LABEL_REACH = 8  # dp: the farthest end of a label from its line
 
 
 def paint_now(frame: Frame, now: float) -> None:
@@ -62,9 +62,9 @@ def _paint_tick_labels(frame: Frame, seen: Span, taken: list[Span]) -> None:
         width = width_of(label, font=font)
         places = [kept_in(frame.at(hour), width, seen)]
         if strong and seen[0] <= frame.at(hour) <= seen[1]:
-            beside = [place for begins, ends in taken for place in (ends + dp(6), begins - dp(6) - width)]
+            moved = [place for begins, ends in taken for place in (ends + dp(6), begins - dp(6) - width)]
             places += sorted(
-                (place for place in beside if frame.at(hour) - dp(BESIDE) - width < place < frame.at(hour) + width),
+                (place for place in moved if frame.at(hour) - dp(LABEL_REACH) - width < place < frame.at(hour) + width),
                 key=lambda x: abs(x - places[0]),
             )
         for left in places:

@@ -64,7 +64,7 @@ def paint_words(frame: Frame, groups: Iterable[Cluster], y: float, seen: Span) -
         last = max(one.bar.end for one in group.bars)
         if not any(one.framed or one.bar.end >= last for one in unnamed):
             continue  # it would seem to be the name of another one
-        for words in _beside(unnamed):
+        for words in _possible_names(unnamed):
             left, right = group.begins, group.begins + width_of(words) + dp(16)
             if right <= group.ends and not any(left < edge < right for edge in seen):
                 if any(left < line < right for line in lines):  # it must not go through them
@@ -73,7 +73,7 @@ def paint_words(frame: Frame, groups: Iterable[Cluster], y: float, seen: Span) -
                 break
 
 
-def _beside(bars: Sequence[Placed]) -> Iterator[str]:
+def _possible_names(bars: Sequence[Placed]) -> Iterator[str]:
     """The possible names next to them, the best first."""
     if bars:
         yield " · ".join(

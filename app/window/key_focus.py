@@ -268,8 +268,8 @@ class KeyFocus:
                 self._step(1)
             return
         far = {target: away for target in targets if (away := _far(self.target, target, right, up)) < math.inf}
-        beside = [target for target in far if isinstance(target, KeySeat) and target.parent is self.target.parent]
-        found = min(beside or far, key=far.__getitem__, default=None)
+        siblings = [target for target in far if isinstance(target, KeySeat) and target.parent is self.target.parent]
+        found = min(siblings or far, key=far.__getitem__, default=None)
         if (
             not (up and self._turn_list(-up, found, self.target.to_window(*self.target.center)[0]))
             and found is not None
@@ -292,7 +292,7 @@ class KeyFocus:
         """Whether the ring goes to a row of a long list that is not there yet, since ``following`` is outside of the list; to what is
         nearest to ``x`` of the window there."""
         rows, row = _list_of(self.target), _row_of(self.target)
-        key = rows.key_beside(row.key, by) if rows is not None and row is not None else None
+        key = rows.next_key(row.key, by) if rows is not None and row is not None else None
         if key is None or (following is not None and (_list_of(following) is rows)):
             return False
         self._reveal_row(rows, key, x)

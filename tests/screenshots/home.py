@@ -21,7 +21,7 @@ from app.domain.robot import MissionParameter
 from app.i18n import _
 from app.screens.common.alarm_groups import together
 from app.screens.common.alarms_view import Here, bell, is_shelved
-from app.screens.common.given import Learnt
+from app.screens.common.mission_names import SharedMissionNames
 from app.screens.common.robot_appearance import is_old
 from app.screens.common.robot_groups import group_of
 from app.screens.common.threads import UiBus
@@ -160,7 +160,11 @@ def home(
         | (more or {})
     )
     shell: Any = SimpleNamespace(
-        background=background, dialogs=studio.dialogs, navigator=Navigator(None, {}), bus=UiBus(), given=Learnt()
+        background=background,
+        dialogs=studio.dialogs,
+        navigator=Navigator(None, {}),
+        bus=UiBus(),
+        mission_names=SharedMissionNames(),
     )
     frame = Factory.Frame()
     frame.items = [

@@ -11,7 +11,7 @@ from kivy.uix.scrollview import ScrollView
 from app.container import Container
 from app.database.executions import ExecutionFilter
 from app.domain.models import State
-from app.screens.common.given import NOTHING_KNOWN
+from app.screens.common.mission_names import NOTHING_KNOWN
 from app.screens.logs.view import Filters
 from app.widgets.buttons import Segment
 from tests.ui.driver import Driver
@@ -33,7 +33,7 @@ def reset_logs(app, ui: Driver, part: str = "runs") -> None:
     """What one test has chosen and opened must not be there for the next one that uses the same app."""
     app.shell.dialogs.close_all()
     app.shell.snackbars.clear()
-    app.shell.given.known = NOTHING_KNOWN
+    app.shell.mission_names.known = NOTHING_KNOWN
     app.shell.go("logs")
     app.logs.opened_run = None
     app.logs.searching, app.logs.query = False, ""

@@ -48,7 +48,7 @@ def rebuild_scheduler(app, ui) -> None:
     app.plan.choose_mode("hours")
     app.plan.listed.listing = Listing()
     app.plan.form.clear()
-    app.plan.form.aside = []
+    app.plan.form.drafts = []
     app.plan._show_window(facts.Window())
     settle(app, ui)
     for scrolled in ui.find_all(ScrollView):
@@ -168,7 +168,7 @@ def said(app) -> list[str]:
     return app.shell.snackbars.texts
 
 
-def bring_back(ui) -> IconButton:
+def open_draft(ui) -> IconButton:
     return ui.find(IconButton, ui.find(FormCard), icon="backup-restore")
 
 
@@ -186,12 +186,12 @@ def other(app, container, ui) -> None:
     settle(app, ui)
 
 
-def put_aside(app, container, ui, **values) -> None:
+def keep_draft(app, container, ui, **values) -> None:
     """Entries for the stock count, behind another schedule."""
     app.plan.edit(stock(container).id)
     app.plan.form.set(**(values or {"priority": 3}))
     other(app, container, ui)
-    assert len(app.plan.form.aside) == 1
+    assert len(app.plan.form.drafts) == 1
 
 
 def press_save(app, container, ui) -> None:

@@ -226,10 +226,10 @@ def test_the_map_of_an_idle_robot_is_next_to_its_battery_below_a_banner(ui, stat
     facts = sample.with_aino(status, queue=())
     home(Rig(ui), facts)
     ui.advance(0.5)
-    assert not ui.find(RobotCard).has_map_beside
+    assert not ui.find(RobotCard).has_map_at_side
     screen = home(Rig(ui), facts, issues=HELD)
     ui.advance(0.5)
-    assert ui.find(RobotCard).has_map_beside
+    assert ui.find(RobotCard).has_map_at_side
     place, battery = ui.find(PlaceMap), ui.find(ValueTile, icon=screen.vm.card.battery.icon)
     (left, low, _right, high), (_left, bottom, right, top) = checks.area(place), checks.area(battery)
     assert (left >= right, bottom < high, low < top) == (True, True, True)
@@ -409,7 +409,7 @@ def test_a_row_of_counts_is_as_wide_as_those_that_are_left(ui):
 def test_how_full_the_battery_is_and_when_the_mission_is_done_is_seen_at_once(ui, small):
     card = home(small, sample.FACTS).vm.card
     ui.advance(0.5)
-    for text in (card.battery.text, card.beside.value):
+    for text in (card.battery.text, card.side_by_side.value):
         assert checks.is_seen(ui.find(Value, text=text, root=ui.find(RobotCard)))
 
 

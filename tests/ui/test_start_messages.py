@@ -12,8 +12,8 @@ from app.database.robots import Hold
 from app.domain.models import Execution, ReasonCode, State, Wait
 from app.domain.robot import MissionParameter
 from app.screens.common.cancelled import say_cancelled
-from app.screens.common.given import NOTHING_KNOWN
 from app.screens.common.group_starts import GroupStarts
+from app.screens.common.mission_names import NOTHING_KNOWN
 from app.screens.common.overlays import Dialogs
 from app.screens.common.shell import Shell
 from app.screens.common.started import StartReports, as_it_is, outcome
@@ -330,7 +330,9 @@ def test_two_starts_with_the_same_words_are_both_followed(world, ui):
 def dock(world) -> dict[str, str]:
     """What a mission was given."""
     guid = "a1c4e008-5d0f-11ef-93c1-0001297b6e20"
-    world.shell.given.take("m-1", (MissionParameter("goal", "Position", choices=((guid, "Dock 3"),), sets="position"),))
+    world.shell.mission_names.take(
+        "m-1", (MissionParameter("goal", "Position", choices=((guid, "Dock 3"),), sets="position"),)
+    )
     return {"goal": guid}
 
 

@@ -111,12 +111,12 @@ def together(alarms: Iterable[Alarm], now: datetime) -> list[Together]:
     """Every alarm is in exactly one line. Only what has one cause and is in the same state shares one."""
     alarms = tuple(alarms)
     lines = _with_their_runs(alarms, now)
-    told = {id(alarm) for group in lines for alarm in group}
+    grouped = {id(alarm) for group in lines for alarm in group}
     silent: dict[tuple[object, ...], list[Alarm]] = defaultdict(list)
     ended: dict[tuple[object, ...], list[Alarm]] = defaultdict(list)
     for alarm in alarms:
         state, robot_id = (is_over(alarm), *_seen(alarm, now)), alarm.details.get("robot_id")
-        if id(alarm) in told:
+        if id(alarm) in grouped:
             continue
         if alarm.code == "unreachable":
             silent[_silence(alarm), *state].append(alarm)

@@ -33,9 +33,9 @@ def robots_for(
     settings: Settings,
     now: datetime,
 ) -> list[Option]:
-    """To whom a person can give it: with what each is doing, or why it can't have it now."""
+    """Robots to which a person can assign it: with what each is doing, or why it can't take it now."""
     members = next((group.members for group in groups if group.id == row.group_id), ())
-    told = {
+    status = {
         each["robot"]: each for each in row.wait_details.get("robots", ()) if isinstance(each, dict) and "robot" in each
     }
     full = ""
@@ -48,7 +48,7 @@ def robots_for(
         if hold := hold_at(holds, robot.id, now):
             return until_words(hold, settings, now)
         return full or (
-            choice.awaited({"robots": [told[robot.name]]}, settings.timezone, _) if robot.name in told else ""
+            choice.awaited({"robots": [status[robot.name]]}, settings.timezone, _) if robot.name in status else ""
         )
 
     return [
@@ -151,11 +151,13 @@ class GroupStarts:
             _("{mission} is held; it is skipped unless it is released in time") if held else _("{mission} is released")
         )
         said = self._saying(row, words.format(mission=self._name(row)), HAND if held else "play")
-        gone = self._saying(
+        too_late = self._saying(
             row, _("{mission} had already been sent").format(mission=self._name(row)), "information-outline"
         )
         self._do(
-            row, lambda: self._operator.hold_starts([row.id], held), lambda number: (said if number else gone)(number)
+            row,
+            lambda: self._operator.hold_starts([row.id], held),
+            lambda number: (said if number else too_late)(number),
         )
 
     def start_on_another(self, row: Execution, robots: Sequence[Option]) -> None:
@@ -175,7 +177,7 @@ class GroupStarts:
         self._shell.dialogs.choose(_("Start on another robot"), robots, agreed)
 
     def _name(self, row: Execution) -> str:
-        return self._shell.given.known.run(row)
+        return self._shell.mission_names.known.run(row)
 
     def _saying(self, row: Execution, text: str, icon: str) -> Callable[[object], None]:
         return lambda _done: self._shell.snackbars.show(text, icon=icon, about=about_start(row.id))

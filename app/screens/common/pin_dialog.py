@@ -23,7 +23,7 @@ class PinDialog(FormDialog):
     ready = BooleanProperty(False)
     busy = BooleanProperty(False)  # it is being checked
     waiting = BooleanProperty(False)  # after too many wrong ones
-    beside = BooleanProperty(False)  # the dots next to the keys
+    side_by_side = BooleanProperty(False)  # the dots next to the keys
 
     __events__ = ("on_entered",)
 

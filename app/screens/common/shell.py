@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 from app.domain.models import InvalidInput, Robot
 from app.i18n import _
 from app.mir.errors import RobotError
-from app.screens.common.given import Learnt
+from app.screens.common.mission_names import SharedMissionNames
 from app.screens.common.problems import sentence_of
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ class Shell:
     ``navigator`` shows another screen; ``dialogs`` asks; ``snackbars`` reports what was done, with Undo; ``bus`` delivers events of other
     threads on the UI thread; ``background`` runs work off the UI thread and its result back on it. ``restore`` closes the services, puts a
     backup in the place of the database and goes on with it; None: this window can't. Without a
-    ``loudspeaker`` it is silent. ``given`` is what is known of the values that missions get.
+    ``loudspeaker`` it is silent. ``mission_names`` is what is known of the values that missions get.
     """
 
     navigator: Navigator
@@ -69,7 +69,7 @@ class Shell:
     background: Background
     restore: Callable[[Path], object] | None = None
     loudspeaker: Loudspeaker | None = None
-    given: Learnt = field(default_factory=Learnt)
+    mission_names: SharedMissionNames = field(default_factory=SharedMissionNames)
 
     def go(self, screen: str, **intent: Any) -> None:
         """Show ``screen`` (a key of SCREENS): ``go("settings", section="robots", add=True)``, ``go("scheduler", schedule_id=3)``."""

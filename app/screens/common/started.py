@@ -12,8 +12,8 @@ from app.domain.models import Execution, State, Wait
 from app.domain.reasons import sentence
 from app.i18n import _
 from app.screens.common import formats
-from app.screens.common.given import Given
 from app.screens.common.holding import HAND, about_start, waiting_words
+from app.screens.common.mission_names import MissionNames
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.view_model import Changed
 from app.services.history.runs import History
@@ -27,11 +27,11 @@ CHOSEN_WITHIN = 1.0  # s, after which it is said that a start of a group has no 
 Words = tuple[str, str, float]  # text, icon, and for how many seconds it is shown
 
 
-def outcome(execution: Execution, given: Given) -> Words | None:
+def outcome(execution: Execution, mission_names: MissionNames) -> Words | None:
     """None while it is under way, or when it is cancelled, which is said where that is done."""
     if execution.state is State.CANCELLED or execution.cancel_code is not None:
         return None
-    names = {"mission": given.run(execution), "robot": execution.robot or execution.robot_group}
+    names = {"mission": mission_names.run(execution), "robot": execution.robot or execution.robot_group}
     passed = choice.earlier_robots(execution.tried, execution.robot, _)
     if execution.state is State.WAITING and execution.wait is not Wait.DUE:
         words = waiting_words(execution, execution.timezone)
@@ -71,7 +71,7 @@ def say_not_started(shell: Shell, mission: str, where: str, why: str) -> None:
     shell.snackbars.show(text, icon="alert-circle-outline", seconds=PROBLEM_SECONDS)
 
 
-def unanswered(execution: Execution, given: Given) -> Words:
+def unanswered(execution: Execution, mission_names: MissionNames) -> Words:
     """Nothing is known yet."""
     text = (
         _("{mission} waits for an answer of {robot}, until {time} at most")
@@ -80,7 +80,7 @@ def unanswered(execution: Execution, given: Given) -> Words:
     )
     return (
         text.format(
-            mission=given.run(execution),
+            mission=mission_names.run(execution),
             robot=execution.robot,
             group=execution.robot_group,
             time=formats.clock_time(execution.closes_at, execution.timezone),
@@ -180,8 +180,8 @@ class StartReports:
         return each
 
     def _take(self, key: int, found: Execution | None) -> None:
-        each, given = self._current(key), self._shell.given.known
-        words = outcome(found, given) if found is not None else None
+        each, mission_names = self._current(key), self._shell.mission_names.known
+        words = outcome(found, mission_names) if found is not None else None
         if each is None:
             return
         if found is None or (words is None and (found.cancel_code is not None or not found.state.is_open)):
@@ -193,7 +193,7 @@ class StartReports:
             return
         if each.is_late and (words is None or is_retried):
             if not each.said:
-                self._say(key, each, unanswered(found, given))
+                self._say(key, each, unanswered(found, mission_names))
             return  # each try says no more
         if words is not None:
             each.is_late = is_retried

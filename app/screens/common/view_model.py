@@ -176,7 +176,7 @@ class Refresher(Generic[T]):
         if self._job is None:
             self._job = self._shell.background.run(self._work(), self._done, self._not_done)
 
-    def read_anew(self) -> None:
+    def reread(self) -> None:
         """Something was just stored: a reading under way may have been begun before, and is dropped."""
         if self._job is not None:
             self._job.cancel()

@@ -414,7 +414,9 @@ class LateStartsDialog(FormDialog):
         )
         self.text = text.format(n=seconds_left(going, now))
         self.all_held = not going
-        self.rows = [LateStart(e.id, late_line(e, issues.given, settings), e.own_name, e.held) for e in executions]
+        self.rows = [
+            LateStart(e.id, late_line(e, issues.mission_names, settings), e.own_name, e.held) for e in executions
+        ]
 
     def start(self) -> None:
         """At once, what is not held."""

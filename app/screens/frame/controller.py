@@ -14,8 +14,8 @@ from app.i18n import _, ngettext, translator
 from app.screens.common import formats, questions
 from app.screens.common.alarm_groups import together
 from app.screens.common.alarms_view import Act, Here, bell, is_over, is_shelved
-from app.screens.common.given import GivenNames
 from app.screens.common.holding import HAND, about_hold, about_start
+from app.screens.common.mission_names import MissionNameLookup
 from app.screens.common.options import Option
 from app.screens.common.presses import DOUBLE_TAP
 from app.screens.common.robot_appearance import is_old
@@ -94,7 +94,7 @@ class FrameController:
         self._reader = Refresher(shell, lambda: lambda: read(services), self._take)
         self._alarms = AlarmList(services, shell, self._do)
         self._sounding = Sounding()
-        self._given = GivenNames(services.robot_missions, services.clock, shell, self._show)
+        self._given = MissionNameLookup(services.robot_missions, services.clock, shell, self._show)
         self._late: LateStartsDialog | None = None
         self._zone_is_asked = False  # once, without having been pressed for
         self._choice: ChoiceDialog | None = None  # of a robot, while it is open
@@ -166,7 +166,7 @@ class FrameController:
 
     def _show(self) -> None:
         facts, frame, now = self._facts, self._frame, self._services.clock.now()
-        robot, issues = self._robot, replace(facts.issues, given=self._shell.given.known)
+        robot, issues = self._robot, replace(facts.issues, mission_names=self._shell.mission_names.known)
         if self._is_read:  # until then neither the robots nor the time zone are known
             show_bar(frame, top_bar(robot, self._snapshot(robot), facts.settings, now, self._groups()))
         if not finger.is_down():  # else a second later: the banner moves all that is below it
@@ -178,8 +178,8 @@ class FrameController:
             len(open_issues(issues, facts.robots, facts.settings, now)), len(shelved)
         )
         self._alarms.show(issues, facts.robots, facts.settings)
-        is_heard = self._sounding.is_due(issues.alarms, now, self._services.clock.monotonic())
-        if is_heard and facts.settings.alarm_sound and self._shell.loudspeaker is not None:
+        sounds = self._sounding.is_due(issues.alarms, now, self._services.clock.monotonic())
+        if sounds and facts.settings.alarm_sound and self._shell.loudspeaker is not None:
             self._shell.loudspeaker.play()
         if self._late is not None:
             self._late.show(issues, facts.settings, now)
@@ -274,7 +274,7 @@ class FrameController:
             case Act.SHOW_ALARMS:
                 self._alarms.open(about)
             case Act.LOGS:
-                go("logs", anew=True)
+                go("logs", unfiltered=True)
             case Act.SHOW_RUN:
                 go("logs", execution_id=about)
             case Act.SCHEDULE_RUN if about is not None:
@@ -345,14 +345,14 @@ class FrameController:
 
     def _show_run(self, execution: Execution | None) -> None:
         """In Logs; all runs when the history has no longer this one."""
-        self._shell.go("logs", execution_id=execution.id if execution else None, anew=execution is None)
+        self._shell.go("logs", execution_id=execution.id if execution else None, unfiltered=execution is None)
 
     def _hold_starts(self, ids: Sequence[int], held: bool) -> None:
         """These alone; what is held too long is skipped, as in every hold."""
         snackbars, about = self._shell.snackbars, [about_start(execution_id) for execution_id in ids]
 
         def done(number: int) -> None:
-            gone = len(ids) - number
+            sent = len(ids) - number
             if not held:
                 for each in about:
                     snackbars.end(each)
@@ -362,9 +362,9 @@ class FrameController:
                     "{n} starts are held; those that are not released in time are skipped",
                     number,
                 )
-                late = ngettext("{n} start had already been sent", "{n} starts had already been sent", gone)
-                said = late.format(n=gone) if gone else kept.format(n=number)
-                snackbars.post(Message(said, HAND if not gone else "information-outline", about=frozenset(about)))
+                late = ngettext("{n} start had already been sent", "{n} starts had already been sent", sent)
+                said = late.format(n=sent) if sent else kept.format(n=number)
+                snackbars.post(Message(said, HAND if not sent else "information-outline", about=frozenset(about)))
 
         self._work(lambda: self._services.operator.hold_starts(ids, held), done)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from app.database.robots import Hold
 from app.domain.clock import Clock
 from app.domain.models import Alarm, Execution, Robot, Settings, State, Wait
-from app.screens.common.given import NOTHING_KNOWN, Given
+from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
 from app.screens.common.name_order import by_name
 from app.services.catalogue.catalogue import Catalogue
 from app.services.dispatch.engine import Engine
@@ -47,7 +47,7 @@ class OpenIssues:
     late_starts: Sequence[Execution] = ()
     copy: Hold | None = None  # why nothing is sent from here: the data was copied from another tablet
     guessed_zone: str = ""  # of the tablet, until a person has chosen one
-    given: Given = NOTHING_KNOWN  # what is known of the values that the late starts' missions get
+    mission_names: MissionNames = NOTHING_KNOWN  # what is known of the values that the late starts' missions get
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from app.screens.common.alarms_view import can_be_handled, is_over, is_shelved
 PATIENCE = timedelta(minutes=5)  # for which a person may be on the way
 
 
-def calls_for_somebody(alarm: Alarm, now: datetime) -> bool:
+def needs_attention(alarm: Alarm, now: datetime) -> bool:
     """Of high priority and unacknowledged."""
     return (
         alarm.priority is Priority.HIGH
@@ -25,9 +25,7 @@ def calls_for_somebody(alarm: Alarm, now: datetime) -> bool:
 def is_overdue(alarm: Alarm, now: datetime) -> bool:
     """Whether it should have been acknowledged already."""
     return (
-        calls_for_somebody(alarm, now)
-        and can_be_handled(alarm)
-        and now - (alarm.last_at or alarm.raised_at) >= PATIENCE
+        needs_attention(alarm, now) and can_be_handled(alarm) and now - (alarm.last_at or alarm.raised_at) >= PATIENCE
     )
 
 
@@ -35,16 +33,16 @@ class Sounding:
     """Remembers which alarms have sounded, by the monotonic clock: the wall clock may be set back."""
 
     def __init__(self) -> None:
-        self._heard: dict[tuple[str, str, int], float] = {}  # by code, key and how often it has come
+        self._sounded: dict[tuple[str, str, int], float] = {}  # by code, key and how often it has come
 
     def is_due(self, alarms: Iterable[Alarm], now: datetime, monotonic: float) -> bool:
         """Whether to sound now; counts as sounded. ``monotonic`` in s."""
-        calling = {(alarm.code, alarm.key, alarm.count): alarm for alarm in alarms if calls_for_somebody(alarm, now)}
+        calling = {(alarm.code, alarm.key, alarm.count): alarm for alarm in alarms if needs_attention(alarm, now)}
         due = [
             key
             for key, alarm in calling.items()
-            if key not in self._heard
-            or (can_be_handled(alarm) and monotonic - self._heard[key] >= PATIENCE.total_seconds())
+            if key not in self._sounded
+            or (can_be_handled(alarm) and monotonic - self._sounded[key] >= PATIENCE.total_seconds())
         ]
-        self._heard = {key: monotonic if key in due else self._heard[key] for key in calling}
+        self._sounded = {key: monotonic if key in due else self._sounded[key] for key in calling}
         return bool(due)

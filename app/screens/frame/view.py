@@ -26,8 +26,8 @@ from app.screens.common.alarms_view import (
     urgency,
     way_to,
 )
-from app.screens.common.given import Given
 from app.screens.common.holding import HAND, hold_at, state_and_hold
+from app.screens.common.mission_names import MissionNames
 from app.screens.common.options import Option
 from app.screens.common.robot_appearance import battery_appearance, is_old, link_appearance, state_appearance
 from app.screens.common.robot_groups import FEW, NEEDS_HELP, Group, group_of, help_words, look_of
@@ -185,13 +185,13 @@ def _alarms(group: Together, robots: Mapping[int, Robot], settings: Settings, no
             calm=calm,
         )
     way = way_to(alarm, robots)
-    is_told = (
+    is_on_card = (
         way is not None and here.is_at(way) and alarm.code in ("robot_error", "emergency_stop")
     )  # by the robot's card below
     if way is None or here.is_at(way):
         way = acknowledging(alarm)
     note, urgent = (
-        " · ".join(filter(None, (seen, group_note(group, settings, now, advises=not is_told)))),
+        " · ".join(filter(None, (seen, group_note(group, settings, now, advises=not is_on_card)))),
         is_overdue(alarm, now),
     )
     if urgent:
@@ -199,7 +199,7 @@ def _alarms(group: Together, robots: Mapping[int, Robot], settings: Settings, no
         note = _("Nobody has acknowledged it for {time} · {note}").format(time=since, note=note)
     text = (
         _("{robot} reports an error").format(robot=alarm.details["robot"])
-        if is_told and alarm.code == "robot_error"
+        if is_on_card and alarm.code == "robot_error"
         else group_text(group, settings, now)
     )
     return BannerView(
@@ -222,7 +222,7 @@ def _late(issues: OpenIssues, settings: Settings, now: datetime) -> BannerView:
     executions = issues.late_starts
     going = [e for e in executions if not e.held]
     count = len(going) or len(executions)
-    names = ", ".join(late_line(e, issues.given, settings) for e in (going or executions)[:3])
+    names = ", ".join(late_line(e, issues.mission_names, settings) for e in (going or executions)[:3])
     note = _("Due while the app was off: {missions}").format(missions=names)
     if not going:
         text = ngettext("{n} late mission is held", "{n} late missions are held", count).format(n=count)
@@ -235,9 +235,9 @@ def _late(issues: OpenIssues, settings: Settings, now: datetime) -> BannerView:
     return BannerView(first, note, "attention", "timer-alert-outline", "", action, Act.HOLD, about)
 
 
-def late_line(execution: Execution, given: Given, settings: Settings) -> str:
+def late_line(execution: Execution, mission_names: MissionNames, settings: Settings) -> str:
     return _("{mission} on {robot} ({time})").format(
-        mission=given.run(execution),
+        mission=mission_names.run(execution),
         robot=execution.robot or execution.robot_group,
         time=formats.clock_time(execution.planned_at, settings.timezone),
     )

@@ -202,7 +202,7 @@ class Answers(GridLayout):
         self._arrange = Clock.create_trigger(self._choose_columns, -1)
         self._last, self._rests_until = "", 0.0
         super().__init__(cols=1, **kwargs)
-        self.fbind("about", self._asked_anew)
+        self.fbind("about", self._question_changed)
         self.fbind("options", self._build)
         self.fbind("busy", self._mark)
         self.fbind("width", self._arrange)
@@ -220,7 +220,7 @@ class Answers(GridLayout):
         self._mark()
         self._arrange()
 
-    def _asked_anew(self, *_: Any) -> None:
+    def _question_changed(self, *_: Any) -> None:
         if self._last:
             self._rests_until = Clock.get_time() + DOUBLE_TAP
         self._last = self.about
@@ -322,9 +322,9 @@ class BelowTiles(Slot):
 class RobotCard(Card):
     """The selected robot, a narrow card; it scrolls where it is lower than ``needed``.
 
-    A card that ``fills`` the available room may have none left for the map, which is below the part ``above``. For a
-    robot that is ``sought`` the map then replaces the address next to the battery. It is sought if no run with a known
-    end is on it, if it has failed, or if it does not answer.
+    A card that ``fills`` the available room may have none left for the map, which is below the part ``above``. With
+    ``shows_map`` the map then replaces the address next to the battery: if no run with a known end is on the robot, if it
+    has failed, or if it does not answer.
 
     If a card is too ``tight`` for both its state and what a person has to do ``first`` (an answer, or the steps of a
     fault), the state comes second; on a low page the next ``step`` is at its top.
@@ -335,12 +335,12 @@ class RobotCard(Card):
     seen = NumericProperty(0)  # height of what is above the controls, which don't scroll
     spare = NumericProperty(0)  # of that, what nothing needs
     fills = BooleanProperty(False)
-    sought = BooleanProperty(False)  # rather than its address, and it is known where it is or was
+    shows_map = BooleanProperty(False)  # instead of its address, if its present or last position is known
     first = NumericProperty(0)  # height of what a person has to do
     step = StringProperty()
     controls_first = BooleanProperty(False)
     tight = BooleanProperty(False)
-    has_map_beside = BooleanProperty(False)
+    has_map_at_side = BooleanProperty(False)
 
     def on_tight(self, *_: Any) -> None:
         words, head = self.ids.words, self.ids.head
@@ -352,10 +352,10 @@ class RobotCard(Card):
         self.remove_widget(controls)
         self.add_widget(controls, index=len(self.children) if self.controls_first else 0)
 
-    def on_has_map_beside(self, *_: Any) -> None:
-        place, words, beside = self.ids.place, self.ids.words, self.ids.beside
+    def on_has_map_at_side(self, *_: Any) -> None:
+        place, words, side = self.ids.place, self.ids.words, self.ids.side
         place.parent.remove_widget(place)
-        (beside if self.has_map_beside else words).add_widget(place)
+        (side if self.has_map_at_side else words).add_widget(place)
 
 
 class RobotCardWide(Card):
@@ -386,8 +386,8 @@ class RobotCardWide(Card):
                 if self.step == "mission"
                 else (ids.head, ids.controls, ids.mission)
             )
-        beside = (ids.below, ids.tiles) if self.step == "prompt" else (ids.tiles, ids.below)
-        for column, widgets in ((ids.words, order), (ids.beside, beside)):
+        side = (ids.below, ids.tiles) if self.step == "prompt" else (ids.tiles, ids.below)
+        for column, widgets in ((ids.words, order), (ids.side, side)):
             if tuple(reversed(column.children)) != widgets:
                 column.clear_widgets()
                 for widget in widgets:

@@ -41,7 +41,7 @@ class HomeCommands(HomeState):
         """The facts have changed."""
         raise NotImplementedError
 
-    def _read_anew(self) -> None:
+    def _reread(self) -> None:
         """Something was just done: what is being read may have been begun before, and is dropped."""
         raise NotImplementedError
 
@@ -197,7 +197,7 @@ class HomeCommands(HomeState):
         def ended(call: Callable[[], object]) -> None:
             self._presses.end(key)
             call()
-            self._read_anew()
+            self._reread()
 
         def succeeded(outcome: T) -> None:
             self._presses.rest(key)

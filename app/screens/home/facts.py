@@ -12,8 +12,8 @@ from app.domain.activity import NO_DATA, ActivitySpan, activity_of
 from app.domain.clock import Clock
 from app.domain.models import DurationEstimate, Execution, Group, Mission, Robot, RobotSnapshot, Settings
 from app.domain.robot import QueueItem, QueueState, RobotProblem, RobotState
-from app.screens.common.given import NOTHING_KNOWN, Given
 from app.screens.common.holding import hold_at, hold_of_run
+from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
 from app.screens.common.name_order import by_name
 from app.services.catalogue.catalogue import Catalogue
 from app.services.dispatch.engine import Engine
@@ -78,7 +78,7 @@ class HomeFacts:
     names: Mapping[str, str] = field(default_factory=dict)  # of missions by guid, as the selected robot calls them
     alarms: int = 0  # that are open, shelved ones among them
     holds: tuple[Hold, ...] = ()  # of all robots or of one
-    given: Given = NOTHING_KNOWN  # what is known of the values that missions get
+    mission_names: MissionNames = NOTHING_KNOWN  # what is known of the values that missions get
     calendar: WorkingCalendar = field(default_factory=lambda: WorkingCalendar(Settings()))
     map: MapPicture | None = None  # that the selected robot is on
     cancelling: frozenset[OnRobot] = frozenset()  # items that the operator has just cancelled
@@ -185,7 +185,7 @@ class HomeFacts:
     def name_of(self, item: QueueItem) -> str:
         """The mission of an item, as the people here call it, else as the robot does; of ours with what it was given."""
         if ours := self.execution_of(item):
-            return self.given.run(ours)
+            return self.mission_names.run(ours)
         return self._known_name(item) or item.mission_id or "–"
 
     def needs_name(self, item: QueueItem) -> bool:

@@ -231,11 +231,11 @@ class FleetViewModel(FleetState, ViewModel):
         if known is None:
             if guid := ours.mission_guid if ours else item.mission_id:
                 self._unknown[robot_id, item.id] = guid
-            return Work(self._shell.given.known.run(ours) if ours else status.mission_text if status else "")
+            return Work(self._shell.mission_names.known.run(ours) if ours else status.mission_text if status else "")
         if ours is None:
             return Work(known.mission or (status.mission_text if status else ""))
         elapsed = (self._services.clock.now() - ours.started_at).total_seconds() if ours.started_at else None
-        return work(self._shell.given.known.run(ours), elapsed, known.usual_s)
+        return work(self._shell.mission_names.known.run(ours), elapsed, known.usual_s)
 
     def _running(self, robot_id: int, snapshot: RobotSnapshot) -> QueueItem | None:
         """As its status says: the queue of a robot that is not on screen is read at its polls only. Where that gives no number, as its

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from functools import partial
 
-from app.screens.common.given import GivenNames
+from app.screens.common.mission_names import MissionNameLookup
 from app.screens.common.shell import Shell
 from app.screens.home.facts import HomeFacts, HomeServices
 
@@ -16,7 +16,7 @@ class Learning:
     def __init__(self, services: HomeServices, shell: Shell, learnt: Callable[[], object]) -> None:
         self._services, self._shell, self._learnt = services, shell, learnt
         self._is_learning_map = False
-        self._given = GivenNames(services.robot_missions, services.clock, shell, learnt)
+        self._given = MissionNameLookup(services.robot_missions, services.clock, shell, learnt)
 
     def look(self, facts: HomeFacts) -> None:
         """What these facts lack."""

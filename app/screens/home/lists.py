@@ -138,10 +138,10 @@ def queue_entries(facts: HomeFacts, now: datetime) -> list[QueueEntry]:
         elif (
             e.cancel_code
         ):  # it waits for nothing: the robot has dropped it, and is read again before it has ended here
-            entry = QueueEntry(("execution", e.id), facts.given.run(e), icon="cancel")
+            entry = QueueEntry(("execution", e.id), facts.mission_names.run(e), icon="cancel")
         else:  # the robot has it, but its queue was read before that; the entry stays where it is
             number += 1
-            entry = QueueEntry(("execution", e.id), facts.given.run(e), _since(facts, e), str(number))
+            entry = QueueEntry(("execution", e.id), facts.mission_names.run(e), _since(facts, e), str(number))
         entries.append(_cancelling(entry) if goes or e.cancel_code else entry)
     return entries
 
@@ -239,7 +239,7 @@ def _waiting(facts: HomeFacts, execution: Execution, now: datetime) -> QueueEntr
     is_due = execution.wait is Wait.DUE or execution.state is State.SUBMITTING
     return QueueEntry(
         ("execution", execution.id),
-        facts.given.run(execution),
+        facts.mission_names.run(execution),
         _("{source} · {sentence}").format(source=trigger_words(execution), sentence=words),
         icon="upload-outline" if execution.state is State.SUBMITTING else _WAIT_ICONS[execution.wait],
         tone="neutral" if is_due else "attention",
@@ -321,7 +321,7 @@ def planned_starts(facts: HomeFacts, now: datetime) -> list[PlannedStart]:
             PlannedStart(
                 (run.schedule.id, run.at),
                 formats.clock_time(run.at, zone),
-                facts.given.start(run),
+                facts.mission_names.start(run),
                 " · ".join(filter(None, note)),
                 HAND if held else "",
                 day,
@@ -359,7 +359,7 @@ def _finished(facts: HomeFacts, execution: Execution, now: datetime) -> Finished
         icon,
         tone,
         tone in ("fault", "attention"),
-        facts.given.run(execution),
+        facts.mission_names.run(execution),
         f"{execution.robot or execution.robot_group} {at}",
         outcome_line(execution),
     )

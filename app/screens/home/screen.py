@@ -57,7 +57,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         self._cancelling: set[OnRobot] = set()
         self._clearing: set[int] = set()  # ids of robots whose queues are being cleared
         self._reset = ResetReport(self._say)
-        self._presses = Presses(self._tell_busy)
+        self._presses = Presses(self._update_busy)
         self._learning = Learning(services, shell, self._reader.request)
         self._target = Target()  # of Run now
         self.waiting = self.fleet.waiting = WaitingModel(services, shell, self._reader.request, self._started.follow)
@@ -114,9 +114,9 @@ class HomeViewModel(HomeCommands, ViewModel):
         self._is_plan_old = False
         return lambda: read(self._services, known, seen_running)
 
-    def _read_anew(self) -> None:
+    def _reread(self) -> None:
         self._is_plan_old = True  # a reading that is dropped may have been the one that knew
-        self._reader.read_anew()
+        self._reader.reread()
 
     def take(self, facts: HomeFacts) -> None:
         """Show what was read."""
@@ -150,7 +150,7 @@ class HomeViewModel(HomeCommands, ViewModel):
             seen_running=self._seen_running,
             cancelling=frozenset(self._cancelling),
             clearing=frozenset(self._clearing),
-            given=self._shell.given.known,
+            mission_names=self._shell.mission_names.known,
         )
 
     def _show(self) -> None:
@@ -164,7 +164,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         for field in fields(view):
             value = getattr(view, field.name)
             setattr(self, field.name, list(value) if isinstance(value, tuple) else value)
-        self._tell_busy()
+        self._update_busy()
         self._ask_parameters()
 
     # ------------------------------------------------------------------ which robot, which mission
@@ -252,14 +252,16 @@ class HomeViewModel(HomeCommands, ViewModel):
             return
         self._is_asking = True
 
-        def told(found: Sequence[MissionParameter]) -> None:
-            self._shell.given.take(mission.guid, found)
+        def take(found: Sequence[MissionParameter]) -> None:
+            self._shell.mission_names.take(mission.guid, found)
             self._take_parameters(wanted, found)
 
         self._shell.background.run(
             lambda: self._services.robot_missions.parameters(robot.id, mission.guid),
-            told,
-            lambda _problem: self._take_parameters(wanted, self._shell.given.known.parameters.get(mission.guid)),
+            take,
+            lambda _problem: self._take_parameters(
+                wanted, self._shell.mission_names.known.parameters.get(mission.guid)
+            ),
             key=("home", "parameters"),
             apart="parameters",
         )
@@ -354,7 +356,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         else:
             submit()
 
-    def _tell_busy(self) -> None:
+    def _update_busy(self) -> None:
         robot_id = self.facts.robot.id if self.facts.robot is not None else None
         self.busy = self._presses.names(robot_id)
         self.pause_rests = robot_id is not None and self._presses.is_same(OfRobot("pause", robot_id))

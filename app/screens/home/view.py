@@ -93,7 +93,7 @@ class CardView:
     battery_mark: float = -1.0  # the minimum, 0..1
     battery_minimum: str = ""  # in words
     old: bool = True  # values are shown as stale
-    beside: TileView = field(default_factory=TileView)
+    end_tile: TileView = field(default_factory=TileView)
     message_label: str = ""
     message: str = ""  # in the robot's own words, or what is wrong with the connection
     facts: tuple[LabelledValue, ...] = ()
@@ -190,7 +190,7 @@ def card(facts: HomeFacts, robot: Robot, now: datetime) -> CardView:
         battery_mark=minimum / 100 if minimum else -1.0,
         old=old,
         battery_minimum=_("min {minimum} %").format(minimum=formats.plain(minimum)) if minimum else "",
-        beside=_done_about(facts, now, old or not robot.enabled) or _reached(robot, snapshot, settings, now),
+        end_tile=_done_about(facts, now, old or not robot.enabled) or _reached(robot, snapshot, settings, now),
         message_label=_("What is wrong") if old else _("At the moment"),
         message=words_of(snapshot.problem) if old else own_words(snapshot.status),
         facts=() if old or snapshot.status is None else _figures(snapshot.status),
@@ -286,7 +286,7 @@ def _next(facts: HomeFacts, robot: Robot, now: datetime) -> str:
         )
     when = held_words(facts, run, now) or formats.until(run.at, now, facts.settings.timezone)
     words = _("probably next: {mission}, {when}") if run.is_approximate else _("next: {mission}, {when}")
-    planned = kept_for(facts, robot, now) or words.format(mission=facts.given.start(run), when=when)
+    planned = kept_for(facts, robot, now) or words.format(mission=facts.mission_names.start(run), when=when)
     return " · ".join(filter(None, (planned, _idle_obstacle(facts, robot, run.at, now))))
 
 

@@ -11,9 +11,9 @@ from app.domain import choice, names
 from app.domain.models import Execution, Group, Robot, Settings, State, Wait
 from app.i18n import _, ngettext
 from app.screens.common import formats
-from app.screens.common.given import NOTHING_KNOWN, Given
 from app.screens.common.group_starts import has_no_robot
 from app.screens.common.holding import waiting_words
+from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
 from app.screens.common.options import Option
 from app.screens.common.priorities import word
 from app.screens.home.facts import HomeFacts
@@ -47,23 +47,26 @@ def waiting_of(rows: Iterable[Execution]) -> list[Execution]:
     return sorted(found, key=lambda row: (-row.priority, row.planned_at, row.id))
 
 
-def waiting_starts(rows: Sequence[Execution], settings: Settings, given: Given = NOTHING_KNOWN) -> list[WaitingStart]:
+def waiting_starts(
+    rows: Sequence[Execution], settings: Settings, mission_names: MissionNames = NOTHING_KNOWN
+) -> list[WaitingStart]:
     return [
         replace(
-            _start(row, waits_for(row, settings), settings, given), can_give=row.group_id is not None and not row.held
+            _start(row, waits_for(row, settings), settings, mission_names),
+            can_give=row.group_id is not None and not row.held,
         )
         for row in rows
     ]
 
 
-def _start(row: Execution, note: str, settings: Settings, given: Given) -> WaitingStart:
+def _start(row: Execution, note: str, settings: Settings, mission_names: MissionNames) -> WaitingStart:
     since = formats.clock_time(max(row.created_at, row.planned_at), settings.timezone)
     origin = _("any of {group} · {source} · since {time}").format(
         group=row.robot_group, source=trigger_words(row), time=since
     )
     return WaitingStart(
         row.id,
-        given.run(row),
+        mission_names.run(row),
         origin,
         note,
         word(row.priority),
@@ -82,10 +85,14 @@ def starts_with_a_robot(facts: HomeFacts, now: datetime) -> list[tuple[Execution
         snapshot = facts.snapshots.get(row.robot_id)
         if snapshot is not None and (since := choice.stuck_since(row, snapshot)) is not None:
             words = choice.stuck(row.robot, since, facts.settings.timezone, _)
-            stuck.append((row, replace(_start(row, words, facts.settings, facts.given), is_stuck=True, has_robot=True)))
+            stuck.append(
+                (row, replace(_start(row, words, facts.settings, facts.mission_names), is_stuck=True, has_robot=True))
+            )
         elif _is_being_sent(row) and now - max(row.created_at, row.planned_at) >= ON_THE_WAY:
             words = _("Being sent to {robot}").format(robot=row.robot)
-            sent.append((row, replace(_start(row, words, facts.settings, facts.given), can_give=False, has_robot=True)))
+            sent.append(
+                (row, replace(_start(row, words, facts.settings, facts.mission_names), can_give=False, has_robot=True))
+            )
     return stuck + sent
 
 
@@ -112,7 +119,7 @@ def waits_for(row: Execution, settings: Settings) -> str:
     parts = [waiting_words(row, zone)]
     passed = choice.earlier_robots(row.tried, row.robot, _)
     if row.wait is Wait.ROBOT and (
-        told := choice.awaited(_without_those_tried(row) if passed else row.wait_details, zone, _)
+        words := choice.awaited(_without_those_tried(row) if passed else row.wait_details, zone, _)
     ):
         last_call = formats.clock_time(row.closes_at - timedelta(seconds=LAST_CALL), zone)
         end = (
@@ -122,7 +129,7 @@ def waits_for(row: Execution, settings: Settings) -> str:
         )
         if row.finish_by is not None:
             end, last_call = _("Skipped if it can't be done by {time}"), formats.clock_time(row.finish_by, zone)
-        parts = [told, end.format(time=last_call)]
+        parts = [words, end.format(time=last_call)]
     return ". ".join(filter(None, (passed, *parts)))
 
 
@@ -167,5 +174,5 @@ def kept_for(facts: HomeFacts, robot: Robot, now: datetime) -> str:
     )
     if run is None:
         return ""
-    name = names.own_schedule_name(run.schedule.name, run.mission.name, run.whose) or facts.given.start(run)
+    name = names.own_schedule_name(run.schedule.name, run.mission.name, run.whose) or facts.mission_names.start(run)
     return _("Kept for {name} at {time}").format(name=name, time=formats.clock_time(run.at, facts.settings.timezone))

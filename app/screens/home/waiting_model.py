@@ -63,14 +63,14 @@ class WaitingModel(WaitingState):
         )
         self._facts = HomeFacts()
         self._waiting: dict[int, Execution] = {}
-        self._given: dict[int, WaitingStart] = {}  # to a robot, which has not said that it has them
+        self._assigned: dict[int, WaitingStart] = {}  # to a robot, which has not said that it has them
         self._seconds = 0
 
     def take(self, facts: HomeFacts) -> None:
         self._facts = facts
-        given = starts_with_a_robot(facts, self._services.clock.now())
-        self._given = {row.id: start for row, start in given}
-        self._waiting = {row.id: row for row in [*(row for row, _start in given), *waiting_of(facts.open)]}
+        assigned = starts_with_a_robot(facts, self._services.clock.now())
+        self._assigned = {row.id: start for row, start in assigned}
+        self._waiting = {row.id: row for row in [*(row for row, _start in assigned), *waiting_of(facts.open)]}
         self.show()
 
     def is_old(self) -> bool:
@@ -81,8 +81,11 @@ class WaitingModel(WaitingState):
         return (is_sent or bool(self._waiting)) and self._seconds == 0
 
     def show(self) -> None:
-        waiting = [row for row in self._waiting.values() if row.id not in self._given]
-        self.all_rows = [*self._given.values(), *waiting_starts(waiting, self._facts.settings, self._facts.given)]
+        waiting = [row for row in self._waiting.values() if row.id not in self._assigned]
+        self.all_rows = [
+            *self._assigned.values(),
+            *waiting_starts(waiting, self._facts.settings, self._facts.mission_names),
+        ]
         self.rows = self.all_rows[:SHOWN]
         self.title, self.more = waiting_title([*self._waiting.values()]), more_words(len(self.all_rows))
 
@@ -91,7 +94,7 @@ class WaitingModel(WaitingState):
         if row is None:
             return
         match action:
-            case "give" if row.id in self._given:
+            case "give" if row.id in self._assigned:
                 self._starts.start_on_another(row, others_for(row, facts.robots, facts.groups))
             case "give":
                 now = self._services.clock.now()

@@ -12,7 +12,7 @@ from app.domain.reasons import sentence
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats
 from app.screens.common.alarms_view import alarm_text
-from app.screens.common.given import NOTHING_KNOWN, Given
+from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
 from app.screens.common.name_order import by_name
 from app.screens.common.printed import NO_BREAK, document, table, unbroken
 from app.screens.logs.kpi_view import Explanation, FactLine, in_unit, note
@@ -24,8 +24,8 @@ from app.services.history.runs import RobotTimeline
 from app.services.history.shift_report import ShiftReport
 
 
-def page(report: ShiftReport, given: Given = NOTHING_KNOWN) -> str:
-    """The whole document; ``given``: what is known of the values that missions get."""
+def page(report: ShiftReport, mission_names: MissionNames = NOTHING_KNOWN) -> str:
+    """The whole document; ``mission_names``: what is known of the values that missions get."""
     title = _("Shift report")
     pair = f'<div class="pair">\n{_planned(report)}\n{_causes(report)}\n</div>'
     parts = [
@@ -33,14 +33,14 @@ def page(report: ShiftReport, given: Given = NOTHING_KNOWN) -> str:
         _figures(report),
         pair,
         _robots(report),
-        _runs(report, given),
+        _runs(report, mission_names),
         _alarms(report),
         f'<p class="quiet ends">{escape(_explained())}</p>',
     ]
     return document(f"{title} {_period(report)}", parts)
 
 
-def on_screen(report: ShiftReport, given: Given = NOTHING_KNOWN) -> Explanation:
+def on_screen(report: ShiftReport, mission_names: MissionNames = NOTHING_KNOWN) -> Explanation:
     """The same in short, for screens on which no file can be opened: the figures, robots, runs that were not completed, and alarms."""
     zone, at = report.settings.timezone, report.made_at
     robots = [
@@ -61,7 +61,7 @@ def on_screen(report: ShiftReport, given: Given = NOTHING_KNOWN) -> Explanation:
     ]
     runs = [
         FactLine(
-            given.run(run),
+            mission_names.run(run),
             execution_appearance.word(run.state),
             " · ".join(
                 filter(
@@ -241,7 +241,7 @@ def _causes(report: ShiftReport) -> str:
     return table(_("Reasons for failure"), (_("Reason"), _("Number"), _("Cumulative")), rows, (1, 2))
 
 
-def _runs(report: ShiftReport, given: Given) -> str:
+def _runs(report: ShiftReport, mission_names: MissionNames) -> str:
     more = (
         ngettext("and {n} more in the log", "and {n} more in the log", report.more_runs).format(n=report.more_runs)
         if report.more_runs > 0
@@ -257,19 +257,19 @@ def _runs(report: ShiftReport, given: Given) -> str:
     return table(
         _("Not completed"),
         (_("Planned"), _("Robot"), _("Mission"), _("Outcome"), _("Reason")) if report.runs else (),
-        [_run(run, report, given) for run in report.runs],
+        [_run(run, report, mission_names) for run in report.runs],
         note=note,
         short=(0, 1, 3),
         some=(2,),
     )
 
 
-def _run(run: Execution, report: ShiftReport, given: Given) -> Sequence[str]:
+def _run(run: Execution, report: ShiftReport, mission_names: MissionNames) -> Sequence[str]:
     reason = unbroken(sentence(run.reason, report.settings.timezone, _)) if run.reason else ""
     return (
         _when(run.planned_at, report),
         escape(run.robot),
-        escape(given.run(run)),
+        escape(mission_names.run(run)),
         escape(execution_appearance.word(run.state)),
         escape(reason),
     )

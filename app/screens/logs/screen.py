@@ -14,7 +14,7 @@ from kivy.properties import BooleanProperty, ListProperty, NumericProperty, Obje
 
 from app.domain.models import Execution, Trigger
 from app.i18n import _, ngettext
-from app.screens.common.given import GivenNames
+from app.screens.common.mission_names import MissionNameLookup
 from app.screens.common.places import choose_place
 from app.screens.common.shell import Shell
 from app.screens.common.start_now import start_now
@@ -95,7 +95,7 @@ class LogsViewModel(ViewModel):
         self._more = MoreFigures()
         self._states: StatesFacts | None = None
         self._row_cache = view.RowCache()
-        self._given = GivenNames(services.robot_missions, services.clock, shell, self._learnt)
+        self._given = MissionNameLookup(services.robot_missions, services.clock, shell, self._learnt)
         self._next_page: Job | None = None
         self._story: Job | None = None  # of the run that was asked for
         self._runs_refresher = Refresher(shell, self._start_reading, self._take)
@@ -105,9 +105,10 @@ class LogsViewModel(ViewModel):
 
     # ------------------------------------------------------------------ reading
     def opened(
-        self, execution_id: int | None = None, anew: bool = False, seen: tuple[str, Filters] | None = None
+        self, execution_id: int | None = None, unfiltered: bool = False, seen: tuple[str, Filters] | None = None
     ) -> None:
-        """``execution_id``: show the story of that run; ``anew``: the runs, without filters; ``seen``: what to come back to otherwise."""
+        """``execution_id``: show the story of that run; ``unfiltered``: the runs, without filters; ``seen``: the part and
+        filters to return to."""
         if seen is not None:
             self.part, self._filters = seen
             self.query, self.searching = self._filters.text, bool(self._filters.text)
@@ -116,7 +117,7 @@ class LogsViewModel(ViewModel):
         self.keep(self._runs_refresher.start())
         self.keep(self._figures_refresher.start())
         self.every(REFRESH_S, self._runs_refresher.read)
-        if anew:
+        if unfiltered:
             self._show_runs(Filters())
         elif execution_id is None:
             self._runs_refresher.read()
@@ -139,7 +140,7 @@ class LogsViewModel(ViewModel):
     def _start_reading(self) -> Callable[[], tuple[int, LogsFacts]]:
         """With the names known now: robots may report more while a search is open."""
         self._filters = filters = replace(
-            self._filters, values=self._shell.given.known.positions_with(self._filters.text)
+            self._filters, values=self._shell.mission_names.known.positions_with(self._filters.text)
         )
         rows = min(MAX_ROWS, max(PAGE, len(self._facts.rows)))
         return lambda: (rows, read_facts(self._services, filters, rows))
@@ -233,7 +234,7 @@ class LogsViewModel(ViewModel):
             self.opened_run,
             facts.expected,
             facts.replacements,
-            self._shell.given.known,
+            self._shell.mission_names.known,
         )
         self._given.look(facts.robots, ((row.robot_id, row.mission_guid, row.parameters) for row in facts.rows))
 
@@ -317,7 +318,7 @@ class LogsViewModel(ViewModel):
         run = next((row for row in self._facts.rows if row.id == execution_id), None)
         if run is None:
             return
-        mission, where = self._shell.given.known.run(run), of_groups.any_of(run) or run.robot
+        mission, where = self._shell.mission_names.known.run(run), of_groups.any_of(run) or run.robot
         target = self._facts.target(run)  # if it is no longer there, starting it says so
         why_not, instead = (
             start_now(self._services, self._facts.settings, self._facts.robots, target)
@@ -454,7 +455,7 @@ class LogsViewModel(ViewModel):
     def choose_report(self) -> None:
         """Ask for the period of a shift report, then write it as a page to print."""
         services, robot_id, group = self._services, self._filters.robot_id, self._filters.group
-        robot, given = view.robot_chip(self._filters, self._facts.robots), self._shell.given.known
+        robot, mission_names = view.robot_chip(self._filters, self._facts.robots), self._shell.mission_names.known
 
         def make(key: str) -> ShiftReport:
             if group is None:
@@ -463,14 +464,16 @@ class LogsViewModel(ViewModel):
 
         def work(key: str, directory: Path) -> tuple[ShiftReport, Path]:
             report = make(key)
-            return report, services.files.write_text(report_page.page(report, given), "report", ".html", directory)
+            return report, services.files.write_text(
+                report_page.page(report, mission_names), "report", ".html", directory
+            )
 
         def write(key: str, directory: Path) -> None:
             self._write(
                 "reporting",
                 partial(work, key, directory),
                 lambda done: _("Report written to {path}").format(path=done[1]),
-                lambda done: self._open_explanation(report_page.on_screen(done[0], given)),
+                lambda done: self._open_explanation(report_page.on_screen(done[0], mission_names)),
             )
 
         self._shell.dialogs.choose(

@@ -15,8 +15,8 @@ from app.domain.models import OPEN_STATES, DurationEstimate, Execution, ReasonCo
 from app.domain.reasons import sentence
 from app.i18n import _, ngettext, translator
 from app.screens.common import execution_appearance, formats
-from app.screens.common.given import NOTHING_KNOWN, Given
 from app.screens.common.holding import waiting_words
+from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
 from app.screens.common.options import Option
 from app.screens.logs import of_groups
 from app.screens.logs.of_groups import OfGroup
@@ -235,17 +235,17 @@ def row(
     opened: bool,
     expected: DurationEstimate | None = None,
     replacement: Replacement | None = None,
-    given: Given = NOTHING_KNOWN,
+    mission_names: MissionNames = NOTHING_KNOWN,
 ) -> RunRow:
     """``expected``: how long a run that has not ended will take, as far as that is known; ``replacement``: that it was started on another
-    robot, or instead of one there; ``given``: what is known of the values that missions get."""
+    robot, or instead of one there; ``mission_names``: what is known of the values that missions get."""
     icon, tone = execution_appearance.LOOKS[execution.state]
     return RunRow(
         execution.id,
         icon,
         tone,
         execution_appearance.word(execution.state),
-        given.run(execution),
+        mission_names.run(execution),
         reason_line(execution, zone, usual),
         of_groups.whose(execution),
         execution_appearance.trigger_word(execution.trigger),
@@ -253,7 +253,7 @@ def row(
         formats.duration(execution.duration_s),
         opened,
         story(execution, zone, usual, expected, replacement) if opened else (),
-        message(execution, given) if opened else "",
+        message(execution, mission_names) if opened else "",
         _("Run again") if opened and execution.state in RUN_AGAIN else "",
     )
 
@@ -276,10 +276,10 @@ class RowCache:
         opened_run: int | None,
         expected: Mapping[int, DurationEstimate],
         replacements: Mapping[int, Replacement],
-        given: Given = NOTHING_KNOWN,
+        mission_names: MissionNames = NOTHING_KNOWN,
     ) -> list[RunRow]:
         """``row`` of each; ``opened_run`` is the id of the one that shows its story, ``expected`` goes by the id of what has not ended."""
-        context = now.astimezone(zone).date(), zone, translator.language, given
+        context = now.astimezone(zone).date(), zone, translator.language, mission_names
         known = self._rows if context == self._context else {}
         self._context, self._rows = context, {}
         for execution in executions:
@@ -289,7 +289,7 @@ class RowCache:
             if before is not None and details == before[1] and (execution is before[0] or execution == before[0]):
                 self._rows[execution.id] = execution, details, before[2]
             else:
-                line = row(execution, now, zone, usual, execution.id == opened_run, *further, given)
+                line = row(execution, now, zone, usual, execution.id == opened_run, *further, mission_names)
                 self._rows[execution.id] = execution, details, line
         return [line for _execution, _details, line in self._rows.values()]
 
@@ -460,10 +460,10 @@ def _end_note(execution: Execution, usual: UsualSeconds) -> str:
     return _("after {duration}").format(duration=formats.duration(execution.duration_s))
 
 
-def message(execution: Execution, given: Given = NOTHING_KNOWN) -> str:
+def message(execution: Execution, mission_names: MissionNames = NOTHING_KNOWN) -> str:
     """What it was given; below that the robot's message, and the number of its queue item."""
     return "\n".join(
-        filter(None, (given.line(execution.mission_guid, execution.parameters), _robot_message(execution)))
+        filter(None, (mission_names.line(execution.mission_guid, execution.parameters), _robot_message(execution)))
     )
 
 

@@ -56,9 +56,10 @@ class AsksRobot(EventDispatcher):
 
     def enter(self, values: Mapping[str, Any]) -> None:
         """A parameter's field was changed: the values of all of them. Unchanged fields alone are not an entry."""
-        given = {field.name: _written(field.default) for field in fields_of(self._asked)}
+        defaults = {field.name: _written(field.default) for field in fields_of(self._asked)}
         self._draft = replace(
-            self._draft, entered={name: value for name, value in values.items() if _written(value) != given.get(name)}
+            self._draft,
+            entered={name: value for name, value in values.items() if _written(value) != defaults.get(name)},
         )
         self._is_changed()
         self.show()
@@ -101,14 +102,14 @@ class AsksRobot(EventDispatcher):
         self._is_asking = True
         self._learn_others(robot_id)
 
-        def told(found: tuple[MissionParameter, ...]) -> None:
-            self._shell.given.take(mission.guid, found)
+        def take(found: tuple[MissionParameter, ...]) -> None:
+            self._shell.mission_names.take(mission.guid, found)
             self._robot_answered(wanted, found)
 
         self._shell.background.run(
             lambda: self._ask_robot(robot_id, mission.guid),
-            told,
-            lambda _problem: self._robot_answered(wanted, self._shell.given.known.parameters.get(mission.guid)),
+            take,
+            lambda _problem: self._robot_answered(wanted, self._shell.mission_names.known.parameters.get(mission.guid)),
             key=("scheduler", "parameters"),
             apart="parameters",
         )

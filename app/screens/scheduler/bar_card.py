@@ -51,7 +51,7 @@ def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> Card
     whose = execution.robot or _("any of {group}").format(group=execution.robot_group)
     chosen = choice.chosen(execution.choice, facts.zone, _)
     return Card(
-        facts.given.run(execution),
+        facts.mission_names.run(execution),
         _lines(name, f"{whose} · {_from_to(facts, begins, ends)}", why, chosen),
         tuple(items),
     )
@@ -108,7 +108,7 @@ def start_card(facts: SchedulerFacts, run: PlannedRun, now: datetime) -> Card:
     ]
     way = _("To change its time, press and hold its bar and drag it") if run.begins == run.at else ""
     note = _lines(facts.name(run.schedule), when, foreseen.sentence(run), length, held, *contested, way)
-    return Card(facts.given.start(run), note, items)
+    return Card(facts.mission_names.start(run), note, items)
 
 
 def _from_to(facts: SchedulerFacts, begins: datetime, ends: datetime) -> str:

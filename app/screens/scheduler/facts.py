@@ -12,8 +12,8 @@ from app.database.robots import Hold
 from app.domain import names
 from app.domain.clock import MOMENT, Clock
 from app.domain.models import Connection, Execution, Group, Mission, Robot, Schedule, Settings
-from app.screens.common.given import NOTHING_KNOWN, Given, Start
 from app.screens.common.holding import hold_for, hold_of_run
+from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames, Start
 from app.screens.common.name_order import by_name
 from app.screens.common.robot_appearance import is_silent
 from app.screens.common.start_now import is_stopped
@@ -124,7 +124,7 @@ class SchedulerFacts:
     silent: Mapping[int, Connection] = field(
         default_factory=dict
     )  # how robots that give no answer, or none to trust, are connected
-    given: Given = NOTHING_KNOWN  # what is known of the values that missions get
+    mission_names: MissionNames = NOTHING_KNOWN  # what is known of the values that missions get
     skips: frozenset[tuple[int, datetime]] = frozenset()  # starts to come that are skipped: schedule and instant
 
     @property
@@ -202,7 +202,7 @@ class SchedulerFacts:
     def called(self, schedule: Schedule) -> str:
         """What a message calls it."""
         target, mission = self.target(schedule), self.mission(schedule.mission_id)
-        return self.given.schedule(schedule, mission, target) if target and mission else schedule.name
+        return self.mission_names.schedule(schedule, mission, target) if target and mission else schedule.name
 
 
 def full_hour(instant: datetime, zone: ZoneInfo) -> datetime:

@@ -25,9 +25,9 @@ from app.screens.scheduler.form_warnings import WarningRow
 from app.services.catalogue.preview import Forecast
 
 AFTER_TYPING = 0.1  # s of rest before the forecast is asked for
-MOST_ASIDE = 5  # drafts that are kept
+MOST_DRAFTS = 5  # drafts that are kept
 # what the next form goes on with
-KEPT = ("_facts", "_draft", "_empty", "_offered", "_submitted", "_in_writing", "saving", "aside", "more", "entry")
+KEPT = ("_facts", "_draft", "_empty", "_offered", "_submitted", "_in_writing", "saving", "drafts", "more", "entry")
 
 
 class FormModel(FormFields):
@@ -36,7 +36,7 @@ class FormModel(FormFields):
     ``again(schedule, start)`` to start it after all."""
 
     more = BooleanProperty(False)  # the less common fields are shown
-    aside = ListProperty()  # drafts with what was entered and not saved, the last one last
+    drafts = ListProperty()  # unsaved entries, the newest last
 
     __events__ = ("on_draft",)
 
@@ -107,13 +107,13 @@ class FormModel(FormFields):
         self._wait_no_more()
         kept = self._draft
         if self._is_entered and not (draft is not None and draft.keeps(kept)):
-            self._put_aside(kept)
+            self._keep_draft(kept)
             said = _("{name}: the unsaved entries are kept as a draft").format(name=form_view.called(self._facts, kept))
             self._shell.snackbars.undo(
-                said, _("Open the draft"), lambda: self.bring_back(kept.entry), about=_about(kept)
+                said, _("Open the draft"), lambda: self.open_draft(kept.entry), about=_about(kept)
             )
         if draft is not None:
-            self._keep_aside([each for each in self.aside if each.entry is not draft.entry])
+            self._keep_drafts([each for each in self.drafts if each.entry is not draft.entry])
         self._show_draft(draft)
 
     @property
@@ -128,20 +128,20 @@ class FormModel(FormFields):
         draft = self._draft
         return draft.is_stored(self._facts.name(draft.base) if self._facts.robots else draft.name)
 
-    def _put_aside(self, draft: Draft) -> None:
+    def _keep_draft(self, draft: Draft) -> None:
         """What is there of its entry already is newer."""
-        if all(each.entry is not draft.entry for each in self.aside):
-            self._keep_aside([*self.aside, draft])
+        if all(each.entry is not draft.entry for each in self.drafts):
+            self._keep_drafts([*self.drafts, draft])
 
-    def put_aside_again(self, thrown: Sequence[Draft]) -> None:
+    def restore_drafts(self, discarded: Sequence[Draft]) -> None:
         """The present entry became a draft after them."""
-        self._keep_aside([*thrown, *self.aside])
+        self._keep_drafts([*discarded, *self.drafts])
 
     def go_on_from(self, before: FormModel) -> None:
         """The screen was rebuilt. Results of saving come back here; open questions are void."""
         for name in KEPT:
             setattr(self, name, getattr(before, name))
-        before._successor, before.entry, before.aside = self, None, []
+        before._successor, before.entry, before.drafts = self, None, []
         if self.is_in_use:
             self.dispatch("on_draft")
         self._changed()
@@ -151,39 +151,39 @@ class FormModel(FormFields):
         """The form that has what is here."""
         return self if self._successor is None else self._successor._present
 
-    def _keep_aside(self, drafts: list[Draft]) -> None:
+    def _keep_drafts(self, drafts: list[Draft]) -> None:
         """The last of them. What was said of the others holds no longer."""
-        before, self.aside = self.aside, drafts[-MOST_ASIDE:]
-        kept = {each.entry for each in self.aside}
-        for gone in (each for each in before if each.entry not in kept):
-            self._shell.snackbars.end(_about(gone))
+        before, self.drafts = self.drafts, drafts[-MOST_DRAFTS:]
+        kept = {each.entry for each in self.drafts}
+        for dropped in (each for each in before if each.entry not in kept):
+            self._shell.snackbars.end(_about(dropped))
 
-    def choose_aside(self) -> None:
+    def choose_draft(self) -> None:
         """Choose a draft to open, or discard all of them."""
-        if len(self.aside) == 1:
-            self.bring_back(self.aside[0].entry)
+        if len(self.drafts) == 1:
+            self.open_draft(self.drafts[0].entry)
             return
-        options = [form_view.aside_option(self._facts, draft) for draft in reversed(self.aside)]
+        options = [form_view.draft_option(self._facts, draft) for draft in reversed(self.drafts)]
         self._ask(
             self._shell.dialogs.choose(
                 _("Bring back"),
                 [*options, Option(None, _("Discard all drafts"), "delete-outline")],
-                lambda entry: self._throw_away() if entry is None else self.bring_back(entry),
+                lambda entry: self._discard_drafts() if entry is None else self.open_draft(entry),
             ),
-            about="aside",
+            about="drafts",
         )
 
-    def _throw_away(self) -> None:
+    def _discard_drafts(self) -> None:
         """All drafts."""
-        thrown = self.aside
-        self._keep_aside([])
+        discarded = self.drafts
+        self._keep_drafts([])
         self._shell.snackbars.undo(
-            _("The drafts are discarded"), _("Undo"), lambda: self._shell.go("scheduler", aside=thrown)
+            _("The drafts are discarded"), _("Undo"), lambda: self._shell.go("scheduler", drafts=discarded)
         )
 
-    def bring_back(self, entry: object) -> None:
+    def open_draft(self, entry: object) -> None:
         """Open that draft; the present entry becomes a draft instead."""
-        draft = next((each for each in self._present.aside if each.entry is entry), None)
+        draft = next((each for each in self._present.drafts if each.entry is entry), None)
         if draft is not None:
             self._shell.go("scheduler", back=draft)
 
@@ -191,7 +191,7 @@ class FormModel(FormFields):
         """What was entered for it can still be brought back, by hand: perhaps the deletion is undone."""
         if self.editing == schedule.id:
             if self._is_entered:
-                self._put_aside(self._draft)
+                self._keep_draft(self._draft)
             self.clear()
 
     def clear(self) -> None:
@@ -290,8 +290,8 @@ class FormModel(FormFields):
         self._facts = replace(
             self._facts, schedules=(*(each for each in self._facts.schedules if each.id != schedule.id), schedule)
         )
-        self._keep_aside(
-            [replace(each, base=schedule, lost=None) if each.entry is draft.entry else each for each in self.aside]
+        self._keep_drafts(
+            [replace(each, base=schedule, lost=None) if each.entry is draft.entry else each for each in self.drafts]
         )
         if is_left:
             self.clear()
@@ -319,7 +319,7 @@ class FormModel(FormFields):
             self.show()
             return
         if not is_same:  # somebody is on with another one, in good faith
-            self._put_aside(draft)
+            self._keep_draft(draft)
         self._shell.say_problem(problem, form_view.called(self._facts, draft))
 
     # ------------------------------------------------------------------ inside
@@ -399,4 +399,4 @@ def _uses_more(draft: Draft) -> bool:
 
 def _about(draft: Draft) -> tuple[str, object]:
     """The message about a kept draft."""
-    return "put aside", draft.entry
+    return "draft", draft.entry

@@ -170,10 +170,10 @@ def called(facts: SchedulerFacts, draft: Draft) -> str:
     mission = facts.mission(draft.mission_id)
     if draft.name or mission is None:
         return draft.name or _("New schedule")
-    return facts.given.mission(mission, {**draft.parameters, **draft.entered})
+    return facts.mission_names.mission(mission, {**draft.parameters, **draft.entered})
 
 
-def aside_option(facts: SchedulerFacts, draft: Draft) -> Option:
+def draft_option(facts: SchedulerFacts, draft: Draft) -> Option:
     """Its name among the drafts, and when it would start."""
     icon = "calendar-plus" if draft.is_new else "calendar-edit-outline"
     try:

@@ -80,7 +80,11 @@ def _other(facts: SchedulerFacts, concern: Concern) -> str:
     """What it overlaps with."""
     schedule = facts.schedule(concern.details.get("schedule_id"))
     mission = facts.mission(schedule.mission_id) if schedule is not None else None
-    return facts.given.mission(mission, schedule.parameters) if schedule and mission else concern.details["mission"]
+    return (
+        facts.mission_names.mission(mission, schedule.parameters)
+        if schedule and mission
+        else concern.details["mission"]
+    )
 
 
 def _warning(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int, now: datetime) -> str:

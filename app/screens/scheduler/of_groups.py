@@ -80,12 +80,12 @@ def line(
     )
 
 
-def nobody_is_on(facts: SchedulerFacts, schedule: Schedule) -> bool:
+def all_are_off(facts: SchedulerFacts, schedule: Schedule) -> bool:
     """Whether it is for a group with no robot switched on."""
     return schedule.group_id is not None and not any(robot.enabled for robot in facts.members(schedule.group_id))
 
 
-def nobody_has_it(facts: SchedulerFacts, schedule: Schedule) -> bool:
+def all_lack_mission(facts: SchedulerFacts, schedule: Schedule) -> bool:
     """Whether it is for a group whose switched-on robots all lack its mission, as far as known."""
     mission, robots = (
         facts.mission(schedule.mission_id),

@@ -21,9 +21,9 @@ from kivy.uix.widget import Widget
 
 from app.domain.models import Schedule
 from app.i18n import _
-from app.screens.common.given import GivenNames
 from app.screens.common.group_starts import GroupStarts
 from app.screens.common.holding import about_hold
+from app.screens.common.mission_names import MissionNameLookup
 from app.screens.common.presses import Presses
 from app.screens.common.shell import Shell
 from app.screens.common.started import StartReports, as_it_is
@@ -63,7 +63,7 @@ class SchedulerViewModel(OnTimeline):
     has_robots = BooleanProperty(True)
     held = BooleanProperty(False)  # nothing is sent to any robot
     narrow = BooleanProperty(False)
-    beside = BooleanProperty(False)  # the form has room next to the list of days
+    side_by_side = BooleanProperty(False)  # the form has room next to the list of days
     exporting = BooleanProperty(False)
     advice = ObjectProperty(NO_ADVICE, rebind=True)
 
@@ -86,7 +86,7 @@ class SchedulerViewModel(OnTimeline):
         self.form = FormModel(services, shell, saved=self._saved, skip=self.actions.skip, again=self.actions.unskip)
         self.advice = AdviceModel(services, shell, lambda: self._facts, self.form.begin, self._refresher.request)
         self.listed = ScheduleList(shell, services.clock.now)
-        self._given = GivenNames(services.robot_missions, services.clock, shell, self._refresher.request)
+        self._given = MissionNameLookup(services.robot_missions, services.clock, shell, self._refresher.request)
         self._facts, self._is_read = SchedulerFacts(), False
         self._window = Window()  # what the timeline shows
         self._presses = Presses()
@@ -101,15 +101,15 @@ class SchedulerViewModel(OnTimeline):
         schedule_id: int | None = None,
         plan: tuple[str, Window] | None = None,
         form: FormModel | None = None,
-        aside: Sequence[Draft] = (),
+        drafts: Sequence[Draft] = (),
         back: Draft | None = None,
     ) -> None:
         """``schedule_id`` opens that schedule in the form; ``plan`` is the ``shown_plan`` and ``form`` the one to
-        continue; ``aside`` are the other drafts, and ``back`` the draft to open in the form."""
+        continue; ``drafts`` are the other drafts, and ``back`` the draft to open in the form."""
         self._wanted = schedule_id
         if form is not None:
             self.form.go_on_from(form)
-        self.form.put_aside_again(aside)
+        self.form.restore_drafts(drafts)
         self.form.retranslated()  # in Settings, since
         if plan is not None:
             self.mode, self._window = plan
@@ -145,10 +145,10 @@ class SchedulerViewModel(OnTimeline):
 
     def _reading(self) -> Callable[[], Reading]:
         services, window, narrow = self._services, self._window if self.mode == "hours" else None, self.narrow
-        given = self._shell.given.known
+        mission_names = self._shell.mission_names.known
 
         def work() -> Reading:
-            facts, now = replace(read(services, window), given=given), services.clock.now()
+            facts, now = replace(read(services, window), mission_names=mission_names), services.clock.now()
             return (
                 window,
                 facts,
@@ -215,7 +215,7 @@ class SchedulerViewModel(OnTimeline):
         is_said: bool = self.advice.saved(schedule)
         if is_left:
             self.part = "plan"
-        self._refresher.read_anew()
+        self._refresher.reread()
         return is_said
 
     def choose_mode(self, mode: str) -> None:
@@ -225,7 +225,7 @@ class SchedulerViewModel(OnTimeline):
 
     # ------------------------------------------------------------------ what the operator presses
     def open_day(self, key: tuple[str, int, Any]) -> None:
-        if not self.beside and not self.paged:
+        if not self.side_by_side and not self.paged:
             self.choose_mode("hours")
         self.edit(key[1])
 
@@ -356,7 +356,7 @@ class SchedulerScreen(ScreenBase):
             self.clear_widgets()
             self.add_widget(wanted)
         in_hours, self.vm.paged = self.vm.mode == "hours", self.paged
-        self.vm.beside = self.room and not in_hours
+        self.vm.side_by_side = self.room and not in_hours
         if self.paged:
             plan = self.vm.part == "plan"
             self._arrange(self.ids.lower, *(() if plan else (self.vm.part,)))

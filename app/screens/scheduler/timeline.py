@@ -471,9 +471,9 @@ def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: Range) -> Bar:
         ("schedule", run.schedule.id, run.at),
         start,
         start + (run.usual_s or ASSUMED_S) / 3600,
-        _("Held: {mission}").format(mission=facts.given.start(run))
+        _("Held: {mission}").format(mission=facts.mission_names.start(run))
         if held
-        else foreseen.label(run, facts.given.start(run)),
+        else foreseen.label(run, facts.mission_names.start(run)),
         state,
         late=start + usual.slow_s / 3600 if usual and usual.slow_s > usual.median_s else None,
         assumed=usual is None and not held,
@@ -485,7 +485,7 @@ def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: Range) -> Bar:
 
 def _past_bar(facts: SchedulerFacts, execution: Execution, now: datetime, read: Range) -> Bar:
     begins, ends = span_of(facts, execution, now)
-    name = facts.given.run(execution)
+    name = facts.mission_names.run(execution)
     state, label, start = BARS[execution.state], name if execution.state.is_open else "", read.at(begins)
     if facts.is_skipped(execution, now):
         label = _("Not run: {mission}").format(mission=name)

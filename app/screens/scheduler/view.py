@@ -151,7 +151,7 @@ def _day_rows(facts: SchedulerFacts, runs: list[PlannedRun], now: datetime) -> I
     for _id, group in groupby(by_schedule, key=lambda run: run.schedule.id):
         same = list(group)
         first = same[0]
-        names = facts.given.start(first), foreseen.whose(first, exactly=False)
+        names = facts.mission_names.start(first), foreseen.whose(first, exactly=False)
         needs = battery_condition(first.schedule, first.mission, facts.settings)
         own, silent = facts.name(first.schedule), foreseen.silence(first, facts.silent.get(first.robot.id))
         if len(same) >= GROUPED_FROM:
@@ -194,7 +194,7 @@ def _day_rows(facts: SchedulerFacts, runs: list[PlannedRun], now: datetime) -> I
                     ("schedule", run.schedule.id, run.at),
                     "",
                     begins,
-                    facts.given.start(run),
+                    facts.mission_names.start(run),
                     foreseen.whose(run),
                     note,
                     _until(run, zone),
@@ -254,7 +254,7 @@ def _schedule_row(facts: SchedulerFacts, schedule: Schedule, now: datetime, sele
     row = ScheduleItem(
         schedule.id,
         schedule.enabled,
-        facts.given.mission(mission, schedule.parameters) if mission else schedule.name,
+        facts.mission_names.mission(mission, schedule.parameters) if mission else schedule.name,
         _joined(rule_line(schedule), of_groups.what_matters(schedule)),
         " · ".join(filter(None, (whose, _next(facts, schedule, robot, now)))),
         selected,
@@ -314,9 +314,9 @@ def _next(facts: SchedulerFacts, schedule: Schedule, robot: Robot | None, now: d
         return _("no more starts")
     if robot is not None and not robot.enabled:
         return _("the robot needs its password") if robot.needs_password else _("the robot is switched off")
-    if of_groups.nobody_is_on(facts, schedule):
+    if of_groups.all_are_off(facts, schedule):
         return _("no robot of the group is switched on")
-    if of_groups.nobody_has_it(facts, schedule):
+    if of_groups.all_lack_mission(facts, schedule):
         return _("no robot of the group has the mission")
     if schedule.paused_until is not None and schedule.paused_until > now:
         return _("paused until {time}").format(
@@ -333,7 +333,7 @@ def menu_title(facts: SchedulerFacts, schedule: Schedule) -> tuple[str, str]:
     """Which schedule a menu is about: its name or mission, and below that what else is needed to know it."""
     target, mission, name = facts.target(schedule), facts.mission(schedule.mission_id), facts.name(schedule)
     what, where = (
-        facts.given.mission(mission, schedule.parameters) if mission else schedule.name,
+        facts.mission_names.mission(mission, schedule.parameters) if mission else schedule.name,
         target.name if target else "",
     )
     return (name, " · ".join(filter(None, (what, where)))) if name else (what, where)
@@ -344,7 +344,7 @@ def run_item(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> MenuIt
     hold = facts.own_hold or facts.hold(schedule.robot_id, schedule.group_id, now)
     target = facts.target(schedule)
     nothing = why_not(target, facts.robots, hold, schedule.robot_id in facts.stopped) if target is not None else ""
-    if not nothing and isinstance(target, Group) and of_groups.nobody_has_it(facts, schedule):
+    if not nothing and isinstance(target, Group) and of_groups.all_lack_mission(facts, schedule):
         nothing = _("No robot of {group} has this mission").format(group=target.name)
     if nothing:
         return MenuItem("run", nothing, "play", disabled=True)

@@ -86,7 +86,7 @@ class CheckUp(EventDispatcher):
         if not self.is_running and report is not None:
             self._show_report(report)
         elif not self.is_running:
-            self.begin_anew()
+            self.run_again()
         self._dialog = CheckUpDialog(vm=self)
         self._dialog.bind(on_dismiss=self._closed)
         self._context.shell.dialogs.open(self._dialog)
@@ -109,7 +109,7 @@ class CheckUp(EventDispatcher):
         return view.under_way(self._progress) if self.is_running else None
 
     # ------------------------------------------------------------------ before
-    def begin_anew(self) -> None:
+    def run_again(self) -> None:
         self.part, self.outcome, self.wants_trial, self.mission = "CheckUpBefore", NoticeView(), False, view.OFFERED
         self._announce()
 
@@ -170,12 +170,12 @@ class CheckUp(EventDispatcher):
         self.part, self.outcome, self.stopping = "CheckUpRunning", NoticeView(), False
         self._progress, self._is_wanted = None, True
 
-        def told(progress: Progress) -> None:
+        def show(progress: Progress) -> None:
             self._progress = progress
 
         # a thread of its own: it takes minutes
         self._job = self._context.run(
-            lambda: check_ups.run(robot.id, trial, told, self._goes_on),
+            lambda: check_ups.run(robot.id, trial, show, self._goes_on),
             self._ended,
             self._refused,
             apart=f"check-up {robot.id}",

@@ -9,7 +9,7 @@ from functools import cached_property
 from app.domain.check_up import Report
 from app.domain.clock import Clock
 from app.domain.models import DayException, Group, Mission, Place, Robot, RobotSnapshot, Schedule, Settings
-from app.screens.common.given import NOTHING_KNOWN, Given
+from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
 from app.screens.common.name_order import by_name
 from app.services.catalogue.catalogue import Catalogue
 from app.services.check_up.service import CheckUps
@@ -64,7 +64,7 @@ class SettingsFacts:
     country: str = ""  # name of the country of the public holidays; empty: none
     region: str = ""  # name of its part
     has_regions: bool = False  # whether parts of that country have holidays of their own
-    given: Given = NOTHING_KNOWN  # what is known of the values that missions get
+    mission_names: MissionNames = NOTHING_KNOWN  # what is known of the values that missions get
 
     @cached_property
     def calendar(self) -> WorkingCalendar:
@@ -112,7 +112,7 @@ class SettingsFacts:
     def robots_missing(self, mission: Mission) -> tuple[Robot, ...]:
         return tuple(robot for robot in self.robots if mission in self.missing_on(robot))
 
-    def is_nowhere(self, mission: Mission) -> bool:
+    def is_on_no_robot(self, mission: Mission) -> bool:
         """The missions of every enabled robot have been read, and none has this one."""
         known = [self.names.get(robot.id) for robot in self.robots if robot.enabled]
         return bool(known) and all(names and mission.guid not in names for names in known)

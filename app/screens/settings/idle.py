@@ -100,11 +100,11 @@ class IdlePage(SettingsPage):
     def _save_if_it_asks_nothing(self, robot: Robot, mission_id: int, **changes: Any) -> None:
         """An idle mission gets no values, so missions with parameters are refused. If the robot doesn't answer, another
         one's answer counts; of several choices the last one, even if answers are late."""
-        mission, given = self.context.facts.mission(mission_id), self.context.shell.given
+        mission, mission_names = self.context.facts.mission(mission_id), self.context.shell.mission_names
         guid = mission.guid if mission is not None else ""
         answers = mission is not None and self.context.facts.snapshot(robot.id).connection is Connection.CONNECTED
 
-        def told(asked: Sequence[MissionParameter]) -> None:
+        def take(asked: Sequence[MissionParameter]) -> None:
             labels = missing(asked)
             if mission is not None and labels:
                 self._refuse(
@@ -117,15 +117,15 @@ class IdlePage(SettingsPage):
                 self._save(robot, mission_id=mission_id, **changes)
 
         def known() -> Sequence[MissionParameter]:
-            return given.known.parameters.get(guid, ())
+            return mission_names.known.parameters.get(guid, ())
 
         def ask() -> Sequence[MissionParameter]:
             return self.context.services.robot_missions.parameters(robot.id, guid)
 
         self.context.run(
             ask if answers else known,
-            told,
-            lambda _problem: told(known()),
+            take,
+            lambda _problem: take(known()),
             key=("idle", robot.id),
             apart="parameters" if answers else "",
         )

@@ -40,7 +40,7 @@ from app.widgets.display import SectionCard
 from app.widgets.lists import RecycledRow
 
 SEARCH_FROM = 8  # missions
-TOLD = "missions of a robot"  # what a message is about
+FETCHED = "missions of a robot"  # what a message is about
 
 
 class MissionRow(RecycledRow, SectionCard):
@@ -191,7 +191,7 @@ class MissionsPage(SettingsPage):
         if self.vm.fetching:
             return
         self.vm.fetching = True
-        self.context.shell.snackbars.end(TOLD)
+        self.context.shell.snackbars.end(FETCHED)
         self.vm.outcome = NoticeView(_("Asking {robot} for its missions …").format(robot=robot.name), icon="timer-sand")
         self.context.run(
             lambda: self.context.services.operator.fetch_missions(robot.id),
@@ -218,7 +218,7 @@ class MissionsPage(SettingsPage):
                 _("Choose"),
                 lambda: shell.go("settings", section="missions", found=(robot.id, found)),
                 stays=True,
-                about=TOLD,
+                about=FETCHED,
             )
 
     def _offer(self, robot: Robot, found: Sequence[MissionInfo]) -> None:

@@ -91,7 +91,7 @@ def missing_sentence(facts: SettingsFacts, mission: Mission) -> str:
     """On which robots it can't be started, as far as is known; empty: it is missing nowhere."""
     if robots := facts.robots_missing(mission):
         return _("Not on {robots} any more").format(robots=", ".join(robot.name for robot in robots))
-    return _("No robot has it") if facts.is_nowhere(mission) else ""
+    return _("No robot has it") if facts.is_on_no_robot(mission) else ""
 
 
 # ---------------------------------------------------------------------- fetched from a robot

@@ -43,10 +43,10 @@ class _DialogsWhile:
         self._is_shown, self._dialogs = is_shown, dialogs
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self._dialogs, name) if self._is_shown() else _unasked
+        return getattr(self._dialogs, name) if self._is_shown() else _declined
 
 
-def _unasked(*_args: object, declined: Callable[[], object] | None = None, **_given: object) -> None:
+def _declined(*_args: object, declined: Callable[[], object] | None = None, **_named: object) -> None:
     if declined is not None:
         declined()
 

@@ -141,7 +141,7 @@ def _name(facts: SettingsFacts, schedule: Schedule) -> str:
         facts.mission(schedule.mission_id),
         facts.robot(schedule.robot_id) or facts.group(schedule.group_id),
     )
-    return facts.given.schedule(schedule, mission, target) if mission and target else schedule.name
+    return facts.mission_names.schedule(schedule, mission, target) if mission and target else schedule.name
 
 
 def _several(names: Sequence[str], separator: str) -> str:

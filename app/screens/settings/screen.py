@@ -12,7 +12,7 @@ from kivy.metrics import sp
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 
 from app.i18n import _
-from app.screens.common.given import GivenNames
+from app.screens.common.mission_names import MissionNameLookup
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, Refresher, ScreenBase, ViewModel
 from app.screens.settings.about import AboutPage
@@ -83,8 +83,8 @@ class SettingsViewModel(ViewModel):
         super().__init__()
         self._services, self._shell = services, shell
         self._refresher: Refresher[SettingsFacts] = Refresher(shell, lambda: lambda: read(services), self._take)
-        self.context = PageContext(services, shell, self._refresher.read_anew, lambda: self.is_open, self.show)
-        self._given = GivenNames(services.robot_missions, services.clock, shell, self._refresher.request)
+        self.context = PageContext(services, shell, self._refresher.reread, lambda: self.is_open, self.show)
+        self._given = MissionNameLookup(services.robot_missions, services.clock, shell, self._refresher.request)
         self.has_facts = False  # nothing is shown before the first reading: defaults would look like settings
         self._waiting: list[Callable[[], object]] = []  # for the first facts of this visit
 
@@ -110,7 +110,7 @@ class SettingsViewModel(ViewModel):
             self._refresher.request()
 
     def _take(self, facts: SettingsFacts) -> None:
-        self.context.take(replace(facts, given=self._shell.given.known))
+        self.context.take(replace(facts, mission_names=self._shell.mission_names.known))
         self.has_facts = True
         self._learn_missions(facts)
         self._given.look(

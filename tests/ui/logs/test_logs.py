@@ -247,7 +247,7 @@ def test_a_search_finds_the_position_that_a_row_names(screen, container, ui):
         parameters={"goal": guid},
     )
     added = container.db.write(lambda c: container.repositories.executions.add(c, run))
-    screen.shell.given.take(
+    screen.shell.mission_names.take(
         "m-1", (MissionParameter("goal", "Position", choices=((guid, "Cold store"),), sets="position"),)
     )
     tap(screen, ui, ui.find(IconButton, icon="magnify"))
@@ -339,7 +339,7 @@ def test_a_link_to_the_runs_as_a_whole_shows_them_unfiltered(screen, ui):
     everything = screen.logs._facts.count
     tick(screen, ui, "Outcome", "Not run")
     tap(screen, ui, ui.find(Segment, text="Figures"))
-    screen.shell.go("logs", anew=True)
+    screen.shell.go("logs", unfiltered=True)
     settle(screen, ui)
     assert len(rows(ui)) > 1
     assert screen.logs._facts.count == everything

@@ -91,5 +91,5 @@ def test_a_late_story_does_not_undo_a_newer_choice(screen, container, ui, monkey
     settle(screen, ui)
     assert (logs.part, logs.query, logs.period) == chosen
     assert logs.opened_run is None
-    screen.shell.go("logs", anew=True)
+    screen.shell.go("logs", unfiltered=True)
     settle(screen, ui)

@@ -11,7 +11,7 @@ import pytest
 from app.domain.models import Between, Overlap, RobotSnapshot
 from app.domain.robot import MissionParameter, Pose, RobotStatus
 from app.mir.errors import Unreachable
-from app.screens.common.given import NOTHING_KNOWN
+from app.screens.common.mission_names import NOTHING_KNOWN
 from app.screens.scheduler.cards import FormCard, FormWarning, StartChip
 from app.screens.scheduler.form_view import Steps
 from app.screens.scheduler.step_dialog import StepDialog
@@ -349,7 +349,7 @@ def test_parameters_known_from_another_robot_are_asked_for_at_a_silent_one(scree
         return (MissionParameter("note", "Note", "String"),)
 
     monkeypatch.setattr(container.robot_missions, "parameters", parameters)
-    monkeypatch.setattr(screen.shell.given, "known", NOTHING_KNOWN)
+    monkeypatch.setattr(screen.shell.mission_names, "known", NOTHING_KNOWN)
     choose(screen, ui, "Mission", "Bring pallet to dock")
     assert not ui.find_all(FormField, label="Note")
     for robot in ("Veikko", "Aino"):

@@ -60,7 +60,7 @@ def test_an_unchanged_schedule_leaves_the_form_when_it_is_deleted_elsewhere(scre
     assert not screen.plan.form.is_in_use
     screen.plan.edit(schedules(container)[0].id)
     settle(screen, ui)
-    assert (said(screen), screen.plan.form.aside) == ([], [])
+    assert (said(screen), screen.plan.form.drafts) == ([], [])
 
 
 def test_a_missing_schedule_that_should_be_shown_is_not_shown_later(screen, container, ui):

@@ -15,12 +15,12 @@ from app.widgets.snackbar import Snackbar
 from tests.ui.planner import (
     KITS,
     PALLETS,
-    bring_back,
     choose,
+    keep_draft,
     kind,
+    open_draft,
     other,
     press_save,
-    put_aside,
     said,
     save,
     save_button,
@@ -30,7 +30,7 @@ from tests.ui.planner import (
     stored,
 )
 
-PUT_ASIDE = "{}: the unsaved entries are kept as a draft"
+DRAFTS_KEPT = "{}: the unsaved entries are kept as a draft"
 
 
 # ---------------------------------------------------------------------- while it is being saved
@@ -42,7 +42,7 @@ def test_a_form_that_is_being_saved_is_not_put_aside(screen, container, ui, slow
     slow.set()
     settle(screen, ui)
     assert len(schedules(container)) == before + 1
-    assert (screen.plan.form.editing, screen.plan.form.aside) == (stock(container).id, [])
+    assert (screen.plan.form.editing, screen.plan.form.drafts) == (stock(container).id, [])
     assert said(screen) == [f"{KITS} on Aino is planned"]
 
 
@@ -57,7 +57,7 @@ def test_changes_during_saving_belong_to_the_saved_schedule(screen, container, u
     slow.set()
     settle(screen, ui)
     if then != "saved":
-        ui.tap(bring_back(ui))
+        ui.tap(open_draft(ui))
         settle(screen, ui)
     assert not screen.plan.form.draft.is_new
     save(screen, ui)
@@ -73,7 +73,7 @@ def test_a_refusal_is_said_of_what_was_refused_which_is_put_aside(screen, contai
     refused.set()
     settle(screen, ui)
     assert (screen.plan.form.view.why, screen.plan.form.view.save_off) == ("", False)
-    assert screen.plan.form.aside == [entered]
+    assert screen.plan.form.drafts == [entered]
     assert said(screen) == [f"{KITS}: Choose another name"]
 
 
@@ -94,7 +94,7 @@ def test_another_one_is_saved_while_the_first_is_still_being_written(screen, con
     assert len(schedules(container)) == before
     go.set()
     settle(screen, ui)
-    assert (len(schedules(container)), screen.plan.form.is_in_use, screen.plan.form.aside) == (before + 1, False, [])
+    assert (len(schedules(container)), screen.plan.form.is_in_use, screen.plan.form.drafts) == (before + 1, False, [])
     assert sorted(said(screen)) == [f"{KITS} on Aino is planned", "Night stock count on Aino is changed"]
 
 
@@ -109,7 +109,7 @@ def test_save_waiting_for_the_robot_saves_only_what_it_was_pressed_for(screen, c
     after = {schedule.id: schedule for schedule in schedules(container)}
     assert len(after) == len(before) + 1
     assert {number: after[number] for number in before} == before
-    assert (form.editing, form.draft.priority, form.aside) == (stock(container).id, 3, [])
+    assert (form.editing, form.draft.priority, form.drafts) == (stock(container).id, 3, [])
 
 
 # ---------------------------------------------------------------------- what is shown of it
@@ -155,7 +155,7 @@ def test_parameters_that_were_typed_are_put_aside_and_brought_back(screen, conta
         screen.plan.edit(stock(container).id)
     typed(screen, ui, "37")
     other(screen, container, ui)
-    ui.tap(bring_back(ui))
+    ui.tap(open_draft(ui))
     settle(screen, ui)
     assert ui.find(ParameterFields).values() == {"count": "37"}
     save(screen, ui)
@@ -168,7 +168,7 @@ def test_text_that_was_typed_and_removed_is_no_entry(screen, container, ui, monk
     typed(screen, ui, "7")
     typed(screen, ui, "5")
     other(screen, container, ui)
-    assert (said(screen), screen.plan.form.aside) == ([], [])
+    assert (said(screen), screen.plan.form.drafts) == ([], [])
 
 
 def test_parameters_of_another_mission_are_not_filled_in(screen, container, ui, monkeypatch):
@@ -185,8 +185,8 @@ def test_a_draft_that_is_back_in_the_form_is_not_offered_any_more(screen, contai
     choose(screen, ui, "Mission", KITS)
     screen.plan.edit(stock(container).id)
     settle(screen, ui)
-    assert said(screen) == [PUT_ASIDE.format(KITS)]
-    ui.tap(bring_back(ui))
+    assert said(screen) == [DRAFTS_KEPT.format(KITS)]
+    ui.tap(open_draft(ui))
     settle(screen, ui)
     assert said(screen) == []
 
@@ -198,17 +198,17 @@ def test_each_of_several_drafts_can_be_chosen_or_all_discarded(screen, container
         screen.plan.form.set(priority=3)
     screen.plan.form.begin()
     settle(screen, ui)
-    ui.tap(bring_back(ui))
+    ui.tap(open_draft(ui))
     dialog = ui.find(ChoiceDialog)
     assert [option.text.split(" on ")[0] for option in dialog.options] == [*reversed(names), "Discard all drafts"]
     ui.tap(ui.find(root=dialog, text=dialog.options[2].text))
     settle(screen, ui)
     assert screen.plan.form.draft.base.name == dialog.options[2].text
-    assert len(screen.plan.form.aside) == 2
-    ui.tap(bring_back(ui))
+    assert len(screen.plan.form.drafts) == 2
+    ui.tap(open_draft(ui))
     ui.tap(ui.find(root=ui.find(ChoiceDialog), text="Discard all drafts"))
     settle(screen, ui)
-    assert (screen.plan.form.aside, said(screen)) == ([], ["The drafts are discarded"])
+    assert (screen.plan.form.drafts, said(screen)) == ([], ["The drafts are discarded"])
 
 
 def test_undo_restores_a_discarded_draft_behind_a_newer_one(screen, container, ui):
@@ -217,20 +217,20 @@ def test_undo_restores_a_discarded_draft_behind_a_newer_one(screen, container, u
         screen.plan.form.set(priority=3)
     screen.plan.form.begin()
     settle(screen, ui)
-    thrown = list(screen.plan.form.aside)
-    ui.tap(bring_back(ui))
+    discarded = list(screen.plan.form.drafts)
+    ui.tap(open_draft(ui))
     ui.tap(ui.find(root=ui.find(ChoiceDialog), text="Discard all drafts"))
     settle(screen, ui)
     screen.plan.form.set(name="Since")
     screen.plan.form.begin()
     screen.shell.go("logs")
     settle(screen, ui)
-    screen.shell.snackbars.end(("put aside", screen.plan.form.aside[0].entry))
+    screen.shell.snackbars.end(("draft", screen.plan.form.drafts[0].entry))
     settle(screen, ui)
     ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
     settle(screen, ui)
     assert screen.shell.navigator.current == "scheduler"
-    assert [draft.name for draft in screen.plan.form.aside] == [*(draft.name for draft in thrown), "Since"]
+    assert [draft.name for draft in screen.plan.form.drafts] == [*(draft.name for draft in discarded), "Since"]
 
 
 def test_the_list_of_them_closes_when_its_message_brings_one_back(screen, container, ui):
@@ -238,9 +238,9 @@ def test_the_list_of_them_closes_when_its_message_brings_one_back(screen, contai
         screen.plan.edit(next(schedule.id for schedule in schedules(container) if schedule.name.startswith(name)))
         screen.plan.form.set(priority=3)
     settle(screen, ui)
-    ui.tap(bring_back(ui))
+    ui.tap(open_draft(ui))
     assert ui.find_all(ChoiceDialog)
-    screen.plan.form.bring_back(screen.plan.form.aside[0].entry)
+    screen.plan.form.open_draft(screen.plan.form.drafts[0].entry)
     settle(screen, ui)
     assert not ui.find_all(ChoiceDialog)
 
@@ -249,16 +249,16 @@ def test_five_are_kept(screen, container, ui):
     for schedule in schedules(container)[:7]:
         screen.plan.edit(schedule.id)
         screen.plan.form.set(priority=3)
-    assert [draft.base.id for draft in screen.plan.form.aside] == [
+    assert [draft.base.id for draft in screen.plan.form.drafts] == [
         schedule.id for schedule in schedules(container)[1:6]
     ]
 
 
 # ---------------------------------------------------------------------- the schedule is changed or deleted elsewhere
-@pytest.mark.parametrize("aside", [False, True])
-def test_values_saved_elsewhere_stay_where_nothing_was_entered(screen, container, ui, aside):
-    if aside:
-        put_aside(screen, container, ui)
+@pytest.mark.parametrize("drafts", [False, True])
+def test_values_saved_elsewhere_stay_where_nothing_was_entered(screen, container, ui, drafts):
+    if drafts:
+        keep_draft(screen, container, ui)
     else:
         screen.plan.edit(stock(container).id)
         screen.plan.form.set(priority=3)
@@ -268,8 +268,8 @@ def test_values_saved_elsewhere_stay_where_nothing_was_entered(screen, container
     container.pausing.pause(changed.id, container.clock.now() + timedelta(days=5))
     container.catalogue.set_schedule_enabled(changed.id, False)
     settle(screen, ui)
-    if aside:
-        ui.tap(bring_back(ui))
+    if drafts:
+        ui.tap(open_draft(ui))
         settle(screen, ui)
     save(screen, ui)
     after = stored(container, changed)
@@ -325,7 +325,7 @@ def test_unsaved_entries_are_restored_with_a_deleted_schedule(screen, container,
     screen.plan.form.set(priority=3, name="Count")
     screen.plan.delete(stock(container))
     settle(screen, ui)
-    ui.tap(bring_back(ui))
+    ui.tap(open_draft(ui))
     settle(screen, ui)
     assert (screen.plan.form.draft.is_new, screen.plan.form.draft.name) == (True, "Count")
     ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))

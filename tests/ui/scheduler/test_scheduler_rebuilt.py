@@ -11,13 +11,13 @@ from app.widgets.flow import ParameterFields
 from app.widgets.snackbar import Snackbar
 from tests.ui.planner import (
     KITS,
-    bring_back,
     choose,
     field,
+    keep_draft,
     larger_controls,
+    open_draft,
     other,
     press_save,
-    put_aside,
     said,
     save_button,
     schedules,
@@ -28,12 +28,12 @@ pytestmark = pytest.mark.long
 
 
 def test_drafts_that_were_put_aside_are_still_there(screen, container, ui):
-    put_aside(screen, container, ui)
+    keep_draft(screen, container, ui)
     with larger_controls(screen, container, ui):
-        assert [draft.priority for draft in screen.plan.form.aside] == [3]
+        assert [draft.priority for draft in screen.plan.form.drafts] == [3]
         ui.tap(ui.find(root=ui.find(Snackbar), text="Open the draft"))  # the message is an earlier one
         settle(screen, ui)
-        assert (screen.plan.form.draft.priority, screen.plan.form.aside) == (3, [])
+        assert (screen.plan.form.draft.priority, screen.plan.form.drafts) == (3, [])
 
 
 def test_a_new_one_without_a_mission_stays_in_the_form(screen, container, ui):
@@ -47,7 +47,7 @@ def test_a_drag_that_was_interrupted_is_no_entry(screen, container, ui):
     screen.plan.begin_at(container.catalogue.robots()[1].id, 8.0)
     with larger_controls(screen, container, ui):
         other(screen, container, ui)
-        assert (said(screen), screen.plan.form.aside) == ([], [])
+        assert (said(screen), screen.plan.form.drafts) == ([], [])
 
 
 def test_a_rebuilt_screen_saves_only_once(screen, container, ui, slow):
@@ -93,18 +93,18 @@ def test_a_question_of_the_form_of_before_closes(screen, container, ui):
 
 
 def test_undo_restores_a_draft_discarded_before_the_rebuild(screen, container, ui):
-    put_aside(screen, container, ui)
+    keep_draft(screen, container, ui)
     screen.plan.form.set(priority=3)
     screen.plan.form.begin()
     settle(screen, ui)
-    ui.tap(bring_back(ui))
+    ui.tap(open_draft(ui))
     ui.tap(ui.find(text="Discard all drafts"))
     settle(screen, ui)
     with larger_controls(screen, container, ui):
-        assert screen.plan.form.aside == []
+        assert screen.plan.form.drafts == []
         ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
         settle(screen, ui)
-        assert [draft.priority for draft in screen.plan.form.aside] == [3, 3]
+        assert [draft.priority for draft in screen.plan.form.drafts] == [3, 3]
 
 
 def test_words_of_its_parameters_follow_the_language(screen, ui, container, monkeypatch):

@@ -11,9 +11,9 @@ from app.widgets.flow import ParameterFields
 from tests.ui.planner import (
     KITS,
     PALLETS,
-    bring_back,
     choose,
     named,
+    open_draft,
     press_save,
     save,
     save_button,
@@ -46,7 +46,7 @@ def test_a_waiting_schedule_is_saved_before_a_finger_begins_another(screen, cont
     hanging.set()
     settle(screen, ui)
     assert len(schedules(container)) == before + 1
-    assert (screen.plan.form.draft.is_new, screen.plan.form.draft.mission_id, screen.plan.form.aside) == (
+    assert (screen.plan.form.draft.is_new, screen.plan.form.draft.mission_id, screen.plan.form.drafts) == (
         True,
         None,
         [],
@@ -74,8 +74,8 @@ def test_changes_after_save_are_kept_when_saving_fails(screen, container, ui, re
     screen.plan.edit(stock(container).id)
     refused.set()
     settle(screen, ui)
-    assert [draft.priority for draft in screen.plan.form.aside] == [3]
-    ui.tap(bring_back(ui))
+    assert [draft.priority for draft in screen.plan.form.drafts] == [3]
+    ui.tap(open_draft(ui))
     settle(screen, ui)
     assert screen.plan.form.draft.priority == 3
 

@@ -58,7 +58,7 @@ def test_typed_text_is_put_aside_with_its_draft(screen, container, ui):
     for key in " later":
         Window.dispatch("on_textinput", key)  # no field takes them now
     settle(screen, ui)
-    assert ([draft.name for draft in screen.plan.form.aside], screen.plan.form.draft.name) == (["Typed"], "")
+    assert ([draft.name for draft in screen.plan.form.drafts], screen.plan.form.draft.name) == (["Typed"], "")
 
 
 def test_so_is_a_number(screen, ui, twice):
@@ -70,7 +70,7 @@ def test_so_is_a_number(screen, ui, twice):
     settle(screen, ui)
     field.focus = False
     settle(screen, ui)
-    assert ([draft.every for draft in screen.plan.form.aside], screen.plan.form.draft.every, field.text) == (
+    assert ([draft.every for draft in screen.plan.form.drafts], screen.plan.form.draft.every, field.text) == (
         [7],
         1,
         "1",

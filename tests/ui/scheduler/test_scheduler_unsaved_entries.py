@@ -15,7 +15,7 @@ from app.widgets.snackbar import Snackbar
 from app.widgets.timeline import Timeline
 from tests.ui.planner import KITS, choose, field, kind, menu, named, save, settle
 
-STOCK, PUT_ASIDE = "Night stock count on Aino", "{}: the unsaved entries are kept as a draft"
+STOCK, DRAFTS_KEPT = "Night stock count on Aino", "{}: the unsaved entries are kept as a draft"
 
 
 def said(app) -> list[str]:
@@ -83,7 +83,7 @@ def test_a_rule_that_was_changed_by_hand_is_put_aside_by_a_drag(screen, containe
     drag(screen, ui, stock, 1.5)
     draft = screen.plan.form.draft
     assert replace(draft, dragged=None) == replace(Draft.of(stock, ""), at=time(20, 30))  # as stored, at another time
-    assert said(screen) == [PUT_ASIDE.format(STOCK)]
+    assert said(screen) == [DRAFTS_KEPT.format(STOCK)]
     ui.tap(ui.find(root=ui.find(Snackbar), text="Open the draft"))
     settle(screen, ui)
     assert screen.plan.form.draft == entered
@@ -98,8 +98,8 @@ def test_times_changed_by_hand_after_a_drag_are_put_aside(screen, container, ui,
     screen.plan.form.set(**changed)
     entered = screen.plan.form.draft
     drag(screen, ui, stock, 2.5)
-    assert said(screen) == [PUT_ASIDE.format(STOCK)]
-    assert screen.plan.form.aside == [entered]
+    assert said(screen) == [DRAFTS_KEPT.format(STOCK)]
+    assert screen.plan.form.drafts == [entered]
 
 
 def test_changes_are_put_aside_when_the_same_schedule_is_opened_again(screen, container, ui):
@@ -108,7 +108,7 @@ def test_changes_are_put_aside_when_the_same_schedule_is_opened_again(screen, co
     screen.plan.form.set(priority=3)
     screen.plan.edit(stock.id)
     assert screen.plan.form.draft.priority == stock.priority
-    assert said(screen) == [PUT_ASIDE.format(STOCK)]
+    assert said(screen) == [DRAFTS_KEPT.format(STOCK)]
 
 
 def test_entries_are_put_aside_when_a_new_schedule_is_begun(screen, container, ui):
@@ -118,7 +118,7 @@ def test_entries_are_put_aside_when_a_new_schedule_is_begun(screen, container, u
     settle(screen, ui)
     ui.tap(ui.find(IconButton, ui.find(FormCard), icon="close"))
     assert screen.plan.form.draft.is_new
-    assert said(screen) == [PUT_ASIDE.format(STOCK)]
+    assert said(screen) == [DRAFTS_KEPT.format(STOCK)]
 
 
 def test_a_new_one_is_put_aside_by_its_cross_which_is_there_once_something_was_entered(screen, container, ui):
@@ -127,11 +127,11 @@ def test_a_new_one_is_put_aside_by_its_cross_which_is_there_once_something_was_e
     entered = screen.plan.form.draft
     ui.tap(ui.find(IconButton, ui.find(FormCard), icon="close"))
     settle(screen, ui)
-    assert (screen.plan.form.draft.mission_id, screen.plan.form.aside) == (None, [entered])
-    assert said(screen) == [PUT_ASIDE.format(KITS)]
+    assert (screen.plan.form.draft.mission_id, screen.plan.form.drafts) == (None, [entered])
+    assert said(screen) == [DRAFTS_KEPT.format(KITS)]
 
 
-def bring_back(ui):
+def open_draft(ui):
     return ui.find(IconButton, ui.find(FormCard), icon="backup-restore")
 
 
@@ -143,13 +143,13 @@ def test_a_draft_that_was_put_aside_can_be_restored_long_after_the_message_close
     edited = screen.plan.form.draft
     ui.advance(60)
     assert said(screen) == []
-    ui.tap(bring_back(ui))
+    ui.tap(open_draft(ui))
     settle(screen, ui)
     assert screen.plan.form.draft == entered
-    ui.tap(bring_back(ui))  # what was in the form has taken its place
+    ui.tap(open_draft(ui))  # what was in the form has taken its place
     settle(screen, ui)
     assert screen.plan.form.draft == edited
-    assert screen.plan.form.aside == [entered]
+    assert screen.plan.form.drafts == [entered]
 
 
 def test_bringing_back_leads_to_the_scheduler(screen, container, ui):
@@ -162,7 +162,7 @@ def test_bringing_back_leads_to_the_scheduler(screen, container, ui):
     settle(screen, ui)
     assert screen.shell.navigator.current == "scheduler"
     assert screen.plan.form.draft == entered
-    assert screen.plan.form.aside == []
+    assert screen.plan.form.drafts == []
 
 
 def test_a_time_that_a_finger_on_free_time_has_begun_is_no_entry(screen, container, ui):
@@ -174,7 +174,7 @@ def test_a_time_that_a_finger_on_free_time_has_begun_is_no_entry(screen, contain
     plan.begin_at(named(container, KITS, "Aino").robot_id, 8.0)
     plan.form.set(priority=3)
     plan.edit(named(container, "Night stock count", "Aino").id)
-    assert said(screen) == [PUT_ASIDE.format("New schedule")]
+    assert said(screen) == [DRAFTS_KEPT.format("New schedule")]
 
 
 def test_entries_made_before_a_finger_set_the_time_count(screen, container, ui):
@@ -183,10 +183,10 @@ def test_entries_made_before_a_finger_set_the_time_count(screen, container, ui):
     plan.begin_at(aino, 8.0)
     assert (plan.form.draft.priority, said(screen)) == (3, [])
     plan.edit(named(container, "Night stock count", "Aino").id)
-    assert said(screen) == [PUT_ASIDE.format("New schedule")]
+    assert said(screen) == [DRAFTS_KEPT.format("New schedule")]
     plan.begin_at(aino, 8.0)  # in the place of a schedule in which nothing was changed
     plan.edit(named(container, "Night stock count", "Aino").id)
-    assert [draft.priority for draft in plan.form.aside] == [3]
+    assert [draft.priority for draft in plan.form.drafts] == [3]
 
 
 def test_touching_free_time_of_a_robot_puts_entries_for_a_group_aside(screen, container, ui):
@@ -196,5 +196,5 @@ def test_touching_free_time_of_a_robot_puts_entries_for_a_group_aside(screen, co
     settle(screen, ui)
     plan.form.set(group_id=group.id, robot_id=None, finish_by_minutes=30)
     plan.begin_at(aino, 8.0)
-    assert (plan.form.draft.target, said(screen)) == (aino, [PUT_ASIDE.format("New schedule")])
-    assert [(draft.group_id, draft.finish_by_minutes) for draft in plan.form.aside] == [(group.id, 30)]
+    assert (plan.form.draft.target, said(screen)) == (aino, [DRAFTS_KEPT.format("New schedule")])
+    assert [(draft.group_id, draft.finish_by_minutes) for draft in plan.form.drafts] == [(group.id, 30)]

@@ -133,7 +133,7 @@ def test_a_silent_robot_gets_no_mission_with_known_parameters(site, app, ui):
     robot, _other = site.add_robots()
     (go_to,) = site.add_missions("Go to position")
     ui.wait(lambda: site.container.snapshots.get(robot.id).connection is Connection.CONNECTED)
-    app.shell.given.take(go_to.guid, site.container.robot_missions.parameters(robot.id, go_to.guid))
+    app.shell.mission_names.take(go_to.guid, site.container.robot_missions.parameters(robot.id, go_to.guid))
     site.fleet.robots[0].control({"fault": {"kind": "drop_request", "path": "*", "count": None}})
     go(ui, "idle")
     ui.wait(lambda: len(ui.find_all(IdlePanel)) == 2)

@@ -11,7 +11,7 @@ from app.database.robots import Hold
 from app.domain.models import Alarm, Connection, Priority, Wait
 from app.domain.robot import RobotState
 from app.screens.common.alarms_view import NOWHERE, Act, Here
-from app.screens.common.given import Given
+from app.screens.common.mission_names import MissionNames
 from app.screens.common.robot_groups import Group
 from app.screens.frame.facts import OpenIssues, late_starts
 from app.screens.frame.view import banner, issue_entry, open_issues, picker_title, robot_option, top_bar
@@ -223,7 +223,7 @@ def test_the_button_says_that_it_holds_all_late_starts():
 
 def test_a_late_start_is_named_with_its_values():
     late = replace(HELD, wait=Wait.LATE_START, listed_until=NOW + timedelta(seconds=24), parameters={"goal": DOCK})
-    issues = OpenIssues(late_starts=[late], given=Given(names={DOCK: "Dock 3"}))
+    issues = OpenIssues(late_starts=[late], mission_names=MissionNames(names={DOCK: "Dock 3"}))
     assert (
         banner(issues, ROBOTS, SETTINGS, NOW).note
         == "Due while the app was off: Waste to compactor · Dock 3 on Aino (14:35)"

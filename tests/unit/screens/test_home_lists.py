@@ -11,7 +11,7 @@ from app.database.robots import Hold
 from app.domain.models import Connection, Group, Reason, ReasonCode, State, Trigger, Wait
 from app.domain.robot import QueueItem, QueueState
 from app.screens.common.execution_appearance import word
-from app.screens.common.given import Given
+from app.screens.common.mission_names import MissionNames
 from app.screens.home.lists import (
     NOT_BLOCKED,
     Blocked,
@@ -51,7 +51,7 @@ def test_the_values_of_missions_are_next_to_their_names():
         open=tuple(rows),
         planned=(run,),
         finished=(replace(FACTS.finished[0], parameters=here),),
-        given=Given(names={here["goal"]: "Dock 3"}),
+        mission_names=MissionNames(names={here["goal"]: "Dock 3"}),
     )
     named = (*queue_entries(facts, NOW), *planned_starts(facts, NOW), *finished_runs(facts, NOW))
     assert [row.mission.partition(" · ")[2] for row in named] == ["Dock 3", "Dock 3", "", "Dock 3", "Dock 3", "Dock 3"]

@@ -82,12 +82,12 @@ def test_a_running_mission_shows_elapsed_against_usual():
 
 
 def test_the_expected_end_is_next_to_the_battery():
-    tile = view(FACTS).card.beside
+    tile = view(FACTS).card.end_tile
     assert (tile.label, tile.value, tile.note) == ("Done about", "14:40", "2 min left")
 
 
 def test_a_run_that_takes_longer_than_usual_says_by_how_much():
-    tile = view(replace(FACTS, expected={KITS.guid: DurationEstimate(100.0, 110.0)})).card.beside
+    tile = view(replace(FACTS, expected={KITS.guid: DurationEstimate(100.0, 110.0)})).card.end_tile
     assert (tile.label, tile.value) == ("Longer than usual", "+2 min")
 
 
@@ -100,7 +100,7 @@ def test_a_mission_that_charges_is_not_compared_with_earlier_runs():
         "charging: not compared with earlier runs",
         -1,
     )
-    assert card.beside.label == "Address"
+    assert card.end_tile.label == "Address"
 
 
 @pytest.mark.parametrize(
@@ -129,7 +129,7 @@ def test_a_mission_that_charges_and_is_paused_is_held_by_the_pause_alone():
     ],
 )
 def test_a_new_held_or_silent_mission_has_no_expected_end(facts):
-    assert view(facts).card.beside.label == "Address"
+    assert view(facts).card.end_tile.label == "Address"
 
 
 def test_the_minimum_on_the_batterys_bar_is_named():
@@ -175,7 +175,7 @@ def test_the_time_of_a_pause_does_not_count(state, activities, elapsed, left):
     spans = tuple(ActivitySpan(activity, ago(seconds=start), ago(seconds=end)) for activity, start, end in activities)
     facts = replace(with_aino(status), activities=spans)
     card, later = view(facts).card, present(facts, NOW + timedelta(seconds=20), None).card
-    assert (card.mission.elapsed, card.beside.note) == (elapsed, left) if left else card.mission.elapsed == elapsed
+    assert (card.mission.elapsed, card.end_tile.note) == (elapsed, left) if left else card.mission.elapsed == elapsed
     assert (later.mission.progress == card.mission.progress) is (state == "paused")
 
 
@@ -235,7 +235,7 @@ def test_an_old_state_looks_old_and_says_since_when():
     assert shown.card.state == "No answer"
     assert shown.card.old
     assert shown.card.mission.note == "unknown since 14:33"
-    assert shown.card.beside.note == "No answer since 14:18"
+    assert shown.card.end_tile.note == "No answer since 14:18"
     assert shown.card.message == "10.40.12.21 doesn't answer"
     assert shown.card.mission.elapsed == ""
     assert shown.queue_note == "as of 14:33"
@@ -301,7 +301,7 @@ def test_each_problem_with_the_connection_has_its_words(connection, words):
 def test_a_robot_that_needs_its_password_says_so_everywhere():
     waiting = replace(AINO, enabled=False, needs_password=True, token=None)
     shown = view(replace(FACTS, robots=(waiting, VEIKKO), planned=()))
-    assert (shown.card.state, shown.card.beside.note, shown.card.tone) == (
+    assert (shown.card.state, shown.card.end_tile.note, shown.card.tone) == (
         "Needs its password",
         "Needs its password",
         "attention",

@@ -10,7 +10,7 @@ from app.database.executions import Replacement
 from app.domain.models import DurationEstimate, Execution, Reason, ReasonCode, Robot, State, Trigger, Wait
 from app.domain.robot import MissionParameter
 from app.i18n import translator
-from app.screens.common.given import Given
+from app.screens.common.mission_names import MissionNames
 from app.screens.logs import kpi_view, view
 from app.screens.logs.facts import execution_filter, period_with
 from app.screens.logs.figures import Figures
@@ -64,16 +64,19 @@ SKIPPED = replace(
 
 
 GOAL = "a1c4e008-5d0f-11ef-93c1-0001297b6e20"
-TO_DOCK = Given({"g": (MissionParameter("goal", "Position", choices=((GOAL, "Dock 3"),), sets="position"),)})
+TO_DOCK = MissionNames({"g": (MissionParameter("goal", "Position", choices=((GOAL, "Dock 3"),), sets="position"),)})
 
 
 # ---------------------------------------------------------------------- rows
 def test_a_run_shows_its_values():
     run = replace(DONE, parameters={"goal": GOAL})
-    row = view.row(run, NOW, ZONE, USUAL, opened=True, given=TO_DOCK)
+    row = view.row(run, NOW, ZONE, USUAL, opened=True, mission_names=TO_DOCK)
     assert (row.mission, row.message) == ("Deliver kits · Dock 3", "Position: Dock 3\nQueue item 14026 of the robot")
     cache = view.RowCache()
-    assert [cache.rows([run], NOW, ZONE, USUAL, None, {}, {}, given)[0].mission for given in (Given(), TO_DOCK)] == [
+    assert [
+        cache.rows([run], NOW, ZONE, USUAL, None, {}, {}, mission_names)[0].mission
+        for mission_names in (MissionNames(), TO_DOCK)
+    ] == [
         "Deliver kits",
         "Deliver kits · Dock 3",
     ]

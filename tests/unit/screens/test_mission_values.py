@@ -8,14 +8,14 @@ from types import SimpleNamespace
 
 from app.domain.models import Execution, Mission, Robot, Schedule, Trigger
 from app.domain.robot import MissionParameter
-from app.screens.common.given import ASK_AGAIN_AFTER, Given, GivenNames, Learnt
+from app.screens.common.mission_names import ASK_AGAIN_AFTER, MissionNameLookup, MissionNames, SharedMissionNames
 
 DOCK, NOWHERE, MISSION = "a1c4e008-5d0f-11ef-93c1-0001297b6e20", "b2c4e008-5d0f-11ef-93c1-0001297b6e20", "m-1"
 ASKED = (
     MissionParameter("goal", "Position", choices=((DOCK, "Dock 3"),), sets="position"),
     MissionParameter("gap", "Distance", unit="m"),
 )
-KNOWN = Given({MISSION: ASKED}, {DOCK: "Dock 3"})
+KNOWN = MissionNames({MISSION: ASKED}, {DOCK: "Dock 3"})
 GO, HOME = Mission("Go to position", MISSION, id=3), Mission("Home", "m-2", id=4)
 AINO, OFF = Robot("Aino", "http://aino", "user", id=1), Robot("Veikko", "http://veikko", "user", id=2, enabled=False)
 
@@ -48,8 +48,8 @@ def test_an_identifier_is_never_shown():
 
 def test_other_values_are_said_as_people_write_them():
     values = {"time": "00:05:00.000000", "count": 3, "loud": True, "note": "x" * 60}
-    assert Given().line(MISSION, values) == f"time: 00:05:00 · count: 3 · loud: Yes · note: {'x' * 60}"
-    assert Given().mission(Mission("Wait", MISSION), values) == f"Wait · 00:05:00 · 3 · Yes · {'x' * 32}…"
+    assert MissionNames().line(MISSION, values) == f"time: 00:05:00 · count: 3 · loud: Yes · note: {'x' * 60}"
+    assert MissionNames().mission(Mission("Wait", MISSION), values) == f"Wait · 00:05:00 · 3 · Yes · {'x' * 32}…"
 
 
 class Asking:
@@ -58,9 +58,9 @@ class Asking:
     def __init__(self, answers: bool = True) -> None:
         self.asked: list[tuple[int, str]] = []
         self.now, self.learnt, self._answers = 0.0, 0, answers
-        self.given = Learnt()
-        shell = SimpleNamespace(background=self, given=self.given)
-        self.names = GivenNames(self, SimpleNamespace(monotonic=lambda: self.now), shell, self.count)
+        self.mission_names = SharedMissionNames()
+        shell = SimpleNamespace(background=self, mission_names=self.mission_names)
+        self.names = MissionNameLookup(self, SimpleNamespace(monotonic=lambda: self.now), shell, self.count)
 
     def count(self) -> None:
         self.learnt += 1
@@ -90,7 +90,7 @@ def test_a_robot_is_asked_once_for_what_is_shown():
     for _n in range(2):
         asking.names.look([AINO, OFF], starts)
     assert (asking.asked, asking.learnt) == ([(1, MISSION)], 1)
-    assert asking.given.known.line(MISSION, {"goal": DOCK}) == "Position: Dock 3"
+    assert asking.mission_names.known.line(MISSION, {"goal": DOCK}) == "Position: Dock 3"
 
 
 def test_a_robot_that_did_not_answer_is_asked_again_but_seldom():

@@ -11,7 +11,7 @@ import pytest
 
 from app.domain.models import Alarm, Priority, Reason, ReasonCode, State, Trigger
 from app.i18n import translator
-from app.screens.common.given import Given
+from app.screens.common.mission_names import MissionNames
 from app.screens.logs import report_page
 from app.services.history.kpis import KpiFilter
 from app.services.history.shift_report import LINES, SHIFT, ReportPeriod, ShiftReports, bounds, split_lines
@@ -178,7 +178,7 @@ def test_a_failure_is_named_with_its_values(world):
         State.FAILED, -1, mission="Go to position", parameters={"goal": dock}, reason=Reason(ReasonCode.ROBOT_ABORTED)
     )
     report = ShiftReports(world.db, world.clock).make(ReportPeriod.SHIFT)
-    assert "Go to position · Dock 3" in Strict(report_page.page(report, Given(names={dock: "Dock 3"}))).cells
+    assert "Go to position · Dock 3" in Strict(report_page.page(report, MissionNames(names={dock: "Dock 3"}))).cells
 
 
 # ---------------------------------------------------------------------- its page

@@ -7,7 +7,7 @@ import pytest
 
 from app.database.robots import Hold
 from app.domain.models import DurationEstimate, InvalidInput, Mission, Overlap
-from app.screens.common.given import Given
+from app.screens.common.mission_names import MissionNames
 from app.screens.scheduler import form_view
 from app.screens.scheduler.draft import Draft, Kind
 from app.screens.scheduler.form_view import Preview
@@ -111,7 +111,7 @@ def test_the_next_starts_are_shown_and_those_with_a_warning_marked():
 
 
 def test_schedules_of_one_mission_differ_by_their_values():
-    known = facts(schedules=(TO_DOCK,), given=Given(names={DOCK: "Dock 3", PRESS: "Press"}))
+    known = facts(schedules=(TO_DOCK,), mission_names=MissionNames(names={DOCK: "Dock 3", PRESS: "Press"}))
     concern = Concern(
         ConcernCode.OVERLAP,
         start(25).instant,
@@ -122,8 +122,8 @@ def test_schedules_of_one_mission_differ_by_their_values():
     assert warning.text == "Wed 25 Nov: Deliver kits · Dock 3 starts on Aino at the same time, 06:30–06:40"
     assert menu_title(known, TO_DOCK) == ("Deliver kits · Dock 3", "Aino")
     assert known.called(TO_DOCK) == "Deliver kits · Dock 3 on Aino"
-    aside = Draft.of(TO_DOCK), draft(entered={"goal": PRESS}), draft(name="Late")
-    assert [form_view.aside_option(known, each).text for each in aside] == [
+    kept = Draft.of(TO_DOCK), draft(entered={"goal": PRESS}), draft(name="Late")
+    assert [form_view.draft_option(known, each).text for each in kept] == [
         "Deliver kits · Dock 3 on Aino",
         "Deliver kits · Press",
         "Late",

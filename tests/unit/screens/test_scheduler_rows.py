@@ -8,7 +8,7 @@ import pytest
 from app.database.robots import Hold
 from app.domain.models import Connection, Group, Reason, ReasonCode, State
 from app.screens.common import execution_appearance
-from app.screens.common.given import Given
+from app.screens.common.mission_names import MissionNames
 from app.screens.scheduler import bar_card, view
 from app.screens.scheduler.timeline import ASSUMED_S, timeline
 from tests.support.scheduler_facts import EMPTIES, HOURLY, KITS, NOW, execution, facts, planned
@@ -55,7 +55,7 @@ def test_the_values_of_missions_are_next_to_their_names():
         schedules=(own,),
         planned=(planned(22, schedule=own),),
         past=(started,),
-        given=Given(names={goal["goal"]: "Dock 3"}),
+        mission_names=MissionNames(names={goal["goal"]: "Dock 3"}),
     )
     rows = (
         *view.schedule_rows(plan, NOW),

@@ -6,7 +6,7 @@ from dataclasses import replace
 from datetime import datetime
 
 from app.domain.models import Group, IdleRule, Mission, Robot, Schedule
-from app.screens.common.given import Given
+from app.screens.common.mission_names import MissionNames
 from app.screens.settings import removals
 from app.screens.settings.facts import SettingsFacts
 
@@ -46,7 +46,9 @@ def test_a_mission_takes_its_schedules_and_idle_rules_along():
 
 def test_schedules_of_one_mission_differ_by_their_values():
     dock = "a1c4e008-5d0f-11ef-93c1-0001297b6e20"
-    known = facts(schedules=(replace(MORNING, parameters={"goal": dock}),), given=Given(names={dock: "Dock 3"}))
+    known = facts(
+        schedules=(replace(MORNING, parameters={"goal": dock}),), mission_names=MissionNames(names={dock: "Dock 3"})
+    )
     assert removals.mission_question(known, DELIVER).splitlines()[1] == "Deliver kits · Dock 3 on Aino"
 
 

@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     from app.services.robots.missions import RobotMissions
 
 ASK_AGAIN_AFTER = 300.0  # s, for a name that the robot has not given
-LONGEST_BESIDE = 32  # characters of a value beside the mission's name
+LONGEST_VALUE = 32  # characters of a value beside the mission's name
 
 Start = tuple[int | None, str, Mapping[str, Any]]  # robot, guid of the mission, what it is given
 
 
 @dataclass(frozen=True)
-class Given:
+class MissionNames:
     """What is known of it. An identifier without a known name is never shown."""
 
     parameters: Mapping[str, Sequence[MissionParameter]] = field(default_factory=dict)  # by guid of the mission
@@ -45,7 +45,7 @@ class Given:
 
     def run(self, execution: Execution) -> str:
         """Go to position · Dock 3"""
-        return self._beside(execution.mission, execution.mission_guid, execution.parameters)
+        return self._with_values(execution.mission, execution.mission_guid, execution.parameters)
 
     def start(self, run: PlannedRun) -> str:
         """The same of a start to come."""
@@ -53,7 +53,7 @@ class Given:
 
     def mission(self, mission: Mission, values: Mapping[str, Any]) -> str:
         """The same for any mission with these values."""
-        return self._beside(mission.name, mission.guid, values)
+        return self._with_values(mission.name, mission.guid, values)
 
     def schedule(self, schedule: Schedule, mission: Mission, target: Robot | Group) -> str:
         """What a person calls it: the name given to it, else what it does where."""
@@ -61,10 +61,10 @@ class Given:
             mission=self.mission(mission, schedule.parameters), robot=target.name
         )
 
-    def _beside(self, mission: str, guid: str, values: Mapping[str, Any]) -> str:
+    def _with_values(self, mission: str, guid: str, values: Mapping[str, Any]) -> str:
         words = (self._word(guid, name, value) for name, value in values.items())
         return " · ".join(
-            (mission, *(f"{word[:LONGEST_BESIDE]}…" if len(word) > LONGEST_BESIDE else word for word in words if word))
+            (mission, *(f"{word[:LONGEST_VALUE]}…" if len(word) > LONGEST_VALUE else word for word in words if word))
         )
 
     def lacks(self, values: Mapping[str, Any]) -> bool:
@@ -91,10 +91,10 @@ class Given:
         return "" if IDENTIFIER.fullmatch(text) else " ".join(filter(None, (text, parameter.unit)))
 
 
-NOTHING_KNOWN = Given()
+NOTHING_KNOWN = MissionNames()
 
 
-class Learnt:
+class SharedMissionNames:
     """What robots have said about it, to any screen."""
 
     def __init__(self) -> None:
@@ -110,18 +110,18 @@ class Learnt:
         )
 
 
-class GivenNames:
+class MissionNameLookup:
     """Asks for what a screen shows; ``learnt()`` is called when more is known."""
 
-    def __init__(self, missions: RobotMissions, clock: Clock, shell: Shell, learnt: Callable[[], object]) -> None:
-        self._missions, self._clock, self._shell, self._learnt = missions, clock, shell, learnt
+    def __init__(self, missions: RobotMissions, clock: Clock, shell: Shell, on_change: Callable[[], object]) -> None:
+        self._missions, self._clock, self._shell, self._on_change = missions, clock, shell, on_change
         self._ask_at: dict[tuple[int, str], float] = {}
 
     def look(self, robots: Iterable[Robot], starts: Iterable[Start]) -> None:
         """Ask these robots, as far as they are switched on, for what these starts lack."""
         on = {robot.id for robot in robots if robot.enabled}
         for robot_id, guid, values in starts:
-            if robot_id is None or robot_id not in on or not self._shell.given.known.lacks(values):
+            if robot_id is None or robot_id not in on or not self._shell.mission_names.known.lacks(values):
                 continue
             now = self._clock.monotonic()
             if now < self._ask_at.get((robot_id, guid), now):
@@ -131,9 +131,9 @@ class GivenNames:
                 partial(self._missions.parameters, robot_id, guid),
                 partial(self._take, guid),
                 lambda _problem: None,
-                apart="given",
+                apart="mission names",
             )
 
     def _take(self, guid: str, found: Sequence[MissionParameter]) -> None:
-        self._shell.given.take(guid, found)
-        self._learnt()
+        self._shell.mission_names.take(guid, found)
+        self._on_change()
