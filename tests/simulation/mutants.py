@@ -606,8 +606,8 @@ MUTANTS = (
     Mutant(
         "tokens that are not predictable",
         f"{RULES}:token_of",
-        "digest & ~(0xF000 << 64)",
-        "(digest + 1) & ~(0xF000 << 64)",
+        "{schedule_id}|",
+        "{schedule_id}/",
         "never planned",
         CALM,
     ),
