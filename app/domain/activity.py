@@ -56,20 +56,15 @@ class SpanRecorder:
     def saw(self, activity: str, now: datetime, mono: float, longest_gap: float) -> None:
         """``mono`` and ``longest_gap`` in monotonic seconds."""
         span, passed = self._span, mono - self._mono
-        follows = (
-            span is not None
-            and 0 <= passed <= longest_gap
-            and abs((now - span.end).total_seconds() - passed) <= CLOCK_STEP_S
-        )
+        is_whole = span is not None and abs((now - span.end).total_seconds() - passed) <= CLOCK_STEP_S
+        begins = span.end if span is not None and is_whole and 0 <= passed <= longest_gap else None
         self._mono = mono
-        if span is not None and follows and span.activity == activity:
-            self._span = span._replace(end=max(now, span.end))
+        if span is not None and begins is not None and span.activity == activity:
+            self._span = span._replace(end=max(now, begins))
             return
         if span is not None and span.end > span.start:
             self._done.append(span)
-        self._span = ActivitySpan(activity, span.end if span is not None and follows else now, now)
-        if follows and now < self._span.start:
-            self._span = self._span._replace(end=self._span.start)
+        self._span = ActivitySpan(activity, begins or now, max(now, begins or now))
         self.has_changed = True
 
     def take(self) -> Sequence[ActivitySpan]:

@@ -12,7 +12,7 @@ from app.domain.clock import MOMENT
 from app.domain.conflicts import ConflictCode
 from app.domain.models import DurationEstimate, Group, Mission, Robot, Schedule, Settings
 from app.domain.rules import closes_at
-from app.services.planning.recurrence import next_occurrence, to_utc
+from app.services.planning.recurrence import occurrences, to_utc
 from app.services.planning.working_days import WorkingCalendar
 
 ASSUMED_S = 300.0  # length of a run whose duration is not known
@@ -126,7 +126,5 @@ def first_due(
         is_open = now < closes_at(start, schedule.start_window_minutes, settings)
         return start if is_open and start not in skipped and (through is None or start > through) else None
     after = now - MOMENT
-    at = next_occurrence(schedule, after if through is None else max(after, through), calendar)
-    while at is not None and at in skipped:
-        at = next_occurrence(schedule, at, calendar)
-    return at
+    ahead = occurrences(schedule, after if through is None else max(after, through), calendar)
+    return next((each.instant for each in ahead if each.instant not in skipped), None)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable, Iterator
 from datetime import UTC, date, datetime, time, timedelta
 from functools import lru_cache
@@ -55,22 +56,13 @@ def _around_change(zone_name: str, day: date) -> tuple[Stretch, ...]:
     before, after = ends[0], ends[-1]
     if ends.count(before) == len(ends):
         return (Stretch(before, 0, DAY_S),)
-    low, high = (
-        -max(before, after),
-        DAY_S - min(before, after),
-    )  # between them, in seconds after midnight by UTC, is the change
-    while low < high:
-        middle = (low + high) // 2
-        if _offset_at(midnight + middle * SECOND, zone) == after:
-            high = middle
-        else:
-            low = middle + 1
-    parts = Stretch(before, 0, min(DAY_S, low + before)), Stretch(after, max(0, low + after), DAY_S)
+    low, in_utc = -max(before, after), midnight.replace(tzinfo=UTC)
+    seconds = range(low, DAY_S - min(before, after))  # after midnight by UTC: one of these is the change
+    change = low + bisect_left(
+        seconds, True, key=lambda second: _offset((in_utc + second * SECOND).astimezone(zone), zone) == after
+    )
+    parts = Stretch(before, 0, min(DAY_S, change + before)), Stretch(after, max(0, change + after), DAY_S)
     return tuple(part for part in parts if part.low < part.high)
-
-
-def _offset_at(utc: datetime, zone: ZoneInfo) -> int:
-    return (utc.replace(tzinfo=UTC).astimezone(zone).utcoffset() or timedelta()) // SECOND
 
 
 def step_of(rule: Recurrence) -> int:
