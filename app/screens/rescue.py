@@ -1,4 +1,4 @@
-"""The page that is shown instead of the app while its database is damaged: what happened, and Restore."""
+"""The page shown instead of the app while its database is damaged: the problem, and Restore."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Damage(Generic[T]):
 
     @property
     def sentence(self) -> Message:
-        """What the commands print, without the command that restores where there is a button for it."""
+        """The text of the commands, without the restore command if there is a button for it."""
         found = self.found
         if found.backup is None:
             return found.message

@@ -107,7 +107,7 @@ class CommandButton(OnlySeen, Styled, MDButton):
         super().__init__(**kwargs)
 
     def on_icon(self, *_):
-        """Many have none, and need no label for it."""
+        """Many have no text, and need no label for it."""
         if self.icon and self._button_icon is None and self._button_text is not None:
             mark = ButtonIcon(icon=self.icon)
             self.add_widget(mark)
@@ -117,7 +117,7 @@ class CommandButton(OnlySeen, Styled, MDButton):
             self.fbind("front", mark.setter("color"))
 
     def on_kv_post(self, _base):
-        self.on_icon()  # given when there was nothing to add it to
+        self.on_icon()  # set before there was anything to add it to
         self._button_text.fbind("size", self._arrange)
         for name in ("pos", "size", "stacked", "icon", "text", "fit", "least_width", "visible"):
             self.fbind(name, self._arrange)
@@ -203,8 +203,8 @@ class IconButton(OnlySeen, Styled, MDIconButton):
 
 
 class ChoiceChip(OnlySeen, MDChip):
-    """A text that can be chosen, with an ``icon`` before it; ``active`` says that it is. Beyond ``limit`` px (0: never) it wraps, and ends
-    with "…" after ``most_lines`` (0: any number)."""
+    """A text that can be chosen, with an ``icon`` before it; ``active`` if chosen. Beyond ``limit`` px (0: never) it
+    wraps, and ends with "…" after ``most_lines`` (0: any number)."""
 
     text = StringProperty()
     icon = StringProperty()
@@ -241,10 +241,8 @@ class Segment(Tap):
 
 
 class Toggle(Tap):
-    """On or off; the tick says "on" without colour. A tap fires ``on_switch(wanted)``.
-
-    A tap changes ``active``, unless it is ``controlled``: then it shows ``active`` until that is set, where a service has to accept the
-    change first.
+    """On or off; the tick says "on" without colour. A tap fires ``on_switch(wanted)`` and changes ``active``, unless it
+    is ``controlled``: then ``active`` has to be set, as a service has to accept the change first.
     """
 
     active = BooleanProperty(False)
@@ -263,7 +261,7 @@ class Toggle(Tap):
 
 
 class SwitchFace(Passive, MDSwitch):
-    """What a ``Toggle`` shows: it is smaller than a fingertip, so the toggle around it takes the touches."""
+    """The visible part of a ``Toggle``: smaller than a fingertip, so the toggle around it takes the touches."""
 
     md_bg_color_disabled = ColorProperty(CLEAR)  # KivyMD's veil; the toggle fades as a whole
 

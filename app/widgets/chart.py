@@ -59,8 +59,8 @@ def width_of(words, size=14, font="Roboto"):
 
 
 class KeySeat(ButtonBehavior, Widget):
-    """Where keys find something on a chart, which gets the ``event`` when they press it. Fingers don't: the chart looks
-    what is near them."""
+    """A place on a chart that keys can reach; pressing it sends the ``event``. For fingers the chart itself finds what
+    is near."""
 
     event: tuple[str, object] = ("", None)
     is_tab_stop = False
@@ -137,9 +137,9 @@ class Meter(Chart, MDLinearProgressIndicator):
 
 
 class Sparkline(Chart):
-    """The history of one figure: ``values`` oldest first, None where there was nothing to count; the last is today's, which has not ended:
-    its line is dashed, its dot hollow, at an edge where it is beyond the days that have ended. It spans ``least_span`` at least; 0: it
-    begins at zero, and only then what is below is filled."""
+    """The history of one figure: ``values`` oldest first, None for days without data; the last is today's, which has
+    not ended: its line is dashed, its dot hollow, and at the edge if it is beyond the other days' range. It spans
+    ``least_span`` at least; 0: it begins at zero, and only then the area below is filled."""
 
     values = ListProperty()
     least_span = NumericProperty(0)
@@ -210,7 +210,7 @@ class Sparkline(Chart):
 
 
 class WorkingRing(MDCircularProgressIndicator):
-    """Turns while it is in the window. KivyMD's begins before that and never ends, so nothing of its screen would be freed."""
+    """Turns while it is in the window. KivyMD's starts earlier and never ends, so its screen would never be freed."""
 
     active = BooleanProperty(False)
 

@@ -135,7 +135,7 @@ class Overlay(MDDialog, Fade):
         return self.takes_key(key, text or "")
 
     def on_touch_down(self, touch):
-        """No touch gets through, and none presses the card that KivyMD's dialog is."""
+        """No touch gets through, and none presses KivyMD's dialog card."""
         if self._is_open and self.collide_point(*touch.pos):
             Widget.on_touch_down(self, touch)
         elif self.auto_dismiss:
@@ -176,10 +176,9 @@ class DialogActions(OnlySeen, MDDialogButtonContainer):
 
 
 class Dialog(Overlay):
-    """Title, content, buttons. As high as ``body_height`` needs, at most as the window, or as what the on-screen keyboard leaves of it.
-
-    Where that is too little it is ``squeezed``: without its title, so that the field and the buttons are seen; only where not even that is
-    enough, with gloves in the lowest windows, the buttons are ``tucked`` under the keyboard.
+    """Title, content, buttons. As high as ``body_height`` needs, at most as the window, or as the room above the
+    on-screen keyboard. With too little room it is ``squeezed``: without its title, so that the field and the buttons
+    are visible; if that is still not enough (gloves, lowest windows), the buttons are ``tucked`` under the keyboard.
     """
 
     squeezed = BooleanProperty(False)
@@ -217,7 +216,7 @@ class Dialog(Overlay):
 class FormDialog(Dialog):
     """A dialog whose content is one column that scrolls when there isn't enough room.
 
-    Where something was typed, the key that closes it calls ``ask_first(close)`` instead, if that is given."""
+    If something was typed, the key that closes it calls ``ask_first(close)`` instead, if set."""
 
     ask_first = ObjectProperty(None, allownone=True)
 
@@ -240,7 +239,8 @@ class FormDialog(Dialog):
 
 
 class ConfirmDialog(FormDialog):
-    """A question about something that can't be undone: ``on_confirmed``, or ``on_declined`` however else it is closed."""
+    """A question about something that can't be undone: ``on_confirmed``, or ``on_declined`` if it is closed in another
+    way."""
 
     text = StringProperty()
     confirm = StringProperty()
@@ -343,7 +343,7 @@ class ChoiceDialog(Dialog):
         return shown if last is None else [*shown, self._choice(last, False)]
 
     def found(self) -> list:
-        """What is shown with what has been typed up to now."""
+        """The options that match the typed text."""
         self._show()
         return self.shown
 
@@ -357,7 +357,7 @@ class ChoiceDialog(Dialog):
         self.dismiss()
 
     def choose_all(self) -> None:
-        """Tick all that are shown, or none of them where all are."""
+        """Tick all shown options, or none if all are ticked."""
         shown = {choice.key: choice for choice in self.shown}
         self.selected = [key for key in self.selected if key not in shown] + ([] if self.all_shown else list(shown))
 

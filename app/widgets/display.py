@@ -46,8 +46,8 @@ class Disc(TonedSurface):
 
 
 class ValueTile(Toned, Tile):
-    """A live value with its age: a stale one is grey and its note says since when. ``level`` 0..1 draws a bar, ``mark`` 0..1 a limit on it
-    (-1: none), which ``mark_words`` name."""
+    """A live value with its age: a stale one is grey and its note says since when. ``level`` 0..1 draws a bar, ``mark``
+    0..1 a limit on it (-1: none), named by ``mark_words``."""
 
     icon = StringProperty()
     label = StringProperty()

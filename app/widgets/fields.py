@@ -24,7 +24,7 @@ from app.widgets.buttons import CommandButton
 from app.widgets.dock import dock
 from app.widgets.surfaces import SeenBox, Tap
 
-# kind -> (input_type, signs that the number pad offers besides digits). Nothing that is typed is left out: "1.5" would become 15.
+# kind -> (input_type, signs on the number pad besides digits). Typed signs are never dropped: "1.5" would become 15.
 KINDS = {
     "text": ("text", ""),
     "count": ("number", ""),
@@ -100,11 +100,11 @@ class FieldInput(MDTextField):
         taken = super().on_touch_up(touch)
         if touch.grab_current is self and self._entering == touch.uid:
             self._entering = None
-            self.select_all()  # after kivy has put the cursor where the finger was
+            self.select_all()  # after kivy has placed the cursor under the finger
         return taken
 
     def _enter(self, touch):
-        """A number that a finger enters is selected: what is typed takes its place. Another tap puts the cursor into it."""
+        """A tapped number is selected, so that typing replaces it. Another tap places the cursor in it."""
         was_focused = self.focus
         taken = super().on_touch_down(touch)
         self._entering = touch.uid if self.focus and not was_focused and self.input_type == "number" else None
@@ -134,8 +134,8 @@ class FieldBase(BoxLayout):
 class FormField(FieldBase):
     """A text field. ``on_commit(text)`` fires on Enter or when the field is left, if the text has changed.
 
-    ``kind``: text, count (a whole number from 0), int, decimal, url. Of numbers, too, any text can be typed: who saves it checks it.
-    ``password`` hides the text; the eye button shows it.
+    ``kind``: text, count (a whole number from 0), int, decimal, url. For numbers, too, any text can be typed: it is
+    checked when it is saved. ``password`` hides the text; the eye button shows it.
     """
 
     text = StringProperty()
@@ -227,7 +227,7 @@ class RepeatButton(CommandButton):
 
     @property
     def keeps_drag(self) -> bool:
-        """Not before it repeats: until then the finger may be about to scroll."""
+        """Only when it repeats: before that the finger may be about to scroll."""
         return bool(self._again.is_triggered)
 
     def on_press(self):

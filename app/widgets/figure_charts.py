@@ -38,8 +38,9 @@ class RankRow(Row, BoxLayout):
 
 
 class TrendChart(Chart):
-    """``points`` have ``place`` (0..1 from left to right), ``value`` and ``joined`` (to the one before); ``band`` has ``low``, ``middle``,
-    ``high`` of what is usual. ``scale`` says the lowest and the highest value, ``days`` the first and the last day."""
+    """``points`` have ``place`` (0..1 from left to right), ``value`` and ``joined`` (to the one before); ``band`` has
+    ``low``, ``middle``, ``high`` of the usual values. ``scale`` has the lowest and the highest value, ``days`` the
+    first and the last day."""
 
     points = ListProperty()
     band = ObjectProperty(None, allownone=True)

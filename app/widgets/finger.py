@@ -1,4 +1,5 @@
-"""Whether a finger is on the screen: what would move widgets under it waits until it has left, so that a tap ends where it began."""
+"""Whether a finger is on the screen: changes that move widgets wait until it is lifted, so that a tap ends where it
+began."""
 
 from kivy.base import EventLoop
 from kivy.clock import Clock

@@ -15,7 +15,7 @@ from app.widgets.fields import FormField, PickField, StepField
 from app.widgets.positions import OnMap  # noqa: F401  (kv's Factory learns it)
 from app.widgets.tr import tr
 
-FINE = 50  # of so many numbers a step goes to the next one, of more to every fifth
+FINE = 50  # with up to this many numbers a step is 1, with more 5
 
 
 class Chip(NamedTuple):
@@ -143,7 +143,7 @@ class ParameterFields(BoxLayout):
         self._build()
 
     def _build(self, *_):
-        """Who types in one of them goes on in the one that takes its place."""
+        """If one of them has the focus, its successor gets it."""
         typing = next((name for name, view in self._views.items() if getattr(view, "focus", False)), None)
         self.clear_widgets()
         self._views = {}
@@ -209,7 +209,7 @@ class ParameterFields(BoxLayout):
         )
 
     def values(self) -> Mapping[str, Any]:
-        """Name -> what was entered, as text where it was typed and as the choice's own value where it was chosen."""
+        """Name -> entered value: typed text, or the value of the choice."""
         return {name: view.chosen if hasattr(view, "chosen") else view.text for name, view in self._views.items()}
 
     def _show_problems(self, *_):
@@ -220,7 +220,7 @@ class ParameterFields(BoxLayout):
 
 
 def _bring_in_sight(view):
-    """Scroll the pages that it is on, the inner ones first."""
+    """Scroll its pages, the inner ones first."""
     page = view.parent
     while page is not None and page.parent is not page:  # the window is its own parent
         if isinstance(page, ScrollView) and page.children and page.children[0].height > page.height:

@@ -1,8 +1,6 @@
-"""Fonts of the machine for characters that the app's own lack, as of names in Chinese or Arabic, which would be empty boxes.
-
-Every text that kivy draws, in labels, fields and charts alike, is split where its font ends and another one begins. Texts of ASCII alone,
-nearly all, cost nothing; fonts are only looked for when a character is met that ours lack. Where no font of the machine has it either, the
-box stays.
+"""Fonts of the machine for characters that the app's own lack, such as Chinese or Arabic names, which would be empty
+boxes. Every text in labels, fields and charts is split into parts of one font each. ASCII texts, nearly all, cost
+nothing; fonts are only searched when a missing character is met. If no font of the machine has it, the box stays.
 """
 
 import os
@@ -54,7 +52,7 @@ _ideographs: dict[tuple[object, ...], tuple[int, int, int]] = {}  # width of the
 
 
 class Characters:
-    """Those that a font file has glyphs for; none when it can't be read or draws no outlines."""
+    """Characters with glyphs in a font file; none if it can't be read or has no outlines."""
 
     def __init__(self, path: str) -> None:
         try:
@@ -123,7 +121,7 @@ def runs_of(text: str, font: str) -> tuple[Run, ...]:
         else:
             kept = (
                 words if before == font else words.rstrip(" ")
-            )  # a space that ends what is written to the left comes after it
+            )  # a space at the end of right-to-left text comes after it
             parts += [(kept, before), (words[len(kept) :] + character, needed)]
     return tuple(Run(part, found, _script_of(part) if found != font else "") for part, found in parts if part)
 
@@ -166,8 +164,8 @@ def fonts_at_hand() -> tuple[str, ...]:
 
 # ---------------------------------------------------------------------- in kivy
 def apply() -> None:
-    """Let kivy measure and draw every text run by run, all on one baseline, and open each font with one hinting: who opened it first would
-    say how wide it is for all. A second time changes nothing."""
+    """Let kivy measure and draw every text run by run, all on one baseline, and open each font with one hinting:
+    otherwise its first user would decide its widths for all. A second call changes nothing."""
     measure, draw, begin = CoreLabel.get_extents, CoreLabel._render_text, CoreLabel.__init__
     if measure.__module__ == __name__:
         return
@@ -195,8 +193,8 @@ def apply() -> None:
 
 
 def _size(run: Run, label: CoreLabel, measure: Callable[..., tuple[int, int]]) -> tuple[int, int]:
-    """Width and height. Ideographs of a font are all as wide, and each that is measured is drawn for that, which takes half a millisecond:
-    kivy would measure each character of a text without spaces."""
+    """Width and height. All ideographs of a font have the same width, and measuring draws them, which takes half a
+    millisecond each: kivy would measure every character of a text without spaces."""
     if not IDEOGRAPHS.fullmatch(run.text):
         return _in(run, label, measure, run.text)
     key = run.font, *(label.options[name] for name in LOOKS)

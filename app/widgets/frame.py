@@ -93,7 +93,7 @@ class AlarmBanner(TonedSurface):
 
 
 class NavIndicator(Surface):
-    """What is behind icon and label of the present screen, and of the one that a finger is on."""
+    """The background of icon and label, for the present screen and the one under a finger."""
 
     state_layer_color = ColorProperty(CLEAR)
 
@@ -129,11 +129,11 @@ class NavBar(MDNavigationBar):
         self._build()
 
     def set_active_item(self, item):
-        """A tap. KivyMD marks what was tapped; here the navigator says what is shown."""
+        """A tap. KivyMD marks the tapped item; here the navigator decides which is marked."""
         self.dispatch("on_switch_tabs", item, item.icon, item.text)
 
     def _build(self, *_):
-        """Other labels for the same screens go into the items that are there: a finger may be on one of them."""
+        """New labels for the same screens go into the existing items: a finger may be on one of them."""
         if [item.name for item in reversed(self.children)] != [name for name, *_rest in self.items]:
             self.clear_widgets()
             for name, *_rest in self.items:
@@ -168,7 +168,7 @@ class Screens(MDScreenManager):
         """KivyMD would put one of its own in the place of ours."""
 
     def clear_widgets(self, children=None, **kwargs):
-        """Those that are not shown first, else each would be shown in turn."""
+        """Hidden ones first, else each would be shown in turn."""
         for screen in sorted(
             self.screens[:] if children is None else children, key=lambda screen: screen is self.current_screen
         ):
@@ -179,8 +179,8 @@ class Screens(MDScreenManager):
 class Frame(Surface):
     """The window's content. Screens added to it go into the body. With an empty ``alarm`` there is no banner.
 
-    A banner that comes, goes or changes its height moves the page. A tap on either of them within the next moment was meant for what was
-    there before, and presses nothing.
+    A banner that comes, goes or changes its height moves the page. A tap on either within the next moment was meant for
+    the earlier content, and presses nothing.
     """
 
     title = StringProperty()
@@ -199,9 +199,7 @@ class Frame(Surface):
     alarm_action = StringProperty()
     alarm_urgent = BooleanProperty(False)
     alarm_calm = BooleanProperty(False)
-    alarm_about = ObjectProperty(
-        None, allownone=True
-    )  # differs where its button would do something else, or to something else
+    alarm_about = ObjectProperty(None, allownone=True)  # differs if its button's action or object differs
     bell_icon = StringProperty("bell-outline")
     bell_count = StringProperty()
     items = ListProperty()

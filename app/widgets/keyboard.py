@@ -61,9 +61,9 @@ class BoardRow(BoxLayout):
 
 
 class DockedKeyboard(Surface):
-    """At the bottom of the window while a field has the focus and ``wanted()`` is true. The field stays visible: dialogs get by with the
-    room above, pages scroll, and the screen moves up: not under a finger, which would come down in one field and press another. It goes
-    when a real keyboard types, until a finger touches a field."""
+    """At the bottom of the window while a field has the focus and ``wanted()`` is true. The field stays visible:
+    dialogs use the room above, pages scroll, and the screen moves up (but not under a finger, which would touch one
+    field and press another). It hides when a real keyboard types, until a finger touches a field."""
 
     page = StringProperty()
 

@@ -22,7 +22,7 @@ from app.widgets.tokens import TYPE_SCALE, font_of, set_roles, tk
 
 KIVYMD_VERSION = "2.0.0"
 CLEAR, WHITE = (0, 0, 0, 0), (1, 1, 1, 1)
-# of kivy's labels, which no text here ever changes
+# of kivy's labels, never changed here
 LEFT_AT_DEFAULTS = frozenset(
     {
         "font_direction",
@@ -49,7 +49,7 @@ LEFT_AT_DEFAULTS = frozenset(
 
 
 def apply() -> None:
-    """Install all of them; before the first KivyMD widget is made. A second time changes nothing."""
+    """Install all of them, before the first KivyMD widget is made. A second call changes nothing."""
     for cure in (
         ids_in_kv,
         declared_ids,
@@ -92,8 +92,8 @@ def declared_ids() -> None:
 
 
 def touches() -> None:
-    """A touch that scrolled a page and ends above something else is noted for ever as one that takes no focus away. It holds the label on
-    which it began, as KivyMD's labels wait for a long touch, and with that the whole screen."""
+    """A touch that scrolled a page and ends above something else stays registered for ever as one that keeps the focus.
+    It holds the label on which it began, as KivyMD's labels wait for a long touch, and so the whole screen."""
     from kivy.uix.behaviors import FocusBehavior
 
     class Touches(weakref.WeakSet):
@@ -104,8 +104,8 @@ def touches() -> None:
 
 
 def hover() -> None:
-    """Every widget, labels too, follows the mouse, and leaves an entry in the window that only a moving mouse removes.
-    Nothing hovers then: fingers don't."""
+    """Every widget, even a label, follows the mouse, and leaves an entry in the window that only a moving mouse
+    removes. So hovering is removed: fingers don't hover."""
     from kivymd.uix.behaviors.hover_behavior import HoverBehavior
 
     def __init__(self, *args, **kwargs):
@@ -132,8 +132,9 @@ def shadow() -> None:
 
 
 def background() -> None:
-    """Fill and border are jagged where the GL driver doesn't multisample, and are drawn although most widgets have none; a label has two
-    fills. Here they are nine-patches, drawn once per frame; between them lies the state layer, under the text."""
+    """Fill and border are jagged where the GL driver doesn't multisample, and are drawn although most widgets have
+    none; a label has two fills. Here they are nine-patches, drawn once per frame, with the state layer between them,
+    under the text."""
     from kivymd.uix.behaviors.backgroundcolor_behavior import BackgroundColorBehavior as Background
     from kivymd.uix.label import MDLabel
 
@@ -142,7 +143,7 @@ def background() -> None:
 
     def __init__(self, **kwargs):
         super(Background, self).__init__(**kwargs)
-        self._draws_background = False  # what is set as an argument comes before there is a canvas
+        self._draws_background = False  # arguments are set before the canvas exists
         watch = self._watch_background  # one method for all: each access makes another
         for name in ("_md_bg_color", "line_color", "state_layer_color"):
             self.fbind(name, watch)
@@ -193,8 +194,8 @@ def _draw_shape(widget, color, draw=rounded) -> None:
 
 
 def state_layer() -> None:
-    """KivyMD's stays tinted after a tap where no mouse ever leaves, covers the text, lies over what is disabled too, and on Android sets a
-    card back to an old colour. Here it follows the finger."""
+    """KivyMD's stays tinted after a tap without a mouse, covers the text, also covers disabled widgets, and on Android
+    resets a card to an old colour. Here it follows the finger."""
     from kivymd.uix.behaviors.state_layer_behavior import StateLayerBehavior
     from kivymd.uix.button import MDButton
     from kivymd.uix.card import MDCard
@@ -241,7 +242,7 @@ def text_properties() -> None:
 
 
 class Names(dict):
-    """What the names in one expression of kv mean; those that mean the same in all of them are looked up in kivy's table."""
+    """The names in one kv expression; those with one meaning everywhere are looked up in kivy's table."""
 
     __missing__ = staticmethod(global_idmap.__getitem__)
 

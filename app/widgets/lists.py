@@ -1,8 +1,8 @@
-"""Lists whose rows keep their identity while the data change, that scroll, and whose upper edge comes to rest on that of a row.
+"""Lists that scroll, whose rows keep their identity while the data change, and whose upper edge stops at that of a row.
 
-Each row of ``data`` is a frozen dataclass whose fields are properties of the row class and, for lists that change, a ``key`` that
-identifies the row. A row never becomes another one under a finger because the list has moved: each view belongs to a key, and a view that
-is reused for another row ignores an earlier press.
+Each row of ``data`` is a frozen dataclass whose fields are properties of the row class and, for lists that change, a
+``key`` that identifies the row. A moved list never turns a row under a finger into another one: each view belongs to a
+key, and a view that is reused for another row ignores an earlier press.
 """
 
 from collections.abc import Callable, Sequence
@@ -57,7 +57,8 @@ class Standing:
         self._keep.cancel()
 
     def in_order(self, data: Sequence, before: Sequence) -> list:
-        """``data`` with the rows that were there ``before`` (keys) in that order, if they stay in it now; new ones where they belong."""
+        """``data`` with the rows of ``before`` (keys) in their old order, if they still exist; new ones in their
+        places."""
         by_key = {row.key: row for row in data} if self._keep.is_triggered and data and hasattr(data[0], "key") else {}
         kept = [by_key[key] for key in before if key in by_key]
         if not kept:
@@ -91,10 +92,11 @@ class Standing:
 
 
 class Row:
-    """Mixin of row classes. ``act("cancel")`` notifies the list, which fires ``on_action(key, "cancel")``; ``host`` is that list.
+    """Mixin of row classes. ``act("cancel")`` notifies the list, which fires ``on_action(key, "cancel")``; ``host`` is
+    that list.
 
-    A scroll view forwards a short tap only after the finger has left. If the list has moved by then, another row is under the touch than
-    the one that was tapped, and the tap is dropped; so is one on a row that has just taken the place of another (``standing``).
+    A scroll view forwards a short tap only after the finger has left. If the list has moved by then, another row is
+    under the touch, and the tap is dropped; so is one on a row that has just replaced another (``standing``).
     """
 
     key = ObjectProperty(None, allownone=True)
@@ -213,11 +215,11 @@ class Rows(MDBoxLayout):
 
 
 class ScrollRows(FloatLayout):
-    """``Rows`` that scroll, for up to some dozens. At rest the upper edge is that of a row; of the row at the lower edge a part shows that
-    there is more.
+    """``Rows`` that scroll, for up to some dozens. At rest the upper edge is that of a row; a partly visible row at the
+    lower edge shows that there is more.
 
-    ``on_action(key, action, *values)`` comes from the rows. ``direction`` "x" is a strip whose rows share the width; when not all fit, as
-    many as do, and an arrow at each end scrolls by a page, which is easier with gloves.
+    ``on_action(key, action, *values)`` comes from the rows. ``direction`` "x" is a strip whose rows share the width; if
+    not all fit, an arrow at each end scrolls by a page, which is easier with gloves.
     """
 
     viewclass = StringProperty()

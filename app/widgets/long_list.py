@@ -38,9 +38,10 @@ class Seat(RelativeLayout):
 class LongList(LowPage):
     """``data`` as in ``lists``, each row with a ``key``; row classes mix in ``RecycledRow`` and set their own height.
 
-    At rest its upper edge is that of a row; of the row at its lower edge a part shows that there is more.
+    At rest its upper edge is that of a row; a partly visible row at its lower edge shows that there is more.
 
-    ``on_action(key, action, *values)`` comes from the rows, ``on_end`` when the last rows become visible (load the next page).
+    ``on_action(key, action, *values)`` comes from the rows, ``on_end`` when the last rows become visible (load the next
+    page).
     """
 
     viewclass = StringProperty()
@@ -109,7 +110,7 @@ class LongList(LowPage):
 
     @property
     def whole_rows(self) -> list:
-        """Those of them that can be seen from their upper edge to the lower one."""
+        """Rows that are completely visible."""
         return [view for view in self.views if self._is_whole(view)]
 
     def _is_whole(self, view) -> bool:
@@ -119,7 +120,7 @@ class LongList(LowPage):
         return view.parent.top <= top + 1 and view.parent.y >= top - self.height - 1
 
     def reveal(self, key) -> None:
-        """Scroll no further than until all of that row can be seen."""
+        """Scroll until that row is completely visible, and no further."""
         if key not in self._places:
             return
         self._calculate()
@@ -131,14 +132,14 @@ class LongList(LowPage):
             self.show(self._keys[min(n, bisect_left(self._tops, least - 1))])
 
     def next_key(self, key, by: int):
-        """Of the row that is ``by`` rows below (above: < 0) that of ``key``; None beyond the ends."""
+        """The key of the row ``by`` rows below (< 0: above) that of ``key``; None beyond the ends."""
         n = self._places.get(key, -1) + by
         return self._keys[n] if key in self._places and 0 <= n < len(self._keys) else None
 
     # ------------------------------------------------------------------ what is where
     @property
     def rows(self) -> list:
-        """What can be pressed of them, in no order."""
+        """The parts of them that can be pressed, in no order."""
         return [seat.view for seat in self._live.values()]
 
     def keys_of(self, data) -> list:

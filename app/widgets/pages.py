@@ -1,8 +1,8 @@
 """Pages that scroll only if their content doesn't fit, with lists in them that scroll too.
 
-kivy's scroll views (2.3.1) can't be nested: the outer one consumes the end of a tap, so that nothing inside the inner one is ever pressed.
-Here each touch belongs to one of them: to the list or page under the finger, else to the page around it, and from where a list has reached
-its end (``CalmScroll``).
+kivy's scroll views (2.3.1) can't be nested: the outer one consumes the end of a tap, so that nothing inside the inner
+one is ever pressed. Here each touch belongs to one of them: to the list or page under the finger, else (and at a list's
+end) to the page around it (``CalmScroll``).
 """
 
 from kivy.uix.scrollview import ScrollView
@@ -67,7 +67,7 @@ class LowColumn(LowPage, ScrollPage):
 
 
 def turn_to(widget) -> None:
-    """Scroll the pages around ``widget`` that scroll until all of it is seen, the inner ones first."""
+    """Scroll the pages around ``widget`` until all of it is visible, the inner ones first."""
     page = widget.parent
     while page is not None and page is not page.parent:  # the window is its own parent
         if isinstance(page, LowPage) and not page.is_still:

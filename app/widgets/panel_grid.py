@@ -1,7 +1,6 @@
-"""Panels side by side: as many columns as fit, all of a row equally high. Only the visible ones exist, so that fifty cost what four do.
-
-What comes into sight next is made (with ``ahead``) and filled beforehand, a few panels a frame: a whole row at once is forty texts, 8 ms in
-the middle of a fling.
+"""Panels side by side: as many columns as fit, all of a row equally high. Only the visible ones exist, so that fifty
+cost as much as four. The next ones are made (with ``ahead``) and filled in advance, a few panels a frame: a whole row
+at once is forty texts, 8 ms in the middle of a fling.
 """
 
 from collections.abc import Hashable, Sequence
@@ -17,7 +16,7 @@ from kivy.uix.widget import Widget
 from app.widgets.lists import Row
 from app.widgets.long_list import LongList
 
-SPARE = 2  # shelves that are kept for what scrolls into sight
+SPARE = 2  # shelves kept for panels that scroll into sight
 AHEAD = 3  # panels of the next one that are filled in a frame
 
 
@@ -42,7 +41,7 @@ class PanelGrid(LongList):
     panels = ListProperty()
     panelclass = StringProperty()
     panel_width = NumericProperty("400dp")
-    ahead = BooleanProperty(False)  # make a shelf for what will be scrolled into sight, before it is
+    ahead = BooleanProperty(False)  # make a shelf for panels before they scroll into sight
 
     def __init__(self, **kwargs):
         self._shelve = Clock.create_trigger(self._fill_shelves, -1)
@@ -58,7 +57,8 @@ class PanelGrid(LongList):
         """Panels stay where they were left."""
 
     def _forget_spare(self):
-        """None where all are in sight: a shelf is a whole row of panels, and other columns need other ones."""
+        """None if all are visible: a shelf is a whole row of panels, and another number of columns needs other
+        shelves."""
         del self._spare[SPARE if len(self._live) < len(self._keys) else 0 :]
 
     def _populate(self, shown):

@@ -24,7 +24,7 @@ ENTER = (13, 271)
 
 
 class TimeEntry:
-    """What the digits typed one after the other make of hour and minute: 0 6 3 0 is 06:30, 7 4 5 is 07:45.
+    """Hour and minute from digits typed one after the other: 0 6 3 0 is 06:30, 7 4 5 is 07:45.
 
     The first digit of a part may decide it alone (an hour never starts with 7); then the next part is typed at once.
     """

@@ -8,8 +8,8 @@ from app.widgets.surfaces import Tap
 
 
 class DayLine(RecycledRow, Tap):
-    """A heading of a day (``heading``), or a start on it: time, mission, the name that a person gave its schedule, robot, how soon; where
-    there is room for ``columns`` when it ends instead, and what it needs. A start tapped fires "open"."""
+    """A heading of a day (``heading``), or a start on it: time, mission, its schedule's entered name, robot, how soon;
+    with room for ``columns``, its end instead, and its battery needs. A tap on a start fires "open"."""
 
     columns = BooleanProperty(False)
     until = StringProperty()

@@ -42,7 +42,7 @@ class PositionsMap(WholeMap):
         """By keys."""
 
     def seats(self):
-        """The positions, with a ring that lies on no name; the chosen one or, without one, the first is a tab stop."""
+        """The positions, with a ring that covers no name; the chosen one, or else the first, is a tab stop."""
         old, self._seats = self._seats, {}
         for place in self.places:
             seat = self._seats[place.key] = old.pop(place.key, None) or KeySeat(size=(dp(18), dp(18)))
@@ -169,7 +169,7 @@ class PositionDialog(Dialog):
         return next((place.name for place in places if place.key == chosen), "")
 
     def press(self, key):
-        """By keys: it is marked, and confirmed where it is marked already."""
+        """By keys: mark it, or confirm it if it is marked already."""
         if key == self.chosen:
             self.confirm()
         else:
@@ -181,8 +181,8 @@ class PositionDialog(Dialog):
 
 
 class OnMap(CommandButton):
-    """Opens the ``map`` to choose one of the ``options`` [(key, name), …] there; seen where it has one of them. A name that several have
-    says nothing."""
+    """Opens the ``map`` to choose one of the ``options`` [(key, name), …] there; visible if the map has one of them.
+    Ambiguous names are ignored."""
 
     label = StringProperty()
     map = ObjectProperty(None, allownone=True)  # picture with name, aspect, extent and places

@@ -23,20 +23,20 @@ SPOT = 48  # dp: as far from the first tap as the second may be
 SHORT = 1.0  # s: a page that scrolls hands on a tap a little after the finger has left
 EVERYWHERE = (float("-inf"), float("-inf"), float("inf"), float("inf"))
 PRESSES = (13, 271, 32)  # keys: Enter, that of the keypad, space
-MOVES = (9, 273, 274, 275, 276)  # Tab and arrows, which only go from one to another
+MOVES = (9, 273, 274, 275, 276)  # Tab and arrows, which only move the ring
 
 
 class Rest:
-    """Where touches are ignored, and until when; which keys. Tab and the arrows never are."""
+    """Where touches are ignored and until when, and which keys; never Tab and the arrows."""
 
     def __init__(self):
         self._areas = []  # (until, left, bottom, right, top), s of kivy's clock and px of the window
-        self._finger = 0.0, 0.0  # where the last touch came down that was not ignored
+        self._finger = 0.0, 0.0  # the place of the last touch that was not ignored
         self._touches = []  # (when it came down, weak reference to it)
         self._keys_until = 0.0
         self._takes_letters = False  # what has come takes them at once
         self._down: dict[int, int] = {}  # keys that are down: how often each was reported since it was pressed
-        self._ignored: set[int] = set()  # those of them that do nothing until they are released
+        self._ignored: set[int] = set()  # those that do nothing until they are released
 
     def watch(self) -> None:
         """Start; before anything else binds to the window's touches."""
@@ -44,7 +44,7 @@ class Rest:
         self.ask_first()
 
     def ask_first(self) -> None:
-        """See the window's keys before all that is bound to them up to now: the one bound last is asked first."""
+        """Get the window's keys before all present listeners: the one bound last is asked first."""
         handlers = {"on_key_down": self._key_down, "on_textinput": self._typed}
         Window.unbind(**handlers)
         Window.bind(**handlers)
@@ -61,7 +61,8 @@ class Rest:
         self._ignore_keys(DOUBLE_TAP, takes_letters=False)
 
     def after_opening(self) -> None:
-        """Something has come in front of the page: a second tap there, or a second Enter, is not meant for it. What is typed is."""
+        """Something has appeared in front of the page: a second tap there, or a second Enter, is not meant for it, but
+        typed text is."""
         self._ignore(SETTLES)
         self._ignore_keys(SETTLES, takes_letters=True)
         self.after_moving()
@@ -76,7 +77,7 @@ class Rest:
         self._ignore(DOUBLE_TAP, (*widget.to_window(*widget.pos), *widget.to_window(widget.right, widget.top)))
 
     def after_pressing(self, widget) -> None:
-        """That goes; if it was touched last, something else may come to be where the finger was."""
+        """That disappears; if it was touched last, something else may now be under the finger."""
         if widget.collide_point(*widget.to_widget(*self._finger)):
             self.after_moving()
 
@@ -118,7 +119,7 @@ class Rest:
         return self._down.get(key, 0) > 1
 
     def _ignore_keys(self, seconds, takes_letters) -> None:
-        """Those that are down now until they are released: the system may begin to repeat them after the moment."""
+        """Ignore keys that are down now until they are released: the system may begin to repeat them later."""
         self._keys_until, self._takes_letters = math.inf, takes_letters
 
         def count(now):

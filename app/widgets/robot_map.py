@@ -103,7 +103,7 @@ class RobotMap(Chart):
                 self.box(*self._point(x, y), max(least, self._wide * w), max(least, self._high * h), colour, corner)
 
     def _names(self):
-        """Labels of the map and of places; one that would overlap another, the robot or the goal is left out."""
+        """Labels of the map and of places, without those that would overlap another, the robot or the goal."""
         taken = [*self.kept_free(), *(self._around(*self._point(*point), dp(17)) for point in self._marked())]
         corner = None
         if self.name and (width := self.width_of(self.name)) < self.width - dp(24):

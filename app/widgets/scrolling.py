@@ -1,4 +1,4 @@
-"""What scrolls: a scroll view whose touches are what fingers mean, and a page of one column."""
+"""Scrolling: a scroll view that handles touches as fingers expect, and a page of one column."""
 
 from functools import lru_cache
 
@@ -10,7 +10,7 @@ from kivy.uix.scrollview import ScrollView
 
 from app.widgets.lists import PRESSED_ROW, Row
 
-WHEEL_WAYS = {"scrollup": 1, "scrolldown": -1}  # by kivy's names, which say where the page goes
+WHEEL_WAYS = {"scrollup": 1, "scrolldown": -1}  # by kivy's names, which are the page's directions
 FAR = 1e6  # px, where nothing is
 
 
@@ -32,13 +32,15 @@ def shade() -> Texture:
 
 
 class CalmScroll(ScrollView):
-    """A scroll view that doesn't overshoot, with a thin bar, and a shade at its lower edge while there is ``more_below``.
+    """A scroll view that doesn't overshoot, with a thin bar, and a shade at its lower edge while there is
+    ``more_below``.
 
-    A finger that rests presses what is under it. When it drags after all, it scrolls, and has pressed nothing, however long it has rested;
-    unless what it rests on ``keeps_drag``. What ``takes_at_once`` needs no rest for it.
+    A resting finger presses what is under it. If it drags later, it scrolls and has pressed nothing, unless the widget
+    under it ``keeps_drag``. A widget that ``takes_at_once`` gets touches without a rest.
 
-    ``wheel_way``: where a mouse's wheel is turning it, 1 down, -1 up; 0: a finger, or nothing, has moved it. A list that comes to rest on
-    whole rows goes on that way: a notch is less than half a row, so the nearest one would take it back.
+    ``wheel_way``: where a mouse's wheel is turning it, 1 down, -1 up; 0: a finger, or nothing, has moved it. A list
+    that stops at whole rows continues in that direction: a notch is less than half a row, so the nearest row would undo
+    it.
     """
 
     wheel_way = 0
@@ -53,7 +55,7 @@ class CalmScroll(ScrollView):
         kwargs.setdefault("effect_cls", ScrollEffect)
         kwargs.setdefault(
             "always_overscroll", False
-        )  # what has room lies at the upper edge, however far it was scrolled
+        )  # content that fits is at the upper edge, ignoring the scroll position
         super().__init__(**kwargs)
 
     def on_touch_down(self, touch):
@@ -75,7 +77,7 @@ class CalmScroll(ScrollView):
         return taken
 
     def _under(self, touch, is_wanted):
-        """The first widget of that kind under a finger that is on this page, or None."""
+        """The first widget of that kind under a finger on this page, or None."""
         if not self.collide_point(*touch.pos):
             return None
         place = self.to_window(*touch.pos)
@@ -106,7 +108,7 @@ class CalmScroll(ScrollView):
     def on_touch_up(self, touch):
         if touch.grab_current is self and touch.ud.pop(self._get_uid("lent"), False):
             touch.ungrab(self)
-            del touch.ud[self._get_uid()]  # no tap: what is under it has been pressed
+            del touch.ud[self._get_uid()]  # not a tap: the widget under it has been pressed
             if self._touch is None:
                 self.dispatch("on_scroll_stop", touch)
             return True
@@ -137,7 +139,7 @@ class CalmScroll(ScrollView):
         touch.ud[self._get_uid()].update(mode="scroll", user_stopped=True, dx=abs(dx), dy=abs(dy))
 
     def on_scroll_move(self, touch):
-        """Where this has reached its end, the drag goes on with the page around it."""
+        """When this has reached its end, the drag continues with the page around it."""
         drag = touch.ud.get(self._get_uid())
         if drag is not None and touch.dy and not self.can_follow(touch.dy) and self._is_drag_upright(drag, touch):
             outer = self._around(touch.dy)

@@ -38,7 +38,7 @@ def alpha_texture(width: int, height: int, coverage) -> Texture:
 
 
 def over(top: Colour, below: Colour) -> Colour:
-    """What is seen of both. Where nothing is, it has the colour of ``below``."""
+    """The visible part of both; empty areas have the colour of ``below``."""
     alpha = top[3] + below[3] * (1 - top[3])
     share = top[3] / alpha if alpha else 0
     red, green, blue = (share * upper + (1 - share) * lower for upper, lower in zip(top[:3], below[:3], strict=True))

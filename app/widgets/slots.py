@@ -1,5 +1,5 @@
-"""A place in a layout that holds one widget or none. One that isn't shown doesn't exist: a hidden one would still take touches, and each of
-its texts 40 KB of memory."""
+"""A place in a layout for one widget or none. A widget that isn't shown doesn't exist: a hidden one would still take
+touches, and 40 KB of memory for each text."""
 
 from kivy.factory import Factory
 from kivy.lang import Builder
@@ -10,7 +10,7 @@ from app.widgets.rest import rest
 
 
 class SlotPart(BoxLayout):
-    """What a slot holds; its kv may read from ``card``."""
+    """The content of a slot; its kv may read from ``card``."""
 
     card = ObjectProperty(None, rebind=True, allownone=True)
 
@@ -31,7 +31,7 @@ class PartSlot(BoxLayout):
         wanted = self.part if self.card is not None else ""
         if [type(child).__name__ for child in self.children] == ([wanted] if wanted else []):
             return
-        for child in self.children:  # it would follow its card until it is collected
+        for child in self.children:  # otherwise it would follow its card until it is collected
             for widget in child.walk(restrict=True):
                 Builder.unbind_widget(widget.uid)
             rest.after_pressing(child)

@@ -1,5 +1,5 @@
-"""Snackbars: short messages about what was done, with at most one button (Undo). The newest is shown; those before it lie below it and come
-back, so that a new one takes neither an undo away nor the place of what is under the top bar."""
+"""Snackbars: short messages about what was done, with at most one button (Undo). The newest is shown; earlier ones are
+below it and come back, so that a new one never removes an Undo or covers the page below the top bar."""
 
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass
@@ -23,8 +23,8 @@ SETTLES = 0.5  # s after one has replaced another, or covered a button, in which
 
 @dataclass
 class Message:
-    """A text that is shown for ``seconds``, or until it is closed by hand (None); ``on_action`` runs when the button is pressed, ``on_end``
-    if it wasn't. What was said before ``about`` any of the same is over: it may not hold any more."""
+    """A text that is shown for ``seconds``, or until it is closed by hand (None); ``on_action`` runs when the button is
+    pressed, ``on_end`` if it wasn't. Ends earlier messages ``about`` any of the same, as they may be outdated."""
 
     text: str
     icon: str = ""
@@ -86,7 +86,7 @@ class SnackbarStack(BoxLayout):
 
     @property
     def has_just_moved(self) -> bool:
-        """Whether one has just come in the place of something else: what a finger does there is not meant for it."""
+        """Whether one has just replaced something else: a touch there is not meant for it."""
         return Clock.get_time() < self.settles_at
 
     def on_touch_down(self, touch):
@@ -95,7 +95,7 @@ class SnackbarStack(BoxLayout):
 
 
 class Said:
-    """A message whose time runs while it is shown; ``bar`` is what showed it last."""
+    """A message whose time runs while it is shown; ``bar`` is the snackbar that showed it last."""
 
     def __init__(self, message: Message, over: Callable[["Said"], object]) -> None:
         self.message, self.left = message, message.seconds
@@ -110,11 +110,11 @@ class Said:
 
     @property
     def is_read(self) -> bool:
-        """Nothing can be done about it, and it has been seen for half of its time at least."""
+        """It has no button, and has been shown for at least half of its time."""
         return not self.message.action and self.left is not None and self.left <= (self.message.seconds or 0) / 2
 
     def begin(self, instead: bool = False) -> None:
-        """``instead``: in the place of another one, where it is at once."""
+        """``instead``: replaces another one, without animation."""
         self._since = Clock.get_time()
         if self.left is not None:
             self._timer = Clock.schedule_once(lambda _dt: self._over(self), self.left)
@@ -139,7 +139,7 @@ class Snackbars:
         self.stack: SnackbarStack | None = None
 
     def show(self, text: str, *, icon: str = "", seconds: float = SECONDS, about: Hashable | None = None) -> None:
-        """Show a message, in the place of what was said before ``about`` the same."""
+        """Show a message, instead of earlier ones ``about`` the same."""
         self.post(Message(text, icon=icon, seconds=seconds, about=_only(about)))
 
     def undo(
@@ -166,7 +166,7 @@ class Snackbars:
         )
 
     def post(self, message: Message) -> None:
-        """The same words without a button are not said twice: they are the newest now, for as long as if they came first."""
+        """The same words without a button are not shown twice: they become the newest, with their full time."""
         top = self._pile[-1] if self._pile else None
         ended = [said for said in self._pile if message.ends(said.message)]
         if top is not None and top.message.repeats(message):
@@ -186,7 +186,7 @@ class Snackbars:
         self.stack.below = len(self._pile) - 1
 
     def end(self, about: Hashable) -> None:
-        """What was said about that does not hold any more."""
+        """End messages about that."""
         self._close_all([said for said in self._pile if about in said.message.about])
 
     def clear(self) -> None:

@@ -11,7 +11,7 @@ from kivymd.uix.label import MDIcon, MDLabel
 
 from app.widgets.tokens import font_of
 
-SEAM = re.compile(r"(?<=[/@._-])(?=.)|(?=:\d)")  # where an address, a path or a file name may go on in the next line
+SEAM = re.compile(r"(?<=[/@._-])(?=.)|(?=:\d)")  # where an address, a path or a file name may break
 JOINT = re.compile(
     r"(?<=\d) (?=(?:s|min|h|d|pv|%|m|km|m/s)(?![\w/]))| (?=…)"
 )  # between a number and its unit, before dots: no line ends
@@ -65,7 +65,7 @@ class Txt(MDLabel):
         self._resize()
 
     def _wrap(self, *_):
-        """One line until the layout has set a usable width: else rows of lists would pass through wrong heights."""
+        """One line until the layout has set a usable width: else list rows would briefly have wrong heights."""
         if not self.fit:
             self.text_size = (self.width if self.width > dp(24) else None), None
             self._resize()
@@ -85,7 +85,7 @@ class Txt(MDLabel):
         self.lines = len(self._label._cached_lines)
 
     def _broken(self, width) -> str:
-        """The text with a line break wherever kivy would not put the right one, ended where there are enough lines."""
+        """The text with line breaks where kivy's would be wrong, cut after enough lines."""
         if not self.most_lines:
             return self._seamed(self.text, width)
         room = int(SEEN * (self.most_lines + 2) * width / self.font_size)

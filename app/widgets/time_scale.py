@@ -5,8 +5,8 @@ from collections.abc import Iterable
 
 
 class TimeScale:
-    """``folds`` [(from, to)] in hours, apart from each other; each takes ``width`` hours of room, or less if it is shorter. ``drawn(hour)``
-    is where an hour is, in hours of room from hour 0 on; ``hour(drawn)`` what is there."""
+    """``folds`` [(from, to)] in hours, without overlaps; each takes ``width`` hours of room, or less if it is shorter.
+    ``drawn(hour)`` is the place of an hour, in hours of room from hour 0; ``hour(drawn)`` the opposite."""
 
     def __init__(self, folds: Iterable[tuple[float, float]] = (), width: float = 0.0) -> None:
         self._folds: list[tuple[float, float, float, float]] = []  # from, to, and the same as drawn

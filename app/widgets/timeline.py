@@ -1,7 +1,7 @@
 """Timeline of robots' time: one lane per robot, a bar per run, the now-line, overlaps and closed time hatched.
 
-A finger drags it along, two fingers zoom. What is drawn (``Drawing``) reaches beyond what is seen and is only moved as long as it does; a
-new drawing of crowded lanes is made a few lanes a frame, and takes the place of the old one when it is complete.
+A finger drags it along, two fingers zoom. The ``Drawing`` extends beyond the visible part and is only moved while it
+covers it; a new drawing of crowded lanes is made a few lanes a frame, and replaces the old one when it is complete.
 """
 
 import math
@@ -18,13 +18,11 @@ from app.widgets.timeline_drawing import Box, Drawing
 from app.widgets.timeline_painting import AXIS, FOLD, Frame
 
 AT_ONCE = 2000  # bars that are drawn in one frame
-NEAR_END = 0.15  # of what is seen: so near to the end of a drawing a new one is begun
+NEAR_END = 0.15  # of the visible part: this close to the end of a drawing a new one is begun
 SLOP = 12  # dp that a finger moves before it drags
 MOST_SEATS = 40  # of bars of a lane
 LONG = 0.5  # s until a press is a long one
-SECOND_TAP = (
-    0.28  # s after a tap, in which another one is the same: what it has opened or moved is under the finger then
-)
+SECOND_TAP = 0.28  # s after a tap in which another counts as the same: the finger is then on what it opened or moved
 STEP = 1 / 12  # hours between times that fingers choose
 LEAST_HOURS, MOST_HOURS = 6, 168
 
@@ -32,18 +30,18 @@ LEAST_HOURS, MOST_HOURS = 6, 168
 class Timeline(Chart):
     """Shows ``hours`` hours from hour ``first`` on; all times are floats in hours from one common instant.
 
-    Of a lane it reads ``key``, ``name``, ``note``, ``bars`` and ``overlaps`` [(from, to)]; or ``line``, words for the lanes that it stands
-    for, and whether they are there (``is_open``): a tap fires ``on_lane(key)``. Of a bar ``key``, ``start``, ``end``, ``label``,
-    ``shorter`` (what is said where that has no room, the best first), ``state`` (past, failed, skipped, held, running, planned, about),
-    ``late`` (where a whisker ends, or None), ``assumed`` (the length is not known), ``typed`` (a person has entered it) and ``movable`` (by
-    a finger).
-    bands = [(from, to, words, kind)], which are "closed", "folded" (a break, however long) or "held"; ticks = [(hour, label, strong)].
+    Of a lane it reads ``key``, ``name``, ``note``, ``bars`` and ``overlaps`` [(from, to)]; or ``line``, words for the
+    lanes that it represents, and whether they are shown (``is_open``): a tap fires ``on_lane(key)``. Of a bar ``key``,
+    ``start``, ``end``, ``label``, ``shorter`` (shorter labels, the best first), ``state`` (past, failed, skipped, held,
+    running, planned, about), ``late`` (the end of its whisker, or None), ``assumed`` (its length is unknown), ``typed``
+    (a person has entered it) and ``movable`` (by a finger). bands = [(from, to, words, kind)], which are "closed",
+    "folded" (a break of any length) or "held"; ticks = [(hour, label, strong)].
 
-    A tap on a bar (or nearest within a fingertip) fires ``on_bar(key)``, with the keys of those that lie under it behind it; one on closed
-    time ``on_fold(hour)``; a finger that rests on free time ``on_free(lane's key, hour)``, one that takes a bar to another time
-    ``on_moved(key, hour)``, with ``time_text(hour)`` above it. ``on_window(first, hours)`` is what is seen after fingers have moved it;
-    ``day_text(first)`` stands above the names. In a page that scrolls, ``seen_from`` and ``seen_height`` (px from the top; 0: all) say
-    which lanes need drawing, and where the axis is.
+    A tap on a bar (or nearest within a fingertip) fires ``on_bar(key)``, followed by the keys of the bars under it; one
+    on closed time ``on_fold(hour)``; a finger that rests on free time ``on_free(lane's key, hour)``, one that takes a
+    bar to another time ``on_moved(key, hour)``, with ``time_text(hour)`` above it. ``on_window(first, hours)`` is the
+    visible part after fingers have moved it; ``day_text(first)`` is above the names. In a page that scrolls,
+    ``seen_from`` and ``seen_height`` (px from the top; 0: all) say which lanes need drawing, and where the axis is.
     """
 
     lanes = ListProperty()
@@ -68,8 +66,8 @@ class Timeline(Chart):
     def __init__(self, **kwargs):
         self._fingers: dict[object, tuple[float, float]] = {}  # uid of a touch: where it is
         self._moved = False
-        self._may_tap = False  # the finger has stayed where it came down, alone
-        self._meant = self._free = None  # what it came down on: an event, a lane's key and an hour
+        self._may_tap = False  # a single finger that has not moved
+        self._meant = self._free = None  # what is under it: an event, a lane's key and an hour
         self._answered = -SECOND_TAP  # when a tap was
         self._seats: dict[tuple[int, str, object], KeySeat] = {}
         self._lifted = None  # a bar under a finger, where it was, and when it would begin now
@@ -95,7 +93,7 @@ class Timeline(Chart):
         """Closed time was tapped where no bar is."""
 
     def on_free(self, lane, hour):
-        """A finger has rested where no bar is, in the lane of that key."""
+        """A finger has rested on free time in the lane of that key."""
 
     def on_moved(self, key, hour):
         """A bar was dragged to begin at that hour."""
@@ -109,7 +107,7 @@ class Timeline(Chart):
     # ------------------------------------------------------------------ fingers
     @property
     def keeps_drag(self) -> bool:
-        """One that goes up or down is for the page around it, unless fingers do something here already."""
+        """A vertical drag belongs to the page around it, unless fingers are already in use here."""
         return self._moved or len(self._fingers) > 1
 
     def on_touch_down(self, touch):
@@ -232,7 +230,7 @@ class Timeline(Chart):
 
     # ------------------------------------------------------------------ where bars are
     def boxes(self) -> Iterator[Box]:
-        """Where the bars are that were drawn for what is seen."""
+        """The places of the bars drawn for the visible part."""
         if self._drawing is not None:
             for lane in self._drawing.lanes:
                 yield from self._drawing.boxes(lane)
@@ -242,7 +240,8 @@ class Timeline(Chart):
         return self._drawing.frame.at(hour) + self._drawing.moved
 
     def seats(self) -> list[Widget]:
-        """What keys can reach: bars in sight, breaks, lanes that stand for others. The first of a lane that has not ended is a tab stop."""
+        """Places that keys can reach: visible bars, breaks, lines of several lanes. A lane's first bar that has not
+        ended is a tab stop."""
         drawing, wanted = self._drawing, []
         if drawing is None:
             return wanted
@@ -286,7 +285,8 @@ class Timeline(Chart):
         return self
 
     def _event_at(self, x, y):
-        """What a tap there fires, or None. A break is as narrow as a fingertip, and bars may be on both sides of it."""
+        """The event of a tap there, or None. A break is as narrow as a fingertip, and bars may be on both sides of
+        it."""
         if (lane := self._lane_at(y)) is None:
             return None
         if lane.line:
@@ -307,7 +307,7 @@ class Timeline(Chart):
         return (lane.key, self._time_at(x)) if is_free else None
 
     def _lane_at(self, y):
-        """None: on the axis, or there is nothing."""
+        """None: the axis, or nothing."""
         frame = self._drawing.frame if self._drawing is not None else None
         return (
             frame.lanes[frame.lane_at(y)] if frame is not None and y < frame.bottom_of_axis - self.seen_from else None
@@ -373,7 +373,7 @@ class Timeline(Chart):
             self.canvas.clear()
 
     def draw(self):
-        """Begin a new drawing; it is seen when it is complete."""
+        """Begin a new drawing; it is shown when it is complete."""
         self._is_stale = False
         frame = Frame.of(
             self.lanes, self.bands, self.ticks, self.first, self.hours, self.pos, self.size, self.day_text(self.first)

@@ -1,4 +1,4 @@
-"""What stands on the axis of a timeline: days and times, the present one, until when everything is held."""
+"""The axis of a timeline: days and times, the present time, until when everything is held."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def paint_now(frame: Frame, now: float) -> None:
 
 
 def paint_axis(frame: Frame, seen: Span, now: float, now_label: str) -> None:
-    """The labels of the ticks, of the present time and of a hold; ``seen``: left and right end of what is seen."""
+    """The labels of the ticks, of the present time and of a hold; ``seen``: left and right end of the visible part."""
     pill = None
     if frame.is_drawn(now) and now_label:
         width = width_of(now_label, 14, "RobotoMedium") + dp(16)

@@ -17,7 +17,7 @@ from app.widgets.timeline_painting import Colours, Frame, Span, kept_in
 from app.widgets.tokens import tk
 
 NARROW = 12  # dp; such bars are drawn together
-INSET = 5  # dp of the upper edge of a bar, below which one that begins on it is drawn
+INSET = 5  # dp of a bar's upper edge that stay visible above an overlapping bar
 AROUND = 2  # dp: the frame of a skipped start is so far around what is planned in its time
 ABOUT_EDGE = 0.22  # of the height of a bar whose robot is a forecast, hatched above and below
 OVERLAP = 6  # dp of the lower edge of bars that overlap
@@ -26,7 +26,7 @@ PIECES = 10_000  # bars of one mesh, whose indices have 16 bits
 
 
 class Placed(NamedTuple):
-    """A bar where it is drawn: px of the window."""
+    """A bar and its place in px of the window."""
 
     bar: Any
     look: str
@@ -47,7 +47,7 @@ def look_of(bar: Any) -> str:
 
 
 def placed(frame: Frame, bars: Sequence[Any]) -> list[Placed]:
-    """``bars`` by their beginning, in the order in which they are drawn: what is not run last, as a frame where others are in its time."""
+    """``bars`` by their beginning, in drawing order: those not run come last, as a frame if others share their time."""
     skipped = [bar for bar in bars if bar.state == "skipped"]
     found = _placed(frame, [bar for bar in bars if bar.state != "skipped"] if skipped else bars)
     if skipped:
@@ -130,7 +130,7 @@ def _paint_bar(frame: Frame, one: Placed, y: float) -> None:
 
 
 def paint_lifted(frame: Frame, bar: Any, place: Sequence[float], x: float, words: str) -> None:
-    """A bar under a finger at x, faded where it is planned, and above it the time at which it would begin."""
+    """A bar under a finger at x, faded at its planned place, and above it its new start time."""
     left, bottom, right, top = place[:4]
     width, height, seen = right - left, top - bottom, (frame.left, frame.right)
     box(max(left, seen[0]), bottom, right - max(left, seen[0]), height, tk.surface, alpha=0.8)
@@ -223,8 +223,8 @@ def _steps(start: float, end: float, step: float) -> Iterator[float]:
 
 
 def paint_overlaps(frame: Frame, lane: int, most: int) -> None:
-    """What two bars share, hatched along their lower edge, so that they and their words stay legible; narrow ones as plain marks, and all
-    where there are more than ``most`` others."""
+    """The shared time of two bars, hatched along their lower edge, so that they and their words stay legible; narrow
+    ones as plain marks, as are all if there are more than ``most`` others."""
     height, bottom = dp(OVERLAP), frame.middle(lane) - frame.bar_height / 2
     spans = [
         (frame.at(start), frame.at(end)) for start, end in frame.lanes[lane].overlaps if frame.is_drawn(start, end)
@@ -242,7 +242,7 @@ def paint_overlaps(frame: Frame, lane: int, most: int) -> None:
 
 
 def join(spans: list[Span], x: float, x2: float) -> None:
-    """Add a span to those before it, which it may touch."""
+    """Add a span to the earlier ones, merging it if they touch."""
     if spans and x <= spans[-1][1] + 1:
         if x2 > spans[-1][1]:
             spans[-1] = spans[-1][0], x2

@@ -1,7 +1,6 @@
-"""One drawing of a timeline: what it shows and as much on either side of it, made once and then only moved.
-
-It is made lane by lane, so that a crowded one can be spread over several frames, and lanes that come into sight are added. The axis and the
-now-line depend on the time and on the edges of what is seen, so they are a layer of their own.
+"""One drawing of a timeline: the visible part and as much on either side, made once and then only moved. It is made
+lane by lane, so that a crowded one can be spread over several frames, and lanes that come into sight are added. The
+axis and the now-line depend on the time and on the edges of the visible part, so they are a separate layer.
 """
 
 from __future__ import annotations
@@ -31,8 +30,8 @@ from app.widgets.timeline_painting import AXIS, Frame, paint_background, paint_n
 from app.widgets.timeline_words import Cluster, clusters, paint_words
 from app.widgets.tokens import tk
 
-DETAILED = 160  # bars in sight with border and whisker, shared by the lanes: of more, a lane's are drawn together, but no other's
-LEAST = 8  # of them that a lane may have, however many lanes there are
+DETAILED = 160  # visible bars with border and whisker, for all lanes: beyond that a lane's bars are drawn together
+LEAST = 8  # of them for each lane, with any number of lanes
 NEARLY = 1e-9  # hours: sums of floats
 
 Box = tuple[float, float, float, float, object]  # left, bottom, right, top in px, key of the bar
@@ -96,7 +95,7 @@ class Drawing:
 
     # ------------------------------------------------------------------ what is drawn
     def bars_of(self, lane: int) -> list[Any]:
-        """Those of the time that is drawn, by their beginning."""
+        """Those of the drawn time, by their beginning."""
         if lane not in self._bars_of:
             low, high = self.frame.low, self.frame.high
             self._bars_of[lane] = sorted(
@@ -117,14 +116,14 @@ class Drawing:
         return len(bars) > DETAILED or (len(bars) > self._most and sum(not one.is_narrow for one in bars) > self._most)
 
     def reaches(self, first: float, margin: float = 0.0) -> bool:
-        """Whether it shows everything that there is from hour ``first`` on, and so many hours around."""
+        """Whether it covers everything from hour ``first``, and this many hours around."""
         frame, begins = self.frame, self.frame.scale.drawn(first)
         low, high = frame.scale.drawn(frame.low), frame.scale.drawn(frame.high)
         return (low <= begins - margin + NEARLY and begins + frame.hours + margin <= high + NEARLY) or self._is_whole
 
     @property
     def _is_whole(self) -> bool:
-        """Whether nothing lies beyond what is drawn."""
+        """Whether nothing exists beyond the drawing."""
         frame = self.frame
         return all(len(self.bars_of(lane)) == len(frame.lanes[lane].bars) for lane in self._made) and all(
             frame.low - 1 <= hour <= frame.high + 1 for hour, *_ in frame.ticks
@@ -148,7 +147,7 @@ class Drawing:
         self.move(-self.frame.shift(first) - self.moved)
 
     def pin(self, seen_from: float) -> None:
-        """The axis on top of what is seen of a page that scrolls."""
+        """The axis at the top of the visible part of a page that scrolls."""
         self._pin.y = -round(seen_from)
 
     # ------------------------------------------------------------------ its layers
@@ -201,7 +200,7 @@ class Drawing:
         return self.frame.left - self._pan.x, self.frame.right - self._pan.x
 
     def draw_axis(self, now: float, now_label: str) -> None:
-        """Its labels and those of bars, whole at the edges of what is seen now, and the now-line."""
+        """Its labels and those of bars, whole at the edges of the present visible part, and the now-line."""
         if self._worded_at != self._pan.x:
             self._worded_at = self._pan.x
             for lane, (_name, _bars, words) in self._made.items():

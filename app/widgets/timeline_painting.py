@@ -1,4 +1,5 @@
-"""What a timeline looks like: ``Frame`` says what is drawn and where, each function paints a part of it on the open canvas."""
+"""The look of a timeline: ``Frame`` says what is drawn and where, each function paints a part of it on the open
+canvas."""
 
 from __future__ import annotations
 
@@ -16,7 +17,7 @@ from app.widgets.tokens import tk
 
 AXIS = 28  # dp, above the lanes
 FOLD = 72  # dp of folded time
-BEYOND = 0.5  # of what is seen, drawn on either side of it
+BEYOND = 0.5  # of the visible part, drawn on either side of it
 SEEN = 4  # lanes that are in sight at once
 UPPER = 8  # lanes, which are in sight before any are scrolled
 
@@ -123,7 +124,7 @@ class Frame:
         return self.lane_height - dp(16)
 
     def at(self, hour: float) -> float:
-        """Where an hour is, or the end of what is drawn."""
+        """The place of an hour, or the end of the drawing."""
         return self.left + self.shift(min(max(hour, self.low), self.high))
 
     def shift(self, hour: float) -> float:
@@ -142,7 +143,7 @@ class Frame:
         return min(max(int((self.bottom_of_axis - y) / self.lane_height), 0), len(self.lanes) - 1)
 
     def lanes_in_sight(self, seen_from: float, seen_height: float) -> range:
-        """All lanes, or of a page that scrolls those that are seen (px from the top) and one on either side."""
+        """All lanes, or on a page that scrolls the visible ones (px from the top) and one on either side."""
         if not seen_height:
             return range(len(self.lanes))
         above = int((seen_from - dp(AXIS)) / self.lane_height)
@@ -190,7 +191,7 @@ def paint_background(frame: Frame) -> None:
 
 
 def _free_lane(frame: Frame, left: float, right: float) -> int | None:
-    """The first of the upper ones in which no bar would cover what is written there."""
+    """The first of the upper lanes without a bar in the way of the text."""
     start, end = frame.hour_at(left), frame.hour_at(right)
     return next(
         (
@@ -203,7 +204,7 @@ def _free_lane(frame: Frame, left: float, right: float) -> int | None:
 
 
 def _paint_fold(frame: Frame, x: float, x2: float, words: str) -> None:
-    """A break in the time, and what is left out, a line each that fits; in each screen of many lanes again."""
+    """A break in the time, with the omitted days, one line each that fits; repeated on each screen of many lanes."""
     for edge in (x, x2 - dp(2)):
         box(edge, frame.y, dp(2), frame.bottom_of_axis - frame.y, tk.outline)
     lines, room, line_height = [""], x2 - x - dp(8), sp(17)
@@ -223,7 +224,7 @@ def _paint_fold(frame: Frame, x: float, x2: float, words: str) -> None:
 
 
 def stretches(lanes: Sequence[Any]) -> Iterator[tuple[int, int]]:
-    """Where robots' lanes follow each other: the first, and how many, at most as many as are seen at once."""
+    """Successive robots' lanes: the first, and how many, at most as many as are visible at once."""
     for is_line, numbers in groupby(range(len(lanes)), lambda n: bool(lanes[n].line)):
         found = [] if is_line else list(numbers)
         yield from ((found[n], min(SEEN, len(found) - n)) for n in range(0, len(found), SEEN))
@@ -231,13 +232,13 @@ def stretches(lanes: Sequence[Any]) -> Iterator[tuple[int, int]]:
 
 # ---------------------------------------------------------------------- lanes
 def paint_name(frame: Frame, lane: int) -> None:
-    """Of a robot, or across the lane what it stands for."""
+    """The name of a robot, or across the lane, the words of a line."""
     shown, y = frame.lanes[lane], frame.middle(lane)
     if shown.line:
         for height, colour in (
             (frame.lane_height, tk.surface2),
             (1, tk.line),
-        ):  # nothing of the lines of time below it is seen
+        ):  # hides the time lines below it
             box(frame.x, y - frame.lane_height / 2, frame.right - frame.x, height, colour)
         text(
             md_icons["chevron-up" if shown.is_open else "chevron-down"],
@@ -255,6 +256,6 @@ def paint_name(frame: Frame, lane: int) -> None:
 
 
 def kept_in(x: float, width: float, seen: Span) -> float:
-    """Left end of something ``width`` px wide around x, which is not cut by an edge as long as x is seen."""
+    """Left end of something ``width`` px wide around x, not cut by an edge while x is visible."""
     left, right = seen
     return min(max(x - width / 2, left), right - width) if left <= x <= right else x - width / 2

@@ -16,7 +16,7 @@ from app.widgets.timeline_painting import Frame, Span
 from app.widgets.tokens import tk
 
 LEGIBLE = 20  # dp of the height of a bar, for each line of words in it
-LEAST = 24  # dp of room, below which no name is tried
+LEAST = 24  # dp of room, less is too little for a name
 
 
 class Cluster(NamedTuple):
@@ -86,7 +86,7 @@ def _possible_names(bars: Sequence[Placed]) -> Iterator[str]:
 
 
 def _named_inside(frame: Frame, one: Placed, above: Sequence[Placed], y: float, seen: Span) -> bool:
-    """Paint its name into what is seen of it, if there is room."""
+    """Paint its name into its visible part, if there is room."""
     if one.framed or one.x2 - one.x <= dp(LEAST) or frame.bar_height - one.inset < dp(LEGIBLE):
         return False
     left, right = (
@@ -114,7 +114,8 @@ def _two_lines(words: str) -> list[str]:
 
 
 def _not_covered(left: float, right: float, above: Iterable[Placed]) -> Span:
-    """The widest part of a bar, seen from ``left`` to ``right``, that those drawn above it leave in sight, or within their frames."""
+    """The widest part of a bar, visible from ``left`` to ``right``, that later bars do not cover, or within their
+    frames."""
     parts: list[Span] = []
     for other in sorted(above, key=lambda one: one.x):
         if other.right > left and other.x < right:

@@ -104,8 +104,9 @@ def font_of(style: str, role: str) -> tuple[str, str]:
 def late_color(default) -> ColorProperty:
     """A colour property that dispatches whenever it is set, even to the value it has.
 
-    A label on a dark background has two kv rules for its ``color``: that of its class (``tk.ink``) and its own. The one that was
-    dispatched last wins, so after a switch of the theme a colour that stays the same must be dispatched again, after ``tk.ink``.
+    A label on a dark background has two kv rules for its ``color``: that of its class (``tk.ink``) and its own. The
+    last one dispatched wins, so after a switch of the theme an unchanged colour must be dispatched again, after
+    ``tk.ink``.
     """
     return ColorProperty(default, force_dispatch=True)
 

@@ -8,8 +8,8 @@ from app.widgets.tokens import tk
 
 
 class WeekdayChips(GridLayout):
-    """``data`` have ``key``, ``text`` and ``selected``; in two rows where one is too narrow for fingers. A tap fires ``on_choose(key)`` and
-    changes nothing by itself."""
+    """``data`` have ``key``, ``text`` and ``selected``; in two rows if one is too narrow for fingers. A tap only fires
+    ``on_choose(key)``."""
 
     data = ListProperty()
 

@@ -62,7 +62,7 @@ class SchedulerApp(MDApp):
         first: str = "home",
         loudspeaker: Loudspeaker | None = None,
     ) -> None:
-        app.widgets.load()  # before KivyMD's part of the start, which is cured there
+        app.widgets.load()  # before KivyMD's part of the start, which is repaired there
         super().__init__()
         self.container: Container | None = None
         self.shell: Shell | None = None
@@ -161,7 +161,7 @@ class SchedulerApp(MDApp):
         self._keys.stop()
         if self.shell is not None:
             self.shell.dialogs.close_all()
-            self.shell.navigator.close()  # a screen may say something when it is left
+            self.shell.navigator.close()  # a screen may show a message when it is left
             self.shell.snackbars.clear()
             self.shell.background.close()
         self.container = self.shell = self._frame = self._gate = self._keyboard = self._poll = None
@@ -173,7 +173,7 @@ class SchedulerApp(MDApp):
         Clock.schedule_once(lambda _dt: self._go_back(path), 0)
 
     def _go_back(self, path: Path) -> None:
-        """Close everything, put the backup in place, build everything again on it; one sentence reports the outcome."""
+        """Close everything, put the backup in place, build everything again on it; a message reports the outcome."""
         assert self._bus is not None
         assert self._restorer is not None
         restorer = self._restorer

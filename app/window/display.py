@@ -11,11 +11,11 @@ _VIDEO = 0x20  # SDL_INIT_VIDEO
 
 
 def display_size(usable: bool = False) -> tuple[int, int] | None:
-    """Width and height of the first display in pixels, as SDL sees it; None where SDL can't be asked. ``usable``: without the desktop's own
-    bars.
+    """Width and height of the first display in pixels, as SDL sees it; None if SDL can't be asked. ``usable``: without
+    the desktop's own bars.
 
-    A kiosk's compositor shows a full-screen window in the display's size without a word to kivy, which would go on drawing in the size
-    that the window was made with.
+    A kiosk's compositor shows a full-screen window in the display's size without telling kivy, which would keep drawing
+    in the window's first size.
     """
     library = _sdl()
     if library is None:

@@ -21,18 +21,16 @@ import sys
 from collections.abc import Callable
 
 NEW = 25_000  # objects that have come since the last collection: if all are garbage it takes 30 ms
-SOME = 5_000  # also, where there may be no room for what comes
-AT_REST = (
-    100_000  # alive since everything was scanned, after which it is again, and they are frozen, at the next rest: 0.3 s
-)
+SOME = 5_000  # also, if there may be no room for new objects
+AT_REST = 100_000  # new live objects since the last full scan that cause another, and freezing, at the next rest: 0.3 s
 ALIVE = 150_000  # also while the screen is in use: until then a collection takes up to 20 ms
 AT_THE_LATEST = 250_000  # also while a dialog is open, which would be frozen too: 30 ms
 MUCH = 50_000  # garbage, in objects; a sixth of it is only found by another scan
-USUAL = 1_000_000  # blocks of a window that has shown its screens: until then there is nothing to save
-MORE = 40_000  # blocks of Python's heap that may come to the most that were ever alive, 3 MB
-BURST = 120_000  # that come in one frame where a section is built: garbage leaves room for them
+USUAL = 1_000_000  # blocks of a window that has shown its screens: before that nothing can be saved
+MORE = 40_000  # blocks that Python's heap may grow beyond its largest live size, 3 MB
+BURST = 120_000  # new in one frame when a section is built: garbage leaves room for them
 EVERY = 300.0  # s between collections at rest, however little there is
-LET_GO = 2.0  # s after which nothing holds the screens any more that were thrown away
+LET_GO = 2.0  # s after which nothing holds removed screens
 REST = 5.0  # s without a touch, after which a pause goes unnoticed
 M_ARENA_MAX = -8  # of glibc's mallopt
 FALLBACK = (400_000, 5, 5)  # Python's own thresholds, for when no frames are drawn (behind other apps on Android)
@@ -73,7 +71,7 @@ class Garbage:
         self._gone_at = self._now()
 
     def collect_due(self, *_args: object) -> None:
-        """Collect what it is time for; mostly nothing."""
+        """Collect what is due; mostly nothing."""
         now, new = self._now(), gc.get_count()[0]
         rests = now - self._touched_at >= REST
         if new >= NEW or (new >= SOME and self._is_full(BURST)) or (rests and now - self._collected_at >= EVERY):
@@ -96,7 +94,7 @@ class Garbage:
     def _scan_all(self) -> None:
         gc.unfreeze()
         if gc.collect() >= MUCH:
-            gc.collect()  # what was left of it: kivy's callbacks for a change of the screen's density hold themselves
+            gc.collect()  # the rest of it: kivy's callbacks for a change of the screen's density hold themselves
         gc.freeze()
         self._alive = 0
         self._room = max(self._room, sys.getallocatedblocks() + MORE)
@@ -104,7 +102,7 @@ class Garbage:
 
 
 def give_back() -> None:
-    """Hand to the system what has been freed: glibc keeps some 30 MB of it after an hour of use. Takes 10 ms."""
+    """Return freed memory to the system: glibc keeps some 30 MB of it after an hour of use. Takes 10 ms."""
     if sys.platform == "linux" and hasattr(libc := ctypes.CDLL(None), "malloc_trim"):
         libc.malloc_trim(0)
 

@@ -29,7 +29,7 @@ DOWN = 274
 
 
 def parents(widget) -> list:
-    """``widget`` and what it is in, up to the child of the window; empty when it is not in the window."""
+    """``widget`` and its ancestors, up to the child of the window; empty if it is not in the window."""
     if widget is None:
         return []
     found = [widget]
@@ -44,7 +44,7 @@ def _list_of(widget):
 
 
 def _row_of(widget):
-    """The row of a long list that it is or is in, or None."""
+    """The long list's row that it is or is inside, or None."""
     return next((around for around in parents(widget) if isinstance(around.parent, Seat)), None)
 
 
@@ -60,7 +60,7 @@ def _away(target, place) -> float:
 
 
 def _around(target) -> tuple[float, float, float, float]:
-    """x, y, width, height of the ring: around the target, but in the window, and on no border of a card that it is in."""
+    """x, y, width, height of the ring: around the target, but in the window, and not on its card's border."""
     x, y = target.to_window(*target.pos)
     left, bottom = max(x - dp(3), dp(2)), max(y - dp(3), dp(2))
     right, top = (
@@ -83,12 +83,12 @@ def _reveal(target) -> None:
             inside.height > view.height or inside.width > view.width for inside in view.children
         ):
             view.scroll_to(target, padding=dp(24), animate=False)
-            view.update_from_scroll()  # now: where it is in the next frame would be another move, which scrolls again
+            view.update_from_scroll()  # now: in the next frame it would be another move, which scrolls again
 
 
 def _far(target, other, right, up) -> float:
-    """How far the other one is in that direction, from edge to edge: twice as far for what it is to the side. Of those that are equally far
-    the one whose middle is best in line; infinite: it is not in that direction."""
+    """The distance of the other one in that direction, from edge to edge; a sideways offset counts twice. With equal
+    distances, the one best in line; infinite: not in that direction."""
     (x, y), (left, bottom) = target.to_window(*target.pos), other.to_window(*other.pos)
     spans = [
         ((x, x + target.width), (left, left + other.width)),
@@ -104,18 +104,18 @@ def _far(target, other, right, up) -> float:
 
 
 class KeyFocus:
-    """From ``start`` to ``stop``. Only what is topmost is reached: in a dialog its targets, else those of the screen. A touch ends it.
-    When a dialog or menu closes, the round goes on where it was opened: at what opened it, by keys or a finger, or what stands there now.
-
-    What has the ring comes before what a dialog does with Enter; all other keys are the dialog's first. A key that is held presses once.
+    """Active from ``start`` to ``stop``. Only the topmost layer is reached: a dialog's targets, else the screen's. A
+    touch ends it. When a dialog or menu closes, the ring continues at the widget that opened it, by keys or a finger,
+    or its successor. Enter presses the widget with the ring before the dialog's own action; all other keys go to the
+    dialog first. A held key presses once.
     """
 
     def __init__(self) -> None:
         self.target = None  # what has the ring
         self._left: list = []  # what had it on the page before
-        self._openers: list = []  # (dialog, what had the ring when it was opened or None, where that or the finger was)
+        self._openers: list = []  # (dialog, the widget with the ring when it opened or None, the place of that or of the finger)
         self._finger = 0.0, 0.0  # where it was last
-        self._begin = None  # where the round begins, when nothing has the ring
+        self._begin = None  # where the ring begins
         self._shown = None
         self._follow = Clock.create_trigger(self._draw, 0, interval=True)
 
@@ -179,7 +179,7 @@ class KeyFocus:
         return True
 
     def _key_in_search(self, key) -> bool:
-        """Of a choice: Down leads to the first that is found, and so does Enter, which chooses what is the only one."""
+        """In a choice: Down leads to the first hit, and so does Enter, which chooses the only one."""
         choice = next((around for around in parents(dock.field) if isinstance(around, ChoiceDialog)), None)
         if choice is None or key not in (DOWN, ENTER, KEYPAD_ENTER):
             return False
@@ -211,8 +211,8 @@ class KeyFocus:
         return True
 
     def _type(self, text, is_upper) -> bool:
-        """What is typed in a dialog goes into its first field, also where no field has the focus. The text itself comes after the key, but
-        only where kivy had been asked for texts before."""
+        """Typing in a dialog goes into its first field, even without the focus. The text comes after the key, but only
+        if kivy had been asked for texts before."""
         targets = self.targets() if text.isprintable() and text != " " else []
         field = next(
             (
@@ -225,7 +225,7 @@ class KeyFocus:
         if field is None:
             return False
         before, field.focus = field.text, True
-        if not is_upper or text.isalpha():  # of the others it is not known what is above them
+        if not is_upper or text.isalpha():  # it is unknown what is above the others
             Clock.schedule_once(
                 lambda _dt: field.insert_text(text.upper() if is_upper else text) if field.text == before else None, 0
             )
@@ -277,7 +277,7 @@ class KeyFocus:
             self._go(found)
 
     def _go_to_chosen(self, targets) -> bool:
-        """In a dialog in which one is chosen: to what is chosen now, of a list else to its first."""
+        """In a dialog with a choice: to the present one, or to the first of a list."""
         top = next((parents(target)[-1] for target in targets), None)
         if isinstance(top, ChoiceDialog) and (options := top.found()):
             chosen = next((option for option in options if option.selected), options[0])
@@ -289,8 +289,8 @@ class KeyFocus:
         return day is not None
 
     def _turn_list(self, by: int, following, x: float) -> bool:
-        """Whether the ring goes to a row of a long list that is not there yet, since ``following`` is outside of the list; to what is
-        nearest to ``x`` of the window there."""
+        """Whether the ring goes to a long list's row that does not exist yet, as ``following`` is outside the list; to
+        the widget nearest to ``x`` of the window there."""
         rows, row = _list_of(self.target), _row_of(self.target)
         key = rows.next_key(row.key, by) if rows is not None and row is not None else None
         if key is None or (following is not None and (_list_of(following) is rows)):
@@ -308,7 +308,7 @@ class KeyFocus:
             self._go(min(found, key=lambda target: abs(target.to_window(*target.center)[0] - x)))
 
     def _come_back(self) -> None:
-        """To what opened the dialog that is closed now, or had the ring on the page that has come back."""
+        """To the widget that opened the closed dialog, or that had the ring on the page that has returned."""
         opener = place = None
         while self._openers and not (parents(self._openers[-1][0]) and self._openers[-1][0].is_open):
             _dialog, opener, place = self._openers.pop()
@@ -358,7 +358,7 @@ class KeyFocus:
         place = (*_around(target), *tk.ink) if seen else None
         if place != self._shown:
             if seen and self._shown is not None:
-                _reveal(target)  # it has moved: what it did may have pushed it out of sight
+                _reveal(target)  # it has moved: its action may have pushed it out of sight
                 place = (*_around(target), *tk.ink)
             self._clear()
             self._shown = place

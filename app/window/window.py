@@ -34,9 +34,8 @@ LEAST_WIDTH, LEAST_HEIGHT = 600, 480
 
 
 def run(directory: DataDirectory, demo_robots: DemoFleet | None = None, kiosk: bool = False) -> int:
-    """Returns the exit code 0 when the window was closed. Raises BadInput or Failure with the one line to say.
-
-    A damaged database is a screen of its own with a Restore button; closed without restoring it raises what the other commands do.
+    """Returns the exit code 0 when the window was closed. Raises BadInput or Failure with one line. A damaged database
+    has its own screen with a Restore button; closed without restoring, it raises the same as the other commands.
     """
     share_one_heap()
     log_file.start(directory.logs, stderr=False)
@@ -126,8 +125,8 @@ def _is_no_optional_part(record: logging.LogRecord) -> bool:
 
 
 def size_within(usable: tuple[int, int] | None) -> dict[str, str]:
-    """Kivy's settings of a window no larger than the ``usable`` part of the display, in px. One that has not all the room it wants is
-    maximised: only the desktop knows how much of it its frame takes."""
+    """Kivy's settings of a window no larger than the ``usable`` part of the display, in px. A window without enough
+    room is maximised: only the desktop knows the size of its frame."""
     width, height = usable or (WIDTH, HEIGHT)
     fits = width >= WIDTH and height >= HEIGHT
     return {
@@ -173,7 +172,7 @@ def _run(app) -> None:  # type: ignore[no-untyped-def]
 
 @contextlib.contextmanager
 def quiet_garbage(app=None) -> Iterator[None]:  # type: ignore[no-untyped-def]
-    """Garbage is collected between frames, as long as the block lasts; ``app`` says when it throws its screens away."""
+    """Collect garbage between frames while the block lasts; ``app`` reports when it removes its screens."""
     from kivy.clock import Clock
     from kivy.core.window import Window
 

@@ -58,7 +58,7 @@ def _message_id(text: object) -> str:
 
 
 def _silence(alarm: Alarm) -> str:
-    """Why a robot can't be reached: "network", "refused" or "names"; empty where that is not known."""
+    """Why a robot can't be reached: "network", "refused" or "names"; empty if unknown."""
     return _CAUSE_OF.get(_message_id(alarm.details.get("problem")), "")
 
 
@@ -72,7 +72,7 @@ def _reason(alarm: Alarm) -> str:
 
 
 def _is_cause(error: Alarm, ended: Alarm) -> bool:
-    """Whether it is an error of the robot that ended this run: it says the same about then, or does not say why."""
+    """Whether this robot error ended the run: it gives the same reason about that time, or none."""
     reason, problem = ended.details.get("reason"), render(error.details.get("problem", ""))
     if (
         not isinstance(reason, Mapping)
@@ -86,7 +86,7 @@ def _is_cause(error: Alarm, ended: Alarm) -> bool:
 
 
 def _with_their_runs(alarms: Sequence[Alarm], now: datetime) -> list[Together]:
-    """Errors of robots, each with what it ended: the more urgent first, which is the error while it lasts."""
+    """Errors of robots, each with the runs it ended: the more urgent first, which is the error while it lasts."""
     failed: dict[tuple[object, ...], list[Alarm]] = defaultdict(list)
     for alarm in alarms:
         if alarm.code == "execution_failed" and isinstance(robot_id := alarm.details.get("robot_id"), int):
@@ -209,7 +209,7 @@ def _names(alarms: Iterable[Alarm], of: str) -> tuple[int, str]:
 
 
 def _note_of_error(group: Together, settings: Settings, now: datetime, whole: bool, advises: bool) -> str:
-    """Which missions an error has ended; of one that is over what remains of it, which are these."""
+    """Which missions an error has ended; of an error that is over, only these remain."""
     note = alarm_note(group[0], settings, now, whole, advises)
     if group[0].code == "robot_error":
         n, names = _names((alarm for alarm in group if alarm.code in _OF_RUNS), "mission")
@@ -222,7 +222,8 @@ def _note_of_error(group: Together, settings: Settings, now: datetime, whole: bo
 
 
 def group_note(group: Together, settings: Settings, now: datetime, whole: bool = False, advises: bool = True) -> str:
-    """Which robots or missions, and why, what to do, or since when it is over; ``whole`` and ``advises`` as of one alarm."""
+    """Which robots or missions, and why, what to do, or since when it is over; ``whole`` and ``advises`` as for one
+    alarm."""
     if len(group) == 1:
         return alarm_note(group[0], settings, now, whole, advises)
     if has_leader(group):
@@ -262,5 +263,5 @@ def group_entry(group: Together, settings: Settings, now: datetime, unfolded: bo
 
 
 def menu_of_group(group: Together, robots: Mapping[int, Robot]) -> list[MenuItem]:
-    """What else can be done about them; one that leads knows the way too."""
+    """Other actions for them, including the way to the solution."""
     return menu_of(group[0], robots) if has_leader(group) else group_menu(group[0])

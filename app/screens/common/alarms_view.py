@@ -17,7 +17,7 @@ from app.services.live.alarms import EVENTS, SHELF_HOURS, alarm_sentence
 
 
 class Act(StrEnum):
-    """What a button at an alarm, a hold or a late start does."""
+    """The actions of buttons at an alarm, a hold or a late start."""
 
     NOTHING = "nothing"
     SHOW_ROBOT = "show_robot"  # select it and go Home
@@ -33,13 +33,13 @@ class Act(StrEnum):
     LATE_STARTS = "late_starts"  # show their list
     RELEASE = "release"  # a hold
     CLOCK_IS_RIGHT = "clock_is_right"  # regardless of the robots' clocks
-    TIME_ZONE = "time_zone"  # that of the tablet, where it is not certain
+    TIME_ZONE = "time_zone"  # of the tablet, if it is uncertain
     WHOSE_PLAN = "whose_plan"  # does data that was copied from another tablet move here?
 
 
 @dataclass(frozen=True)
 class Way:
-    """A button: its word, what it does, and the id of what it does that to."""
+    """A button: its word, its action, and the id of the action's object."""
 
     word: str
     act: Act
@@ -48,13 +48,13 @@ class Way:
 
 @dataclass(frozen=True)
 class Here:
-    """The screen that is shown, and the robot that it is about; None: all of them."""
+    """The present screen and its robot; None: all of them."""
 
     screen: str = ""
     robot_id: int | None = None
 
     def is_at(self, way: Way) -> bool:
-        """Nothing new would be seen there."""
+        """Whether the user is there already."""
         if way.act is Act.SHOW_ROBOT:
             return self.screen == "home" and self.robot_id == way.about
         return self.screen == "logs" and way.act in (Act.LOGS, Act.SHOW_RUN, Act.SCHEDULE_RUN)
@@ -89,7 +89,7 @@ def is_unseen(alarm: Alarm) -> bool:
 
 
 def urgency(alarm: Alarm) -> tuple[bool, bool, float, float]:
-    """What no person has seen before what one has, what lasts before what is over, an emergency stop before all else, then by priority,
+    """Unseen alarms before seen ones, lasting before ended ones, an emergency stop before all others, then by priority,
     the newest first."""
     newest = (alarm.last_at or alarm.raised_at).timestamp()
     severity = -1 if alarm.code == "emergency_stop" else list(Priority).index(alarm.priority)
@@ -171,7 +171,8 @@ def _readable(value: Any, settings: Settings, now: datetime) -> Any:
 
 
 def alarm_note(alarm: Alarm, settings: Settings, now: datetime, whole: bool = False, advises: bool = True) -> str:
-    """Since when or when, whether it is over, how often, and, if it ``advises``, what to do. ``whole``: also since when of what is over."""
+    """Its time or begin, whether it is over, how often, and, if it ``advises``, what to do. ``whole``: also the begin
+    of an ended one."""
     zone = settings.timezone
     raised = formats.day_and_time(alarm.raised_at, zone, now)
     parts = []
@@ -196,8 +197,8 @@ def alarm_note(alarm: Alarm, settings: Settings, now: datetime, whole: bool = Fa
 
 
 def _advice(alarm: Alarm) -> str:
-    """What to do. Of a robot that can't be reached its problem knows more: whether to check its name, its port or the network. One that
-    answers for another can't be accepted in its place."""
+    """What to do. The problem of an unreachable robot says more: whether to check its name, its port or the network. A
+    robot that answers for another can't be accepted instead."""
     problem, found = alarm.details.get("problem"), alarm.details.get("found")
     if alarm.code == "question" and (answers := answers_of(alarm)):
         return _("answers: {answers}").format(answers=" / ".join(answers))
@@ -278,8 +279,8 @@ def id_in(key: str, wanted: str) -> int | None:
 
 
 def way_to(alarm: Alarm, robots: Mapping[int, Robot]) -> Way | None:
-    """To where it is solved, or described in full. None where there is nothing more to see: that the tablet was off can't be
-    changed in the app, and what is over needs no solving."""
+    """The way to its solution or full description. None if there is nothing more to see: "the tablet was off" can't be
+    changed in the app, and an ended alarm needs no solution."""
     if is_over(alarm):
         return None
     if alarm.code == "clock_implausible":
@@ -313,13 +314,14 @@ def acknowledging(alarm: Alarm) -> Way:
 
 
 def button_of(alarm: Alarm, robots: Mapping[int, Robot]) -> Way:
-    """What its button does: it acknowledges, all else being in the menu, unless the alarm can't be acknowledged or can be answered."""
+    """The action of its button: acknowledge, with all others in the menu, unless the alarm can't be acknowledged or can
+    be answered."""
     way = way_to(alarm, robots)
     return way if way is not None and (way.act is Act.ANSWER or not can_be_handled(alarm)) else acknowledging(alarm)
 
 
 def menu_of(alarm: Alarm, robots: Mapping[int, Robot]) -> list[MenuItem]:
-    """What else can be done about an open alarm; the keys are "way", "note", and a number of hours."""
+    """Other actions for an open alarm; the keys are "way", "note", and a number of hours."""
     items = []
     if (way := way_to(alarm, robots)) is not None:
         items.append(MenuItem("way", way.word, "arrow-right"))
@@ -342,8 +344,8 @@ def group_menu(alarm: Alarm) -> list[MenuItem]:
 # ---------------------------------------------------------------------- lines of the list
 @dataclass(frozen=True)
 class AlarmEntry:
-    """``key``: what it is about and its id, for an alarm ("alarm", id). ``action`` is the word of its button;
-    ``fold`` the icon of the one that shows or hides the alarms of a group."""
+    """``key``: its kind and id, for an alarm ("alarm", id). ``action`` is the word of its button; ``fold`` the icon of
+    the button that shows or hides the alarms of a group."""
 
     key: tuple[str, int]
     icon: str
@@ -410,7 +412,7 @@ def past_count(shown: int, total: int) -> str:
 
 
 def bell(still_open: int, shelved: int) -> tuple[str, str]:
-    """Icon and number of the bell in the top bar: what is open, else what is shelved."""
+    """Icon and number of the bell in the top bar: open alarms, else shelved ones."""
     if still_open:
         return "bell-ring-outline", str(still_open)
     return ("bell-sleep-outline", str(shelved)) if shelved else ("bell-outline", "")

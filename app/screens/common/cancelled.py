@@ -1,4 +1,4 @@
-"""Cancelling a start: it can wait again where nothing of it was ever sent; else a person is asked first. What is said of it then."""
+"""Cancelling a start: with Undo if it was never sent, otherwise after a question; and the messages about it."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from app.services.catalogue.undo import may_wait_again
 
 
 def is_undoable(row: Execution) -> bool:
-    """Whether its cancelling can be undone, or needs no undo: what idleness wanted, it wants again by itself."""
+    """Whether cancelling it can be undone, or needs no undo: an idle mission starts again automatically."""
     return row.state is State.WAITING and not row.attempts and row.withdrawn is None
 
 
 def ask_to_cancel(shell: Shell, mission: str, robot: str, agreed: Callable[[], object]) -> None:
-    """What waits in the queue of that robot, or in none."""
+    """Starts that wait in that robot's queue, or in none."""
     text = (
         _("It is removed from the queue of {robot}. This can't be undone.").format(robot=robot)
         if robot
@@ -56,7 +56,7 @@ def say_cancelled(
         shell.snackbars.show(again, icon="undo", about=about_start(row_id))
         changed()
 
-    # of a refusal only the sentence: none of them is mended by trying again
+    # only a refusal's sentence: trying again never helps
     shell.snackbars.undo(
         said.format(mission=mission),
         _("Undo"),

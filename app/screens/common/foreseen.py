@@ -1,4 +1,5 @@
-"""Planned starts that any robot of a group may take: which one will probably come, always marked as a forecast. Pure."""
+"""Planned starts that any robot of a group may take: the robot that will probably take them, always marked as a
+forecast. Pure."""
 
 from __future__ import annotations
 
@@ -29,12 +30,12 @@ def lack(run: PlannedRun) -> str:
 
 
 def silence(run: PlannedRun, connection: Connection | None) -> str:
-    """In a few words, what is wrong with the robot that it waits for; a group's start goes to another one."""
+    """In a few words, the problem of the robot that it waits for; a group's start goes to another one."""
     return silence_word(connection) if run.group is None else ""
 
 
 def sentence(run: PlannedRun) -> str:
-    """What is known of the robot beforehand; empty where it is fixed."""
+    """The forecast of the robot; empty if the robot is fixed."""
     if run.group is None:
         return ""
     if run.lacks_mission:

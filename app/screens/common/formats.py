@@ -1,5 +1,6 @@
-"""Dates, times, durations and numbers as each language writes them. Explicit tables instead of the process's locale, which a kiosk
-rarely sets; no kivy. The functions write in the language of the app; instants are aware datetimes, shown in an IANA zone.
+"""Dates, times, durations and numbers as each language writes them. Explicit tables instead of the process's locale,
+which a kiosk rarely sets; no kivy. The functions write in the language of the app; instants are aware datetimes, shown
+in an IANA zone.
 
     duration(200)                        "3 min 20 s"
     until(at, now, zone)                 "in 2 h 10 min"; further off than a day "Mon 23 Nov 06:30"
@@ -8,7 +9,7 @@ rarely sets; no kivy. The functions write in the language of the app; instants a
     day(at, zone, year=True)             "Fri 20 Nov 2026"
     number(98.13, 1, "%")                "98.1 %"
 
-What is not known (None) is "–", never 0.
+Unknown values (None) are "–", never 0.
 """
 
 from __future__ import annotations
@@ -232,8 +233,8 @@ def rough_duration(seconds: float | None) -> str:
 
 
 def ago(seconds: float | None) -> str:
-    """20 s ago, 3 min ago; "now" below ten seconds, then whole tens: what is read every few seconds would change all the time, and each
-    change draws the window."""
+    """20 s ago, 3 min ago; "now" below ten seconds, then whole tens: a value that is read every few seconds would
+    change all the time, and each change draws the window."""
     if seconds is None:
         return NOTHING
     table = current()

@@ -1,4 +1,5 @@
-"""What a person does with a start that waits for a robot of its group: gives it to one, puts it before others, holds or cancels it."""
+"""A person's commands for a start that waits for a robot of its group: assign a robot, put it before others, hold or
+cancel it."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ HAND = "hand-back-right-outline"
 
 
 def about_hold(robot_id: int | None) -> Hashable:
-    """What a message is about that says a person holds that robot, or all of them (None), or releases it."""
+    """The subject of messages about a hold of that robot, or of all of them (None), or its release."""
     return "hold", robot_id
 
 
@@ -60,7 +60,8 @@ def hold_of_run(holds: Sequence[Hold], run: PlannedRun, robots: Iterable[Robot])
 
 
 def held_until(hold: Hold | None, closes_at: datetime) -> datetime | None:
-    """When a start that it holds is sent; None: it is skipped when its start window closes, unless somebody releases it before."""
+    """When a held start is sent; None: it is skipped when its start window closes, unless somebody releases it
+    before."""
     return hold.until if hold is not None and hold.until is not None and hold.until < closes_at else None
 
 
@@ -98,8 +99,8 @@ def waiting_words(execution: Execution, zone: str, hold: Hold | None = None) -> 
 
 
 def held_note(hold: Hold | None, at: datetime, window_minutes: int | None, settings: Settings, now: datetime) -> str:
-    """Until when a start at that instant is held, and whether it is too late by then; empty when nothing holds it. ``window_minutes`` None:
-    as in Settings."""
+    """Until when a start at that instant is held, and whether it is too late then; empty without a hold.
+    ``window_minutes`` None: as in Settings."""
     if hold is None:
         return ""
     if hold.until is None or not _is_too_late(hold, at, window_minutes, settings):
@@ -108,7 +109,7 @@ def held_note(hold: Hold | None, at: datetime, window_minutes: int | None, setti
 
 
 def held_next(hold: Hold | None, at: datetime, window_minutes: int | None, settings: Settings, now: datetime) -> str:
-    """``held_note`` where nothing else says for when the start is planned."""
+    """``held_note`` for places that do not show the planned time."""
     if hold is None:
         return ""
     planned = formats.day_and_time(at, settings.timezone, now)

@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 ASK_AGAIN_AFTER = 300.0  # s, for a name that the robot has not given
 LONGEST_VALUE = 32  # characters of a value beside the mission's name
 
-Start = tuple[int | None, str, Mapping[str, Any]]  # robot, guid of the mission, what it is given
+Start = tuple[int | None, str, Mapping[str, Any]]  # robot, guid of the mission, its values
 
 
 @dataclass(frozen=True)
 class MissionNames:
-    """What is known of it. An identifier without a known name is never shown."""
+    """Known parameters and names. A guid without a known name is never shown."""
 
     parameters: Mapping[str, Sequence[MissionParameter]] = field(default_factory=dict)  # by guid of the mission
     names: Mapping[object, str] = field(default_factory=dict)  # of positions, by identifier
@@ -56,7 +56,7 @@ class MissionNames:
         return self._with_values(mission.name, mission.guid, values)
 
     def schedule(self, schedule: Schedule, mission: Mission, target: Robot | Group) -> str:
-        """What a person calls it: the name given to it, else what it does where."""
+        """Its name for people: the entered one, else mission and robot."""
         return own_schedule_name(schedule.name, mission.name, target.name) or _("{mission} on {robot}").format(
             mission=self.mission(mission, schedule.parameters), robot=target.name
         )

@@ -31,7 +31,7 @@ class MenuItem:
 
 @dataclass(frozen=True)
 class Card:
-    """What something on screen stands for, and what can be done with it."""
+    """What a thing on screen represents, and its actions."""
 
     title: str
     text: str

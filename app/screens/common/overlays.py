@@ -103,8 +103,8 @@ class Dialogs:
         needs_one: bool = False,
         text: str = "",
     ) -> Overlay:
-        """Tick any of ``options``, at least one where it ``needs_one``, or all at once where it ``can_all``; ``action`` is the word on the
-        confirming button, ``text`` stands above the options; ``done(keys)``."""
+        """Tick any of ``options``, at least one if it ``needs_one``, or all at once if it ``can_all``; ``action`` is
+        the word on the confirming button, ``text`` stands above the options; ``done(keys)``."""
         dialog = ChoiceDialog(
             title=title,
             text=text,
@@ -165,13 +165,13 @@ class Dialogs:
     def menu(
         self, anchor: Widget, title: str, items: Sequence[MenuItem], done: Callable[[Any], object], text: str = ""
     ) -> Overlay:
-        """Hang a menu on ``anchor``; ``done(key)``. ``title``, and ``text`` below it, say what it is about."""
+        """Open a menu at ``anchor``; ``done(key)``. ``title``, and ``text`` below it, say what it is about."""
         menu = Menu(items=list(items), anchor=anchor, title=title, text=text)
         menu.bind(on_choose=lambda _menu, key: done(key))
         return self.open(menu)
 
     def cards(self, anchor: Widget, cards: Sequence[Card], done: Callable[[int, Any], object]) -> Overlay:
-        """Cards about what lies on each other at ``anchor``, one at a time; ``done(number, key)``."""
+        """Cards about things that overlap at ``anchor``, one at a time; ``done(number, key)``."""
         menu = Menu(cards=list(cards), anchor=anchor)
         menu.bind(on_choose=lambda _menu, key: done(menu.at, key))
         return self.open(menu)

@@ -31,7 +31,7 @@ def place_option(place: Place, *, selected: bool = False) -> Option:
 
 
 def choose_place(shell: Shell, files: DataFiles, write: Callable[[Path], object]) -> None:
-    """``write(directory)``; which one is asked where a stick or a share is there."""
+    """``write(directory)``; asks which directory if a stick or a share is present."""
 
     def found(places: Sequence[Place]) -> None:
         if len(places) == 1:

@@ -13,7 +13,7 @@ FRAME = 0.02  # s
 
 
 class OfRobot(NamedTuple):
-    """A command that a robot is asked for, which may take seconds to answer."""
+    """A command to a robot, which may take seconds to answer."""
 
     command: Hashable
     robot_id: int
@@ -46,7 +46,7 @@ class Presses:
         Clock.schedule_once(lambda _dt: self._changed(), DOUBLE_TAP + FRAME)
 
     def is_same(self, key: Hashable) -> bool:
-        """Whether that is under way or was done a moment ago. What has failed can be tried at once."""
+        """Whether it is under way or was done a moment ago. A failed one can be tried again at once."""
         return key in self._under_way or Clock.get_time() < self._rests.get(key, 0.0)
 
     def names(self, robot_id: int | None) -> list[Hashable]:

@@ -47,7 +47,7 @@ tr.with-more td { border-bottom-style: none }
 """
 NO_BREAK, JOIN = "\N{NO-BREAK SPACE}", "\N{WORD JOINER}"
 
-_UNIT = re.compile(r"(?<=\d) (?=\D)| (?=…)")  # between a number and its unit, before what is left out
+_UNIT = re.compile(r"(?<=\d) (?=\D)| (?=…)")  # between a number and its unit, and before "…"
 _RANGE = re.compile(r"(?<=\d)–(?=\d)")
 
 
@@ -78,8 +78,8 @@ def table(
     some: Sequence[int] = (),
     more: Sequence[str] = (),
 ) -> str:
-    """A section. ``rows`` are HTML already; ``numbers`` are the columns aligned right, ``short`` those that never wrap, ``some`` those with
-    a least width; ``more`` has for each row a further line below it over the whole width."""
+    """A section. ``rows`` are HTML already; ``numbers`` are the columns aligned right, ``short`` those that never wrap,
+    ``some`` those with a least width; ``more`` has for each row another line below it over the whole width."""
 
     def kind(n: int) -> str:
         name = "number" if n in numbers else "short" if n in short else "some" if n in some else ""

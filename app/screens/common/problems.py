@@ -21,6 +21,6 @@ def sentence_of(problem: BaseException) -> str:
 
 
 def words_of(problem: Message) -> str:
-    """With a capital, unless it begins with a name or an address; plain text, such as a robot's, is left as it is."""
+    """With a capital, unless it begins with a name or an address; plain text, such as a robot's, stays unchanged."""
     text = render(problem, _)
     return text if not is_message(problem) or problem["msgid"].startswith("{") else text[:1].upper() + text[1:]

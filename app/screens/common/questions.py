@@ -1,4 +1,4 @@
-"""A robot's question that somebody answers here: it may be over by then, or another one may have come in its place."""
+"""A robot's question that is answered here: it may be over already, or replaced by another one."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def asked(snapshots: Snapshots, robot_id: int) -> UserPrompt | None:
 
 
 def over(robot: Robot, guid: str, snapshots: Snapshots) -> str:
-    """That the question with this ``guid`` is over, as the robot was last seen; empty: it is not."""
+    """A sentence if the question with this ``guid`` is over, as the robot was last seen; empty otherwise."""
     now = asked(snapshots, robot.id)
     if now is None:
         return f"{robot.name}: {_('The question has been answered or withdrawn')}"
@@ -50,8 +50,8 @@ def over(robot: Robot, guid: str, snapshots: Snapshots) -> str:
 
 
 def say_not_answered(shell: Shell, services: Services, robot: Robot, guid: str, problem: BaseException) -> None:
-    """Why the question with this ``guid`` was not answered. What the robot asks instead of one that it takes no answer to is known when it
-    has been read after that."""
+    """Why the question with this ``guid`` was not answered. If the robot refused the answer, its present question is
+    known after its next reading."""
 
     def say() -> None:
         if text := over(robot, guid, services.snapshots):

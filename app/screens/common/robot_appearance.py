@@ -19,7 +19,7 @@ HOLDING = (
     RobotState.MANUAL_CONTROL,
     *STOPPED,
 )  # does not continue by itself, even if its text is unchanged
-LOW = 10.0  # % of battery under which a person has to look, where no minimum is set
+LOW = 10.0  # % of battery below which a person has to look, if no minimum is set
 
 
 @dataclass(frozen=True)
@@ -30,11 +30,11 @@ class Appearance:
     icon: str
     tone: str = "neutral"
     loud: bool = False
-    disc_icon: str = ""  # where it is drawn on a disc; empty: the same
+    disc_icon: str = ""  # on a disc; empty: the same
 
 
 def state_appearance(robot: Robot, snapshot: RobotSnapshot, stale: bool) -> Appearance:
-    """What the robot does; of one that has not answered lately only that."""
+    """What the robot does; if it has not answered lately, only that."""
     if not robot.enabled or snapshot.connection is Connection.DISABLED:
         return off_appearance(robot)
     if snapshot.status is None and snapshot.connection is Connection.UNKNOWN:
@@ -52,7 +52,7 @@ def off_appearance(robot: Robot) -> Appearance:
 
 
 def off_word(robot: Robot) -> str:
-    """Why nothing is sent to one that is switched off, in small print."""
+    """Why nothing is sent to a robot that is switched off, in small print."""
     return _("needs its password") if robot.needs_password else _("switched off")
 
 
@@ -77,7 +77,7 @@ def _appearance_of(status: RobotStatus) -> Appearance:
 
 
 def link_appearance(robot: Robot, snapshot: RobotSnapshot, now: datetime, settings: Settings) -> Appearance:
-    """How the robot answers, with the age of what is known: "Connected · 20 s ago"; of one that doesn't, since when."""
+    """The robot's connection, with the age of its state: "Connected · 20 s ago"; for a silent one, since when."""
     connection = snapshot.connection
     if not robot.enabled or connection is Connection.DISABLED:
         return off_appearance(robot)
@@ -98,12 +98,12 @@ def link_appearance(robot: Robot, snapshot: RobotSnapshot, now: datetime, settin
 
 
 def is_silent(connection: Connection) -> bool:
-    """Whether it gives no answer, or none that can be trusted: what is planned waits for it."""
+    """Whether it gives no answer, or none that can be trusted: planned starts wait for it."""
     return connection not in (*ANSWERS, Connection.UNKNOWN, Connection.DISABLED)
 
 
 def silence_word(connection: Connection | None) -> str:
-    """What is wrong with one that is silent; empty for any other."""
+    """The problem of a silent robot; empty for others."""
     return _silence(connection).word if connection is not None and is_silent(connection) else ""
 
 

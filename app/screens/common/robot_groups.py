@@ -22,7 +22,7 @@ class Group(Enum):
     STOPPED = "stopped"  # emergency stop or error
     ASKS = "asks"
     SILENT = "silent"  # no answer, or none that can be trusted
-    LOOK = "look"  # something that a person should look at, though the robot may go on
+    LOOK = "look"  # something that a person should look at, though the robot may continue
     PAUSED = "paused"
     HELD = "held"  # ready, and nothing is sent to it
     WORKING = "working"
@@ -53,7 +53,7 @@ class GroupLook:
 
 
 def group_of(robot: Robot, snapshot: RobotSnapshot, old: bool, settings: Settings) -> Group:
-    """``old``: what is known of it is out of date."""
+    """``old``: its known state is out of date."""
     if robot.needs_password:
         return Group.LOOK
     if not robot.enabled or snapshot.connection is Connection.DISABLED:
@@ -85,7 +85,7 @@ def _group_of(status: RobotStatus, settings: Settings) -> Group:
 
 
 def or_held(group: Group, holds: Iterable[Hold], robot: Robot, now: datetime) -> Group:
-    """One that is ready gets nothing while it is held."""
+    """A ready robot gets nothing while it is held."""
     return Group.HELD if group is Group.READY and hold_at(holds, robot.id, now) is not None else group
 
 

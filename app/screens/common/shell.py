@@ -1,10 +1,11 @@
 """The interface between the window and its screens.
 
-A screen is an MDScreen, built lazily on its first visit as ``HomeScreen(services, shell)``; they are listed in ``SCREENS``. ``services``
-is an instance of the class's ``Services``: the services that this screen uses, and no others. The window calls ``shown(**intent)`` each
-time it comes on screen (``shell.go("logs", execution_id=7)`` hands the intent over) and ``hidden()`` when another one takes its place:
-between the two it subscribes to ``Changed`` on the bus and ticks, otherwise it does nothing. The frame (top bar, banner, navigation)
-belongs to the window; a screen fills what is between them, and the margins around it are the frame's.
+A screen is an MDScreen, built lazily on its first visit as ``HomeScreen(services, shell)``; they are listed in
+``SCREENS``. ``services`` is an instance of the class's ``Services``: the services that this screen uses, and no others.
+The window calls ``shown(**intent)`` each time it appears (``shell.go("logs", execution_id=7)`` passes the intent) and
+``hidden()`` when another one replaces it: between the two it subscribes to ``Changed`` on the bus and ticks, otherwise
+it does nothing. The frame (top bar, banner, navigation) belongs to the window; a screen fills the space between them,
+and the margins around it are the frame's.
 """
 
 from __future__ import annotations
@@ -56,10 +57,10 @@ class Loudspeaker(Protocol):
 class Shell:
     """The services of the window (app/screens/common/view_model.py shows how they are used); tests pass fakes.
 
-    ``navigator`` shows another screen; ``dialogs`` asks; ``snackbars`` reports what was done, with Undo; ``bus`` delivers events of other
-    threads on the UI thread; ``background`` runs work off the UI thread and its result back on it. ``restore`` closes the services, puts a
-    backup in the place of the database and goes on with it; None: this window can't. Without a
-    ``loudspeaker`` it is silent. ``mission_names`` is what is known of the values that missions get.
+    ``navigator`` shows another screen; ``dialogs`` asks; ``snackbars`` reports what was done, with Undo; ``bus``
+    delivers events of other threads on the UI thread; ``background`` runs work off the UI thread and its result back on
+    it. ``restore`` closes the services, replaces the database by a backup and continues with it; None: this window
+    can't. Without a ``loudspeaker`` it is silent. ``mission_names`` are the known names and values of missions.
     """
 
     navigator: Navigator
@@ -82,10 +83,11 @@ class Shell:
         self.snackbars.show(f"{asked}: {said}" if asked else said, icon="alert-circle-outline", seconds=PROBLEM_SECONDS)
 
     def say_not_done(self, problem: BaseException, robot: Robot, asked: str) -> None:
-        """What a robot was ``asked`` and has not done, by its name: by then somebody may look at another one."""
+        """The message that a robot was ``asked`` something and has not done it, with its name: the user may look at
+        another one now."""
         if isinstance(problem, RobotError) and "{address}" in problem.msgid:
             self.say_problem(problem.at(robot.name), asked)
-        else:  # of the disk, say, or of a host name: it names no robot
+        else:  # of the disk, for example, or of a host name: it names no robot
             self.say_problem(problem, " · ".join(filter(None, (robot.name, asked))))
 
     def offer_undo(
@@ -98,9 +100,10 @@ class Shell:
         behind: str = "",
         about: Hashable | None = None,
     ) -> None:
-        """Say with ``text`` what was done, and offer to undo it, for some seconds or as long as it ``stays``. Where ``undo()``, in the
-        background, raises InvalidInput, its sentence is said and the offer stays: somebody can mend that and try again. ``behind`` the
-        guard of a screen it is offered as long as the guard has not let pass. Earlier messages and offers ``about`` the same are over."""
+        """Show ``text`` with an offer to undo, for some seconds or as long as it ``stays``. If ``undo()``, in the
+        background, raises InvalidInput, its sentence is shown and the offer stays, so that the user can correct the
+        problem and try again. ``behind`` a screen's guard it is offered until the guard lets the user pass. Ends
+        earlier messages and offers ``about`` the same."""
 
         def refused(problem: BaseException) -> None:
             if isinstance(problem, InvalidInput):

@@ -18,7 +18,7 @@ from app.services.live.snapshots import Snapshots
 
 
 class LiveServices(Protocol):
-    """What is read of the services of a screen, all of it kept in memory."""
+    """What is read of a screen's services; all of it is in memory."""
 
     @property
     def clock(self) -> Clock: ...
@@ -34,7 +34,8 @@ def is_stopped(snapshot: RobotSnapshot, settings: Settings, now: datetime) -> bo
 
 
 def why_not(target: Robot | Group, robots: Iterable[Robot], hold: Hold | None, stopped: bool = False) -> str:
-    """Empty where a start is sent, or can wait until a robot answers, is free or is released. ``stopped``: the robot is."""
+    """Empty if a start can be sent, or can wait until a robot answers, is free or is released. ``stopped``: the robot
+    is."""
     if hold is not None and hold.is_copy:
         return _("Nothing is sent from this tablet")
     if isinstance(target, Robot):
@@ -56,8 +57,8 @@ def _why_not_on(robot: Robot, stopped: bool) -> str:
 def start_now(
     services: LiveServices, settings: Settings, robots: Iterable[Robot], target: Robot | Group
 ) -> tuple[str, str]:
-    """Why nothing can be started on ``target`` at this moment, and what a start does where it is not sent at once ("Queue, held"); each
-    empty where there is nothing to say."""
+    """Why nothing can be started on ``target`` now, and what a start does if it is not sent at once ("Queue, held");
+    each may be empty."""
     now, holds = services.clock.now(), services.holds.all_active()
     hold, stopped, silent = hold_at(holds, None, now), False, None
     if isinstance(target, Robot):

@@ -1,4 +1,4 @@
-"""What became of a mission that a person has just started: said when it is known, and no longer than it holds."""
+"""Messages about the outcome of a mission that a person has just started: shown when known, and only while true."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from app.services.live.changes import Topic
 from app.services.live.holds import Holds
 from app.widgets.snackbar import SECONDS
 
-ANSWERS_WITHIN = 5.0  # s, after which it is said that a robot's answer is waited for
-CHOSEN_WITHIN = 1.0  # s, after which it is said that a start of a group has no robot yet
+ANSWERS_WITHIN = 5.0  # s until the message that a robot's answer is missing
+CHOSEN_WITHIN = 1.0  # s until the message that a start of a group has no robot yet
 
 Words = tuple[str, str, float]  # text, icon, and for how many seconds it is shown
 
 
 def outcome(execution: Execution, mission_names: MissionNames) -> Words | None:
-    """None while it is under way, or when it is cancelled, which is said where that is done."""
+    """None while it is under way, or if it is cancelled, which has its own message."""
     if execution.state is State.CANCELLED or execution.cancel_code is not None:
         return None
     names = {"mission": mission_names.run(execution), "robot": execution.robot or execution.robot_group}
@@ -66,7 +66,7 @@ def outcome(execution: Execution, mission_names: MissionNames) -> Words | None:
 
 
 def say_not_started(shell: Shell, mission: str, where: str, why: str) -> None:
-    """Nothing was started: ``where`` is the robot, or any of a group."""
+    """The message that nothing was started: ``where`` is the robot, or any of a group."""
     text = _("{mission} was not started on {robot}. {why}").format(mission=mission, robot=where, why=why)
     shell.snackbars.show(text, icon="alert-circle-outline", seconds=PROBLEM_SECONDS)
 
@@ -91,7 +91,7 @@ def unanswered(execution: Execution, mission_names: MissionNames) -> Words:
 
 
 def as_it_is(history: History, holds: Holds) -> Callable[[int], Execution | None]:
-    """Reads an execution. Its row says for some seconds more that it is held when it no longer is: until it is tried."""
+    """Reads an execution. After a release its row says "held" for some more seconds, until it is tried."""
 
     def read(execution_id: int) -> Execution | None:
         row = history.get(execution_id)
@@ -112,7 +112,7 @@ def as_it_is(history: History, holds: Holds) -> Callable[[int], Execution | None
 class Followed:
     """A start with a message to show, or already shown."""
 
-    is_early: bool  # it is one of a group, which may get a robot at any moment
+    is_early: bool  # a start of a group, which may get a robot at any moment
     is_late: bool  # its robot does not answer
     clocks: tuple[ClockEvent, ...] = ()
     said: str = ""
@@ -140,7 +140,7 @@ class StartReports:
         return close
 
     def follow(self, execution: Execution, is_silent: bool = False) -> None:
-        """What was said of it before is over. ``is_silent``: its robot is known not to answer."""
+        """Ends its earlier message. ``is_silent``: its robot is known not to answer."""
         key = execution.id
         self._end(key)
         if not self._is_open:
@@ -172,7 +172,7 @@ class StartReports:
             )
 
     def _current(self, key: int) -> Followed | None:
-        """None as soon as what was said can't be read any more."""
+        """None as soon as the message is closed."""
         each = self._followed.get(key)
         if each is not None and each.said and each.said not in self._shell.snackbars.texts:
             self._forget(key)

@@ -19,14 +19,14 @@ log = logging.getLogger(__name__)
 
 APART = 2  # threads for each kind of work that runs apart
 STAYING = 4  # threads that wait for more work, as many as a screen keeps busy
-LAST_WORDS = 0.5  # s at most that a window which closes waits for what was asked of the tablet; a robot may take longer
+LAST_WORDS = 0.5  # s: how long a closing window waits for work on the tablet; a robot may take longer
 
 
 class UiBus:
     """``publish`` from any thread; handlers run on the UI thread, in order, at most ``per_frame`` events a frame.
 
-    Events with a ``key`` are coalesced: of those not delivered yet only the newest survives, in the place of the first. So fifty robots
-    answering at once cost the window fifty updates, however late it is.
+    Events with a ``key`` are coalesced: of undelivered ones only the newest remains, in the first one's place. So fifty
+    robots that answer at once cost at most fifty updates.
     """
 
     def __init__(self, per_frame: int = 100) -> None:
@@ -146,13 +146,15 @@ class Threads:
     def __init__(self, name: str, most: int) -> None:
         self.pool = ThreadPoolExecutor(most, thread_name_prefix=f"ui-{name}")
         self.jobs: dict[Job, Future[Any]] = {}
-        self.peak = 0  # most jobs at a time, and so threads: one is made where all have work
+        self.peak = 0  # most jobs at a time, and so threads: one is added when all are busy
 
 
 class Background:
-    """Runs what may take longer than a frame (database, robots) on a few threads and brings the results back to the UI thread.
+    """Runs work that may take longer than a frame (database, robots) on a few threads and returns the results to the UI
+    thread.
 
-    ``unexpected(exception)`` gets failures for which no ``failed`` was given, on the UI thread, after they are in the log.
+    ``unexpected(exception)`` gets failures for which no ``failed`` was given, on the UI thread, after they are in the
+    log.
     """
 
     def __init__(
@@ -204,8 +206,8 @@ class Background:
         return not self._pending
 
     def close(self) -> None:
-        """Take no more work and deliver nothing more. What was pressed is still done, as what a person has entered is not lost; what runs
-        apart only runs to its end."""
+        """Take no more work and deliver nothing more. Pressed commands are still run, so that no entry is lost; work
+        that runs apart only ends."""
         self._is_closed = True
         for job in self._pending:
             job.cancel()

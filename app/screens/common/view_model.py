@@ -114,7 +114,7 @@ class ViewModel(EventDispatcher):
         """The screen is shown: subscribe, tick, load. ``intent`` is what ``shell.go`` was given."""
 
     def closed(self) -> None:
-        """The screen is hidden; what was kept is released already."""
+        """The screen is hidden; kept things are already released."""
 
     def retranslated(self) -> None:
         """The language has changed: build the texts of the properties again."""
@@ -239,7 +239,7 @@ class ScreenBase(MDScreen):
 class Navigator(EventDispatcher):
     """Shows one screen at a time in ``manager``, built on its first visit by ``builders[name]()``.
 
-    Going to the screen that is already there shows it again with the new intent.
+    Going to the present screen shows it again with the new intent.
     """
 
     current = StringProperty()
@@ -263,7 +263,8 @@ class Navigator(EventDispatcher):
         self.past_guard(name, lambda: self._go(name, intent))
 
     def past_guard(self, name: str, proceed: Callable[[], object]) -> None:
-        """Do what only somebody may do who may see the screen ``name``, perhaps after the guard has asked, perhaps never."""
+        """Run an action allowed only to users who may see the screen ``name``: perhaps after the guard has asked,
+        perhaps never."""
         if self.guard is None:
             proceed()
         else:

@@ -11,7 +11,8 @@ from app.screens.common.options import Option
 
 
 def zone_options(names: Iterable[str], now: datetime, first: str = "") -> list[Option]:
-    """By name, with the time that it is there and the difference from UTC, without short forms such as EST; the ``first`` one on top."""
+    """By name, with the present time there and the difference from UTC, without short forms such as EST; the ``first``
+    one on top."""
     places = {
         name for name in names if "/" in name and name.partition("/")[0] not in ("Etc", "SystemV", "posix", "right")
     }

@@ -51,7 +51,7 @@ Do = Callable[[Act, int | None], object]
 
 
 class AlarmRow(RecycledRow, TonedSurface):
-    """One alarm, or several with one cause: what, its state, since when, how often, what to do, what was noted.
+    """One alarm, or several with one cause: sentence, state, since when, how often, what to do, notes.
     ``action`` is the word of its button."""
 
     icon = StringProperty()
@@ -66,7 +66,7 @@ class AlarmRow(RecycledRow, TonedSurface):
 
 
 class LateRow(Row, BoxLayout):
-    """One late start: what, where, when it should have been. ``act("hold")`` turns ``held`` round."""
+    """One late start: mission, robot, planned time. ``act("hold")`` toggles ``held``."""
 
     text = StringProperty()
     note = StringProperty()
@@ -93,7 +93,7 @@ class AlarmsDialog(Dialog):
     tabs = ListProperty()
     tab = StringProperty("open")
     rows = ListProperty()
-    empty = StringProperty()  # shown where there are no rows
+    empty = StringProperty()  # shown without rows
     count = StringProperty()  # under the past ones
     unseen = ListProperty()  # keys of unacknowledged rows
     all_word = StringProperty()  # of the button that acknowledges those on screen
@@ -238,7 +238,7 @@ class AlarmList:
         return len(group) > 1 and any(alarm.id in self._unfolded for alarm in group)
 
     def _entries(self, issue: OpenIssue, now: datetime) -> list[AlarmEntry]:
-        """Of something open: one, and where a group is unfolded those of its alarms."""
+        """Rows of an open item: one, and for an unfolded group those of its alarms."""
         unfolded = self._is_unfolded(issue.alarms)
         return [
             issue_entry(issue, self._robots, self._settings, now, unfolded),
@@ -314,7 +314,7 @@ class AlarmList:
         else:
             way = button_of(alarm, self._robots)
             if way.act is Act.ACKNOWLEDGE:
-                self._acknowledge_all((alarm,))  # alone, though it may stand below its group
+                self._acknowledge_all((alarm,))  # alone, though it may be below its group
             else:
                 self._do(way.act, way.about)
 
@@ -385,7 +385,8 @@ class AlarmList:
 
 
 class LateStartsDialog(FormDialog):
-    """What fell due while the app was off, counted down: each can be held and released, or all at once. ``hold(ids, held)`` does it."""
+    """Starts that fell due while the app was off, counted down: each can be held and released, or all at once, by
+    ``hold(ids, held)``."""
 
     text = StringProperty()
     rows = ListProperty()

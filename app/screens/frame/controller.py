@@ -169,7 +169,7 @@ class FrameController:
         robot, issues = self._robot, replace(facts.issues, mission_names=self._shell.mission_names.known)
         if self._is_read:  # until then neither the robots nor the time zone are known
             show_bar(frame, top_bar(robot, self._snapshot(robot), facts.settings, now, self._groups()))
-        if not finger.is_down():  # else a second later: the banner moves all that is below it
+        if not finger.is_down():  # else a second later: the banner moves everything below it
             self._banner = banner(issues, facts.robots, facts.settings, now, self._here())
             show_banner(frame, self._banner)
             self._show_choice()
@@ -205,7 +205,8 @@ class FrameController:
             self._shell.go(name)
 
     def _pick_robot(self, *_: object) -> None:
-        """The same choice from every screen; without a robot the form to add the first; as soon as it is known which there are."""
+        """The same choice from every screen; without robots the form to add the first one; waits until the robots are
+        known."""
         facts = self._facts
         if not self._is_read:
             self._is_asked = True
@@ -230,7 +231,7 @@ class FrameController:
         ]
 
     def _show_choice(self) -> None:
-        """As the robots are now, each where it has been; those that are new come last."""
+        """The present robots, each in its place; new ones come last."""
         robots, choice = self._facts.robots, self._choice
         if choice is None:
             return
@@ -245,7 +246,7 @@ class FrameController:
         self._choice = None
 
     def _select_robot(self, robot_id: int) -> None:
-        """For all screens; on Home it is shown, even when it is selected already."""
+        """For all screens; on Home it is shown, even if it is already selected."""
         if self._shell.navigator.current == "home":
             self._shell.go("home", robot_id=robot_id)
             return
@@ -254,7 +255,7 @@ class FrameController:
 
     # ------------------------------------------------------------------ the banner
     def _press_banner(self, _frame: Frame) -> None:
-        """What it says has changed under the finger by a second tap at once."""
+        """Whether its content has just changed under the finger: a second tap at once is ignored."""
         if Clock.get_time() >= self._rests_until:
             self._rests_until = Clock.get_time() + DOUBLE_TAP
             self._do(self._banner.act, self._banner.about)
@@ -348,7 +349,7 @@ class FrameController:
         self._shell.go("logs", execution_id=execution.id if execution else None, unfiltered=execution is None)
 
     def _hold_starts(self, ids: Sequence[int], held: bool) -> None:
-        """These alone; what is held too long is skipped, as in every hold."""
+        """Only these; starts held too long are skipped, as in every hold."""
         snackbars, about = self._shell.snackbars, [about_start(execution_id) for execution_id in ids]
 
         def done(number: int) -> None:

@@ -9,7 +9,7 @@ from datetime import datetime, timedelta
 from app.domain.models import Alarm, Priority
 from app.screens.common.alarms_view import can_be_handled, is_over, is_shelved
 
-PATIENCE = timedelta(minutes=5)  # for which a person may be on the way
+PATIENCE = timedelta(minutes=5)  # time for a person to come
 
 
 def needs_attention(alarm: Alarm, now: datetime) -> bool:

@@ -1,4 +1,4 @@
-"""What is always there, in words: the selected robot in the top bar, and the banner with the most serious alarm or hold. Pure."""
+"""The frame in words: the selected robot in the top bar, and the banner with the most serious alarm or hold. Pure."""
 
 from __future__ import annotations
 
@@ -104,7 +104,8 @@ class BannerView:
 def banner(
     issues: OpenIssues, robots: Mapping[int, Robot], settings: Settings, now: datetime, here: Here = NOWHERE
 ) -> BannerView:
-    """The most serious one, and how many others the list has. ``here`` is the screen that is shown, so that no button leads there."""
+    """The most serious one, and how many others the list has. ``here`` is the present screen, so that no button leads
+    there."""
     found = open_issues(issues, robots, settings, now, here)
     if not found:
         return BannerView()
@@ -164,7 +165,7 @@ def issue_entry(
     return AlarmEntry(issue.key, view.icon, view.tone, view.text, view.note, action=view.action)
 
 
-_HOLD = (False, False, 0.5, 0.0)  # a hold comes after what is high and new, before all others
+_HOLD = (False, False, 0.5, 0.0)  # a hold comes after new alarms of high priority, before all others
 
 
 def _alarms(group: Together, robots: Mapping[int, Robot], settings: Settings, now: datetime, here: Here) -> BannerView:
@@ -208,12 +209,12 @@ def _alarms(group: Together, robots: Mapping[int, Robot], settings: Settings, no
 
 
 def _now_or_over(alarm: Alarm, text: str) -> str:
-    """The sentence says what is the case; of what no longer is, that comes first."""
+    """The sentence; if the alarm is over, that comes first."""
     return _("Over: {alarm}").format(alarm=text) if is_over(alarm) else text
 
 
 def _icon(alarm: Alarm) -> str:
-    """That somebody has seen it shows before it is read."""
+    """An acknowledged one looks calmer."""
     return alarm_icon(alarm) if alarm.acknowledged_at is None else "bell-check-outline"
 
 
@@ -268,7 +269,7 @@ def zone_asked(names: Iterable[str], guess: str, now: datetime) -> tuple[str, li
 
 
 def whose_plan() -> list[Option]:
-    """What data that was copied from another tablet is for; the keys say whether it moves here."""
+    """The purpose of data copied from another tablet; the keys say whether it moves here."""
     return [
         Option(
             True,

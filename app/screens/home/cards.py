@@ -34,8 +34,8 @@ NOTHING = HomeView()
 
 
 class HomeState(EventDispatcher):
-    """What kv reads: the fields of HomeView, and what a person is about to do. ``busy`` has the names of the commands under way, of robots
-    those of the one that is shown."""
+    """Read by kv: the fields of HomeView, and the person's next action. ``busy`` has the names of the commands under
+    way for the robot shown."""
 
     loaded = BooleanProperty(False)
     fleet = ObjectProperty(FleetState(), rebind=True)  # the page All robots
@@ -82,15 +82,14 @@ class HomeWide(Part):
 
 
 class Bands(OfHome, LowPage):
-    """Robots' strip, robot, and what else there is, below each other.
-
-    In a low window what a robot that needs a person waits for is seen at once: its card comes before the strip, and in it the part with
-    that ``step``. That moves what is under a finger; a tap within the next moment was meant for what was there before."""
+    """Robots' strip, robot and the rest, one below the other. In a low window the next step of a robot that needs a
+    person is visible at once: its card comes before the strip, with the part of that ``step`` first. This moves content
+    under a finger; a tap in the next moment was meant for what was there before."""
 
     low = BooleanProperty(False)
     step = StringProperty()
     scroll_y: float
-    hides_queue = BooleanProperty(False)  # its head is below the fold, with what it says of items that are blocked
+    hides_queue = BooleanProperty(False)  # its head with the blocked items is below the fold
 
     def __init__(self, **kwargs: Any) -> None:
         self._rests_until = 0.0
@@ -132,8 +131,8 @@ class HomeEmpty(Part):
 
 
 class RobotStrip(Part):
-    """A chip per robot, or the way to the page with all of them where they are many; and what is ``blocked`` in the queue, if that has
-    to be said here: a tap fires ``on_show_blocked``."""
+    """A chip per robot, or the way to the page of all robots if there are many; and the ``blocked`` queue items, if
+    they have to be named here: a tap fires ``on_show_blocked``."""
 
     blocked = StringProperty()
 
@@ -163,7 +162,7 @@ class RobotControls(Part):
 
 
 class MissionTile(OfHome, TonedSurface):
-    """What runs, or what has ``failed`` and what to do; ``spare`` px higher than ``needed``."""
+    """The running mission, or the one that has ``failed`` and what to do; ``spare`` px higher than ``needed``."""
 
     failed = BooleanProperty(False)
     needed = NumericProperty(0)
@@ -171,7 +170,7 @@ class MissionTile(OfHome, TonedSurface):
 
 
 class RobotMessage(OfHome, Tile):
-    """The robot's own words, with its speed and distance where there is room."""
+    """The robot's own words, with its speed and distance if they fit."""
 
     labelled = BooleanProperty(False)
     roomy = BooleanProperty(False)
@@ -188,9 +187,9 @@ class PromptOption(CommandButton):
 
 
 class Answers(GridLayout):
-    """``options``, none louder than another, in one row where they fit, large where they do so then, else in columns as wide as the
-    longest, and at worst below each other. A tap fires ``on_answer(option)``, unless it is ``busy``: an answer is being sent. A finger
-    that was on the way when ``about`` changed meant the question before."""
+    """Equal buttons for the ``options``: in one row if they fit, large if possible, else in columns as wide as the
+    longest, or one below the other. A tap fires ``on_answer(option)``, unless it is ``busy`` sending an answer. A touch
+    right after ``about`` has changed was meant for the previous question."""
 
     about = StringProperty()  # the question
     options = ListProperty()
@@ -270,7 +269,7 @@ class RobotPlace(Part):
         super().__init__(**kwargs)
 
     def show(self, picture: MapPicture) -> None:
-        """The texture of the map, made only when it is another picture."""
+        """The texture of the map, made again only for another picture."""
         if picture is not self._picture:
             self._picture, self.texture = picture, ground(picture)
 
@@ -359,10 +358,8 @@ class RobotCard(Card):
 
 
 class RobotCardWide(Card):
-    """The same, a wide card, never lower than ``needed``.
-
-    In a ``low`` window the page ends within it. What is pressed then comes before what is only read: the controls before the mission. The
-    part with the next ``step`` comes before everything else, also before the state.
+    """The same as a wide card, never lower than ``needed``. In a ``low`` window the page ends within it. Then the
+    controls come before the mission, and the part with the next ``step`` before everything else, also before the state.
     """
 
     needed = NumericProperty(0)
@@ -437,5 +434,5 @@ class RunNowCard(Card):
 
     @staticmethod
     def first_chips(can_be: bool, chosen: bool, words: str) -> list[flow.Chip]:
-        """That a start on a group goes before everything else, may be chosen."""
+        """A start on a group can be put before everything else."""
         return [flow.Chip("first", words, "chevron-double-up", chosen)] if can_be else []

@@ -20,7 +20,7 @@ from app.screens.home.facts import HomeFacts, HomeServices, OnRobot
 from app.screens.home.reset import ResetReport
 from app.widgets.snackbar import SECONDS
 
-GONE = (404, 410)  # what a robot answers about an item that it no longer has
+GONE = (404, 410)  # a robot's answers about an item that it no longer has
 
 T = TypeVar("T")
 
@@ -42,7 +42,7 @@ class HomeCommands(HomeState):
         raise NotImplementedError
 
     def _reread(self) -> None:
-        """Something was just done: what is being read may have been begun before, and is dropped."""
+        """A command was just run: a reading that began before is dropped."""
         raise NotImplementedError
 
     def pause_or_resume(self) -> None:
@@ -66,7 +66,7 @@ class HomeCommands(HomeState):
             )
 
     def reset_errors(self) -> None:
-        """Whether it helped is said when the robot has been read again."""
+        """The result is shown after the next reading of the robot."""
         robot = self.facts.robot
         if robot is not None and not self._presses.is_same(OfRobot("reset", robot.id)):
             pressed_at = self._services.clock.now()
@@ -119,7 +119,8 @@ class HomeCommands(HomeState):
             self._refused(robot, _("Clear queue"))(problem)
 
     def cancel(self, key: tuple[str, int]) -> None:
-        """One entry of the queue: ours by the execution, others' by the item. Asked about first is what runs, and what can't be undone."""
+        """Cancel one entry of the queue: the app's by the execution, others' by the item. Asks first if it runs or
+        can't be undone."""
         robot = self.facts.robot
         entry = next((entry for entry in self.queue if entry.key == key), None)
         if robot is None or entry is None or self._presses.is_same(OfRobot(key, robot.id)):
@@ -190,7 +191,7 @@ class HomeCommands(HomeState):
         done: Callable[[T], object] | None = None,
         failed: Callable[[BaseException], object] | None = None,
     ) -> None:
-        """Do it in the background, unless that is under way; the button is busy until the outcome is on screen."""
+        """Run it in the background, unless it is under way; the button is busy until the outcome is on screen."""
         if not self._presses.begin(key):
             return
 

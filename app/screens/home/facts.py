@@ -87,7 +87,7 @@ class HomeFacts:
     seen_running: Mapping[OnRobot, datetime] = field(
         default_factory=dict
     )  # since when this tablet has seen an item run
-    activities: tuple[ActivitySpan, ...] = ()  # what the selected robot was seen doing since what it executes has begun
+    activities: tuple[ActivitySpan, ...] = ()  # the selected robot's activity since its mission began
 
     @property
     def is_reset_in_vain(self) -> bool:
@@ -111,7 +111,7 @@ class HomeFacts:
         return tuple(e for e in self.open if robot is not None and e.robot_id == robot.id)
 
     def about(self, robot_id: int | None) -> HomeFacts:
-        """With that robot selected: of another one than before nothing has been read yet but what all robots do."""
+        """With that robot selected: for a different one, only what all robots do has been read yet."""
         chosen = replace(self, settings=replace(self.settings, selected_robot_id=robot_id))
         if chosen.robot == self.robot:
             return chosen
@@ -127,7 +127,7 @@ class HomeFacts:
 
     @property
     def queue(self) -> tuple[QueueItem, ...]:
-        """What is shown of the selected robot's queue, what it executes first."""
+        """The selected robot's queue as shown, with the running mission first."""
         return self.snapshot.queue[:LONGEST_QUEUE]
 
     def on_robot(self, item: QueueItem) -> OnRobot:
@@ -160,7 +160,7 @@ class HomeFacts:
         return tuple(e for e in self.open_here if e.id not in found)
 
     def guid_of(self, item: QueueItem) -> str:
-        """Of its mission, "" where the robot gives none."""
+        """Of its mission, "" if the robot gives none."""
         ours = self.execution_of(item)
         return ours.mission_guid if ours else item.mission_id or ""
 
@@ -183,13 +183,13 @@ class HomeFacts:
         return since + paused
 
     def name_of(self, item: QueueItem) -> str:
-        """The mission of an item, as the people here call it, else as the robot does; of ours with what it was given."""
+        """The mission of an item by its name here, else by the robot's; the app's with their values."""
         if ours := self.execution_of(item):
             return self.mission_names.run(ours)
         return self._known_name(item) or item.mission_id or "–"
 
     def needs_name(self, item: QueueItem) -> bool:
-        """Whether only the robot knows what it is called."""
+        """Whether only the robot knows its name."""
         return item.mission_id is not None and self._known_name(item) is None
 
     @cached_property

@@ -19,14 +19,14 @@ from app.screens.common.robot_groups import NEEDS_HELP, URGENCY, Group, count_wo
 
 LARGE_UP_TO = 20  # robots whose tiles are large
 ROOMY_UP_TO = 24  # whose small tiles are wider, in so few lines that a wide page has room for all
-LONGER_THAN_USUAL = 1.5  # times the usual duration, from which on it is marked
+LONGER_THAN_USUAL = 1.5  # times the usual duration, above which it is marked
 
 AT_REST = (RobotState.READY, RobotState.ABORTED, RobotState.COMPLETED)
 
 
 @dataclass(frozen=True)
 class Work:
-    """What a robot executes. ``minutes_left`` None: not known; ``is_late``: it takes much longer than usual."""
+    """A robot's mission. ``minutes_left`` None: unknown; ``is_late``: it takes much longer than usual."""
 
     mission: str = ""
     minutes_left: int | None = None
@@ -86,7 +86,7 @@ def robot_tile(
     settings: Settings,
     now: datetime,
 ) -> RobotTile:
-    """``old``: what is known of it is out of date; ``doing`` what it executes, if anything."""
+    """``old``: what is known of it is out of date; ``doing`` its mission, if any."""
     state, kind = state_appearance(robot, snapshot, old), look_of(group)
     battery = battery_appearance(
         None if old else snapshot.status, settings
@@ -156,7 +156,7 @@ def _doing(doing: Work) -> str:
 
 # ---------------------------------------------------------------------- all of them
 def counts(groups: Mapping[int, Group], look: Look) -> tuple[Count, ...]:
-    """Most urgent first, normal ones grey; a group without robots only while it is the one that is shown. ``groups``: by robot."""
+    """Most urgent first, normal ones grey; an empty group only while it is the filter. ``groups``: by robot."""
     found = Counter(groups.values())
     return tuple(
         _count(group, found[group], group is look.only) for group in Group if found[group] or group is look.only

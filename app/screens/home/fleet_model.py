@@ -1,4 +1,4 @@
-"""The page All robots: which robots it shows, kept up to date a few of them per frame, so that a poll of all of them holds up none."""
+"""The page All robots: its robots, updated a few per frame, so that a poll of all of them blocks no frame."""
 
 from __future__ import annotations
 
@@ -42,13 +42,13 @@ from app.widgets.dock import dock
 
 PER_FRAME = 0.003  # s for looking at robots, and
 NEW_PER_FRAME = 6  # tiles that become others; the rest waits for the next frame
-EMPTY_FOR = 60.0  # s, after which a filter that no robot fits ends by itself
+EMPTY_FOR = 60.0  # s, after which a filter without robots ends
 MOVING_PER_FRAME, NEW_WHILE_MOVING = 0.001, 1  # while it can't be read anyway
 Running = tuple[int, int]  # robot, and the item of its queue that it executes
 
 
 class FleetState(EventDispatcher):
-    """What kv reads. ``many``: there are enough robots for the page; ``is_shown``: it is in the place of one robot."""
+    """Read by kv. ``many``: enough robots for the page; ``is_shown``: it is shown instead of one robot."""
 
     many = BooleanProperty(False)
     is_shown = BooleanProperty(False)
@@ -67,7 +67,7 @@ class FleetState(EventDispatcher):
 
 @dataclass(frozen=True)
 class Known:
-    """Of something that runs: what it is called (empty: not known either), and how long it takes in s (None: not known)."""
+    """A running mission: its name (empty: unknown), and its duration in s (None: unknown)."""
 
     mission: str
     usual_s: float | None = None
@@ -75,7 +75,7 @@ class Known:
 
 @dataclass(frozen=True)
 class Seen:
-    """A tile, and what it was made of: while that is the same, so is the tile."""
+    """A tile and its values: the tile is only rebuilt if they change."""
 
     robot: Robot
     snapshot: RobotSnapshot
@@ -98,7 +98,7 @@ class FleetViewModel(FleetState, ViewModel):
         self._ours: Mapping[
             tuple[int, int | str], Execution
         ] = {}  # by robot and queue id, or token before that is stored
-        self._followed: Mapping[int, int] = {}  # the queue id of what we have seen begin, by robot
+        self._followed: Mapping[int, int] = {}  # the queue id of the last item seen to begin, by robot
         self._known: dict[Running, Known] = {}
         self._unknown: dict[Running, str] = {}  # guid of the mission
         self._is_asking = False
@@ -107,7 +107,7 @@ class FleetViewModel(FleetState, ViewModel):
         self._counts: list[Count] = []
         self._help, self._is_well = "", False  # how many need a person, whether nothing needs one
         self._waiting: dict[int, None] = {}  # robots to be looked at, in that order
-        self._is_behind = True  # what is shown is not what is known
+        self._is_behind = True  # the page is not up to date
         self._is_withheld = False  # because of a finger on the screen
         self._is_first = True
         self._empty_since: float | None = None  # since when no robot is as the filter wants
@@ -121,7 +121,7 @@ class FleetViewModel(FleetState, ViewModel):
         self.keep(lambda: Window.unbind(on_keyboard=self._key))
         self.every(1, self._tick)
         self._shell.navigator.all_robots = self.is_shown
-        self._empty_since = None  # what is shown yet is from when the page was left
+        self._empty_since = None  # still shown from when the page was left
         self._tick()
 
     def retranslated(self) -> None:
@@ -158,7 +158,7 @@ class FleetViewModel(FleetState, ViewModel):
             self._soon()
 
     def _tick(self) -> None:
-        """Once a second: times run on, and what has not come for long is out of date."""
+        """Once a second: update times, and mark old states."""
         self._waiting |= dict.fromkeys(self._robots)
         self._soon()
         self._end_empty_filter()
@@ -238,8 +238,8 @@ class FleetViewModel(FleetState, ViewModel):
         return work(self._shell.mission_names.known.run(ours), elapsed, known.usual_s)
 
     def _running(self, robot_id: int, snapshot: RobotSnapshot) -> QueueItem | None:
-        """As its status says: the queue of a robot that is not on screen is read at its polls only. Where that gives no number, as its
-        queue says, or the run that we follow."""
+        """By its status, as the queue of a robot that is not on screen is only read at polls; without a number there,
+        by its queue or the followed run."""
         number = snapshot.status.mission_queue_id if snapshot.status else None
         is_it = (
             (lambda item: item.state is QueueState.EXECUTING) if number is None else (lambda item: item.id == number)
@@ -276,7 +276,7 @@ class FleetViewModel(FleetState, ViewModel):
 
     # ------------------------------------------------------------------ showing
     def _show(self, by_hand: bool = False) -> None:
-        """Nothing leaves its place under a finger, unless that has just asked for it."""
+        """Nothing moves under a finger, unless the user has just requested it."""
         look = Look(self.only, self.needy_first)
         groups = {robot_id: seen.group for robot_id, seen in self._seen.items()}
         if (groups, look, self._alarms) != self._counted:
@@ -298,12 +298,12 @@ class FleetViewModel(FleetState, ViewModel):
 
     # ------------------------------------------------------------------ what the operator presses
     def show_only(self, group: Group | None) -> None:
-        """Only the robots of ``group``, all of them when that is shown already, or None."""
+        """Show only the robots of ``group``; all of them if it is already the filter, or None."""
         self.only = None if group is self.only else group
         self._show(by_hand=True)
 
     def sort(self) -> None:
-        """Those that need a person first, or each in its place again."""
+        """Show those that need a person first, or each in its place again."""
         self.needy_first = not self.needy_first
         self._show(by_hand=True)
 
@@ -317,7 +317,7 @@ class FleetViewModel(FleetState, ViewModel):
         self.is_shown = self._is_first = False
 
     def _key(self, _window: Any, key: int, *_args: Any) -> bool:
-        """Esc, and Android's back button, leads from one robot to all of them. It is first for what is open above the page."""
+        """Esc and Android's back button lead from one robot to all. Open dialogs and menus go first."""
         goes_back = (
             key == ESCAPE and self.many and not self.is_shown and self._shell.dialogs.top is None and dock.field is None
         )

@@ -51,7 +51,7 @@ class OneLine(Body):
 
 
 class FarLine(OneLine):
-    """A text to be read from afar: in the largest of SIZES, up to ``most`` sp, in which all of it fits."""
+    """A text to read from a distance: in the largest of SIZES, up to ``most`` sp, in which it fits."""
 
     SIZES = (24, 20, 16)
     font_name = StringProperty("RobotoMedium")
@@ -116,14 +116,14 @@ class LargeTile(FleetTile):
 
 
 class SmallTile(FleetTile):
-    """More than twenty: name, group, battery, one line. Where it needs a person, name and group are as large as they can be, and the
-    battery stands in that line."""
+    """For more than twenty robots: name, group, battery, one line. If it needs a person, name and group are as large as
+    possible, and the battery is in that line."""
 
     is_calm = BooleanProperty(True)
     most = NumericProperty(16)
 
     def with_battery(self, battery: str, detail: str) -> str:
-        """In one line; nothing of a battery that is not known."""
+        """In one line; without an unknown battery."""
         return " · ".join(text for text in (battery, detail) if text not in ("", NOTHING))
 
 

@@ -48,7 +48,7 @@ class Learning:
             )
 
     def _learn_map(self, facts: HomeFacts) -> None:
-        """One at a time; first the one that is kept in a file, then what the robot answers."""
+        """One at a time; first the stored map, then the robot's answer."""
         robot, map_id, maps = facts.robot, facts.map_id, self._services.maps
         if robot is None or map_id is None or self._is_learning_map or not maps.is_due(robot.id, map_id):
             return

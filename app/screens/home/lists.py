@@ -35,8 +35,8 @@ class RobotSummary:
 
 @dataclass(frozen=True)
 class QueueEntry:
-    """``key``: ("execution", id) of ours, ("item", id of the queue item) of others', ("more", 0) for those that are only counted. Either a
-    number or an icon says where it is."""
+    """``key``: ("execution", id) for the app's, ("item", id of the queue item) for others', ("more", 0) for those only
+    counted. A number or an icon shows its place."""
 
     key: tuple[str, int]
     mission: str
@@ -101,7 +101,7 @@ def _summary(robot: Robot, snapshot: RobotSnapshot, facts: HomeFacts, now: datet
 
 # ---------------------------------------------------------------------- the queue
 def queue_entries(facts: HomeFacts, now: datetime) -> list[QueueEntry]:
-    """Running on top, then pending in order, then what waits here to be sent."""
+    """Running on top, then pending in order, then starts that wait here."""
     entries = []
     held, old = _is_held(facts), is_old(facts.snapshot, now, facts.settings)
     number, goes = 0, facts.robot is not None and facts.robot.id in facts.clearing
@@ -135,11 +135,9 @@ def queue_entries(facts: HomeFacts, now: datetime) -> list[QueueEntry]:
     for e in facts.not_in_queue:
         if e.state in (State.WAITING, State.SUBMITTING):
             entry = _waiting(facts, e, now)
-        elif (
-            e.cancel_code
-        ):  # it waits for nothing: the robot has dropped it, and is read again before it has ended here
+        elif e.cancel_code:  # waits for nothing: the robot has dropped it, and its end here follows the next reading
             entry = QueueEntry(("execution", e.id), facts.mission_names.run(e), icon="cancel")
-        else:  # the robot has it, but its queue was read before that; the entry stays where it is
+        else:  # the robot has it, but its queue was read before; the entry keeps its place
             number += 1
             entry = QueueEntry(("execution", e.id), facts.mission_names.run(e), _since(facts, e), str(number))
         entries.append(_cancelling(entry) if goes or e.cancel_code else entry)
@@ -203,7 +201,7 @@ def _with_choice(words: str, facts: HomeFacts, ours: Execution | None) -> str:
 
 
 def source_of(item: QueueItem, ours: Execution | None) -> str:
-    """Who put it there: our schedule, idle automation or Run now; else the user whom the robot names."""
+    """Its source: a schedule, idle automation or Run now; else the user named by the robot."""
     return trigger_words(ours) if ours else item.created_by_name or _("The robot itself")
 
 
@@ -230,7 +228,7 @@ _WAIT_ICONS = {
 
 
 def _waiting(facts: HomeFacts, execution: Execution, now: datetime) -> QueueEntry:
-    """Not on the robot yet: what holds it, and until when."""
+    """Not on the robot yet: what blocks it, and until when."""
     words = waiting_words(execution, facts.settings.timezone, facts.hold(execution.robot_id or 0, now))
     if execution.wait is Wait.LATE_START and execution.listed_until is not None:
         words = _("late, because the app was off; starts in {n} s").format(
@@ -258,7 +256,7 @@ NOT_BLOCKED = Blocked()
 
 
 def blocked(facts: HomeFacts) -> Blocked:
-    """Said above the queue, as the rows may be below the fold."""
+    """Shown above the queue, as the rows may be below the fold."""
     rows = [e for e in facts.not_in_queue if e.state is State.WAITING and e.wait is not Wait.DUE and not e.cancel_code]
     if not rows:
         return NOT_BLOCKED

@@ -46,8 +46,8 @@ class Marker:
 
 
 def robots_on_map(facts: HomeFacts, now: datetime) -> tuple[Marker, ...]:
-    """All that are on the selected robot's map, where each was last seen: what needs help first, then the selected one. One that no longer
-    answers is grey."""
+    """All robots on the selected robot's map at their last position: those that need help first, then the selected one.
+    Silent ones are grey."""
     found = []
     for robot in facts.robots:
         snapshot = facts.snapshots.get(robot.id)
@@ -73,7 +73,8 @@ def robots_on_map(facts: HomeFacts, now: datetime) -> tuple[Marker, ...]:
 
 
 def map_view(facts: HomeFacts, now: datetime, tone: str, old: bool) -> MapView:
-    """``tone`` is that of the robot's state; ``old``: what is known is out of date. Unless robot and map are known: NO_MAP."""
+    """``tone`` is that of the robot's state; ``old``: the state is out of date. NO_MAP unless robot and map are
+    known."""
     picture, snapshot = facts.map, facts.snapshot
     status = snapshot.status
     if picture is None or status is None or status.position is None:

@@ -1,4 +1,4 @@
-"""All of the map that the selected robot is on, with every robot that is there."""
+"""The whole map of the selected robot, with all robots on it."""
 
 from __future__ import annotations
 

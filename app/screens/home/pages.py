@@ -40,5 +40,5 @@ class Pages(ScreenBase):
         self.add_widget(self._pages[layout])
 
     def on_touch_down(self, touch: MotionEvent) -> Any:
-        """The second tap on what has led to another page presses nothing of that page."""
+        """The second tap on a button that opened another page presses nothing there."""
         return Clock.get_time() < self._rests_until or super().on_touch_down(touch)

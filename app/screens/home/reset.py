@@ -1,4 +1,4 @@
-"""Whether Reset errors has helped: that it was sent is said at once, the rest when the robot has been read again."""
+"""The result of Reset errors: "sent" at once, the rest after the next reading of the robot."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ from app.screens.home.facts import HomeFacts, Standing, standing
 from app.screens.home.view import error_words, has_errors
 from app.widgets.snackbar import SECONDS
 
-READ_WITHIN = 5.0  # s, after which it is said that errors stand although they were reset
+READ_WITHIN = 5.0  # s until the message that errors remain after the reset
 
 
 class ResetReport:
-    """``say(text, icon, about, seconds)``: what became of it, once for each ``begin``, unless another robot or screen is shown."""
+    """``say(text, icon, about, seconds)`` shows the result, once for each ``begin``, unless another robot or screen is
+    shown."""
 
     def __init__(self, say: Callable[[str, str, Hashable, float], object]) -> None:
         self._say = say
         self._asked: tuple[int, datetime, float] | None = (
-            None  # which robot, since when, and until when its answer is waited for
+            None  # which robot, since when, and until when to wait for its answer
         )
         self.in_vain: frozenset[Standing] = frozenset()  # errors that were reset and stand
 

@@ -15,8 +15,8 @@ from app.widgets.dialogs import FormDialog
 
 
 class RunDialog(FormDialog):
-    """``on_run(values)``, values by the parameters' names. Its button says what Home's own would; while a field is empty it is off and says
-    which."""
+    """``on_run(values)``, values by the parameters' names. Its button has the words of Home's; while a field is empty
+    it is disabled and names the field."""
 
     vm = ObjectProperty(NO_STATE, rebind=True)
     fields = ListProperty()

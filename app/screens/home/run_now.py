@@ -21,14 +21,14 @@ from app.screens.home.facts import HomeFacts
 from app.services.allocation.situation import CRITICAL, HIGH
 from app.services.robots.commands import Operator
 
-CHIPS = 4  # missions offered by one tap where none is marked as a favourite
+CHIPS = 4  # missions offered by one tap without favourites
 FEW_GROUPS = 2  # each offered by one tap; more of them in a list
 MANY_GROUPS = ("groups", 0)  # key of the way to that
 
 
 @dataclass(frozen=True)
 class RunView:
-    """Run now. ``off`` when it can't be pressed; the button then says why."""
+    """Run now. ``off`` if it can't be pressed; the button then says why."""
 
     note: str = ""
     mission_id: int | None = None
@@ -181,7 +181,7 @@ def aimed(run: RunView, facts: HomeFacts, target: Target, now: datetime) -> RunV
 
 
 def _no_mission(facts: HomeFacts) -> str:
-    """What the button says while none is chosen."""
+    """The button's words while no mission is chosen."""
     return _("Choose a mission") if facts.missions or facts.is_new else _("No missions yet")
 
 

@@ -115,7 +115,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         return lambda: read(self._services, known, seen_running)
 
     def _reread(self) -> None:
-        self._is_plan_old = True  # a reading that is dropped may have been the one that knew
+        self._is_plan_old = True  # a dropped reading may have been the one with the answer
         self._reader.reread()
 
     def take(self, facts: HomeFacts) -> None:
@@ -169,7 +169,7 @@ class HomeViewModel(HomeCommands, ViewModel):
 
     # ------------------------------------------------------------------ which robot, which mission
     def select_robot(self, robot_id: int) -> None:
-        """Select it for the whole app, which may have selected another one since this screen was read."""
+        """Select it for the whole app, where another one may have been selected since this screen was read."""
         is_shown = self.facts.robot is not None and robot_id == self.facts.robot.id
         self.facts = self.facts.about(robot_id)
         if not is_shown:
@@ -295,7 +295,8 @@ class HomeViewModel(HomeCommands, ViewModel):
         self._presses.end("run")
 
     def _run_no_more(self, why: str = "") -> None:
-        """What Run was pressed for is not what is shown any more, or can't be run: it is not started, and that is said."""
+        """The mission of the pressed Run is no longer shown, or can't be run: it is not started, and a message says
+        so."""
         if (pressed := self._pressed) is not None:
             self._end_waiting()
             say_not_started(self._shell, *pressed, why or _("The values that it asks for were not known yet"))

@@ -53,7 +53,7 @@ from app.services.dispatch.availability import is_charging
 
 @dataclass(frozen=True)
 class MissionView:
-    """What runs, or what is wrong and what a person can do about it."""
+    """The running mission, or the problem and what a person can do about it."""
 
     label: str = ""
     name: str = "–"
@@ -101,8 +101,8 @@ class CardView:
 
 @dataclass(frozen=True)
 class ControlsView:
-    """The buttons say what they will do. ``next_step`` is what a robot that needs a person waits for, the loudest thing on the page: to
-    "answer", "reset" or "resume" it, or for "hands" on it."""
+    """The buttons say what they will do. ``next_step`` is the action that the robot waits for, the most prominent on
+    the page: to "answer", "reset" or "resume" it, or for "hands" on it."""
 
     next_step: str = ""
     pauses: bool = True  # else it resumes
@@ -134,7 +134,7 @@ class PromptView:
 @dataclass(frozen=True)
 class HomeView:
     has_robots: bool = False
-    robots: tuple[RobotSummary, ...] = ()  # none where they are many: then they have a page
+    robots: tuple[RobotSummary, ...] = ()  # none if there are many: then they have a page
     card: CardView = field(default_factory=CardView)
     controls: ControlsView = field(default_factory=ControlsView)
     prompt: PromptView = field(default_factory=PromptView)
@@ -229,7 +229,7 @@ def _done_about(facts: HomeFacts, now: datetime, old: bool) -> TileView | None:
 
 
 def _battery(snapshot: RobotSnapshot, settings: Settings, old: bool, now: datetime) -> BatteryAppearance:
-    """An old reading says when it was made, and nothing of what is left or charging since."""
+    """An old reading shows its time, but no remaining time and no charging."""
     battery = battery_appearance(snapshot.status, settings)
     if not old or battery.level < 0:
         return battery
@@ -276,7 +276,7 @@ def _mission(facts: HomeFacts, robot: Robot, now: datetime, old: bool) -> Missio
 
 
 def _next(facts: HomeFacts, robot: Robot, now: datetime) -> str:
-    """What the idle robot will do next, as far as it is among the next planned."""
+    """The idle robot's next mission, if it is among the next planned starts."""
     run = next((run for run in facts.planned if run.robot.id == robot.id), None)
     if run is None:
         return (
@@ -291,7 +291,7 @@ def _next(facts: HomeFacts, robot: Robot, now: datetime) -> str:
 
 
 def _idle_obstacle(facts: HomeFacts, robot: Robot, next_planned_at: datetime | None, now: datetime) -> str:
-    """Why what is to start when the robot is idle does not start now."""
+    """Why the idle mission does not start now."""
     rule, status = robot.idle, facts.snapshot.status
     mission = next((mission for mission in facts.entered if rule is not None and mission.id == rule.mission_id), None)
     if (
@@ -312,7 +312,7 @@ def _idle_obstacle(facts: HomeFacts, robot: Robot, next_planned_at: datetime | N
             return _("{mission} when idle waits: battery {battery}, needs {minimum}").format(
                 mission=mission.name, battery=formats.percent(battery), minimum=formats.percent(minimum)
             )
-    return ""  # what is planned within minutes is said already
+    return ""  # starts planned within minutes are shown already
 
 
 def _last_known(facts: HomeFacts, snapshot: RobotSnapshot, now: datetime) -> MissionView:

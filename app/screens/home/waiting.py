@@ -1,4 +1,4 @@
-"""Starts that wait for a robot of their group, and which robot is kept for what matters more. Pure."""
+"""Starts that wait for a robot of their group, and robots reserved for more important ones. Pure."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from app.services.allocation.choose import AHEAD, LAST_CALL
 from app.services.allocation.situation import HIGH, Ineligible
 
 SHOWN = 2  # on Home; all of them in a dialog
-ON_THE_WAY = timedelta(seconds=2)  # after which it is said that a start is being sent
+ON_THE_WAY = timedelta(seconds=2)  # until the message that a start is being sent
 
 
 @dataclass(frozen=True)
@@ -38,11 +38,11 @@ class WaitingStart:
     can_give: bool = True
     cancelling: bool = False
     is_stuck: bool = False  # a silent robot may have it: another one can be asked to do it as well
-    has_robot: bool = False  # so that it goes before nothing else any more
+    has_robot: bool = False  # so that it is already last
 
 
 def waiting_of(rows: Iterable[Execution]) -> list[Execution]:
-    """Those that have no robot yet, in the order in which they get one, as far as that is decided beforehand."""
+    """Those without a robot, in the order in which they will get one, as far as it is fixed."""
     found = [row for row in rows if has_no_robot(row)]
     return sorted(found, key=lambda row: (-row.priority, row.planned_at, row.id))
 
@@ -97,7 +97,8 @@ def starts_with_a_robot(facts: HomeFacts, now: datetime) -> list[tuple[Execution
 
 
 def _is_being_sent(row: Execution) -> bool:
-    """What waits for something else, such as the end of a hold, says so in its robot's queue; what is withdrawn is not sent again."""
+    """Starts that wait for something else, such as the end of a hold, are in their robot's queue; withdrawn ones are
+    not sent again."""
     if row.state is State.SUBMITTING:
         return row.queue_id is None and row.withdrawn is None
     return row.state is State.WAITING and row.wait in (Wait.DUE, Wait.RETRY)
@@ -134,7 +135,7 @@ def waits_for(row: Execution, settings: Settings) -> str:
 
 
 def _without_those_tried(row: Execution) -> dict[str, Any]:
-    """What it waits for; of robots that it was given to before it is said already what they did."""
+    """What it waits for; robots that had it before are named elsewhere."""
     robots = [
         each
         for each in row.wait_details.get("robots", ())
@@ -162,7 +163,7 @@ def more_words(count: int) -> str:
 
 
 def kept_for(facts: HomeFacts, robot: Robot, now: datetime) -> str:
-    """What the robot is left free for, though something waits."""
+    """The planned start for which the robot is kept free, though others wait."""
     missions = {row.wait_details.get("kept_for") for row in facts.open if has_no_robot(row)}
     run = next(
         (

@@ -1,4 +1,5 @@
-"""What waits for a robot, on Home and above all robots: giving it to one by hand, cancelling it, all of it in a dialog."""
+"""Starts that wait for a robot, on Home and above all robots: assigning a robot, cancelling, all of them in a
+dialog."""
 
 from __future__ import annotations
 
@@ -30,7 +31,7 @@ READ_EVERY = 5  # s, while something waits
 
 
 class WaitingState(EventDispatcher):
-    """What kv reads: the first rows, all of them, and how many there are, in words."""
+    """Read by kv: the first rows, all rows, and their number in words."""
 
     rows = ListProperty()
     all_rows = ListProperty()
@@ -63,7 +64,7 @@ class WaitingModel(WaitingState):
         )
         self._facts = HomeFacts()
         self._waiting: dict[int, Execution] = {}
-        self._assigned: dict[int, WaitingStart] = {}  # to a robot, which has not said that it has them
+        self._assigned: dict[int, WaitingStart] = {}  # to a robot that has not confirmed them yet
         self._seconds = 0
 
     def take(self, facts: HomeFacts) -> None:
@@ -126,7 +127,7 @@ class WaitingRow(RecycledRow, BoxLayout):
 
 
 class WaitingCard(SectionCard):
-    """The first of what waits; without any it takes no room."""
+    """The first waiting starts; without any it takes no room."""
 
     state = ObjectProperty(NO_WAITING, rebind=True)
 

@@ -106,7 +106,8 @@ class GroupCard(Row, SectionCard):
 
 
 class RunsSearch(SearchField):
-    """The search field of the runs; ``card`` is the view model. Somebody who opens it types; one that comes back with its words is read."""
+    """The search field of the runs; ``card`` is the view model. Opening it gives it the focus; a restored search does
+    not."""
 
     card = ObjectProperty(None, rebind=True)
 

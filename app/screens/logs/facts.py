@@ -68,7 +68,7 @@ class LogsFacts:
         return ZoneInfo(self.settings.timezone)
 
     def target(self, run: Execution) -> Robot | Group | None:
-        """Whom it was for, where that is still there: a robot or a group."""
+        """Its robot or group, if that still exists."""
         if run.group_id is None:
             return next((robot for robot in self.robots if robot.id == run.robot_id), None)
         return next((group for group in self.groups if group.id == run.group_id), None)
@@ -141,7 +141,8 @@ def read_next_page(services: LogsServices, facts: LogsFacts) -> LogsFacts:
 
 
 def usual_durations(history: History, rows: Sequence[Execution], known: UsualSeconds) -> UsualSeconds:
-    """Of the missions of these rows, those already known included. What ran only once would be compared with itself."""
+    """For the missions of these rows, including known ones. A mission that ran only once would be compared with
+    itself."""
     missing = {(row.robot_id, row.mission_guid) for row in rows if row.robot_id is not None} - known.keys()
     found = {key: history.expected(key[0], key[1]) for key in missing if key[0] is not None}
     return {

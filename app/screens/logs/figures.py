@@ -29,9 +29,9 @@ class Figures:
     last_day: date | None = None
     kept_since: date | None = None  # day of the first known run; None without runs
     earlier: Facts | None = (
-        None  # of as many days before, until the same time of day; None: the history does not reach so far back
+        None  # of the same number of days before, until the same time of day; None: the history is too short
     )
-    group: str = ""  # whose runs they are; what its robots did is all that they did
+    group: str = ""  # the group of the runs; its robots' activity includes all their work
 
 
 @dataclass(frozen=True)

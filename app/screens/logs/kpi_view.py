@@ -56,7 +56,8 @@ class Explanation:
 
 @dataclass(frozen=True)
 class RobotBar:
-    """Utilisation of a robot: its share and its time on missions as text, then what is drawn, 0..1 of the observed time."""
+    """Utilisation of a robot: its share and its time on missions as text, then the drawn parts, 0..1 of the observed
+    time."""
 
     robot: str
     share: str
@@ -172,7 +173,7 @@ def change(figures: Figures, key: str) -> str:
 
 
 def _difference(size: float, unit: Unit) -> str:
-    """Empty where it is too small to be said."""
+    """Empty if it is too small to show."""
     if unit is Unit.SECONDS:
         return formats.duration(size) if size >= 1 else ""
     size = size * 100 if unit is Unit.SHARE else size
@@ -205,8 +206,8 @@ def with_unit(value: str, unit: str) -> str:
 
 
 def condense(history: Sequence[float | None]) -> tuple[float | None, ...]:
-    """At most MAX_POINTS of it, the means of neighbouring days: a small line shows the trend and not every day. Today, which has not
-    ended, stays alone."""
+    """At most MAX_POINTS, as means of neighbouring days: a small line shows the trend and not every day. Today, which
+    has not ended, stays separate."""
     past = history[:-1]
     size = -(-len(past) // (MAX_POINTS - 1)) or 1
     groups = [past[max(0, end - size) : end] for end in range(len(past), 0, -size)]
@@ -236,7 +237,7 @@ def period_line(figures: Figures) -> FactLine:
 
 
 def reach(figures: Figures, narrow_list: bool = False) -> str:
-    """Since when runs are kept, where the period begins before that, and that figures count what the list leaves out."""
+    """The first stored day, if the period begins before it, and the note that figures ignore the list's filters."""
     all_of_them = _("Figures also count the runs left out") if narrow_list else ""
     if figures.kept_since is None or (figures.first_day is not None and figures.kept_since <= figures.first_day):
         return all_of_them
@@ -354,5 +355,5 @@ def outcome_days(days: Sequence[Facts]) -> list[DayBar]:
 
 
 def days_note(days: Sequence[DayBar]) -> str:
-    """How many there are, which is not what the period has where that is one day, or very long."""
+    """The number of outcomes, which differs from the period's if that is one day or very long."""
     return ngettext("{n} day", "{n} days", len(days)).format(n=len(days)) if days else ""

@@ -72,7 +72,7 @@ class TrendLine:
 
 @dataclass(frozen=True)
 class Panel(Generic[Row]):
-    """What a card of the page shows; ``note`` goes into its head."""
+    """The content of a card; ``note`` is in its head."""
 
     note: str = ""
     text: str = ""

@@ -1,4 +1,4 @@
-"""What the Logs say of groups of robots: whose a run is, which robots were passed by, why one was chosen. Pure."""
+"""Groups of robots in the Logs: the group of a run, robots passed over, why one was chosen. Pure."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Step = tuple[str, str, str]  # label, time, note
 
 @dataclass(frozen=True)
 class OfGroup:
-    """A group as the history knows it: by its name then. ``members``: ids of its robots now, whose figures are shown."""
+    """A group by its name in the history. ``members``: ids of its present robots, whose figures are shown."""
 
     name: str
     members: tuple[int, ...] = ()
@@ -42,7 +42,7 @@ def target_options(groups: Sequence[Group], robots: Sequence[Robot]) -> list[Opt
 
 
 def whose(execution: Execution) -> str:
-    """The robot; of one that none had, its group."""
+    """The robot, or the group of a run without one."""
     return execution.robot or any_of(execution)
 
 
@@ -52,7 +52,7 @@ def any_of(execution: Execution) -> str:
 
 
 def steps(execution: Execution, zone: ZoneInfo) -> list[Step]:
-    """Between planned and submitted: robots that were passed by, the one that was chosen and why; or what it still waits for."""
+    """Between planned and submitted: robots passed over, the chosen one and why; or what it still waits for."""
     if not execution.robot_group:
         return []
     found = [

@@ -41,7 +41,8 @@ def page(report: ShiftReport, mission_names: MissionNames = NOTHING_KNOWN) -> st
 
 
 def on_screen(report: ShiftReport, mission_names: MissionNames = NOTHING_KNOWN) -> Explanation:
-    """The same in short, for screens on which no file can be opened: the figures, robots, runs that were not completed, and alarms."""
+    """The same in short, for devices that can't open the file: the figures, robots, runs that were not completed, and
+    alarms."""
     zone, at = report.settings.timezone, report.made_at
     robots = [
         FactLine(

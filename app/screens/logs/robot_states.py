@@ -37,7 +37,7 @@ class Steps:
 
 @dataclass(frozen=True)
 class StatesFacts:
-    """``start`` and ``end`` are those of what is drawn, ``whole`` those of the period that was read."""
+    """``start`` and ``end`` are those of the drawing, ``whole`` those of the period read."""
 
     start: datetime
     end: datetime
@@ -78,7 +78,7 @@ class StatesFacts:
         )
 
     def zoomed(self, further: bool) -> StatesFacts:
-        """Half or twice the time: around the middle, but what ended with the period still does."""
+        """Half or twice the time: around the middle; a span that ends with the period keeps its end."""
         length = self.end - self.start
         wanted = max(SHORTEST, length / 2) if further else length * 2
         return self.within(
@@ -160,7 +160,7 @@ def legend() -> list[LegendEntry]:
 
 
 def lanes(facts: StatesFacts, robots: Sequence[Facts]) -> list[Lane]:
-    """``robots``: their figures of the same period, as what is said here is their utilisation too."""
+    """``robots``: their figures of the same period, whose utilisation is shown here too."""
     figures = {robot.robot_id: robot for robot in robots}
     return [
         Lane(
@@ -185,7 +185,7 @@ def _drawn(facts: StatesFacts, one: RobotTimeline) -> list[ActivitySpan]:
 
 
 def _share_on_missions(figures: Facts | None) -> str:
-    """Of the time for which it was observed; nothing before that is known."""
+    """Of the observed time; nothing is known before it."""
     if figures is None:
         return ""
     share = figures.value("utilisation")

@@ -73,7 +73,7 @@ class LogsViewModel(ViewModel):
     opened_run = ObjectProperty(None, allownone=True)  # id of the run whose story is shown
     count_text = StringProperty()
     export_text = StringProperty()
-    reach = StringProperty()  # what the figures count: since when, and that no filter of the list leaves it out
+    reach = StringProperty()  # what the figures count: since when, and without the list's filters
     outcome_chip = StringProperty()
     mission_chip = StringProperty()
     trigger_chip = StringProperty()
@@ -239,7 +239,7 @@ class LogsViewModel(ViewModel):
         self._given.look(facts.robots, ((row.robot_id, row.mission_guid, row.parameters) for row in facts.rows))
 
     def _learnt(self) -> None:
-        """What positions are called: a search may find more."""
+        """Names of positions: a search may find more."""
         self._show_rows()
         if self._filters.text:
             self._runs_refresher.request()
@@ -314,7 +314,7 @@ class LogsViewModel(ViewModel):
             self.toggle(execution_id)
 
     def run_again(self, execution_id: int) -> None:
-        """Ask first: the person reading may not see the robot. Nothing is asked where nothing can be started now."""
+        """Ask first: the reader may not see the robot. Not asked if nothing can be started now."""
         run = next((row for row in self._facts.rows if row.id == execution_id), None)
         if run is None:
             return
@@ -485,7 +485,8 @@ class LogsViewModel(ViewModel):
     def _write(
         self, busy: str, work: Callable[[], T], text: Callable[[T], str], show: Callable[[T], object] | None = None
     ) -> None:
-        """Write a file and say where it is, with a button to ``show`` what is in it; the property ``busy`` is True while it is written."""
+        """Write a file and show its path, with a button to ``show`` its content; the property ``busy`` is True while it
+        is written."""
         if getattr(self, busy):
             return
         setattr(self, busy, True)

@@ -25,8 +25,8 @@ from app.services.history.shift_report import ReportPeriod
 UsualSeconds = Mapping[tuple[int | None, str], float]  # usual seconds by robot and guid
 
 ON_TIME_S = 60.0  # later than this, the delay is shown
-SEEN_LATE = timedelta(minutes=1)  # after the robot's own durations, from which it is seen when the run was found late
-AS_USUAL = 0.2  # of the usual duration, within which a run took as long as usual
+SEEN_LATE = timedelta(minutes=1)  # after the robot's own durations, which show that the run was seen late
+AS_USUAL = 0.2  # of the usual duration: this deviation still counts as usual
 LONGEST_CHIP = 26  # characters of a mission's name on its button
 UNDER_WAY = "under_way"  # the outcome filter's key of what has not ended
 NOT_RUN = (State.SKIPPED, State.MISSED)  # one outcome for people, named by the first
@@ -47,7 +47,7 @@ class Period(StrEnum):
 
 @dataclass(frozen=True)
 class Filters:
-    """What is shown. ``robot_id`` None: all robots; ``outcomes`` are values of ``State`` and UNDER_WAY, none: all."""
+    """The filters. ``robot_id`` None: all robots; ``outcomes`` are values of ``State`` and UNDER_WAY, none: all."""
 
     period: Period = Period.WEEK
     robot_id: int | None = None
@@ -171,7 +171,7 @@ def count_text(count: int, filters: Filters) -> str:
 
 
 def export_text(count: int) -> str:
-    """What is exported: the rows of the list, no more and no less."""
+    """The exported rows: exactly those of the list."""
     return ngettext("Export {n} run", "Export {n} runs", count).format(n=count)
 
 
@@ -206,7 +206,8 @@ class StepView:
 
 @dataclass(frozen=True)
 class RunRow:
-    """A run in the list; only an opened one has ``steps``, ``message`` and, where it can be run ``again``, the word for that."""
+    """A run in the list; only an opened one has ``steps``, ``message`` and, if it can be run ``again``, the word for
+    that."""
 
     key: int
     icon: str
@@ -224,7 +225,7 @@ class RunRow:
     again: str = ""
 
 
-RUN_AGAIN = (State.FAILED, *NOT_RUN)  # what somebody may want to have after all
+RUN_AGAIN = (State.FAILED, *NOT_RUN)  # possibly still wanted
 
 
 def row(
@@ -237,7 +238,7 @@ def row(
     replacement: Replacement | None = None,
     mission_names: MissionNames = NOTHING_KNOWN,
 ) -> RunRow:
-    """``expected``: how long a run that has not ended will take, as far as that is known; ``replacement``: that it was started on another
+    """``expected``: the duration of a run that has not ended, if known; ``replacement``: that it was started on another
     robot, or instead of one there; ``mission_names``: what is known of the values that missions get."""
     icon, tone = execution_appearance.LOOKS[execution.state]
     return RunRow(
@@ -305,7 +306,7 @@ def when(at: datetime, now: datetime) -> str:
 
 
 def reason_line(execution: Execution, zone: ZoneInfo, usual: UsualSeconds) -> str:
-    """Why it went as it did, in one sentence; nothing where all was as it should be."""
+    """Why it ended so, in one sentence; empty if everything was normal."""
     if execution.state.is_open:
         return waiting_words(execution, str(zone))
     if execution.reason is not None:
@@ -329,7 +330,7 @@ def _completed(execution: Execution, usual: UsualSeconds) -> str:
 
 
 def _late_s(execution: Execution) -> float | None:
-    """How much later than planned the robot began it: until it was sent, and what it then waited in the robot's queue."""
+    """The delay after the planned time: until it was sent, and then in the robot's queue."""
     if execution.submitted_at is None:
         return None
     return (execution.submitted_at - execution.planned_at).total_seconds() + (execution.robot_delay_s or 0.0)
@@ -352,7 +353,7 @@ def story(
     expected: DurationEstimate | None = None,
     replacement: Replacement | None = None,
 ) -> tuple[StepView, ...]:
-    """planned → submitted → started → ended, as far as it came; with days where there are several."""
+    """planned → submitted → started → ended, as far as it went; with dates if there are several days."""
     started_at, ran_until = _really_ran(execution)
     ended_at = skipped_at(execution) or ran_until
     left = replacement if replacement is not None and replacement.id == execution.id else None
@@ -438,7 +439,7 @@ def _queue_note(execution: Execution) -> str:
 
 
 def _open_note(expected: DurationEstimate | None) -> str:
-    """How long it will take, and where that is known from."""
+    """Its expected duration and the source of that."""
     if expected is None:
         return _("not ended yet")
     text = (

@@ -21,8 +21,8 @@ T = TypeVar("T")
 
 
 class ScheduleActions:
-    """Each in the background, one at a time on a schedule; ``done()`` when one has ended, well or not: its effect can be read. ``name``
-    says what a schedule is called."""
+    """Commands in the background, one at a time for each schedule; ``done()`` when one ends, even with an error: its
+    effect can be read. ``name`` returns a schedule's name."""
 
     def __init__(
         self,
@@ -108,7 +108,7 @@ class ScheduleActions:
 
     def delete(self, schedule: Schedule) -> None:
         """At once; it can be undone until the message is closed by hand."""
-        text = _("{name} is deleted").format(name=self._name(schedule))  # while it is known what it does where
+        text = _("{name} is deleted").format(name=self._name(schedule))  # while its mission and robot are known
 
         def deleted(removed: Removed) -> None:
             self._shell.offer_undo(
@@ -172,5 +172,5 @@ class ScheduleActions:
 
 
 def _about(schedule_id: int, at: datetime | None = None) -> Hashable:
-    """What a message is about that says how a schedule is now, or its start at that instant: until the next one does."""
+    """The subject of messages about a schedule, or about its start at that instant: a newer one replaces the older."""
     return "schedule", schedule_id, at

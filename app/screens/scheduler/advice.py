@@ -1,5 +1,5 @@
-"""Suggestions: schedules that often came late, why, and what would help. Accepting opens the form, filled; nothing is changed before
-that is saved, and both can be undone."""
+"""Suggestions: schedules that are often late, why, and what would help. Accepting opens the filled form; nothing
+changes until it is saved, and both can be undone."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def suggestion_views(advice: Advice, called: Callable[[Schedule], str]) -> list[
 
 
 def title(advice: Advice | None) -> str:
-    """Empty: there is nothing to say."""
+    """Empty without suggestions."""
     if advice is None or not (advice.suggestions or advice.results):
         return ""
     count = len(advice.suggestions)
@@ -73,7 +73,7 @@ def title(advice: Advice | None) -> str:
 
 
 class AdviceState(EventDispatcher):
-    """What kv reads. Without a ``title`` there is nothing to see."""
+    """Read by kv. Hidden without a ``title``."""
 
     title = StringProperty()
     rows = ListProperty()
@@ -88,7 +88,8 @@ class AdviceState(EventDispatcher):
 
 
 class AdviceModel(AdviceState):
-    """``facts()`` are the present ones, ``edit(draft)`` puts something into the form; ``changed()`` is called when the plan was."""
+    """``facts()`` are the present ones, ``edit(draft)`` opens a draft in the form; ``changed()`` is called when the
+    plan has changed."""
 
     def __init__(
         self,
@@ -145,7 +146,7 @@ class AdviceModel(AdviceState):
         called = self._facts().called
         self.title = title(self._advice)
         if not self.title and self._dialog is not None:
-            self._dialog.dismiss()  # with what it says: it must not be seen empty while it closes
+            self._dialog.dismiss()  # with its text: it must not look empty while it closes
             return
         self.rows = suggestion_views(self._advice, called)
         self.results = "\n".join(
@@ -174,7 +175,8 @@ class AdviceModel(AdviceState):
         self._edit(replace(Draft.of(change.draft, self._facts().name(one.schedule)), base=one.schedule))
 
     def saved(self, schedule: Schedule) -> bool:
-        """A schedule was saved in the form: if it is the suggested change (returned), that is noted and said, and both can be undone."""
+        """A schedule was saved in the form: if it is the suggested change (returned), it is recorded with a message,
+        and both can be undone."""
         taken = self._in_form
         if taken is None or taken[0].schedule.id != schedule.id:
             return False
@@ -245,7 +247,7 @@ class SuggestionPanel(Row, Surface):
         self._build()
 
     def _build(self, *_args: Any) -> None:
-        """No rows in a row: a finger that comes down on one of them would be the outer one's."""
+        """No rows inside a row: a touch on the inner one would belong to the outer one."""
         self.ids.changes.clear_widgets()
         for change in self.changes:
             line = SuggestionChange(promise=change.promise, action=change.action)

@@ -40,7 +40,7 @@ class AsksRobot(EventDispatcher):
     def __init__(self) -> None:
         super().__init__()
         self._asked: tuple[MissionParameter, ...] = ()  # the mission's parameters
-        self._asked_of: Asked | None = None  # None: what is in the form has just been put there
+        self._asked_of: Asked | None = None  # None: the form has just been filled
         self._is_asking = self._saves_when_known = False
         self._refused: InvalidInput | None = None  # by the last attempt to save this draft
         self._wait_no_longer = Clock.create_trigger(lambda _dt: self._parameters_are_known(()), ROBOT_ANSWERS_WITHIN)
@@ -155,7 +155,7 @@ class AsksRobot(EventDispatcher):
         self._parameters_are_known(found or ())
 
     def _learn_map(self, asked: Asked) -> None:
-        """What is known of it at once; else the robot is asked, once."""
+        """Known parameters at once; otherwise the robot is asked, once."""
         robot_id, maps = asked[0] or 0, self._services.maps
         status = self._services.snapshots.get(robot_id).status
         map_id = status.map_id if status is not None else None

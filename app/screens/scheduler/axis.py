@@ -1,4 +1,4 @@
-"""What lies behind the bars of the timeline: the hours that are read, their ticks, closed and held time. Pure; hours as in timeline.py."""
+"""The background of the timeline: the hours read, their ticks, closed and held time. Pure; hours as in timeline.py."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from app.screens.scheduler.view import day_begins
 
 FOLDED_FROM = 6.0  # hours without work and without bars
 QUARTERS = 4  # of an hour: clocks are changed at one
-NEAR_NOW = 0.03  # of what is seen, around the now-line, where ticks have no label
+NEAR_NOW = 0.03  # of the visible part, around the now-line, without tick labels
 
 Span = tuple[float, float]  # from and to
 
 
 class Band(NamedTuple):
-    """A time when nothing is started: "closed", drawn "folded" where it is long and empty, or "held" by a person."""
+    """A time when nothing is started: "closed", drawn "folded" if it is long and empty, or "held" by a person."""
 
     start: float
     end: float
@@ -54,7 +54,7 @@ class Range:
 
 
 def closed(facts: SchedulerFacts, read: Range, taken: Iterable[Span], unfolded: Iterable[datetime]) -> Iterable[Band]:
-    """Days without work. ``taken``: times of bars, in between which they are folded, unless one of ``unfolded`` is there."""
+    """Days without work. ``taken``: times of bars; between them closed days are folded, except around ``unfolded``."""
     zone, days = facts.zone, []  # type: ZoneInfo, list[Band]
     first = read.instant(read.low).astimezone(zone).date()
     for n in range(int((read.high - read.low) / 24) + 3):
@@ -116,7 +116,7 @@ def _no_work(start: datetime, end: datetime) -> str:
 
 
 def held(facts: SchedulerFacts, now: datetime, read: Range) -> Iterable[Band]:
-    """As long as nothing is sent to any robot."""
+    """The time in which nothing is sent to any robot."""
     for hold in facts.holds:
         begins = max(read.low, read.at(hold.since)) if hold.since else read.low
         ends = min(read.high, read.at(hold.until)) if hold.until else read.high
@@ -137,8 +137,8 @@ def held_until(hold: Hold | None, facts: SchedulerFacts, now: datetime) -> str:
 
 
 def ticks(zone: ZoneInfo, read: Range, now: float, step: int, seen: float) -> Iterable[Tick]:
-    """A tick every ``step`` local hours, strong at midnight, and with the year where one begins; one where the clock is changed, be it by
-    half an hour."""
+    """A tick every ``step`` local hours, strong at midnight, with the year on 1 January; and one at each clock change,
+    even of half an hour."""
     begins = int(read.low * QUARTERS) - 1
     before = read.instant(begins / QUARTERS).astimezone(zone).utcoffset()
     for hour in (n / QUARTERS for n in range(begins + 1, int(read.high * QUARTERS) + 1)):

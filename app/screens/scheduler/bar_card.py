@@ -1,4 +1,4 @@
-"""The card that opens at a bar of the timeline: what the bar stands for, and what can be done with it. Pure."""
+"""The card that opens at a bar of the timeline: what the bar represents, and its actions. Pure."""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ class UpcomingCard(SectionCard):
 
 
 class TimelineLegend(LegendItems):
-    """Below what fingers move: at one width it never becomes lower, and it changes when no finger is there."""
+    """Below the timeline: at one width it never gets lower, and it changes only without a finger on the screen."""
 
     most = NumericProperty(0)  # height of most lines so far
 
@@ -86,7 +86,7 @@ class TimelineLegend(LegendItems):
 
 
 class UpcomingHead(BoxLayout):
-    """What the card is called, and what can be done with the plan."""
+    """The card's title, and the actions for the plan."""
 
     card = ObjectProperty(None, rebind=True)
 
@@ -137,7 +137,7 @@ class SchedulesCard(SectionCard):
             self._reveal()
 
     def _bring_in_sight(self, _dt: float) -> None:
-        """A row that was tapped stays under the finger, also where only a part of it is seen."""
+        """A tapped row stays under the finger, even if only a part of it is visible."""
         rows, tapped, self._tapped = self.ids.schedule_rows, self._tapped, None
         if self._edited != tapped or tapped not in [row.key for row in rows.views]:
             rows.reveal(self._edited)
@@ -148,7 +148,7 @@ class SchedulesCard(SectionCard):
 
 
 class SchedulesSearch(SearchField):
-    """The search field of the schedules. Somebody who opens it types; one that comes back with its words is read."""
+    """The search field of the schedules. Opening it gives it the focus; a restored search does not."""
 
     card = ObjectProperty(None, allownone=True, rebind=True)
 
@@ -162,7 +162,7 @@ class FormCard(SectionCard):
     view = ObjectProperty(FormView(), rebind=True)
     more = BooleanProperty(False)
     stacked = BooleanProperty(False)  # the preview below the fields
-    low = BooleanProperty(False)  # where these would have no room, each is as high as it needs, and the page scrolls
+    low = BooleanProperty(False)  # without room for these, each is as high as it needs, and the page scrolls
     saving = BooleanProperty(False)
     parameters = ListProperty()
     problems = ObjectProperty({})
@@ -170,7 +170,7 @@ class FormCard(SectionCard):
 
     def __init__(self, **kwargs: Any) -> None:
         self._wrong_field = ""
-        self._reveal = Clock.create_trigger(self._bring_in_sight, 0.05)  # when the field is there and says so
+        self._reveal = Clock.create_trigger(self._bring_in_sight, 0.05)  # once the field exists and shows it
         super().__init__(**kwargs)
         self.fbind("view", self._see_problem)
 
@@ -225,6 +225,6 @@ class FormWarning(Row, Tap):
 
 
 class FormPart(BoxLayout):
-    """Some fields of the form; which there are is in kv. ``card`` is given when it is made, so kv may read ``root.card.view``."""
+    """Some fields of the form, listed in kv. ``card`` is set at creation, so kv may read ``root.card.view``."""
 
     card = ObjectProperty(None, rebind=True)

@@ -1,7 +1,7 @@
-"""The form of the Scheduler as plain values: what a person has chosen so far, and the schedule that it makes. No kivy.
+"""The form of the Scheduler as plain values: the choices so far, and the schedule made of them. No kivy.
 
-The form knows once, daily, weekly, "every" and monthly; any other rule (yearly, every second week, a count …), as imported files may
-have, is kept as it is under ``Kind.OTHER``. A draft that was opened and not changed makes exactly the schedule it came from.
+The form knows once, daily, weekly, "every" and monthly; any other rule (yearly, every second week, a count …), as in
+imported files, is kept unchanged under ``Kind.OTHER``. An unchanged draft makes exactly the schedule it came from.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Unit(StrEnum):
 
 BEGINS_AT = {Unit.MINUTES: 30, Unit.HOURS: 1}  # "every …" with that unit, until another number is chosen
 COMMON_MINUTES = (5, 10, 15, 30)
-# the fields that say when, which are changed together, and those that say on what, and what
+# the fields of the time, which change together, and those of robot and mission
 TIMES = (
     "kind",
     "every",
@@ -70,7 +70,7 @@ TASK = ("mission_id", "parameters")
 
 @dataclass(frozen=True)
 class Draft:
-    """What the form shows. ``base`` is the schedule being edited; None: a new one."""
+    """The form's content. ``base`` is the schedule being edited; None: a new one."""
 
     day: date
     at: time
@@ -102,7 +102,7 @@ class Draft:
     name: str = ""
     base: Schedule | None = None
     dragged: tuple[Any, ...] | None = None  # its times as a finger made them that dragged one of its starts
-    origin: Schedule | None = None  # where its times come from: the base, or what it is a copy of
+    origin: Schedule | None = None  # the source of its times: the base, or the copied schedule
     lost: Schedule | None = None  # its schedule, which has been deleted since
     entry: object = field(default_factory=object, compare=False, repr=False)  # the same through all its changes
 
@@ -128,7 +128,7 @@ class Draft:
         )
 
     def is_stored(self, name: str) -> bool:
-        """Whether it is a schedule as it is, with nothing changed; ``name`` as a person has given it."""
+        """Whether it is an unchanged schedule; ``name`` is the one entered by a person."""
         return (
             self.base is not None
             and replace(Draft.of(self.base, name), origin=self.origin, dragged=self.dragged) == self
@@ -166,7 +166,7 @@ class Draft:
 
     @property
     def recurrence(self) -> str | None:
-        """RFC 5545 RRULE value of what is chosen; None for once. Raises InvalidInput for what is not possible."""
+        """The choices as an RFC 5545 RRULE value; None for once. Raises InvalidInput for an impossible rule."""
         if self.kind is Kind.ONCE:
             return None
         if self.kind is Kind.OTHER:
@@ -201,7 +201,7 @@ class Draft:
             raise InvalidInput("robot", "Choose a robot")
         base = self.base or Schedule(self.name, self.robot_id, self.mission_id, self.start, self.timezone)
         origin = self.origin
-        # a rule that makes the same times keeps the form in which it was stored
+        # a rule with the same times keeps its stored form
         times = origin if origin is not None and self.times == Draft.of(origin).times else self
         return replace(
             base,
@@ -229,8 +229,8 @@ class Draft:
         return replace(self, day=day, **follow)
 
     def moved(self, before: datetime, after: datetime) -> Draft:
-        """The start at ``before`` (naive local) lies at ``after``. In a rule those of its hour on other days move along, the others keep
-        their hours and get its minute; of "every …" all move."""
+        """Move the start at ``before`` (naive local) to ``after``. In a rule, starts of its hour on other days move
+        too, the others keep their hours and get its minute; with "every …" all move."""
         if after == before:
             return self
         draft = self._moved(before, after)
@@ -277,7 +277,8 @@ class Draft:
 
     @classmethod
     def of(cls, schedule: Schedule, name: str | None = None) -> Draft:
-        """The form for a stored schedule. ``name`` as a person has given it, empty where none has; None: as it is stored."""
+        """The form for a stored schedule. ``name`` is the one entered by a person, empty without one; None: as
+        stored."""
         draft = cls(
             day=schedule.start.date(),
             at=schedule.start.time(),
@@ -393,7 +394,7 @@ def _read_rule(schedule: Schedule) -> dict[str, Any]:
 
 
 def _read_frequency(parts: dict[str, str], schedule: Schedule) -> dict[str, Any] | None:
-    """The form's fields, or None; what is understood is taken out of ``parts``."""
+    """The form's fields, or None; parsed parts are removed from ``parts``."""
     frequency, interval = parts.pop("FREQ", ""), int(parts.pop("INTERVAL", "1"))
     if frequency in ("MINUTELY", "HOURLY"):
         return _read_every(Unit.HOURS if frequency == "HOURLY" else Unit.MINUTES, interval, parts, schedule.between)

@@ -1,4 +1,4 @@
-"""What the Scheduler uses of the app, and what it shows at one moment: read on a background thread, from the database only."""
+"""The services of the Scheduler, and its content at one moment: read on a background thread, only from the database."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ from app.services.robots.missions import RobotMissions
 from app.services.suggestions.suggestions import Suggestions
 
 HOURS = 24  # that the timeline shows at first
-MARGIN = 0.5  # of what it shows, read on either side of it, so that a finger finds something there
+MARGIN = 0.5  # read on both sides of the visible part, so that dragging finds content there
 DAYS = 7
 BEFORE = timedelta(hours=1)  # of the past stays in sight
-LONGEST_BREAK = timedelta(days=60)  # of closed days on end that can be folded, with what is seen around them
+LONGEST_BREAK = timedelta(days=60)  # of successive closed days that can be folded, with the visible part around them
 MOST_PAST = 5000  # runs of the past in one window
 
 
@@ -72,7 +72,7 @@ class Window:
     hours: float = HOURS
     unfolded: frozenset[datetime] = frozenset()
     robots: frozenset[int] = frozenset()  # by id; none: all
-    opened: frozenset[Hashable] = frozenset()  # lines that stand for several lanes, which are shown
+    opened: frozenset[Hashable] = frozenset()  # open lines that represent several lanes
 
     def start(self, now: datetime, zone: ZoneInfo) -> datetime:
         """UTC instant of the left edge."""
@@ -110,7 +110,7 @@ class SchedulerFacts:
     )  # by schedule: from when on it has starts that are not in ``planned``
     past: tuple[
         Execution, ...
-    ] = ()  # planned within the window and before now, open ones included; and skipped ones to come
+    ] = ()  # planned within the window and before now, including open ones; and future skipped ones
     holds: tuple[Hold, ...] = ()  # set by persons and not over
     own_hold: Hold | None = None  # the tablet's: its clock is wrong, or its data another tablet's
     usual_s: Mapping[tuple[int, str], float] = field(
@@ -120,10 +120,10 @@ class SchedulerFacts:
         default_factory=dict
     )  # of the missions that a robot has, by its id and their guid
     typed: frozenset[tuple[int, str]] = frozenset()  # of these, those known from Settings only
-    stopped: frozenset[int] = frozenset()  # ids of robots that do nothing until a person has seen to them
+    stopped: frozenset[int] = frozenset()  # ids of robots that do nothing until a person helps them
     silent: Mapping[int, Connection] = field(
         default_factory=dict
-    )  # how robots that give no answer, or none to trust, are connected
+    )  # connections of robots that give no answer, or none to trust
     mission_names: MissionNames = NOTHING_KNOWN  # what is known of the values that missions get
     skips: frozenset[tuple[int, datetime]] = frozenset()  # starts to come that are skipped: schedule and instant
 
@@ -132,7 +132,7 @@ class SchedulerFacts:
         return ZoneInfo(self.settings.timezone)
 
     def hold(self, robot_id: int | None, group_id: int | None, at: datetime) -> Hold | None:
-        """What keeps a start on that robot from being sent at that instant; without a robot, on every one of the group."""
+        """The hold that stops a start on that robot at that instant; without a robot, on all of the group."""
         return hold_for(self.holds, robot_id, self.group(group_id) if robot_id is None else None, self.robots, at)
 
     def hold_of(self, run: PlannedRun) -> Hold | None:
@@ -161,7 +161,7 @@ class SchedulerFacts:
         return next((schedule for schedule in self.schedules if schedule.id == schedule_id), None)
 
     def is_skipped(self, execution: Execution, now: datetime) -> bool:
-        """Whether it is a start to come that a person has left out."""
+        """Whether it is a future start that a person has skipped."""
         return execution.planned_at > now and (execution.schedule_id, execution.planned_at) in self.skips
 
     def may_start_after_all(self, execution: Execution, now: datetime) -> bool:
@@ -172,7 +172,7 @@ class SchedulerFacts:
         )
 
     def name(self, schedule: Schedule | None) -> str:
-        """The name that a person has given it; empty where it is made of mission and robot, or group."""
+        """The name entered by a person; empty if it is made of mission and robot, or group."""
         if schedule is None:
             return ""
         target, mission = self.target(schedule), self.mission(schedule.mission_id)
@@ -192,7 +192,7 @@ class SchedulerFacts:
         return [(each.id, each.name) for each in named]
 
     def given_to(self) -> Iterator[Start]:
-        """What missions are given, or were, by which robot."""
+        """Values of missions, present and past, by robot."""
         yield from ((run.robot_id, run.mission_guid, run.parameters) for run in self.past)
         for schedule in self.schedules:
             if (mission := self.mission(schedule.mission_id)) is not None:
@@ -273,7 +273,7 @@ def _is_start(at: datetime, schedule: Schedule | None, calendar: WorkingCalendar
 
 
 def _last(history: History, schedule: Schedule, now: datetime) -> Execution | None:
-    """Its newest execution, but no skipped start to come as long as there are others."""
+    """Its newest execution, but a future skipped start only if there are no others."""
     last = history.last_of_schedule(schedule.id)
     if last is not None and last.planned_at > now and schedule.next_at is not None and not last.state.is_open:
         return history.last_of_schedule(schedule.id, until=now)

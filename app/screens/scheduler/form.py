@@ -55,9 +55,9 @@ class FormModel(FormFields):
         self._forecast_later = Clock.create_trigger(lambda _dt: self.forecast(), AFTER_TYPING)
         self._draft = self._fresh()
         self.entry = self._draft.entry
-        self._submitted: object = None  # the entry that is being written as it is in the form
+        self._submitted: object = None  # the entry being written, as in the form
         self._in_writing: set[object] = set()  # entries that are, be they in the form or not
-        self._empty: Draft | None = self._draft  # as it was begun; None: something was put into it
+        self._empty: Draft | None = self._draft  # its first state; None: it was filled in
         self._offered: Draft | None = None  # as a finger on free time has begun it
         self._successor: FormModel | None = None  # that goes on with all of it
 
@@ -118,7 +118,7 @@ class FormModel(FormFields):
 
     @property
     def _is_entered(self) -> bool:
-        """Whether there is something in the form that is neither stored nor being stored."""
+        """Whether the form has an entry that is neither stored nor being stored."""
         is_known = self._draft == self._offered or self._draft.entry is self._submitted or self._is_stored
         return self.is_in_use and not is_known
 
@@ -129,7 +129,7 @@ class FormModel(FormFields):
         return draft.is_stored(self._facts.name(draft.base) if self._facts.robots else draft.name)
 
     def _keep_draft(self, draft: Draft) -> None:
-        """What is there of its entry already is newer."""
+        """An existing draft of its entry is newer."""
         if all(each.entry is not draft.entry for each in self.drafts):
             self._keep_drafts([*self.drafts, draft])
 
@@ -152,7 +152,7 @@ class FormModel(FormFields):
         return self if self._successor is None else self._successor._present
 
     def _keep_drafts(self, drafts: list[Draft]) -> None:
-        """The last of them. What was said of the others holds no longer."""
+        """Keep the last of them. Messages about the others end."""
         before, self.drafts = self.drafts, drafts[-MOST_DRAFTS:]
         kept = {each.entry for each in self.drafts}
         for dropped in (each for each in before if each.entry not in kept):
@@ -220,8 +220,8 @@ class FormModel(FormFields):
         self.begin(Draft.of(schedule).copy())
 
     def begin_at(self, robot_id: int, at: datetime) -> None:
-        """A new schedule of that robot at that instant; what was entered for another new one stays, unless that is being
-        saved or is for a group."""
+        """A new schedule of that robot at that instant; entries for another new one stay, unless that is being saved or
+        is for a group."""
         self._wait_no_more()
         untouched = self._draft in (self._empty, self._offered)
         goes_on = self._draft.is_new and not self.saving and self._draft.group_id is None
@@ -348,7 +348,7 @@ class FormModel(FormFields):
         self._forecast_soon()
 
     def leave(self) -> None:
-        """Ask at once what would be asked in a moment: there may be no moment after the screen is closed."""
+        """Send the delayed request at once, as the screen may be closed before."""
         self._wait_no_more()
         if self._forecast_later.is_triggered:
             self._forecast_later.cancel()

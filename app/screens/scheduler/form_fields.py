@@ -1,4 +1,4 @@
-"""The part of the form in which a person chooses: what its fields do, and what they ask."""
+"""The form's fields: their actions and questions."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class FormFields(AsksRobot):
         raise NotImplementedError
 
     def _ask(self, question: Overlay, about: str = "entry") -> None:
-        """Until that property changes: messages above a dialog can be pressed, and what Save has waited for is saved some time."""
+        """Until that property changes: messages above a dialog can be pressed, and a waiting Save runs at some time."""
 
         def close(*_args: object) -> None:
             question.dismiss()

@@ -1,4 +1,4 @@
-"""Texts of the form: what is chosen, what is wrong with it and where, which starts would follow. Pure."""
+"""Texts of the form: its choices, its problems and their fields, its next starts. Pure."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ SHOWN_FIELDS = (
     "finish_by",
     *UNDER_MORE,
 )
-SOON = timedelta(days=28)  # in which a weekday and its number say which day is meant
+SOON = timedelta(days=28)  # in which a weekday and its number mean a day
 WINDOWS = (5, 15, 30, 60, 120)  # min
 BATTERIES = (10, 20, 30, 50)  # %
 SKIPPED = "skip-next"  # icon of a start that a person skips
@@ -68,7 +68,7 @@ class Preview:
 
 @dataclass(frozen=True)
 class StartRow:
-    """One of the next starts; ``kind`` is the icon of one with a warning, one that is held or one that is skipped."""
+    """One of the next starts; ``kind`` is the icon of one with a warning, a held one or a skipped one."""
 
     text: str
     kind: str = ""
@@ -248,7 +248,7 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
 
 
 def _name_hint(mission: Mission | None, robot: Robot | Group | None) -> str:
-    """What it is called when no name is given."""
+    """Its name without an entered one."""
     return _("{mission} on {robot}").format(mission=mission.name, robot=robot.name) if mission and robot else ""
 
 
@@ -367,8 +367,8 @@ def overlap_text(overlap: Overlap) -> str:
 
 # ---------------------------------------------------------------------- the options of its pickers
 def mission_options(facts: SchedulerFacts, target: Target | None) -> list[Option]:
-    """Those that can be started on the robot, favourites first; without a robot all of them. What a robot has is known once its list has
-    been read."""
+    """Missions that can be started on the robot, favourites first; without a robot all of them. A robot's missions are
+    known once its list has been read."""
     if isinstance(target, tuple):
         return of_groups.mission_options(facts, target[1])
     robot_id = target
@@ -395,7 +395,8 @@ def mission_options(facts: SchedulerFacts, target: Target | None) -> list[Option
 
 
 def steps(facts: SchedulerFacts, draft: Draft, name: str) -> Steps:
-    """How a number of the draft is asked for, by its field. What Settings say has no chip of its own, unless it is chosen."""
+    """The question for a number of the draft, by its field. The value of Settings has no own chip, unless it is
+    chosen."""
     label = _("Or any other")
     if name == "minimum_battery_percent":
         inherited = rules.minimum_battery(None, facts.mission(draft.mission_id), facts.settings) or 0
@@ -506,7 +507,7 @@ def _starts(facts: SchedulerFacts, forecast: Forecast | None, draft: Draft, now:
 
 
 def skip_options(forecast: Forecast, draft: Draft, now: datetime) -> list[Option]:
-    """Its next starts by their instants, in their order; what is skipped says so."""
+    """Its next starts in order of time; skipped ones are marked."""
     icon, note = {True: "undo", False: SKIPPED}, {True: _("skipped: start it after all"), False: ""}
     return [
         Option(at, _day_and_time(at, draft, now), icon[skipped], note[skipped])

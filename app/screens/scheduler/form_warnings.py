@@ -26,7 +26,7 @@ class WarningRow:
 
 
 def dated(day: date, today: date) -> str:
-    """A day, with its year only where it is another one."""
+    """A day, with its year if it is not the present one."""
     return (
         formats.wall_day(day)
         if day.year == today.year or day - today < timedelta(days=180)
@@ -159,7 +159,8 @@ def _passed_over(days: Sequence[tuple[date, str]]) -> str:
 
 
 def _likely(share: float | None) -> str:
-    """How likely two runs overlap, where that is not nearly certain; rounded, because it is known from twenty runs at most."""
+    """The probability that two runs overlap, if it is not nearly certain; rounded, as it is based on at most twenty
+    runs."""
     if share is None or share > 0.9:
         return ""
     return _(" (about {percent} % of the runs)").format(percent=max(5, round(share * 20) * 5))

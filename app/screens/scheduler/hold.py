@@ -59,7 +59,7 @@ class HoldDialog(FormDialog):
         self.reason_problem = self.end_problem = self.problem = ""
 
     def _tell(self, _dt: float = 0.0) -> None:
-        """As it is now: an end that counts from the press moves on, and the hold that there is may end."""
+        """Update it: an end that counts from the press moves on, and the present hold may end."""
         now = self._services.clock.now()
         self.robot = hold_view.robot_name(self._facts, int(self.robot_id))
         self.reasons = hold_view.reason_chips(self.reason)

@@ -1,4 +1,4 @@
-"""Texts of holding everything, or one robot: why, until when, and what is held already. Pure."""
+"""Texts of holding all robots or one: why, until when, and present holds. Pure."""
 
 from __future__ import annotations
 
@@ -60,8 +60,8 @@ def robot_name(facts: SchedulerFacts, robot_id: int) -> str:
 
 
 def looked_at(facts: SchedulerFacts, shown: Collection[int], all_robots: bool) -> int:
-    """What the dialog begins with: the only robot that is ``shown`` on the timeline, else the selected one, unless ``all_robots`` were
-    looked at. Where there is only one, all of them."""
+    """The dialog's first choice: the only robot ``shown`` on the timeline, else the selected one, unless ``all_robots``
+    were viewed. With only one robot, all of them."""
     if len(facts.robots) == 1:
         return ALL
     if len(shown) == 1 and (only := facts.robot(next(iter(shown)))) is not None:

@@ -1,4 +1,4 @@
-"""The list of schedules: which of them, and in which order, as long as the app runs."""
+"""The list of schedules: its filter and order, kept while the app runs."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ TOOLS_FROM = 5  # schedules, from which on they can be searched
 
 
 class ScheduleList(EventDispatcher):
-    """``rows`` is what is shown; ``has_tools``: there are enough of them to be searched, sorted and narrowed to a robot."""
+    """``rows`` are those shown; ``has_tools``: enough of them for search, sorting and a filter by robot."""
 
     rows = ListProperty()
     note = StringProperty()
-    empty = StringProperty()  # said once it is known that there are none
+    empty = StringProperty()  # shown once it is known that there are none
     listing = ObjectProperty(view.Listing(), rebind=True)
     has_tools = BooleanProperty(False)
     searching = BooleanProperty(False)

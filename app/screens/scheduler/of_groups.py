@@ -1,4 +1,4 @@
-"""What the Scheduler says of groups of robots, and of what matters more: whom a schedule names, priorities in words. Pure."""
+"""Groups of robots and priorities in the Scheduler: a schedule's robot or group, priorities in words. Pure."""
 
 from __future__ import annotations
 
@@ -57,8 +57,8 @@ def whose(facts: SchedulerFacts, schedule: Schedule, last: Execution | None) -> 
 def line(
     group: Group, robots: int, starts: int, is_more: bool, failed: int, is_contended: bool, held: int, silent: int
 ) -> str:
-    """What stands for the lanes of so many of its robots: their starts to come (``is_more``: not all are known), what went wrong, and how
-    many of them get nothing."""
+    """A line for the lanes of a number of robots: their future starts (``is_more``: not all are known), problems, and
+    how many of them get nothing."""
     return " · ".join(
         filter(
             None,
@@ -99,7 +99,7 @@ def all_lack_mission(facts: SchedulerFacts, schedule: Schedule) -> bool:
 
 
 def is_listed(facts: SchedulerFacts, schedule: Schedule, target: Target | None) -> bool:
-    """Whether it may run on that robot, or names that group; None: any."""
+    """Whether it may run on that robot, or is for that group; None: any."""
     if target is None:
         return True
     if isinstance(target, tuple):

@@ -1,4 +1,4 @@
-"""What the Scheduler's timeline shows, and what buttons and fingers do on it."""
+"""The Scheduler's timeline: its content, and the actions of buttons and fingers on it."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class OnTimeline(ViewModel):
         )
 
     def fold(self, hour: float) -> None:
-        """Unfold the closed time at that hour, or fold again what was unfolded."""
+        """Unfold the closed time at that hour, or fold it again."""
         at = self._instant(hour)
         is_folded = any(start <= at < end for start, end in self.timeline.folds)
         self._show_window(replace(self._window, unfolded=self._window.unfolded | {at} if is_folded else frozenset()))
@@ -86,7 +86,7 @@ class OnTimeline(ViewModel):
         self._show_window(replace(self._window, opened=self._window.opened ^ {key}))
 
     def _show_window(self, window: Window) -> None:
-        """Show at once what has been read already; the rest comes with the next reading."""
+        """Show at once what has been read already, and the rest after the next reading."""
         self._window, self.follows = window, window.left is None
         if self.timeline.origin is not None:
             start = window.start(self._services.clock.now(), self._facts.zone)
@@ -110,8 +110,8 @@ class OnTimeline(ViewModel):
 
     # ------------------------------------------------------------------ its bars
     def open_bars(self, keys: Sequence[tuple[Any, ...]], place: Widget) -> None:
-        """Bars of the timeline were tapped at ``place``, where they lie on each other: show their cards, the first one first. A bar that
-        represents several is zoomed into."""
+        """Overlapping bars of the timeline were tapped at ``place``: show their cards, the first one first. Zoom into a
+        bar that represents several."""
         match keys[0]:
             case ("zoom", middle, length):
                 hours = float(next((span for span in timeline.SPANS if span >= length), self._window.hours))
@@ -185,7 +185,8 @@ class OnTimeline(ViewModel):
             self.form.begin_at(robot_id, self._instant(hour))
 
     def move_start(self, key: tuple[Any, ...], hour: float) -> None:
-        """A planned start was dragged: the form opens with its new time, and what else was entered. It counts when it is saved."""
+        """A planned start was dragged: open the form with its new time and the other entries. It counts when it is
+        saved."""
         _kind, number, at = key
         if (schedule := self._facts.schedule(number)) is None or not self._is_ahead(hour):
             return

@@ -45,7 +45,7 @@ from app.services.live.changes import Topic
 from app.widgets import load_kv
 from app.widgets.dock import dock
 
-REFRESH_SECONDS = 60.0  # after which the plan is read again although nothing has been published
+REFRESH_SECONDS = 60.0  # after which the plan is read again even without a published change
 EXPORT_SECONDS = 12.0  # that the path of an export stays on screen
 NOW_LINE_SECONDS = 15.0  # between two positions of the now-line: at its widest the timeline has 17 s per pixel
 MANY = 200  # schedules, from which on their texts are not rebuilt every second
@@ -129,7 +129,7 @@ class SchedulerViewModel(OnTimeline):
         self.form.leave()
 
     def _changed(self, event: Changed) -> None:
-        """No plan depends on what robots report many times a second."""
+        """The plan does not depend on robots' frequent reports."""
         if event.topic is not Topic.SNAPSHOT:
             self._refresher.request()
 
@@ -198,9 +198,7 @@ class SchedulerViewModel(OnTimeline):
         part: str = self.mode if self.part == "plan" else self.part
         return part
 
-    shown_part = AliasProperty(
-        _get_shown_part, bind=("mode", "part")
-    )  # one of all that there is to choose where it is paged
+    shown_part = AliasProperty(_get_shown_part, bind=("mode", "part"))  # the chosen page, if the screen is paged
 
     def choose_part(self, part: str) -> None:
         if part in ("hours", "days"):
@@ -211,7 +209,8 @@ class SchedulerViewModel(OnTimeline):
             self.part = part
 
     def _saved(self, schedule: Schedule, is_left: bool) -> bool:
-        """By the form: where it is shown, unless somebody is on with another one there. Returns whether that is said already."""
+        """Show it in the form, unless another one is being edited there. Returns whether the form shows the message
+        itself."""
         is_said: bool = self.advice.saved(schedule)
         if is_left:
             self.part = "plan"
@@ -334,14 +333,14 @@ class SchedulerScreen(ScreenBase):
         self._show_form_soon()
 
     def _show_form(self, _dt: float) -> None:
-        """It may be out of sight: on another page, or where the page scrolls."""
+        """Bring it in sight: it may be on another page, or scrolled away."""
         if self.paged:
             self.vm.part = "form"
         elif self._page.do_scroll_y and self._parts["lower"].parent is not None:
             self._page.scroll_to(self.ids.form, padding=0, animate=False)
 
     def _type_no_more(self, *_: Any) -> None:
-        """In a draft that has left the form: keys are not for the one that has come."""
+        """The focus was in a draft that has left the form: the new one must not get the keys."""
         dock.leave(self._parts["form"])
 
     def _turn_pages(self, *_: Any) -> None:
@@ -366,7 +365,7 @@ class SchedulerScreen(ScreenBase):
             self._arrange(self.ids.column, "upcoming", *(("lower",) if in_hours or self.room else ()))
 
     def _arrange(self, box: BoxLayout, *names: str) -> None:
-        """Exactly these parts, in that order; what comes is shown from its top."""
+        """Exactly these parts, in that order; new ones are shown from their top."""
         wanted = [self._parts[name] for name in names]
         if box.children[::-1] != wanted:
             self._page.scroll_y = 1

@@ -31,7 +31,7 @@ class StepDialog(FormDialog):
         self.chips = [Option(key, text, selected=self.chosen == key) for key, text in self.steps.chips]
 
     def typed(self, text: str) -> None:
-        """As soon as it is a number of the range it is what is chosen."""
+        """Every number within the range is chosen at once."""
         if text.isdecimal() and self.steps.minimum <= int(text) <= self.steps.maximum:
             self.chosen = int(text)
 

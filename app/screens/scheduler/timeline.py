@@ -23,15 +23,15 @@ from app.screens.scheduler.facts import HOURS, SchedulerFacts, Window, full_hour
 from app.services.planning.planned import ASSUMED_S, PlannedRun
 
 SHORTEST = 1 / 60  # hours: a bar of no length would be no bar
-THIN = 1 / 250  # of what is seen: bars this short, that begin within two of it of each other, become one
+THIN = 1 / 250  # share of the visible part: bars this short, and this close together (twice), become one
 MERGED_FROM = 3  # of them
-UNEVEN = 0.2  # of an interval: so much sooner or later a run may begin that follows every so many minutes
+UNEVEN = 0.2  # of an interval: runs at a fixed interval may begin this much sooner or later
 ROOM = 4  # lanes that are seen at once
 MANY = 12  # lanes with bars; of more those of a group are one line
 IDLE = "idle"  # key of the line for robots without a bar
 CONTENDING = ("planned", "running")  # states of bars that need their robot
 SPANS = (6, 12, 24, 48, 96, 168)  # hours to choose from
-STEPS = {6: 1, 12: 1, 24: 2, 48: 4, 96: 12}  # hours between labelled ticks when so many are seen; a day beyond
+STEPS = {6: 1, 12: 1, 24: 2, 48: 4, 96: 12}  # hours between labelled ticks for this many visible hours; a day beyond
 
 BARS = {
     State.COMPLETED: "past",
@@ -61,7 +61,7 @@ class Bar(NamedTuple):
     assumed: bool = False  # its length is not known; of one that is held that matters less
     typed: bool = False  # its length was entered by a person
     movable: bool = False  # to another time, by a finger
-    shorter: tuple[str, ...] = ()  # what is said where the label has no room, the best first
+    shorter: tuple[str, ...] = ()  # shorter labels, the best first
 
 
 class Lane(NamedTuple):
@@ -72,7 +72,7 @@ class Lane(NamedTuple):
     bars: tuple[Bar, ...] = ()
     overlaps: tuple[tuple[float, float], ...] = ()
     key: Hashable = None
-    line: str = ""  # instead of a robot: what it stands for
+    line: str = ""  # instead of a robot: what it represents
     is_open: bool = False  # and whether they follow it
 
 
@@ -96,7 +96,7 @@ class TimelineView:
     now: float = 0.0
     now_label: str = ""
     span: str = ""  # in words
-    robots: str = ""  # whose, in words, where there are many
+    robots: str = ""  # whose, in words, if there are many
     is_filtered: bool = False
     legend: tuple[LegendEntry, ...] = ()
 
@@ -128,7 +128,7 @@ def zoomed(window: Window, further: bool, now: datetime, zone: ZoneInfo) -> Wind
 def moved(
     window: Window, screens: float, now: datetime, zone: ZoneInfo, folds: Iterable[tuple[datetime, datetime]] = ()
 ) -> Window:
-    """Forward or back by that share of what is seen, over ``folds``."""
+    """Forward or back by that share of the visible part, over ``folds``."""
     left, by = window.start(now, zone), timedelta(hours=window.hours * screens)
     for start, end in sorted(folds, reverse=screens < 0):
         if left < end and start < left + by:
@@ -173,7 +173,9 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None,
     seen = Range(origin, first, _right_edge(first, window.hours, folds))
     if not robots:
         of_robots = _with_groups(facts, of_robots, planned, window.opened, now, seen)
-    lanes = _with_idle_last((*waiting, *of_robots), window.opened)  # first what has no robot: it may need a person
+    lanes = _with_idle_last(
+        (*waiting, *of_robots), window.opened
+    )  # first those without a robot: they may need a person
     return TimelineView(
         origin,
         lanes=tuple(lanes),
@@ -195,7 +197,7 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None,
 
 
 def _right_edge(first: float, hours: float, folds: Iterable[Band]) -> float:
-    """Where so many hours from ``first`` on end, that of a break being hardly any."""
+    """The end of this many hours from ``first``; a folded break takes hardly any."""
     end = first + hours
     for fold in folds:
         if fold.start < end and fold.end > first:
@@ -211,7 +213,7 @@ def _with_groups(
     now: datetime,
     seen: Range,
 ) -> list[Lane]:
-    """Of many robots with bars those of a group are one line, below which they are if they are wanted."""
+    """With many robots, those of a group are one line, and below it when it is open."""
     busy = {lane.key: lane for lane in lanes if lane.bars}
     if len(busy) <= MANY:
         return lanes
@@ -233,7 +235,7 @@ def _group_line(
     now: datetime,
     seen: Range,
 ) -> str:
-    """Whose lanes it stands for, what is seen on them – starts to come, what went wrong –, and what their notes would say."""
+    """Its lanes' robots, what is visible on them (future starts, problems), and their notes."""
 
     def is_seen(at: datetime) -> bool:
         return seen.low <= seen.at(at) < seen.high
@@ -253,7 +255,7 @@ def _group_line(
 
 
 def _with_idle_last(lanes: Sequence[Lane], opened: Collection[Hashable]) -> tuple[Lane, ...]:
-    """Of many robots those without a bar are one line, below which they are if they are wanted."""
+    """With many robots, those without a bar are one line, and below it when it is open."""
     idle = [lane for lane in lanes if not lane.bars and not lane.line]
     if len(lanes) <= ROOM or len(idle) < 2:
         return tuple(lanes)
@@ -277,7 +279,7 @@ def _robots_word(facts: SchedulerFacts, chosen: Sequence[Robot]) -> str:
 def _legend(
     lanes: Sequence[Lane], closed: Iterable[Band], contested: Iterable[Iterable[PlannedRun]], seen: Range
 ) -> Iterable[LegendEntry]:
-    """Of what is seen, and of nothing else."""
+    """Only of the visible part."""
 
     def is_seen(start: float, end: float) -> bool:
         return end > seen.low and start < seen.high
@@ -351,7 +353,7 @@ def _group_lane(
     read: Range,
     thin: float,
 ) -> Lane:
-    """What has no robot of the group yet, or had none, or none is foreseen for."""
+    """Starts without a robot of the group: now, in the past, or in the forecast."""
     planned = list(planned)
     bars = [
         _past_bar(facts, execution, now, read)
@@ -375,7 +377,7 @@ def _group_lane(
 
 
 def _group_note(facts: SchedulerFacts, group: Group, planned: Sequence[PlannedRun]) -> str:
-    """Why its starts are not with a robot; bars say themselves that they are held, or what became of them."""
+    """Why its starts have no robot; bars themselves show holds and outcomes."""
     foreseeable = [run for run in planned if facts.hold_of(run) is None]
     if foreseeable:
         return _("none has the mission") if all(run.lacks_mission for run in foreseeable) else _("no robot expected")
@@ -384,7 +386,7 @@ def _group_note(facts: SchedulerFacts, group: Group, planned: Sequence[PlannedRu
 
 
 def _overlaps(bars: list[Bar]) -> Iterable[tuple[float, float]]:
-    """What two bars share of the time to come, compared by whole seconds: runs that touch don't overlap."""
+    """The future time that two bars share, compared by whole seconds: runs that touch don't overlap."""
     wanted = [(round(bar.start * 3600), round(bar.end * 3600)) for bar in bars if bar.state in CONTENDING]
     taken, spans = -math.inf, []  # type: float, list[tuple[int, int]]
     for start, end in sorted(wanted):
@@ -435,7 +437,7 @@ def _merged(bars: list[Bar], thin: float, day: Callable[[float], date]) -> Itera
 
 
 def _block(group: list[Bar]) -> Bar:
-    """What they are, as far as that is the same of all: the mission, how often it starts, how many there are."""
+    """What they have in common: the mission, how often it starts, their number."""
     begins, ends, count = group[0].start, max(bar.end for bar in group), len(group)
     said = [str(count), ngettext("{n} run", "{n} runs", count).format(n=count)]
     names, every = {bar.label for bar in group}, _interval([bar.start for bar in group])
@@ -457,7 +459,7 @@ def _interval(starts: Sequence[float]) -> float:
 
 
 def _more_bar(more: Sequence[datetime], read: Range) -> Iterable[Bar]:
-    """From where on there are more starts than were computed."""
+    """The time after which more starts exist than were computed."""
     begins = max(read.low, read.at(min(more))) if more else read.high
     if begins < read.high:
         yield Bar(("zoom", begins, SPANS[0]), begins, read.high, _("and more starts"))

@@ -47,7 +47,7 @@ class DayRow:
 
 @dataclass(frozen=True)
 class Listing:
-    """Which schedules are listed, and how: words that are searched for, one robot or group or all (None), by name or by next start."""
+    """The filter and order of the list: search words, one robot or group or all (None), by name or by next start."""
 
     query: str = ""
     target: Target | None = None
@@ -271,7 +271,7 @@ def _schedule_row(facts: SchedulerFacts, schedule: Schedule, now: datetime, sele
 
 
 def _is_over(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> bool:
-    """Whether nothing is left to come, and nothing of it is under way; a one-time schedule also when it was off at its time."""
+    """Whether it has no more starts and none under way; a one-time schedule also if it was off at its time."""
     has_passed = schedule.recurrence is None and to_utc(schedule.start, ZoneInfo(schedule.timezone)) <= now
     return not _has_starts(facts, schedule) and (schedule.enabled or has_passed)
 
@@ -283,7 +283,7 @@ def _has_starts(facts: SchedulerFacts, schedule: Schedule) -> bool:
 
 
 def _became(facts: SchedulerFacts, schedule: Schedule, last: Execution | None) -> str:
-    """What became of a schedule that is over: of its last start, as far as the history still has it."""
+    """The outcome of a finished schedule: that of its last start, if the history still has it."""
     start = to_utc(schedule.start, ZoneInfo(schedule.timezone))
     if last is None or (schedule.recurrence is None and last.planned_at != start):
         if not schedule.enabled:
@@ -330,7 +330,7 @@ def _next(facts: SchedulerFacts, schedule: Schedule, robot: Robot | None, now: d
 
 
 def menu_title(facts: SchedulerFacts, schedule: Schedule) -> tuple[str, str]:
-    """Which schedule a menu is about: its name or mission, and below that what else is needed to know it."""
+    """The schedule of a menu: its name or mission, and below that what else identifies it."""
     target, mission, name = facts.target(schedule), facts.mission(schedule.mission_id), facts.name(schedule)
     what, where = (
         facts.mission_names.mission(mission, schedule.parameters) if mission else schedule.name,
@@ -408,7 +408,7 @@ def export_result(done: PlanExport, zone: str) -> str:
 
 
 def schedules_empty(facts: SchedulerFacts) -> str:
-    """In the place of the rows that there are none of."""
+    """Shown instead of missing rows."""
     return (
         ""
         if facts.schedules

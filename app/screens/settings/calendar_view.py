@@ -27,7 +27,7 @@ EntryKey = tuple[int, date]  # id of the exception, 0 for a public holiday; the 
 
 @dataclass(frozen=True)
 class DayView:
-    """Values of MonthDay; as it is: a day of another month, left blank."""
+    """Values of MonthDay; the defaults: a blank day of another month."""
 
     day: date | None = None
     text: str = ""
@@ -180,7 +180,7 @@ def _days_found(event: FoundDays, today: date) -> str:
 
 
 def _next(yearly: DayException, today: date) -> tuple[date, date]:
-    """When it comes next: those of 29 February may take eight years."""
+    """Its next day: 29 February may take eight years."""
     coming = (span for year in range(today.year, today.year + 9) for span in spans(yearly, year) if span[1] >= today)
     return next(coming, (yearly.first_day, yearly.last_day))
 
@@ -197,7 +197,7 @@ def days_in(entries: Iterable[DayException]) -> int:
 
 
 def import_notes(found: CalendarFile) -> str:
-    """What a file holds besides the days that are shown of it."""
+    """What a file contains apart from the days shown."""
     notes = [] if found.is_whole else [_("The file ends in the middle: days may be missing")]
     if found.known:
         notes.append(
@@ -230,7 +230,7 @@ def _left_out(why: LeftOut, n: int) -> str:
 
 
 def import_result(added: Sequence[DayException], found: CalendarFile) -> NoticeView:
-    """How many days were imported, and what was left out."""
+    """How many days were imported and how many were not."""
     notes = [import_notes(found)]
     if added:
         n, shown = days_in(added), added[:3]

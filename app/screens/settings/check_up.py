@@ -1,4 +1,5 @@
-"""The check-up of a robot: what it will do, how far it is, what it has found. It goes on while its dialog is closed; *Stop* ends it."""
+"""The check-up of a robot: what it will do, its progress, its findings. It continues while its dialog is closed; *Stop*
+ends it."""
 
 from __future__ import annotations
 
@@ -36,7 +37,7 @@ from app.widgets.dialogs import FormDialog
 from app.widgets.lists import Row
 from app.widgets.surfaces import Surface, Toned
 
-SHOWN_EVERY = 0.5  # s; how far it is comes from another thread
+SHOWN_EVERY = 0.5  # s; the progress comes from another thread
 
 
 class CheckUp(EventDispatcher):
@@ -81,7 +82,7 @@ class CheckUp(EventDispatcher):
 
     # ------------------------------------------------------------------ its dialog
     def open(self, report: Report | None) -> None:
-        """Show how far it is, else what was found, else what it would do."""
+        """Show the progress, else the findings, else what it would do."""
         self.title = _("Check-up of {robot}").format(robot=self._robot.name)
         if not self.is_running and report is not None:
             self._show_report(report)
@@ -144,7 +145,7 @@ class CheckUp(EventDispatcher):
         return Trial(self.mission or None) if self.wants_trial else None
 
     def _announce(self) -> None:
-        """What will happen, in the words of what does it; nothing begins before they are there."""
+        """The service's own words of what will happen; nothing begins before they are shown."""
         trial, robot, check_ups = self._trial, self._robot, self._context.services.check_ups
         self.begins = view.begins(trial, check_ups.length_s(trial))
         self.mission_word = view.mission_word(self.mission)
@@ -189,7 +190,7 @@ class CheckUp(EventDispatcher):
         return self._is_wanted and not (self._job is not None and self._job.cancelled)
 
     def stop(self) -> None:
-        """What was changed on the robot is put back first."""
+        """Changes on the robot are undone first."""
         self._is_wanted, self.stopping = False, True
 
     def _show_progress(self, *_args: Any) -> None:
@@ -211,7 +212,7 @@ class CheckUp(EventDispatcher):
             self._context.say(said.text, said.icon)
 
     def _refused(self, problem: BaseException) -> None:
-        """Where it was pressed, else where it can be seen."""
+        """Where it was pressed, else where it is visible."""
         is_seen = self._over()
         self.part, self.outcome = "CheckUpBefore", view.refused(problem)
         if not is_seen:
@@ -230,7 +231,7 @@ class CheckUp(EventDispatcher):
         return str(self._context.facts.settings.timezone)
 
     def turn_all(self) -> None:
-        """Show what is in order, too, or no longer."""
+        """Show findings that are in order too, or hide them."""
         self.shows_all = not self.shows_all
 
     def save_page(self) -> None:
@@ -254,7 +255,7 @@ class CheckUp(EventDispatcher):
             )
 
     def _save(self, busy: str, work: Callable[[Path], Path]) -> None:
-        """Ask where to, write a file there and say where it is; the property ``busy`` is True while it is written."""
+        """Ask for a place, write a file there and show its path; the property ``busy`` is True while it is written."""
         if not getattr(self, busy) and not self._presses.is_same(busy):
             choose_place(self._context.shell, self._context.services.files, partial(self._write, busy, work))
 
@@ -292,7 +293,7 @@ class CheckUpActions(BoxLayout):
 
 
 class FindingRow(Row, Toned, Surface):
-    """A finding: level and topic, what the robot does, what that means."""
+    """A finding: level and topic, the robot's behaviour, its meaning."""
 
     icon = StringProperty()
     word = StringProperty()

@@ -1,4 +1,4 @@
-"""Texts and values that Settings shows of the check-up of a robot: how it stands, what was found, what will move. Pure functions."""
+"""Texts and values of a robot's check-up in Settings: its state, findings, and what will move. Pure functions."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def _finding(n: int, finding: Finding) -> FindingView:
 
 
 def fine(findings: Sequence[Finding]) -> str:
-    """How many more are there than are shown; empty: none."""
+    """The number of findings not shown; empty: none."""
     n = sum(finding.level is Level.GREEN for finding in findings)
     return ngettext("{n} fine", "{n} fine", n).format(n=n) if n else ""
 
@@ -170,7 +170,7 @@ def refused(problem: BaseException) -> NoticeView:
 
 # ---------------------------------------------------------------------- while it runs
 def progress_words(progress: Progress | None, *, stopping: bool = False) -> tuple[str, str, float]:
-    """What it is doing, how far it is, and the share of that (0–1)."""
+    """Its present step, its progress in words, and as a share (0–1)."""
     if progress is None:
         return _("Asking the robot …"), "", 0.0
     share = min(1.0, progress.done / progress.of) if progress.of else 0.0

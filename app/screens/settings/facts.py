@@ -58,7 +58,7 @@ class SettingsFacts:
         default_factory=dict
     )  # robot id -> guid -> name; absent: not read from the robot yet
     reports: Mapping[int, Report] = field(default_factory=dict)  # of check-ups, by robot id; absent: never checked up
-    left_behind: frozenset[int] = frozenset()  # robots on which something of a check-up is still there
+    left_behind: frozenset[int] = frozenset()  # robots with remaining changes of a check-up
     backups: tuple[FoundFile, ...] = ()  # newest first
     exceptions: tuple[DayException, ...] = ()  # closed days and extra working days
     country: str = ""  # name of the country of the public holidays; empty: none
@@ -98,7 +98,7 @@ class SettingsFacts:
         return tuple(robot for robot in self.robots if robot.idle is not None and robot.idle.mission_id == mission.id)
 
     def used_on(self, robot: Robot) -> tuple[Mission, ...]:
-        """Missions that this app may start on the robot by itself, and those entered for this robot alone."""
+        """Missions that this app may start on the robot automatically, and those entered only for this robot."""
         planned = {schedule.mission_id for schedule in self.schedules if schedule.robot_id == robot.id}
         if robot.idle is not None:
             planned.add(robot.idle.mission_id)

@@ -1,4 +1,4 @@
-"""A file that is read or written: where it lies is chosen among the places that are there, or typed."""
+"""A file to read or write: its place is chosen from those present, or typed."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from app.widgets import flow  # noqa: F401  (registers kivy classes)
 T = TypeVar("T")
 Offer = tuple[
     list[Place], Place, Path | None, list[FoundFile]
-]  # what there is, which one is shown, what is suggested there, its files
+]  # the places, the shown one, the suggested name there, its files
 ANOTHER = ""  # key of the place that is typed
 
 
 class FileModel(EventDispatcher):
-    """One action on a file: its path, what is wrong with it, whether it is running. With a ``stem`` the file is written, under a name that
-    is free; without one it is read, and chosen from a list."""
+    """One action on a file: its path, its problem, whether it is running. With a ``stem`` the file is written, under a
+    free name; without one it is read, and chosen from a list."""
 
     path = StringProperty()
     problem = StringProperty()
@@ -48,7 +48,7 @@ class FileModel(EventDispatcher):
         self._presses = Presses()
 
     def reached(self, context: PageContext, files: DataFiles) -> None:
-        """Look what there is, and suggest a free name, or the file that was brought last."""
+        """Read the places, and suggest a free name, or the newest file."""
         self._context, self._files, self.problem = context, files, ""
         self._ask(lambda: None)
 
@@ -62,7 +62,7 @@ class FileModel(EventDispatcher):
             self._ask(self._list if not self._stem else lambda: None)
 
     def pick(self) -> None:
-        """The file was tapped: choose from those that are there now, or type another name."""
+        """The file was tapped: choose from the present files, or type another name."""
         if self._stem:
             self.choose(ANOTHER)
         else:
@@ -127,8 +127,8 @@ class FileModel(EventDispatcher):
         )
 
     def run(self, context: PageContext, work: Callable[[str], T], done: Callable[[T], object]) -> bool:
-        """Run ``work(path)`` in the background, then ``done(result)``, which is False where nothing is done yet; a problem is shown at the
-        field. False while it runs, and for a second tap."""
+        """Run ``work(path)`` in the background, then ``done(result)``, which returns False if nothing is done yet; a
+        problem is shown at the field. Returns False while it runs, and for a second tap."""
         if self.busy or self._presses.is_same("run"):
             return False
         self.busy, self.problem = True, ""
@@ -147,7 +147,7 @@ class FileModel(EventDispatcher):
 
 
 class FileRow(BoxLayout):
-    """Where a file lies, and the button that uses it: ``on_go``."""
+    """The place of a file, and the button that uses it: ``on_go``."""
 
     label = StringProperty()
     icon = StringProperty()

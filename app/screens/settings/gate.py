@@ -18,7 +18,7 @@ from app.screens.common.shell import Shell
 from app.services.live.access import Access, Verdict
 
 BEHIND = "settings"
-LEFT_ALONE_S = 120.0  # of no touch and no key, until Settings closes
+LEFT_ALONE_S = 120.0  # without a touch or key, until Settings closes
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,8 @@ class GateServices:
 
 
 class Gate:
-    """The guard of the navigator. Settings stays open until another screen is chosen, or nothing is touched for two minutes."""
+    """The guard of the navigator. Settings stays open until another screen is chosen, or until two minutes without a
+    touch."""
 
     Services = GateServices
 

@@ -240,7 +240,7 @@ class CellIcon(Ico):
 
 
 class MissionTableRow(RecycledRow, Toned, BoxLayout):
-    """A mission, in words where it is missing, and a cell per robot where there is room for them."""
+    """A mission, the robots that lack it in words, and a cell per robot if they fit."""
 
     name = StringProperty()
     note = StringProperty()

@@ -149,7 +149,7 @@ def most_kept_free(members: int) -> int:
 
 # ---------------------------------------------------------------------- which robot of a group has which mission
 def mission_lines(facts: SettingsFacts, group: Group) -> list[MissionLine]:
-    """Of each mission that one of the members may be given, those with gaps first."""
+    """One row for each mission of the members, those with gaps first."""
     members = facts.members(group)
     names = sorted(
         {mission.name for mission in facts.missions if mission.robot_id is None or mission.robot_id in group.members},

@@ -131,7 +131,7 @@ class IdlePage(SettingsPage):
         )
 
     def _save(self, robot: Robot, **changes: Any) -> None:
-        """Of the rule as it is stored by then, with the minutes that were chosen: what is shown may be older."""
+        """Change the stored rule's minutes to the chosen ones: the rule shown may be older."""
         self._problems.pop(robot.id, None)
         self.context.pass_over(("idle", robot.id))
         minutes = self._minutes.get(robot.id)

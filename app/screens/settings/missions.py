@@ -157,7 +157,7 @@ class MissionsPage(SettingsPage):
         )
 
     def _remove(self, mission: Mission) -> None:
-        """Ask first where more goes than the mission. Undo brings it all back."""
+        """Ask first if more than the mission is deleted. Undo restores all of it."""
         context, question = self.context, removals.mission_question(self.context.facts, mission)
 
         def remove() -> None:

@@ -1,4 +1,5 @@
-"""Texts and values that Settings shows of missions: what uses each, where it is missing, and what a robot has. Pure functions."""
+"""Texts and values of missions in Settings: their uses, robots that lack them, and a robot's missions. Pure
+functions."""
 
 from __future__ import annotations
 
@@ -39,7 +40,8 @@ class IdlePanelView:
 
 
 def mission_views(facts: SettingsFacts, query: str = "") -> list[MissionView]:
-    """Missing missions first, then favourites, then by name; ``query`` keeps those with all its words in name, GUID or robot."""
+    """Missing missions first, then favourites, then by name; ``query``: only those with all its words in name, GUID or
+    robot."""
     words = query.casefold().split()
     views = []
     order = {
@@ -88,7 +90,7 @@ def typed_minutes(text: str) -> int | None:
 
 
 def missing_sentence(facts: SettingsFacts, mission: Mission) -> str:
-    """On which robots it can't be started, as far as is known; empty: it is missing nowhere."""
+    """On which robots it can't be started, if known; empty: none."""
     if robots := facts.robots_missing(mission):
         return _("Not on {robots} any more").format(robots=", ".join(robot.name for robot in robots))
     return _("No robot has it") if facts.is_on_no_robot(mission) else ""
@@ -160,7 +162,7 @@ def offer_options(offered: Sequence[Offer]) -> list[Option]:
 
 
 def fetched_sentence(offered: Sequence[Offer], robot: Robot) -> str:
-    """Why there is nothing to choose; empty when there is."""
+    """Why there is nothing to choose; empty otherwise."""
     if not offered:
         return _("{robot} has no missions").format(robot=robot.name)
     if all(offer.known for offer in offered):
@@ -171,8 +173,8 @@ def fetched_sentence(offered: Sequence[Offer], robot: Robot) -> str:
 
 
 def mission_options(facts: SettingsFacts, robot: Robot) -> list[Option]:
-    """Missions that can be chosen for the robot, favourites first; its own take the place of those for all robots of the same name. What
-    the robot has is known once its list has been read."""
+    """Missions that can be chosen for the robot, favourites first; its own replace those for all robots with the same
+    name. Its missions are known once its list has been read."""
     there = facts.names.get(robot.id)
     by_name: dict[str, Mission] = {}
     for mission in sorted(facts.missions, key=lambda m: m.robot_id or 0):

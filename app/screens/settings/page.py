@@ -32,12 +32,12 @@ log = logging.getLogger(__name__)
 T = TypeVar("T")
 
 RESTS = 2.0  # s without another step, after which a number is saved
-EXPECTED = (InvalidInput, RobotError, DatabaseError)  # each brings its sentence; anything else goes to the log as well
+EXPECTED = (InvalidInput, RobotError, DatabaseError)  # each has its sentence; other errors are logged too
 
 
 class _DialogsWhile:
-    """The window's dialogs, which open only while Settings is shown: what a robot or the disk answers after that must ask nothing on
-    another screen, past the PIN."""
+    """The window's dialogs, which open only while Settings is shown: a late answer of a robot or the disk must not ask
+    on another screen, without the PIN."""
 
     def __init__(self, is_shown: Callable[[], bool], dialogs: object) -> None:
         self._is_shown, self._dialogs = is_shown, dialogs
@@ -60,10 +60,11 @@ class _Choice:
 
 
 class PageContext:
-    """What every section works with: the services, the window, the latest facts, and a way to run work in the background.
+    """What every section works with: the services, the window, the latest facts, and a way to run work in the
+    background.
 
-    ``refresh()`` reads the facts again, and drops what is just being read: that may be from before. ``is_shown`` says whether Settings is,
-    ``show()`` shows the facts.
+    ``refresh()`` reads the facts again, and drops the present reading, which may be outdated. ``is_shown`` says whether
+    Settings is shown, ``show()`` shows the facts.
     """
 
     def __init__(
@@ -169,7 +170,7 @@ class PageContext:
             self._settle()
 
     def pass_over(self, what: Hashable) -> None:
-        """What was stepped there is not wanted any more."""
+        """Discard the steps made there."""
         self._resting.pop(what, None)
 
     def page_left(self) -> None:
@@ -282,7 +283,7 @@ class SwitchRow(BoxLayout):
 
 
 class Outcome(PartSlot):
-    """The result of an action; there is nothing without a text."""
+    """The result of an action; hidden without a text."""
 
     notice = ObjectProperty(NoticeView(), rebind=True)
 
@@ -299,5 +300,5 @@ class WithOutcome(BoxLayout):
     notice = ObjectProperty(NoticeView(), rebind=True)
 
     def add_widget(self, widget: Widget, *args: Any, **kwargs: Any) -> None:
-        """The outcome comes first, with the class's own rule; what is added later goes above it."""
+        """The outcome comes first, from the class's own rule; later parts go above it."""
         super().add_widget(widget, index=1 if self.children else 0)

@@ -1,4 +1,4 @@
-"""Settings, Missions, Places: where at most so many missions of this app may be at a time."""
+"""Settings, Missions, Places: locations for a limited number of this app's missions at a time."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from app.widgets.dialogs import FormDialog
 from app.widgets.display import SectionCard
 from app.widgets.lists import RecycledRow, Row
 
-USUAL_MOST = 1  # as the word promises; its help says what more would do
+USUAL_MOST = 1  # as the word says; its help explains larger numbers
 
 
 class PlaceRow(RecycledRow, SectionCard):

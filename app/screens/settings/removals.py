@@ -1,4 +1,5 @@
-"""Settings, what goes with something that is deleted: named in the question before, counted in the message with Undo. Pure functions."""
+"""Settings, what a deletion also deletes: named in the question before, counted in the message with Undo. Pure
+functions."""
 
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ MOST_NAMED = 6  # schedules, groups
 
 # ---------------------------------------------------------------------- missions
 def mission_question(facts: SettingsFacts, mission: Mission) -> str:
-    """Which schedules and idle rules go with it; empty: none do."""
+    """Which schedules and idle rules are deleted with it; empty: none."""
     return _question(facts, _schedules_with(facts, mission), _idle_with(facts, mission)).rstrip()
 
 
@@ -35,7 +36,7 @@ def _idle_with(facts: SettingsFacts, mission: Mission) -> list[str]:
 
 
 def _has_stand_in(facts: SettingsFacts, mission: Mission) -> bool:
-    """What uses a robot's own mission goes on with the one of that name for all robots."""
+    """Users of a robot's own mission continue with the one of that name for all robots."""
     return mission.robot_id is not None and any(
         other.robot_id is None and other.name == mission.name for other in facts.missions
     )
@@ -43,7 +44,7 @@ def _has_stand_in(facts: SettingsFacts, mission: Mission) -> bool:
 
 # ---------------------------------------------------------------------- robots
 def robot_question(facts: SettingsFacts, robot: Robot) -> str:
-    """What goes with it, and what stays."""
+    """What is deleted with it, and what stays."""
     goes = _question(facts, _schedules_on(facts, robot), _other_of(facts, robot))
     groups = [group.name for group in facts.groups if robot.id in group.members]
     alone = [group.name for group in facts.groups if group.members == (robot.id,)]
@@ -85,7 +86,7 @@ def _other_of(facts: SettingsFacts, robot: Robot) -> list[str]:
 
 # ---------------------------------------------------------------------- groups
 def group_question(facts: SettingsFacts, group: Group, waiting: int = 0) -> str:
-    """Which schedules go with it, by name, how many starts that wait, and what stays."""
+    """Which schedules are deleted with it, by name, how many waiting starts, and what stays."""
     cancelled = (
         ngettext(
             "A start that waits for one of its robots is cancelled.",

@@ -1,6 +1,7 @@
 """The dialog that adds or edits a robot. It tests the connection before it saves, and never shows a saved password.
 
-Where another machine answers, or one without its serial number or with an unknown certificate, it asks; nothing is sent before the answer.
+It asks if another machine answers, or one without its serial number or with an unknown certificate; nothing is sent
+before the user's answer.
 """
 
 from __future__ import annotations
@@ -118,7 +119,7 @@ class RobotDialog(FormDialog):
         """Delete was pressed."""
 
     def _reveal(self, what: str, _form: RobotForm, said: str | NoticeView) -> None:
-        """Bring in sight, where the window is low, what was said last."""
+        """In a low window, bring the last message in sight."""
         if said if isinstance(said, str) else said.text:
             Clock.schedule_once(lambda _dt: self.ids.page.scroll_to(self.ids[what]), 0)
 
@@ -131,7 +132,7 @@ class RobotDialog(FormDialog):
         self.wide = self.width >= self.panel_width * 0.85
 
     def _edited(self, name: str, *_args: Any) -> None:
-        """A field that is being corrected is no longer red, and an earlier test doesn't apply to new values."""
+        """A field being corrected is no longer red, and an earlier test doesn't apply to new values."""
         setattr(self.vm, f"{name}_problem", "")
         if name == "name":
             return
@@ -184,7 +185,7 @@ class RobotDialog(FormDialog):
         )
 
     def _needs_decision(self) -> bool:
-        """Whether what answers is refused until somebody has decided about it: saving tests, and asks."""
+        """Whether the answering machine is refused until a person has decided: saving tests it, and asks."""
         return self._robot is not None and self._context.facts.snapshot(self._robot.id).connection in NEED_DECISION
 
     def remove(self) -> None:
@@ -238,7 +239,7 @@ class RobotDialog(FormDialog):
         )
 
     def _if_open(self, then: Callable[[], object]) -> None:
-        """Who has closed the dialog before the robot's answer wants nothing saved, and is asked nothing."""
+        """If the dialog was closed before the robot's answer, nothing is saved and nothing is asked."""
         if self.is_open:
             then()
 
@@ -255,7 +256,7 @@ class RobotDialog(FormDialog):
         )
         if not form.name.strip() and identity.name:
             form.name = names.cleaned(identity.name)
-            if identity.name.endswith("…"):  # which the client puts where it cuts
+            if identity.name.endswith("…"):  # added by the client where it cuts
                 cut = _("Name cut at {n} characters").format(n=names.LONGEST)
                 form.outcome = replace(form.outcome, note="\n".join(filter(None, (form.outcome.note, cut))))
         if self._is_no_other():
@@ -353,7 +354,7 @@ class RobotDialog(FormDialog):
         )
 
     def _test_again(self) -> None:
-        """With the password of what was accepted; the stored one belongs to what was there before."""
+        """With the password entered for the accepted machine; the stored one belongs to the previous one."""
         form = self.vm
         self._tested, form.outcome = None, NoticeView()
         if self._robot is not None and not form.password:

@@ -157,7 +157,7 @@ class RobotsPage(SettingsPage):
 
     # ------------------------------------------------------------------ check-ups
     def _check_up(self, robot_id: int) -> dict[str, Any]:
-        """How the robot stands; while it is checked up, how far that is."""
+        """The robot's state; during a check-up, its progress."""
         facts, running = self.context.facts, self._check_ups.get(robot_id)
         robot, report = facts.robot(robot_id), facts.reports.get(robot_id)
         if robot is None:

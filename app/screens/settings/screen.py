@@ -130,7 +130,7 @@ class SettingsViewModel(ViewModel):
         self._waiting.append(call)
 
     def _learn_missions(self, facts: SettingsFacts) -> None:
-        """Read which missions the robots have, so that missing ones can be flagged; from each robot once a minute at most."""
+        """Read the robots' missions, so that missing ones can be marked; from each robot at most once a minute."""
         for robot in facts.robots:
             if answers(facts, robot):
                 ask = partial(self._services.robot_missions.learn_names, robot.id)
@@ -153,7 +153,7 @@ class SettingsViewModel(ViewModel):
             or (robot.identified_by is None and answers(facts, robot))
             for robot in facts.robots
         ):
-            self._refresher.request()  # what it is known by is stored when a robot answers for the first time
+            self._refresher.request()  # a robot's identity is stored at its first answer
         self.context.facts = replace(facts, snapshots=snapshots)
         self.show()
 
@@ -242,7 +242,8 @@ class SettingsScreen(ScreenBase):
 
     @property
     def page(self) -> SettingsPage:
-        """The page of the open section. Of the others only those with something under way are kept: each would be a sixth of the window."""
+        """The page of the open section. Other pages are only kept while something is under way there: each is a sixth
+        of the window."""
         section = self.vm.current
         page = self._pages.get(section) or PAGES[section](self.vm.context)
         self._pages = {**{name: other for name, other in self._pages.items() if other.is_busy}, section: page}

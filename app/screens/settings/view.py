@@ -105,7 +105,7 @@ def section_names() -> dict[str, str]:
 
 
 def section_views(facts: SettingsFacts, now: datetime, current: str) -> list[SectionView]:
-    """Each section with its present value, amber where there is something to do."""
+    """Each section with its present value, amber if there is something to do."""
     names, notes = section_names(), section_notes(facts, now)
     return [
         SectionView(key, icon, names[key], notes[key].text, notes[key].tone, key == current) for key, icon in SECTIONS
@@ -330,7 +330,7 @@ def has_unknown_certificate(problem: BaseException) -> bool:
 
 
 def new_robot_question(problem: AnotherRobot, *, has_password: bool) -> str:
-    """``has_password``: one is entered, which the machine gets when it is accepted."""
+    """``has_password``: one is entered, which an accepted machine gets."""
     numbers = _("Serial number so far: {expected}\nAnswers now: {found}").format(
         expected=problem.params["expected"], found=problem.params["found"]
     )
