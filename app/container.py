@@ -208,7 +208,7 @@ class Container:
             settings=self.settings,
             make_client=self.make_client,
             parameters=self.parameters,
-            keep_paused=self.check_ups.keep_paused,
+            keep_paused=self.check_ups.trials.keep_paused,
             answered=self.prompts.answered,
         )
         self.maps = RobotMaps(db.path.parent / MAPS, self.catalogue.robot, self.make_client, clock)

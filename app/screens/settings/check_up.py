@@ -33,6 +33,7 @@ from app.screens.settings import check_up_view as view
 from app.screens.settings.page import PageContext
 from app.screens.settings.view import NoticeView, asking_robot, done, went_wrong
 from app.services.check_up.report import document
+from app.services.check_up.trials import length_s
 from app.widgets.dialogs import FormDialog
 from app.widgets.lists import Row
 from app.widgets.surfaces import Surface, Toned
@@ -147,7 +148,7 @@ class CheckUp(EventDispatcher):
     def _announce(self) -> None:
         """The service's own words of what will happen; nothing begins before they are shown."""
         trial, robot, check_ups = self._trial, self._robot, self._context.services.check_ups
-        self.begins = view.begins(trial, check_ups.length_s(trial))
+        self.begins = view.begins(trial, length_s(trial))
         self.mission_word = view.mission_word(self.mission)
         self.begin_word = view.begin_word(robot, trial)
         self.will_do, self.can_begin = "", trial is None

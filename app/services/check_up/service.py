@@ -67,7 +67,7 @@ class CheckUps:
         self._db, self._clock, self._changes = db, clock, changes
         self._settings, self._make_client = settings, make_client
         self._robots, self._check_ups = RobotRepository(), CheckUpRepository()
-        self._trials = Trials(db, clock=clock, ledger=ledger, holds=holds, alarms=alarms, settings=settings)
+        self.trials = Trials(db, clock=clock, ledger=ledger, holds=holds, alarms=alarms, settings=settings)
         self._lock, self._under_way = threading.Lock(), set[int]()
         self._retry_at = -math.inf  # monotonic
         self._thread: threading.Thread | None = None
@@ -76,10 +76,6 @@ class CheckUps:
     def report(self, robot_id: int) -> Report | None:
         """Of the last one."""
         return self._check_ups.report(self._db.read(), robot_id)
-
-    def length_s(self, trial: Trial | None = None) -> float:
-        """How long it takes, about."""
-        return length_s(trial)
 
     def moves(self, robot_id: int, trial: Trial) -> Message:
         """Exactly what happens on the robot in a trial, for a person to agree to."""
@@ -109,13 +105,13 @@ class CheckUps:
         with self._alone_with(robot), self._client(robot) as client:
             problem: Message | None
             try:  # first: remains of the last one may block this one
-                problem = self._trials.put_back(self._session(client), robot)
+                problem = self.trials.put_back(self._session(client), robot)
             except (RobotError, InvalidInput) as error:
                 problem = error.message
             if problem is not None and trial is not None:
                 raise InvalidInput("robot", "the last check-up has not been undone yet: {problem}", problem=problem)
             if trial is not None:
-                self._trials.check(robot, client, trial)
+                self.trials.check(robot, client, trial)
             report = self._run(robot, client, trial, on_progress, is_wanted)
         if report.is_complete:
             self._db.write(lambda c: self._keep(c, robot, report))
@@ -162,7 +158,7 @@ class CheckUps:
             session.robot.spare(robot.known.rest.requests, robot.known.rest.seconds)
         is_complete = False
         try:
-            is_complete = read_robot(session) and (trial is None or self._trials.run(session, robot, trial))
+            is_complete = read_robot(session) and (trial is None or self.trials.run(session, robot, trial))
         except Cancelled:
             log.info("The check-up of %r was ended by a person", robot.name)
         was_tried = any(finding.topic is CheckUpTopic.LEFT for finding in session.findings)
@@ -186,18 +182,14 @@ class CheckUps:
     # ------------------------------------------------------------------ what a trial left
     def left_behind(self) -> Mapping[int, LeftBehind]:
         """By robot: what a trial that was cut off has changed there and has not been put back."""
-        return {key: left for key, left in self._trials.left_behind().items() if key not in self._under_way}
+        return {key: left for key, left in self.trials.left_behind().items() if key not in self._under_way}
 
     def put_back(self, robot_id: int) -> Message | None:
         """Undo an interrupted trial on the robot. Returns what could not be undone; None: everything is restored.
         Raises InvalidInput or RobotError."""
         robot = self._robot(robot_id)
         with self._alone_with(robot), self._client(robot) as client:
-            return self._trials.put_back(self._session(client), robot)
-
-    def keep_paused(self, robot_id: int) -> None:
-        """A person presses Pause: a trial under way ends and is undone, but the robot stays paused."""
-        self._trials.keep_paused(robot_id)
+            return self.trials.put_back(self._session(client), robot)
 
     def tick(self) -> None:
         """A chore: what a trial left is put back on a thread of its own. Returns at once."""

@@ -144,17 +144,14 @@ class Operator:
         row, c = self._ledger.get(execution_id), self._db.read()
         if row is None:
             raise InvalidInput("execution", "this run is no longer in the history")
-        if row.group_id is None:
-            mission = self._missions.with_guid(c, row.mission_guid, row.robot_id or 0)
-        else:
-            mission = self._missions.by_name(c, row.mission)
+        of_robot = self._missions.with_guid(c, row.mission_guid, row.robot_id or 0)
+        mission = of_robot if row.group_id is None else self._missions.by_name(c, row.mission)
         if mission is None:
             raise InvalidInput(
                 "mission", "{robot} has no mission {mission}", robot=row.robot_group or row.robot, mission=row.mission
             )
-        if row.group_id is not None:
-            return self.run_on_any(row.group_id, mission.id, row.parameters, token)
-        return self.run_now(row.robot_id or 0, mission.id, row.parameters, token)
+        run = self.run_now if row.group_id is None else self.run_on_any
+        return run(row.group_id or row.robot_id or 0, mission.id, row.parameters, token)
 
     def assign_robot(self, execution_id: int, robot_id: int) -> Execution:
         """A start that waits for a robot of its group goes to this one, into its queue where that is busy. Raises InvalidInput."""

@@ -12,7 +12,7 @@ import json
 import math
 import zlib
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from app.domain.message import message
@@ -86,7 +86,7 @@ def picture_of(floor: RobotMap, positions: Iterable[MapPosition] = ()) -> MapPic
         floor.origin.orientation,
     )
     bare = MapPicture(floor.name, shade, size, origin, (width * m, height * m))
-    return MapPicture(bare.name, shade, size, origin, bare.extent, tuple(_places(bare, positions)))
+    return replace(bare, places=tuple(_places(bare, positions)))
 
 
 def _places(picture: MapPicture, positions: Iterable[MapPosition]) -> Iterable[Place]:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import logging
 import math
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import replace
 from typing import NamedTuple
@@ -16,11 +16,11 @@ from app.database.errors import DatabaseError
 from app.database.missions import MissionRepository, StopRepository
 from app.database.robots import RobotRepository
 from app.domain.clock import Clock
-from app.domain.models import Connection, InvalidInput, Robot
+from app.domain.models import Connection, InvalidInput, Mission, Robot
 from app.domain.robot import ENTRIES, Stop
 from app.mir.client import RobotClient
 from app.mir.errors import Rejected, RobotError, Unreadable
-from app.services.catalogue.catalogue import Catalogue, Edit
+from app.services.catalogue.catalogue import Catalogue
 from app.services.live.snapshots import Snapshots
 
 log = logging.getLogger(__name__)
@@ -64,7 +64,7 @@ class MissionActionsReader:
             return
         self._check_at = now + CHECK_EVERY
         wanted = self.to_ask()
-        if wanted or self._is_behind() or self._stops_to_keep():
+        if wanted or self._changed(self._missions.all(self._db.read())) or self._stops_to_keep():
             self._thread = threading.Thread(target=self.ask, args=(wanted,), name="mission actions", daemon=True)
             self._thread.start()
 
@@ -121,15 +121,14 @@ class MissionActionsReader:
     def _knows(self, guid: str) -> bool:
         return guid in self._known and self._clock.monotonic() - self._known[guid].at < VALID_FOR
 
-    def _is_behind(self) -> bool:
-        charging = self._charging()
-        return any(
-            mission.charges != charging.get(mission.guid, mission.charges)
-            for mission in self._missions.all(self._db.read())
-        )
-
-    def _charging(self) -> dict[str, bool]:
-        return {guid: found.charges for guid, found in self._known.items()}
+    def _changed(self, missions: Iterable[Mission]) -> list[Mission]:
+        """Those that charge the robot, or don't, otherwise than is stored; as they are."""
+        known = ((mission, self._known.get(mission.guid)) for mission in missions)
+        return [
+            replace(mission, charges=found.charges)
+            for mission, found in known
+            if found is not None and found.charges != mission.charges
+        ]
 
     def _stops_to_keep(self) -> dict[str, tuple[Stop, ...]]:
         """Of configured missions, where they are not what is known."""
@@ -142,9 +141,8 @@ class MissionActionsReader:
         }
 
     def _store(self) -> None:
-        if self._is_behind():
-            charging = self._charging()
-            self._catalogue.edit(lambda edit: _note(edit, charging))
+        if self._changed(self._missions.all(self._db.read())):
+            self._catalogue.edit(lambda edit: list(map(edit.save_mission, self._changed(edit.missions.all(edit.c)))))
         if stops := self._stops_to_keep():
             self._db.write(lambda c: self._stops.keep(c, stops))
 
@@ -158,9 +156,3 @@ def _stops(client: RobotClient, drives_to: Sequence[str], known: dict[str, Stop]
             except (Rejected, Unreadable):  # it lacks the position, or does not show it
                 known[guid] = Stop(guid)
         yield known[guid] if guid else Stop()
-
-
-def _note(edit: Edit, charging: Mapping[str, bool]) -> None:
-    for mission in edit.missions.all(edit.c):
-        if mission.charges != (charges := charging.get(mission.guid, mission.charges)):
-            edit.save_mission(replace(mission, charges=charges))

@@ -21,6 +21,7 @@ from app.services.live.mission_parameters import MissionParameters
 
 ASK_AGAIN_AFTER = 60.0  # s between two questions for names that the robot may not have either
 NAMES_VALID_FOR = 3600.0  # s for which a robot whose list lacks a mission is not chosen to start it
+NOTHING: tuple[float, Mapping[str, str]] = -math.inf, {}
 
 
 class RobotMissions:
@@ -35,20 +36,17 @@ class RobotMissions:
     ) -> None:
         self._robot, self._make_client, self._clock, self._parameters = robot, make_client, clock, parameters
         self._lock = threading.Lock()
-        self._names: dict[int, dict[str, str]] = {}
         self._asked_at: dict[int, float] = {}
-        self._learned_at: dict[int, float] = {}
+        self._learned: dict[int, tuple[float, Mapping[str, str]]] = {}  # when, and guid -> name
 
     def names(self, robot_id: int) -> Mapping[str, str]:
         """Guid -> name, as far as known."""
-        with self._lock:
-            return self._names.get(robot_id, {})  # replaced as a whole, never changed
+        return self._learned.get(robot_id, NOTHING)[1]
 
     def lacks(self, robot_id: int, guid: str) -> bool:
         """Whether the robot's list, read within the hour, does not have it."""
-        with self._lock:
-            names, learned_at = self._names.get(robot_id), self._learned_at.get(robot_id, -math.inf)
-        return bool(names) and guid not in (names or ()) and self._clock.monotonic() - learned_at < NAMES_VALID_FOR
+        at, names = self._learned.get(robot_id, NOTHING)
+        return bool(names) and guid not in names and self._clock.monotonic() - at < NAMES_VALID_FOR
 
     def learn_names(self, robot_id: int) -> bool:
         """Ask the robot; whether that brought something new. One asked within the last minute, or that doesn't answer, brings nothing."""
@@ -62,10 +60,9 @@ class RobotMissions:
                 found = {mission.guid: mission.name for mission in client.missions()}
         except (RobotError, InvalidInput):
             return False
-        with self._lock:
-            before, self._names[robot_id] = self._names.get(robot_id), found
-            self._learned_at[robot_id] = self._clock.monotonic()
-        return found != before
+        before = self._learned.get(robot_id)
+        self._learned[robot_id] = self._clock.monotonic(), found
+        return before is None or found != before[1]
 
     def parameters(self, robot_id: int, guid: str) -> Sequence[MissionParameter]:
         """What has to be given when this mission is queued. Raises RobotError, or InvalidInput when the robot has been removed."""
