@@ -18,7 +18,6 @@ from app.services.files.ics_times import Moment, Rule, moment, offset, values
 
 MOST_CHANGES = 3_000  # of one zone: real ones have changed some hundred times
 FIRST = datetime.combine(date(1970, 1, 1), time())  # where a part says none
-FIRST_LEAP_YEAR = 1968  # has every date of an older start
 SECOND = timedelta(seconds=1)
 SELDOM = ("YEARLY", "MONTHLY")  # how often a zone may change
 
@@ -126,10 +125,7 @@ class Zones:
                 raise ValueError("changes too often")
             # UNTIL is in UTC, where the last change may lie on the day before
             last = min(self.last, rule.until.at.date() + timedelta(days=1)) if rule.until else self.last
-            first = start.date()
-            if first < FIRST.date() and rule.count is None and rule.interval == 1:
-                first = first.replace(year=FIRST_LEAP_YEAR)  # centuries of changes before are of no use
-            for day in rule.days(first, last):
+            for day in rule.days(start.date(), last):
                 yield Change(datetime.combine(day, start.time()), of, to)
 
 

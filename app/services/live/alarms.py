@@ -230,10 +230,7 @@ class Alarms:
     def database_fails(self, problem: Message) -> None:
         """Nothing can be written, so nothing is sent, and this alarm is kept in memory until ``database_works``."""
         if self._database is None:
-            now = self._clock.now()
-            self._database = Alarm(
-                "database", "database", SENTENCES["database"][0], now, {"problem": problem}, last_at=now
-            )
+            self._database = alarm_of("database", "database", self._clock.now(), {"problem": problem})
             log.error("alarm: %s", alarm_sentence(self._database))
             self._changes.publish(Topic.ALARMS)
 

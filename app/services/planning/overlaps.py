@@ -42,7 +42,7 @@ def neighbours(
     usual: DurationEstimate | None,
     others: Iterable[PlannedRun],
     calendar: WorkingCalendar,
-    skips: Collection[Skip] = (),
+    skips: Collection[Skip],
 ) -> Sequence[Neighbours]:
     """For each start, earliest first: the runs of others as far around it as it may be shifted. ``others``: the next run of each."""
     beyond = FURTHEST + lasts(usual)

@@ -58,7 +58,7 @@ def test_runs_that_meet_and_the_free_time_are_those_of_a_plain_search(draft, usu
         for n, (schedule, its) in enumerate(others)
         if schedule.next_at is not None
     ]
-    near = neighbours(starts, usual, known, CALENDAR)
+    near = neighbours(starts, usual, known, CALENDAR, ())
     until = max((start.instant for start in starts), default=NOW) + FURTHEST + lasts(usual)
     every = [(begins, begins + lasts(other.usual)) for other in known for begins in runs(other, until)]
 
