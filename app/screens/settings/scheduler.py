@@ -12,47 +12,49 @@ from app.domain.clock import zone_names
 from app.i18n import _
 from app.screens.common.problems import sentence_of
 from app.screens.common.zones import zone_options
-from app.screens.settings.page import SettingsPage
+from app.screens.settings.page import PageContext, SettingsPage
+from app.services.catalogue import fields
+from app.services.catalogue.checks import Number
+from app.widgets.fields import StepField
 
-NUMBERS = (
-    "poll_interval_seconds",
-    "retry_limit",
-    "start_window_minutes",
-    "unknown_outcome_quiet_seconds",
-    "history_limit",
-)
+RANGES = {field.key: field.check for field in fields.SETTINGS if isinstance(field.check, Number)}
+
+
+class NumberSetting(StepField):
+    """A number of the configuration's table of fields, by its key: the range is from there, ``stored`` its value."""
+
+    setting = StringProperty()
+    stored = NumericProperty()
 
 
 class SchedulerModel(EventDispatcher):
-    poll_interval_seconds = NumericProperty(30)
-    poll_interval_seconds_problem = StringProperty()
-    retry_limit = NumericProperty(10)
-    retry_limit_problem = StringProperty()
-    start_window_minutes = NumericProperty(15)
-    start_window_minutes_problem = StringProperty()
-    unknown_outcome_quiet_seconds = NumericProperty(90)
-    unknown_outcome_quiet_seconds_problem = StringProperty()
     history_limit = NumericProperty(100_000)
-    history_limit_problem = StringProperty()
     history_all = BooleanProperty(False)
     timezone = StringProperty()
-    timezone_problem = StringProperty()
 
 
 class SchedulerPage(SettingsPage):
     Model = SchedulerModel
 
+    def __init__(self, context: PageContext) -> None:
+        super().__init__(context)
+        self._numbers = {each.setting: each for each in self.walk() if isinstance(each, NumberSetting)}
+        self._fields = {**self._numbers, "history_limit": self.ids.history_field, "timezone": self.ids.zone_field}
+        for name, number in self._numbers.items():
+            number.minimum, number.maximum = max(RANGES[name].low, number.minimum), RANGES[name].high
+            number.bind(on_commit=lambda each, value: self.step(each.setting, value))
+
     def show(self) -> None:
         vm, settings = self.vm, self.context.facts.settings
-        for name in NUMBERS:
-            value = getattr(settings, name)
-            if value is not None:
-                setattr(vm, name, value)
+        for name, number in self._numbers.items():
+            number.stored = getattr(settings, name)
         vm.history_all = settings.history_limit is None
+        if settings.history_limit is not None:
+            vm.history_limit = settings.history_limit
         vm.timezone = settings.timezone
 
     def reached(self, **intent: Any) -> None:
-        for name in (*NUMBERS, "timezone"):
+        for name in self._fields:
             self._show_problem(name, "")
 
     # ------------------------------------------------------------------ what is changed
@@ -98,4 +100,4 @@ class SchedulerPage(SettingsPage):
         )
 
     def _show_problem(self, name: str, problem: str) -> None:
-        setattr(self.vm, f"{name}_problem", problem)
+        self._fields[name].problem = problem
