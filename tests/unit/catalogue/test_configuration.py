@@ -59,7 +59,7 @@ def test_everything_that_can_be_said_is_taken(world):
         "schedule Morning added",
         "schedule Home on R1 added",
     ]
-    assert world.settings == Settings(20, 5, 15.0, ("MO", "TU"), "Europe/Helsinki", 30, 60, None)
+    assert world.settings == Settings(**FULL["settings"] | {"working_days": ("MO", "TU")})
     general, home, own = world.missions
     r1, r2 = world.robots["R1"], world.robots["R2"]
     assert (r1.address, r1.username, r1.enabled, r1.idle) == (

@@ -449,6 +449,14 @@ def test_a_period_that_begins_before_the_history_says_so(kept, first, words, per
     assert kpi_view.period_line(figures) == FactLine("Period", period, words)
 
 
+def test_another_figure_is_one_more_row(monkeypatch):
+    half = Figure("Half", Unit.SHARE, lambda facts: facts.completed / facts.total, "Of all that ended.")
+    monkeypatch.setitem(kpi_view.FIGURES, "half", half)
+    card = kpi_view.cards(Figures(Facts(completed=1, skipped=1), days=[Facts(completed=1)] * 2))[-1]
+    assert (card.label, plain(card.value), card.history) == ("Half", "50.0 %", (1.0, 1.0))
+    assert kpi_view.explanation("half", Figures()).text == "Of all that ended."
+
+
 def test_without_anything_recorded_every_figure_is_a_dash():
     assert [(card.value, card.note) for card in kpi_view.cards(EMPTY)] == [
         ("–", "no run has ended"),
