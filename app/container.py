@@ -16,7 +16,7 @@ from app.database.robots import HoldRepository, RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain.clock import Clock, SystemClock
-from app.domain.models import Connection, Robot, Settings
+from app.domain.models import Connection, Robot
 from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
@@ -56,7 +56,7 @@ from app.services.live.tablet import Tablet, machine_id
 from app.services.live.tablet_zone import TabletZone, tablet_zone
 from app.services.planning.durations import LiveRobots
 from app.services.planning.plan import Plan
-from app.services.planning.working_days import WorkingCalendar, working_calendar
+from app.services.planning.working_days import working_calendar
 from app.services.robots.commands import ClientFactory, Operator
 from app.services.robots.maps import RobotMaps
 from app.services.robots.mission_actions import MissionActionsReader
@@ -101,8 +101,9 @@ class Container:
         self.repositories = repositories = Repositories()
         self.changes = Changes()
         self.make_client = make_client or Connector()
-        self._settings = CachedUntilChanged(lambda: repositories.settings.load(db.read()), self.changes, Topic.SETTINGS)
-        self._calendar = CachedUntilChanged(
+        self.settings = CachedUntilChanged(lambda: repositories.settings.load(db.read()), self.changes, Topic.SETTINGS)
+        # The present working days, exceptions and public holidays included.
+        self.calendar = CachedUntilChanged(
             lambda: working_calendar(db.read(), self.settings()), self.changes, Topic.SETTINGS, Topic.CALENDAR
         )
         self.downtime = Downtime()
@@ -252,13 +253,6 @@ class Container:
         """Whether a robot has a mission, as far as its list is known."""
         known = self.robot_missions.names(robot_id)
         return not known or guid in known
-
-    def settings(self) -> Settings:
-        return self._settings()
-
-    def calendar(self) -> WorkingCalendar:
-        """The present working days, exceptions and public holidays included."""
-        return self._calendar()
 
     def _probe(self) -> None:
         """Try to write. Raises DatabaseUnavailable as long as nothing can be written."""

@@ -6,7 +6,7 @@ import random
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, time, timedelta
-from itertools import groupby
+from itertools import groupby, takewhile
 from zoneinfo import ZoneInfo
 
 from app.container import Container
@@ -15,6 +15,7 @@ from app.domain import rules
 from app.domain.activity import ActivitySpan
 from app.domain.models import Execution, Group, Mission, Reason, ReasonCode, Robot, Schedule, Settings, State
 from app.failures import BadInput
+from app.services.planning.recurrence import occurrences
 
 USER, PASSWORD = "distributor", "distributor"  # the simulator's
 DAYS = 21
@@ -75,9 +76,14 @@ def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: M
             mission = by_name[rule.mission]
             schedule = container.catalogue.save_schedule(_schedule(rule, robot, mission, settings, now))
             # Its past belongs to it only if it was there already.
-            old = replace(schedule, changed_at=now - timedelta(days=DAYS + 1))
+            begin = now - timedelta(days=DAYS + 1)
+            old = replace(schedule, changed_at=begin)
             container.db.write(lambda w, old=old: container.repositories.schedules.update(w, old))  # type: ignore[misc]
-            runs += _history(schedule, rule, robot, mission, settings, install_id, now, rng)
+            planned = (each.instant for each in occurrences(schedule, begin, container.calendar()))
+            runs += [
+                _ended(rules.scheduled(schedule, robot, mission, settings, install_id, at, at), rule, number, rng)
+                for number, at in enumerate(takewhile(lambda at: at < now - timedelta(hours=1), planned))
+            ]
         history += _one_at_a_time(runs)
     group = container.catalogue.save_group(Group(GROUP, tuple(robot.id for robot in saved)))
     container.catalogue.save_schedule(_live_schedule(group, by_name[LIVE], settings, now))
@@ -129,38 +135,6 @@ def _live_schedule(group: Group, mission: Mission, settings: Settings, now: date
         group_id=group.id,
         respect_working_days=False,
     )
-
-
-def _instants(rule: _Rule, settings: Settings, now: datetime) -> Iterator[datetime]:
-    """The starts of the last weeks, in UTC."""
-    zone = ZoneInfo(settings.timezone)
-    parts = dict(part.split("=") for part in rule.recurrence.split(";"))
-    today = now.astimezone(zone).date()
-    for day in (today - timedelta(days=back) for back in range(DAYS, -1, -1)):
-        if not settings.is_working_day(day) or day.strftime("%a")[:2].upper() not in parts.get(
-            "BYDAY", "MO,TU,WE,TH,FR,SA,SU"
-        ):
-            continue
-        for hour in parts.get("BYHOUR", str(rule.hour)).split(","):
-            instant = datetime(day.year, day.month, day.day, int(hour), rule.minute, tzinfo=zone).astimezone(UTC)
-            if instant < now - timedelta(hours=1):
-                yield instant
-
-
-def _history(
-    schedule: Schedule,
-    rule: _Rule,
-    robot: Robot,
-    mission: Mission,
-    settings: Settings,
-    install_id: str,
-    now: datetime,
-    rng: random.Random,
-) -> Iterator[Execution]:
-    for number, planned_at in enumerate(_instants(rule, settings, now)):
-        yield _ended(
-            rules.scheduled(schedule, robot, mission, settings, install_id, planned_at, planned_at), rule, number, rng
-        )
 
 
 def _ended(row: Execution, rule: _Rule, number: int, rng: random.Random) -> Execution:
