@@ -49,6 +49,19 @@ def make_private(path: Path) -> None:
         ) from error
 
 
+def write_whole(path: Path, content: bytes) -> None:
+    """Whole or not at all, readable by its owner only. Raises OSError."""
+    draft = path.with_suffix(".draft")
+    descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | NO_LINK, FILE_MODE)
+    try:
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(content)
+        os.replace(draft, path)
+    except OSError:
+        draft.unlink(missing_ok=True)
+        raise
+
+
 def sibling(path: Path, ending: str) -> Path:
     return path.with_name(path.name + ending)
 

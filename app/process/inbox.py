@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from app.container import Container
-from app.database.files import NO_LINK
+from app.database.files import write_whole
 from app.domain.models import InvalidInput
 from app.failures import BadInput, Failure
 from app.process.data_directory import DataDirectory, InstanceLock, open_container
@@ -104,7 +104,7 @@ class Inbox:
             log.exception("The request %s could not be served", path.name)
             answer = {"exit": 1, "error": f"the running app could not do it: {type(error).__name__}"}
         if answer is not None and path.exists():  # else no command waits for the answer
-            _write(path.with_suffix(".answer"), json.dumps(answer).encode())
+            write_whole(path.with_suffix(".answer"), json.dumps(answer).encode())
             path.unlink(missing_ok=True)
 
 
@@ -129,8 +129,8 @@ def ask(
     path = directory / f"{uuid.uuid4().hex}.request"
     try:
         if content is not None:
-            _write(path.with_suffix(".content"), content)
-        _write(path, json.dumps({"kind": kind, "id": path.stem, **request}).encode())
+            write_whole(path.with_suffix(".content"), content)
+        write_whole(path, json.dumps({"kind": kind, "id": path.stem, **request}).encode())
     except OSError as error:
         path.with_suffix(".content").unlink(missing_ok=True)
         raise BadInput(f"{directory} can't be written: {error.strerror}; nothing was changed") from error
@@ -230,15 +230,3 @@ def _directory_in(data_dir: Path) -> Path:
             f"{directory} can't be made: {error.strerror}; check the permissions of the data directory"
         ) from None
     return directory
-
-
-def _write(path: Path, content: bytes) -> None:
-    draft = path.with_suffix(".draft")
-    descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | NO_LINK, 0o600)
-    try:
-        with os.fdopen(descriptor, "wb") as file:
-            file.write(content)
-        os.replace(draft, path)
-    except OSError:
-        draft.unlink(missing_ok=True)
-        raise

@@ -10,14 +10,13 @@ from __future__ import annotations
 
 import hashlib
 import logging
-import os
-import tempfile
 import threading
 from collections import OrderedDict
 from collections.abc import Callable
 from contextlib import closing, suppress
 from pathlib import Path
 
+from app.database.files import DIRECTORY_MODE, write_whole
 from app.domain.clock import Clock
 from app.domain.models import InvalidInput, Robot
 from app.domain.robot import MapPosition
@@ -32,7 +31,6 @@ ASK_EVERY = 60.0  # s between two questions to one robot, for any answer and map
 MOST_IN_MEMORY = 8
 MOST_FILES = MOST_POSTPONED = 64
 LARGEST_FILE = 4 * 1024 * 1024  # bytes
-DIRECTORY_MODE = 0o700
 
 Key = tuple[int, str]  # robot, guid of its map
 
@@ -148,14 +146,7 @@ class RobotMaps:
         """Whole or not at all, readable by its owner only; of too many the oldest go. Without room on the disk nothing is kept."""
         try:
             self._directory.mkdir(mode=DIRECTORY_MODE, parents=True, exist_ok=True)
-            handle, temporary = tempfile.mkstemp(dir=self._directory, suffix=".new")
-            try:
-                with os.fdopen(handle, "wb") as file:
-                    file.write(to_bytes(picture))
-                os.replace(temporary, path)
-            except OSError:
-                Path(temporary).unlink(missing_ok=True)
-                raise
+            write_whole(path, to_bytes(picture))
             by_age = sorted(self._directory.iterdir(), key=lambda entry: entry.stat().st_mtime)
             for oldest in by_age[:-MOST_FILES]:
                 oldest.unlink(missing_ok=True)
