@@ -83,8 +83,8 @@ class Repositories:
 
 
 class Container:
-    """Every service by name. ``make_client`` may be replaced, so that tests and the simulation speak to a robot without sockets.
-    ``machine`` is what tells this machine from others; ``find_zone`` finds the time zone that it has."""
+    """Every service by name. ``make_client`` may be replaced, so that tests and the simulation speak to a robot without
+    sockets. ``machine`` identifies this machine; ``find_zone`` finds its time zone."""
 
     def __init__(
         self,
@@ -255,7 +255,7 @@ class Container:
         return not known or guid in known
 
     def _probe(self) -> None:
-        """Try to write. Raises DatabaseUnavailable as long as nothing can be written."""
+        """Try to write. Raises DatabaseUnavailable if nothing can be written."""
         self.db.write(lambda c: self.repositories.settings.put(c, "probed_at", self.clock.now().isoformat()))
 
     def _read_holidays(self) -> None:

@@ -6,4 +6,4 @@ class Failure(Exception):
 
 
 class BadInput(Failure):
-    """What was asked for or given can't be taken, and nothing was changed; exit code 2."""
+    """The request or its values can't be accepted, and nothing was changed; exit code 2."""

@@ -1,4 +1,5 @@
-"""What each robot was seen doing, span by span; and, of the days whose spans have become too old or too many, how long per activity."""
+"""Each robot's observed activity in spans; and, for days whose spans are too old or too many, the sum of each
+activity."""
 
 from __future__ import annotations
 
@@ -39,8 +40,8 @@ class ActivityRepository:
     def seconds(
         self, c: sqlite3.Connection, robot_id: int, start: datetime, end: datetime, zone: ZoneInfo
     ) -> dict[date, dict[str, float]]:
-        """For how long each activity was seen, by local day. Of a day that has sums instead of spans, all counts or, where the period cuts
-        it, nothing."""
+        """The observed time of each activity, by local day. A day with sums instead of spans counts wholly, or not at
+        all if the period cuts it."""
         last = self._last_summed(c, robot_id, _day(end, zone))
         whole_from = _day(start, zone) if start == midnight(_day(start, zone), zone) else _day(start, zone) + DAY
         found: dict[date, dict[str, float]] = {}
@@ -115,7 +116,8 @@ class ActivityRepository:
 
     @staticmethod
     def _last_summed(c: sqlite3.Connection, robot_id: int, until: date) -> date | None:
-        """The last day up to ``until`` that has sums; later days have spans. A clock that was ahead may have left sums of days to come."""
+        """The last day up to ``until`` that has sums; later days have spans. A clock that was ahead may have left sums
+        of future days."""
         text = c.execute(
             "SELECT max(day) FROM activity_days WHERE robot_id = ? AND day <= ?", (robot_id, until.isoformat())
         ).fetchone()[0]

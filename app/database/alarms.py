@@ -9,9 +9,9 @@ from app.database.values import from_json, to_instant, to_json, to_optional_inst
 from app.domain.models import Alarm, Priority
 
 _STANDING = "(cleared_at IS NULL OR acknowledged_at IS NULL)"
-_PAST_OF_A_KIND = 50  # past alarms of one kind that are kept before those of others
+_PAST_OF_A_KIND = 50  # past alarms of one kind that are kept in any case
 OPEN_OF_A_KIND = 20  # events of one kind that stay open side by side; further ones are counted by the newest
-# A kind: the same code of the same robot, or about the same thing where it is about none.
+# A kind: the same code of the same robot, or of the same object without a robot.
 _KIND = "code, coalesce('robot:' || json_extract(details, '$.robot_id'), key)"
 _SELECT = """SELECT *, (SELECT name FROM current_robots AS robots WHERE alarms.key = 'robot:' || robots.id
                                                OR robots.id = json_extract(alarms.details, '$.robot_id')) AS robot FROM alarms"""
@@ -19,9 +19,9 @@ _SELECT = """SELECT *, (SELECT name FROM current_robots AS robots WHERE alarms.k
 
 class AlarmRepository:
     def raise_once(self, c: sqlite3.Connection, alarm: Alarm) -> bool:
-        """Returns whether it is new. An open alarm of the same code and key is counted up when it happened again: an event (which is
-        cleared from the start) always, a condition only when it had cleared; while a condition lasts, only its details are updated.
-        Where many events of a kind are open, the newest of them counts a further one."""
+        """Returns whether it is new. An open alarm of the same code and key is counted up: an event (which is cleared
+        from the start) always, a condition only if it had cleared; while a condition lasts, only its details are
+        updated. If many events of a kind are open, the newest of them counts another one."""
         row = c.execute(
             f"SELECT id, cleared_at, details FROM alarms WHERE code = ? AND key = ? AND {_STANDING}",
             (alarm.code, alarm.key),
@@ -59,7 +59,7 @@ class AlarmRepository:
 
     @staticmethod
     def _newest_of_many(c: sqlite3.Connection, alarm: Alarm, now: str) -> sqlite3.Row | None:
-        """Where too many events of this kind are open: the newest, which becomes this one and counts it."""
+        """If too many events of this kind are open: the newest, which takes over this one and counts it."""
         rows = c.execute(
             f"""SELECT id, cleared_at, details FROM alarms WHERE code = ? AND {_STANDING}
                              AND json_extract(details, '$.robot_id') = ? AND coalesce(shelved_until, '') <= ?
@@ -79,7 +79,7 @@ class AlarmRepository:
         return until if until is not None and until > now else None
 
     def is_asked(self, c: sqlite3.Connection, robot_id: int) -> bool:
-        """Whether there is that robot, and it is switched on: a condition of another one would never be found to be over."""
+        """Whether that robot exists and is switched on: conditions of other robots would never be cleared."""
         return c.execute("SELECT 1 FROM current_robots WHERE id = ? AND enabled", (robot_id,)).fetchone() is not None
 
     def clear(self, c: sqlite3.Connection, code: str, key: str, now: datetime) -> bool:
@@ -93,8 +93,8 @@ class AlarmRepository:
         )
 
     def withdraw(self, c: sqlite3.Connection, code: str, key: str, at: datetime, now: datetime) -> bool:
-        """What an event said within a minute ``at`` has turned out to be wrong: it need not be read. One that counts others stays.
-        Returns whether there was one."""
+        """Remove an event from around ``at`` that has turned out to be wrong, so that it is not read. One that counts
+        others stays. Returns whether there was one."""
         return (
             c.execute(
                 """UPDATE alarms SET acknowledged_at = ? WHERE code = ? AND key = ? AND cleared_at IS NOT NULL
@@ -133,7 +133,7 @@ class AlarmRepository:
         )
 
     def shelve(self, c: sqlite3.Connection, alarm_id: int, until: datetime | None) -> None:
-        """Hide it until then; None ends that."""
+        """Hide it until then; None shows it again."""
         c.execute("UPDATE alarms SET shelved_until = ? WHERE id = ?", (to_optional_text(until), alarm_id))
 
     def active(self, c: sqlite3.Connection, code: str, key: str) -> Alarm | None:

@@ -37,11 +37,11 @@ _SOME = {
     "executions": f"""WHERE state IN ('waiting', 'submitting', 'queued', 'executing')
                            OR id IN (SELECT id FROM executions ORDER BY planned_at DESC, id DESC LIMIT 1000) LIMIT {COPIED}"""
 }
-SEQUENCE_GAP = 1000  # ids skipped at a restore: what was made after the backup must not be taken for something new
+SEQUENCE_GAP = 1000  # ids skipped at a restore: objects made after the backup must not be taken for new ones
 
 
 def daily_backup(path: Path, now: datetime) -> Path | None:
-    """Today's backup (by UTC) unless there is one already, and the oldest beyond seven dropped. Raises DatabaseUnavailable.
+    """Make today's backup (by UTC) unless it exists, and delete the oldest beyond seven. Raises DatabaseUnavailable.
 
     Reads through a connection of its own, so it may run on any thread and delays no one.
     """
@@ -56,7 +56,7 @@ def daily_backup(path: Path, now: datetime) -> Path | None:
 
 
 def back_up(path: Path, target: Path) -> None:
-    """Copy the database at ``path`` into the file ``target``, which exists only when it is whole and verified."""
+    """Copy the database at ``path`` into the file ``target``, which exists only once it is complete and verified."""
     files.make_directory(target.parent)
     part = target.with_name(target.name + ".part")
     try:
@@ -81,12 +81,13 @@ def back_up(path: Path, target: Path) -> None:
         ) from error
 
 
-Check = Callable[[sqlite3.Connection], Message | None]  # what is wrong with the rows; None: nothing
+Check = Callable[[sqlite3.Connection], Message | None]  # the problem with the rows; None: no problem
 
 
 def problem_of(backup: Path, any_version: bool = False, check: Check | None = None) -> Message | None:
-    """Why this file can't be restored; None when it can. ``any_version``: only whether it is whole. ``check`` is given a copy of its rows,
-    brought up to this version; of the history only what is open and the newest: all the rest is read for wrong numbers and instants."""
+    """Why this file can't be restored; None if it can. ``any_version``: only check whether it is complete. ``check``
+    gets a copy of its rows, updated to this version, with only the open and the newest executions: the rest of the
+    history is checked for wrong numbers and instants."""
     if not backup.is_file():
         return message("there is no such file")
     try:
@@ -115,13 +116,14 @@ def problem_of(backup: Path, any_version: bool = False, check: Check | None = No
 
 
 def _schema(connection: sqlite3.Connection) -> list[tuple[str, ...]]:
-    """Tables, indexes, triggers and views with their definitions, those that SQLite makes by itself included: a name proves nothing."""
+    """Tables, indexes, triggers and views with their definitions, including SQLite's own: names prove nothing."""
     return connection.execute("SELECT type, name, tbl_name, sql FROM sqlite_schema ORDER BY type, name, sql").fetchall()
 
 
 @functools.cache
 def _schema_of(version: int) -> list[tuple[str, ...]]:
-    """As a new database of that version has it: a trigger or a view more could change what is sent, or keep anything from being written."""
+    """The schema of a new database of that version: another trigger or view could change starts, or prevent all
+    writing."""
     with contextlib.closing(sqlite3.connect(":memory:")) as connection:
         connection.executescript("".join(MIGRATIONS[:version]))
         return _schema(connection)
@@ -138,7 +140,7 @@ def _rows_of(backup: sqlite3.Connection, version: int) -> sqlite3.Connection:
     }
     for table in (*tables, "sqlite_sequence"):
         rows = backup.execute(f"SELECT * FROM {table} {_SOME.get(table, f'LIMIT {COPIED}')}")
-        copy.execute(f"DELETE FROM {table}")  # the sequences follow from the rows until then
+        copy.execute(f"DELETE FROM {table}")  # until then the sequences follow from the rows
         copy.executemany(f"INSERT INTO {table} VALUES ({', '.join('?' for _ in rows.description)})", rows)
     for script in MIGRATIONS[version:]:
         copy.executescript(script)
@@ -163,7 +165,7 @@ def backups_of(path: Path) -> list[Path]:
 
 
 def settings_in(backup: Path) -> Settings:
-    """What was set when the backup was made; the defaults when that can't be read."""
+    """The settings at the time of the backup; the defaults if they can't be read."""
     try:
         with contextlib.closing(
             sqlite3.connect(f"{backup.absolute().as_uri()}?mode=ro&immutable=1", uri=True)
@@ -177,8 +179,8 @@ def settings_in(backup: Path) -> Settings:
 def restore(backup: Path, path: Path, now: datetime, check: Check | None = None) -> Path | None:
     """Replace the database by a backup; the caller holds the instance lock and no connection.
 
-    The replaced file is kept under a new name, which is returned. The installation's id comes back with the backup, so that the same
-    occurrences get the same tokens. Raises DatabaseRefused when the backup can't be used; then nothing was changed.
+    The replaced file is kept under a new name, which is returned. The installation's id is restored too, so that the
+    same instants get the same tokens. Raises DatabaseRefused if the backup can't be used; then nothing was changed.
     Interrupted after its copy is complete, it is finished by the next start.
     """
     path = path.absolute()
@@ -201,7 +203,7 @@ def restore(backup: Path, path: Path, now: datetime, check: Check | None = None)
 
 
 def _copied(backup: Path, part: Path, check: Check | None) -> Message | None:
-    """Copies it, and then says why the copy can't be restored: the medium may give something else when it is read again."""
+    """Copies it, and then returns why the copy can't be restored: a second reading of the medium may differ."""
     if not backup.is_file():
         return message("there is no such file")
     files.copy_private(backup, part)
@@ -223,7 +225,7 @@ def is_restoring(path: Path) -> bool:
 
 
 def carry_on_restore(path: Path) -> None:
-    """At a start: finish one that was interrupted, or remove what it has copied so far. Raises DatabaseUnavailable."""
+    """At a start: finish an interrupted restore, or remove its partial copy. Raises DatabaseUnavailable."""
     if is_restoring(path):
         kept = _finish(path)
         log.warning("A restore was interrupted and is finished now; the former database is kept as %s", kept)
@@ -232,8 +234,8 @@ def carry_on_restore(path: Path) -> None:
 
 
 def _finish(path: Path) -> Path | None:
-    """Put the copied backup in the place of the database. May be interrupted anywhere and called again. Returns as what the former database
-    is kept."""
+    """Put the copied backup in the place of the database. May be interrupted anywhere and called again. Returns the new
+    name of the former database."""
     try:
         began = datetime.fromtimestamp(_ready(path).stat().st_mtime, UTC)
         files.clear_mark(path)
@@ -248,8 +250,8 @@ def _finish(path: Path) -> Path | None:
 
 
 def _note_restore(file: Path, former: Path, now: datetime) -> None:
-    """Bring it up to this version, count again what is only counted, record the restore, continue ids beyond everything that was made
-    since the backup, and keep the count of wrong PINs."""
+    """Update it to this version, compute counts again, record the restore, continue ids beyond all that were used since
+    the backup, and keep the count of wrong PINs."""
     settings, wrong = SettingsRepository(), _wrong_pins(former)
     with contextlib.closing(sqlite3.connect(file, isolation_level=None)) as connection:
         configured(connection)

@@ -1,4 +1,4 @@
-"""What check-ups found of robots: the last report and profile of each, and what a trial under way has changed there."""
+"""Results of check-ups: the last report and profile of each robot, and the changes of a trial under way."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class CheckUpRepository:
         )
 
     def left_behind(self, c: sqlite3.Connection) -> dict[int, LeftBehind]:
-        """By robot: what a trial has changed there and not put back."""
+        """By robot: changes of a trial that are not undone yet."""
         rows = c.execute("SELECT robot_id, left_behind FROM current_check_ups WHERE left_behind IS NOT NULL")
         return {row[0]: _left_behind(json.loads(row[1])) for row in rows}
 

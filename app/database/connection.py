@@ -29,17 +29,17 @@ from app.domain.message import Message, message, message_of_system
 
 DATABASE_NAME = "amr-scheduler.db"
 BUSY_TIMEOUT = 5.0  # s
-STATEMENTS = 48  # that each connection keeps prepared, 6 KB each: there are 30 connections, and 128 would be usual
+STATEMENTS = 48  # prepared in each connection, 6 KB each: there are 30 connections, and 128 would be usual
 PAGES_KIB = (
-    256  # of the file that each reader keeps. 2,000 would be usual, but the system keeps them too, for all of them
+    256  # of the file cached by each reader. 2,000 would be usual, but the system caches them too, for all readers
 )
 
 __all__ = ["DATABASE_NAME", "Database", "DatabaseDamaged", "DatabaseError", "DatabaseRefused", "DatabaseUnavailable"]
 
 
 class Database:
-    """Made by ``open`` or ``open_for_reading``; everything else in ``app.database`` is given one of its connections. ``write`` is its
-    writer's: one transaction (``app.database.writer.Writer``)."""
+    """Made by ``open`` or ``open_for_reading``; everything else in ``app.database`` gets one of its connections.
+    ``write`` is its writer's: one transaction (``app.database.writer.Writer``)."""
 
     def __init__(self, path: Path, writer: Writer) -> None:
         self.path, self._writer = path, writer
@@ -135,7 +135,7 @@ class Database:
         return reader.connection
 
     def known(self, error: BaseException) -> BaseException:
-        """The DatabaseError that an error of SQLite means, with what mends it; any other error as it is."""
+        """The DatabaseError for an error of SQLite, with its remedy; any other error unchanged."""
         known = translated(error, self.path) if isinstance(error, sqlite3.Error) else error
         if isinstance(known, DatabaseDamaged) and known.backup is None:
             return DatabaseDamaged(self.path, known.problem, backup=newest_good_backup(self.path))
@@ -212,8 +212,8 @@ def _open_checked(path: Path, clock: Clock, durable: bool, migrations: tuple[str
             raise _damage(problem)
         migrate(connection, path, migrations, clock.now())
         connection.execute("PRAGMA foreign_keys = ON")
-        # What a statement with a trigger would have to undo is otherwise kept in a temporary file, created for each transaction: that was
-        # half of the time of a write. After the migrations, which may have to sort a million rows.
+        # Otherwise undo data of statements with triggers are kept in a temporary file, created for each transaction: that was
+        # half of the time of a write. Set after the migrations, which may have to sort a million rows.
         connection.execute("PRAGMA temp_store = MEMORY")
     except BaseException:
         connection.close()

@@ -1,4 +1,4 @@
-"""What can go wrong with the database, each with one English sentence that says what and how to mend it."""
+"""Errors of the database, each with one English sentence with the problem and its remedy."""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ IDENTIFIER_LENGTH = 36  # characters of a position's guid: people can't read it
 
 @dataclass(frozen=True)
 class ExecutionFilter:
-    """Which executions are wanted; None or an empty text: any."""
+    """Filters of executions; None or an empty text: any."""
 
     robot_ids: Sequence[int] | None = None
     mission: str | None = None  # its name
@@ -75,9 +75,9 @@ class ExecutionFilter:
     end: datetime | None = None  # not included
     text: str = ""  # somewhere in the names of mission, schedule or robot, in the robot's message, or in a text that
     # the mission was given, ignoring case
-    group: str | None = None  # its name then, of those that any robot of a group could take
+    group: str | None = None  # the group's name then, for starts that any of its robots could take
     reasons: Sequence[ReasonCode] = ()  # or that ended for one of these, where a text is wanted
-    values: Sequence[str] = ()  # or whose mission was given one of these identifiers, where a text is wanted
+    values: Sequence[str] = ()  # or whose mission has one of these guids as a value, if a text is searched
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class PageKey:
 
 
 class Unsent(NamedTuple):
-    """What decides whether an execution that no robot has yet is to be handled now, as it is stored."""
+    """The stored facts that decide whether an execution without a robot must be handled now."""
 
     id: int
     state: str
@@ -103,7 +103,7 @@ class Unsent(NamedTuple):
 
 
 class Surplus(NamedTuple):
-    """How many ended rows are beyond the history limit: of those that ran, and of those that did not."""
+    """How many ended rows exceed the history limit: those that ran, and those that did not."""
 
     ran: int
     not_ran: int
@@ -117,7 +117,7 @@ class ExecutionRepository:
         return execution_of(row)
 
     def add_once(self, c: sqlite3.Connection, execution: Execution) -> Execution | None:
-        """The same, but None when the occurrence or the token is in the ledger already."""
+        """The same, but None if the instant or the token is in the ledger already."""
         return next(iter(self.add_each_once(c, [execution])), None)
 
     def add_each_once(self, c: sqlite3.Connection, executions: Sequence[Execution]) -> list[Execution]:
@@ -145,11 +145,9 @@ class ExecutionRepository:
         of_robot: int | None = -1,
         **columns: Any,
     ) -> Execution | None:
-        """Change columns of a row that is still in one of the expected states and, where ``of_robot`` is given, that robot's (None:
-        none's).
-
-        Returns the row after the change, or None when its state was another one: then nothing was changed. Values are those of
-        ``Execution`` (``reason`` sets or, with None, clears code and details).
+        """Change columns of a row that is still in one of the expected states and, with ``of_robot``, still has that
+        robot (None: no robot). Returns the row after the change, or None if its state was different: then nothing was
+        changed. Values are those of ``Execution`` (``reason`` sets or, with None, clears code and details).
         """
         values = stored_values(columns)
         assignments = ", ".join(f"{name} = ?" for name in values)
@@ -181,7 +179,7 @@ class ExecutionRepository:
         return _with(execution, **{**wishes, **columns})
 
     def waiting_of_group(self, c: sqlite3.Connection, group_id: int) -> list[Execution]:
-        """What no robot has of a group, oldest first."""
+        """A group's starts that no robot has, oldest first."""
         return self._list(
             c,
             f"""INDEXED BY executions_open WHERE {OPEN} AND state = 'waiting' AND group_id = ?
@@ -202,7 +200,7 @@ class ExecutionRepository:
         )
 
     def unplanned_after(self, c: sqlite3.Connection, instant: datetime) -> list[Execution]:
-        """What no schedule wanted and no robot has yet, from a time after that."""
+        """Starts without a schedule that no robot has yet, from a later time."""
         return self._list(
             c,
             f"""WHERE {OPEN} AND state IN ('waiting', 'submitting') AND schedule_id IS NULL AND planned_at > ?""",
@@ -218,7 +216,7 @@ class ExecutionRepository:
         ]
 
     def drop_withdrawn(self, c: sqlite3.Connection, schedule_id: int, since: datetime) -> None:
-        """An instant that an edit had withdrawn, with nothing sent, is planned again: its old row makes room."""
+        """Delete the unsent, withdrawn row of an instant that is planned again."""
         c.execute(
             f"""DELETE FROM executions WHERE schedule_id = ? AND planned_at >= ? AND state = 'cancelled' AND {NEVER_SENT}
                       AND reason_code IN ('schedule_changed', 'robot_removed')""",
@@ -292,9 +290,9 @@ class ExecutionRepository:
         return Surplus(max(0, ran - history_limit), max(0, not_ran - history_limit))
 
     def drop_oldest(self, c: sqlite3.Connection, surplus: Surplus) -> Surplus:
-        """Delete the oldest of that many ended rows of each kind, 100 at most; returns how many are left to delete. Open rows are never
-        deleted, nor what a robot has of ours while what it has of another start is still to be judged, nor what may still come to a
-        robot, nor what was started on another one in place of what is still in doubt."""
+        """Delete the oldest of that many ended rows of each kind, 100 at most; returns how many are left to delete.
+        Never deletes open rows, rows on a robot with another start that is not decided yet, rows that may still arrive
+        at a robot, or replacements of rows in doubt."""
         return Surplus(
             *(
                 number - self._drop_oldest(c, kind, number)
@@ -394,7 +392,7 @@ class ExecutionRepository:
         return self._list(c, f"INDEXED BY executions_open WHERE {OPEN} ORDER BY planned_at, id")
 
     def open_of_schedules(self, c: sqlite3.Connection, schedule_ids: Collection[int]) -> dict[int, datetime]:
-        """For which instant the newest open one of each of these schedules was planned; nothing for those that have none."""
+        """The instant of the newest open row of each of these schedules, if it has one."""
         if not schedule_ids:
             return {}  # SQLite finds no way to look up nothing in that index
         rows = c.execute(
@@ -427,8 +425,8 @@ class ExecutionRepository:
         return [to_instant(row[0]) for row in rows]
 
     def is_claimed(self, c: sqlite3.Connection, robot_id: int, queue_id: int) -> bool:
-        """Whether a queue item of a robot belongs to a row. Asked only where a robot forgets descriptions, about items
-        newer than a request of unknown outcome; their rows are kept as long."""
+        """Whether a queue item of a robot belongs to a row. Asked only for robots that forget descriptions, about items
+        newer than a request of unknown outcome; their rows are kept that long."""
         found = c.execute(
             "SELECT 1 FROM executions WHERE robot_id = ? AND queue_id = ? LIMIT 1", (robot_id, queue_id)
         ).fetchone()

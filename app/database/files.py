@@ -12,9 +12,7 @@ from app.database.errors import DatabaseUnavailable
 from app.domain.message import message_of_system
 
 DIRECTORY_MODE, FILE_MODE = 0o700, 0o600
-NO_LINK = getattr(
-    os, "O_NOFOLLOW", 0
-)  # for opening: a link put there by someone else would decide which file is written
+NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # for opening: someone else's link there would decide which file is written
 SIDES = ("", "-wal", "-shm")  # the files that make up one SQLite database
 _CAN_SET_MODES = os.name == "posix"
 
@@ -126,9 +124,10 @@ _NOTHING = "-"
 
 
 def put_aside(path: Path, label: str, now: datetime) -> Path | None:
-    """``set_aside`` under a mark, so that later starts refuse too: a damaged database is never replaced by an empty one.
+    """``set_aside`` with a mark, so that later starts refuse too: a damaged database is never replaced by an empty one.
 
-    The mark exists before the rename and is empty until that is done, so that a crash in between can be distinguished from a restore.
+    The mark exists before the rename and is empty until that is done, so that a crash in between can be distinguished
+    from a restore.
     """
     _write_mark(path, "")
     kept = set_aside(path, label, now)
@@ -148,7 +147,7 @@ def is_marked_damaged(path: Path) -> bool:
 
 
 def is_aside(path: Path) -> bool:
-    """Whether the rename under the mark was done: a database that is there again was restored."""
+    """Whether the marked rename was done: if a database exists again, it was restored."""
     return bool(_mark(path).read_text(encoding="utf-8").strip())
 
 

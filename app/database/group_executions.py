@@ -1,4 +1,4 @@
-"""Starts of groups while they wait for a robot, the places that missions use, and what may still come to a robot that was given up."""
+"""Starts of groups while they wait for a robot, places in use, and requests that were given up but may still arrive."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _BOUND_BY = ("mission", "parameters", "priority", "minimum_battery_percent", "cl
 
 
 class Watch(NamedTuple):
-    """A request that was given up, or a second copy, may still come to that robot, or run there, until then."""
+    """Until then, a request that was given up, or a second copy, may still arrive at that robot or run there."""
 
     execution_id: int
     robot_id: int
@@ -34,7 +34,7 @@ class Watched(NamedTuple):
 
 
 class FullPlace(NamedTuple):
-    """A place with as many missions as may be there, and the one that came first: on which robot, and since when it runs."""
+    """A full place, and the mission that came first: its robot, and since when it runs."""
 
     name: str
     robot: str
@@ -106,7 +106,7 @@ class GroupExecutionRepository:
         return found is not None and self.full_place(c, execution) is None
 
     def may_get(self, c: sqlite3.Connection, execution: Execution) -> bool:
-        """Whether the robot that a start of a group was given to is still one that may get it."""
+        """Whether the robot of a group's start may still get it."""
         return (
             c.execute(
                 """SELECT 1 FROM current_group_members JOIN current_robots ON id = robot_id
@@ -123,8 +123,8 @@ class GroupExecutionRepository:
         return {row[0] for row in rows}
 
     def full_place(self, c: sqlite3.Connection, execution: Execution) -> FullPlace | None:
-        """One of the places that its mission uses with no room for it, and who is there; None: there is room everywhere. A start takes room
-        from when it is given to its robot, or sent, to its end."""
+        """A full place of its mission, and its occupant; None: none is full. A start counts from its assignment to a
+        robot, or from sending, to its end."""
         places = c.execute(
             """SELECT DISTINCT places.id, places.name, most FROM current_mission_places
                               JOIN current_missions AS missions ON missions.id = mission_id
@@ -156,8 +156,8 @@ class GroupExecutionRepository:
 
     @staticmethod
     def _at_place(c: sqlite3.Connection, place_id: int, but: int = 0) -> list[sqlite3.Row]:
-        """By name or by guid: a mission may be renamed, or be another one on the robot, while it is there. What a person has given to a
-        robot and waits for something else is not there yet."""
+        """By name or by guid: a mission may be renamed, or changed on the robot, in the meantime. A start that a person
+        assigned to a robot and that waits for something else does not count yet."""
         return c.execute(
             f"""
             WITH here AS (SELECT name, guid FROM current_missions WHERE name IN (

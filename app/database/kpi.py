@@ -1,6 +1,7 @@
-"""What key figures are computed from; ``app.services.history.figures`` says what they mean.
+"""Data for key figures; ``app.services.history.figures`` defines them.
 
-Instants are text as in the columns, so that a period is a range of an index. An empty robot list means none, None means all.
+Instants are text as in the columns, so that a period is a range of an index. An empty robot list means none, None means
+all.
 """
 
 from __future__ import annotations
@@ -39,8 +40,8 @@ _NOT_OF_ROBOTS = (
 
 @dataclass(frozen=True)
 class Span:
-    """Executions that ended in [start, end), of some robots or of all; ``group``: of these the ones that any robot of it could take, by
-    its name then."""
+    """Executions that ended in [start, end), of some robots or of all; ``group``: only those that any of its robots
+    could take, by its name then."""
 
     start: str
     end: str
@@ -144,7 +145,7 @@ class KpiRepository:
         return days
 
     def kept_since(self, c: sqlite3.Connection) -> str | None:
-        """When the first of the kept runs ended. Those that did not run are kept apart, and may go further back."""
+        """When the first stored run ended. Starts that did not run are stored separately, and may go further back."""
         ran = "state IN ('completed', 'failed', 'cancelled')"
         row = c.execute(
             f"""SELECT ended_at FROM executions INDEXED BY executions_by_day
@@ -181,7 +182,7 @@ class KpiRepository:
         return [tuple(row) for row in rows]
 
     def not_completed(self, c: sqlite3.Connection, span: Span, limit: int) -> list[Execution]:
-        """Those that ended in any state but completed, newest first."""
+        """Those that ended, except completed ones, newest first."""
         rows = c.execute(
             f"SELECT * FROM {_ENDED} {span.condition} AND state <> 'completed' ORDER BY ended_at DESC, id DESC LIMIT ?",
             (*span.values, limit),

@@ -11,7 +11,7 @@ from app.database.schema import APPLICATION_ID
 
 
 def migrate(connection: sqlite3.Connection, path: Path, migrations: tuple[str, ...], now: datetime) -> None:
-    """Apply what is missing, each step in one transaction with a backup of what there was before it.
+    """Apply missing steps, each in one transaction with a backup before it.
 
     Foreign keys are off during a step, so that a step may rebuild a table.
     """

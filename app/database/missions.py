@@ -43,11 +43,11 @@ class MissionRepository(Table[Mission]):
         return self.select_one(c, "WHERE name = ? AND coalesce(robot_id, 0) = ?", name, robot_id or 0)
 
     def for_robot(self, c: sqlite3.Connection, name: str, robot_id: int) -> Mission | None:
-        """What the name means on that robot: its own mission if it has one, else the one for all."""
+        """The mission with that name on that robot: its own if it has one, else the one for all."""
         return self.by_name(c, name, robot_id) or self.by_name(c, name)
 
     def with_guid(self, c: sqlite3.Connection, guid: str, robot_id: int) -> Mission | None:
-        """The mission with that guid on that robot: of several the robot's own, then one whose duration is typed."""
+        """The mission with that guid on that robot: of several, the robot's own, then one with a typed duration."""
         return self.select_one(
             c,
             """WHERE guid = ? AND (robot_id = ? OR robot_id IS NULL)
@@ -68,7 +68,8 @@ class MissionRepository(Table[Mission]):
         }
 
     def planned(self, c: sqlite3.Connection) -> dict[int, list[str]]:
-        """Guids of what schedules and idle rules start, by the robot's id; of a robot of a group all that it may be given."""
+        """Guids of missions of schedules and idle rules, by the robot's id; for a robot of a group all that it may
+        get."""
         found: dict[int, list[str]] = {}
         for robot_id, guid in c.execute("""
                 SELECT DISTINCT used.robot_id, missions.guid FROM current_missions AS missions JOIN (
@@ -91,7 +92,7 @@ class MissionParameterRepository:
     """The parameters of missions as each robot last reported them."""
 
     def get(self, c: sqlite3.Connection, robot_id: int, guid: str) -> Sequence[MissionParameter] | None:
-        """None: the robot has not said it, or what is stored can't be used."""
+        """None: the robot has not said it, or the stored value can't be used."""
         return _read(
             c.execute(
                 "SELECT parameters FROM mission_parameters WHERE robot_id = ? AND mission_guid = ?", (robot_id, guid)
@@ -105,8 +106,8 @@ class MissionParameterRepository:
         )
 
     def put(self, c: sqlite3.Connection, said: Mapping[tuple[int, str], Sequence[MissionParameter]]) -> None:
-        """By robot and guid, in the place of what was said before. Nothing is kept of a robot that has been removed, nor of a mission that
-        is not configured."""
+        """By robot and guid, replacing earlier ones. Nothing is stored for a removed robot, or for a mission that is
+        not configured."""
         c.executemany(
             """INSERT INTO mission_parameters (robot_id, mission_guid, parameters) SELECT id, ?, ? FROM robots WHERE id = ?
                          ON CONFLICT DO UPDATE SET parameters = excluded.parameters""",
@@ -153,7 +154,7 @@ class StopRepository:
         return found
 
     def keep(self, c: sqlite3.Connection, known: Mapping[str, Sequence[Stop]]) -> None:
-        """Instead of what was known of these missions; of missions that are not configured any more nothing is."""
+        """Replaces the known stops of these missions; missions that are no longer configured have none."""
         c.executemany("DELETE FROM mission_stops WHERE mission_guid = ?", [(guid,) for guid in known])
         c.executemany(
             "INSERT INTO mission_stops VALUES (?, ?, ?, ?, ?, ?, ?)",

@@ -1,4 +1,5 @@
-"""Many changes in a short transaction: they are made on a copy in memory first, while others go on writing, and then repeated."""
+"""Many changes in a short transaction: they are made on a copy in memory first, while others keep writing, and then
+repeated."""
 
 from __future__ import annotations
 
@@ -26,7 +27,7 @@ _TABLES = (
     "alarms",
     "sqlite_sequence",
 )
-# Of the executions those that no robot has yet; named as in the index of open ones, without which the whole history would be read.
+# Executions that no robot has yet; in terms of the index of open ones, without which the whole history would be read.
 _UNSENT = """executions WHERE state IN ('waiting', 'submitting', 'queued', 'executing') AND state IN ('waiting', 'submitting')"""
 _WAITING = f"SELECT id, schedule_id, robot_id, * FROM {_UNSENT}"
 # What the copy has to have in common with the database still, as a key and the rest of a row. Not what is noted while missions are started:
@@ -110,7 +111,7 @@ class Rehearsal:
         self.copy.close()
 
     def repeat(self, c: sqlite3.Connection) -> bool:
-        """Write the same, unless what it followed from has changed since: then nothing is written, and the answer is False."""
+        """Repeat the writes, unless their basis has changed since: then nothing is written, and it returns False."""
         if not (
             all(_rows(c, query) == self._before[name] for name, query in _COMPARED.items())
             and self._same_schedules(_rows(c, _SCHEDULES))

@@ -65,7 +65,8 @@ class RobotRepository(Table[Robot]):
         return added
 
     def update(self, c: sqlite3.Connection, robot: Robot) -> None:
-        """All of it, its idle rule included. What was learned of another machine (another serial number) is forgotten."""
+        """Store all of it, including its idle rule. Facts learned about another machine (another serial number) are
+        deleted."""
         c.execute(
             """DELETE FROM check_ups WHERE robot_id = ? AND left_behind IS NULL
                      AND (SELECT serial_number FROM current_robots WHERE id = robot_id) <> coalesce(?, '')""",
@@ -90,8 +91,8 @@ class RobotRepository(Table[Robot]):
         c.execute("UPDATE robots SET token = NULL WHERE id = ?", (id_,))
 
     def note_identity(self, c: sqlite3.Connection, asked: Robot, **found: str) -> bool:
-        """Store what the machine reports of itself: serial_number, model, software; identified_by. Returns whether it was stored: not
-        where ``asked`` has been edited since so that another machine may be meant. A known serial number stays."""
+        """Store the machine's own data: serial_number, model, software; identified_by. Returns whether it was stored:
+        not if ``asked`` has been edited since so that it may be another machine. A known serial number stays."""
         if unknown := found.keys() - set(_IDENTITY):
             raise ValueError(f"not part of a robot's identity: {sorted(unknown)}")
         known = {"serial_number": "coalesce(serial_number, ?)"}
@@ -113,7 +114,7 @@ class RobotRepository(Table[Robot]):
 
     # ------------------------------------------------------------------ what dispatch has to know of it
     def last_accepted(self, c: sqlite3.Connection, robot_id: int) -> Accepted | None:
-        """The newest item that it took from us; None: none yet."""
+        """The newest item that it took from the app; None: none yet."""
         row = c.execute("SELECT last_queue_id, last_token FROM current_robots WHERE id = ?", (robot_id,)).fetchone()
         return None if row is None or row[0] is None else Accepted(*row)
 
@@ -121,7 +122,7 @@ class RobotRepository(Table[Robot]):
         c.execute("UPDATE robots SET last_queue_id = ?, last_token = ? WHERE id = ?", (*accepted, robot_id))
 
     def idle_queue_id(self, c: sqlite3.Connection, robot_id: int) -> int | None:
-        """The queue item of its last idle mission, or the highest id known when that was triggered; None: it may run."""
+        """The queue item of its last idle mission, or the highest id known when that was started; None: it may run."""
         row = c.execute("SELECT idle_queue_id FROM current_robots WHERE id = ?", (robot_id,)).fetchone()
         return None if row is None else row[0]
 
@@ -160,8 +161,8 @@ class RobotRepository(Table[Robot]):
 
 @dataclass(frozen=True)
 class Hold:
-    """Nothing is sent to the robot (None: to any) until ``until`` (None: until it is released). ``since`` is when a person set it; None:
-    it is the tablet's own, because of its ``clock``, or as its data was copied from another one."""
+    """Nothing is sent to the robot (None: to any) until ``until`` (None: until it is released). ``since`` is when a
+    person set it; None: the tablet set it itself, because of its ``clock`` or of copied data."""
 
     reason: str = ""
     until: datetime | None = None

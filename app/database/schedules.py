@@ -22,7 +22,8 @@ Skip = tuple[int, datetime]  # a start left out in advance: its schedule's id an
 
 
 class Progress(NamedTuple):
-    """How far a schedule has been planned: what comes next, the last instant that got a row, and the last one to be sent (None: none)."""
+    """How far a schedule has been planned: the next instant, the last one with a row, and the last one sent (None:
+    none)."""
 
     schedule_id: int
     next_at: datetime | None
@@ -114,8 +115,8 @@ class ScheduleRepository(Table[Schedule]):
     def due(
         self, c: sqlite3.Connection, now: datetime, lately: datetime | None = None, limit: int = -1, offset: int = 0
     ) -> list[Schedule]:
-        """Enabled schedules that are due, all or so many, from an ``offset`` on: what fell due ``lately`` first, in
-        order of time; of the others those first that may still start: the newest."""
+        """Enabled schedules that are due, all or so many, from an ``offset`` on: those that fell due ``lately`` first,
+        in order of time; then the newest, which may still start."""
         since = to_optional_text(lately) or ""
         return self.select(
             c,
@@ -140,7 +141,7 @@ class ScheduleRepository(Table[Schedule]):
         planned_through: datetime,
         now: datetime,
     ) -> None:
-        """Nothing of it is from a time that is still to come any more."""
+        """It has no more rows of future times."""
         c.execute(
             "UPDATE schedules SET next_at = ?, planned_through = ?, changed_at = min(changed_at, ?) WHERE id = ?",
             (to_optional_text(next_at), to_text(planned_through), to_text(now), schedule_id),
@@ -218,7 +219,7 @@ class ScheduleRepository(Table[Schedule]):
         )
 
     def next_to_run(self, c: sqlite3.Connection, robot_id: int) -> datetime | None:
-        """The earliest next occurrence of a robot that is not left out by a pause."""
+        """The earliest next instant of a robot that is not skipped by a pause."""
         row = c.execute(
             """SELECT min(next_at) FROM current_schedules WHERE enabled = 1 AND next_at IS NOT NULL AND robot_id = ?
                            AND (paused_until IS NULL OR paused_until <= next_at)""",
@@ -254,7 +255,7 @@ class ScheduleRepository(Table[Schedule]):
         return {tuple(map(int, members.split(","))): count for members, count in rows if members}
 
     def robots_due(self, c: sqlite3.Connection, after: datetime, until: datetime) -> set[int]:
-        """Those to which what comes after one instant and not after the other may go."""
+        """Schedules with instants after the first and not after the second time."""
         rows = c.execute(
             """SELECT DISTINCT coalesce(schedules.robot_id, group_members.robot_id) FROM current_schedules AS schedules
                             LEFT JOIN current_group_members AS group_members USING (group_id)
@@ -297,9 +298,9 @@ class ScheduleRepository(Table[Schedule]):
         )
 
     def forget_skips(self, c: sqlite3.Connection, schedule_id: int, through: datetime) -> None:
-        """A robot has what was planned then: which starts up to there are left out is not asked any more."""
+        """A robot has the start of that instant: skips up to it are no longer needed."""
         c.execute("DELETE FROM skips WHERE schedule_id = ? AND planned_at <= ?", (schedule_id, to_text(through)))
 
     def pause(self, c: sqlite3.Connection, schedule_id: int, until: datetime | None) -> None:
-        """Until when occurrences are skipped; None: they are not."""
+        """Until when instants are skipped; None: no pause."""
         c.execute("UPDATE schedules SET paused_until = ? WHERE id = ?", (to_optional_text(until), schedule_id))

@@ -1,4 +1,5 @@
-"""What key figures are counted from: everything that ended, per UTC day, kept by triggers. ``schema`` has the order of the migrations."""
+"""Counts for key figures: ended executions per UTC day, updated by triggers. ``schema`` has the order of the
+migrations."""
 
 from __future__ import annotations
 

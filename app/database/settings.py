@@ -14,7 +14,9 @@ from app.domain.models import Settings
 NAMES = frozenset(field.name for field in fields(Settings))
 WRONG_PINS = "settings_pin_wrong"  # name of the row that counts the wrong PINs for Settings in a row
 DECLINED_PLACES = "declined_places"  # of the row with the guids of positions that shall not be proposed as places again
-CLOCK_CONFIRMED_AT = "clock_confirmed_at"  # of the row that says when a command called the clock right while no app ran
+CLOCK_CONFIRMED_AT = (
+    "clock_confirmed_at"  # of the row with the time when a command confirmed the clock while no app ran
+)
 
 
 class SettingsRepository:
@@ -54,7 +56,8 @@ class SettingsRepository:
         )
 
     def install_id(self, c: sqlite3.Connection) -> str:
-        """The UUID of this installation: made by the first call, which needs a writing connection; a restored backup brings it back."""
+        """The UUID of this installation: made by the first call, which needs a writing connection; restored with a
+        backup."""
         found: str | None = self.get(c, "install_id")
         if found is None:
             found = str(uuid.uuid4())
@@ -70,6 +73,6 @@ class SettingsRepository:
         self.put(c, "heartbeat", to_text(now))
 
     def restored_at(self, c: sqlite3.Connection) -> datetime | None:
-        """When a backup was last restored: what was planned before may have run although the ledger does not know."""
+        """When a backup was last restored: starts planned before may have run although the ledger does not know."""
         text = self.get(c, "restored_at")
         return None if text is None else to_instant(text)

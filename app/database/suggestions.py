@@ -1,4 +1,5 @@
-"""What suggestions rest on, and what people answered to them. Instants of the past are seconds since 1970 here: many are compared."""
+"""Data for suggestions, and people's answers to them. Past instants are seconds since 1970 here, as many are
+compared."""
 
 from __future__ import annotations
 
@@ -28,12 +29,13 @@ class PastRun(NamedTuple):
     ended: float | None
 
 
-_PLANNED = PastRun._fields.index("planned")  # None where a database from elsewhere has no instant there
+_PLANNED = PastRun._fields.index("planned")  # None if a database from elsewhere has no instant there
 
 
 @dataclass(frozen=True)
 class Answer:
-    """To a finding about a schedule, as it was then: ``late`` of ``starts``. ``option``: what was accepted."""
+    """The answer to a finding about a schedule, with its numbers then: ``late`` of ``starts``. ``option``: the accepted
+    one."""
 
     schedule_id: int
     answer: str
@@ -47,7 +49,7 @@ class Answer:
 class SuggestionRepository:
     # ------------------------------------------------------------------ the past
     def runs(self, c: sqlite3.Connection, since: datetime) -> list[PastRun]:
-        """What was planned since then and has ended, in order of time."""
+        """Ended starts planned since then, in order of time."""
         rows = c.execute(
             f"""{_RUNS} INDEXED BY executions_planned WHERE planned_at >= ? AND ended_at IS NOT NULL ORDER BY planned_at""",
             (to_text(since),),
@@ -63,7 +65,7 @@ class SuggestionRepository:
         return [PastRun(*row) for row in rows if row[_PLANNED] is not None]
 
     def activity_at(self, c: sqlite3.Connection, robot_id: int, instant: float) -> str:
-        """What a robot was seen doing then; empty: not known."""
+        """A robot's activity at that time; empty: unknown."""
         at = to_text(datetime.fromtimestamp(instant, UTC))
         row = c.execute(
             """SELECT activity, ended_at FROM activity_spans WHERE robot_id = ? AND started_at <= ?
@@ -108,7 +110,7 @@ def _seconds(column: str) -> str:
     return f"(julianday({column}) - 2440587.5) * 86400.0"
 
 
-# By the tablet's clock, as key figures count: accepted, and then what the robot says that it waited in its queue.
+# By the tablet's clock, like key figures: accepted, plus the robot's own waiting time in its queue.
 _RUNS = f"""SELECT id, coalesce(schedule_id, 0), coalesce(robot_id, 0), trigger, coalesce(reason_code, ''), mission,
                    {_seconds("planned_at")}, coalesce({_seconds("submitted_at")} + robot_delay_s, {_seconds("started_at")}),
                    {_seconds("ended_at")} FROM executions"""

@@ -1,4 +1,5 @@
-"""Whether cells hold what the app could have written: what can't be reckoned with fails at the next addition, long afterwards."""
+"""Whether cells hold values that the app could have written: impossible numbers would only fail at the next addition,
+much later."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from app.domain.activity import ACTIVITIES
 from app.domain.message import Message, message
 
 LARGEST_IN_BACKUP = 2**53  # of every number of a backup, either way: exact as a float too
-LARGEST_IN_USE = 2**62  # of those in use, which have grown since: still far from where adding fails
+LARGEST_IN_USE = 2**62  # of those in use, which have grown since: still far from an overflow
 YEARS = range(1970, 9000)  # of instants: far from where adding to one fails
 FLAGS = {
     "enabled",
@@ -42,8 +43,8 @@ def tables(c: sqlite3.Connection) -> list[str]:
 
 
 def wrong_number(c: sqlite3.Connection, table: str, largest: int, rows: str = "") -> str | None:
-    """The first column that has a larger number than that, either way, with it; a flag is 0 or 1. ``rows``: which, as a WHERE clause; all.
-    Tables are STRICT: a column of numbers has nothing else."""
+    """The first column with a number beyond that, positive or negative, and the number; a flag is 0 or 1. ``rows``: a
+    WHERE clause; default all. Tables are STRICT: a column of numbers has only numbers."""
     columns = [row[1] for row in c.execute(f"PRAGMA table_info({table})") if row[2] in ("INTEGER", "REAL")]
     ends = ", ".join(f"min({name}), max({name})" for name in columns)
     found = (
@@ -57,8 +58,8 @@ def wrong_number(c: sqlite3.Connection, table: str, largest: int, rows: str = ""
 
 
 def problem_in_backup(c: sqlite3.Connection) -> Message | None:
-    """Of a backup of any version: numbers of all tables, and what robots were seen doing. What is only counted (``ended_days``) is
-    counted again when it is restored."""
+    """For a backup of any version: numbers of all tables, and activity spans. Counts (``ended_days``) are computed
+    again at a restore."""
     for table in tables(c):
         problem = None if table == "ended_days" else wrong_number(c, table, LARGEST_IN_BACKUP)
         if problem is None and table in ("observed", "activity_days", "activity_spans"):
@@ -69,7 +70,7 @@ def problem_in_backup(c: sqlite3.Connection) -> Message | None:
 
 
 def _wrong_activity(c: sqlite3.Connection, table: str) -> str | None:
-    """The first row that no robot can have been seen with."""
+    """The first impossible activity span."""
     is_spans = table == "activity_spans"
     times = "started_at, ended_at" if is_spans else "day, day"
     for start, end, activity in c.execute(f"SELECT {times}, activity FROM {table}"):

@@ -41,7 +41,7 @@ def _plain(value: Any) -> Any:
 
 
 def from_json(text: str) -> Any:
-    return {} if text == "{}" else json.loads(text)  # most are, and most of the time of reading a row would go there
+    return {} if text == "{}" else json.loads(text)  # most are, and this would be most of the time of reading a row
 
 
 def placeholders(values: Iterable[object]) -> str:

@@ -101,7 +101,7 @@ class _WritingConnection:
         self.connection.execute("BEGIN IMMEDIATE")
 
     def _roll_back(self) -> None:
-        """What can't be rolled back now is when the next transaction begins, which fails until then."""
+        """If it can't be rolled back now, it is when the next transaction begins, which fails until then."""
         try:
             if self.connection.in_transaction:
                 self.connection.execute("ROLLBACK")
@@ -109,8 +109,9 @@ class _WritingConnection:
             log.warning("A transaction of %s could not be rolled back yet", self._path, exc_info=True)
 
     def checkpoint_when_due(self) -> None:
-        """Write the WAL back once there is enough of it. The next write begins at its head again, over blocks that the file has already:
-        that is a quarter faster than into a file that was emptied. A reader in the way is not waited for, the next time gets the rest."""
+        """Write the WAL back once there is enough of it. The next write begins at its head again, over blocks that the
+        file has already: which is a quarter faster than into an emptied file. It does not wait for readers; the next
+        time writes the rest."""
         try:
             if self._transactions >= WRITE_BACK_EVERY:
                 self._transactions = 0
@@ -190,7 +191,7 @@ class ThreadedWriter:
         if threading.current_thread() is self._thread:
             raise RuntimeError("write() inside a write: use the connection at hand")
         outcome: Future[T] = Future()
-        with self._closing:  # so that nothing is queued behind the end
+        with self._closing:  # so that nothing is queued after the end
             if self._closed:
                 raise DatabaseUnavailable("{path} is closed", path=self._path)
             self._tasks.put((work, outcome, patient))
@@ -236,7 +237,7 @@ class ThreadedWriter:
                     task[1].set_exception(DatabaseUnavailable("{path} is closed", path=self._path))
 
     def _next_tasks(self) -> list[_Task]:
-        """Wait for one, and take what else is waiting; empty at the end."""
+        """Wait for one, and take all that are waiting; empty at the end."""
         task = self._tasks.get()
         tasks: list[_Task] = []
         held_until = time.monotonic() + PATIENCE

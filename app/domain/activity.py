@@ -1,4 +1,4 @@
-"""What a robot is doing, in the few words that utilisation counts, and the spans of time for which it was seen doing it."""
+"""A robot's activity, in the few kinds that utilisation counts, and the time spans of each."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ def activity_of(status: RobotStatus) -> str:
 
 
 class SpanRecorder:
-    """Turns polls of one robot into spans. The time since the last poll counts for what the present one finds; a gap that is too long, and
-    a wall clock that was set, leave a hole."""
+    """Turns polls of one robot into spans. The time since the last poll counts as the present activity; long gaps and
+    changes of the wall clock leave a hole."""
 
     def __init__(self) -> None:
         self._span: ActivitySpan | None = None
@@ -68,7 +68,7 @@ class SpanRecorder:
         self.has_changed = True
 
     def take(self) -> Sequence[ActivitySpan]:
-        """What has to be stored: spans that ended since the last time, and the present one, which will be lengthened."""
+        """Spans to store: those that ended since the last call, and the present one, which will be extended."""
         spans = [*self._done, *([self._span] if self._span is not None and self._span.end > self._span.start else [])]
         self._done, self.has_changed = [], False
         return spans
@@ -76,9 +76,8 @@ class SpanRecorder:
 
 # ---------------------------------------------------------------------- reading them
 def without_gaps(stored: Sequence[ActivitySpan], start: datetime, end: datetime) -> list[ActivitySpan]:
-    """[start, end) from edge to edge: NO_DATA where nothing was seen, neighbours of the same kind joined.
-
-    Where spans overlap (the clock had been set back), the one that began later holds.
+    """[start, end) without gaps: NO_DATA where nothing was seen, neighbours of the same kind joined. If spans overlap
+    (the clock had been set back), the later one counts.
     """
     found: list[ActivitySpan] = []
     for span in _one_at_a_time(stored, start, end):
@@ -97,7 +96,7 @@ def _append(found: list[ActivitySpan], span: ActivitySpan) -> None:
 
 
 def _one_at_a_time(stored: Sequence[ActivitySpan], start: datetime, end: datetime) -> Iterator[ActivitySpan]:
-    """What of these spans lies in [start, end), in order, each cut where the next begins."""
+    """The parts of these spans in [start, end), in order, each cut where the next begins."""
     ordered = sorted(stored, key=itemgetter(1))
     for span, following in zip_longest(ordered, ordered[1:]):
         since, until = max(span.start, start), min(span.end, end)
@@ -131,8 +130,8 @@ def seen_seconds(by_activity: Mapping[str, float]) -> float:
 
 
 def as_drawn(spans: Sequence[ActivitySpan], columns: int) -> list[ActivitySpan]:
-    """Spans that follow each other without gaps, thinned out for a band of so many columns: in each the activity that took the most of it,
-    or "error" when there was any, which is too short to be lost."""
+    """Spans that follow each other without gaps, thinned out for a band with this many columns: each has its longest
+    activity, or "error" if there was any, as short errors must stay visible."""
     if not spans or len(spans) <= columns:
         return list(spans)
     start, width = spans[0].start, (spans[-1].end - spans[0].start) / columns

@@ -23,7 +23,7 @@ class Level(StrEnum):
 
 
 class Topic(StrEnum):
-    """What is looked at, in the order of the report. The first ones are read, those from ``ORDER`` on are tried."""
+    """Subjects of findings, in the order of the report. The first ones are read, those from ``ORDER`` on are tried."""
 
     IDENTITY = "identity"
     SOFTWARE = "software"
@@ -59,7 +59,7 @@ class Topic(StrEnum):
 
 @dataclass(frozen=True)
 class Finding:
-    """``says``: what the robot does. ``means``: what follows for scheduling, and what to do about it."""
+    """``says``: the robot's behaviour. ``means``: its meaning for scheduling, and what to do about it."""
 
     topic: Topic
     level: Level
@@ -77,24 +77,20 @@ class Rest:
 
 @dataclass(frozen=True)
 class RobotProfile:
-    """What one machine with one software was seen to do. None: not found out.
+    """The behaviour of one machine with one software. None: not found out.
 
-    Attributes:
-        serial_number, software: of the machine and what ran on it; the profile of another one says nothing.
-        has_search: whether ``POST /mission_queue/search`` exists.
-        page_limit: entries that a list has at most in one answer though more were asked for; 0: no limit was met.
-        ignores: parameters of lists without effect: whitelist, sort_by, limit, offset, filters.
-        token_field: the field of a queue item in which the description that was sent comes back; empty: in none.
-        item_states: the robot's words for states of items, each with MiR's: Pending, Executing, Abort, Done, Aborted, or ``Cancelled`` for
-            one that a person has ended.
-        cancelled_message: what the message of a cancelled item begins with, where its state is that of a failed one.
-        gives_id: whether the answer to a POST to the queue has the item's id.
-        order_status: status code of that answer.
-        timezone: IANA name of the zone of its clock; ``clock_offset``: s that it is ahead of the tablet's.
-        latency: s until an answer: fastest, median, 95th percentile, slowest. ``lost``: share of requests without an answer, 0–1.
-        rest: what it does not bear, where that was found.
-        priority_counts: whether an item of higher priority begins before an earlier one.
-        quiet_s, timeout_s: proposed from the latency: quiet time after an unknown outcome, and for a whole answer, in seconds.
+    Attributes: serial_number, software: of the machine and its software; the profile of another one is ignored.
+    has_search: whether ``POST /mission_queue/search`` exists. page_limit: most entries of a list in one answer, even if
+    more were requested; 0: no limit found. ignores: parameters of lists without effect: whitelist, sort_by, limit,
+    offset, filters. token_field: the field of a queue item in which the description that was sent comes back; empty: in
+    none. item_states: the robot's words for states of items, each with MiR's: Pending, Executing, Abort, Done, Aborted,
+    or ``Cancelled`` for one that a person has ended. cancelled_message: the beginning of a cancelled item's message, if
+    its state is that of a failed one. gives_id: whether the answer to a POST to the queue has the item's id.
+    order_status: status code of that answer. timezone: IANA name of the zone of its clock; ``clock_offset``: s that it
+    is ahead of the tablet's. latency: s until an answer: fastest, median, 95th percentile, slowest. ``lost``: share of
+    requests without an answer, 0–1. rest: the load that it does not bear, if found. priority_counts: whether an item of
+    higher priority begins before an earlier one. quiet_s, timeout_s: derived from the latency: quiet time after an
+    unknown outcome, and time-out of a whole answer, in seconds.
     """
 
     serial_number: str | None
@@ -117,7 +113,7 @@ class RobotProfile:
     timeout_s: float | None = None
 
     def is_of(self, serial_number: str | None, software: str | None) -> bool:
-        """Whether it is about this machine as it is now."""
+        """Whether it is of this machine with its present software."""
         return self.serial_number == serial_number and self.software == software
 
 
@@ -155,7 +151,7 @@ class LeftBehind:
 
 @dataclass(frozen=True)
 class Report:
-    """One check-up. ``began_at`` is aware UTC, ``took_s`` in seconds. ``mission``: what was queued; empty: nothing was."""
+    """One check-up. ``began_at`` is aware UTC, ``took_s`` in seconds. ``mission``: the queued one; empty: none."""
 
     robot: str
     address: str

@@ -1,4 +1,5 @@
-"""Why a start of a group went to that robot, or to none yet: stored as codes and numbers, shown as one sentence in any language.
+"""Why a start of a group got that robot, or none yet: stored as codes and numbers, shown as one sentence in any
+language.
 
 Nothing here ever fails, as in ``reasons``.
 """
@@ -57,7 +58,7 @@ def may_change_robot(row: Execution) -> bool:
 def chosen(
     choice: Mapping[str, Any], zone: tzinfo | str, translate: Translate = lambda text: text, whole: bool = True
 ) -> str:
-    """Of a start that was given to a robot: that one, and where it is the ``whole`` story the best of the others."""
+    """For an assigned start: its robot and, in the ``whole`` story, the best of the others."""
     robots = _robots(choice)
     if not robots:
         return ""
@@ -71,7 +72,8 @@ def chosen(
 
 
 def earlier_robots(tried: Mapping[str, Any], robot: str, translate: Translate = lambda text: text) -> str:
-    """Of a start of a group: robots that had it before and did not take it, and who has it now; empty where there were none."""
+    """For a start of a group: robots that had it before and did not take it, and its present one; empty without earlier
+    ones."""
     parts = []
     for each in tried.values():
         if not (isinstance(each, Mapping) and each.get("tries") and each.get("robot") and each["robot"] != robot):
@@ -88,8 +90,8 @@ def earlier_robots(tried: Mapping[str, Any], robot: str, translate: Translate = 
 
 
 def stuck_since(execution: Execution, snapshot: RobotSnapshot) -> datetime | None:
-    """Since when the robot does not answer that may have this start, which therefore no other robot gets; None: it isn't so, or it is not
-    sent again anyhow."""
+    """Since when the robot that may have this start is silent, so that no other robot gets it; None: no such robot, or
+    it is not sent again in any case."""
     is_silent = snapshot.connection not in (Connection.CONNECTED, Connection.SLOW, Connection.UNKNOWN)
     return snapshot.since if execution.state is State.SUBMITTING and execution.withdrawn is None and is_silent else None
 
@@ -100,7 +102,7 @@ def stuck(robot: str, since: datetime, zone: tzinfo | str, translate: Translate 
 
 
 def awaited(choice: Mapping[str, Any], zone: tzinfo | str, translate: Translate = lambda text: text) -> str:
-    """Of one that waits for a robot: what each is doing; empty when that is not known."""
+    """For one that waits for a robot: what each is doing; empty if unknown."""
     robots = _robots(choice)
     parts = [_described(robot, zone, translate) for robot in robots[:MOST_SHOWN]]
     if kept_for := choice.get("kept_for"):

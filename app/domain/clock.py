@@ -18,7 +18,7 @@ from zoneinfo import ZoneInfo, available_timezones
 
 DAY = timedelta(days=1)
 MOMENT = timedelta(microseconds=1)
-EARLIEST = datetime(2026, 1, 1, tzinfo=UTC)  # before that there was no app: a clock that shows such a time is wrong
+EARLIEST = datetime(2026, 1, 1, tzinfo=UTC)  # before the app existed: a clock with an earlier time is wrong
 
 
 class Clock(Protocol):
@@ -85,13 +85,13 @@ def use_newest_zone_data() -> None:
 
 
 def _comparable(version: str) -> tuple[str, int, str]:
-    """Less than any other where it says nothing."""
+    """Less than any other if it is missing."""
     found = _VERSION.search(version)
     return (found[1], len(found[2]), found[2]) if found else ("", 0, "")
 
 
 def _version_in(directory: Path) -> str:
-    """As the files say that come with zone data; "" where none does."""
+    """From the files with the zone data; "" if none has it."""
     for name in ("+VERSION", "tzdata.zi"):
         try:
             with (directory / name).open(encoding="ascii", errors="replace") as file:

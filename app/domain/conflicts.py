@@ -1,4 +1,4 @@
-"""What is planned badly, in words: stored as codes and numbers, shown in any language. Nothing here says anything about traffic.
+"""Conflicts of the plan, in words: stored as codes and numbers, shown in any language. Traffic is not considered.
 
 Instants in ``details`` are UTC ``datetime``. Nothing here ever fails, as in ``reasons``.
 """
@@ -17,15 +17,11 @@ from app.domain.writing import Translate
 
 
 class ConflictCode(StrEnum):
-    TOO_FEW_ROBOTS = (
-        "too_few_robots"  # at: more starts want the robots of a group than there are: group, starts, robots, until
-    )
-    PLACE_FULL = "place_full"  # at: more missions want a place than may be there: place, starts, most, until
-    PLACE_CROWDED = (
-        "place_crowded"  # at: an hour in which a place is wanted for most of the time: place, percent, until
-    )
+    TOO_FEW_ROBOTS = "too_few_robots"  # at: more starts than robots of a group: group, starts, robots, until
+    PLACE_FULL = "place_full"  # at: more missions than a place takes: place, starts, most, until
+    PLACE_CROWDED = "place_crowded"  # at: an hour in which a place is in use most of the time: place, percent, until
     CRITICAL_BEHIND = (
-        "critical_behind"  # at: nine times of ten a run still goes on when one that matters more is planned there:
+        "critical_behind"  # at: in nine of ten cases a run has not ended when a more important one is planned there:
     )
     # mission, behind (the other), robot, start (of the other)
     FINISH_BY_SHORT = "finish_by_short"  # it usually takes longer than it is given: mission, minutes, usual_minutes

@@ -8,7 +8,8 @@ Z_95 = 1.959964  # standard normal, two-sided 95 %
 
 
 def wilson(successes: int, cases: int, z: float = Z_95) -> tuple[float, float] | None:
-    """The score interval (Wilson 1927) of a share, both ends 0–1, as wide as ``z`` of the standard normal says; None without cases."""
+    """The score interval (Wilson 1927) of a share, both ends 0–1, for ``z`` of the standard normal; None without
+    cases."""
     if cases <= 0:
         return None
     share, z2 = successes / cases, z**2

@@ -1,7 +1,8 @@
 """A limit for JSON of unknown origin, checked before it is parsed.
 
-The parser makes everything between the ends of two objects in one go while no other thread runs: a second for 8 MiB of empty lists or for
-the keys of one object. At the end of each object it calls Python code, where other threads get their turn.
+The parser builds everything between the ends of two objects without letting another thread run: a second for 8 MiB of
+empty lists or for the keys of one object. At the end of each object it calls Python code, where other threads get their
+turn.
 """
 
 from __future__ import annotations
@@ -31,5 +32,5 @@ def has_too_many_parts(content: bytes) -> bool:
 
 
 def _parts(content: bytes) -> int:
-    """At least as many as there are, as each needs a separator or begins something; those inside strings are counted, too."""
+    """An upper bound, as each needs a separator or an opening sign; those inside strings count too."""
     return content.count(b",") + content.count(b"[") + content.count(b"{")

@@ -14,14 +14,12 @@ from typing import Any, TypeGuard
 from app.domain import names
 
 Message = str | Mapping[str, Any]
-LONGEST = 10_000  # characters of a sentence; what is stored may be hostile, and each part of it stand in another one many times
-_PLACEHOLDERS = re.compile(
-    r"(?:[^{}]++|\{\w*(?:!r|:\.[0-9]f)?\}|\{\{|\}\})*+"
-)  # none with a width, which may be that of the memory
+LONGEST = 10_000  # characters of a sentence; stored ones may be hostile, with parts nested many times
+_PLACEHOLDERS = re.compile(r"(?:[^{}]++|\{\w*(?:!r|:\.[0-9]f)?\}|\{\{|\}\})*+")  # without a width, which may be huge
 
 
 class _Params(dict[str, Any]):
-    """Values of the placeholders; a missing one is left as it is written instead of raising KeyError."""
+    """Values of the placeholders; a missing one stays as written instead of raising KeyError."""
 
     def __missing__(self, key: str) -> str:
         return "?"
@@ -33,7 +31,7 @@ def message(msgid: str, /, **params: object) -> dict[str, Any]:
 
 
 def message_of(error: BaseException) -> Message:
-    """The message of an exception: its ``message`` where it is one of this app's, else its text."""
+    """The message of an exception: its ``message`` if it is one of this app's, else its text."""
     own = getattr(error, "message", None)
     return own if is_message(own) else str(error)
 

@@ -64,7 +64,7 @@ class ReasonCode(StrEnum):
     WRONG_ROBOT = "wrong_robot"
     VANISHED = "vanished"
     UNKNOWN_OUTCOME = "unknown_outcome"
-    NO_ROBOT = "no_robot"  # none of the group could be asked until the window was over
+    NO_ROBOT = "no_robot"  # none of the group could be asked before the window closed
     USER_CANCELLED = "user_cancelled"
     QUEUE_CLEARED = "queue_cleared"
     SCHEDULE_CHANGED = "schedule_changed"
@@ -137,7 +137,7 @@ class Wait(StrEnum):
     CLOCK = "clock"
     ROBOT = "robot"  # of a group: none is free yet
     PLACE = "place"  # as many missions as may be are at a place that it uses
-    ELSEWHERE = "elsewhere"  # a robot may have it though a restored backup does not say so: all are asked
+    ELSEWHERE = "elsewhere"  # a robot may have it although a restored backup does not know: all are asked
 
 
 class Overlap(StrEnum):
@@ -149,7 +149,8 @@ class Overlap(StrEnum):
 
 
 class HandOver(StrEnum):
-    """When a start that is due goes to a robot: into its queue at once, or as soon as it is free, so that until then the order is ours."""
+    """When a due start goes to a robot: into its queue at once, or as soon as it is free, so that the app decides the
+    order until then."""
 
     AT_ONCE = "at_once"
     WHEN_FREE = "when_free"
@@ -186,7 +187,7 @@ class Robot:
 
     @property
     def known(self) -> RobotProfile | None:
-        """Its profile, where that is of this machine with this software. None: nothing may be relied on."""
+        """Its profile, if that is of this machine with this software. None: nothing is known for certain."""
         return (
             self.profile if self.profile is not None and self.profile.is_of(self.serial_number, self.software) else None
         )
@@ -209,7 +210,7 @@ class Group:
 
 @dataclass(frozen=True)
 class Place:
-    """Where at most so many missions of this app may be at a time. ``missions``: ids of those that use it."""
+    """A location for at most ``most`` missions of this app at a time. ``missions``: ids of those that use it."""
 
     name: str
     most: int
@@ -266,7 +267,7 @@ class Schedule:
     priority: int = 0
     parameters: Mapping[str, Any] = field(default_factory=dict)
     changed_at: datetime | None = None  # instants up to here write no row
-    next_at: datetime | None = None  # next occurrence, UTC; None when none is left or it is switched off
+    next_at: datetime | None = None  # next instant, UTC; None without more, or if it is switched off
     paused_until: datetime | None = None  # occurrences before it are skipped
     planned_through: datetime | None = None  # instants up to here have their rows, or had them
     started_through: datetime | None = None  # the newest instant that was begun
@@ -278,8 +279,8 @@ class Schedule:
 
 @dataclass(frozen=True)
 class DurationEstimate:
-    """How long a mission takes on a robot, in seconds: median and 90th percentile of the latest runs; or what a person typed, which is both
-    and rests on no runs."""
+    """How long a mission takes on a robot, in seconds: median and 90th percentile of the latest runs; or a typed value
+    for both, without runs."""
 
     median_s: float
     slow_s: float
@@ -292,7 +293,7 @@ class DurationEstimate:
 
     @property
     def quick_s(self) -> float:
-        """What nine of ten runs took at least; 0 where none was measured."""
+        """The time that nine of ten runs exceeded; 0 if none was measured."""
         return self.samples_s[self.runs - math.ceil(0.9 * self.runs)] if self.samples_s else 0.0
 
     def share_over(self, seconds: float) -> float:
@@ -330,14 +331,14 @@ class Execution:
     queue_floor: int | None = None  # highest queue id of the robot known before the last attempt
     queue_id: int | None = None
     cancel_code: ReasonCode | None = None  # asked for by the operator, not yet confirmed by the robot
-    withdrawn: Reason | None = None  # why it must not be sent (again), though what is on the robot goes on
-    held: bool = False  # by a person: not sent until it is released, nor after its window
+    withdrawn: Reason | None = None  # why it must not be sent (again), though an item on the robot continues
+    held: bool = False  # by a person: not sent before it is released, and not after its window
     group_id: int | None = None
     robot_group: str = ""  # its name then
     finish_by: datetime | None = None  # one of a group that can't be done by then is not sent
     bound_at: datetime | None = None  # when its robot was chosen
     choice: Mapping[str, Any] = field(default_factory=dict)  # why that robot, or why none yet: codes and numbers
-    tried: Mapping[str, Any] = field(default_factory=dict)  # by a robot's id: what became of it there
+    tried: Mapping[str, Any] = field(default_factory=dict)  # by a robot's id: its outcome there
     robot_address: str | None = None  # where it was sent to, and the serial number of the machine there
     robot_serial: str | None = None
     submitted_at: datetime | None = None
@@ -345,23 +346,23 @@ class Execution:
     ended_at: datetime | None = None
     duration_s: float | None = None  # by the robot's own clock
     robot_delay_s: float | None = None  # robot's started − ordered
-    starts: int = 1  # that the row stands for: those that one absence cost a schedule are one row, of the last of them
+    starts: int = 1  # in this row: those that a schedule missed in one absence are one row, that of the last
 
     @property
     def was_never_sent(self) -> bool:
-        """Whether certainly nothing of it has been on any robot: tries that found none, or were refused, leave no floor."""
+        """Whether it certainly was never on a robot: tries that found none, or were refused, leave no floor."""
         return self.attempts == 0 or (
             self.queue_floor is None and all(each.get("floor") is None for each in self.tried.values())
         )
 
     @property
     def label(self) -> str:
-        """What it is called on the robot: by its schedule, else by its mission."""
+        """Its name on the robot: its schedule's, else its mission's."""
         return self.schedule or self.mission
 
     @property
     def own_name(self) -> str:
-        """Its schedule's, where a person typed it; "" where it was generated: that says what it does where."""
+        """Its schedule's typed name; "" for a generated one, which only repeats mission and robot."""
         return names.own_schedule_name(self.schedule, self.mission, self.robot_group or self.robot)
 
 
@@ -388,10 +389,10 @@ class RobotSnapshot:
     connection: Connection = Connection.UNKNOWN
     status: RobotStatus | None = None
     read_at: datetime | None = None  # of status
-    queue: tuple[QueueItem, ...] = ()  # running first, then pending in order; also those of others
+    queue: tuple[QueueItem, ...] = ()  # running first, then pending in order; including those of others
     queue_read_at: datetime | None = None
     since: datetime | None = None  # of this connection state
-    problem: Message = ""  # what the last failure says, empty when it answers
+    problem: Message = ""  # the last failure, empty if it answers
 
 
 THEMES = ("light", "dark", "contrast")
@@ -432,7 +433,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class DayException:
-    """Days on which the weekly rule of working days does not hold: closed ones, or extra working days. Both ends are included."""
+    """Exceptions to the weekly working days: closed days, or extra working days. Both ends are included."""
 
     name: str
     first_day: date
@@ -456,7 +457,7 @@ class Alarm:
     """Something a person should know, after ISA-18.2: one alarm per (code, key), counted when it repeats."""
 
     code: str  # e.g. "app_was_off", "duplicate_healed"; app.services.live.alarms has the list
-    key: str  # what it is about, e.g. "robot:3"; with code the identity
+    key: str  # its object, e.g. "robot:3"; with code the identity
     priority: Priority
     raised_at: datetime
     details: Mapping[str, Any] = field(default_factory=dict)

@@ -1,8 +1,8 @@
-"""Characters that a name may have: visible ones. Invisible characters and those that change the direction of writing would make two
-different names look alike; marks heaped on one letter would be drawn over the next letters.
+"""Characters that a name may have: visible ones. Invisible characters and those that change the direction of writing
+would make two different names look alike; many marks on one letter would be drawn over the next letters.
 
-Categories are Unicode's (UAX 44). The joiners of UAX 31, section 2.3, stay where a script writes with them: inside a word of Arabic or
-Indic letters, inside an emoji.
+Categories are Unicode's (UAX 44). The joiners of UAX 31, section 2.3, stay in scripts that use them: inside a word of
+Arabic or Indic letters, inside an emoji.
 """
 
 from __future__ import annotations
@@ -43,12 +43,13 @@ def has_visible(text: str) -> bool:
 
 
 def is_mark(character: str) -> bool:
-    """Whether it is seen on the letter before it, such as an accent."""
+    """Whether it is drawn on the previous letter, such as an accent."""
     return unicodedata.category(character) in _MARKS and character not in _RARE
 
 
 def cleaned(text: str, longest: int = LONGEST) -> str:
-    """A valid name made of a text from a robot or a file: on one line, cut to the longest a name may be; "" when nothing is left."""
+    """A valid name made of a text from a robot or a file: on one line, cut to the longest allowed; "" if nothing is
+    left."""
     line = " ".join("".join(" " if unicodedata.category(c) in ("Cc", "Zl", "Zp") else c for c in text).split())
     name = visible(normal(visible(line)))[:longest].rstrip().rstrip("".join(_JOINERS))
     return name if has_visible(name) else ""
@@ -69,7 +70,7 @@ def of_file(name: str) -> str:
 
 
 def generated(mission: str, robot: str) -> Iterator[str]:
-    """ "<mission> on <robot>", then the same with 2, 3 … behind it; never longer than a name may be."""
+    """ "<mission> on <robot>", then the same with 2, 3 … at the end; never longer than allowed."""
     return (_generated(mission, robot, number) for number in count(1))
 
 

@@ -80,7 +80,7 @@ def _is_guid(entered: Any) -> bool:
 
 
 def missing(parameters: Sequence[MissionParameter]) -> list[str]:
-    """What people call those that have to be given, as they have no default that can be used."""
+    """Labels of required parameters, which have no usable default."""
     return [parameter.label or parameter.name for parameter in parameters if not _has_default(parameter)]
 
 

@@ -1,4 +1,5 @@
-"""Why an execution ended as it did, or waits: stored as a code and numbers, shown as one sentence. docs/interfaces.md lists the codes.
+"""The reason for an execution's end or wait: stored as a code and values, shown as one sentence. docs/interfaces.md
+lists the codes.
 
 Nothing here ever fails: a row of an older version, or one whose details are missing or odd, still gets a sentence.
 """
@@ -20,7 +21,7 @@ from app.domain.writing import Translate
 
 Template = tuple[tuple[str, ...], str]  # the details it needs, and the English text
 
-# The first template whose details are known is taken; the last one of each code needs none.
+# The first template with known details is used; the last one of each code needs none.
 _TEMPLATES: Mapping[ReasonCode, Sequence[Template]] = MappingProxyType(
     {
         ReasonCode.ROBOT_ABORTED: (
@@ -202,7 +203,7 @@ def codes_with(text: str, translate: Translate = lambda text: text) -> tuple[Rea
 
 
 def to_store(reason: Reason) -> dict[str, Any]:
-    """For the details of something else; ``stored_sentence`` makes the sentence of it."""
+    """To store in the details of something else; ``stored_sentence`` makes its sentence."""
     return {"code": str(reason.code), "details": dict(reason.details)}
 
 
@@ -222,7 +223,7 @@ def stored_sentence(stored: Mapping[str, Any], zone: tzinfo | str, translate: Tr
 def waiting_sentence(
     execution: Execution, zone: tzinfo | str | None = None, translate: Translate = lambda text: text
 ) -> str:
-    """What an open execution waits for, in its own zone unless another is given; empty for one that has ended."""
+    """What an open execution waits for, in its own zone unless another is given; empty for an ended one."""
     if execution.state is State.WAITING:
         details = {**execution.wait_details, "attempts": execution.attempts, "closes_at": execution.closes_at}
         return _filled_in(_WAITS[execution.wait], details, zone or execution.timezone, translate)
@@ -285,7 +286,8 @@ def _instants(details: Mapping[str, Any], zone: tzinfo) -> dict[str, datetime]:
 
 
 def _text(value: object, translate: Translate) -> str:
-    """Numbers as the language writes them, without needless decimals, texts on one line; empty when there is nothing to show."""
+    """Numbers as the language writes them, without needless decimals, texts on one line; empty if there is nothing to
+    show."""
     if value is None or isinstance(value, bool):
         return ""
     if isinstance(value, float):
@@ -295,7 +297,7 @@ def _text(value: object, translate: Translate) -> str:
 
 
 def instant_of(value: object, zone: tzinfo) -> datetime | None:
-    """In that zone; None where it says none."""
+    """In that zone; None without an instant."""
     try:
         instant = value if isinstance(value, datetime) else datetime.fromisoformat(str(value))
         return instant.astimezone(zone) if instant.tzinfo else None

@@ -1,7 +1,8 @@
-"""What a robot answers, as frozen values. Everything that is null or missing with some software versions is Optional.
+"""A robot's answers as frozen values. Everything that is null or missing with some software versions is Optional.
 
-Texts are cleaned (no control characters, at most 500 characters) and the robot's templates are resolved in them. Instants of the
-robot are naive times of its own clock, which may be wrong: only differences between instants of one item mean anything.
+Texts are cleaned (no control characters, at most 500 characters) and the robot's templates are resolved in them.
+Instants of the robot are naive times of its own clock, which may be wrong: only differences between instants of one
+item mean anything.
 """
 
 from __future__ import annotations
@@ -107,7 +108,8 @@ class RobotStatus:
         )
 
     def has_booted_since(self, uptime_s: float | None) -> bool:
-        """``uptime_s``: how long it had been on before; where that, or how long it is on now, is not known, no boot is seen."""
+        """``uptime_s``: how long it had been on before; if that or the present value is unknown, no boot is
+        detected."""
         return uptime_s is not None and self.uptime_s is not None and self.uptime_s < uptime_s
 
 
@@ -205,7 +207,7 @@ class IdentifiedBy(StrEnum):
 
     SERIAL_NUMBER = "serial_number"  # in its status, which needs no credentials
     CERTIFICATE = "certificate"  # of HTTPS
-    ADDRESS = "address"  # nothing else: it gives no status without credentials, or no serial number
+    ADDRESS = "address"  # only the address: it gives no status without credentials, or no serial number
 
 
 @dataclass(frozen=True)
@@ -239,7 +241,7 @@ class Spot(NamedTuple):
 
 
 def straight_way(here: Spot | None, there: Spot | None) -> float | None:
-    """Metres; None where one of them is not known, they are on different maps, or it can't be."""
+    """Metres; None if one of them is unknown, they are on different maps, or it is impossible."""
     if here is None or there is None or here.map_id != there.map_id:
         return None
     metres = math.hypot(here.x - there.x, here.y - there.y)
@@ -248,8 +250,8 @@ def straight_way(here: Spot | None, there: Spot | None) -> float | None:
 
 @dataclass(frozen=True)
 class Stop:
-    """A position that a mission drives to, by its guid, which is empty where the mission drives to something else: a position that is asked
-    for when it is queued, or coordinates. Without a ``name`` it is the entry of a marker or charger, where no robot stays, or not known."""
+    """A position that a mission drives to, by its guid, which is empty for other goals: a parameter, or coordinates.
+    Without a ``name`` it is unknown, or the entry of a marker or charger, where no robot stays."""
 
     position: str = ""
     name: str = ""
@@ -296,7 +298,7 @@ LONGEST_PROBLEMS = 280  # characters, so that the number of the others fits into
 
 
 def problems_in_words(problems: Sequence[RobotProblem]) -> Message:
-    """The first different ones, each with its code, and how many more there are; empty when nothing is said of any."""
+    """The first different ones, each with its code, and the number of others; empty without texts."""
     found = list(dict.fromkeys(filter(None, map(_described, problems))))
     shown = found[:MOST_PROBLEMS]
     while len(shown) > 1 and len("; ".join(shown)) > LONGEST_PROBLEMS:

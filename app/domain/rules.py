@@ -1,4 +1,5 @@
-"""Pure decisions about one execution: what it begins with, what holds it, when it is tried again, and what it ends as. No I/O, no clock."""
+"""Pure decisions about one execution: its first columns, what blocks it, when it is tried again, and its end. No I/O,
+no clock."""
 
 from __future__ import annotations
 
@@ -29,7 +30,9 @@ LATE_START_HOLD = timedelta(seconds=30)
 # of a late start that may have run: listed if it has not
 LISTED_LATER: Mapping[str, Any] = MappingProxyType({"late": True})
 LONGEST_QUIET = 600.0  # s, the limit for measured values
-INTENT_LEAD = timedelta(milliseconds=250)  # before its instant an intent is on disk, so that then only the POST remains
+INTENT_LEAD = timedelta(
+    milliseconds=250
+)  # the intent is on disk this long before its instant, so that then only the POST remains
 
 
 def closes_at(planned_at: datetime, window_minutes: int | None, settings: Settings) -> datetime:
@@ -148,14 +151,14 @@ def excluded_robot(robot: str, now: datetime) -> dict[str, Any]:
 
 
 def is_excluded(tried: Mapping[str, Any], robot_id: int) -> bool:
-    """Whether it is such a robot: nothing was tried there."""
+    """Whether nothing was tried on that robot."""
     there = tried.get(str(robot_id), {})
     return bool(there.get("is_for_good")) and not there.get("tries")
 
 
 def may_try_again(tried: Mapping[str, Any]) -> dict[str, Any]:
-    """What became of a start of a group on its robots, where they may be asked again: it is another mission now. What may be found there
-    stays."""
+    """The outcomes of a group's start on its robots, reset so that they may be asked again, as its mission has changed.
+    Possible items there stay recorded."""
     return {
         robot_id: {**each, "is_for_good": False, "until": each.get("at", each["until"])}
         for robot_id, each in tried.items()
@@ -168,7 +171,8 @@ def in_dispatch_order(executions: Iterable[Execution]) -> list[Execution]:
 
 
 def quiet_seconds(settings: Settings, *robots: Robot) -> float:
-    """For how long a request whose outcome is unknown may still arrive: as set, or longer where one of the robots was seen to be slow."""
+    """How long a request with unknown outcome may still arrive: as set, or longer if one of the robots was measured to
+    be slow."""
     measured = [robot.known.quiet_s for robot in robots if robot.known is not None and robot.known.quiet_s is not None]
     return max(settings.unknown_outcome_quiet_seconds, min(max(measured, default=0.0), LONGEST_QUIET))
 
@@ -184,7 +188,7 @@ def battery_allows(battery: float | None, minimum: float | None) -> bool:
 
 
 def after_failed_attempt(execution: Execution, settings: Settings, problem: Message) -> Reason | None:
-    """The end of an execution whose attempt has just failed, or None when it is tried again."""
+    """The end of an execution whose attempt has just failed, or None if it is tried again."""
     if execution.attempts > settings.retry_limit:
         return Reason(ReasonCode.RETRY_LIMIT, {"attempts": execution.attempts, "problem": problem})
     return None

@@ -11,7 +11,7 @@ Translate = Callable[[str], str]
 
 
 class Dashes(dict[str, Any]):
-    """What is filled into a sentence: a dash for what is not known."""
+    """The value in a sentence: a dash if unknown."""
 
     def __missing__(self, key: str) -> str:
         return "–"

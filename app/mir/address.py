@@ -1,4 +1,4 @@
-"""Where a robot answers: checked and normalised once, when it is entered."""
+"""A robot's address: checked and normalised once, when it is entered."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Address:
 
     @property
     def netloc(self) -> str:
-        """Host and, when it is not the scheme's own, port: what people know a robot's address as."""
+        """Host and, if it is not the scheme's default, port: a robot's address as people know it."""
         host = f"[{self.host}]" if ":" in self.host else self.host
         return host if self.port == DEFAULT_PORTS[self.scheme] else f"{host}:{self.port}"
 
@@ -70,7 +70,8 @@ class Address:
 
 @functools.lru_cache(1024)
 def machine(text: str) -> tuple[str, int | None]:
-    """What two addresses of one machine have in common: the host, and its port where that isn't one of a scheme. Raises InvalidAddress."""
+    """The common part of two addresses of one machine: the host, and its port if that isn't a scheme's default. Raises
+    InvalidAddress."""
     address = Address.parse(text)
     return address.host, None if address.port in DEFAULT_PORTS.values() else address.port
 

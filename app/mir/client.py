@@ -1,7 +1,8 @@
 """One MiR robot over its REST API v2.0.0.
 
-A client is used by one thread at a time: its robot's worker, or one action of the operator. Every call raises RobotError and
-nothing else; ``error.delivery`` says what a failed one may have done. Calls that change something are never repeated here.
+A client is used by one thread at a time: its robot's worker, or one action of the operator. Every call raises only
+RobotError; ``error.delivery`` says what a failed one may have done. Calls that change something are never repeated
+here.
 """
 
 from __future__ import annotations
@@ -43,13 +44,13 @@ from app.mir.transport import API, OF_ALL, OF_STATUS, Response
 from app.mir.verified_requests import LARGEST_OBJECT, VerifiedRequests
 
 MOST_MISSIONS = 2000  # sites have tens to hundreds
-LARGEST_MISSIONS = 1024 * 1024  # bytes of their list, three times what so many need
+LARGEST_MISSIONS = 1024 * 1024  # bytes of their list, three times the need of this number
 
 T = TypeVar("T")
 
 
 class RobotClient(VerifiedRequests):
-    """What the app asks of a robot, and orders there."""
+    """The app's requests and commands to a robot."""
 
     @functools.cached_property
     def _queue(self) -> QueueReader:
@@ -63,7 +64,8 @@ class RobotClient(VerifiedRequests):
 
     # ------------------------------------------------------------------ who it is
     def identify(self) -> Identity:
-        """Status, and who we are to the robot, so that a wrong password shows (Unauthorized); the software version where known."""
+        """Status, and the app's user at the robot, to detect a wrong password (Unauthorized); the software version if
+        known."""
         status = self.status()
         try:
             user = self._get("/users/me", lambda found: clean(parse.single(found, message("the user")).get("name"), 80))
@@ -98,8 +100,8 @@ class RobotClient(VerifiedRequests):
         return self._get(f"/missions/{_segment(guid)}", parse.mission_detail)
 
     def parameters(self, guid: str) -> list[MissionParameter] | None:
-        """What has to be given when this mission is queued; [] for most missions. None: the robot does not say. Raises Rejected with
-        status 404 when it has no such mission."""
+        """Parameters required when this mission is queued; [] for most missions. None: the robot does not say. Raises
+        Rejected with status 404 when it has no such mission."""
         mission = self.mission(guid)
         if mission.has_user_parameters is False:
             return []
@@ -138,11 +140,9 @@ class RobotClient(VerifiedRequests):
         parameters: Mapping[str, Any] | None = None,
         is_wanted: Callable[[], bool] = lambda: True,
     ) -> int:
-        """Put a mission at the end of the robot's queue; returns the id of its item. Only 201, or what the robot is known to answer, counts
-        as accepted; without an integer id that raises Unnumbered.
-
-        ``is_wanted`` is asked when the connection stands: the tablet may have slept before that. If not, raises NotWanted, and nothing was
-        sent.
+        """Put a mission at the end of the robot's queue; returns the id of its item. Only 201, or the robot's known
+        status, counts as accepted; without an integer id it raises Unnumbered. ``is_wanted`` is called when the
+        connection is open, as the tablet may have slept before: if not, raises NotWanted, and nothing was sent.
         """
         try:
             body = robot_vocabulary.order(mission_guid, description, text, priority, parameters or {})
@@ -176,15 +176,15 @@ class RobotClient(VerifiedRequests):
     def items_after(
         self, id_floor: int, known: dict[int, QueueItem | None] | None = None, highest: int = 0
     ) -> list[QueueItem]:
-        """Every item with a higher id, by ascending id. All of them, or it raises: "not there" is a reason to send again.
-
-        ``known``: items (None: not there) that need not be read one by one; those that were are added to it, so that of many the next call
-        reads more. ``highest``: an id that is there, below which nothing ends.
+        """Every item with a higher id, by ascending id. Returns all of them or raises, as a missing item is a reason to
+        send again. ``known``: items (None: missing) that need not be read one by one; newly read ones are added to it,
+        so that the next call continues. ``highest``: an existing id, below which the reading must not stop.
         """
         return self._queue.items_after(id_floor, known, highest)
 
     def highest_queue_id(self) -> int | None:
-        """Highest id in the queue's history; where the robot can't sort, perhaps a lower one, which is safe to search from. None: empty."""
+        """Highest id in the queue's history; if the robot can't sort, perhaps a lower one, which is safe to search
+        from. None: empty."""
         return self._queue.highest_id()
 
     def cancel(self, queue_id: int) -> None:
@@ -197,11 +197,12 @@ class RobotClient(VerifiedRequests):
 
     # ------------------------------------------------------------------ the robot
     def set_state(self, state: RobotState) -> RobotStatus | None:
-        """READY: go on; PAUSE: pause what runs and hold the queue. Returns the status afterwards, where the robot gives it."""
+        """READY: continue; PAUSE: pause the running mission and hold the queue. Returns the new status, if the robot
+        gives it."""
         return self._put_status({"state_id": int(state)})
 
     def clear_error(self) -> RobotStatus | None:
-        """Clear resettable errors. The robot is in Pause then and does not move; ``set_state(READY)`` makes it go on."""
+        """Clear resettable errors. The robot is then in Pause and does not move; ``set_state(READY)`` continues."""
         return self._put_status({"clear_error": True})
 
     def answer_prompt(self, guid: str, answer: str) -> RobotStatus | None:
@@ -213,7 +214,7 @@ class RobotClient(VerifiedRequests):
         return self._get(f"/maps/{_segment(map_id)}", parse.robot_map, largest=None)
 
     def positions(self, map_id: str | None = None) -> list[MapPosition]:
-        """Named places, of one map or of all. Coordinates come along where the robot knows the whitelist."""
+        """Named places, of one map or of all. With coordinates if the robot supports the whitelist."""
         path = f"/maps/{_segment(map_id)}/positions" if map_id else "/positions"
         return self._get(
             path,

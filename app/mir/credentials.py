@@ -1,5 +1,5 @@
-"""The robot's credential. MiR wants ``Basic base64(user:hex sha256(password))``: with that header value no password is needed, so it is
-a secret like one."""
+"""The robot's credential. MiR wants ``Basic base64(user:hex sha256(password))``: that header value works without the
+password, so it is as secret as one."""
 
 from __future__ import annotations
 
@@ -57,8 +57,9 @@ class Token:
 
 
 def token_for(robot: Robot, password: str | None, stored: Robot | None) -> str | None:
-    """What may be sent to ``robot`` as it is entered now, addresses in normal form: the token of the password or, without one, that of the
-    stored robot; None where that belongs to another user, address, certificate or serial number. The only place where this is decided.
+    """The token that may be sent to ``robot`` as entered now, with normalised addresses: that of the password or,
+    without one, that of the stored robot; None if that belongs to another user, address, certificate or serial number.
+    The only place where this is decided.
 
     Raises InvalidInput for a user name that can't be one.
     """
@@ -68,7 +69,7 @@ def token_for(robot: Robot, password: str | None, stored: Robot | None) -> str |
 
 
 def is_same_endpoint(robot: Robot, stored: Robot) -> bool:
-    """Whether the credentials of the one are those of the other. A serial number that only now becomes known changes nothing."""
+    """Whether the credentials of one are valid for the other. A newly known serial number makes no difference."""
     return (robot.username, robot.address, robot.certificate_sha256) == (
         stored.username,
         stored.address,

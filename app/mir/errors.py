@@ -1,8 +1,9 @@
-"""What can go wrong between the app and a robot, as one tree of exceptions.
+"""Errors between the app and a robot, as one tree of exceptions.
 
-For a request that changes something, ``error.delivery`` says what is known about its effect; the dispatcher decides by it alone.
-Every error has a ``code``, the ``msgid`` of its English sentence and the ``params`` of that sentence, so that a screen can translate
-it: ``render(error.message, _)``. No error carries a secret: neither the token nor a header of the request.
+For a request that changes something, ``error.delivery`` says what is known about its effect; dispatch decides only by
+it. Every error has a ``code``, the ``msgid`` of its English sentence and the ``params`` of that sentence, so that a
+screen can translate it: ``render(error.message, _)``. No error carries a secret: neither the token nor a header of the
+request.
 """
 
 from __future__ import annotations
@@ -17,9 +18,9 @@ from app.domain.message import Message, message, render
 class Delivery(Enum):
     """What a failed request may have done on the robot."""
 
-    NOT_SENT = "not_sent"  # no byte of it left: trying again is safe
+    NOT_SENT = "not_sent"  # no byte of it was sent: trying again is safe
     REFUSED = "refused"  # the robot read it and said no
-    UNKNOWN = "unknown"  # it may have been carried out, or may be yet
+    UNKNOWN = "unknown"  # it may have been carried out, or may still be
 
 
 SENTENCES: Mapping[str, str] = {
@@ -77,7 +78,7 @@ class RobotError(Exception):
 
     @property
     def text(self) -> str:
-        """One English sentence: what is wrong and, where it can be said, what to mend. Begins small, has no full stop."""
+        """One English sentence: the problem and, if possible, its remedy. Begins in lower case, without a full stop."""
         return render(self.message)
 
     @property
@@ -94,7 +95,7 @@ class RobotError(Exception):
         return self
 
     def unsent(self) -> Self:
-        """The same error, as what kept another request from being sent."""
+        """The same error as the reason why another request was not sent."""
         self.delivery = Delivery.NOT_SENT
         return self
 
@@ -112,7 +113,7 @@ class Unreachable(RobotError):
 
 
 class NotWanted(RobotError):
-    """What was to be sent was too late, or not wanted any more, when the connection stood, so nothing was sent."""
+    """The request was too late, or no longer wanted, when the connection was open, so nothing was sent."""
 
     code = "not_wanted"
     delivery = Delivery.NOT_SENT

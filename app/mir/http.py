@@ -52,7 +52,7 @@ from app.mir.errors import (
 from app.mir.transport import API, Response, Timeouts
 
 LONGEST_BODY, MOST_PARTS = 8 << 20, 20_000  # with the head and the sizes of its parts
-SMALLEST_READ = 256  # bytes as which a smaller one counts, so that there can't be millions of them
+SMALLEST_READ = 256  # least bytes counted for one, so that there can't be millions of them
 LONGEST_HEAD = (
     16 * 1024
 )  # with interim answers and the begin of the body; what email.message takes for one grows with its square
@@ -140,7 +140,7 @@ class RobotConnection(HTTPConnection):
     """Carries one request at a time; takes the place of a pool of connections in an adapter of requests."""
 
     sock: Any
-    place: Any = None  # where it was connected last, as ``resolve`` gives it: a name may mean another machine each time
+    place: Any = None  # its last address from ``resolve``: a name may resolve to another machine each time
 
     def begin(self, timeouts: Timeouts, is_wanted: Callable[[], bool] | None = None, only: Any = None) -> None:
         """A new request; its time counts from now. Connects again if the robot has hung up since: to the address
@@ -225,7 +225,7 @@ class TlsConnection(RobotConnection, HTTPSConnection):
 
     @property
     def is_connected(self) -> bool:
-        """Not with a rest of the last answer either, which may be decrypted already."""
+        """Nor with a rest of the last answer, which may already be decrypted."""
         return super().is_connected and not self.sock.pending()
 
 
@@ -301,7 +301,7 @@ class HttpTransport:
             parts = list(itertools.islice(answer.raw.stream(1 << 16, decode_content=False), MOST_PARTS))
             if len(parts) == MOST_PARTS:
                 raise too_long()
-            # Answers of failure may be followed by what they don't announce.
+            # Error answers may be followed by unannounced bytes.
             keeps = method == "GET" and answer.status_code == 200 and not connection.will_close
             return Response(answer.status_code, b"".join(parts), answer.headers)
         except (ConnectionLost, *NOT_HTTP) as error:
@@ -312,7 +312,7 @@ class HttpTransport:
             lost.is_stale = method == "GET" and not (connection.is_new or connection.received)
             raise lost from None
         finally:
-            if not keeps:  # or what is left of the answer may be taken for that of the next request
+            if not keeps:  # or the rest of the answer may be taken for that of the next request
                 connection.close()
 
     def _prepared(

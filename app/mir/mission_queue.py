@@ -1,8 +1,10 @@
-"""Reading a queue whose history may have tens of thousands of items, on robots that know more or less of filters, order and paging.
+"""Reading a queue whose history may have tens of thousands of items, on robots that know more or less of filters, order
+and paging.
 
-MiR's manual describes search, order and paging, and clients on robots use them; but one robot (2.13.1.4) was reported to page its bare
-list too, and recorded lists give short items. So nothing is taken for granted: the newest items are never assumed to be in a bare list,
-order is checked, what is missing is asked for one by one, and what can't be read completely within bounds raises an error.
+MiR's manual describes search, order and paging, and clients on robots use them; but one robot (2.13.1.4) was reported
+to page its bare list too, and recorded lists give short items. So nothing is assumed: the newest items may be missing
+in a bare list, order is checked, missing items are read one by one, and a queue that can't be read completely within
+bounds raises an error.
 """
 
 from __future__ import annotations
@@ -39,11 +41,11 @@ class QueueReader:
         self._page, self._limits_pages = (
             PAGE,
             True,
-        )  # entries that a page has at most; whether it may have fewer than there are
+        )  # most entries of a page; whether it may have fewer than exist
         self._open_states = OPEN_STATES  # the robot's words for them
         self._has_unknown_words = False  # it has others than MiR's
         self._does_sort = True  # the newest of its list came first, when it was read last
-        self._is_complete = True  # and what was read then is all that was looked for
+        self._is_complete = True  # and then everything was read
         self._climbed = 0  # highest id seen, where it doesn't sort
 
     def use_profile(self, known: RobotProfile) -> None:
@@ -94,7 +96,8 @@ class QueueReader:
         return found if is_proof else self._one_by_one(floor, found, known, highest)
 
     def _one_by_one(self, floor: int, listed: Sequence[QueueItem], known: Known, highest: int) -> list[QueueItem]:
-        """Where a list proves nothing (it may be of the oldest), numbers do: those above the floor, until some in a row are not there."""
+        """If a list proves nothing (it may have the oldest items), numbers do: those above the floor, until several in
+        a row are missing."""
         known |= {item.id: item for item in listed}
         items: list[QueueItem] = []
         last, missing, reads = max(highest, max(known, default=0)), 0, 0
@@ -172,7 +175,7 @@ class QueueReader:
         return self._whole(entries, known), self._does_sort and self._is_complete
 
     def _by_search(self, filter_: Mapping[str, Any], wanted: Wanted, floor: int | None) -> list[parse.Object] | None:
-        """None: the robot does not offer it; for now, if it has before, as one that boots."""
+        """None: the robot does not offer it; only for now, if it did before (it may be booting)."""
         try:
             entries = list(self._pages("POST", "/mission_queue/search", {"filters": [filter_]}, wanted, floor))
         except Refusal as error:
@@ -184,9 +187,9 @@ class QueueReader:
         return entries
 
     def _pages(self, method: str, path: str, body: Any, wanted: Wanted, floor: int | None) -> Iterator[parse.Object]:
-        """Each wanted entry once, whether or not the robot supports filter, order, limit and offset. A page that is shorter than what was
-        asked for is the last one only where it reaches down to the ``floor``: there are robots that give no more than 50 at once. One entry
-        shows no order, so a single one that is not wanted does not say that those after it are not."""
+        """Each wanted entry once, whether or not the robot supports filter, order, limit and offset. A page shorter
+        than requested is the last one only if it reaches down to the ``floor``: some robots give no more than 50 at
+        once. One entry shows no order, so a single unwanted one does not mean that later ones are unwanted."""
         seen: dict[int, None] = {}  # in the order in which they came
         self._does_sort = self._is_complete = True
         while len(seen) < MOST_ITEMS:
@@ -216,7 +219,8 @@ class QueueReader:
         raise Unreadable(problem=message("more than {n} queue items", n=MOST_ITEMS))
 
     def _whole(self, entries: Sequence[parse.Object], known: Known | None = None) -> list[QueueItem]:
-        """Items with all their fields, by ascending id; those that the list gave in short form are asked for, unless they are ``known``."""
+        """Items with all their fields, by ascending id; those in short form in the list are read one by one, unless
+        they are ``known``."""
         items: list[QueueItem] = []
         known, reads = {} if known is None else known, 0
         for entry in entries:

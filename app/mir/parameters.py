@@ -1,10 +1,9 @@
 """Which parameters a mission wants when it is queued.
 
-MiR's REST definition 3.5.4 has /missions/{guid}/definition, "the mission as an action definition", but not what it holds, so its
-parameters are read like those of /actions/{type}. Where that gives nothing, the mission's actions are searched: a value that is asked for
-has an ``input_name`` there. Both are guesses, not recorded on a robot.
-
-What a value stands for (a position, a length, a percentage) is known by the action's parameter that it sets; their names are recorded.
+MiR's REST definition 3.5.4 has /missions/{guid}/definition, "the mission as an action definition", but not its content,
+so its parameters are read like those of /actions/{type}. If that gives nothing, the mission's actions are searched: a
+parameter has an ``input_name`` there. Both are guesses, not recorded on a robot. The meaning of a value (a position, a
+length, a percentage) follows from the action's parameter that it sets; their names are recorded.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from app.mir.texts import clean
 
 MOST_PARAMETERS = 50  # of a mission: each is a field on the screen
 MOST_STOPS = 50  # of a mission: positions that it drives to
-# Parameter of an action: its unit, and the range that holds where the robot gives none.
+# Parameter of an action: its unit, and its range if the robot gives none.
 _QUANTITIES: Mapping[str, tuple[str, float | None, float | None]] = MappingProxyType(
     {
         "x": ("m", None, None),
@@ -57,8 +56,8 @@ def from_definition(value: Any) -> list[MissionParameter]:
 
 
 def from_actions(value: Any) -> list[MissionParameter]:
-    """The parameters of a mission's actions whose value is asked for; ``type`` is what the action takes it for ("position", "time" …).
-    Raises Unreadable for too many."""
+    """The parameters of a mission's actions with an input; ``type`` is its meaning for the action ("position", "time"
+    …). Raises Unreadable for too many."""
     return _unique(
         _setting(
             _parameter({"id": entry.get("input_name"), "type": entry.get("id"), "default": entry.get("value")}),
@@ -87,7 +86,7 @@ def _goals(action: Object) -> list[str]:
 
 
 def _is_way_to_charger(value: Any) -> bool:
-    """Whether a mission with these actions charges the robot, and does nothing else but go there."""
+    """Whether a mission with these actions only charges the robot."""
     types = {str(action.get("action_type")) for action in some_objects(value)}
     return isinstance(value, list) and len(value) <= LONGEST_LIST and CHARGING in types and types <= WAY_TO_CHARGER
 

@@ -32,7 +32,7 @@ from app.mir.errors import NotAMir, Unreadable
 from app.mir.texts import clean, resolve
 
 LARGEST_INT = 2**63 - 1
-LARGEST_KEPT = 2**53  # of a number that is kept, either way: the database is refused with one beyond it
+LARGEST_KEPT = 2**53  # bound of a stored number, positive or negative: the database is refused with one beyond it
 LONGEST_LIST = 1000  # of things inside one object: errors, parameters
 MOST_OPTIONS = 12  # of a prompt
 LONGEST_ANSWER = 255  # characters of one (MiR's REST definition 3.5.4)
@@ -49,8 +49,8 @@ T = TypeVar("T")
 
 # ---------------------------------------------------------------------- JSON
 def loads(body: bytes) -> Any:
-    """Strict JSON: UTF-8, no NaN or Infinity, no key twice, no integer beyond 64 bit, no bottomless nesting, and not more parts than can be
-    parsed without holding up other threads. Raises Unreadable."""
+    """Strict JSON: UTF-8, no NaN or Infinity, no key twice, no integer beyond 64 bit, limited nesting, and no more
+    parts than can be parsed without blocking other threads. Raises Unreadable."""
     if has_too_many_parts(body):
         raise Unreadable(problem=message("it has too many parts"))
     try:
@@ -161,7 +161,7 @@ def instant(value: Any) -> datetime | None:
 
 
 def http_date(value: str | None) -> datetime | None:
-    """An HTTP ``Date`` header, aware UTC; of no year that can be, None: what is reckoned with it is in no calendar."""
+    """An HTTP ``Date`` header, aware UTC; None for an impossible year, which no calendar can compute with."""
     if not value or len(value) > 60:
         return None
     try:
@@ -173,8 +173,8 @@ def http_date(value: str | None) -> datetime | None:
 
 
 def battery(value: Any) -> float | None:
-    """Percent, 0–100. After a full charge some robots say a little more, which is full. The emergency stop makes it −1; that and anything
-    else out of range is unknown."""
+    """Percent, 0–100. After a full charge some robots report slightly more, which is full. The emergency stop makes it
+    −1; that and anything else out of range is unknown."""
     percent = float_or_none(value)
     return min(percent, 100.0) if percent is not None and 0.0 <= percent <= FULL_UP_TO else None
 
@@ -312,7 +312,7 @@ def queue_item(value: Any) -> QueueItem:
 
 
 def listed_item(value: Any) -> QueueItem:
-    """One of a list: without a state too, as its description shows whose it is. Raises Unreadable without id."""
+    """One of a list: also without a state, as its description shows whose it is. Raises Unreadable without id."""
     number = queue_id(value)
     parameters = value.get("parameters")
     return QueueItem(

@@ -1,7 +1,5 @@
-"""A robot asked for its check-up: what it answers, as it came, and what it doesn't answer.
-
-Requests take the client's way, so credentials go to the known machine only. ``PATIENT`` time-outs let a slow answer be measured instead of
-being taken for none.
+"""A client for check-ups: raw answers, and missing ones. Requests go through the robot client, so credentials go only
+to the known machine. ``PATIENT`` time-outs allow slow answers to be measured.
 """
 
 from __future__ import annotations
@@ -39,7 +37,7 @@ class Answer:
 
     @property
     def problem(self) -> Message:
-        """The sentence of what is wrong, where it is not the list that was asked for."""
+        """The sentence of the problem, if it is not the requested list."""
         return self.error.message if self.error is not None else message("its answer is no list")
 
     def checked(self, *fine: int) -> Answer:
@@ -83,13 +81,13 @@ class RawClient:
         self._every, self._last = EVERY, -math.inf
 
     def spare(self, requests: int, seconds: float) -> None:
-        """From now on it is asked clearly less often than so many times within so many seconds."""
+        """From now on, ask it clearly less often than this number of times within these seconds."""
         self._every = max(self._every, SPARING * seconds / requests)
 
     def ask(
         self, method: str, path: str, query: Mapping[str, str] | None = None, json: Any = None, *, at_once: bool = False
     ) -> Answer:
-        """Raises nothing: an error is part of the answer. ``at_once``: without the pause before it, right after what was asked last."""
+        """Never raises: an error is part of the answer. ``at_once``: without a pause after the last request."""
         if not at_once:
             self._wait()
         try:

@@ -16,7 +16,7 @@ USER_REQUEST = "Aborted - User Request"  # the message of an item that a person 
 
 
 def in_mir_words(item: Any, known: RobotProfile) -> Any:
-    """The item with its description, state and message as MiR's definition has them; anything else as it is."""
+    """The item with its description, state and message as in MiR's definition; everything else unchanged."""
     if known is NOTHING_KNOWN or not isinstance(item, dict):
         return item
     own: parse.Object = {}
@@ -45,5 +45,5 @@ def order(mission_guid: str, description: str, text: str, priority: int, paramet
 
 
 def as_stored(text: str) -> str:
-    """The message of an item in which the robot has written nothing: the text that was sent with it, as it comes back."""
+    """The message of an item without the robot's own text: the text that was sent with it, as returned."""
     return resolve(text[:LONGEST_DESCRIPTION])

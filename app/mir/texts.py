@@ -23,7 +23,7 @@ LARGEST_NUMBER = 2**63  # one of hundreds of digits takes long to be written, an
 _BASE64 = string.ascii_letters + string.digits + "+/="
 _LONG_RUN = re.compile(f"(?<![{_BASE64}])[{_BASE64}]{{{SHORTEST_SECRET},}}")
 _BREAKS = re.compile("[\t\n\v\f\r\x85\u2028\u2029]+")
-# %(name)s, %(name)d, %(name).2f …; widths have two digits at most, so that no template can blow a text up.
+# %(name)s, %(name)d, %(name).2f …; widths have at most two digits, so that no template can make a huge text.
 _FIELD = re.compile(r"%\((?P<name>[^()]{1,80})\)(?P<format>[-+ 0#]{0,3}\d{0,2}(?:\.\d{1,2})?[sdiufFgGeExXr])|%%")
 
 
@@ -38,7 +38,7 @@ def clean(value: Any, limit: int = LONGEST_TEXT) -> str:
     if len(text) >= SHORTEST_SECRET:
         text = _LONG_RUN.sub(_hidden, text)
     if len(text) <= limit and len(value) > 4 * limit:
-        text = text.rstrip(_BASE64) + "…"  # what was cut off may be the rest of one
+        text = text.rstrip(_BASE64) + "…"  # the cut part may be the rest of one
     return text if len(text) <= limit else text[: limit - 1] + "…"
 
 

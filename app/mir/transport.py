@@ -16,7 +16,7 @@ from app.domain.check_up import Rest
 
 API = "/api/v2.0.0"
 LONGEST_ANSWER = 30.0  # s: the longest wait for a robot
-# Shares of what the robot bears. The rest of it is for others that ask it, and for requests that are longer under way than the next.
+# Shares of the robot's limit. The rest is for other clients, and for requests that take longer than the next.
 OF_READS = 0.5
 OF_STATUS = 0.6  # without which nothing starts
 OF_ALL = 0.75
@@ -33,7 +33,8 @@ class Timeouts:
     total: float = 10.0
 
     def at_least(self, seconds: float | None) -> Timeouts:
-        """The same, but so long at least for an answer, of a robot that was seen to need it; never longer than ``LONGEST_ANSWER``."""
+        """The same, but with at least this time for an answer, for a robot that needs it; never longer than
+        ``LONGEST_ANSWER``."""
         wanted = min(seconds or 0.0, LONGEST_ANSWER)
         return Timeouts(self.connect, max(self.read, wanted), max(self.total, wanted))
 
@@ -70,15 +71,16 @@ class Transport(Protocol):
         """
 
     def read_connection(self) -> object:
-        """The open connection that reads share, None where their last answer ended it, False where the robot has hung up since."""
+        """The open connection shared by reads, None if their last answer ended it, False if the robot has hung up
+        since."""
 
     def close(self) -> None:
         """Close the connections. A later ``send`` opens new ones."""
 
 
 class Pace:
-    """Of one robot, for all clients and threads of the app that ask it. ``clock``: monotonic, in seconds; ``pause`` lets so many pass.
-    ``rest``: what it does not bear; None: it is asked as often as is wanted."""
+    """The request limit of one robot, for all clients and threads of the app. ``clock``: monotonic, in seconds;
+    ``pause`` waits that long. ``rest``: the load that it does not bear; None: no limit."""
 
     def __init__(
         self, clock: Callable[[], float] = time.monotonic, pause: Callable[[float], None] = time.sleep

@@ -1,7 +1,7 @@
 """Requests to one MiR robot that is known by its serial number: credentials go to that machine only.
 
-The status is asked for without credentials and its serial number compared with the known one. No request with credentials is sent
-unless that was done in the last seconds: where it was not, the request does it first.
+The status is read without credentials and its serial number compared with the known one. Requests with credentials are
+sent only if that was done in the last seconds; otherwise they do it first.
 """
 
 from __future__ import annotations
@@ -37,10 +37,8 @@ from app.mir.texts import clean, resolve
 from app.mir.transport import OF_ALL, OF_READS, OF_STATUS, Pace, Response, Timeouts, Transport
 
 LARGEST_OBJECT = 256 * 1024  # bytes of an answer about one thing: a status, a queue item, an error
-VERIFIED_FOR = (
-    10.0  # s for which credentials may go out, while the connection over which the serial number came is open
-)
-VERIFIED_WITHOUT = 2.0  # the same where that connection was closed as soon as the answer was there
+VERIFIED_FOR = 10.0  # s for which credentials may be sent, while the connection that returned the serial number is open
+VERIFIED_WITHOUT = 2.0  # the same if that connection was closed right after the answer
 
 T = TypeVar("T")
 
@@ -48,9 +46,9 @@ T = TypeVar("T")
 class VerifiedRequests:
     """``clock`` is a monotonic clock in seconds; ``transport`` replaces HTTP in simulations.
 
-    ``serial_number`` is the known one, None before the first contact. ``identified_by`` is what it was identified by the last time: a
-    robot that has shown its serial number to anybody gets no credentials when it does so no longer. ``pace`` is shared by all clients of
-    the robot.
+    ``serial_number`` is the known one, None before the first contact. ``identified_by`` is how it was identified last:
+    a robot that used to show its serial number without credentials gets none when it no longer does. ``pace`` is shared
+    by all clients of the robot.
     """
 
     def __init__(
@@ -86,7 +84,7 @@ class VerifiedRequests:
         return f"{type(self).__name__}({self.address})"
 
     def use_profile(self, profile: RobotProfile | None) -> None:
-        """What a check-up has found of the robot as it is now; None: nothing."""
+        """The check-up's profile of the robot in its present state; None: none."""
         profile = profile or NOTHING_KNOWN
         if profile != self._profile:
             self._profile, self.pace.rest = profile, profile.rest
@@ -133,7 +131,8 @@ class VerifiedRequests:
             raise problem(address=self.address.netloc, expected=expected, found=found)
 
     def _is_verified(self) -> bool:
-        """Whether credentials may go out: the known serial number was shown a moment ago, or on a connection that has been open since."""
+        """Whether credentials may be sent: the known serial number was shown a moment ago, or on a connection that has
+        been open since."""
         connection = self._transport.read_connection()
         lasts = VERIFIED_FOR if connection and connection is self._verified_over else VERIFIED_WITHOUT
         is_recent = self._clock() - self._verified_at <= lasts
@@ -153,8 +152,8 @@ class VerifiedRequests:
         return self._read(answer, lambda found: parse.status(found, software=software, date=date, elapsed_s=elapsed_s))
 
     def _read(self, answer: Response, read: Callable[[Any], T], largest: int | None = LARGEST_OBJECT) -> T:
-        """What a body of at most ``largest`` bytes says: parsing one of megabytes holds up every thread. Raises Unreadable or NotAMir,
-        with the robot's address in it."""
+        """Parse a body of at most ``largest`` bytes, as parsing megabytes blocks every thread. Raises Unreadable or
+        NotAMir, with the robot's address."""
         if largest is not None and len(answer.body) > largest:
             raise Unreadable(code="too_large", address=self.address.netloc, limit=largest >> 10)
         try:

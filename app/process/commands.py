@@ -146,7 +146,7 @@ def _check_up_here(container: Container, robot: str, trial: Trial | None) -> dic
 
 
 def _what_is_left(answer: Mapping[str, Any] | None) -> str:
-    """By a check-up that was interrupted; None: the running app did not say."""
+    """Changes left by an interrupted check-up; None: the running app did not say."""
     if answer is None:
         return f"the app did not confirm within {PUT_BACK_WITHIN:.0f} s that the robot was put back: check it"
     return str(answer.get("left", "nothing is left on the robot"))
@@ -212,8 +212,9 @@ def _change(
 
 @contextlib.contextmanager
 def export_target(name: str) -> Iterator[TextIO]:
-    """Where an export goes. A file is written as a draft and renamed, so that a failed export leaves the old one; ``-`` is stdout; an
-    existing target that isn't a plain file (a pipe, a device) is written into and never replaced. Raises BadInput."""
+    """Where an export goes. A file is written as a draft and renamed, so that a failed export leaves the old one; ``-``
+    is stdout; an existing target that isn't a plain file (a pipe, a device) is written to and never replaced. Raises
+    BadInput."""
     try:
         with _opened(name) as file:
             yield file

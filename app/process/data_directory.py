@@ -1,6 +1,5 @@
-"""The directory where everything lives: database, backups, logs, lock, inbox; readable by its owner only.
-
-One process at a time schedules on it, by a lock of the operating system, which a killed process loses by itself.
+"""The directory of all data: database, backups, logs, lock, inbox; readable only by its owner. One process at a time
+schedules on it, by a lock of the operating system, which a killed process loses automatically.
 """
 
 from __future__ import annotations
@@ -32,15 +31,16 @@ _DIRECTORIES = ("backups", "inbox", "logs", "maps")
 
 @dataclass(frozen=True)
 class DataDirectory:
-    """``read_only``: it may lie where nothing can be written."""
+    """``read_only``: it may be on a read-only disk."""
 
     path: Path
     read_only: bool = False
 
     @classmethod
     def prepare(cls, path: Path | None, *, read_only: bool = False, has_data: bool = False) -> DataDirectory:
-        """Make the directory, or take the one there. Raises BadInput for one of another user, for one that is neither empty nor ours, that
-        can't be written unless it is ``read_only``, or without a database if it ``has_data``: a name mistyped makes no directory."""
+        """Make the directory, or take the existing one. Raises BadInput for one of another user, for one that is
+        neither empty nor the app's, that can't be written unless it is ``read_only``, or without a database if it
+        ``has_data``: a mistyped name makes no directory."""
         path = path or platformdirs.user_data_path("amr-scheduler", appauthor=False)
         try:
             if has_data and not path.exists():
@@ -89,7 +89,7 @@ def _refuse_shared(path: Path) -> None:
 
 
 def _is_ours(path: Path) -> bool:
-    """Whether it is empty or holds files of this app; after a command that failed early that is only its log."""
+    """Whether it is empty or has files of this app; after a command that failed early, only its log."""
     names = {entry.name for entry in path.iterdir()}
     if names == {"logs"}:
         return all(file.name.startswith(LOG_NAME) for file in (path / "logs").iterdir())
@@ -145,7 +145,7 @@ class InstanceLock:
         self._file = file
 
     def try_acquire(self) -> bool:
-        """As a command does that will end soon; ``is_held_by_command`` says by whom it is held otherwise."""
+        """Take the lock for a short command; ``is_held_by_command`` says whether a command holds it."""
         try:
             self.acquire(serves=False)
         except AlreadyRunning as error:
@@ -155,7 +155,7 @@ class InstanceLock:
 
     @property
     def is_in_place(self) -> bool:
-        """Whether the file that is locked is still the one in the directory: else another process can lock that."""
+        """Whether the locked file is still the one in the directory: otherwise another process can lock that one."""
         try:
             return self._file is not None and os.path.samestat(os.fstat(self._file.fileno()), os.stat(self.path))
         except FileNotFoundError:
@@ -211,7 +211,7 @@ def _failing_in_words() -> Iterator[None]:
 
 
 def restore_backup(directory: DataDirectory, backup: Path) -> Path | None:
-    """Returns where the former database is kept, None when there was none. Raises BadInput with one sentence."""
+    """Returns the new path of the former database, None without one. Raises BadInput with one sentence."""
     lock = InstanceLock(directory.path)
     lock.acquire()
     try:

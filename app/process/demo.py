@@ -1,4 +1,4 @@
-"""What ``--demo`` shows: three simulated robots, ready-made missions and schedules, and a history of some weeks."""
+"""The content of ``--demo``: three simulated robots, ready-made missions and schedules, and a history of some weeks."""
 
 from __future__ import annotations
 
@@ -171,7 +171,7 @@ def _ended(row: Execution, rule: _Rule, number: int, rng: random.Random) -> Exec
 
 
 def _one_at_a_time(runs: Sequence[Execution]) -> Iterator[Execution]:
-    """Those of one robot: what finds it busy waits in its queue."""
+    """The runs of one robot: those that find it busy wait in its queue."""
     free = datetime.min.replace(tzinfo=UTC)
     for row in sorted(runs, key=lambda row: row.planned_at):
         if row.started_at is not None and row.ended_at is not None:
@@ -187,7 +187,7 @@ def _one_at_a_time(runs: Sequence[Execution]) -> Iterator[Execution]:
 
 
 def _seen(runs: Sequence[Execution], settings: Settings, now: datetime, charging: timedelta) -> Iterator[ActivitySpan]:
-    """What a robot was seen doing on each day with runs, from 4:30 to 22:00: first it charged, then it ran or was idle."""
+    """A robot's activity on each day with runs, from 4:30 to 22:00: first it charged, then it ran or was idle."""
     zone = ZoneInfo(settings.timezone)
     for day, of_day in groupby(runs, key=lambda row: row.planned_at.astimezone(zone).date()):
         at, closes = (datetime.combine(day, moment, zone).astimezone(UTC) for moment in (time(4, 30), time(22)))

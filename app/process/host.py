@@ -108,7 +108,7 @@ def _say_ready(container: Container, stop: queue.SimpleQueue[int]) -> None:
 
 
 def watch(container: Container, lock: InstanceLock) -> None:
-    """The lock, and how many files may be open, before there are too many of them. Each problem is an alarm while it lasts."""
+    """Check the lock and the limit of open files. Each problem is an alarm while it lasts."""
     robots = CachedUntilChanged(
         lambda: sum(robot.enabled for robot in container.catalogue.robots()), container.changes, Topic.ROBOTS
     )
@@ -138,7 +138,7 @@ def _alarm_while(alarms: Alarms, code: str, find: Callable[[], Details | None]) 
 
 
 def too_few_files(robots: int, allowed: int | None) -> Details | None:
-    """Details of the alarm where that many robots need more open files than are ``allowed`` (None: any number)."""
+    """Details of the alarm if that many robots need more open files than ``allowed`` (None: any number)."""
     needed = FILES_OF_THE_APP + FILES_OF_A_ROBOT * robots
     return (
         {"robots": robots, "needed": needed, "allowed": allowed} if allowed is not None and needed > allowed else None

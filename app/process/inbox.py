@@ -1,9 +1,9 @@
-"""How a one-shot command asks the app that is running on the same data directory: a request file in, an answer file out.
+"""How a one-shot command asks the app that is running on the same data directory: a request file in, an answer file
+out.
 
-Only the process that holds the lock writes the database. A request is written under another name and renamed, so it is read whole or
-not at all.
-Bytes that belong to it lie in a file of their own, for their owner only, which is deleted as soon as it is read. What a command that was
-killed left without a request is deleted when it is a minute old: it may hold passwords.
+Only the process that holds the lock writes the database. A request is written under another name and renamed, so it is
+read whole or not at all. Its data are in a separate file, only for their owner, which is deleted as soon as it is read.
+A file without a request, left by a killed command, is deleted after a minute, as it may contain passwords.
 """
 
 from __future__ import annotations
@@ -28,9 +28,7 @@ log = logging.getLogger(__name__)
 Handler = Callable[[Mapping[str, Any]], Mapping[str, Any] | None]  # None: not yet answered, ask again at the next tick
 
 
-LEFT_FOR = (
-    60.0  # s that a file without a request may lie there: one that is being written, or an answer that is fetched
-)
+LEFT_FOR = 60.0  # s that a file without a request may exist: one being written, or an answer being fetched
 WAIT_FOR_COMMAND = 0.1  # s between looks whether another command has ended
 _IN_THE_WAY = "{} is not a directory: remove it"
 _SUFFIXES = (".request", ".content", ".draft", ".answer", ".withdrawn")
@@ -45,7 +43,7 @@ class HolderEnded(NoAnswer):
 
 
 class Interrupted(Exception):
-    """By a signal. ``answer``: the app's, once it had ended what it had begun; None: it did not give one in time."""
+    """Interrupted by a signal. ``answer``: the app's, after it had ended its work; None: none in time."""
 
     def __init__(self, answer: Mapping[str, Any] | None) -> None:
         super().__init__(answer)
@@ -118,12 +116,12 @@ def ask(
     put_back_within: float = 0.0,
     **request: Any,
 ) -> dict[str, Any]:
-    """The command's side: hand a request over, with bytes that the handler finds in the file ``request["content"]``, and wait for the
-    answer.
+    """The command's side: send a request, with bytes that the handler finds in the file ``request["content"]``, and
+    wait for the answer.
 
-    ``timeout`` in seconds bounds the whole wait. Raises NoAnswer when it passes, HolderEnded when the other process ended first. A command
-    that is interrupted withdraws its request, and waits ``put_back_within`` s for the app to end what it has begun: then it raises
-    Interrupted.
+    ``timeout`` in seconds bounds the whole wait. Raises NoAnswer when it passes, HolderEnded when the other process
+    ended first. A command that is interrupted withdraws its request, and waits ``put_back_within`` s for the app to end
+    its work: then it raises Interrupted.
     """
     directory = _directory_in(data_dir)
     path = directory / f"{uuid.uuid4().hex}.request"
@@ -159,11 +157,10 @@ def here_or_by_the_running_app(
     is_taken_over: bool = True,
     **request: Any,
 ) -> dict[str, Any]:
-    """Do it in this process when no other one holds the data directory, else ask the one that does.
-
-    A command that holds it serves no other and is waited for. When an app ends without an answer, this process tries again: what is asked
-    for must come to the same when it is done twice. What lasts long is not ``is_taken_over``: the app could not be started again
-    in that time. Raises NoAnswer when an app that runs on does not answer within ``timeout`` s, or ends and is not followed.
+    """Run it in this process if no other one holds the data directory, else ask the holder. Waits for a command that
+    holds it, as commands serve no requests. If an app ends without an answer, this process tries again: running a
+    request twice must give the same result. Long ones are not ``is_taken_over``: the app could not be started again in
+    that time. Raises NoAnswer if a running app does not answer within ``timeout`` s, or ends without a successor.
     """
     while True:
         lock = InstanceLock(directory.path)
@@ -219,7 +216,7 @@ def _answer_to(path: Path, timeout: float, has_holder_ended: Callable[[], bool])
 
 
 def _directory_in(data_dir: Path) -> Path:
-    """Made if it is not there. Raises BadInput."""
+    """Made if it is missing. Raises BadInput."""
     directory = data_dir / "inbox"
     try:
         directory.mkdir(mode=0o700, exist_ok=True)

@@ -1,6 +1,5 @@
-"""Where log lines go: one line per event, on stderr (headless) in brief and with tracebacks into a rotating file.
-
-Each place has a bounded queue and a thread of its own, so that one that hangs delays nothing else.
+"""Destinations of log lines: one line per event, in brief on stderr (headless) and with tracebacks in a rotating file.
+Each has a bounded queue and its own thread, so that one that hangs delays nothing else.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ FILE_NAME = "amr-scheduler.log"
 BYTES, FILES = 1_000_000, 5
 LONGEST, LONGEST_TRACE = 2000, 8000  # bytes of a message, and of one with a traceback
 OF_A_ROBOT = "worker-"  # begins the name of a thread that talks to one robot
-BURST, AN_HOUR = 64_000, 24_000  # bytes that such a thread may write at once, and on average: what a busy robot needs
+BURST, AN_HOUR = 64_000, 24_000  # bytes that such a thread may write at once, and on average: the need of a busy robot
 OF_ALL, OF_ALL_AN_HOUR = (
     800_000,
     100_000,
@@ -84,7 +83,7 @@ class _FairShare:
     def __init__(self) -> None:
         self._shares: dict[
             str, tuple[float, float, int]
-        ] = {}  # by thread: bytes left, when that was, lines left out since
+        ] = {}  # by thread: bytes left, when that was, lines dropped since
 
     def __call__(self, record: logging.LogRecord, line: str) -> str | None:
         name = record.threadName or ""
@@ -162,7 +161,7 @@ def log_crash(error: BaseException) -> str:
     return f" ({str(error)[:200]})"
 
 
-MOST_WAITING = 1000  # lines that wait to be written; what comes then is left out and counted
+MOST_WAITING = 1000  # lines that wait to be written; further ones are dropped and counted
 WRITTEN_WITHIN = 0.5  # s that the end of the process waits for them
 
 Write = Callable[[bytes], None]  # raises OSError
@@ -170,16 +169,15 @@ Edit = Callable[[logging.LogRecord, str], str | None]
 
 
 class _LeftOut:
-    """Stands in the queue for lines that found no room in it."""
+    """Represents dropped lines in the queue."""
 
     lines = 0
 
 
 class Sink(logging.Handler):
-    """Formats on the thread that logs, as arguments may change afterwards, and writes on its own.
-
-    Lines that found no room, or could not be written, are counted, and said as soon as it works again. ``edit`` may change a line, or leave
-    it out: None. The thread holds no lock of ``logging``, whose end would wait for it.
+    """Formats on the logging thread, as arguments may change afterwards, and writes on its own. Dropped or unwritten
+    lines are counted and reported as soon as it works again. ``edit`` may change a line, or drop it (None). The thread
+    holds no lock of ``logging``, whose shutdown would wait for it.
     """
 
     def __init__(
@@ -297,7 +295,8 @@ class RotatingFile:
         return file
 
     def _rotate(self) -> None:
-        """The older ones move up only when the present one could be renamed: on Windows another process may have it open."""
+        """Older ones are renumbered only if the present one could be renamed: on Windows another process may have it
+        open."""
         if self._file is not None:
             self._file.close()  # Windows renames no open file
             self._file = None

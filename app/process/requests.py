@@ -1,4 +1,4 @@
-"""What one-shot commands may ask of the running app, and the answers (app.process.inbox carries them)."""
+"""Requests of one-shot commands to the running app, and the answers (transported by app.process.inbox)."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from app.services.dispatch.clock_guard import UNPROVEN
 
 T = TypeVar("T", bound=Robot | Group)
 
-MORE_THAN_A_WINDOW = 1441 * 60.0 + 600.0  # s: the longest start window and what an unknown outcome may take beyond
+MORE_THAN_A_WINDOW = 1441 * 60.0 + 600.0  # s: the longest start window plus the time for an unknown outcome
 
 
 def run_now(container: Container, target: str, mission: str, parameters: Mapping[str, Any], token: str) -> Execution:
@@ -143,7 +143,7 @@ class _InBackground:
         self._begun: dict[str, Future[Mapping[str, Any]]] = {}  # by request
 
     def take(self, request: Mapping[str, Any]) -> Mapping[str, Any] | None:
-        """None until it is done. Asked again by the same request, it goes on."""
+        """None until it is done. The same request, repeated, continues it."""
         answer = self._begun.get(request["id"])
         if answer is None:
             self._begun = {

@@ -85,7 +85,8 @@ def _parameter(text: str) -> tuple[str, Any]:
 def _submit(
     container: Container, robot_name: str, mission_name: str, parameters: dict[str, Any], token: str
 ) -> dict[str, Any]:
-    """The same exactly-once path as in the running app, for this one execution only, which an app that has ended may have begun."""
+    """The same exactly-once path as in the running app, only for this one execution, which an earlier app may have
+    begun."""
     execution = known_start(container, token) or run_now(container, robot_name, mission_name, parameters, token)
     group = next((group for group in container.catalogue.groups() if group.id == execution.group_id), None)
     robot_ids = group.members if group is not None else (execution.robot_id,)
@@ -127,7 +128,7 @@ def _go_on(container: Container, readers: Mapping[int, _Reader], execution: Exec
 
 
 class _Reader:
-    """Reads one robot of a group on a thread of its own: one that hangs holds up none of the others."""
+    """Reads one robot of a group on its own thread: one that hangs does not delay the others."""
 
     def __init__(self, worker: RobotWorker) -> None:
         self.worker = worker
@@ -149,7 +150,7 @@ class _Reader:
 
 @contextmanager
 def _progress_on_stderr(directory: DataDirectory, token: str) -> Iterator[None]:
-    """What the start with this token waits for; by a thread of its own, as stderr may stand still."""
+    """What the start with this token waits for; on its own thread, as stderr may block."""
     is_over = threading.Event()
     threading.Thread(target=_report, args=(directory, token, is_over), name="waiting", daemon=True).start()
     try:

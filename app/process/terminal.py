@@ -31,7 +31,7 @@ def use_utf8() -> None:
 
 
 def say(text: str) -> None:
-    """What a command has done. A stdout that can't take it undoes nothing: that is a warning, so that no script does it again."""
+    """Print what a command has done. A failing stdout is only a warning, so that no script repeats the command."""
     try:
         if sys.stdout is None:
             raise OSError(errno.EBADF, os.strerror(errno.EBADF))
@@ -51,7 +51,7 @@ def print_error(text: str) -> None:
 
 
 def _drop_rest_of(stream: TextIO | None) -> None:
-    """What is still in its buffer would fail again when the process ends, and change its exit code."""
+    """Data still in its buffer would fail again when the process ends, and change its exit code."""
     if stream is None:
         return
     nowhere = os.open(os.devnull, os.O_WRONLY)
@@ -60,7 +60,7 @@ def _drop_rest_of(stream: TextIO | None) -> None:
 
 
 def print_without_waiting(line: str) -> None:
-    """On stdout, without waiting: it may be closed, or stand still."""
+    """On stdout, without waiting: it may be closed or blocked."""
     if sys.stdout is not None:
         threading.Thread(
             target=_write, args=(unbuffered(sys.stdout), f"{line}\n".encode()), name="stdout", daemon=True
@@ -88,7 +88,7 @@ def confirm(says: str) -> None:
 
 
 def end_as_interrupted() -> None:
-    """From now on what ends this process does so as Ctrl-C does, so that a robot is put back at once."""
+    """From now on all signals that end this process act like Ctrl-C, so that a trial on a robot is undone at once."""
     for number in ENDING:
         if signal.getsignal(number) is signal.SIG_DFL:
             signal.signal(number, _interrupt)

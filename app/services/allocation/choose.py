@@ -52,15 +52,16 @@ class Advantage(StrEnum):
 
     SOONEST = "soonest"  # it will be done before they would be
     LESS_RUN = "less_run"  # it has run less today than those that would be done as soon
-    AHEAD = "ahead"  # they are better where they are, for what is planned
-    EQUAL = "equal"  # nothing: it is farther away, and done as soon
+    AHEAD = "ahead"  # they are better where they are, for planned starts
+    EQUAL = "equal"  # no advantage: it is farther away, and done at the same time
 
 
 @dataclass(frozen=True)
 class Decision:
-    """``robot_id``: the robot that gets it now; None: none yet. ``options``: best first. ``ineligible``: why the other robots are
-    none. ``waits_for_planned``: it waits so that this planned start is on time. ``too_late``: no robot can finish it in time any
-    more. ``full_place``: a place without room for it, for which it waits without keeping a robot from others."""
+    """``robot_id``: the robot that gets it now; None: none yet. ``options``: best first. ``ineligible``: why the
+    other robots are not options. ``waits_for_planned``: it waits so that this planned start is on time.
+    ``too_late``: no robot can finish it in time. ``full_place``: a full place for which it waits, without blocking a
+    robot for others."""
 
     start: Start
     robot_id: int | None = None
@@ -73,7 +74,7 @@ class Decision:
 
     @property
     def advantage(self) -> Advantage | None:
-        """What the chosen robot has over others that are free; None: nothing, or no other is."""
+        """The chosen robot's advantage over other free ones; None: none, or no other is free."""
         chosen = next((option for option in self.options if option.robot_id == self.robot_id), None)
         others = [option for option in self.options if option.is_free and option is not chosen]
         if chosen is None or not others:
@@ -196,8 +197,8 @@ class _Assignment:
     def _best_after_delays(
         self, start: Start, options: Sequence[Option], protected: Sequence[PlannedStart], first: PlannedStart
     ) -> Option | None:
-        """The option that is best with what it delays; None: going after ``first``, which comes for the same robots, is better than every
-        one."""
+        """The best option including the delays it causes; None: waiting until after ``first``, for the same robots, is
+        better than every option."""
         before = delay(protected, self._free_s)
         best, least = None, float("inf")
         for option in options:
@@ -220,9 +221,9 @@ def _too_low(robot: Member, start: Start) -> Ineligible | None:
 
 
 def delay(planned: Sequence[PlannedStart], free_s: Mapping[int, float]) -> float:
-    """By how much planned starts would come late because of what robots get now, in weighted seconds. ``free_s``: when each robot
-    that can be used is free. A start for several robots gets, of those free in time, the one that is free last: it leaves the others
-    to earlier starts."""
+    """How late planned starts would be because of assignments now, in weighted seconds. ``free_s``: when each usable
+    robot is free. A start for several robots gets, of those free in time, the last one: the others are left for earlier
+    starts."""
     total = 0.0
     of_groups: dict[tuple[int, ...], list[float]] = {}
     for start in planned:

@@ -1,6 +1,5 @@
-"""What a decision rests on: the robots of a group as far as they are known, the starts that wait, and those that are still to come.
-
-Times are seconds from the moment of the decision: of what has passed they are negative.
+"""The input of a decision: the known state of a group's robots, waiting starts, and future ones. Times are seconds from
+the moment of the decision, negative for the past.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from app.domain.models import DurationEstimate
 LOW, NORMAL, HIGH, CRITICAL = -1, 0, 1, 2
 _WEIGHTS = (0.5, 1.0, 3.0, 10.0)
 UNKNOWN_S = 300.0  # of an unknown mission
-FEW_RUNS = 3  # fewer on one robot say less than those of its whole group
+FEW_RUNS = 3  # with fewer on one robot, those of its whole group are better
 OVERDUE = 0.15  # of the usual time are left when a run has lasted longer than every one before
 SECONDS_PER_METRE = 1.5  # of the straight way to the first stop: a third of detour, at 0.9 m/s
 SHORTEST_S = 20.0
@@ -37,7 +36,7 @@ class Ineligible(StrEnum):
     HELD = "held"
     STOPPED = "stopped"  # error, emergency stop, pause, manual control, mapping
     LACKS_MISSION = "lacks_mission"
-    TRIED = "tried"  # it refused this start, or is to be asked again later
+    TRIED = "tried"  # it refused this start, or will be asked again later
     LOW_BATTERY = "low_battery"
     TOO_LITTLE_BATTERY = "too_little_battery"  # for the whole run
 
@@ -60,9 +59,9 @@ class Member:
 
 @dataclass(frozen=True)
 class Start:
-    """One that waits for a robot. ``members``: robots that may get it. ``tried``: those of them that are barred for it at present.
-    ``finish_s``: by when it has to be done, None: whenever. ``keep_free``: robots of its group that are left to what matters more.
-    ``places``: those that its mission uses."""
+    """One that waits for a robot. ``members``: robots that may get it. ``tried``: those of them excluded at present.
+    ``finish_s``: when it must be done, None: no limit. ``keep_free``: robots of its group reserved for more important
+    starts. ``places``: those that its mission uses."""
 
     id: int
     mission: str
@@ -96,7 +95,7 @@ class PlannedStart:
 
 
 class Duration(Protocol):
-    """Seconds that a mission takes on a robot from where that will be when it is free; None: it lacks the mission."""
+    """Seconds that a mission takes on a robot from its position when it is free; None: it lacks the mission."""
 
     def __call__(self, robot_id: int, mission: str, *, slow: bool = False) -> float | None: ...
 
@@ -115,15 +114,15 @@ class Situation:
 def run_duration(
     own: DurationEstimate | None, of_group: DurationEstimate | None, farther_m: float = 0.0, *, slow: bool = False
 ) -> float:
-    """A whole run: of this robot's runs if there are enough, else of the group's, else as typed. ``farther_m``: by how much its way to
-    the mission's first stop is longer than that of the robots on average. ``slow``: what nine of ten runs stay under."""
+    """A whole run: of this robot's runs if there are enough, else of the group's, else as typed. ``farther_m``: extra
+    way to the mission's first stop, compared with the robots' average. ``slow``: the 90th percentile."""
     known = own if own is not None and (own.typed or own.runs >= FEW_RUNS) else of_group or own
     usual = UNKNOWN_S if known is None else known.slow_s if slow else known.median_s
     return max(SHORTEST_S, usual + farther_m * SECONDS_PER_METRE)
 
 
 def remaining_duration(estimate: DurationEstimate | None, elapsed_s: float) -> float:
-    """What is left of a run: the mean over the earlier ones that lasted longer than it has so far."""
+    """The remaining time of a run: the mean over earlier runs that lasted longer than it has so far."""
     if estimate is None:
         return max(UNKNOWN_S - elapsed_s, UNKNOWN_S * OVERDUE)
     longer = estimate.samples_s[bisect_right(estimate.samples_s, elapsed_s) :] or (

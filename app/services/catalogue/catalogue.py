@@ -109,8 +109,9 @@ class Catalogue:
         return result
 
     def edit_rehearsed(self, work: Callable[[Edit], T]) -> T:
-        """The same for thousands of changes, without holding up others that write: made on a copy, where wrong ones are found, and repeated
-        in a transaction that takes as long as its SQL. Raises InvalidInput when the plan has changed during each of some rehearsals."""
+        """The same for thousands of changes, without delaying other writers: made on a copy, where errors are found,
+        and repeated in a transaction that takes only the time of its SQL. Raises InvalidInput if the plan has changed
+        during several rehearsals."""
         for _ in range(REHEARSALS):
             with closing(Rehearsal(self._db.read())) as rehearsal:
                 edit = Edit(rehearsal.copy, self._clock.now())
@@ -153,7 +154,7 @@ class Catalogue:
         return self.edit_rehearsed(lambda edit: edit.remove_days(ids))
 
     def set_public_holidays(self, country: str, subdivision: str = "") -> Settings:
-        """Close on the public holidays of a country (ISO 3166 code) and of a part of it; empty: of none."""
+        """Close on the public holidays of a country (ISO 3166 code) and of a region of it; empty: none."""
         # Here, because it reads a large library, during which others want to write.
         public_holidays.check(country, subdivision)
         return self.change_settings(holiday_country=country, holiday_subdivision=subdivision)
@@ -166,7 +167,7 @@ class Catalogue:
         return self.edit(lambda edit: edit.save_robot(robot, password, is_tested=is_tested))
 
     def set_robot_enabled(self, robot_id: int, enabled: bool) -> Robot:
-        """Switch it on or off; what waits for one that is switched off is cancelled. One that needs a password stays off."""
+        """Switch it on or off; switching off cancels starts that wait for it. One that needs a password stays off."""
         return self.edit(lambda edit: edit.save_robot(replace(edit.the_robot(robot_id), enabled=enabled)))
 
     def remove_robot(self, robot_id: int) -> Removed:
@@ -180,7 +181,7 @@ class Catalogue:
         )
 
     def change_idle_rule(self, robot_id: int, **changes: Any) -> Robot:
-        """Of the rule as it is stored now, or of a new one, whose mission has to be named."""
+        """Change the stored rule, or add a new one, which needs a mission."""
         return self.edit(
             lambda edit: self._save_idle_rule(
                 edit, robot_id, replace(edit.the_robot(robot_id).idle or IdleRule(0), **changes)
@@ -207,11 +208,11 @@ class Catalogue:
         return self.edit(lambda edit: edit.save_group(group))
 
     def remove_group(self, group_id: int) -> Removed:
-        """With its schedules and what waits for one of its robots; ``restore`` puts all that back."""
+        """Delete it with its schedules and waiting starts; ``restore`` undoes all of it."""
         return self.edit(lambda edit: edit.remove_group(group_id))
 
     def save_place(self, place: Place) -> Place:
-        """Add (id 0) or change a place at which so many missions may be at a time."""
+        """Add (id 0) or change a place for a limited number of missions at a time."""
         return self.edit(lambda edit: edit.save_place(place))
 
     def remove_place(self, place_id: int) -> Removed:
@@ -229,8 +230,8 @@ class Catalogue:
 
     # ------------------------------------------------------------------ schedules
     def save_schedule(self, schedule: Schedule) -> Schedule:
-        """Add (id 0) or change a schedule; a blank name becomes "<mission> on <robot>". Parameters are judged by what is known of the
-        mission: who may ask robots does so before."""
+        """Add (id 0) or change a schedule; a blank name becomes "<mission> on <robot>". Parameters are checked by what
+        is known of the mission; callers that may ask robots do so before."""
         c = self._db.read()
         before = self._schedules.get(c, schedule.id) if schedule.id else None
         parameters = checks.parameters(schedule.parameters)
@@ -241,7 +242,7 @@ class Catalogue:
         return self.edit(lambda edit: edit.save_schedule(schedule))
 
     def set_schedule_enabled(self, schedule_id: int, enabled: bool) -> Schedule:
-        """Switch it on or off; what waits of it is cancelled."""
+        """Switch it on or off; its waiting starts are cancelled."""
         return self.edit(lambda edit: edit.save_schedule(replace(edit.the_schedule(schedule_id), enabled=enabled)))
 
     def switch_schedule(self, schedule_id: int, on: bool) -> Switched:
@@ -249,7 +250,7 @@ class Catalogue:
         return self.edit(lambda edit: edit.switch_schedule(schedule_id, on))
 
     def switch_back(self, switched: Switched) -> None:
-        """What waited waits again, unless it is too late for that. Raises InvalidInput when the schedule was deleted."""
+        """Its starts wait again, unless it is too late. Raises InvalidInput if the schedule was deleted."""
         self.edit(lambda edit: switch_back(edit, switched))
 
     def remove_schedule(self, schedule_id: int) -> Removed:

@@ -1,4 +1,4 @@
-"""Lines of the log about changes: what was, and what is now. Names are of people, files and robots: each stands in quotes, escaped."""
+"""Log lines about changes: before and after. Names come from people, files and robots: each is quoted and escaped."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _OF_SCHEDULE = ("name", *attributes(SCHEDULE))
 
 
 def differences(before: Mapping[str, object], after: Mapping[str, object]) -> str:
-    """ "name 'Aino' → 'Alma', enabled yes → no"; empty where nothing is another."""
+    """ "name 'Aino' → 'Alma', enabled yes → no"; empty without differences."""
     return ", ".join(
         f"{name} {shown(before[name])} → {shown(value)}" for name, value in after.items() if before[name] != value
     )

@@ -1,5 +1,5 @@
-"""Checks of single values (docs/interfaces.md has the ranges). Each returns the value in its normal form or raises InvalidInput, which
-names the field and says in one sentence how to mend it."""
+"""Checks of single values (docs/interfaces.md has the ranges). Each returns the value in its normal form or raises
+InvalidInput, which names the field and says in one sentence how to correct it."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Whether what a database holds can be read and used. A value that can't have been entered here (the file was prepared, or another
-program wrote into it) would otherwise end all scheduling as soon as it is met."""
+"""Checks that the content of a database can be read and used. A value that can't have been entered here (the file was
+prepared, or another program wrote to it) would otherwise stop all scheduling when it is first used."""
 
 from __future__ import annotations
 
@@ -41,7 +41,8 @@ _FORGIVEN = ("timezone", "language", "theme", "holiday_country", "holiday_subdiv
 
 
 def find_problem(c: sqlite3.Connection) -> Message | None:
-    """What can't be used, with the table it is in; None: nothing. Of the history only what is open and the newest is read."""
+    """The first unusable value and its table; None: none. Reads only the open and the newest executions of the
+    history."""
     for table, check in itertools.chain(_CHECKS.items(), _of_numbers(c)):
         try:
             check(c)
@@ -169,7 +170,8 @@ def _settings(c: sqlite3.Connection) -> None:
 
 
 def _schedules(c: sqlite3.Connection) -> None:
-    """What could be entered in an older version is taken: only what would end the planning of others is refused."""
+    """Values that older versions allowed are accepted: only those that would stop the planning of others are
+    refused."""
     found = ScheduleRepository().all(c)
     for schedule in found:
         _check_objects(schedule.parameters)
@@ -217,7 +219,7 @@ def _executions(c: sqlite3.Connection) -> None:
 
 
 def _of_numbers(c: sqlite3.Connection) -> Iterator[tuple[str, Callable[[sqlite3.Connection], None]]]:
-    """Checks of all columns of numbers, but of what is only shown."""
+    """Checks of all columns of numbers, except those only shown."""
     states = ", ".join(f"'{state}'" for state in OPEN_STATES)
     for table in tables(c):
         if table not in ("activity_spans", "activity_days", "ended_days"):

@@ -119,11 +119,11 @@ class Edit(GroupEdit, ScheduleEdit):
     def save_robot(
         self, robot: Robot, password: str | None = None, *, is_tested: bool = False, is_one_of_many: bool = False
     ) -> Robot:
-        """Add (id 0) or change. A password becomes the token at once; without one, a new robot or one with another user, address,
-        certificate or serial number is switched off and needs a password. A robot that only waited for its password is switched on by it. A
-        serial number of None leaves the known one; what else is known of the machine stays unless ``is_tested``: the caller has just asked
-        it, and does not merely give back what it read some time ago. ``is_one_of_many``: others change too, after which the caller asks
-        ``check_is_no_other``."""
+        """Add (id 0) or change. A password becomes the token at once; without one, a new robot or one with another
+        user, address, certificate or serial number is switched off and needs a password. A robot that only needed its
+        password is switched on by it. A serial number of None keeps the known one; other facts about the machine stay
+        unless ``is_tested``: the caller has just read them from it. ``is_one_of_many``: others change too, and the
+        caller calls ``check_is_no_other`` afterwards."""
         stored = self.the_robot(robot.id) if robot.id else None
         robot = fields.checked(robot, fields.ROBOT)
         self.check_robot_name(robot)
@@ -155,7 +155,7 @@ class Edit(GroupEdit, ScheduleEdit):
             raise InvalidInput("name", "there is a group {name} already", name=robot.name)
 
     def check_is_no_other(self, robot: Robot, before: Robot | None = None) -> None:
-        """That the same machine is not there twice. What was stored so, by an older version, can be changed otherwise."""
+        """Check that a machine is not configured twice. Duplicates stored by an older version can still be changed."""
         if before is None or (robot.address, robot.serial_number) != (before.address, before.serial_number):
             validation.check_is_no_other(robot, self.robots.all(self.c))
 
@@ -189,7 +189,7 @@ class Edit(GroupEdit, ScheduleEdit):
         return robot
 
     def _withdraw_idle(self, robot: Robot) -> None:
-        """Its idle mission is not sent any more; where it never was, the idle period has had none."""
+        """Withdraw its idle mission; if it was never sent, the idle period counts as unused."""
         reason = Reason(ReasonCode.SCHEDULE_CHANGED, {"idle": True})
         unsent = self.executions.open_for(self.c, robot.id, NOT_WITH_THE_ROBOT)
         if self.withdraw([row for row in unsent if row.trigger is Trigger.IDLE], reason):
@@ -244,7 +244,8 @@ class Edit(GroupEdit, ScheduleEdit):
 
     # ------------------------------------------------------------------ missions
     def save_mission(self, mission: Mission) -> Mission:
-        """Add (id 0) or change. What is planned on a robot with the mission of that name for all robots goes on with the robot's own."""
+        """Add (id 0) or change. Schedules on a robot that used the mission of that name for all robots continue with
+        the robot's own."""
         mission = fields.checked(mission, fields.MISSION)
         stored = self.the_mission(mission.id) if mission.id else None
         only = None if mission.robot_id is None else self.the_robot(mission.robot_id)
@@ -296,7 +297,8 @@ class Edit(GroupEdit, ScheduleEdit):
         self.topics.add(Topic.SCHEDULES)
 
     def remove_mission(self, mission_id: int) -> Removed:
-        """With the schedules and idle rules that use it; those of a robot's own one go on with the mission of that name for all robots."""
+        """Deletes the schedules and idle rules that use it; those of a robot's own one continue with the mission of
+        that name for all robots."""
         mission = self.the_mission(mission_id)
         if mission.robot_id is not None and (general := self.missions.by_name(self.c, mission.name)):
             self._replace_mission(mission_id, general.id, mission.robot_id)
@@ -315,7 +317,7 @@ def _idle_mission(robot: Robot) -> int | None:
 
 
 def _of_starts(settings: Settings) -> tuple[object, ...]:
-    """The settings that hold for starts whose schedule says nothing else."""
+    """The default settings for starts whose schedule has no own ones."""
     return settings.start_window_minutes, settings.minimum_battery_percent
 
 

@@ -1,5 +1,5 @@
-"""What is configured, field by field: the keys of the configuration file (docs/interfaces.md), how each value is checked, and which
-attribute holds it. Files are read and written, entries checked and changes named by these tables."""
+"""The configuration's fields: the keys of the configuration file (docs/interfaces.md), how each value is checked, and
+which attribute holds it. Files are read and written, entries checked and changes named by these tables."""
 
 from __future__ import annotations
 
@@ -18,11 +18,12 @@ _NOTHING = object()
 
 
 class Field:
-    """``name``: the key, as a message where sentences name it. ``attribute``: of the object, the key unless it is named; "": none.
+    """``name``: the key, as a message if sentences name it. ``attribute``: of the object, by default the key; "": none.
 
-    ``check`` takes a value and the field to name in a refusal, and returns its normal form; ``parse`` comes before it where a file writes
-    the value in another way. ``required``: "yes", or "new": of a new object only. ``special``: names of other objects and the like, which
-    import and export translate themselves. ``omit``: the value that an export leaves out.
+    ``check`` takes a value and the field to name in a refusal, and returns its normal form; ``parse`` comes before it
+    where a file writes the value in another way. ``required``: "yes", or "new": of a new object only. ``special``:
+    names of other objects and similar, which import and export translate themselves. ``omit``: the value that an export
+    omits.
     """
 
     def __init__(
@@ -83,7 +84,7 @@ def checked(entity: T, fields: Fields, *only: str) -> T:
 
 
 def differing(before: object, after: object, fields: Fields) -> list[Message]:
-    """The names of the fields in which two objects differ, those that name other objects last."""
+    """The names of the fields in which two objects differ, with references to other objects last."""
     return [
         field.name
         for field in sorted(fields, key=lambda field: field.special)
@@ -92,7 +93,7 @@ def differing(before: object, after: object, fields: Fields) -> list[Message]:
 
 
 def written(entity: object, fields: Fields, **values: Any) -> dict[str, Any]:
-    """For a file, in the order of the table; ``values`` by key go before those of the object."""
+    """For a file, in the order of the table; ``values`` by key replace those of the object."""
     found = {
         field.key: values[field.key] if field.key in values else _plain(getattr(entity, field.attribute))
         for field in fields

@@ -1,5 +1,5 @@
-"""Schedule names that the app generates: "<mission> on <robot>", with a number when that is taken. They change when the mission or
-the robot is renamed; those that a person typed stay. Schedules of a file that have no name get one.
+"""Schedule names that the app generates: "<mission> on <robot>", with a number if that is taken. They change when the
+mission or the robot is renamed; typed names stay. Schedules of a file without a name get one.
 """
 
 from __future__ import annotations
@@ -55,8 +55,9 @@ def _rename(edit: Transaction, schedules: Sequence[Schedule], made_of: Mapping[i
 
 
 class Unnamed:
-    """The unnamed schedules of one mission on one robot. ``names`` are tried in that order; ``taken`` are those that the file uses, to
-    which the caller adds each one returned; ``stored`` finds a schedule by name. Each name is looked up once, however many there are."""
+    """The unnamed schedules of one mission on one robot. ``names`` are tried in that order; ``taken`` are those used by
+    the file, to which the caller adds each one returned; ``stored`` finds a schedule by name. Each name is looked up
+    once, however many there are."""
 
     def __init__(self, names: Iterator[str], taken: set[str], stored: Callable[[str], Schedule | None]) -> None:
         self._names, self._taken, self._stored = names, taken, stored

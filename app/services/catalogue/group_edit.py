@@ -84,7 +84,7 @@ class GroupEdit(Transaction):
         return waiting
 
     def _unassign(self, robot_id: int, group_id: int | None = None) -> None:
-        """What was to go to this robot as one of a group, with nothing sent, is for any of the others again."""
+        """Unsent starts assigned to this robot of a group are for any of the others again."""
         waiting = self.executions.open_for(self.c, robot_id, [State.WAITING])
         of_groups = [row for row in waiting if row.group_id is not None and group_id in (None, row.group_id)]
         self.apply(map(transitions.unassign, of_groups))
@@ -112,7 +112,7 @@ class GroupEdit(Transaction):
         return place
 
     def use_places(self, mission: Mission, place_ids: Collection[int]) -> bool:
-        """Have a mission use these, and no others; whether that is something new."""
+        """Let a mission use exactly these; returns whether that changes anything."""
         if self.places.used_by(self.c, mission.id) == set(place_ids):
             return False
         self.places.use(self.c, mission.id, place_ids)

@@ -27,7 +27,7 @@ class Checked(NamedTuple):
 
 
 class Runners:
-    """Which robots may get the starts of schedules, as all that is configured is at one moment."""
+    """Which robots may get the starts of schedules, by the configuration at one moment."""
 
     def __init__(self, c: sqlite3.Connection) -> None:
         self._robots = {robot.id: robot for robot in RobotRepository().all(c)}
@@ -90,7 +90,7 @@ def _given(schedule: Schedule) -> tuple[object, ...]:
 
 
 def check(mission: str, values: Mapping[str, Any], robots: Sequence[tuple[Robot, str]], known: Known) -> Checked:
-    """Of a mission of that name that one of these robots is to run, each with its guid there."""
+    """The missions of that name on these robots, each with its guid there."""
     problem: InvalidInput | None = None
     for robot, guid in robots:
         if (parameters := known(robot, guid)) is None:

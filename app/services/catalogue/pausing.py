@@ -69,7 +69,7 @@ class Pausing:
             edit.executions.drop_skipped(c, schedule_id, instant)
             if edit.executions.has_instant(c, schedule_id, instant):
                 raise InvalidInput("schedule", "this start may have been sent already")
-            if schedule.next_at is None or instant < schedule.next_at:  # else what is due just now would be passed over
+            if schedule.next_at is None or instant < schedule.next_at:  # else a start due just now would be passed over
                 edit.schedules.advance(c, schedule_id, edit.first_due(schedule, edit.calendar))
             _note(
                 edit, f"schedule {schedule.name!r}: the start at {change_log.moment(instant)} is not skipped any more"
@@ -78,7 +78,8 @@ class Pausing:
         self._catalogue.edit(work)
 
     def pause(self, schedule_id: int, until: datetime) -> Schedule:
-        """Skip every start before ``until`` (aware), also what waits of the schedule. Raises InvalidInput for a time that has passed."""
+        """Skip every start before ``until`` (aware), also waiting ones of the schedule. Raises InvalidInput for a time
+        that has passed."""
 
         def work(edit: Edit) -> Schedule:
             schedule = edit.the_schedule(schedule_id)
@@ -118,7 +119,7 @@ def _check_is_to_come(edit: Edit, schedule: Schedule, instant: datetime) -> None
 
 
 def _has_passed(edit: Edit, schedule: Schedule, instant: datetime) -> bool:
-    """Also where its row is there just before it."""
+    """Also if its row already exists just before it."""
     return instant <= edit.now or (schedule.planned_through is not None and instant <= schedule.planned_through)
 
 

@@ -1,6 +1,6 @@
 """Preview of a schedule that is not saved yet: its next starts, and warnings about it.
 
-A concern forbids nothing. What can't be saved at all is raised as InvalidInput, by the same checks as when it is saved.
+A concern never prevents saving. Invalid schedules raise InvalidInput, by the same checks as saving.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class ConcernCode(StrEnum):
     ROBOT_OFF = "robot_off"  # the robot is switched off in Settings
     PAUSED = "paused"  # a person paused the schedule: no start before then
     SWITCHED_OFF = "switched_off"  # the schedule is: nothing starts
-    NO_START = "no_start"  # nothing is left to come
+    NO_START = "no_start"  # no more starts
     # those of ``app.domain.conflicts``, which has their words
     TOO_FEW_ROBOTS = "too_few_robots"
     PLACE_FULL = "place_full"
@@ -87,7 +87,7 @@ class Forecast:
     usual: DurationEstimate | None = None  # of that mission on that robot; None: not known
     concerns: tuple[Concern, ...] = ()
     free_at: datetime | None = None  # naive local time of the nearest first start without an overlap
-    skipped: tuple[datetime, ...] = ()  # starts to come that a person has left out (UTC)
+    skipped: tuple[datetime, ...] = ()  # future starts that a person has skipped (UTC)
 
     @property
     def usual_s(self) -> float | None:
@@ -278,7 +278,8 @@ def _is_missing(mission: Mission, robot_id: int, known: Mapping[str, str] | None
 
 
 def _clock_changes(starts: tuple[Occurrence, ...], zone: str) -> Iterator[Concern]:
-    """Starts whose wall-clock time is left out by a clock change (they come later) or comes twice (the first time counts)."""
+    """Starts whose wall-clock time is skipped by a clock change (they come later) or repeated (the first one
+    counts)."""
     tz = ZoneInfo(zone)
     for start in starts:
         local = start.instant.astimezone(tz)

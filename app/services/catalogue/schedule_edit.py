@@ -36,7 +36,7 @@ class ScheduleEdit(Transaction):
     """Every method raises InvalidInput before it has written anything."""
 
     def first_due(self, schedule: Schedule, calendar: WorkingCalendar) -> datetime | None:
-        """The next occurrence, one that was planned before or skipped in advance left out."""
+        """The next instant, without those already planned or skipped in advance."""
         return first_due(schedule, self.settings, self.now, calendar, self.schedules.skipped(self.c, schedule.id))
 
     def save_schedule(self, schedule: Schedule) -> Schedule:
@@ -78,8 +78,8 @@ class ScheduleEdit(Transaction):
         return before
 
     def replan_outdated(self) -> int:
-        """At a start: what was planned by other rules (those of an older version) or with other zone data is planned again, each start in
-        the place of the nearest one. Returns of how many schedules."""
+        """At a start: starts planned by other rules (of an older version) or with other zone data are planned again,
+        each moved to the nearest new instant. Returns the number of schedules."""
         outdated = [
             schedule
             for schedule in self.schedules.all(self.c)
@@ -178,13 +178,13 @@ class ScheduleEdit(Transaction):
             self.apply([transitions.redefine(row, **columns)])
 
     def _choose_again(self, schedule: Schedule) -> None:
-        """Which robot of its group gets what waits; before what else is as the schedule says."""
+        """Choose the robot of its group again for a waiting start, before its other values are updated."""
         for row in self.unsent_of([schedule]) if schedule.group_id is not None else ():
             if row.state is State.WAITING:
                 self.apply([transitions.redefine(row, priority=schedule.priority), transitions.unassign(row)])
 
     def update_waiting(self, schedules: Iterable[Schedule]) -> None:
-        """What waits of these, whose mission or settings were changed."""
+        """Update waiting starts of these schedules, whose mission or settings were changed."""
         for schedule in schedules:
             self.change_waiting(schedule, self.the_mission(schedule.mission_id))
 
@@ -213,7 +213,7 @@ class ScheduleEdit(Transaction):
         return next(name for name in names.generated(mission, robot) if self.schedules.by_name(self.c, name) is None)
 
     def remove_schedule(self, schedule_id: int) -> Removed:
-        """Takes effect at once; what waits of it is cancelled, what runs goes on, history stays."""
+        """Takes effect at once; waiting starts are cancelled, running ones continue, history stays."""
         schedule = self.the_schedule(schedule_id)
         starts = self.open_of([schedule])
         self.withdraw_all(schedule, "deleted")
@@ -223,7 +223,7 @@ class ScheduleEdit(Transaction):
 
 
 def _when(schedule: Schedule) -> tuple[object, ...]:
-    """What decides at which instants it starts, and where."""
+    """The values that determine its instants and its robot."""
     return (
         schedule.start,
         schedule.timezone,

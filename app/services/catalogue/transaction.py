@@ -1,4 +1,4 @@
-"""What every change of the plan begins with: the rows that it is about, or InvalidInput where they were deleted."""
+"""The begin of every change of the plan: the rows concerned, or InvalidInput if they were deleted."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from app.services.planning.working_days import WorkingCalendar, working_calendar
 
 @dataclass
 class Transaction:
-    """One moment of the database, that the caller opened and commits: what there is, and what of it was changed."""
+    """One transaction of the database, opened and committed by the caller: the present rows, and the changed ones."""
 
     c: sqlite3.Connection
     now: datetime
@@ -149,7 +149,7 @@ class Transaction:
         return rows
 
     def withdraw(self, rows: Iterable[Execution], reason: Reason) -> list[Execution]:
-        """What no robot has yet of these is not sent any more; returns what waited, which has ended."""
+        """Withdraw starts of these that no robot has yet; returns the waiting ones, which have ended."""
         return [
             row for row in self.apply(transitions.withdraw(row, reason) for row in rows) if row.ended_at is not None
         ]
@@ -160,7 +160,7 @@ class Transaction:
         return self.withdraw(rows, Reason(ReasonCode.SCHEDULE_CHANGED, {was: True}))
 
     def unsent_of(self, schedules: Sequence[Schedule]) -> list[Execution]:
-        """What no robot has yet of these, as far as is known."""
+        """Starts of these that no robot has yet, as far as known."""
         return [
             row
             for schedule in schedules

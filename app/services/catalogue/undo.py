@@ -1,4 +1,4 @@
-"""Undoing a deletion: what it took away, and how that is put back; that a schedule was switched; and that a start was cancelled."""
+"""Undoing a deletion, the switch of a schedule, and the cancellation of a start."""
 
 from __future__ import annotations
 
@@ -219,7 +219,7 @@ def _restore_row(edit: Edit, row: Execution) -> None:
 
 
 def may_wait_again(row: Execution) -> bool:
-    """Whether a person has cancelled that start before anything of it was sent. What idleness wanted, it wants again by itself."""
+    """Whether a person has cancelled that start before it was sent. Idle missions are started again automatically."""
     return (
         row.state is State.CANCELLED
         and row.reason is not None
@@ -262,7 +262,7 @@ def wait_again(edit: Edit, execution_id: int) -> None:
 
 
 def _plan_again(edit: Edit, row: Execution, schedule_id: int) -> None:
-    """Its instant is still to come, and is not left out any more."""
+    """Remove the skip of its instant, which is in the future."""
     schedule = edit.the_schedule(schedule_id)
     edit.schedules.unskip(edit.c, schedule_id, row.planned_at)
     if row.held:
@@ -272,7 +272,7 @@ def _plan_again(edit: Edit, row: Execution, schedule_id: int) -> None:
         raise InvalidInput("execution", "this start may have been sent already")
     if wanted(edit.c, replace(row, state=State.WAITING, reason=None), reopen=True).why is not None:
         raise InvalidInput("schedule", "its schedule has been changed since")
-    if schedule.next_at is None or row.planned_at < schedule.next_at:  # else what is due just now would be passed over
+    if schedule.next_at is None or row.planned_at < schedule.next_at:  # else a start due just now would be passed over
         edit.schedules.advance(edit.c, schedule_id, edit.first_due(schedule, edit.calendar))
     edit.notes.append(f"#{row.id} {row.mission!r} is planned again: its cancellation was undone")
     edit.topics |= {Topic.EXECUTIONS, Topic.SCHEDULES}

@@ -1,5 +1,6 @@
-"""Checks of whole objects: each value by the tables of ``fields``, then the rules between them. What is related to other objects is checked
-by the catalogue. Each returns the object in its normal form or raises InvalidInput, which names the field and says how to mend it."""
+"""Checks of whole objects: each value by the tables of ``fields``, then the rules between them. The catalogue checks
+relations to other objects. Each returns the object in its normal form or raises InvalidInput, which names the field and
+says how to correct it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Time zones of the settings and of schedules: which ones count where none was chosen yet, or one is not known here."""
+"""Time zones of the settings and of schedules: the one to use if none was chosen yet, or if one is not known here."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ if TYPE_CHECKING:
 
 
 def take_known_zones(edit: Edit, find_zone: Callable[[], TabletZone]) -> list[str]:
-    """At a start: where the settings have no time zone, or one that is not known here (of another system or version), they take the
-    tablet's, and a person is asked where that isn't certain. Schedules whose zone isn't known take that of the settings; they are
-    switched off where that is only a guess, as they would start at a wrong time. Returns one line for each, for the log."""
+    """At a start: settings without a time zone, or with one that is not known here (of another system or version),
+    get the tablet's; a person is asked if that isn't certain. Schedules with an unknown zone get that of the
+    settings, and are switched off if it is only a guess, as they could start at wrong times. Returns one line for
+    each, for the log."""
     lines, stored = [], edit.settings.timezone
     is_stored = edit.stored_settings.is_stored(edit.c, "timezone")
     if not is_stored or not checks.is_zone(stored):

@@ -1,4 +1,5 @@
-"""What a trial changes on a robot: noted on the disk before it is done, and put back at its end, or later where it was cut off."""
+"""The changes of a trial on a robot: recorded on the disk before they are made, and undone at its end, or later if it
+was interrupted."""
 
 from __future__ import annotations
 
@@ -20,8 +21,8 @@ from app.services.check_up.session import CheckUpSession
 from app.services.live.alarms import Alarms
 from app.services.live.holds import Holds
 
-MOST_ITEMS = 60  # numbers above the floor that are looked at: those of the trial, and what others queued between them
-MISSING_IN_A_ROW = 3  # numbers that aren't there, until no more are looked for
+MOST_ITEMS = 60  # numbers above the floor that are checked: those of the trial, and others queued in between
+MISSING_IN_A_ROW = 3  # missing numbers, until the search ends
 ENDS_WITHIN = 15.0  # s from the request to cancel an item to its end
 NOT_THERE = (404, 410)
 
@@ -31,8 +32,8 @@ ALARM = "check_up_left"
 
 
 class Journal:
-    """Of one trial on one robot: the queue items, the mission that was made, the pause and the hold that have to be undone. They are
-    plain data, so that another process can undo them when this one is killed."""
+    """The changes of one trial on one robot that have to be undone: queue items, the mission that was made, the pause
+    and the hold. They are plain data, so that another process can undo them when this one is killed."""
 
     def __init__(self, db: Database, holds: Holds, alarms: Alarms, robot: Robot, left: LeftBehind) -> None:
         self._db, self._holds, self._alarms, self._robot, self._left = db, holds, alarms, robot, left
@@ -58,12 +59,12 @@ class Journal:
         self._db.write(lambda c: self._put(c, left))
 
     def end_hold(self) -> None:
-        """It stands in Pause only where a person has paused it, and the plan may have it."""
+        """It is paused only if a person has paused it, and the plan may use it."""
         left = replace(self.left, is_paused=False, hold=None)
         self._holds.release(self._robot.id, self._left.hold or NO_HOLD, also=lambda c: self._put(c, left))
 
     def end(self) -> None:
-        """All was put back. The plan goes on, unless a person has set another hold."""
+        """All was undone. The plan continues, unless a person has set another hold."""
         self._holds.release(
             self._robot.id,
             self.left.hold or NO_HOLD,
@@ -93,11 +94,11 @@ class Outcome(NamedTuple):
 def put_back(
     session: CheckUpSession, journal: Journal, is_claimed: Callable[[int], bool], *, is_late: bool = False
 ) -> Outcome:
-    """From the last to the first: cancels what is still open of the trial, ends its pause, removes the mission that was made, and ends the
-    hold.
+    """Undo from the last to the first: cancel open items of the trial, end its pause, remove the mission that was made,
+    and end the hold.
 
-    ``is_claimed``: whether an item is a start of the plan. ``is_late``: a robot in Pause may have been paused by a person since: it is not
-    released while something of others is in its queue, as it would drive off. Raises RobotError.
+    ``is_claimed``: whether an item is a start of the plan. ``is_late``: a robot in Pause may have been paused by a
+    person since: it is not released with missions of others in its queue, as it would drive off. Raises RobotError.
     """
     left = journal.left
     ours, others = _items(session, left, is_claimed)
@@ -114,7 +115,7 @@ def put_back(
                         number=str(known[0].get("id")),
                     )
                 )
-            break  # with a word that is not known, and no time: it was cancelled
+            break  # with an unknown word, and no time: it was cancelled
     outcome = _end_pause(session, journal, ours, is_late and bool(others))
     try:
         if left.mission is not None:
@@ -134,7 +135,7 @@ def _end_pause(session: CheckUpSession, journal: Journal, ours: Iterable[parse.O
     status = session.robot.paced_status()
     if status.state is not RobotState.PAUSE:
         return Outcome(None, is_in_error=status.state is RobotState.ERROR)
-    left = journal.left  # as it is now: a person may have pressed Pause in the app
+    left = journal.left  # its present value: a person may have pressed Pause in the app
     if not left.is_paused:
         return Outcome(None, stays_paused=True)
     if status.has_booted_since(left.uptime_s) or _have_gone_on(ours, left.started):
@@ -146,7 +147,7 @@ def _end_pause(session: CheckUpSession, journal: Journal, ours: Iterable[parse.O
 
 
 def _have_gone_on(items: Iterable[parse.Object], started: str | None) -> bool:
-    """Whether missions of the trial ran since it was paused, so that the pause was left and has come again."""
+    """Whether missions of the trial ran since it was paused, so that the pause was ended and set again."""
     begun = [(at, item) for item in items if (at := parse.instant(item.get("started"))) is not None]
     if not begun:
         return False
@@ -155,7 +156,7 @@ def _have_gone_on(items: Iterable[parse.Object], started: str | None) -> bool:
 
 
 def _remove(session: CheckUpSession, path: str) -> None:
-    """A mission, and first its actions: whether they go with it is not known of every robot. Raises RobotError."""
+    """Delete a mission, and first its actions: not every robot is known to delete them with it. Raises RobotError."""
     actions = session.robot.get(f"{path}/actions").checked(*NOT_THERE)
     guids = [parse.text_or_none(action.get("guid")) for action in actions.rows]
     if actions.is_good and not (actions.is_list and len(guids) == len(actions.found) and all(guids)):
@@ -168,7 +169,8 @@ def _remove(session: CheckUpSession, path: str) -> None:
 
 
 def set_state(session: CheckUpSession, state: RobotState) -> None:
-    """Pause or release it, right after its status was read: what somebody does in between can't be seen. Raises RobotError."""
+    """Pause or release it, right after its status was read: changes by others in between can't be seen. Raises
+    RobotError."""
     session.robot.ask("PUT", "/status", json={"state_id": int(state)}, at_once=True).checked()
 
 

@@ -27,7 +27,7 @@ ASKED_LESS = message(
 
 
 def latency(session: CheckUpSession) -> Found:
-    """By so many questions, one a second; by fewer where the robot takes longer, so that it does not last much longer."""
+    """With this many questions, one a second; fewer if the robot is slow, so that it does not last much longer."""
     took: list[float] = []
     asked, start = 0, session.clock.monotonic()
     while asked < QUESTIONS and (asked < FEWEST or session.clock.monotonic() - start < QUESTIONS):
@@ -126,7 +126,7 @@ def _once_more(session: CheckUpSession, asked: int) -> Found:
 
 
 def _ask_often(session: CheckUpSession) -> tuple[int, bool]:
-    """How often it was asked until it left a question unanswered, and whether it answered all."""
+    """The number of questions until the first unanswered one, and whether it answered all."""
     began, asked = session.clock.monotonic(), 0
     while asked < LOAD_S * LOAD_A_SECOND and (elapsed := session.clock.monotonic() - began) < LOAD_S:
         session.at(message("Asking as often as the app does at its busiest"), READS_S + QUESTIONS + elapsed)

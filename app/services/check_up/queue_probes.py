@@ -1,4 +1,4 @@
-"""How the robot's queue can be read: search, order, pages, fields; how long it is, and who else uses it."""
+"""How the robot's queue can be read: search, order, pages, fields; its length, and its other users."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ class _QueueLists:
         return TOO_FEW if len(ids) <= 2 else green("Its lists come in pages as asked for, with all fields")
 
     def _has_more_than(self, ids: set[int]) -> bool:
-        """Whether its queue has entries besides those that came though more were asked for."""
+        """Whether its queue has more entries than it returned, although more were requested."""
         further = self._ids(sort_by="id,desc", limit="1", offset=str(len(ids)))
         return not ids.issuperset([*further, self._oldest, self._newest])
 

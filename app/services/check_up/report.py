@@ -56,7 +56,7 @@ DEFINITIONS = {(2, 0): "2.14.7", (3, 0): "3.5.4", (3, 8): "3.8.1"}  # the simula
 OFFLINE_S = 40.0  # that a robot boots, where only that it does is known
 SMALL_OFFSET_S = 2.0  # of clocks: not more than the resolution of robots' times
 LARGEST_OFFSET_S = 1e6  # that the simulator takes
-# What items have anyway, so that on a simulated robot the description can't be moved there.
+# Usual fields of items, to which a simulated robot can't move the description.
 ITEM_FIELDS = frozenset(
     {
         "actions",
@@ -148,7 +148,7 @@ def document(report: Report, zone: str) -> str:
 
 
 def _simulated(report: Report) -> dict[str, Any]:
-    """What is known, in the simulator's words; what is not known is as on its faithful robot."""
+    """The known facts in the simulator's terms; unknown ones are as on its faithful robot."""
     found = report.profile
     values: dict[str, Any] = {
         "about": f"{report.robot}, as it was found on {report.began_at:%Y-%m-%d}.",

@@ -1,7 +1,6 @@
-"""Check-ups of robots: what a robot really does, found out before it is relied on.
-
-``run`` blocks for a minute or two and belongs on a background thread, or in a command. The robot's worker goes on, on a
-connection of its own; while missions are queued for a check-up, a hold stops the plan's starts.
+"""Check-ups of robots: find out a robot's real behaviour before relying on it. ``run`` blocks for a minute or two and
+belongs on a background thread, or in a command. The robot's worker continues on its own connection; while missions are
+queued for a check-up, a hold stops the plan's starts.
 """
 
 from __future__ import annotations
@@ -95,9 +94,9 @@ class CheckUps:
         on_progress: Callable[[Progress], None] = lambda progress: None,
         is_wanted: Callable[[], bool] = lambda: True,
     ) -> Report:
-        """Read the robot and, with a ``trial``, queue missions on it. ``on_progress`` is called with how far it is. ``is_wanted`` is asked
-        between questions, and what was changed is put back in any case. A robot that does not answer is a finding, not an error. A
-        check-up that is not complete is not kept.
+        """Read the robot and, with a ``trial``, queue missions on it. ``on_progress`` is called with the progress.
+        ``is_wanted`` is called between questions, and changes are undone in any case. A silent robot is a finding, not
+        an error. An incomplete check-up is not stored.
 
         Raises InvalidInput for a robot that is being checked up, and for a trial that can't be now, with the reason.
         """
@@ -181,7 +180,7 @@ class CheckUps:
 
     # ------------------------------------------------------------------ what a trial left
     def left_behind(self) -> Mapping[int, LeftBehind]:
-        """By robot: what a trial that was cut off has changed there and has not been put back."""
+        """By robot: changes of an interrupted trial that have not been undone."""
         return {key: left for key, left in self.trials.left_behind().items() if key not in self._under_way}
 
     def put_back(self, robot_id: int) -> Message | None:
@@ -192,7 +191,7 @@ class CheckUps:
             return self.trials.put_back(self._session(client), robot)
 
     def tick(self) -> None:
-        """A chore: what a trial left is put back on a thread of its own. Returns at once."""
+        """A chore: undo remains of a trial on a separate thread. Returns at once."""
         now = self._clock.monotonic()
         if now < self._retry_at or (self._thread and self._thread.is_alive()):
             return
@@ -228,8 +227,8 @@ class CheckUps:
 
     @contextmanager
     def _client(self, robot: Robot) -> Iterator[RobotClient]:
-        """A patient connection of its own, to the robot as it is and not as an earlier check-up has found it; at a pace of its own, which
-        measures what the robot bears."""
+        """A separate client with long time-outs, without the profile of an earlier check-up; with its own request
+        limit, to measure the robot's."""
         if robot.needs_password or not robot.token:
             raise InvalidInput(
                 "robot", "{robot} is switched off until its password is entered in Settings", robot=robot.name
@@ -261,7 +260,7 @@ def moves(robot: str, trial: Trial) -> Message:
 
 
 def _with_known(session: CheckUpSession, known: RobotProfile | None) -> RobotProfile:
-    """What was found, and what a trial of the same machine with the same software has shown before."""
+    """The findings, and those of an earlier trial of the same machine with the same software."""
     found = RobotProfile(session.identity.serial_number, session.identity.software, **session.facts)
     if known is None or not known.is_of(found.serial_number, found.software):
         return found

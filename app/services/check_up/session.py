@@ -1,4 +1,4 @@
-"""What every part of a check-up works with: the robot, and what was found of it so far."""
+"""The common data of a check-up: the robot, and the findings so far."""
 
 from __future__ import annotations
 
@@ -25,18 +25,13 @@ class Cancelled(Exception):
 
 @dataclass
 class CheckUpSession:
-    """One check-up under way: what it asks, and what it has found so far.
+    """One check-up under way: its questions, and its findings so far.
 
-    Attributes:
-        zone: IANA name of the zone that the plan is in.
-        is_wanted: whether the check-up is to go on; asked between questions.
-        on_progress: called with how far it is.
-        length_s: of the whole check-up, about.
-        same_machine: names of the other robots in the list that have this serial number.
-        facts: fields of the robot's profile, by name.
-        identity: who answers; until that is known, who it was before.
-        entries: the newest items of its queue when it was read, as they came; [] where they can't be read. newest_id: the highest number
-            in it; 0: it is empty, None: it could not be read.
+    Attributes: zone: IANA name of the zone that the plan is in. is_wanted: whether to continue; called between
+    questions. on_progress: called with the progress. length_s: approximate length of the whole check-up. same_machine:
+    names of the other robots in the list that have this serial number. facts: fields of the robot's profile, by name.
+    identity: of the answering machine; until known, the stored one. entries: the newest items of its queue, raw; [] if
+    they can't be read. newest_id: the highest number in it; 0: it is empty, None: it could not be read.
     """
 
     robot: RawClient

@@ -25,11 +25,11 @@ NAME, SECOND = "AMR Scheduler check-up", "00:00:01.000000"
 GROUP = "Missions"  # of missions, on every robot from the factory on
 URGENT = 10  # priority
 PAUSE_S = 3.0  # that the robot is paused at a time, at least
-STATE_WITHIN = 10.0  # s until it shows that it is paused
+STATE_WITHIN = 10.0  # s until its status shows the pause
 ENDS_WITHIN, OWN_ENDS_WITHIN = 90.0, 900.0  # s for all items to end: of the mission that waits a second, of another one
 TAKES_S, OWN_TAKES_S = 40.0, 240.0  # that a trial takes, about
 READ_EVERY = 1.0  # s between two looks at all items
-WATCH_EVERY = 0.3  # s after which its state is looked at again, before another question
+WATCH_EVERY = 0.3  # s after which its state is read again
 LONGEST_WORD = 40  # characters for a state
 _ENDED = message("The trial ended. Check up again when the robot is used by no one else.")
 PAUSED = amber("Somebody paused it while it was tried", _ENDED)
@@ -87,7 +87,7 @@ class TrialResult:
     pause_problem: RobotError | None = None
     waits_in_pause: bool = False  # what is queued then
     runs_on: bool | None = None  # after a pause, what ran before
-    is_in_error: bool = False  # at the end: what ended may have failed
+    is_in_error: bool = False  # at the end: an ended one may have failed
     may_not_make: bool = False  # a mission
     problem: RobotError | None = None  # that ended the trial early
 
@@ -124,7 +124,7 @@ class TrialRun:
         self.result = TrialResult()
 
     def run(self) -> TrialResult:
-        """Raises Cancelled or TakenOver; a robot that doesn't answer is part of what was seen."""
+        """Raises Cancelled or TakenOver; a silent robot is part of the result."""
         try:
             self._run()
         except RobotError as error:
@@ -193,7 +193,7 @@ class TrialRun:
             set_state(self._session, RobotState.PAUSE)
         except Refusal as error:
             if self._shows_pause(True, within=0.0):
-                raise  # what it says is not what it does
+                raise  # its state does not match its behaviour
             self.result.pause_problem = error
         else:
             self._is_paused = self._shows_pause(True)

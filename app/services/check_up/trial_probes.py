@@ -117,7 +117,7 @@ def _fields_with(row: Mapping[str, Any], token: str) -> list[str]:
 
 
 def _own_words(result: TrialResult) -> tuple[dict[str, str], list[str]]:
-    """The robot's words for states that are not MiR's: those for one state, with MiR's word, and those that stand for several."""
+    """The robot's own words for states: those for one state, with MiR's word, and ambiguous ones."""
     phases: dict[str, set[QueueState]] = {}
     for item in result.runs:
         for phase, word in item.words.items():
@@ -234,7 +234,7 @@ def _words_of_cancelled(session: CheckUpSession, result: TrialResult, item: Item
 
 
 def _failures(session: CheckUpSession, cancelled: str) -> list[parse.Object]:
-    """Of the items that its queue had before: those that failed, the newest first. Completed and cancelled ones say nothing."""
+    """Earlier failed items of its queue, the newest first. Completed and cancelled ones are not evidence."""
     others = [word for word, state in session.facts["item_states"].items() if state in ("Done", CANCELLED)]
     return [
         entry

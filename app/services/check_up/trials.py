@@ -36,7 +36,7 @@ REQUESTS = 120  # of a trial, about: each takes so much longer where the robot i
 TRIES, AGAIN_AFTER = 4, 3.0  # to put a robot back at the end, s between them
 RELEASED_WITHIN = timedelta(
     minutes=10
-)  # after a trial began, in which the person who agreed to it expects the robot to be released
+)  # after the begin of a trial, in which its person expects the robot to be released
 KEEP_FREE = timedelta(minutes=3)  # between the end of a check-up and the next planned start
 BUILT_IN = "mirconst"  # guids of the missions that every robot has begin so
 
@@ -112,7 +112,8 @@ class Trials:
         return Journal(self._db, self._holds, self._alarms, robot, left)
 
     def _wait_until_ready(self, session: CheckUpSession, robot: Robot) -> None:
-        """After so many questions it may have booted, and what others queued may run. Raises InvalidInput, RobotError or Cancelled."""
+        """After many questions it may have booted, and missions of others may run. Raises InvalidInput, RobotError or
+        Cancelled."""
         began = ready_since = self._clock.monotonic()
         while self._clock.monotonic() - ready_since < READY_FOR:
             session.at(message("Waiting until it is ready"), load_probes.LENGTH_S)
@@ -165,7 +166,8 @@ class Trials:
         return self._check_ups.left_behind(self._db.read())
 
     def put_back(self, session: CheckUpSession, robot: Robot) -> Message | None:
-        """What a trial that was cut off left there. Returns what could not be. Raises RobotError, and InvalidInput on a copy."""
+        """Undo an interrupted trial there. Returns what could not be undone. Raises RobotError, and InvalidInput on a
+        copy."""
         left = self.left_behind().get(robot.id)
         if left is None:
             return None
@@ -282,7 +284,7 @@ def _is_another(left: LeftBehind, serial_number: str | None) -> bool:
 
 
 def _is_ready(client: RobotClient) -> bool:
-    """Whether it stands ready and nothing is in its queue. Raises RobotError."""
+    """Whether it is ready with an empty queue. Raises RobotError."""
     return client.status().state is RobotState.READY and not client.open_items()
 
 

@@ -37,7 +37,7 @@ class Allocator:
         self._starts, self._groups = GroupExecutionRepository(), GroupRepository()
         self._waiting = Waiting(context, None, self._later)
         self._usual_durations = UsualDurations(context)
-        self._look_at = math.inf  # on the monotonic clock: one that waits can go on then
+        self._look_at = math.inf  # on the monotonic clock: a waiting one can continue then
         self._met_at: dict[int, float] = {}  # starts by id: when they were first seen, on the same clock
         self.members: frozenset[int] = frozenset()  # robots that something waits for
         self.post: Callable[[int, messages.Start], None] = lambda robot_id, start: None  # to its worker
@@ -46,7 +46,8 @@ class Allocator:
         self._look_at = min(self._look_at, self._clock.monotonic() + seconds)
 
     def advance(self, workers: Mapping[int, RobotWorker], only: int | None = None) -> float:
-        """Decide about all that waits, or this one. Returns the seconds until that is wanted again; infinite: nothing waits."""
+        """Decide about all waiting starts, or this one. Returns the seconds until the next decision; infinite: nothing
+        waits."""
         rows = [row for row in self._ledger.unbound() if only in (None, row.id)]
         if not rows:
             self.members = frozenset()
@@ -95,7 +96,7 @@ class Allocator:
         return True
 
     def _has_no_robot(self, row: Execution, group: Group | None, robots: Mapping[int, Robot]) -> Reason | None:
-        """Why none of these can ever get it; None: one can."""
+        """Why none of these can ever get it; None: at least one can."""
         members = [robots[key] for key in group.members if key in robots] if group is not None else []
         others = [robot for robot in members if not rules.is_excluded(row.tried, robot.id)]
         if not any(robot.enabled for robot in others):
@@ -131,7 +132,7 @@ class Allocator:
     def _decide(
         self, rows: Sequence[Execution], groups: Mapping[int, Group], workers: Mapping[int, RobotWorker]
     ) -> tuple[set[int], set[int]]:
-        """Returns the ids of those that were given to a robot, and of those that were to be and had changed, or the robot had."""
+        """Returns the ids of the assigned ones, and of those not assigned because they or the robot had changed."""
         state, by_id = (
             GroupState(self._s, self._usual_durations, workers, self.members, self._lacks),
             {row.id: row for row in rows},
@@ -167,7 +168,8 @@ class Allocator:
         return given, {each.row.id for each in assigned} - given
 
     def _intent_floor(self, row: Execution, worker: RobotWorker, guid: str) -> int | None:
-        """Where nothing of it was ever there and the robot is ready for it, its intent is written with the choice: the highest id known."""
+        """The highest known id, if it was never sent there and the robot is ready: then its intent is written with the
+        choice."""
         ready = worker.readiness()
         if (
             ready is None
@@ -183,7 +185,7 @@ class Allocator:
         return None if may_be_there else ready.queue_floor
 
     def _waiting_for_robot(self, row: Execution, decision: Decision, state: GroupState) -> list[Transition]:
-        """What it waits for, where that is something new."""
+        """What it waits for, if that has changed."""
         if decision.full_place is not None and (full := self._ledger.full_place(row)) is not None:
             return transitions.wait(row, Wait.PLACE, **state.describe_occupant(full))
         return transitions.wait(row, Wait.ROBOT, group=row.robot_group, **state.choice(decision))

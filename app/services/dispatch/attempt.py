@@ -14,7 +14,7 @@ from app.services.executions.transitions import Transition
 class Phase(Enum):
     READY = auto()  # its intent is on disk, its instant is still to come
     BACKOFF = auto()  # it waits, and is looked at again at ``wake_at``
-    IN_DOUBT = auto()  # its request may have reached the robot, or may still reach it
+    IN_DOUBT = auto()  # its request may have reached the robot, or still may
     ACCEPTED = auto()  # the robot has it; not written yet
 
 
@@ -37,8 +37,8 @@ def intent_of(row: Execution) -> tuple[object, ...]:
 
 
 class Attempts(dict[int, Attempt]):
-    """Those of one robot, by the id of their execution. A row that says ``submitting`` and is not here belongs to a process that has
-    ended."""
+    """Those of one robot, by the id of their execution. A row in state ``submitting`` that is not here belongs to a
+    process that has ended."""
 
     def of(self, phase: Phase) -> Iterator[Attempt]:
         return (attempt for attempt in self.values() if attempt.phase is phase)

@@ -1,4 +1,5 @@
-"""Whether a robot can take a start of a group, and whether it is free, by what was read of it a moment ago. Pure functions."""
+"""Whether a robot can take a start of a group, and whether it is free, by its state read a moment ago. Pure
+functions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Something small to do again and again on the scheduler's thread: exports, backups, requests of commands."""
+"""Small repeated work on the scheduler's thread: exports, backups, requests of commands."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Chores:
         self._chores[name] = chore
 
     def do(self) -> None:
-        """Not more often than ten times a second. One that fails is tried again and holds up no other."""
+        """At most ten times a second. A failing one is tried again and does not delay others."""
         mono = self._clock.monotonic()
         if mono - self._done_at < CHORES_EVERY:
             return

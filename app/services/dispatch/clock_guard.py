@@ -1,7 +1,8 @@
-"""Whether the tablet's clock can be right, judged at every round: at the start, after every jump, and against the robots' clocks.
+"""Whether the tablet's clock can be right, judged at every round: at the start, after every jump, and against the
+robots' clocks.
 
-While it is in doubt nothing is sent and nothing is written as missed. A robot whose time agrees ends the doubt, or the operator does;
-when no robot can be asked, the time since the last run has to be plausible.
+While it is in doubt nothing is sent and nothing is written as missed. A robot with the same time, or the operator, ends
+the doubt; if no robot can be asked, the time since the last run has to be plausible.
 """
 
 from __future__ import annotations
@@ -25,8 +26,8 @@ from app.services.live.holds import Holds
 log = logging.getLogger(__name__)
 
 BACKWARDS = timedelta(minutes=2)  # a tablet that lost some seconds over a restart is not a tablet that lost its clock
-HEARD_AGAIN = 3600.0  # s without a difference after which the clock of an overruled robot counts again
-CONFIRMED = "confirmed_clock_offsets"  # name of the setting: what the robots' clocks differed by when a person said that this one is right
+HEARD_AGAIN = 3600.0  # s of agreement after which the clock of an overruled robot counts again
+CONFIRMED = "confirmed_clock_offsets"  # name of the setting: robots' differences when a person confirmed this clock
 CONFIRMATION_LASTS = timedelta(days=1)  # until an app is started to which it is said
 UNPROVEN = message("it is being compared with the robots' clocks")
 
@@ -36,9 +37,9 @@ Span = tuple[datetime, datetime]  # both included
 
 @dataclass(frozen=True)
 class Judgement:
-    """``absent_since``: the app was off, asleep or in doubt until now. ``went_back``: instants that have been handled may come again.
-    ``step``: by how much the clock was set since what the last judgement asked for was done, or the tablet has slept.
-    ``wrong``: from when to when the clock showed a wrong time before it was set to that of the robots."""
+    """``absent_since``: the app was off, asleep or in doubt until now. ``went_back``: handled instants may come again.
+    ``step``: how much the clock was set, or the tablet slept, since the actions of the last judgement were done.
+    ``wrong``: the period in which the clock showed a wrong time before it was set to that of the robots."""
 
     is_trusted: bool
     absent_since: datetime | None = None
@@ -56,11 +57,11 @@ class _Doubt:
     ahead: Mapping[int, float] = field(
         default_factory=dict
     )  # s, of robots' clocks when they last contradicted this one
-    shown: Span | None = None  # the times that it showed until then, or until it moved
+    shown: Span | None = None  # the times that it showed until then, or until it was set
     moved_s: float = 0.0  # ahead, since then
 
     def restart(self, mono: float) -> None:
-        """After a jump: what was read up to that very moment says nothing any more."""
+        """After a jump: readings up to that moment are void."""
         self.since_mono = math.nextafter(mono, math.inf)
 
     def move(self, before: datetime, step: float) -> None:
@@ -72,8 +73,9 @@ class _Doubt:
             self.jump_s = max(0.0, self.jump_s + step)  # perhaps set back
 
     def found_wrong(self, readings: Readings) -> Span | None:
-        """The wrong times that the clock showed, where a robot agrees that had contradicted it before it was set ahead by about as much. In
-        any other case it may have been right: the tablet slept, or it was a robot's clock that was set."""
+        """The wrong times that the clock showed, if a robot agrees now that had contradicted it before it was set ahead
+        by about that difference. In any other case it may have been right: the tablet slept, or a robot's clock was
+        set."""
         for key, ahead in self.ahead.items():
             if (
                 key in readings
@@ -96,9 +98,7 @@ class ClockGuard:
         self._doubt: _Doubt | None = None
         self._absent_since: datetime | None = None
         self._unreported: Gap | None = None  # an absence that is reported once the clock is trusted
-        self._started_at: float | None = (
-            None  # on the monotonic clock, until it is reported for how long the app was off
-        )
+        self._started_at: float | None = None  # on the monotonic clock, until the time off is reported
         self._went_back = False
         self._step = timedelta()
         self._overruled: dict[
@@ -106,7 +106,7 @@ class ClockGuard:
         ] = {}  # robots against whose clocks a person decided, and when they last differed
         self._wrong_since: datetime | None = (
             clock.now()
-        )  # from when it was, if it is found wrong; None: that doubt began
+        )  # the begin of the wrong time, if it is found wrong; None: when the doubt began
         self._wrong: Span | None = None
         self._confirmed_at: datetime | None = None  # by a person, before this run
         self.is_proven = False  # by a robot or a person; else one robot's word counts
@@ -147,8 +147,9 @@ class ClockGuard:
         self._absent_since, self._went_back, self._step, self._wrong = None, False, timedelta(), None
 
     def is_contradicted(self, robot_id: int, reading: ClockReading) -> bool:
-        """Whether that robot's word is enough to put the clock in doubt, as nothing has proven it right: the next round will. Until then
-        nothing may be sent to it. A one-shot command has no rounds: a person waits for what it starts. Any thread may ask."""
+        """Whether that robot's time is enough to put the clock in doubt, as nothing has proven it right: the next round
+        does. Until then nothing may be sent to it. A one-shot command has no rounds: a person waits for what it starts.
+        Any thread may ask."""
         return self._last is not None and not self.is_proven and self._votes({robot_id: reading})[0] == 0
 
     @property
@@ -162,7 +163,7 @@ class ClockGuard:
 
     # ------------------------------------------------------------------ inside
     def _begin_doubt(self, now: datetime, jump_s: float = 0.0, said_at: float = math.inf) -> _Doubt:
-        """``said_at``: what robots have said since then still counts, as long as they say nothing newer."""
+        """``said_at``: robots' times since then still count until newer ones arrive."""
         doubt = self._doubt = _Doubt(now, min(said_at, self._clock.monotonic()), jump_s)
         if jump_s:
             doubt.restart(self._clock.monotonic())
@@ -220,7 +221,7 @@ class ClockGuard:
         return None
 
     def _contradict(self, doubt: _Doubt, differ: Mapping[int, float], now: datetime) -> Message:
-        """Robots' clocks differ: it may turn out that it is this one that is wrong."""
+        """Robots' clocks differ: this one may be wrong."""
         since = None if self.is_proven else self._wrong_since
         doubt.ahead, doubt.shown, doubt.moved_s = differ, (since or doubt.since, now), 0.0
         return _difference(list(differ.values()))
@@ -262,8 +263,8 @@ class ClockGuard:
         return True
 
     def _votes(self, readings: Readings) -> tuple[int, dict[int, float]]:
-        """How many robots' clocks agree, and by how many seconds the others differ. One whose clock differs as it did when a person said
-        that the tablet's is right agrees."""
+        """How many robots' clocks agree, and by how many seconds the others differ. A clock with the same difference as
+        when a person confirmed the tablet's counts as agreeing."""
         differ: dict[int, float] = {}
         agree = 0
         confirmed: Mapping[str, float] | None = None
@@ -288,12 +289,12 @@ class ClockGuard:
         if abs(step) < REPORTED_STEP:
             return
         log.warning("The wall clock moved by %+.0f s against the monotonic one (asleep, or the clock was set)", step)
-        self._overruled.clear()  # now it may be the tablet's that is wrong
+        self._overruled.clear()  # now the tablet's may be wrong
         self._step += timedelta(seconds=step)
         if step < 0:
             self._went_back = True
         self._wrong_since = None
-        if self._doubt is not None:  # what was read before says nothing any more
+        if self._doubt is not None:  # earlier readings are void
             self._doubt.restart(mono)
             self._doubt.move(now - timedelta(seconds=step), step)
         elif step > self._shortest_doubtful():
@@ -369,7 +370,7 @@ def _difference(differ: list[float]) -> Message:
 
 
 def _span(seconds: float) -> Message:
-    """In the unit in which it is a number that says something."""
+    """In a suitable unit."""
     if seconds < 2 * 3600:
         return message("{minutes} min", minutes=round(seconds / 60))
     if seconds < 48 * 3600:

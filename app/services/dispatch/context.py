@@ -25,8 +25,8 @@ from app.services.planning.working_days import WorkingCalendar
 
 @dataclass(frozen=True)
 class Context:
-    """``plan_version`` grows with every change that may withdraw a start. ``is_contradicted``: whether a robot's clock alone puts the
-    tablet's in doubt."""
+    """``plan_version`` grows with every change that may withdraw a start. ``is_contradicted``: whether a single robot's
+    clock puts the tablet's in doubt."""
 
     db: Database
     clock: Clock

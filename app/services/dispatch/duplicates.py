@@ -28,7 +28,7 @@ from app.services.live.tablet import old_token
 log = logging.getLogger(__name__)
 
 SEARCHED_AFTER_RESTORE = 1000  # newest queue items that are searched for what a restored backup does not know
-DOUBLED_WITHIN = timedelta(minutes=1)  # of a start, and a poll more: what the network may do to a request
+DOUBLED_WITHIN = timedelta(minutes=1)  # of a start, and a poll more: possible delay of a request in the network
 LOOKS_BACK = timedelta(hours=1)  # for starts that another tablet may have made too
 # No person cancelled it.
 MAY_STILL_RUN = (
@@ -54,13 +54,11 @@ class Duplicates:
         self._alarmed: set[tuple[str, int]] = set()  # alarms by code and queue id
         self.note_accepted: Callable[[], None] = lambda: None  # writes which items are known to be ours
         self._has_forgotten = False  # an item that is certainly ours came without its token
-        self._read: dict[
-            int, QueueItem | None
-        ] = {}  # for an answer that takes several calls: items by id; None: not there
+        self._read: dict[int, QueueItem | None] = {}  # for a reading in several calls: items by id; None: missing
 
     # ------------------------------------------------------------------ which one is ours
     def of(self, row: Execution) -> list[QueueItem]:
-        """What the attempts of this row put on the robot, oldest first."""
+        """Items that the attempts of this row put on the robot, oldest first."""
         newer = sorted(self._client.items_after(row.queue_floor or 0), key=lambda item: item.id)
         found = [item for item in newer if item.description == row.token]
         if found or not newer:
@@ -85,7 +83,7 @@ class Duplicates:
         return True if known is not None and known.token_field else None
 
     def _was_last_token_returned(self) -> bool | None:
-        """None: the robot has no item that is certainly ours."""
+        """None: the robot has no item that certainly belongs to the app."""
         last = self._s.robots.last_accepted(self._s.db.read(), self._seen.robot.id)
         if last is None:
             return None
@@ -100,8 +98,8 @@ class Duplicates:
         return item.description == last.token
 
     def why_uncertain(self, row: Execution, is_taken: bool, may_change_robot: bool) -> Message:
-        """Why it may be on the robot, or may have been, though it is not found there; "": it certainly is not. ``is_taken``: the robot has
-        said that it took it. ``may_change_robot``: another robot would get it."""
+        """Why it may be or have been on the robot, though it is not found there; "": it certainly is not. ``is_taken``:
+        the robot has accepted it. ``may_change_robot``: another robot would get it."""
         if is_taken:
             return message("it took it, but its queue does not show it")
         if row.queue_floor and (self._client.highest_queue_id() or 0) < row.queue_floor:
@@ -111,7 +109,8 @@ class Duplicates:
         return ""
 
     def _would_be_seen(self) -> bool:
-        """Whether what came would be found: by its token, or on a robot that was checked up by its mission and our own user."""
+        """Whether an arrived item would be found: by its token, or, on a checked-up robot, by its mission and the app's
+        user."""
         return self.do_tokens_come_back() is not False or (self._seen.known is not None and bool(self._seen.user_name))
 
     def _may_be_of(self, row: Execution, item: QueueItem) -> bool:
@@ -146,7 +145,7 @@ class Duplicates:
         try:
             if not self._is_of_idle_mission(
                 self._client.queue_item(highest)
-            ):  # mostly; of what is before it thousands may be
+            ):  # usually; there may be thousands before it
                 return None
             newer = self._client.items_after(last_queue_id)
         except (Refusal, Unreadable) as error:
@@ -161,7 +160,8 @@ class Duplicates:
         return row is not None and row.trigger is Trigger.IDLE
 
     def answer(self) -> None:
-        """Say which starts this robot has, while one is looked for that any robot may have. Failing holds up nothing else."""
+        """Report which starts this robot has, while a start is looked for on all robots. A failure delays nothing
+        else."""
         robot, asked_at, known = self._seen.robot, self._s.clock.monotonic(), len(self._read)
         if not self._s.restored_starts.wants(robot):
             self._read = {}
@@ -197,8 +197,8 @@ class Duplicates:
         self._watched[row.token] = (row.queue_floor or 0, self._s.clock.monotonic() + WATCHED_FOR)
 
     def watch_from(self, row: Execution, floor: int) -> None:
-        """One too many that could not be cancelled is met again, though it may have begun by then. What is still searched for
-        stays so."""
+        """An extra item that could not be cancelled is handled again, even if it has begun by then. Open searches
+        continue."""
         _floor, until = self._watched.get(row.token, (0, -math.inf))
         if until > self._s.clock.monotonic():
             return
@@ -257,7 +257,7 @@ class Duplicates:
             self._ledger.drop_watches(self._seen.robot.id, over)
 
     def _whole(self, row: Execution, item: QueueItem) -> QueueItem | None:
-        """What its list may not tell, its number does. None: it can't be read."""
+        """Reads by number what the list may not show. None: it can't be read."""
         if item.state_text and item.id != row.queue_id:
             return item
         try:
@@ -331,13 +331,13 @@ class Duplicates:
         ]
 
     def _watched_from(self) -> int:
-        """What has to be searched has a higher number, unless the robot's numbers have begun again since."""
+        """Items to search for have a higher number, unless the robot's numbers have begun again since."""
         floor, highest = min(floor for floor, _until in self._watched.values()), self._seen.highest
         return 0 if highest is not None and highest < floor else floor
 
     def _find_other_tablet(self, open_items: Iterable[QueueItem]) -> None:
-        """The plan moved here, and a token of the old tablet's for a start since then is on the robot: both are on. Each item is reported
-        once; a hold that was released is not set again for it."""
+        """The plan moved here, and the robot has an item of the old tablet's from since then: both tablets are on. Each
+        item is reported once; a released hold is not set again for it."""
         move = self._s.tablet.move
         if move is None or self._s.holds.active(self._seen.robot.id) is not None:
             return
@@ -368,16 +368,16 @@ class Duplicates:
         return self.cancel_copy(item, row)
 
     def _item_elsewhere(self, row: Execution, item: QueueItem) -> bool:
-        """One of a group that this robot gave back, and another one may have: the first that can be seen is the one, where nothing
-        has been sent to that one. Returns whether that is done."""
+        """A group's start that this robot gave back, and another one may have: the first item found counts, if nothing
+        has been sent to the other. Returns whether that is done."""
         if row.cancel_code and item.state.is_open:  # cancelled, on any robot
             return self._cancel_late(row, item)
-        if row.state is State.WAITING:  # a copy that was cancelled here says nothing about it
+        if row.state is State.WAITING:  # a copy that was cancelled here is no evidence
             return item.state is QueueState.ABORTED or bool(
                 self._ledger.apply([transitions.adopt(row, self._seen.robot, item, self._s.clock.now())])
             )
         if row.state is State.SUBMITTING and not item.is_pending:
-            return False  # it is being looked for there, and may not be found
+            return False  # it is searched for there, and may not be found
         if row.state.is_open or row.queue_id is not None:
             return self.cancel_copy(item, row)
         return self._late_item(row, item)

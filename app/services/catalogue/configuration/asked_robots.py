@@ -41,7 +41,7 @@ class AskedRobots:
         return self._known[key]
 
     def judge(self, doubts: Sequence[tuple[Item, Checked]]) -> None:
-        """Raises InvalidInput for the first that a robot refuses, MoreToAsk where another answer may change that."""
+        """Raises InvalidInput for the first that a robot refuses, MoreToAsk if another answer may change that."""
         wanted: dict[int, tuple[Robot, dict[str, None]]] = {}
         for _item, checked in doubts:
             for robot, guid in checked.to_ask:

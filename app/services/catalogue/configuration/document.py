@@ -1,4 +1,4 @@
-"""Reads a configuration file and checks its form; comparing it with what is stored is done by the import.
+"""Reads a configuration file and checks its form; the import compares it with the stored configuration.
 
 Every problem is an InvalidInput whose field is the place in the file, such as ``schedules[2].start``.
 """

@@ -1,4 +1,4 @@
-"""Writes the configuration, without secrets, in an order that stays the same: reading it in again changes nothing."""
+"""Writes the configuration, without secrets, in a fixed order: importing it again changes nothing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an import says of each object that it has added or changed: one sentence, none where all was there already."""
+"""The sentences of an import for each added or changed object; none for unchanged ones."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from app.domain.message import Message, message, render
 from app.domain.models import Robot
 from app.services.catalogue.fields import SECTIONS, differing
 
-# By section of the file: of what is new, and of what was changed.
+# By section of the file: for new objects, and for changed ones.
 SENTENCES: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
         "robots": ("robot {name} added", "robot {name} changed: {what}"),
@@ -28,7 +28,7 @@ SENTENCES: Mapping[str, tuple[str, str]] = MappingProxyType(
 
 
 def line(kind: str, before: object, after: object, more: Sequence[Message] = (), **names: str) -> Iterator[Message]:
-    """``before``: None if it is new. ``more``: what has changed besides its fields. ``names``: of the sentence."""
+    """``before``: None if it is new. ``more``: changes besides its fields. ``names``: values of the sentence."""
     added, changed = SENTENCES[kind]
     if before is None:
         yield message(added, **names)

@@ -1,5 +1,5 @@
-"""Applies a configuration file to what is stored, in one transaction: all of it or nothing. No robot, mission or schedule is deleted, and
-runs only after a person has confirmed it."""
+"""Applies a configuration file to the stored configuration, in one transaction: all of it or nothing. No robot, mission
+or schedule is deleted, and runs only after a person has confirmed it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MOST_ROBOTS, MOST_GROUPS, MOST_PLACES, MOST_MISSIONS, MOST_SCHEDULES = 500, 100,
 
 
 class DeletesRuns(InvalidInput):
-    """A file lowers the history limit below what there is; a person has to say that this is meant."""
+    """A file lowers the history limit below the number of stored runs; a person has to confirm this."""
 
     def __init__(self, limit: int, count: int) -> None:
         self.limit, self.count = limit, count
@@ -39,9 +39,8 @@ class DeletesRuns(InvalidInput):
 
 
 def import_configuration(catalogue: Catalogue, content: bytes, *, may_delete: bool = False) -> list[Message]:
-    """Returns what was added or changed, one sentence each; empty when all was there already.
-
-    Raises InvalidInput with the place in the file and how to mend it, DeletesRuns unless it ``may_delete``; then nothing was changed.
+    """Returns what was added or changed, one sentence each; empty if nothing was new. Raises InvalidInput with the
+    place in the file and how to correct it, DeletesRuns unless it ``may_delete``; then nothing was changed.
     """
     document = read(content)
     limit: int | None = document.settings.values.get("history_limit")
@@ -65,7 +64,7 @@ class _Import:
         self._idle: list[tuple[Item, Checked]] = []
         self._unnamed: dict[tuple[str, int], Unnamed] = {}
         self._place_ids: dict[str, int] = {}
-        self._taken: set[str] = set()  # names of schedules in the file, which no others may get
+        self._taken: set[str] = set()  # names of schedules in the file, reserved for them
 
     def run(self) -> list[Message]:
         """Settings first, as new schedules take their defaults from them; idle rules after the missions that they name."""
@@ -148,7 +147,7 @@ class _Import:
         )
 
     def _calendar(self, item: Item) -> Iterator[Message]:
-        """Another country has other regions. A day that is there already is not added again."""
+        """Another country has other regions. An existing day is not added again."""
         changes, country = item.changes, self._edit.settings.holiday_country
         if changes.get("holiday_country", country) != country:
             changes.setdefault("holiday_subdivision", "")
@@ -248,7 +247,7 @@ class _Import:
         return import_lines.line("places", stored, saved, name=name)
 
     def _uses(self, mission: Mission, item: Item) -> bool:
-        """Have the mission use the places that the file names, and no others; whether that is something new."""
+        """Let the mission use exactly the places named in the file; returns whether that changes anything."""
         if (wanted := item.values.get("places")) is None:
             return False
         for name in wanted:
