@@ -35,7 +35,7 @@ class Allocator:
     def __init__(self, context: Context, lacks: Callable[[int, str], bool] = lambda robot_id, guid: False) -> None:
         self._s, self._ledger, self._clock, self._lacks = context, context.ledger, context.clock, lacks
         self._starts, self._groups = GroupExecutionRepository(), GroupRepository()
-        self._waiting = Waiting(context, None, self._later)
+        self._waiting = Waiting(context, self._later)
         self._usual_durations = UsualDurations(context)
         self._look_at = math.inf  # on the monotonic clock: a waiting one can continue then
         self._met_at: dict[int, float] = {}  # starts by id: when they were first seen, on the same clock

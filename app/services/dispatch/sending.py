@@ -64,7 +64,7 @@ class Sending:
         self.attempts = Attempts()
         self._first: set[int] = set()  # never sent here before they were begun
         self._recovered: set[tuple[object, ...]] = set()  # intents that were looked for as lost ones
-        self._waiting = Waiting(context, observation.robot.id, self._later)
+        self._waiting = Waiting(context, self._later, observation.robot.id)
         duplicates.note_accepted = self.note
         self.waits_for_free_robot = False  # something waits until the robot is free
 
@@ -154,28 +154,20 @@ class Sending:
 
     def _can_send(self, intent: Execution) -> bool:
         status = self._seen.fresh_status
-        if (
-            status is None
-            or not self._seen.robot.enabled
-            or self._s.holds.active(self._robot_id)
-            or self._seen.contradicts_clock
-        ):
+        if status is None or not self._seen.robot.enabled or self._waiting.why_robot(intent, self._seen, status):
             return False
-        is_charged = rules.battery_allows(status.battery_percentage, intent.minimum_battery_percent)
-        return is_charged and (can_work(status) or not may_change_robot(intent))
+        return can_work(status) or not may_change_robot(intent)
 
     def _is_wanted(self, intent: Execution, plan_version: int) -> bool:
-        """``plan_version``: of the plan that the intent was written from."""
-        is_changed = plan_version != self._s.plan_version()
-        may_go = not intent.held and self._clock.now() < intent.closes_at and not self._s.clearing.blocks(intent)
-        return may_go and not (is_changed and self._has_changed(intent))
-
-    def _has_changed(self, intent: Execution) -> bool:
-        """Whether it must not leave as it is in hand."""
-        row = self._ledger.get(intent.id)
-        if row is None or row.held or row.state is not State.SUBMITTING or self._clock.now() >= row.closes_at:
-            return True
-        return self._ledger.wanted(row).columns != {} or self._ledger.full_place(row) is not None
+        """Whether it may leave as it is in hand. ``plan_version``: of the plan that the intent was written from."""
+        if plan_version != self._s.plan_version():
+            row = self._ledger.get(intent.id)
+            if row is None or row.state is not State.SUBMITTING or self._ledger.wanted(row).columns != {}:
+                return False
+            if self._waiting.why_full(row):
+                return False
+            intent = row
+        return self._clock.now() < intent.closes_at and not self._waiting.why_held(intent)
 
     def _release(self, intents: Sequence[Execution]) -> None:
         """Unsent intents wait again, or end if they were withdrawn."""
@@ -222,35 +214,29 @@ class Sending:
         """Whether to try this waiting execution now; otherwise it is ended, left waiting, or given back to its
         group."""
         verdict = self._ledger.wanted(row)
-        if _is_own(row, verdict):
-            return self._waiting.may_be_tried(row, verdict.why) and self._waiting.has_room(row)
-        if self._seen.robot.enabled and self._waiting.may_be_tried(row, verdict.why):
+        is_own = _is_own(row, verdict)
+        if (is_own or self._seen.robot.enabled) and self._waiting.may_be_tried(row, verdict.why, needs_room=is_own):
             return True
-        self._release_robot(row)
+        if not is_own:
+            self._release_robot(row)
         return False
 
     # ------------------------------------------------------------------ an attempt
     def _is_ready(self, row: Execution, before: list[Execution]) -> bool:
         """Whether it can be sent once those ``before`` it are; else it waits, or the robot has it, or it has ended."""
         try:
-            status, minimum = self._seen.recent_status(), row.minimum_battery_percent
-            may_go_elsewhere = may_change_robot(row)
-            if self._seen.contradicts_clock:  # soon everything is held back, where the whole app runs
-                self._ledger.waits(row, Wait.CLOCK)
-                self._later(row, RECHECK)
-                return False
-            if may_go_elsewhere and not can_work(status):
-                self._release_robot(row)
-                return False
-            if not rules.battery_allows(battery := status.battery_percentage, minimum):
-                if may_go_elsewhere:
+            status = self._seen.recent_status()
+            waits = self._waiting.why_robot(row, self._seen, status)
+            if may_change_robot(row) and (waits is None or waits.wait is Wait.BATTERY):
+                if not can_work(status):
+                    self._release_robot(row)
+                    return False
+                if waits:
                     self._give_back([row], Ineligible.LOW_BATTERY)
                     return False
-                self._ledger.waits(row, Wait.BATTERY, battery=battery, minimum=minimum)
-                self._later(row, RECHECK)
-                return False
-            if self._waiting.is_in_line(row, self._seen.robot, status, before):
-                self.waits_for_free_robot = True
+            if waits := waits or self._waiting.why_in_line(row, self._seen, status, before):
+                self.waits_for_free_robot |= waits.wait is Wait.ROBOT
+                self._waiting.put_off(row, waits)
                 return False
             if row.trigger is Trigger.IDLE:
                 self._start(before)
@@ -377,8 +363,7 @@ class Sending:
         error leaves it in doubt. Until it is sent, which may take a while, it may be withdrawn."""
 
         def is_wanted() -> bool:
-            is_ready = self._seen.may_be_sent_by and self._s.holds.active(self._robot_id) is None
-            return is_ready and self._is_wanted(intent, plan_version)
+            return self._seen.may_be_sent_by and self._is_wanted(intent, plan_version)
 
         if (values := self._values(intent)) is None:
             self._release([intent])
