@@ -7,7 +7,6 @@ import sqlite3
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime, timedelta
-from types import MappingProxyType
 from typing import Any
 
 from app.database.alarms import AlarmRepository
@@ -23,107 +22,66 @@ from app.services.live.changes import Changes, Topic
 
 log = logging.getLogger(__name__)
 
-# code -> (priority, English sentence). Those marked EVENT are cleared from the start: they stay open until acknowledged.
-SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType(
-    {
-        "robot_error": (Priority.HIGH, "{robot}: {problem}"),
-        "emergency_stop": (Priority.HIGH, "{robot}: the emergency stop is pressed"),
-        "question": (Priority.HIGH, "{robot} asks: {question}"),
-        "unreachable": (Priority.MEDIUM, "{robot} does not answer: {problem}"),
-        "unauthorized": (Priority.MEDIUM, "{robot} refuses user name or password"),
-        "not_a_robot": (Priority.MEDIUM, "What answers at the address of {robot} is not a MiR robot: {problem}"),
-        "wrong_robot": (
-            Priority.HIGH,
-            "Another robot answers at the address of {robot}: serial number {found} instead of {expected}; "
+# By their priority, of each code the English sentence. Those of EVENTS are cleared from the start: they stay open until acknowledged.
+SENTENCES: Mapping[str, tuple[Priority, str]] = {
+    code: (priority, sentence)
+    for priority, sentences in {
+        Priority.HIGH: {
+            "robot_error": "{robot}: {problem}",
+            "emergency_stop": "{robot}: the emergency stop is pressed",
+            "question": "{robot} asks: {question}",
+            "wrong_robot": "Another robot answers at the address of {robot}: serial number {found} instead of {expected}; "
             "nothing is sent",
-        ),
-        "same_machine": (
-            Priority.HIGH,
-            "{robots} have the same serial number, {number}: they are one machine, and starts for both end up in "
-            "its one queue",
-        ),
-        "serial_hidden": (Priority.HIGH, "{robot} no longer shows its serial number {expected}; nothing is sent"),
-        "certificate_changed": (
-            Priority.HIGH,
-            "{robot} shows another certificate than the one that is trusted; nothing is sent",
-        ),
-        "certificate_untrusted": (Priority.HIGH, "{robot} shows a certificate that is not trusted; nothing is sent"),
-        "needs_password": (Priority.HIGH, "{robot} is switched off until its password is entered; nothing is sent"),
-        "execution_failed": (Priority.MEDIUM, "{mission} on {robot} failed: {reason}"),
-        "start_refused": (
-            Priority.MEDIUM,
-            "{robot} did not take {mission}; others of {group} may take it: {reason}",
-        ),
-        "robot_fails": (Priority.MEDIUM, "{robot} has failed {count} starts in a row, the last one of {mission}"),
-        "execution_skipped": (Priority.LOW, "{mission} on {robot} was not run: {reason}"),
-        "executions_missed": (
-            Priority.MEDIUM,
-            "{count} planned missions were missed while the app was off or asleep, its clock was wrong, "
-            "or nothing could be written",
-        ),
-        "app_was_off": (Priority.LOW, "The app was off or asleep from {start} to {end}"),
-        "backup_restored": (Priority.LOW, "A backup was restored: what the app did from {start} to {end} is not in it"),
-        "clock_stepped": (Priority.LOW, "The tablet's clock was moved by {seconds} s"),
-        "clock_implausible": (Priority.HIGH, "The tablet's clock can't be right: {problem}; nothing is sent"),
-        "duplicate_healed": (
-            Priority.MEDIUM,
-            "A second copy of {mission} on {robot} (queue item {queue_id}) was cancelled before it ran",
-        ),
-        "duplicate_running": (
-            Priority.HIGH,
-            "A second copy of {mission} has started on {robot} (queue item {queue_id})",
-        ),
-        "started_twice": (
-            Priority.HIGH,
-            "{mission} reached {robot} after all and had been started on {other} too",
-        ),
-        "unmarked_copy": (
-            Priority.HIGH,
-            "Queue item {queue_id} of {robot} may be a second copy of {mission}: this robot does not return the app's mark",
-        ),
-        "unknown_outcome": (Priority.HIGH, "It is not known whether {mission} reached {robot}: {problem}"),
-        "late_cancelled": (
-            Priority.MEDIUM,
-            "{mission} reached {robot} too late (queue item {queue_id}) and was cancelled",
-        ),
-        "adopted_unproven": (
-            Priority.MEDIUM,
-            "Queue item {queue_id} of {robot} was taken for {mission}, whose answer was lost: it is not known yet "
-            "whether this robot returns the app's mark",
-        ),
-        "check_up_outdated": (Priority.LOW, "{robot} has to be checked up again: {change}"),
-        "check_up_left": (Priority.HIGH, "{robot} is not in the state from before its check-up: {problem}"),
-        "item_unreadable": (
-            Priority.MEDIUM,
-            "{robot} gives no readable answer about {mission} (queue item {queue_id}): {problem}",
-        ),
-        "database": (Priority.HIGH, "The database can't be written: {problem}; nothing is sent"),
-        "chore_failed": (Priority.MEDIUM, "A part of the app does not work and is tried again: {problem}"),
-        "two_tablets": (
-            Priority.HIGH,
-            "Another tablet starts missions of this plan on {robot} too; nothing is sent from here",
-        ),
-        "lock_lost": (
-            Priority.HIGH,
-            "{path} was deleted or replaced: another app could start missions of the same data",
-        ),
-        "too_few_files": (
-            Priority.HIGH,
-            "{robots} robots need about {needed} open files and connections, and the system allows {allowed}: "
-            "starts may not be sent",
-        ),
-        "pin_guessed": (
-            Priority.HIGH,
-            "Somebody is guessing the PIN of Settings: {tries} wrong ones in a row, or more",
-        ),
-        "zone_guessed": (
-            Priority.MEDIUM,
-            "It is not certain which time zone this tablet has: times are those of {zone} until one is chosen",
-        ),
-        "zone_unknown": (Priority.MEDIUM, "{schedule} was switched off: its time zone {zone} is not known here"),
-        "backup_failed": (Priority.LOW, "Today's backup could not be made: {problem}"),
-    }
-)
+            "same_machine": "{robots} have the same serial number, {number}: they are one machine, and starts for both end "
+            "up in its one queue",
+            "serial_hidden": "{robot} no longer shows its serial number {expected}; nothing is sent",
+            "certificate_changed": "{robot} shows another certificate than the one that is trusted; nothing is sent",
+            "certificate_untrusted": "{robot} shows a certificate that is not trusted; nothing is sent",
+            "needs_password": "{robot} is switched off until its password is entered; nothing is sent",
+            "clock_implausible": "The tablet's clock can't be right: {problem}; nothing is sent",
+            "duplicate_running": "A second copy of {mission} has started on {robot} (queue item {queue_id})",
+            "started_twice": "{mission} reached {robot} after all and had been started on {other} too",
+            "unmarked_copy": "Queue item {queue_id} of {robot} may be a second copy of {mission}: this robot does not return "
+            "the app's mark",
+            "unknown_outcome": "It is not known whether {mission} reached {robot}: {problem}",
+            "check_up_left": "{robot} is not in the state from before its check-up: {problem}",
+            "database": "The database can't be written: {problem}; nothing is sent",
+            "two_tablets": "Another tablet starts missions of this plan on {robot} too; nothing is sent from here",
+            "lock_lost": "{path} was deleted or replaced: another app could start missions of the same data",
+            "too_few_files": "{robots} robots need about {needed} open files and connections, and the system allows "
+            "{allowed}: starts may not be sent",
+            "pin_guessed": "Somebody is guessing the PIN of Settings: {tries} wrong ones in a row, or more",
+        },
+        Priority.MEDIUM: {
+            "unreachable": "{robot} does not answer: {problem}",
+            "unauthorized": "{robot} refuses user name or password",
+            "not_a_robot": "What answers at the address of {robot} is not a MiR robot: {problem}",
+            "execution_failed": "{mission} on {robot} failed: {reason}",
+            "start_refused": "{robot} did not take {mission}; others of {group} may take it: {reason}",
+            "robot_fails": "{robot} has failed {count} starts in a row, the last one of {mission}",
+            "executions_missed": "{count} planned missions were missed while the app was off or asleep, its clock was wrong, or "
+            "nothing could be written",
+            "duplicate_healed": "A second copy of {mission} on {robot} (queue item {queue_id}) was cancelled before it ran",
+            "late_cancelled": "{mission} reached {robot} too late (queue item {queue_id}) and was cancelled",
+            "adopted_unproven": "Queue item {queue_id} of {robot} was taken for {mission}, whose answer was lost: it is not "
+            "known yet whether this robot returns the app's mark",
+            "item_unreadable": "{robot} gives no readable answer about {mission} (queue item {queue_id}): {problem}",
+            "chore_failed": "A part of the app does not work and is tried again: {problem}",
+            "zone_guessed": "It is not certain which time zone this tablet has: times are those of {zone} until one is "
+            "chosen",
+            "zone_unknown": "{schedule} was switched off: its time zone {zone} is not known here",
+        },
+        Priority.LOW: {
+            "execution_skipped": "{mission} on {robot} was not run: {reason}",
+            "app_was_off": "The app was off or asleep from {start} to {end}",
+            "backup_restored": "A backup was restored: what the app did from {start} to {end} is not in it",
+            "clock_stepped": "The tablet's clock was moved by {seconds} s",
+            "check_up_outdated": "{robot} has to be checked up again: {change}",
+            "backup_failed": "Today's backup could not be made: {problem}",
+        },
+    }.items()
+    for code, sentence in sentences.items()
+}
 KEPT = 1000  # past alarms
 # shelving always ends by itself (ISA-18.2): an alarm shelved for ever would never be seen again
 SHELF_HOURS = (1, 4, 8, 24)
