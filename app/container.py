@@ -8,13 +8,12 @@ from pathlib import Path
 
 from app.database.alarms import AlarmRepository
 from app.database.backups import newest_good_backup
-from app.database.calendar import CalendarRepository
 from app.database.connection import Database, DatabaseDamaged
 from app.database.executions import ExecutionRepository
 from app.database.missions import MissionRepository
 from app.database.robots import HoldRepository, RobotRepository
 from app.database.schedules import ScheduleRepository
-from app.database.settings import SettingsRepository
+from app.database.settings import CalendarRepository, SettingsRepository
 from app.domain.clock import Clock, SystemClock
 from app.domain.models import Connection, Robot
 from app.mir.address import Address
@@ -45,12 +44,11 @@ from app.services.history.kpis import Kpis
 from app.services.history.runs import History, RobotStates
 from app.services.history.shift_report import ShiftReports
 from app.services.live.access import Access
-from app.services.live.alarms import Alarms
+from app.services.live.alarms import Alarms, Prompts
 from app.services.live.changes import CachedUntilChanged, Changes, Topic
 from app.services.live.downtime import Downtime
 from app.services.live.holds import Clearing, Holds
 from app.services.live.mission_parameters import MissionParameters
-from app.services.live.prompts import Prompts
 from app.services.live.snapshots import Snapshots
 from app.services.live.tablet import Tablet, machine_id
 from app.services.live.tablet_zone import TabletZone, tablet_zone

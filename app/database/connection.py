@@ -9,10 +9,11 @@ import contextlib
 import os
 import sqlite3
 import threading
+from datetime import datetime
 from pathlib import Path
 
 from app.database import files
-from app.database.backups import backups_of, carry_on_restore, is_restoring, newest_good_backup
+from app.database.backups import BACKUPS, back_up, backups_of, carry_on_restore, is_restoring, newest_good_backup
 from app.database.errors import (
     DatabaseDamaged,
     DatabaseError,
@@ -21,7 +22,6 @@ from app.database.errors import (
     primary_code,
     translated,
 )
-from app.database.migrations import migrate
 from app.database.schema import APPLICATION_ID, MIGRATIONS, configured
 from app.database.writer import InlineWriter, NoWriter, ThreadedWriter, Writer
 from app.domain.clock import Clock, SystemClock
@@ -267,3 +267,33 @@ def _refuse_marked(path: Path, clock: Clock) -> None:
     if not files.is_aside(path):
         raise _keep_aside(path, message("found at an earlier start"), clock)
     files.clear_mark(path)  # a restore was interrupted before its last step
+
+
+# ---------------------------------------------------------------------- older databases
+def migrate(connection: sqlite3.Connection, path: Path, migrations: tuple[str, ...], now: datetime) -> None:
+    """Bring an older database up to date: each missing step in one transaction, with a backup of what there was before
+    it. ``PRAGMA user_version`` counts the steps taken.
+
+    Foreign keys are off during a step, so that a step may rebuild a table.
+    """
+    version: int = connection.execute("PRAGMA user_version").fetchone()[0]
+    if version == len(migrations):
+        return
+    for number in range(version, len(migrations)):
+        if version > 0:  # a new database has nothing to back up
+            back_up(path, path.parent / BACKUPS / f"before-version-{number + 1}-{now:%Y%m%dT%H%M%SZ}.db")
+        _apply(connection, migrations[number], number + 1)
+    connection.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()
+
+
+def _apply(connection: sqlite3.Connection, script: str, version: int) -> None:
+    try:
+        connection.executescript(f"""BEGIN IMMEDIATE;
+            {script}
+            PRAGMA application_id = {APPLICATION_ID};
+            PRAGMA user_version = {version};
+            COMMIT;""")
+    except BaseException:
+        if connection.in_transaction:
+            connection.execute("ROLLBACK")
+        raise

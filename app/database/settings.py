@@ -1,15 +1,16 @@
-"""Settings, and a few facts about this installation."""
+"""Settings with the exceptions to the weekly working days, and a few facts about this installation."""
 
 from __future__ import annotations
 
 import sqlite3
 import uuid
 from dataclasses import fields
-from datetime import datetime
+from datetime import date, datetime
 from typing import Any
 
+from app.database.table import Table
 from app.database.values import from_json, to_instant, to_json, to_text
-from app.domain.models import Settings
+from app.domain.models import DayException, Settings
 
 NAMES = frozenset(field.name for field in fields(Settings))
 WRONG_PINS = "settings_pin_wrong"  # name of the row that counts the wrong PINs for Settings in a row
@@ -76,3 +77,22 @@ class SettingsRepository:
         """When a backup was last restored: starts planned before may have run although the ledger does not know."""
         text = self.get(c, "restored_at")
         return None if text is None else to_instant(text)
+
+
+class CalendarRepository(Table[DayException]):
+    """The exceptions, as entered or imported from a file."""
+
+    name, columns = "calendar_days", ("name", "first_day", "last_day", "is_working", "yearly", "source")
+    query, order = "SELECT * FROM current_calendar_days AS calendar_days", "first_day, last_day, id"
+
+    @staticmethod
+    def read(row: sqlite3.Row) -> DayException:
+        return DayException(
+            row["name"],
+            date.fromisoformat(row["first_day"]),
+            date.fromisoformat(row["last_day"]),
+            bool(row["is_working"]),
+            bool(row["yearly"]),
+            row["source"],
+            row["id"],
+        )

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import json
-from datetime import timedelta
 from pathlib import Path
 
 import pytest
 
 from app.container import Container
-from app.domain.models import Execution, State, Trigger
 from app.services.catalogue.configuration import import_configuration
 from app.services.catalogue.configuration.importing import DeletesRuns
+from tests.support.history import add_runs
 from tests.support.process import is_one_line, run, running
 
 RUNS = 30
@@ -21,25 +20,7 @@ RUNS = 30
 def data(tmp_path) -> Path:
     """A data directory with some history."""
     container = Container.open(tmp_path / "data")
-    now = container.clock.now()
-    rows = [
-        Execution(
-            trigger=Trigger.MANUAL,
-            robot_id=1,
-            robot="R1",
-            mission="Deliver",
-            mission_guid="guid",
-            timezone="UTC",
-            token=str(number),
-            planned_at=now,
-            closes_at=now,
-            created_at=now,
-            state=State.COMPLETED,
-            ended_at=now + timedelta(seconds=number),
-        )
-        for number in range(RUNS)
-    ]
-    container.db.write(lambda c: container.repositories.executions.add_many(c, rows))
+    add_runs(container, RUNS)
     container.close()
     return tmp_path / "data"
 

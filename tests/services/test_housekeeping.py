@@ -7,8 +7,8 @@ from datetime import timedelta
 import pytest
 
 from app.database.executions import PRUNED_AT_ONCE
-from app.domain.models import Execution, State, Trigger
 from app.services.dispatch.timing import TIDIES_WITHIN, TIDY_EVERY
+from tests.support.history import add_runs
 
 LIMIT = 20
 
@@ -18,25 +18,7 @@ def long_history(site) -> None:
     """Three pieces more than the limit, in a running app that has just tidied up."""
     site.run(1.0)
     site.container.catalogue.change_settings(history_limit=LIMIT)
-    now = site.clock.now()
-    rows = [
-        Execution(
-            trigger=Trigger.MANUAL,
-            robot_id=1,
-            robot="R1",
-            mission="Deliver",
-            mission_guid="guid",
-            timezone="UTC",
-            token=str(number),
-            planned_at=now,
-            closes_at=now,
-            created_at=now,
-            state=State.COMPLETED,
-            ended_at=now + timedelta(seconds=number),
-        )
-        for number in range(LIMIT + 3 * PRUNED_AT_ONCE)
-    ]
-    site.container.db.write(lambda c: site.container.repositories.executions.add_many(c, rows))
+    add_runs(site.container, LIMIT + 3 * PRUNED_AT_ONCE)
     site.container.ledger.grew = True
 
 

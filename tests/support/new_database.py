@@ -8,17 +8,17 @@ from functools import cache
 from pathlib import Path
 from threading import Lock
 
-from app.database import migrations as real
+from app.database.connection import migrate as migrate_really
 
 _copying = Lock()
 
 
 def migrate(connection: sqlite3.Connection, path: Path, migrations: tuple[str, ...], now: datetime) -> None:
-    """As ``app.database.migrations.migrate``, which does the work for databases that are not empty."""
+    """As ``app.database.connection.migrate``, which does the work for databases that are not empty."""
     if connection.execute(
         "SELECT (SELECT count(*) FROM sqlite_schema) + user_version FROM pragma_user_version"
     ).fetchone()[0]:
-        real.migrate(connection, path, migrations, now)
+        migrate_really(connection, path, migrations, now)
         return
     with _copying:
         _migrated(migrations).backup(connection)
@@ -28,5 +28,5 @@ def migrate(connection: sqlite3.Connection, path: Path, migrations: tuple[str, .
 @cache
 def _migrated(migrations: tuple[str, ...]) -> sqlite3.Connection:
     database = sqlite3.connect(":memory:", isolation_level=None, check_same_thread=False)
-    real.migrate(database, Path(), migrations, datetime.min)
+    migrate_really(database, Path(), migrations, datetime.min)
     return database

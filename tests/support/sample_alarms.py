@@ -13,9 +13,8 @@ from app.mir.errors import RobotError, Unreachable
 from app.screens.frame.facts import OpenIssues
 from app.screens.home.facts import HomeFacts
 from app.services.dispatch.observation import Observation
-from app.services.live.alarms import alarm_of
+from app.services.live.alarms import Prompts, alarm_of
 from app.services.live.changes import Changes
-from app.services.live.prompts import Prompts
 from app.services.live.snapshots import Snapshots
 from tests.support.clock import VirtualClock
 from tests.support.home_facts import ago

@@ -20,6 +20,7 @@ from functools import lru_cache
 
 from app.domain.reasons import known_zone
 from app.i18n import SOURCE_LANGUAGE, translator
+from app.services.planning import sentences
 
 NOTHING = "–"
 DAY = 86400.0
@@ -48,24 +49,11 @@ class Table:
 
 LANGUAGES = {
     "en": Table(
-        months=(
-            "January",
-            "February",
-            "March",
-            "April",
-            "May",
-            "June",
-            "July",
-            "August",
-            "September",
-            "October",
-            "November",
-            "December",
-        ),
+        months=sentences.MONTHS,
         months_short=("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"),
         weekdays=("Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday"),
         weekdays_short=("Mo", "Tu", "We", "Th", "Fr", "Sa", "Su"),
-        weekdays_date=("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun"),
+        weekdays_date=sentences.WEEKDAYS,
         date_pattern="{weekday} {day} {month} {year}",
         day_pattern="{weekday} {day} {month}",
         near_pattern="{weekday} {day}",

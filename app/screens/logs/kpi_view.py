@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import date
 
-from app.domain.intervals import wilson
 from app.domain.models import Reason
 from app.domain.reasons import sentence
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.logs.figures import Figures
 from app.services.history.figures import FIGURES, Facts, Figure, Unit
+from app.services.planning.durations import wilson
 
 MAX_POINTS = 11  # of a card's small history
 LEAST_SHARE = 0.1  # that the history of a share spans: less would make a mountain of nothing

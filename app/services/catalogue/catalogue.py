@@ -12,7 +12,6 @@ from contextlib import closing
 from dataclasses import replace
 from typing import Any, TypeVar
 
-from app.database.calendar import CalendarRepository
 from app.database.connection import Database
 from app.database.executions import ExecutionRepository
 from app.database.group_executions import GroupExecutionRepository
@@ -21,7 +20,7 @@ from app.database.missions import MissionRepository
 from app.database.rehearsal import Rehearsal
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
-from app.database.settings import SettingsRepository
+from app.database.settings import CalendarRepository, SettingsRepository
 from app.domain.clock import Clock
 from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule, Settings
 from app.domain.robot import MissionParameter

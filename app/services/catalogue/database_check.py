@@ -12,7 +12,6 @@ from functools import partial
 from typing import Any
 
 from app.database.alarms import AlarmRepository
-from app.database.calendar import CalendarRepository
 from app.database.check_ups import CheckUpRepository
 from app.database.errors import primary_code
 from app.database.executions import ExecutionFilter, ExecutionRepository
@@ -20,7 +19,13 @@ from app.database.groups import GroupRepository, PlaceRepository
 from app.database.missions import MissionRepository
 from app.database.robots import HoldRepository, RobotRepository
 from app.database.schedules import ScheduleRepository
-from app.database.settings import CLOCK_CONFIRMED_AT, DECLINED_PLACES, WRONG_PINS, SettingsRepository
+from app.database.settings import (
+    CLOCK_CONFIRMED_AT,
+    DECLINED_PLACES,
+    WRONG_PINS,
+    CalendarRepository,
+    SettingsRepository,
+)
 from app.database.table import Table
 from app.database.value_checks import LARGEST_IN_USE, YEARS, tables, unusable, wrong_number
 from app.database.values import to_optional_instant

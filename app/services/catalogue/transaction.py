@@ -8,13 +8,12 @@ from dataclasses import dataclass, field, replace
 from datetime import datetime
 
 from app.database.alarms import AlarmRepository
-from app.database.calendar import CalendarRepository
 from app.database.executions import ExecutionRepository
 from app.database.groups import GroupRepository, PlaceRepository
 from app.database.missions import MissionRepository
 from app.database.robots import HoldRepository, RobotRepository
 from app.database.schedules import ScheduleRepository, Skip
-from app.database.settings import SettingsRepository
+from app.database.settings import CalendarRepository, SettingsRepository
 from app.domain import names
 from app.domain.models import Execution, Group, InvalidInput, Mission, Place, Reason, ReasonCode, Robot, Schedule
 from app.services.catalogue.undo import Removed

@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from zoneinfo import ZoneInfo
 
-from app.database.calendar import CalendarRepository
-from app.database.settings import SettingsRepository
+from app.database.settings import CalendarRepository, SettingsRepository
 from app.domain import names
 from app.domain.models import DayException, InvalidInput
 from app.services.catalogue.edit import Edit

@@ -19,6 +19,7 @@ MOST_MISSIONS = 5  # that are looked at
 DURATIONS_OF = 5_000  # newest completed runs of a mission in the period
 BASELINE_OF = 200  # newest completed runs before it, from which the usual range is computed
 LEAST_BASELINE = 10  # fewer do not
+Z_95 = 1.959964  # standard normal, two-sided 95 %
 
 
 @dataclass(frozen=True)
@@ -197,3 +198,15 @@ class MissionDurations:
         if key not in self._usual:
             self._usual[key] = self._durations.usual(self._c, robot_id, guid)
         return self._usual[key]
+
+
+def wilson(successes: int, cases: int, z: float = Z_95) -> tuple[float, float] | None:
+    """The score interval (Wilson 1927) of a share, both ends 0–1, for ``z`` of the standard normal; None without
+    cases."""
+    if cases <= 0:
+        return None
+    share, z2 = successes / cases, z**2
+    middle = share + z2 / (2 * cases)
+    spread = z * math.sqrt(share * (1 - share) / cases + z2 / (4 * cases**2))
+    scale = 1 + z2 / cases
+    return max(0.0, (middle - spread) / scale), min(1.0, (middle + spread) / scale)

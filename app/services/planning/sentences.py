@@ -15,8 +15,8 @@ from app.services.planning.recurrence import Frequency, Recurrence, months_of
 
 LEAP_YEAR, LEAP_DAY = 2028, 29
 
-_WEEKDAYS = ("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun")
-_MONTHS = (
+WEEKDAYS = ("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun")
+MONTHS = (
     "January",
     "February",
     "March",
@@ -98,17 +98,17 @@ class _Words:
             days.append(", ".join([self._month_day(day) for day in rule.month_days or (start.day,)]))
         said = ", ".join(days)
         if rule.frequency is Frequency.YEARLY and not (rule.months or rule.month_days or rule.weekdays):
-            return self._say("{days} of {months}", days=said, months=self._translate(_MONTHS[start.month - 1]))
+            return self._say("{days} of {months}", days=said, months=self._translate(MONTHS[start.month - 1]))
         return said
 
     def _weekdays(self, weekdays: Sequence[tuple[int, int]]) -> str:
-        days = [self._translate(_WEEKDAYS[day]) for n, day in weekdays if n == 0]
+        days = [self._translate(WEEKDAYS[day]) for n, day in weekdays if n == 0]
         if [day for n, day in weekdays if n == 0] == [0, 1, 2, 3, 4]:
             days = [f"{days[0]}–{days[-1]}"]
         return ", ".join(
             days
             + [
-                self._say("the {which} {weekday}", which=self._ordinal(n), weekday=self._translate(_WEEKDAYS[day]))
+                self._say("the {which} {weekday}", which=self._ordinal(n), weekday=self._translate(WEEKDAYS[day]))
                 for n, day in weekdays
                 if n
             ]
@@ -150,7 +150,7 @@ class _Words:
         if rule.months:
             said.append(
                 self._say(
-                    "in {months}", months=", ".join([self._translate(_MONTHS[month - 1]) for month in rule.months])
+                    "in {months}", months=", ".join([self._translate(MONTHS[month - 1]) for month in rule.months])
                 )
             )
         if rule.frequency.is_sub_daily:
@@ -175,7 +175,7 @@ class _Words:
         if earliest == LEAP_DAY and 2 in months:
             return [self._say("in leap years only") if months == [2] else self._say("in February in leap years only")]
         return (
-            [self._say("not in {months}", months=", ".join([self._translate(_MONTHS[month - 1]) for month in never]))]
+            [self._say("not in {months}", months=", ".join([self._translate(MONTHS[month - 1]) for month in never]))]
             if never
             else []
         )

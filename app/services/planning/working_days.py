@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from datetime import date
 from enum import StrEnum
 
-from app.database.calendar import CalendarRepository
+from app.database.settings import CalendarRepository
 from app.domain.clock import DAY
 from app.domain.models import WEEKDAYS, DayException, Settings
 from app.services.planning import public_holidays

@@ -12,8 +12,8 @@ from statistics import median
 from types import MappingProxyType
 
 from app.database.suggestions import PastRun
-from app.domain.intervals import wilson
 from app.domain.models import ReasonCode, Trigger
+from app.services.planning.durations import wilson
 
 LATE_S = 300.0  # after its planned instant
 NEXT_S = 10.0  # between two runs of a queue, at most

@@ -4,38 +4,16 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.models import Execution, State, Trigger
 from app.screens.settings.files import FileRow
 from app.screens.settings.page import SwitchRow
 from app.screens.settings.scheduler import SchedulerPage
 from app.widgets.buttons import Segment, Toggle
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import StepField
+from tests.support.history import add_runs
 from tests.ui.integrator import enter, go, is_saved, page, press, says, settings
 
 pytestmark = pytest.mark.long
-
-
-def add_runs(site, count: int) -> None:
-    now, repository = site.container.clock.now(), site.container.repositories.executions
-    rows = [
-        Execution(
-            trigger=Trigger.MANUAL,
-            robot_id=1,
-            robot="R1",
-            mission="Deliver",
-            mission_guid="guid",
-            timezone="UTC",
-            token=str(n),
-            planned_at=now,
-            closes_at=now,
-            created_at=now,
-            state=State.COMPLETED,
-            ended_at=now,
-        )
-        for n in range(count)
-    ]
-    site.container.db.write(lambda c: repository.add_many(c, rows))
 
 
 def keep_the_last(ui, runs: int) -> StepField:
@@ -46,7 +24,7 @@ def keep_the_last(ui, runs: int) -> StepField:
 
 
 def test_a_lower_limit_deletes_nothing_before_it_is_confirmed(site, app, ui):
-    add_runs(site, 3)
+    add_runs(site.container, 3)
     go(ui, "scheduler")
     field = keep_the_last(ui, 2)
     ui.wait(lambda: says(ui, "Delete 1 run of the history?"))
@@ -64,7 +42,7 @@ def test_a_lower_limit_deletes_nothing_before_it_is_confirmed(site, app, ui):
 
 
 def test_leaving_before_the_question_says_that_nothing_is_deleted(site, app, ui):
-    add_runs(site, 3)
+    add_runs(site.container, 3)
     go(ui, "scheduler")
     ui.find(SchedulerPage).step("history_limit", 2)
     app.shell.go("home")
@@ -99,7 +77,7 @@ def test_an_end_of_keeping_all_asks_too(site, app, ui):
     go(ui, "scheduler")
     ui.wait(lambda: ui.find(StepField, heading="Otherwise keep the last (runs)").value == 1)
     site.container.catalogue.change_settings(history_limit=None)
-    add_runs(site, 2)
+    add_runs(site.container, 2)
     switch = ui.find(SwitchRow, text="Keep the whole history")
     ui.wait(lambda: switch.active)
     ui.tap(ui.find(Toggle, root=switch))
@@ -111,7 +89,7 @@ def test_an_end_of_keeping_all_asks_too(site, app, ui):
 
 
 def test_a_configuration_that_deletes_runs_asks_first(site, app, ui):
-    add_runs(site, 3)
+    add_runs(site.container, 3)
     file = site.documents / "plant.json"
     file.write_text('{"format": "amr-scheduler/1", "settings": {"history_limit": 1}}', encoding="utf-8")
     go(ui, "data")

@@ -8,9 +8,9 @@ from datetime import date, datetime, timedelta
 
 import pytest
 
-from app.database.calendar import CalendarRepository
 from app.database.connection import Database
 from app.database.schema import MIGRATIONS
+from app.database.settings import CalendarRepository
 from app.domain.models import DayException, InvalidInput, ReasonCode, Schedule, State
 from app.services.catalogue import validation
 from app.services.catalogue.pausing import Pausing

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from app.database import connection, migrations
+from app.database import connection
 from app.database.backups import BACKUPS, problem_of
 from app.database.connection import Database, DatabaseRefused, DatabaseUnavailable
 from app.database.missions import MissionRepository
@@ -20,6 +20,7 @@ from app.database.schema import (
     MIGRATIONS,
 )
 from app.database.settings import SettingsRepository
+from tests.support.new_database import migrate_really
 
 ADD_A_TABLE = "CREATE TABLE extra (id INTEGER PRIMARY KEY) STRICT;"
 
@@ -27,7 +28,7 @@ ADD_A_TABLE = "CREATE TABLE extra (id INTEGER PRIMARY KEY) STRICT;"
 @pytest.fixture(autouse=True)
 def every_step(monkeypatch) -> None:
     """New databases are copies elsewhere."""
-    monkeypatch.setattr(connection, "migrate", migrations.migrate)
+    monkeypatch.setattr(connection, "migrate", migrate_really)
 
 
 def mode(path) -> int:

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from icalendar import Calendar
 
-from app.database.calendar import CalendarRepository
+from app.database.settings import CalendarRepository
 from app.domain.models import DayException, InvalidInput
 from app.domain.names import cleaned
 from app.services.files import ics

@@ -7,12 +7,11 @@ import sqlite3
 from dataclasses import replace
 from typing import Any
 
-from app.database.calendar import CalendarRepository
 from app.database.groups import GroupRepository, PlaceRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
-from app.database.settings import SettingsRepository
+from app.database.settings import CalendarRepository, SettingsRepository
 from app.domain import names
 from app.domain.models import DayException, IdleRule, InvalidInput, Mission, Schedule
 from app.services.catalogue import fields, validation

@@ -2,7 +2,7 @@
 
 import pytest
 
-from app.domain.intervals import wilson
+from app.services.planning.durations import wilson
 
 
 @pytest.mark.parametrize(
