@@ -197,8 +197,6 @@ class Container:
         )
         self.operator = Operator(
             db,
-            robots=repositories.robots,
-            missions=repositories.missions,
             ledger=self.ledger,
             clock=clock,
             engine=self.engine,

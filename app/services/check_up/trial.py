@@ -19,6 +19,7 @@ from app.mir.errors import Refusal, RobotError, Unauthorized
 from app.mir.raw_client import QUEUE, Answer
 from app.mir.texts import clean
 from app.services.check_up.journal import Journal, has_ended, items_above, read_item, set_state
+from app.services.check_up.load_probes import LENGTH_S
 from app.services.check_up.session import CheckUpSession, Found, amber, red
 
 NAME, SECOND = "AMR Scheduler check-up", "00:00:01.000000"
@@ -112,14 +113,14 @@ def tokens() -> tuple[str, ...]:
 
 
 class TrialRun:
-    """Of what is noted in ``journal``. ``starts_s``: seconds of the check-up that are over before it."""
+    """Of what is noted in ``journal``."""
 
-    def __init__(self, session: CheckUpSession, journal: Journal, starts_s: float) -> None:
+    def __init__(self, session: CheckUpSession, journal: Journal) -> None:
         self._session, self._robot, self._clock, self._journal = session, session.robot, session.clock, journal
         left = journal.left
         self._mission, self._is_made, self._tokens = left.mission or left.queued, left.mission is not None, left.tokens
         self._highest = left.queue_floor
-        self._began, self._starts_s, self._ends = session.clock.monotonic(), starts_s, math.inf
+        self._began, self._ends = session.clock.monotonic(), math.inf
         self._is_paused, self._watched_at = False, -math.inf
         self.result = TrialResult()
 
@@ -325,4 +326,4 @@ class TrialRun:
             self._clock.sleep(min(rest, WATCH_EVERY))
 
     def _at(self, says: Message) -> None:
-        self._session.at(says, self._starts_s + self._clock.monotonic() - self._began)
+        self._session.at(says, LENGTH_S + self._clock.monotonic() - self._began)

@@ -85,7 +85,7 @@ class Trials:
         session.is_wanted = lambda: is_wanted() and robot.id not in self._stays_paused
         self._stays_paused.discard(robot.id)
         try:
-            result = trial.TrialRun(session, journal, load_probes.LENGTH_S).run()
+            result = trial.TrialRun(session, journal).run()
             look_at_trial(session, result)
         except trial.TakenOver as end:
             session.add(Topic.PAUSE, end.found)

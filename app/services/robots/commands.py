@@ -53,6 +53,8 @@ log = logging.getLogger(__name__)
 
 MOST_LISTED = 20  # starts in one line of the log
 
+NONE: Mapping[str, Any] = MappingProxyType({})
+
 ClientFactory = Callable[[Robot], RobotClient]
 
 
@@ -61,8 +63,6 @@ class Operator:
         self,
         db: Database,
         *,
-        robots: RobotRepository,
-        missions: MissionRepository,
         ledger: Ledger,
         clock: Clock,
         engine: Engine,
@@ -75,7 +75,7 @@ class Operator:
         answered: Callable[[int, str, str], None],
     ) -> None:
         """``answered`` is called with robot, question (its guid) and answer that the robot has taken."""
-        self._db, self._robots, self._missions = db, robots, missions
+        self._db, self._robots, self._missions = db, RobotRepository(), MissionRepository()
         self._ledger, self._clock, self._engine = ledger, clock, engine
         self._settings, self._make_client, self._parameters = settings, make_client, parameters
         self._holds, self._clearing, self._keep_paused = holds, clearing, keep_paused
@@ -83,22 +83,20 @@ class Operator:
 
     # ------------------------------------------------------------------ missions
     def run_now(
-        self, robot_id: int, mission_id: int, parameters: Mapping[str, Any] | None = None, token: str | None = None
+        self, robot_id: int, mission_id: int, parameters: Mapping[str, Any] = NONE, token: str | None = None
     ) -> Execution:
         """Submit a mission at once, ignoring its constraints. ``token`` is made per press, so a press that arrives
         twice runs once. Raises InvalidInput, also where the data was copied from another tablet: it must not wait here
         until the plan moves to this tablet."""
         robot, mission = self._usable(robot_id), self._mission(mission_id)
-        self._check_parameters(mission, parameters or {}, [(robot, mission.guid)])
-        return self._start(
-            robot, mission, parameters or {}, token, HIGH if robot.hand_over is HandOver.WHEN_FREE else 0
-        )
+        self._check_parameters(mission, parameters, [(robot, mission.guid)])
+        return self._start(robot, mission, parameters, token, HIGH if robot.hand_over is HandOver.WHEN_FREE else 0)
 
     def run_on_any(
         self,
         group_id: int,
         mission_id: int,
-        parameters: Mapping[str, Any] | None = None,
+        parameters: Mapping[str, Any] = NONE,
         token: str | None = None,
         *,
         priority: int = HIGH,
@@ -106,22 +104,20 @@ class Operator:
         """The same on the robot of a group that will be done first; before planned starts of lower priority. It waits
         until one is free. Raises InvalidInput."""
         group = self._group(group_id)
-        mission = self._missions.by_name(self._db.read(), self._mission(mission_id).name)
+        name, c = self._mission(mission_id).name, self._db.read()
+        mission = self._missions.by_name(c, name)
         if mission is None:
             raise InvalidInput(
-                "mission",
-                "the mission {name} is for one robot only; a group needs one for all robots",
-                name=self._mission(mission_id).name,
+                "mission", "the mission {name} is for one robot only; a group needs one for all robots", name=name
             )
         self._holds.check_is_no_copy()
         members = [
-            (robot, self._missions.for_robot(self._db.read(), mission.name, robot.id))
+            (robot, own.guid)
             for robot in map(self._robot, group.members)
+            if robot.enabled and (own := self._missions.for_robot(c, name, robot.id))
         ]
-        self._check_parameters(
-            mission, parameters or {}, [(robot, own.guid) for robot, own in members if robot.enabled and own]
-        )
-        return self._start(group, mission, parameters or {}, token, priority)
+        self._check_parameters(mission, parameters, members)
+        return self._start(group, mission, parameters, token, priority)
 
     def _check_parameters(
         self, mission: Mission, given: Mapping[str, Any], robots: Sequence[tuple[Robot, str]]
@@ -218,7 +214,7 @@ class Operator:
         parameters: Mapping[str, Any],
         token: str | None,
         priority: int = 0,
-        tried: Mapping[str, Any] = MappingProxyType({}),
+        tried: Mapping[str, Any] = NONE,
         instead_of: Execution | None = None,
     ) -> Execution:
         token = token or str(uuid.uuid4())
