@@ -149,12 +149,12 @@ def test_while_the_list_moves_one_tile_a_frame_becomes_another(container, ui):
         ui.wait(lambda: counted(ui) == ["10 stopped", "33 ready"])
 
 
-def test_a_run_is_shown_with_the_time_it_still_takes(container, robots, ui):
-    aino, now = robots[0], container.clock.now()
-    e = Execution(
+def collecting(robot, now) -> Execution:
+    """A run that the robot has just begun."""
+    return Execution(
         trigger=Trigger.MANUAL,
-        robot_id=aino.id,
-        robot=aino.name,
+        robot_id=robot.id,
+        robot=robot.name,
         mission="Collect empties",
         mission_guid="g-new",
         planned_at=now,
@@ -166,6 +166,11 @@ def test_a_run_is_shown_with_the_time_it_still_takes(container, robots, ui):
         queue_id=900,
         started_at=now,
     )
+
+
+def test_a_run_is_shown_with_the_time_it_still_takes(container, robots, ui):
+    aino, now = robots[0], container.clock.now()
+    e = collecting(aino, now)
     repository = container.repositories.executions
     container.db.write(lambda c: repository.add(c, e))
     done = replace(e, token="t-old", state=State.COMPLETED, queue_id=800, ended_at=now, duration_s=290.0)
@@ -180,21 +185,7 @@ def test_a_run_is_shown_with_the_time_it_still_takes(container, robots, ui):
 def test_a_run_is_named_before_the_queue_is_read_again(container, robots, ui, number):
     """Between its polls only the status of a robot is read, unless it is the one on screen."""
     aino, now = robots[0], container.clock.now()
-    run = Execution(
-        trigger=Trigger.MANUAL,
-        robot_id=aino.id,
-        robot=aino.name,
-        mission="Collect empties",
-        mission_guid="g-new",
-        planned_at=now,
-        closes_at=now,
-        created_at=now,
-        token="t-new",
-        timezone="UTC",
-        state=State.EXECUTING,
-        queue_id=900,
-        started_at=now,
-    )
+    run = collecting(aino, now)
     container.db.write(lambda c: container.repositories.executions.add(c, run))
     see(container, aino, replace(sample.EXECUTING, mission_queue_id=number))
     with shown(container, ui) as app:

@@ -38,6 +38,23 @@ TEN_MIN = DurationEstimate(600.0, 600.0)
 FOUND = PlannedRun(AT, SCHEDULE, SISU, KITS, TEN_MIN, group=HALL, begins_at=AT + timedelta(minutes=4))
 NOT_FOUND = PlannedRun(AT + timedelta(hours=1), SCHEDULE, unassigned_robot(HALL), KITS, TEN_MIN, group=HALL)
 FIXED = PlannedRun(AT, replace(SCHEDULE, id=8, group_id=None, robot_id=1), AINO, KITS, TEN_MIN)
+WAITS = Execution(
+    Trigger.SCHEDULED,
+    None,
+    "",
+    "Kits",
+    "k",
+    NOW,
+    NOW + timedelta(minutes=15),
+    NOW,
+    "t",
+    "UTC",
+    State.WAITING,
+    11,
+    group_id=5,
+    robot_group="Hall 1",
+    wait=Wait.ROBOT,
+)
 FACTS = SchedulerFacts(
     settings=Settings(),
     robots=(AINO, SISU),
@@ -68,29 +85,12 @@ def test_what_finds_no_robot_has_a_lane_of_its_own_and_without_any_there_is_none
 
 
 def test_what_waits_for_a_robot_now_is_in_the_lane_of_its_group():
-    waits = Execution(
-        Trigger.SCHEDULED,
-        None,
-        "",
-        "Kits",
-        "k",
-        NOW,
-        NOW + timedelta(minutes=15),
-        NOW,
-        "t",
-        "UTC",
-        State.WAITING,
-        11,
-        group_id=5,
-        robot_group="Hall 1",
-        wait=Wait.ROBOT,
-    )
-    lane = lanes(replace(FACTS, planned=(), past=(waits,)))["group", 5]
+    lane = lanes(replace(FACTS, planned=(), past=(WAITS,)))["group", 5]
     assert [bar.key for bar in lane.bars] == [("execution", 11)]
-    card = bar_card.run_card(FACTS, waits, NOW)
+    card = bar_card.run_card(FACTS, WAITS, NOW)
     assert "any of Hall 1" in card.text
     assert [item.text for item in card.items][:4] == ["Give to a robot", "Priority: Normal", "Hold", "Cancel"]
-    held = bar_card.run_card(FACTS, replace(waits, held=True), NOW).items
+    held = bar_card.run_card(FACTS, replace(WAITS, held=True), NOW).items
     assert [(item.key, item.text) for item in held if item.key in ("hold", "release")] == [("release", "Release")]
 
 
@@ -114,25 +114,8 @@ def test_the_lane_of_a_group_says_why_no_robot_is_foreseen(values, state, note):
 
 
 def test_a_start_that_waits_or_has_ended_is_no_lack_of_robots_to_come():
-    waits = Execution(
-        Trigger.SCHEDULED,
-        None,
-        "",
-        "Kits",
-        "k",
-        NOW,
-        NOW + timedelta(minutes=15),
-        NOW,
-        "t",
-        "UTC",
-        State.WAITING,
-        11,
-        group_id=5,
-        robot_group="Hall 1",
-        wait=Wait.ROBOT,
-    )
-    over = replace(waits, state=State.SKIPPED, ended_at=NOW)
-    assert [lanes(replace(FACTS, planned=(), past=(row,)))["group", 5].note for row in (waits, over)] == [
+    over = replace(WAITS, state=State.SKIPPED, ended_at=NOW)
+    assert [lanes(replace(FACTS, planned=(), past=(row,)))["group", 5].note for row in (WAITS, over)] == [
         "Waits for a robot",
         "",
     ]
