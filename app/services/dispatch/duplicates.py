@@ -418,7 +418,8 @@ class Duplicates:
         return True
 
     def cancel(self, queue_id: int) -> bool:
-        """Returns whether the robot has done it. What can't be cancelled now is met again at the next poll."""
+        """Returns whether the robot has done it. An item that can't be cancelled now is handled again at the next
+        poll."""
         try:
             self._client.cancel(queue_id)
         except RobotError as error:

@@ -111,8 +111,8 @@ class Engine:
         self._allocate_at = self._allocated_at = -math.inf
         self._allocating: int | None = None  # the thread that gives starts to robots
         self._sought: frozenset[int] = frozenset()  # robots that a start waits for
-        self._lock = threading.Lock()  # for what other threads ask: workers, whose turn it is
-        self._inserting: int | None = None  # the thread that is writing what is due
+        self._lock = threading.Lock()  # for other threads: workers, and the robots whose turn it is
+        self._inserting: int | None = None  # the thread that is writing due starts
         self.plan_version = 1  # counts changes that may withdraw a start
         self._was_trusted = self._may_send = False  # the clock: ever, and now
         self._robots_version = 1  # counts changes of the robots
@@ -166,12 +166,13 @@ class Engine:
 
     @property
     def seconds_to_decision(self) -> float:
-        """Until it is decided again which robots get the starts of groups that wait; infinite: none does, or nothing may be sent."""
+        """Time until the next choice of robots for waiting starts of groups; infinite: none waits, or nothing may be
+        sent."""
         return max(0.0, self._allocate_at - self._clock.monotonic()) if self._may_send else math.inf
 
     # ------------------------------------------------------------------ asked by others, on any thread
     def request_cycle(self, by_window: bool = False) -> None:
-        """Poll every robot now; many in short turns, so that neither the window nor what falls due has to wait."""
+        """Poll every robot now; many in short turns, so that neither the window nor due starts have to wait."""
         self._window_drives |= by_window
         self._cycle_at = self._clock.monotonic()
         with self._lock:
@@ -233,7 +234,8 @@ class Engine:
 
     # ------------------------------------------------------------------ a round
     def advance(self) -> float:
-        """One round. Returns the seconds until the next one is wanted. Raises DatabaseError, after which the next round tries again."""
+        """One round. Returns the seconds until the next one. Raises DatabaseError, after which the next round tries
+        again."""
         mono = self._clock.monotonic()
         if self._matched_version != self._robots_version or mono >= self._match_again_at:
             self._match_workers()
@@ -348,7 +350,7 @@ class Engine:
 
     # ------------------------------------------------------------------ robots and their turns
     def _match_workers(self) -> None:
-        """One worker for each robot as it is configured now. One that can't be made is tried again, and holds up no other."""
+        """One worker for each configured robot. One that can't be made is tried again, without delaying others."""
         version = self._robots_version  # another change since then needs another round
         self._match_again_at = math.inf
         wanted = {robot.id: robot for robot in self._robots()}
@@ -416,5 +418,5 @@ class Engine:
 
 
 def _connection_of(robot: Robot) -> tuple[object, ...]:
-    """What a worker's connection is made of; when it changes, a new worker is made."""
+    """The settings of a worker's connection; when they change, a new worker is made."""
     return robot.address, robot.token, robot.certificate_sha256

@@ -40,8 +40,8 @@ KEPT_FOR = 60.0  # s that an estimate holds
 
 
 class UsualDurations:
-    """How long missions take on robots, what they drive to, and how long robots have run today, read once a minute from what is kept
-    besides the history. How long that is decides nothing."""
+    """Usual durations of missions on robots, their positions, and robots' running time today, read once a minute from
+    tables apart from the history, whose length never matters."""
 
     def __init__(self, context: Context) -> None:
         self._s, self._durations, self._all_stops = context, DurationRepository(), StopRepository()
@@ -49,7 +49,7 @@ class UsualDurations:
         self._hours_hold_until = -math.inf
         self._known: dict[
             tuple[int, str], tuple[float, DurationEstimate | None]
-        ] = {}  # with the monotonic time until which it holds
+        ] = {}  # with the monotonic time until which it is valid
         self._stops: Mapping[str, Sequence[Stop]] = {}
         self._stops_hold_until = -math.inf
 
@@ -129,7 +129,7 @@ class GroupState:
         )
 
     def _planned_starts(self, groups: Mapping[int, Group]) -> list[PlannedStart]:
-        """The next start of each schedule, where these robots may get it."""
+        """The next start of each schedule that these robots may get."""
         missions = {mission.id: mission.name for mission in self._configured}
         found = []
         for schedule in self._s.schedules.due(self._c, self._now + timedelta(seconds=AHEAD)):
@@ -211,7 +211,7 @@ class GroupState:
         )
 
     def _ends_at(self, queue: Sequence[QueueItem], open_ones: Sequence[Execution]) -> Spot | None:
-        """Where the last mission of a robot ends, which is one of ours where its queue was read before that came there."""
+        """Where the last mission of a robot ends; the app's own, if the queue was read before it arrived."""
         seen = {item.id for item in queue}
         guids = [row.mission_guid for row in open_ones if row.queue_id not in seen] or [
             item.mission_id or "" for item in queue
@@ -297,12 +297,12 @@ class GroupState:
         return self._run_durations[key]
 
     def _way(self, robot_id: int, mission: Mission) -> float | None:
-        """Straight to its first stop, from where the robot will be when it is free, in m."""
+        """The straight way to its first stop, from the robot's position when it is free, in m."""
         stops = self._stops.get(mission.guid)
         return straight_way(self._spots.get(robot_id), stops[0].spot) if stops else None
 
     def _farther(self, robot_id: int, mission: Mission) -> float:
-        """By how much its way is longer than that of the robots on average, in m; 0 where that is not known."""
+        """How much its way exceeds the robots' average, in m; 0 if unknown."""
         if mission.name not in self._mean_way:
             usable = [each for each, member in self.members.items() if member.ineligible is None]
             ways = [self._way(each, found) for each in usable if (found := self.mission(each, mission.name))]
@@ -384,7 +384,7 @@ class GroupState:
         }
 
     def _in(self, seconds: float) -> str:
-        """An instant to the minute, so that what is stored changes once a minute at most."""
+        """An instant to the minute, so that stored values change at most once a minute."""
         return (self._now + timedelta(seconds=seconds + ABOUT)).replace(second=0, microsecond=0).isoformat()
 
 

@@ -17,8 +17,9 @@ KEEP_FREE_BEFORE_PLANNED = timedelta(minutes=5)
 
 
 class IdleWatch:
-    """How long one robot has been idle: Ready, nothing pending or executing, nothing new in its queue. Measured on the monotonic clock and
-    only over what was really seen: after a gap between two polls longer than ``longest_gap`` seconds the time counts from zero."""
+    """How long one robot has been idle: Ready, nothing pending or executing, nothing new in its queue. Measured on the
+    monotonic clock and only over observed time: after a gap between two polls longer than ``longest_gap`` seconds the
+    time counts from zero."""
 
     def __init__(self) -> None:
         self._since: float | None = None
@@ -33,7 +34,7 @@ class IdleWatch:
         self._seen, self._highest = mono, highest
 
     def not_seen(self) -> None:
-        """The robot could not be read, or the tablet slept: what it did then is unknown."""
+        """The robot could not be read, or the tablet slept: its activity is unknown."""
         self._since = None
         self._seen = -math.inf
 
@@ -60,10 +61,9 @@ class IdleSituation:
 def idle_mission_is_due(
     rule: IdleRule | None, situation: IdleSituation, settings: Settings, calendar: WorkingCalendar, now: datetime
 ) -> bool:
-    """Whether the idle mission starts now.
-
-    Once per idle period: a period ends when anything else runs, which shows as a queue id above that of the last idle mission, or below it
-    where the robot's queue began again. So a restart of the app does not fire it again.
+    """Whether the idle mission starts now. Once per idle period: a period ends when anything else runs, which shows as
+    a queue id above that of the last idle mission, or below it if the robot's queue began again. So a restart of the
+    app does not repeat it.
     """
     if rule is None or not rule.enabled or situation.idle_seconds < rule.after_minutes * 60:
         return False

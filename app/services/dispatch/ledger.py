@@ -1,7 +1,8 @@
-"""The execution ledger: every change of an execution is one short transaction, published to listeners and written to the log.
+"""The execution ledger: every change of an execution is one short transaction, published to listeners and written to
+the log.
 
-Each method returns the row after its move, or None when the row had moved on in the meantime (somebody cancelled it): then nothing
-was changed and the caller must not act on it.
+Each method returns the changed row, or None if the row had changed before (somebody cancelled it): then nothing was
+changed and the caller must not act on it.
 """
 
 from __future__ import annotations
@@ -79,8 +80,8 @@ class Ledger:
 
     # ------------------------------------------------------------------ new rows
     def add(self, execution: Execution, instead_of: Execution | None = None) -> Execution | None:
-        """Write a new row; None when its token is already in the ledger. ``instead_of`` is not sent again: raises InvalidInput where that
-        is so already, or it is not in doubt any more."""
+        """Write a new row; None if its token is already in the ledger. ``instead_of`` is not sent again: raises
+        InvalidInput if it was already replaced, or is no longer in doubt."""
 
         def work(c: sqlite3.Connection) -> Execution | None:
             if instead_of is not None and self._executions.by_token(c, execution.token) is None:
@@ -105,7 +106,7 @@ class Ledger:
             apply_in(c, transitions.replaced(each, instead), self._clock.now())
 
     def _instead_of(self, c: sqlite3.Connection, row: Execution) -> Execution | None:
-        """What was started on another robot in place of it."""
+        """Its replacements on other robots."""
         return (
             self._executions.by_token(c, row.withdrawn.details.get("instead", ""))
             if row.withdrawn is not None
@@ -186,7 +187,7 @@ class Ledger:
             self._resolve_replacement(row)
 
     def waits(self, row: Execution, why: Wait, **details: object) -> None:
-        """Note what a waiting one waits for, where that is something new."""
+        """Store what a waiting one waits for, if that has changed."""
         self.apply(transitions.wait(row, why, **details), quietly=row.wait is why)
 
     def end(self, event: Event, row: Execution, reason: Reason) -> list[Execution]:
@@ -219,7 +220,7 @@ class Ledger:
         return len(self.apply_found(find, quietly=True))
 
     def unassign(self, robot_id: int | None = None) -> None:
-        """What waits for this robot as one of a group, or for any robot so, may get another one, but where a person chose it."""
+        """Group starts that wait for this robot, or for any robot, may get another one, except if a person chose it."""
         robots = [robot for robot in self._starts.bound(self._db.read()) if robot_id in (None, robot)]
 
         def find(c: sqlite3.Connection) -> Iterable[Transition]:
@@ -247,7 +248,7 @@ class Ledger:
         return self._starts.full_place(self._db.read(), execution)
 
     def watches_of(self, robot_id: int) -> list[Watched]:
-        """What may still come to this robot though it was given up there, or may have come while no one looked."""
+        """Starts that may still arrive at this robot though they were given up there, or may have arrived unseen."""
         return self._starts.watches_of(self._db.read(), robot_id)
 
     def watch(self, execution: Execution, robot_id: int) -> None:
@@ -255,7 +256,7 @@ class Ledger:
         self._db.write(lambda c: watch(c, execution, robot_id, self._clock.now()))
 
     def drop_watches(self, robot_id: int, tokens: Collection[str]) -> None:
-        """The robot was searched for these when nothing could come any more."""
+        """The robot was searched for these when nothing could arrive any longer."""
         self._db.write(lambda c: self._starts.drop_watches(c, robot_id, tokens), patient=True)
 
     def unbound(self) -> list[Execution]:
@@ -263,8 +264,8 @@ class Ledger:
         return self._starts.unbound(self._db.read())
 
     def _resolve_replacement(self, row: Execution) -> None:
-        """Its robot has it after all, and a person has had it started on another one, which has that too or may get it; or an undo of its
-        cancellation would."""
+        """Its robot has it after all, and a person has started it on another one too; or undoing its cancellation would
+        send it again."""
         other = self._instead_of(self._db.read(), row)
         if other is not None and row.withdrawn is not None and _never_reached_a_robot(other):
             self.apply([transitions.replaced(other, row.withdrawn)], quietly=True)
@@ -318,8 +319,8 @@ class Ledger:
         )
 
     def alarm_for(self, ended: Execution) -> None:
-        """Raise the alarm of a failed or skipped execution, but of an idle mission that was overtaken, and of an unknown outcome, which has
-        its own; repetitions of one schedule are counted."""
+        """Raise the alarm of a failed or skipped execution, except for an idle mission that is not needed, and an
+        unknown outcome, which has its own; repetitions of one schedule are counted."""
         code = {State.FAILED: "execution_failed", State.SKIPPED: "execution_skipped"}.get(ended.state)
         alarmed_elsewhere = (
             ReasonCode.UNKNOWN_OUTCOME,

@@ -1,4 +1,4 @@
-"""What passes between the engine and a robot's worker. Messages reach a worker in the order in which they were sent."""
+"""Messages between the engine and a robot's worker. A worker gets them in the order in which they were sent."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from app.domain.models import Execution, Robot
 
 @dataclass(frozen=True)
 class Readiness:
-    """What a worker says of a robot to which something can go out at once: read a moment ago."""
+    """A worker's facts about a robot that can get a start at once: read a moment ago."""
 
     battery: float | None
     queue_floor: int
-    uncertain_through: datetime | None  # what was planned up to then may be on the robot already
+    uncertain_through: datetime | None  # starts planned up to then may already be on the robot
 
 
 @dataclass(frozen=True)
@@ -64,15 +64,15 @@ class NeededByGroup:
 
 @dataclass(frozen=True)
 class Recover:
-    """What was written last is not known: the database failed and works again, or a round ended in an error. ``number``: which call of
-    ``RobotWorker.expect_recovery`` this is of."""
+    """The last writes are unknown: the database failed and works again, or a round ended in an error. ``number``: the
+    call of ``RobotWorker.expect_recovery``."""
 
     number: int
 
 
 @dataclass(frozen=True)
 class ClockJumped:
-    """The tablet slept, or its clock was set: what the robot did then was not seen."""
+    """The tablet slept, or its clock was set: the robot's activity was not seen."""
 
 
 Message = Poll | Prefetch | Start | LedgerChanged | RobotEdited | OnScreen | NeededByGroup | Recover | ClockJumped

@@ -1,4 +1,5 @@
-"""What one robot is seen to be: its connection, its status, its queue's highest id; the alarms and the history that follow from it."""
+"""The observation of one robot: its connection, its status, its queue's highest id; and the resulting alarms and
+history."""
 
 from __future__ import annotations
 
@@ -43,7 +44,7 @@ from app.services.live.snapshots import STALE_POLLS
 
 log = logging.getLogger(__name__)
 
-WRITES_TO_PRUNE = 200  # writes of what it is seen doing, between dropping what is too old
+WRITES_TO_PRUNE = 200  # writes of its activity between two deletions of old ones
 
 
 class Observation:
@@ -87,7 +88,7 @@ class Observation:
 
     @property
     def known(self) -> RobotProfile | None:
-        """What a check-up has found of it, where that is certainly still so: it has been asked for its software since it booted."""
+        """The results of its check-up, if certainly still valid: its software was read since it booted."""
         return self.robot.known if self._identified else None
 
     @property
@@ -111,8 +112,8 @@ class Observation:
         return status
 
     def identify(self) -> None:
-        """Once per start, and after each of the robot's where it has a profile: does the password hold (``/status`` answers without one),
-        and which machine is it, where that is not known?"""
+        """Once per start, and after each boot of a robot with a profile: check the password (``/status`` needs none),
+        and read which machine it is, if unknown."""
         if self._identified:
             return
         identity = self._client.identify()
@@ -125,7 +126,7 @@ class Observation:
         if any(value and value != getattr(self.robot, name) for name, value in found.items()):
             changes = {name: value for name, value in found.items() if value}
             if not self._s.db.write(lambda c: self._s.robots.note_identity(c, self.robot, **changes)):
-                return  # edited since: asked again as it is then
+                return  # edited since: asked again with the new values
             self.robot = replace(self.robot, **changes)
         self._identified, self._refused = True, False
         self.user_name = identity.user_name
@@ -146,13 +147,13 @@ class Observation:
 
     @property
     def fresh_status(self) -> RobotStatus | None:
-        """What was read a moment ago; None when that is too long ago, or nothing answered, or the tablet has slept since. Changes nothing:
-        any thread may ask."""
+        """The status read a moment ago; None if it is too old, there was no answer, or the tablet has slept since.
+        Changes nothing: any thread may call."""
         return self._status if self.age <= STATUS_IS_FRESH and not self._has_slept else None
 
     @property
     def may_be_sent_by(self) -> bool:
-        """Whether a start that was found ready by what was read may still leave, however slow the robot and its connection are."""
+        """Whether a start that was ready by that status may still be sent, also with a slow robot or connection."""
         return self.age <= LEAVES_WITHIN and not self._has_slept
 
     @property
@@ -163,12 +164,12 @@ class Observation:
 
     @property
     def is_awaiting_answer(self) -> bool:
-        """Whether it answered when it was last read, which is not a moment ago, or is being read. Any thread may ask."""
+        """Whether it answered at its last reading, which is too old now or is being repeated. Any thread may call."""
         return self.robot.enabled and self.fresh_status is None and self.answered_ago < math.inf
 
     @property
     def seems_free(self) -> bool:
-        """Whether it may take a start of a group at once, by what was read a moment ago. Any thread may ask."""
+        """Whether it may take a start of a group at once, by its status read a moment ago. Any thread may call."""
         status = self.fresh_status
         return (
             status is not None
@@ -178,7 +179,7 @@ class Observation:
 
     @property
     def contradicts_clock(self) -> bool:
-        """Whether the tablet's clock, which nothing has proven right, may be wrong by what was read here."""
+        """Whether the tablet's unproven clock may be wrong, according to this robot."""
         return self.clock is not None and self._s.is_contradicted(self.robot.id, self.clock)
 
     @property
@@ -221,8 +222,8 @@ class Observation:
             self._judge_check_up()
 
     def note_failure(self, error: RobotError) -> None:
-        """Of a read whose request for the status may have failed already. Where that was answered and others are not, it stays so until all
-        are."""
+        """A read failed, perhaps at its status. If only the status was answered, the robot counts as partly silent
+        until all requests are answered."""
         if self._read_at > -math.inf:
             self._in_part_since = min(self._in_part_since, self._s.clock.monotonic())
             self._note_failure(error)
@@ -306,7 +307,8 @@ class Observation:
         self._s.snapshots.update(self.robot.id, connection=connection, problem=problem, **values)
 
     def _set_alarm(self, code: str, on: bool, **details: object) -> None:
-        """Raise or clear the alarm of a condition when it changes (and clear, once after a start, what an earlier run left active)."""
+        """Raise or clear the alarm of a condition when it changes (and, once after a start, clear those of an earlier
+        run)."""
         if on and code not in self._alarmed:
             self._alarmed.add(code)
             self._s.alarms.raise_about_robot(code, self.robot, **details)
@@ -360,7 +362,7 @@ class Observation:
 
 
 def _may_have_changed(before: RobotStatus | None, status: RobotStatus, robot: Robot) -> bool:
-    """Whether its software may be another one: it says so, or has booted."""
+    """Whether its software may have changed: it says so, or has booted."""
     if status.software not in (None, robot.software):
         return True
     return before is not None and status.has_booted_since(before.uptime_s)

@@ -1,4 +1,4 @@
-"""What fell due of a schedule while nothing could be started: how many starts, and why none of them was made."""
+"""A schedule's starts that fell due while nothing could be started: their number and reason."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ class Passed:
 def passed(
     schedule: Schedule, until: datetime, calendar: WorkingCalendar, downtime: Downtime, skipped: Collection[datetime]
 ) -> list[Passed]:
-    """From its next instant up to ``until``, which is included. Starts that a person ``skipped`` have their rows already. Starts
-    without a known reason count to the adjacent absence."""
+    """From its next instant up to and including ``until``. Starts that a person ``skipped`` already have their rows.
+    Starts without a known reason count to the adjacent absence."""
     found: list[Passed] = []
     for each in _parts(schedule, until, calendar, downtime, skipped):
         before = found[-1] if found else None

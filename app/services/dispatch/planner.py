@@ -48,8 +48,8 @@ from app.services.planning.working_days import WorkingCalendar, working_calendar
 
 log = logging.getLogger(__name__)
 
-LATELY = timedelta(minutes=1)  # what fell due earlier is written after what falls due now
-AT_ONCE = 100  # schedules, and rows, per transaction, so that no burst holds the writer for long
+LATELY = timedelta(minutes=1)  # earlier starts are written after those due now
+AT_ONCE = 100  # schedules and rows per transaction, so that no burst blocks the writer for long
 COUNTS_FOR = 10  # rows: one whose starts have to be counted, which takes about 1 ms a year
 
 
@@ -96,7 +96,7 @@ class Planner:
         hold_late_starts: bool,
         uncertain_through: Callable[[], datetime | None] = lambda: None,
     ) -> None:
-        """``uncertain_through``: what was planned up to then may have run though the ledger does not say so."""
+        """``uncertain_through``: starts planned up to then may have run although the ledger does not know."""
         self._db, self._schedules, self._executions = db, schedules, executions
         self._robots, self._missions, self._settings = robots, missions, settings
         self._groups = GroupRepository()
@@ -120,8 +120,9 @@ class Planner:
         return set() if due is None or due > until else self._schedules.robots_due(self._db.read(), after, until)
 
     def insert_due(self, ready: Callable[[int], Readiness | None], hand_over: Callable[[Execution], None]) -> DueBatch:
-        """Make a row of every occurrence up to now, and of what falls due in a moment where nothing prevents it: ``hand_over`` gives its
-        worker the intents, to be sent at their instants. Costs one index lookup when nothing is due."""
+        """Write a row for every instant up to now, and for those due in a moment if nothing prevents them:
+        ``hand_over`` gives their intents to the workers, to be sent at their instants. Costs one index lookup if
+        nothing is due."""
         batch = DueBatch()
         due = self.next_due()
         is_more = due is not None and due <= self._clock.now() + rules.INTENT_LEAD
@@ -144,8 +145,8 @@ class Planner:
         return batch
 
     def _take_due(self, c: sqlite3.Connection, batch: DueBatch, ready: Callable[[int], Readiness | None]) -> bool:
-        """What is due when the writer has come to it, and not only what was due when it was asked for; returns whether there may be
-        more of it."""
+        """Take all that is due when the writer runs this, not only at the time of the call; returns whether there may
+        be more."""
         now, read, work = self._clock.now(), 0, 0
         rows: list[Execution] = []
         progress: list[Progress] = []
@@ -176,9 +177,9 @@ class Planner:
         return work >= AT_ONCE or (len(schedules) == AT_ONCE and len(progress) == AT_ONCE)
 
     def replan_after_clock_step(self, step: timedelta, wrong: tuple[datetime, datetime] | None) -> None:
-        """The clock has been set, by that ``step`` or before this start of the app: what was made or changed while it was wrong counts from
-        now, which is before there was this app, or from the first to the last instant of ``wrong``; instants that are to come again are
-        planned again, and no Run now waits longer for it."""
+        """The clock has been set, by that ``step`` or before this start of the app: schedules made or changed while it
+        was wrong (before the app existed, or during ``wrong``) count from now; instants that will come again are
+        planned again, and no Run now waits longer because of it."""
 
         def work(c: sqlite3.Connection) -> tuple[int, int]:
             now, settings = self._clock.now(), self._settings.load(c)
@@ -248,14 +249,15 @@ class Planner:
             del self._lasts_until[row_id]
 
     def note_unwritable(self, alarm: Alarm) -> None:
-        """What fell due while nothing could be written gets its row afterwards; also what brought the first failure."""
+        """Starts that fell due while nothing could be written get their rows afterwards; also the one of the first
+        failure."""
         self._downtime.add(
             Gap(alarm.raised_at - timedelta(seconds=LONGEST_WAIT), self._clock.now(), problem=alarm.details["problem"])
         )
 
     def list_late_starts(self, since: datetime) -> None:
-        """After an absence that began then, everything that would start late is listed for some seconds first, where there is a window;
-        what may have run, once that is known."""
+        """After an absence that began then, late starts are first listed for some seconds, if there is a window; those
+        that may have run, once that is known."""
         now, through = self._clock.now(), self._uncertain_through()
         if self._hold_late_starts:
             self._ledger.apply_found(
@@ -298,8 +300,8 @@ class Planner:
         )
 
     def _take(self, schedule: Schedule, context: PlanningContext, batch: DueBatch) -> _DueSchedule | None:
-        """What became of its instants up to now. None: its instant is still to come, and something prevents a start, which only then can
-        be judged."""
+        """The outcome of its instants up to now. None: its instant is in the future, and an obstacle can only be judged
+        then."""
         target, mission = context.target_of(schedule), context.missions.get(schedule.mission_id)
         if target is None or mission is None:  # foreign keys prevent that
             return _DueSchedule([], Progress(schedule.id, None, None, None))
@@ -308,7 +310,7 @@ class Planner:
             and schedule.next_at > context.now
             and context.waits_for_its_instant(target, mission)
         ):
-            return None  # before all that takes time: it is asked every few ms until its instant
+            return None  # first, as the rest takes time: called every few ms until its instant
         make = _RowMaker(schedule, target, mission, context)
         rows, latest, following = self._passed_and_latest(schedule, make)
         while (
@@ -345,8 +347,8 @@ class Planner:
         return rows, latest, next_occurrence(schedule, context.now, context.calendar)
 
     def _row(self, instant: datetime, make: _RowMaker) -> Execution:
-        """With the intent of its first attempt where the robot is ready for it: the row that a POST needs before it is then on disk with
-        one write."""
+        """With the intent of its first attempt if the robot is ready for it: the row that a POST needs is then on disk
+        with one write."""
         schedule, context = make.schedule, make.context
         if make.is_skipped(instant):
             return make.skipped_row(instant)
@@ -396,11 +398,11 @@ class PlanningContext:
     skips: Collection[Skip]
     kept_back: Collection[Skip]
     with_places: Collection[str]  # names of missions that wait where one is full
-    ready: Callable[[int], Readiness | None]  # robots to which something can go out at once
-    uncertain_through: datetime | None  # what was planned up to then may have run
+    ready: Callable[[int], Readiness | None]  # robots that can get a start at once
+    uncertain_through: datetime | None  # starts planned up to then may have run
 
     def readiness(self, robot: Robot, mission: Mission) -> Readiness | None:
-        """None: nothing goes out to it at once. What waits may have to go first."""
+        """None: nothing can be sent to it at once. Waiting starts may go first."""
         return None if robot.id in self.waited_for or mission.name in self.with_places else self.ready(robot.id)
 
     def waits_for_its_instant(self, target: Robot | Group, mission: Mission) -> bool:
@@ -457,7 +459,7 @@ class _RowMaker:
         return self.ended(planned_at, Reason(ReasonCode.HOLD, {"paused_until": until.isoformat()} if until else {}))
 
     def still_open(self) -> datetime | None:
-        """The latest instant, where its start window is open and it was not left out by a person: it still runs."""
+        """The latest instant, if its start window is open and no person skipped it: it still runs."""
         context, schedule = self.context, self.schedule
         window = rules.closes_at(context.now, schedule.start_window_minutes, context.settings) - context.now
         since = max(context.now - window, (schedule.next_at or context.now) - MOMENT)

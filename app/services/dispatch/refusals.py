@@ -1,4 +1,5 @@
-"""Why a robot did not take a start, and what is kept of that with a start of a group. Nothing of it is on the robot then."""
+"""Why a robot did not take a start, and what is stored of that with a start of a group. Nothing of it is then on the
+robot."""
 
 from __future__ import annotations
 
@@ -23,8 +24,8 @@ OF_A_PROXY = (HTTPStatus.BAD_GATEWAY, HTTPStatus.GATEWAY_TIMEOUT)
 
 
 def refusal(client: RobotClient, intent: Execution, error: RobotError) -> Reason | None:
-    """What the operator has to mend. A 400 or 404 may mean the mission: the robot is asked whether it has it. None: a 404 that does not
-    mean the mission; the robot's interface has only just come up."""
+    """The problem for the operator to solve. A 400 or 404 may mean the mission: the robot is asked whether it has it.
+    None: a 404 that does not mean the mission; the robot's interface has only just come up."""
     if isinstance(error, Unauthorized):
         return Reason(ReasonCode.UNAUTHORIZED, {"problem": error.message})
     if isinstance(error, Rejected) and error.status in (400, 404):
@@ -52,8 +53,8 @@ def answer_in_doubt(start: Execution, error: RobotError) -> Mapping[str, Any]:
 
 
 def _is_reason(start: Execution, error: Refusal) -> bool:
-    """A robot that is busy (503) or a proxy in front of it may say something else the next time, and so may one that only says that
-    something went wrong; but that is how robots answer a parameter that they don't know."""
+    """A busy robot (503) or a proxy may answer differently the next time, and so may one with a general error; but
+    robots answer unknown parameters in that way."""
     return (
         isinstance(error, RobotFault)
         and error.status not in OF_A_PROXY

@@ -31,8 +31,8 @@ SETTLED = "uncertain_through"  # name in the settings: until when, and from whic
 
 @dataclass(frozen=True)
 class Found:
-    """``item`` is on ``robot``; None: on no robot, as far as is known. ``is_certain``: no robot can have it unseen. ``silent``: names of
-    robots that have not answered."""
+    """``item`` is on ``robot``; None: on no robot, as far as known. ``is_certain``: no robot can have it unseen.
+    ``silent``: names of robots that have not answered."""
 
     robot: Robot | None = None
     item: QueueItem | None = None
@@ -79,7 +79,7 @@ class RestoredStarts:
         self._db, self._repository, self._clock, self._changes = db, repository, clock, changes
         self._tablet, self._robots, self._settings = tablet, robots, settings
         self._lock = threading.Lock()
-        self._restored_at = repository.restored_at(db.read())  # who goes back to a backup opens everything again
+        self._restored_at = repository.restored_at(db.read())  # a restore opens everything again
         self._settled = repository.get(db.read(), SETTLED) or {}
         self._right_since: datetime | None = None
         self._search = _Search(self._noted, clock.monotonic())
@@ -92,8 +92,8 @@ class RestoredStarts:
 
     @property
     def uncertain_until(self) -> datetime | None:
-        """What was planned up to then may be on a robot although its row does not say so; None: nothing. The clock by which a restore was
-        noted may have been wrong, so all counts that was planned before it was found right."""
+        """Starts planned up to then may be on a robot although their rows do not say so; None: none. The clock at the
+        restore may have been wrong, so this covers everything planned before it was found right."""
         noted = self._noted
         if not noted:
             return None
@@ -102,8 +102,8 @@ class RestoredStarts:
         return max([*noted, self._right_since or noted[0]])
 
     def clock_is_right(self, is_proven: bool) -> None:
-        """Since now. ``is_proven``: by a robot or a person; then what is planned later is certain, in later runs of the app too, also where
-        a clock that was further ahead than one that is right can be has noted a later time."""
+        """From now on. ``is_proven``: by a robot or a person; then later starts are certain, also in later runs of the
+        app, even if a clock that was far ahead has stored a later time."""
         self._right_since = self._clock.now()
         noted = [to_text(at) for at in self._noted]
         if is_proven and noted and self._settled.get("of") != noted:
@@ -114,7 +114,8 @@ class RestoredStarts:
 
     # ------------------------------------------------------------------ asking robots
     def find(self, tokens: Sequence[str | None], robot_id: int | None) -> Found:
-        """Where an item with one of these tokens is: on one robot, or (None) on any. While that is not certain its robots are asked."""
+        """The place of an item with one of these tokens: on one robot, or (None) on any. While it is uncertain, the
+        robots are asked."""
         robots = [robot for robot in self._robots() if robot_id in (None, robot.id)]
         mono = self._clock.monotonic()
         with self._lock:

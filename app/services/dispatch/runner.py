@@ -23,7 +23,8 @@ SCHEDULER = "scheduler"  # name of the engine's thread
 
 
 class _WorkerThread:
-    """``before``: of the robot's worker until now, which may wait for an answer and then still send or give back what it has in hand."""
+    """``before``: the thread of the robot's former worker, which may wait for an answer and then still send or give
+    back its starts."""
 
     def __init__(
         self,
@@ -63,9 +64,7 @@ class _WorkerThread:
             ) as error:  # of the database: no durable intent, no POST; with one robot: it affects no other
                 if not self._is_stopping:
                     self._failed(error, self.thread.name)
-                self.worker.handle(
-                    self.worker.expect_recovery()
-                )  # the next round finds in the ledger what this one left undone
+                self.worker.handle(self.worker.expect_recovery())  # the next round finds unfinished work in the ledger
                 wait = AFTER_A_FAILURE
             with self.wake:
                 if not (self._is_stopping or self.inbox):
@@ -78,8 +77,8 @@ class _WorkerThread:
 
 
 class Runner:
-    """Gives the engine and its workers their threads. ``damage`` is set when the database turns out to be damaged: then nothing is sent any
-    more, and ``on_damage`` is called on some thread."""
+    """Gives the engine and its workers their threads. ``damage`` is set when the database is found damaged: then
+    nothing is sent, and ``on_damage`` is called on some thread."""
 
     def __init__(self, db: Database, engine: Engine, clock: Clock, alarms: Alarms) -> None:
         self._db, self._engine, self._clock, self._alarms = db, engine, clock, alarms

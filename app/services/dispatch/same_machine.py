@@ -24,7 +24,7 @@ class SameMachine:
         known = self._before() if self._known is None else self._known.keys()
         for number in known - found.keys():
             self._alarms.clear(CODE, _key(number))
-        for number, names in found.items():  # one that stands already only follows the names
+        for number, names in found.items():  # an existing one only follows the names
             self._alarms.raise_(CODE, _key(number), robot=names[0], robots=", ".join(names), number=number)
         self._known = found
 

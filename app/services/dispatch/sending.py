@@ -1,13 +1,14 @@
-"""The one way on which starts reach a robot's queue, each exactly once (docs/reliability.md).
+"""The only way of starts into a robot's queue, each exactly once (docs/reliability.md).
 
-The robot's POST has no idempotency key and links drop answers, so the intent is on disk before the POST, and an unknown outcome is never
-retried: the robot's queue is asked first. Before every attempt, and at the end of every wait, it is asked whether the start has been taken
-back. Used by the robot's worker only.
+The robot's POST has no idempotency key and links drop answers, so the intent is on disk before the POST, and an unknown
+outcome is never retried: the robot's queue is asked first. Before every attempt, and at the end of every wait, it
+checks whether the start was withdrawn. Used by the robot's worker only.
 
-A start whose answer was lost is in doubt since before its request left (``_post``). Every 2 s the robot's queue is searched for its token
-(``_reconcile``). Found: it is accepted, nothing is sent again. Not found when the quiet time has passed: the attempt has failed, and is
-tried again within the window and the retry limit, unless the robot has answered why it can't take it. The robot can't be asked until the
-quiet time has passed and the window has closed: it ends as unknown, with an alarm (``_give_up``).
+A start whose answer was lost is in doubt from before its request was sent (``_post``). Every 2 s the robot's queue is
+searched for its token (``_reconcile``). Found: it is accepted, nothing is sent again. Not found after the quiet time:
+the attempt has failed, and is repeated within the window and the retry limit, unless the robot has said why it can't
+take it. If the robot can't be asked until the quiet time has passed and the window has closed, it ends as unknown, with
+an alarm (``_give_up``).
 """
 
 from __future__ import annotations
@@ -70,8 +71,8 @@ class Sending:
 
     # ------------------------------------------------------------------ called by the worker
     def recover(self) -> None:
-        """Rows that say submitting and no worker has in hand: the process that had them has ended, or the database failed in between.
-        Each is looked for on the robot as if its request had just left."""
+        """Rows in state submitting that no worker has: their process has ended, or the database failed in between. Each
+        is looked for on the robot as if its request had just been sent."""
         for row in self._ledger.open_for(self._robot_id, (State.SUBMITTING,)):
             attempt = self.attempts.get(row.id)
             if attempt is None or attempt.phase is Phase.BACKOFF:  # it does not know that its intent was written
@@ -87,7 +88,8 @@ class Sending:
             self.attempts[intent.id] = Attempt(Phase.READY, self._clock.monotonic() + ahead, intent, plan_version)
 
     def send_due(self) -> None:
-        """Those held whose instant has come, in dispatch order. What can't be sent now is judged like any that waits."""
+        """Intents whose instant has come, in dispatch order. One that can't be sent now is handled like any waiting
+        start."""
         mono = self._clock.monotonic()
         due = [attempt.row for attempt in self.attempts.of(Phase.READY) if attempt.row and attempt.wake_at <= mono]
         for intent in rules.in_dispatch_order(due):
@@ -101,7 +103,7 @@ class Sending:
                 self._release([intent])
 
     def run(self, only: int | None = None) -> None:
-        """Do what can be done now for everything that no robot has yet; ``only`` this one execution."""
+        """Handle all executions that no robot has yet; ``only`` this one."""
         self.note()
         unsent = [each for each in self._ledger.unsent_of(self._robot_id) if only in (None, each.id)]
         self._forget_all_but({each.id for each in unsent})
@@ -128,7 +130,7 @@ class Sending:
         self.note()
 
     def note(self) -> None:
-        """Write what the robot has accepted. It may wait: were it lost, the robot would be asked."""
+        """Write accepted executions. The write may wait: if it were lost, the robot would be asked."""
         accepted = [attempt.accepted for attempt in self.attempts.of(Phase.ACCEPTED) if attempt.accepted]
         if not accepted:
             return
@@ -140,7 +142,7 @@ class Sending:
                 self._duplicates.cancel(row.queue_id)
 
     def close(self, untaken: Sequence[Execution] = ()) -> None:
-        """What is held, and what was meant to be, waits again; of a group for any of its robots."""
+        """Intents not sent yet wait again; those of a group for any of its robots."""
         self.note()
         for intent in untaken:
             self.take_over(intent, 0)
@@ -182,7 +184,7 @@ class Sending:
                 self._release_robot(waiting)
 
     def _release_robot(self, row: Execution) -> None:
-        """One of a group, with nothing sent, that can't go here now, though nothing went wrong."""
+        """An unsent start of a group that can't be sent here now, without an error."""
         self._ledger.apply([transitions.unassign(row)], quietly=True)
         self.attempts.pop(row.id, None)
 
@@ -194,7 +196,8 @@ class Sending:
         self._waiting.forget_all_but(unsent)
 
     def _is_awake(self, unsent: Unsent, is_held: bool, now: str, mono: float) -> bool:
-        """Whether it has to be handled now. Hundreds may wait for an unreachable robot: each is loaded when its time has come."""
+        """Whether it has to be handled now. Hundreds may wait for an unreachable robot: each is loaded only when it is
+        due."""
         attempt = self.attempts.get(unsent.id)
         is_due = attempt is None or attempt.wake_at <= mono
         if unsent.state == State.SUBMITTING:
@@ -223,7 +226,8 @@ class Sending:
 
     # ------------------------------------------------------------------ an attempt
     def _is_ready(self, row: Execution, before: list[Execution]) -> bool:
-        """Whether it can be sent once those ``before`` it are; else it waits, or the robot has it, or it has ended."""
+        """Whether it can be sent after those ``before`` it; otherwise it waits, or the robot has it, or it has
+        ended."""
         try:
             status = self._seen.recent_status()
             waits = self._waiting.why_robot(row, self._seen, status)
@@ -270,7 +274,7 @@ class Sending:
         """Their intents with one write, then each like those the planner has written. Empties ``rows``."""
         if rows and (
             trouble := self._seen.trouble()
-        ):  # what was asked for them may have taken longer than the status holds
+        ):  # the questions for them may have taken longer than the status is valid
             self._read_failed(list(rows), trouble)
         elif rows:
             plan_version = self._s.plan_version()
@@ -288,7 +292,7 @@ class Sending:
         return self._ledger.apply([transitions.begin(row, robot, floor) for row in rows], quietly=True)
 
     def _read_failed(self, rows: list[Execution], error: RobotError) -> None:
-        """A read before the POST brought nothing: final for another robot or user, else an attempt of each that failed."""
+        """A read before the POST failed: final for another robot or user, otherwise a failed attempt of each."""
         match error:
             case AnotherRobot():
                 reason = Reason(ReasonCode.WRONG_ROBOT, {name: error.params[name] for name in ("expected", "found")})
@@ -330,7 +334,8 @@ class Sending:
         self._ledger.apply(found)
 
     def _failed(self, rows: list[Execution], problem: Message, waited: bool = False) -> None:
-        """Certainly nothing on the robot: try again later (at once, when it has ``waited`` enough), or end: tried too often."""
+        """Certainly nothing on the robot: try again later (at once if it has ``waited`` enough), or end it as tried too
+        often."""
         self._give_back([row for row in rows if row.group_id is not None], problem=problem, may_come=waited)
         rows = [row for row in rows if row.group_id is None]
         settings, ends = self._s.settings(), []
@@ -354,7 +359,7 @@ class Sending:
         return is_first and row.trigger is not Trigger.IDLE
 
     def _forget_idle(self, ended: Iterable[Execution]) -> None:
-        """Of an idle mission that was withdrawn nothing is here: its idle period has had none."""
+        """A withdrawn idle mission is not here: its idle period counts as unused."""
         if any(row.trigger is Trigger.IDLE and row.withdrawn is not None for row in ended):
             self._ledger.forget_idle(self._robot_id)
 
@@ -406,7 +411,7 @@ class Sending:
             self._accepted(intent, queue_id)
 
     def _accepted(self, intent: Execution, queue_id: int, since: datetime | None = None) -> None:
-        if self._seen.highest is not None:  # what others start here from now on lies above
+        if self._seen.highest is not None:  # missions of others from now on have higher ids
             self._seen.highest = max(self._seen.highest, queue_id)
         self.attempts[intent.id] = Attempt(
             Phase.ACCEPTED,
@@ -416,13 +421,14 @@ class Sending:
 
     # ------------------------------------------------------------------ in doubt
     def _mark_in_doubt(self, row: Execution, ahead: float = 0.0, *, is_taken: bool = False) -> None:
-        """``ahead``: s from now until its request would have been given up. One that ``is_taken`` is looked for at once."""
+        """``ahead``: s from now until its request times out. One that ``is_taken`` is looked for at once."""
         mono = self._clock.monotonic() + ahead
         wake_at = mono if is_taken else mono + RECONCILE_EVERY
         self.attempts[row.id] = Attempt(Phase.IN_DOUBT, wake_at, row, in_doubt_since=mono, is_taken=is_taken)
 
     def _reconcile(self, row: Execution) -> None:
-        """Look for it on the robot. It is sent again only when it is certainly not there and no request can still arrive."""
+        """Look for it on the robot. It is sent again only if it is certainly not there and no request can still
+        arrive."""
         attempt = self.attempts[row.id]
         quiet_left = self._seen.quiet_seconds - (self._clock.monotonic() - attempt.in_doubt_since)
         is_closed = self._clock.now() >= row.closes_at
@@ -454,7 +460,7 @@ class Sending:
             self._duplicates.watch_for(row)
 
     def _is_not_there(self, row: Execution) -> None:
-        """Not on the robot: failed, or refused where it said why."""
+        """Not on the robot: failed, or refused if the robot said why."""
         answer = row.wait_details.get("answer")
         if row.wait_details.get("is_reason") and self._ledger.wanted(row).why is None:
             self._refused(
@@ -464,7 +470,7 @@ class Sending:
             self._failed([row], answer or message("the robot did not receive it"), waited=True)
 
     def _said_of_parameters(self, row: Execution, refused: Reason) -> Reason:
-        """Mostly a robot refuses what it was sent because the mission has been edited: why it refuses the parameters, where it says so."""
+        """A refusal usually means that the mission was edited: why the robot refuses the parameters, if it says so."""
         if row.parameters and refused.code is ReasonCode.REFUSED:
             with contextlib.suppress(RobotError):
                 return self._s.parameters.refusal(row, self._robot_id, self._client) or refused

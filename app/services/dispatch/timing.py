@@ -1,4 +1,4 @@
-"""Every time that dispatch lives by, in seconds, and what has to hold between them."""
+"""All times of dispatch, in seconds, and the relations between them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ LONGEST_WAIT = 1.0  # between two rounds: bounds what a clock step or a sleep ca
 INTENT_LEAD = (
     _INTENT_LEAD.total_seconds()
 )  # before its instant a start is on disk: many of groups are given to robots in it
-INTENT_EVERY = 0.025  # between looks for what falls due in a moment: some of it shares a transaction
+INTENT_EVERY = 0.025  # between searches for starts due in a moment: several share a transaction
 PREFETCH_LEAD = 1.2  # a robot is read so long before something is due
 PREFETCH_TOGETHER = 0.5  # robots with instants this close together get their message at once
 PREFETCH_SPREAD = 0.4  # over which their reads are spread
@@ -24,18 +24,18 @@ DECIDES_EVERY = 5.0  # at which a start of a group goes to a robot in any case
 DECIDES_AGAIN = 0.15  # at least between two such decisions
 LOOKS_FOR = 0.5  # that the first one waits for robots that are being read
 PRUNE_EVERY = 600.0  # after which a lowered limit shows at the latest
-AFTER_A_FAILURE = 5.0  # before a worker that met an error, or could not be made, goes on
+AFTER_A_FAILURE = 5.0  # before a worker continues after an error, or is made again
 STOP_WITHIN = 3.0  # a stop has to end within 5 s, the database included; a request under way is left to its time-out
 
 # A robot's worker
 STATUS_IS_FRESH = 2.0  # for which one status serves everything that falls due
-LEAVES_WITHIN = 90.0  # of a status, what was found ready by it: as long as the robot's pace and its connection may take
-CLOCKS_PART = 1.0  # by which wall and monotonic clock may go on differently where the tablet has not slept
+LEAVES_WITHIN = 90.0  # validity of a status for a start found ready: the robot's request limit and its connection may take that long
+CLOCKS_PART = 1.0  # difference of wall and monotonic clock without a sleep of the tablet
 ROUND_TAKES = 0.04  # what is due sooner goes first
-PUT_OFF_AT_MOST = 0.5  # that everything else gives way to what is due
-RECHECK = 2.0  # between looks at what a start waits for (battery, hold)
+PUT_OFF_AT_MOST = 0.5  # that everything else waits for due starts
+RECHECK = 2.0  # between checks of what a start waits for (battery, hold)
 EARLY_RECHECK = (
-    20.0  # the same where its instant is to come again, after the clock was set back: it may be set forward again
+    20.0  # the same if its instant will come again, after the clock was set back: it may be set forward again
 )
 AWAITED_FOR = 3 * RECHECK  # for which robots are asked for a start that is looked for on all
 RECONCILE_EVERY = 2.0  # between reads of a queue in which a request may still appear
@@ -44,12 +44,12 @@ UNSEARCHED_AT_MOST = 3600.0  # that such searches may fail on a robot that answe
 LIVE_EVERY = 2.0  # between reads of a robot on screen, or with something of ours
 SLOW_ANSWER = 2.0  # from here on an answer is shown as slow
 IN_PART_AT_MOST = 60.0  # until a robot with a readable status but not queue raises an alarm
-SAVE_SPANS_EVERY = 60.0  # between writes of what a robot is seen doing
+SAVE_SPANS_EVERY = 60.0  # between writes of a robot's activity
 
 # The clock
 FIRST_DOUBT = 30.0  # that the first start, or one after a jump, waits for a robot's time when no robot answers
 DOUBT_POLLS_EVERY = 5.0  # between polls while robots' clocks are waited for
-CLOCKS_AGREE = 600.0  # by which a robot's clock may differ and still agree
+CLOCKS_AGREE = 600.0  # by which a robot's clock may differ and still count as equal
 REPORTED_STEP = 5.0  # from here on a step of the clock raises an alarm
 
 assert PREFETCH_LEAD > LONGEST_WAIT, "or some instants are never announced"

@@ -26,8 +26,8 @@ MANY = 3  # open executions that are asked for in one request instead of one eac
 
 
 class Tracking:
-    """One robot's accepted executions. Raises RobotError when the robot can't be asked: rows stay open. ``on_pause`` is called between two
-    requests, so that what falls due between need not wait for all of them."""
+    """One robot's accepted executions. Raises RobotError when the robot can't be asked: rows stay open. ``on_pause`` is
+    called between two requests, so that starts due in between need not wait for all of them."""
 
     def __init__(
         self,
@@ -117,7 +117,7 @@ class Tracking:
         return [self._vanished(row, queue_id)] if self._has_been_missing(queue_id) else []
 
     def _has_been_missing(self, queue_id: int) -> bool:
-        """A robot that boots may not know its queue yet: it has to say so again after a while."""
+        """A booting robot may not know its queue yet: it has to give the same answer again after a while."""
         mono = self._s.clock.monotonic()
         return mono - self._missing_since.setdefault(queue_id, mono) >= GONE_FOR
 
@@ -131,8 +131,8 @@ class Tracking:
     def _not_readable(
         self, row: Execution, queue_id: int, error: RobotError, open_ids: set[int] | None
     ) -> list[Transition]:
-        """One item that can't be read holds up no other: one alarm, asked for again and again, and given up when it is over. It is watched
-        for, as it may be read later."""
+        """An unreadable item delays no other: one alarm, repeated reading, and given up when its time is over. It stays
+        watched, as it may be readable later."""
         if self._is_over(queue_id, open_ids):
             self._duplicates.watch_for(row)
             return [self._given_up(row, error.message, may_come=True)]
@@ -165,8 +165,8 @@ class Tracking:
 
 
 def why_aborted(row: Execution, item: QueueItem) -> Reason:
-    """Cancelled by a person, or failed with the robot's message; where its final word is unknown, with that word. A robot that writes no
-    message leaves there what it was sent."""
+    """Cancelled by a person, or failed with the robot's message, or with its final state if that is unknown. Without
+    its own message, a robot returns the text that was sent."""
     words = "" if item.message == as_stored(row.label) else item.message
     if row.cancel_code:
         return Reason(row.cancel_code)

@@ -45,8 +45,8 @@ class Waiting:
         self._listed_until = {key: until for key, until in self._listed_until.items() if key[0] in ids}
 
     def may_be_tried(self, row: Execution, why_not: Reason | None, *, needs_room: bool = False) -> bool:
-        """Whether it may be tried now; else it is ended here, or left waiting. ``why_not``: why it must not be sent. ``needs_room``: the
-        places that it uses have not been looked at yet."""
+        """Whether it may be tried now; otherwise it is ended here, or keeps waiting. ``why_not``: why it must not be
+        sent. ``needs_room``: the places that it uses have not been looked at yet."""
         now = self._clock.now()
         if why_not:
             self._ledger.apply([transitions.withdraw(row, why_not)])

@@ -61,10 +61,10 @@ class RobotWorker:
         self._to_recover, self._expected = (
             {0},
             {0},
-        )  # rows may be in no worker's hands: the messages that came, and all that will
+        )  # rows may be without a worker: messages that arrived, and all that will
         self._poll_wanted = True
         self._ledger_changed = True
-        self._unanswered = 0  # attempts in a row to read what runs on it while it is switched off
+        self._unanswered = 0  # attempts in a row to read its items while it is switched off
         self._has_sent = False  # something of ours is with the robot, or may be
         self._next_live = -math.inf  # all on the monotonic clock
         self._prefetch_at = self._put_off_since = math.inf
@@ -94,7 +94,7 @@ class RobotWorker:
                 self._watched = is_watched
             case messages.NeededByGroup(is_sought):
                 self._sought = is_sought
-                if is_sought:  # read at once, unless a start is about to go there
+                if is_sought:  # read at once, unless a start is about to be sent there
                     is_given = math.isfinite(self._sending.attempts.next_ready_at())
                     self._next_live = self._clock.monotonic() + self._staggered(LIVE_EVERY) if is_given else -math.inf
             case messages.Recover(number):
@@ -112,7 +112,8 @@ class RobotWorker:
         return messages.Recover(number)
 
     def readiness(self) -> messages.Readiness | None:
-        """What the planner has to know to write a start together with its intent; None: nothing can be sent at once. Any thread may ask."""
+        """The facts that the planner needs to write a start together with its intent; None: nothing can be sent at
+        once. Any thread may call."""
         status, floor = self.seen.fresh_status, self.seen.highest
         if not self.polled or status is None or floor is None or not self.robot.enabled or self._expected:
             return None
@@ -124,8 +125,8 @@ class RobotWorker:
 
     # ------------------------------------------------------------------ the steps
     def advance(self) -> float:
-        """Send what is due; then, unless something else is due in a moment, do what is wanted. Returns the seconds until the next call is
-        wanted, unless there is a message before."""
+        """Send due starts; then, unless another is due in a moment, do the other work. Returns the seconds until the
+        next call, without a message before."""
         self._sending.send_due()  # as between two reads of a robot that answers slowly
         if (wake_at := self._busy_until()) is None:
             self._round()
@@ -177,7 +178,7 @@ class RobotWorker:
             self._to_recover = set()
 
     def start_only(self, execution_id: int) -> float:
-        """A one-shot command sends nothing but this execution. Returns the seconds until the next call is wanted."""
+        """A one-shot command sends only this execution. Returns the seconds until the next call."""
         self._recover()
         self._sending.run(only=execution_id)
         return max(0.0, self._sending.attempts.next_at() - self._clock.monotonic())
@@ -205,13 +206,14 @@ class RobotWorker:
         return self._sought or self._sending.waits_for_free_robot
 
     def _note_sent(self, has_sent: bool) -> None:
-        """Whether something of ours is with the robot. After a submission the first read is put off: it would delay what others send."""
+        """Whether the robot has something of the app. After a submission the first read is postponed: it would delay
+        other requests."""
         was_live, self._has_sent = self._is_live, has_sent
         if self._is_live and not was_live:
             self._next_live = max(self._next_live, self._clock.monotonic() + self._staggered(LIVE_EVERY))
 
     def _poll(self) -> None:
-        """One cycle of this robot. A robot that is switched off is read only as long as something of ours may be on it."""
+        """One cycle of this robot. A robot that is switched off is read only while it may have something of the app."""
         if not self.robot.enabled:
             self.seen.is_off()
         self._read(full=True)
@@ -288,8 +290,8 @@ class RobotWorker:
                     self._s.parameters.ask_for_start(self.robot.id, guid, self._client)
 
     def _staggered(self, pause: float) -> float:
-        """About ``pause``, different for each robot, so that robots polled or sent to in one moment are not read in one moment again and
-        again, which would delay what falls due then. Exactly ``pause`` for the one on screen."""
+        """About ``pause``, different for each robot, so that robots polled at one moment are not always read at one
+        moment, which would delay starts due then. Exactly ``pause`` for the one on screen."""
         return pause if self._watched else pause * (0.5 + phase_of(self.robot.id))
 
     def _read_queue(self, status: RobotStatus, full: bool) -> set[int]:
@@ -344,8 +346,8 @@ class RobotWorker:
             self._ledger_changed = True
 
     def _queue_was_reset(self, last_queue_id: int | None) -> bool:
-        """Whether the robot's numbers seem to have begun again, though its last idle mission is still there or can't be asked for: a list
-        that ends too early gives a number that is too low."""
+        """Whether the robot's numbers seem to have begun again, though its last idle mission still exists or can't be
+        read: a list that ends too early gives too low a number."""
         if last_queue_id is None or self.seen.highest is None or self.seen.highest >= last_queue_id:
             return False
         try:
@@ -370,7 +372,7 @@ class RobotWorker:
         return False
 
     def _is_still_idle(self, row: Execution) -> bool:
-        """An idle mission is judged again before it is sent: nothing else may have run. Raises RobotError."""
+        """An idle mission is checked again before it is sent: nothing else may have run. Raises RobotError."""
         self.seen.highest = self._client.highest_queue_id() or 0
         is_wanted = self._s.ledger.wanted(row).why is None
         return is_wanted and self.seen.highest == row.queue_floor and self._idle_mission_is_due(None, math.inf)

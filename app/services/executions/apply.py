@@ -131,7 +131,7 @@ Effect = Callable[[sqlite3.Connection, Transition, Execution, datetime], None]
 
 
 class Rule(NamedTuple):
-    """``targets``: what it may become; none: it stays what it is."""
+    """``targets``: the possible new states; none: the state stays."""
 
     sources: Sequence[State]
     targets: Sequence[State] = ()
@@ -192,7 +192,7 @@ def apply_in(c: sqlite3.Connection, transition: Transition, now: datetime) -> Ex
     for effect in rule.effects:
         effect(c, transition, made, now)
     if made.state is State.WAITING and row.state is State.SUBMITTING and (why := wanted(c, made).why):
-        return apply_in(c, withdraw(made, why), now)  # here: an undo may come in any moment between two transactions
+        return apply_in(c, withdraw(made, why), now)  # here: an undo may come between two transactions
     return made
 
 

@@ -63,7 +63,7 @@ class Transition:
     event: Event
     row: Execution
     columns: Mapping[str, Any]
-    may_come: bool = False  # its request may still come to this robot
+    may_come: bool = False  # its request may still arrive at this robot
     into_queue: bool = False  # of a robot that has something of ours already
     went_well: bool | None = None  # its robot has completed it, or failed it; None: neither
 
@@ -79,7 +79,7 @@ def why_withdrawn(row: Execution) -> Reason | None:
 
 
 def was_given_up(row: Execution) -> bool:
-    """Whether it ended because nothing could tell what became of it."""
+    """Whether it ended because its outcome could not be found out."""
     return row.reason is not None and row.reason.code is ReasonCode.UNKNOWN_OUTCOME
 
 
@@ -98,8 +98,8 @@ def wait(row: Execution, why: Wait, **details: Any) -> list[Transition]:
 
 
 def list_late(row: Execution, now: datetime, uncertain_through: datetime | None = None) -> Transition:
-    """A late start is listed for some seconds from now on. What was planned up to ``uncertain_through`` may have run, and is listed only
-    once it is known that it has not."""
+    """A late start is listed for some seconds from now on. One planned up to ``uncertain_through`` may have run, and is
+    listed only once it is known that it has not."""
     if uncertain_through is not None and row.planned_at <= uncertain_through:
         late: dict[str, Any] = {"wait": Wait.ELSEWHERE, "wait_details": dict(rules.LISTED_LATER), "listed_until": None}
     else:
@@ -125,8 +125,8 @@ def assign(
     intent_floor: int | None = None,
     into_queue: bool = False,
 ) -> Transition:
-    """What was ever sent to this robot lies above the floor of the first time, on the machine of that time. ``intent_floor``: it was never
-    there, and is about to be sent; the highest queue id known of that robot."""
+    """Everything ever sent to this robot has ids above the floor of the first time, on the machine of that time.
+    ``intent_floor``: it was never there, and is about to be sent; the highest known queue id of that robot."""
     before = row.tried.get(str(robot.id), {})
     columns: dict[str, Any] = {
         "robot_id": robot.id,
@@ -151,8 +151,8 @@ def unassign(row: Execution) -> Transition:
 
 # ---------------------------------------------------------------------- being sent
 def begin(row: Execution, robot: Robot, queue_floor: int | None) -> Transition:
-    """The intent on disk before the POST, one attempt more, and the highest queue id known before it. The floor of the first attempt on
-    this machine is kept: everything that this execution ever put there lies above it."""
+    """The intent on disk before the POST, one attempt more, and the highest queue id known before it. The floor of the
+    first attempt on this machine stays: everything that this execution ever put there has ids above it."""
     is_first = row.queue_floor is None or is_other_machine(row, robot.serial_number)
     return Transition(
         Event.BEGIN,
@@ -167,7 +167,7 @@ def begin(row: Execution, robot: Robot, queue_floor: int | None) -> Transition:
 
 
 def not_sent(intent: Execution) -> Transition:
-    """That of a group waits again though its robot has been removed since, where its plan still has it."""
+    """A group's start waits again even if its robot was removed since, if the plan still has it."""
     return Transition(
         Event.NOT_SENT,
         intent,
@@ -176,7 +176,7 @@ def not_sent(intent: Execution) -> Transition:
 
 
 def answer(row: Execution, said: Mapping[str, Any], taken_at: datetime | None) -> Transition:
-    """``taken_at``: when the robot has said that it took it; None: it has not said that."""
+    """``taken_at``: when the robot has accepted it; None: it has not."""
     taken = {"submitted_at": taken_at} if taken_at else {}
     return Transition(Event.ANSWER, row, {"wait_details": said, **taken})
 
@@ -209,7 +209,7 @@ def adopt(row: Execution, robot: Robot, item: QueueItem, now: datetime) -> Trans
 
 
 def fail(row: Execution, problem: Message, *, may_come: bool, is_first: bool) -> Transition:
-    """One that never reached the POST counts here. ``is_first``: nothing of it can have been there before."""
+    """An attempt that never reached the POST counts too. ``is_first``: it can't have been there before."""
     columns = {
         "state": State.WAITING,
         "attempts": row.attempts + (row.state is State.WAITING),
@@ -224,7 +224,7 @@ def fail(row: Execution, problem: Message, *, may_come: bool, is_first: bool) ->
 def give_back(
     row: Execution, robot_id: int, tried: Mapping[str, Any], *, is_attempt: bool, may_come: bool
 ) -> Transition:
-    """``tried``: what became of it here. ``is_attempt``: it counts as one, also where it never reached the POST."""
+    """``tried``: its outcome here. ``is_attempt``: it counts as one, even if it never reached the POST."""
     columns = {
         **UNBOUND,
         "state": State.WAITING,
@@ -243,7 +243,7 @@ def start(row: Execution, now: datetime, robot_delay_s: float | None) -> Transit
 
 
 def complete(row: Execution, now: datetime, duration_s: float | None, robot_delay_s: float | None) -> Transition:
-    """Seen done; a fast one is first seen so, and then began about now."""
+    """Seen as done; a fast one is first seen in that state, and then began about now."""
     return Transition(
         Event.COMPLETE,
         row,
@@ -258,7 +258,7 @@ def complete(row: Execution, now: datetime, duration_s: float | None, robot_dela
 
 
 def reopen(row: Execution, robot: Robot, queue_id: int, now: datetime) -> Transition:
-    """It is followed (again) to its end. One of a group may have been given to another robot, or to none."""
+    """It is followed (again) to its end. A group's start may have been assigned to another robot, or to none."""
     columns: dict[str, Any] = {
         "state": State.QUEUED,
         "queue_id": queue_id,
@@ -294,7 +294,7 @@ def withdraw(row: Execution, reason: Reason) -> Transition:
 
 
 def cancel(row: Execution, code: ReasonCode) -> Transition:
-    """What only waits ends where the whole queue is cleared. That counts though the robot may yet refuse to cancel one of it."""
+    """Starts that only wait end if the whole queue is cleared, even if the robot later refuses to cancel one of it."""
     if row.state is State.WAITING and code is ReasonCode.QUEUE_CLEARED:
         return Transition(Event.CANCEL, row, {**end(Event.CANCEL, row, Reason(code)).columns, "cancel_code": code})
     is_new = row.cancel_code is None or code is ReasonCode.QUEUE_CLEARED
@@ -326,5 +326,5 @@ def _sent_to(robot: Robot) -> dict[str, Any]:
 
 
 def _robot_failed(row: Execution, code: object) -> bool:
-    """Whether the robot is to blame. One that was not sent it could not fail it."""
+    """Whether the robot has failed it: not if it was never sent to it."""
     return code in _THE_ROBOT_FAILED and row.state is not State.WAITING

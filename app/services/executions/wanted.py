@@ -26,8 +26,9 @@ _MISSIONS, _SETTINGS, _STARTS = MissionRepository(), SettingsRepository(), Group
 def as_defined(
     c: sqlite3.Connection, row: Execution, schedule: Schedule, mission: Mission, settings: Settings
 ) -> dict[str, Any]:
-    """The columns that have to change for it to run as its schedule is defined now. Of a group: a robot that it was given to has its own
-    mission of that name, for another mission all robots may be asked again, and where a person has put it before others it stays there."""
+    """The columns that have to change for it to run as its schedule is defined now. For a group: its assigned robot
+    uses its own mission of that name, another mission allows all robots again, and a start that a person put before
+    others stays there."""
     columns = rules.as_planned(schedule, mission, settings, row.planned_at)
     if row.group_id is not None:
         columns["priority"] = max(row.priority, schedule.priority)
@@ -46,8 +47,8 @@ class Verdict(NamedTuple):
 
 
 def wanted(c: sqlite3.Connection, row: Execution, *, reopen: bool = False) -> Verdict:
-    """What a person started is as that person wanted it. One of a group goes on without a robot where that may not get it any more.
-    ``reopen``: it has ended, or was withdrawn; whether the plan has it as if nothing had been."""
+    """A Run now stays as the person started it. A group's start continues without a robot if its robot may no longer
+    get it. ``reopen``: it has ended, or was withdrawn; check whether the plan would still have it."""
     if not reopen and (why := why_withdrawn(row) or _robot_is_off(c, row)):
         return Verdict(None, why)
     may_stay = reopen or None in (row.group_id, row.robot_id) or _STARTS.may_get(c, row)
@@ -85,7 +86,7 @@ def _is_for(row: Execution, schedule: Schedule) -> bool:
 
 
 def _is_idle_mission(c: sqlite3.Connection, row: Execution) -> bool:
-    """Whether it is still what its robot does when idle."""
+    """Whether it is still its robot's idle mission."""
     robot = RobotRepository().get(c, row.robot_id or 0)
     rule = robot.idle if robot is not None else None
     mission = _MISSIONS.get(c, rule.mission_id) if rule is not None and rule.enabled else None

@@ -1,7 +1,7 @@
 """The days that the events of a calendar file (.ics) name.
 
-Whole days are those of the zone in which they are written. Appointments, which have times of day, are kept apart: work goes on around
-them, unless a person says otherwise.
+Whole days are those of the zone in which they are written. Appointments, which have times of day, are listed
+separately: work continues on those days, unless a person decides otherwise.
 """
 
 from __future__ import annotations
@@ -102,7 +102,8 @@ def _last_day(end: datetime) -> date:
 
 
 def _is_whole(begins: datetime, ends: datetime) -> bool:
-    """From midnight to midnight, or as programs write that which know no whole days: to 23:59, from 00:01, or without a length."""
+    """From midnight to midnight, or as written by programs without whole days: to 23:59, from 00:01, or without a
+    length."""
     if begins == ends:
         return since_midnight(begins) == MIDNIGHT
     return since_midnight(begins) <= MINUTE and _is_edge(ends) and begins.date() <= _last_day(ends)
@@ -114,7 +115,7 @@ def _is_edge(at: datetime) -> bool:
 
 
 def _edge_of_utc(at: datetime) -> datetime:
-    """The midnight, or the last minute of a day, that is meant by a time of UTC, in a zone that nothing names."""
+    """The midnight, or the last minute of a day, meant by a time of UTC, in an unnamed zone."""
     if at.minute == 59:
         return _edge_of_utc(at + MINUTE - timedelta(seconds=at.second)) - MINUTE
     return datetime.combine((at + DAY / 2 - timedelta(seconds=1)).date(), time())
@@ -161,15 +162,17 @@ class _Place:
         return replace(self, begins=datetime.combine(first, time()), length=max(last - first, MIDNIGHT))
 
     def _edge(self, moment: Moment) -> datetime | None:
-        """The local time where a whole day begins or ends at this moment: as written, in the zone of the event, of the plant, or of the
-        calendar, or in UTC; a time of UTC beside dates means one in any zone. None: it means no such time."""
+        """The local time if a whole day begins or ends at this moment: as written, in the zone of the event, of the
+        plant, or of the calendar, or in UTC; a time of UTC together with dates may mean any zone. None if it is no such
+        time."""
         written = [] if moment.zone == "UTC" else [moment.at]
         there = (self.zones.local(moment, zone) for zone in (self.zone, self.zones.plant, self.usual, UTC))
         beside_dates = [_edge_of_utc(moment.at)] if moment.zone == "UTC" and not self.is_bound else []
         return next((at for at in (*written, *there, *beside_dates) if _is_edge(at)), None)
 
     def at(self, moment: Moment) -> datetime:
-        """In the zone of the event, as which a time without a zone counts; of whole days the date that is meant."""
+        """In the zone of the event, which also applies to times without a zone; for whole days, the date that is
+        meant."""
         if not moment.zone and not moment.is_date and not self.whole:
             return moment.at
         if moment.is_date or not moment.zone:
@@ -279,12 +282,12 @@ class _Reader:
                 yield datetime.combine(day, place.begins.time())
 
     def _last(self, place: _Place) -> date:
-        """Until when rules are followed, also those that begin in many years."""
+        """The end of rules, also of those that begin in many years."""
         return max(self._zones.last, date(place.begins.year + YEARS_AHEAD, 12, 31))
 
     def _days(self, event: Event, place: _Place, rule: Rule) -> Iterator[date]:
-        """The days that a rule names are those of the zone in which the start is written. Where this start isn't one of them, the program
-        meant the days as they are at the plant."""
+        """A rule's days are those of the start's zone. If the start isn't one of them, the program meant days at the
+        plant."""
         self._budget.spend()
         first, last = place.begins.date(), self._last(place)
         if rule.until:
@@ -325,8 +328,8 @@ class _Reader:
 
 
 def _rule(text: str, days: Iterable[int]) -> Rule:
-    """With an end after all days of a calendar here it has none. ``days``: of the month, on which it starts, in its zone and as it is
-    written."""
+    """An end beyond the calendar's last day counts as none. ``days``: of the month, on which it starts, in its zone and
+    as written."""
     rule = Rule.parse(text)
     if rule.until and rule.until.at.year >= checks.YEARS.stop:
         rule = replace(rule, until=None)

@@ -59,7 +59,7 @@ class CalendarFiles(DataFiles):
         return CalendarFile(**vars(replace(found, events=events)), name=shown, known=known)
 
     def take(self, chosen: Iterable[FoundDays]) -> list[DayException]:
-        """Add the days of these events to the calendar, all or none. Returns those that were not there."""
+        """Add the days of these events to the calendar, all or none. Returns the new ones."""
         days = [day for event in chosen for day in event.days]
 
         def add(edit: Edit) -> list[DayException]:

@@ -38,7 +38,7 @@ class DailyBackup:
             self._thread.start()
 
     def run(self) -> None:
-        """Make today's backup unless it is there already."""
+        """Make today's backup unless it exists."""
         now = self._clock.now()
         try:
             made = daily_backup(self._db.path, now)

@@ -1,6 +1,7 @@
-"""Files that people carry in and out of the tablet: configuration, history, backups. Every path is checked before anything is written.
+"""Files that people carry in and out of the tablet: configuration, history, backups. Every path is checked before
+anything is written.
 
-What can't be done is raised as InvalidInput("path", …) with one sentence; an export never writes over a file that is there.
+Errors are raised as InvalidInput("path", …) with one sentence; an export never overwrites an existing file.
 """
 
 from __future__ import annotations
@@ -45,12 +46,12 @@ class DataFiles:
 
     @property
     def directory(self) -> Path:
-        """Where exports go unless somebody says otherwise."""
+        """The default directory of exports."""
         documents = self._documents or platformdirs.user_documents_path()
         return documents if os.access(documents, os.W_OK) else self.data_directory / "exports"
 
     def places(self) -> list[Place]:
-        """``directory``, then the sticks and shares that are there now."""
+        """``directory``, then the present sticks and shares."""
         return [Place(PlaceKind.DOCUMENTS, self.directory), *mounted()]
 
     def suggested(self, stem: str, suffix: str, directory: Path | None = None) -> Path:
@@ -86,8 +87,8 @@ class DataFiles:
 
     # ------------------------------------------------------------------ in
     def import_configuration(self, path: str, *, may_delete: bool = False) -> Sequence[Message] | DeletesRuns:
-        """Take a configuration file in, whole or not at all. Returns what was added or changed, one sentence each, or what has to be
-        confirmed first."""
+        """Import a configuration file, completely or not at all. Returns what was added or changed, one sentence each,
+        or what has to be confirmed first."""
         try:
             return configuration.import_configuration(
                 self._catalogue, read_file(self._resolved(path)), may_delete=may_delete
@@ -120,7 +121,7 @@ class DataFiles:
 
     # ------------------------------------------------------------------ inside
     def _resolved(self, text: str) -> Path:
-        """The absolute path that was meant: ``~`` is the user's home, a bare name lies in ``directory``."""
+        """The absolute path: ``~`` is the user's home, a bare name is in ``directory``."""
         if not text.strip():
             raise InvalidInput("path", "enter the name of a file")
         if "\0" in text:

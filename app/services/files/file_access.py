@@ -1,7 +1,7 @@
-"""Reading the files that people bring in, and writing where others may write too, such as in /tmp: a link put there by someone
-else must not decide which file an export replaces.
+"""Reading the files that people bring in, and writing where others may write too, such as in /tmp: a link put there by
+someone else must not decide which file an export replaces.
 
-To write, first the links are followed that no one else can have made; what is opened then is opened without following any.
+To write, links that no one else can have made are followed first; the rest is opened without following links.
 """
 
 from __future__ import annotations
@@ -90,8 +90,8 @@ def _could_be_planted(place: Path) -> bool:
 
 @contextlib.contextmanager
 def draft_of(target: Path) -> Iterator[TextIO]:
-    """A file that takes the place of ``target``, a path ``without_links``, only when it is whole; its owner alone can read it. Raises
-    OSError, also where a directory on the way has become a link since."""
+    """A file that replaces ``target``, a path ``without_links``, only when it is complete; only its owner can read it.
+    Raises OSError, also if a directory on the way has become a link since."""
     with _directory(target.parent) as (fd, base):
         draft = base / f".{target.name}.{uuid.uuid4().hex[:8]}"
         flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | _NO_LINK | getattr(os, "O_BINARY", 0)

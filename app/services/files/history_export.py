@@ -1,6 +1,7 @@
 """The execution history as CSV (docs/interfaces.md): RFC 4180, UTF-8 without BOM, English, open executions included.
 
-Excel separates by what the country's settings say, in most of Europe a semicolon, and takes a file without a mark for one that isn't UTF-8.
+Excel uses the separator of the country's settings, in most of Europe a semicolon, and takes a file without a mark for
+one that isn't UTF-8.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ COLUMNS = (
     "starts",
 )
 BYTE_ORDER_MARK = "\ufeff"
-# Where a cell begins that a spreadsheet takes for a formula; inside a text, too, where a spreadsheet separates by semicolons or tabs.
+# The begin of a cell that a spreadsheet takes for a formula; inside a text, too, for spreadsheets that separate by semicolons or tabs.
 _FORMULA = re.compile(r'(^|[;\t\r\n])(?=[\s"]*[=+\-@＝＋－＠])')
 
 

@@ -74,7 +74,7 @@ class TooMuch(Exception):
 
 
 class Budget:
-    """How much work a file may take: so many dates, and so many seconds."""
+    """Limits of the work for a file: a number of dates, and seconds."""
 
     def __init__(self, dates: int, seconds: float) -> None:
         self._dates, self._ends_at = dates, time.monotonic() + seconds
@@ -106,10 +106,8 @@ class Property:
 
 @dataclass
 class Component:
-    """An event, or a time zone with its parts: the properties that are needed of it, by name.
-
-    Of the calendar around it: ``in_cancellation``, whether it is the notice that its events are cancelled, and ``usual_zone``, the name of
-    the time zone that it says for itself."""
+    """An event, or a time zone with its parts: its needed properties, by name. From the calendar around it:
+    ``in_cancellation``, whether it cancels its events, and ``usual_zone``, the name of its own time zone."""
 
     name: str
     properties: dict[str, list[Property]] = field(default_factory=dict)
@@ -131,7 +129,7 @@ class Component:
 
     @property
     def is_cancelled(self) -> bool:
-        """By the first STATUS that is one: in capitals, as programs write it, or else in any letters."""
+        """By the first valid STATUS: in capitals, as programs write it, or else in any case."""
         written = [found.text for found in self.all("STATUS")]
         found = [state for state in [*written, *map(str.upper, written)] if state in STATES]
         return self.in_cancellation or found[:1] == ["CANCELLED"]
@@ -163,8 +161,8 @@ def _decoded(line: bytes) -> str:
 
 
 class _Reader:
-    """Takes line after line, then ``finish``. An end that is missing is where the next component begins; what stands in no calendar, or
-    in components of no interest, is passed over."""
+    """Takes line after line, then ``finish``. A missing end is where the next component begins; text outside calendars,
+    or in other components, is ignored."""
 
     def __init__(self) -> None:
         self._found: list[Component] = []
@@ -176,7 +174,7 @@ class _Reader:
         self._count = 0
 
     def take(self, line: bytes) -> None:
-        """Other text may stand before a calendar on its first line, and behind it on its last."""
+        """Other text may precede a calendar on its first line, and follow it on its last."""
         if match := _ENDS.match(line):
             self._end("VCALENDAR")
             line = line[match.end() :]
@@ -198,7 +196,7 @@ class _Reader:
             self._open.properties.setdefault(name, []).append(_property(line))
 
     def finish(self) -> tuple[list[Component], bool]:
-        """What was found, and whether the file is whole; the component in which it ends is not."""
+        """The components, and whether the file is complete; the unfinished component is not included."""
         is_whole = not self.is_inside
         if READ.intersection(self._path):
             self._calendar.pop()
@@ -243,7 +241,7 @@ def _is_component(name: str) -> bool:
 
 def _property(line: bytes) -> Property:
     text = _decoded(line)
-    match = _PARTS.fullmatch(text)  # none where a quotation mark has no second one
+    match = _PARTS.fullmatch(text)  # none if a quotation mark has no second one
     parameters, value = match.groups() if match else text.split(":", 1) if ":" in text else (text, "")
     return Property(parameters, value.strip())
 

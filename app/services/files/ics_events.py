@@ -90,7 +90,7 @@ def _stamp(written: Component, name: str) -> datetime:
 
 @dataclass
 class Series:
-    """The newest version of an event, or of several copies that are equally new, and of what replaces single days of it."""
+    """The newest version of an event, or several equally new copies, and replacements of single days of it."""
 
     masters: list[Event] = field(default_factory=list)
     instead: list[Event] = field(default_factory=list)

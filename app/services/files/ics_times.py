@@ -149,8 +149,8 @@ class Rule:
         )
 
     def days(self, start: date, last: date) -> Iterator[date]:
-        """From ``start`` to ``last``, by the library dateutil, which seeks until the year 9999: as near to it as the weekdays are the same,
-        a rule that names no day at all takes a second and not many."""
+        """From ``start`` to ``last``, by the library dateutil, which searches until the year 9999: moved close to it,
+        to years with the same weekdays, a rule without any day takes one second instead of many."""
         from dateutil.rrule import rrule, weekday
 
         parts = {name.lower().replace("byday", "byweekday"): value for name, value in self.parts.items()}

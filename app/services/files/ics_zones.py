@@ -123,7 +123,7 @@ class Zones:
             rule = Rule.parse(found.value)
             if rule.frequency not in SELDOM:
                 raise ValueError("changes too often")
-            # UNTIL is in UTC, where the last change may lie on the day before
+            # UNTIL is in UTC, where the last change may be on the day before
             last = min(self.last, rule.until.at.date() + timedelta(days=1)) if rule.until else self.last
             for day in rule.days(start.date(), last):
                 yield Change(datetime.combine(day, start.time()), of, to)

@@ -1,4 +1,4 @@
-"""Where people carry files from and to: the Documents folder, and what is mounted now – sticks, and shares of the network."""
+"""Places for people's files: the Documents folder, and mounted sticks and network shares."""
 
 from __future__ import annotations
 
@@ -70,8 +70,8 @@ def _plain(field: str) -> str:
 
 
 def found_in(directory: Path, suffix: str) -> list[FoundFile]:
-    """The files of that kind in a directory and in those in it, newest first; hidden ones left out. ``suffix`` is in small letters, a
-    file's may be in capitals."""
+    """The files of that kind in a directory and its subdirectories, newest first, without hidden ones. ``suffix`` is in
+    lower case, a file's may be in capitals."""
     found: list[FoundFile] = []
     for path in islice(_named(directory, suffix), MOST_SEEN):
         with contextlib.suppress(OSError, ValueError, OverflowError):  # deleted, or of a day that no calendar has
@@ -87,7 +87,7 @@ def _named(directory: Path, suffix: str) -> Iterator[Path]:
 
 
 def _entries(directory: Path) -> list[Path]:
-    """Without hidden ones, those that can't be read, and those whose name is in no known encoding."""
+    """Without hidden or unreadable ones, and those with a name in an unknown encoding."""
     try:
         names = [name for name in os.listdir(directory) if not name.startswith(".")]
         return [directory / name for name in names if name.encode(errors="ignore").decode() == name]

@@ -1,6 +1,7 @@
-"""The plan as a file for other calendars (RFC 5545): the starts of the next days, each as long as its mission usually takes.
+"""The plan as a file for other calendars (RFC 5545): the starts of the next days, each as long as its mission usually
+takes.
 
-An event's UID is the token of its occurrence, so an export that is imported again changes the events of the one before instead of doubling
+An event's UID is the token of its occurrence, so importing a new export updates the earlier events instead of doubling
 them.
 """
 
@@ -33,7 +34,7 @@ DOMAIN = "amr-scheduler"  # behind the @ of a UID
 
 @dataclass(frozen=True)
 class PlanExport:
-    """The file, how many starts it has, and until when; ``is_cut``: there were more than a calendar takes."""
+    """The file, the number and end of its starts; ``is_cut``: there were more than a calendar takes."""
 
     path: Path
     count: int

@@ -1,6 +1,5 @@
-"""Key figures: what ended in a period, counted once as ``Facts``, and tables that say what is computed from them. Pure.
-
-``docs/kpis.md`` has the tables in words, ``kpis`` reads what they need.
+"""Key figures: executions that ended in a period, counted once as ``Facts``, and tables of the figures computed from
+them. Pure. ``docs/kpis.md`` has the tables in words, ``kpis`` reads their data.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ _MAY_HAVE_RUN = (ReasonCode.USER_CANCELLED, ReasonCode.QUEUE_CLEARED)  # ran if 
 
 @dataclass(frozen=True)
 class Facts:
-    """What ended in a period, on a day of it, or on one robot. Numbers are starts; times are in s."""
+    """Executions that ended in a period, on a day of it, or on one robot. Numbers are starts; times are in s."""
 
     completed: int = 0
     failed: int = 0
@@ -40,7 +39,7 @@ class Facts:
     ran: int = 0  # of these: reached the robot's queue and were carried out or tried there
     not_run: Mapping[ReasonCode, int] = field(default_factory=dict)  # the others by why, most frequent first
     recorded_days: int = 0  # local days on which something ended
-    observed_s: float = 0.0  # for how long the robots were seen: gaps of the app and of the connection left out
+    observed_s: float = 0.0  # observed time of the robots, without gaps of the app and of the connection
     charging_s: float = 0.0  # of observed_s
     working_s: float = 0.0  # length of the period's working days
     robots: Sequence[Facts] = ()  # in order of name
@@ -53,7 +52,7 @@ class Facts:
         return self.completed + self.failed + self.cancelled + self.skipped + self.missed
 
     def value(self, key: str) -> float | None:
-        """One of FIGURES; None where there is nothing to compute it from."""
+        """One of FIGURES; None without data."""
         return FIGURES[key].compute(self)
 
 
@@ -108,12 +107,12 @@ F = TypeVar("F")
 
 @dataclass(frozen=True)
 class Figure(Generic[F]):
-    """``compute`` returns None where there is nothing to compute it from."""
+    """``compute`` returns None without data."""
 
     title: str
     unit: Unit
     compute: Callable[[F], float | None]
-    explain: str = ""  # where the title does not say it all
+    explain: str = ""  # if the title is not enough
     digits: int = 1  # of a share, in percent
 
 
@@ -122,7 +121,7 @@ def _ratio(part: float, whole: float) -> float | None:
 
 
 def _utilisation(facts: Facts) -> float | None:
-    """At most 1: a mission may have run on through a gap. Robots that were never seen are left out."""
+    """At most 1: a mission may have continued through a gap. Robots never seen are omitted."""
     seen = [robot for robot in facts.robots or (facts,) if robot.observed_s > 0]
     share = _ratio(sum(robot.mission_s for robot in seen), sum(robot.observed_s for robot in seen))
     return None if share is None else min(1.0, share)
@@ -184,7 +183,7 @@ GROUP_FIGURES: Mapping[str, Figure[GroupFacts]] = {
 
 
 def _spread(shares: Sequence[float]) -> float | None:
-    """Between the robot that was used most and the one that was used least; None where fewer than two were seen."""
+    """Between the most and the least used robot; None if fewer than two were seen."""
     return max(shares) - min(shares) if len(shares) > 1 else None
 
 
@@ -195,7 +194,7 @@ def queue_share(delays: Delays) -> float | None:
 
 # ---------------------------------------------------------------------- counting
 def counted(counts: Iterable[Count], **more: Any) -> Facts:
-    """The sums of what ended; ``more``: what else is known."""
+    """The sums of ended executions; ``more``: other known facts."""
     number, not_run = Counter[str](), Counter[ReasonCode]()
     timed = ran = planned = microseconds = completed = 0
     for one in counts:
@@ -237,7 +236,7 @@ _PARTICULARS = re.compile(r"""'[^']*'|"[^"]*"|\d+(?:[.,:]\d+)*""")
 
 @dataclass(frozen=True)
 class Cause:
-    """``code`` None: all others together. ``words`` the robot's message, where the code alone is not enough."""
+    """``code`` None: all others together. ``words`` the robot's message, if the code alone is not enough."""
 
     code: ReasonCode | None
     words: str

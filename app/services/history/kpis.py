@@ -1,7 +1,7 @@
-"""Reads what key figures are computed from: when shown, never stored.
+"""Reads the data of key figures: computed when shown, never stored.
 
-A period is [start, end) of the instant at which an execution ended, and never goes beyond now: a start that a person skips ahead ends when
-it was planned. Days are local days of settings.timezone, of 23, 24 or 25 hours.
+A period is [start, end) of the instant at which an execution ended, and never goes beyond now: a start that a person
+skips in advance ends at its planned time. Days are local days of settings.timezone, of 23, 24 or 25 hours.
 """
 
 from __future__ import annotations
@@ -65,7 +65,8 @@ class Kpis:
         self._repository, self._settings, self._activities = KpiRepository(), SettingsRepository(), ActivityRepository()
 
     def facts(self, wanted: KpiFilter = ALL) -> Facts:
-        """Of the whole period; ``robots`` are the configured ones of the filter, and removed ones that have history in it."""
+        """Of the whole period; ``robots`` are the configured ones of the filter, and removed ones with history in
+        it."""
         c = self._db.read()
         span, zone = wanted.span(self._clock.now()), self._zone()
         counts = self._repository.counts(c, span.start, span.end)
@@ -169,7 +170,7 @@ class Kpis:
 
     # ------------------------------------------------------------------ beyond what is counted
     def kept_since(self) -> datetime | None:
-        """The end of the first run of the history: older ones were deleted, or there never were any. None: nothing has run."""
+        """The end of the first run of the history: older ones were deleted, or never existed. None: nothing has run."""
         first = self._repository.kept_since(self._db.read())
         return to_instant(first) if first else None
 
@@ -189,7 +190,7 @@ class Kpis:
         return causes(self._repository.failures(self._db.read(), wanted.span(self._clock.now())))
 
     def not_completed(self, wanted: KpiFilter = ALL, most: int = 50) -> Sequence[Execution]:
-        """What ended in any state but completed, newest first."""
+        """Ended executions except completed ones, newest first."""
         return self._repository.not_completed(self._db.read(), wanted.span(self._clock.now()), most)
 
     def trends(self, wanted: KpiFilter = ALL, most: int = MOST_MISSIONS) -> Sequence[Trend]:

@@ -21,7 +21,7 @@ DOUBTED_FOR = timedelta(days=7)  # that a start is looked back for in whose plac
 
 @dataclass(frozen=True)
 class Page:
-    """Some rows, newest first, and where the next page begins (None: that was the last)."""
+    """Some rows, newest first, and where the next page begins (None: no more)."""
 
     rows: Sequence[Execution]
     next: PageKey | None
@@ -40,11 +40,11 @@ class History:
         return self._executions.count(self._db.read(), wanted)
 
     def get(self, execution_id: int) -> Execution | None:
-        """As it is now; None when it has been deleted."""
+        """Its present row; None if it was deleted."""
         return self._executions.get(self._db.read(), execution_id)
 
     def replacements(self, rows: Sequence[Execution]) -> Mapping[int, Replacement]:
-        """Of those of these rows that a person had started on another robot, and of what was started there, by the row's id."""
+        """Replacements of these rows on other robots, and of which rows they are replacements, by the row's id."""
         if not rows:
             return {}
         planned = [row.planned_at for row in rows]
@@ -60,7 +60,7 @@ class History:
         return self._executions.open_all(self._db.read())
 
     def last_of_schedule(self, schedule_id: int, until: datetime | None = None) -> Execution | None:
-        """The one with the latest planned instant, which may be a skipped start to come; ``until``: up to then."""
+        """The one with the latest planned instant, which may be a future skipped start; ``until``: up to then."""
         c = self._db.read()
         if until is None:
             return self._executions.last_of_schedule(c, schedule_id)
@@ -68,7 +68,7 @@ class History:
         return None if found is None else self._executions.get(c, found)
 
     def expected(self, robot_id: int, mission_guid: str) -> DurationEstimate | None:
-        """How long a run there will take: as the last ones did, else as a person typed it for the mission; None: not known."""
+        """The expected duration of a run there: from the last ones, or as typed for the mission; None: unknown."""
         c = self._db.read()
         return expected(
             self._durations.usual(c, robot_id, mission_guid), self._missions.with_guid(c, mission_guid, robot_id)

@@ -67,14 +67,14 @@ def bounds(period: ReportPeriod, now: datetime, zone: ZoneInfo) -> tuple[datetim
 
 
 def split_lines(runs: int, alarms: int, room: int) -> tuple[int, int]:
-    """How many runs and alarms are listed in so many lines: half of them each, and what one does not need is the other's."""
+    """How many runs and alarms are listed in this many lines: half each, and one gets what the other does not need."""
     return min(runs, max(room // 2, room - alarms)), min(alarms, max(room - room // 2, room - runs))
 
 
 def filter_of(
     start: datetime, end: datetime, now: datetime, robot_ids: Sequence[int] | None, group: str | None
 ) -> KpiFilter:
-    """A period up to now is one that has no end yet."""
+    """A period up to now has no end yet."""
     return KpiFilter(start, None if end >= now else end, robot_ids, group)
 
 
@@ -120,7 +120,8 @@ class ShiftReports:
         )
 
     def _alarms(self, start: datetime, end: datetime, robot_ids: Sequence[int] | None) -> list[Alarm]:
-        """That were raised in the period, or whose cause lasted into it; newest first. Those of other robots are left out."""
+        """Alarms that were raised in the period, or whose cause lasted into it; newest first, without those of other
+        robots."""
         c, repository, keys = self._db.read(), AlarmRepository(), {f"robot:{robot_id}" for robot_id in robot_ids or ()}
         found = [
             alarm

@@ -32,14 +32,14 @@ WAIT_S, LONGEST_WAIT_S = (
     3600.0,
 )  # each further one. Of the monotonic clock: setting the tablet's clock shortens nothing
 ALARM_AFTER = 10  # wrong tries in a row
-PIN = "settings_pin"  # of the row in the table of settings; no field of ``Settings``, so no way into a file
+PIN = "settings_pin"  # of the row in the table of settings; not a field of ``Settings``, so never in a file
 _ALARM = ("pin_guessed", "settings")
 _DIGITS = (("salt", 32), ("hash", 64))  # hexadecimal
 _COST = {"n": 2**14, "r": 8, "p": 1}  # scrypt as RFC 7914 recommends for logging in: 16 MiB and some 50 ms
 
 
 def is_hash(stored: Any) -> bool:
-    """Whether it is what ``set_pin`` stores: a backup may hold one whose comparison takes hours."""
+    """Whether it has the form that ``set_pin`` stores: a backup may contain one whose comparison takes hours."""
     return (
         isinstance(stored, dict)
         and {name: stored.get(name) for name in _COST} == _COST
@@ -52,7 +52,8 @@ def is_hash(stored: Any) -> bool:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Result of one try: whether it was right; else how many tries are left, or for how many seconds every try is refused."""
+    """Result of one try: whether it was right; otherwise how many tries are left, or for how many seconds all tries are
+    refused."""
 
     is_right: bool
     tries_left: int = TRIES
@@ -60,7 +61,7 @@ class Verdict:
 
 
 def is_easy_to_guess(pin: str) -> bool:
-    """One digit again and again, or a run of digits: what is tried first."""
+    """One repeated digit, or consecutive digits: tried first by guessers."""
     steps = {(int(after) - int(before)) % 10 for before, after in itertools.pairwise(pin)}
     return len(steps) == 1 and steps <= {0, 1, 9}
 
@@ -125,7 +126,7 @@ class Access:
             self._alarms.raise_(*_ALARM, tries=ALARM_AFTER)
 
     def _reset(self) -> None:
-        """Who knows the PIN, or needs none, was no guesser."""
+        """A right PIN, or none needed, ends the count of wrong ones."""
         if self._wrong:
             self._wrong, self._closed_until = 0, self._clock.monotonic()
             self._db.write(lambda c: self._settings.put(c, WRONG_PINS, 0))
@@ -138,7 +139,8 @@ class Access:
 
 
 def _wait_after(wrong: int) -> float:
-    """Seconds for which no PIN is taken after so many wrong ones in a row: to try all of four digits then takes more than a year."""
+    """Seconds for which no PIN is accepted after this many wrong ones in a row: trying all of four digits then takes
+    more than a year."""
     return min(WAIT_S * 2.0 ** min(wrong - TRIES, 20), LONGEST_WAIT_S) if wrong >= TRIES else 0.0
 
 

@@ -86,7 +86,7 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = {
     for code, sentence in sentences.items()
 }
 KEPT = 1000  # past alarms
-# shelving always ends by itself (ISA-18.2): an alarm shelved for ever would never be seen again
+# shelving always ends automatically (ISA-18.2): an alarm shelved for ever would never be seen again
 SHELF_HOURS = (1, 4, 8, 24)
 LONGEST_NOTE = 200  # characters
 LONGEST_DETAIL = 300  # characters, with nothing around it
@@ -111,7 +111,7 @@ EVENTS = frozenset(
         "zone_unknown",
     }
 )
-# code and key; as long as it is active, the time zone was not chosen by a person
+# code and key; while it is active, no person has chosen the time zone
 ZONE_GUESSED = ("zone_guessed", "tablet")
 
 
@@ -172,7 +172,7 @@ class Alarms:
         self._changes.publish(Topic.ALARMS)
 
     def clear(self, code: str, key: str) -> None:
-        """Note that the cause has ended; the alarm stays open until it is acknowledged too. Writes only what changes something."""
+        """Record that the cause has ended; the alarm stays open until it is acknowledged too. Writes only changes."""
         if self._repository.active(self._db.read(), code, key):
             self._db.write(lambda c: self._repository.clear(c, code, key, self._clock.now()))
             self._changes.publish(Topic.ALARMS)
@@ -183,8 +183,8 @@ class Alarms:
             self._changes.publish(Topic.ALARMS)
 
     def withdraw(self, code: str, key: str, at: datetime) -> None:
-        """What this event said ``at`` that time, or about then, has turned out to be wrong: it need not be read any more, but stays in the
-        list of past ones."""
+        """This event at about that time has turned out to be wrong: it need not be read, but stays in the list of past
+        ones."""
         if self._db.write(lambda c: self._repository.withdraw(c, code, key, at, self._clock.now())):
             self._changes.publish(Topic.ALARMS)
 
@@ -196,7 +196,7 @@ class Alarms:
             self._changes.publish(Topic.ALARMS)
 
     def database_works(self) -> Alarm | None:
-        """It can be written again: the alarm is stored, cleared. Returns it, None where there was none."""
+        """It can be written again: the alarm is stored, cleared. Returns it, or None."""
         alarm = self._database
         if alarm is not None:
             over = replace(alarm, cleared_at=self._clock.now())
@@ -212,7 +212,7 @@ class Alarms:
 
     # ------------------------------------------------------------------ the operator
     def acknowledge(self, alarm_id: int, note: str = "") -> None:
-        """Note that a person has seen it, with an optional note. A second time changes nothing."""
+        """Record that a person has seen it, with an optional note. A second call changes nothing."""
         note = " ".join(note.split())[:LONGEST_NOTE]
         self._db.write(lambda c: self._repository.acknowledge(c, alarm_id, self._clock.now(), note))
         log.info("alarm %d acknowledged%s", alarm_id, f": {note}" if note else "")
@@ -242,8 +242,8 @@ class Alarms:
         return self._repository.past(db, limit), self._repository.count_past(db)
 
     def open(self) -> list[Alarm]:
-        """Not yet both cleared and acknowledged, most serious and newest first; shelved ones last. Where the database can't even be read,
-        that alone."""
+        """Not yet both cleared and acknowledged, most serious and newest first; shelved ones last. If the database
+        can't be read, only that alarm."""
         now = self._clock.now()
         order = list(Priority)
         try:
@@ -272,9 +272,7 @@ class Prompts:
         self, snapshots: Snapshots, alarms: Alarms, changes: Changes, robot: Callable[[int], Robot | None]
     ) -> None:
         self._snapshots, self._alarms, self._robot = snapshots, alarms, robot
-        self._prompts: dict[
-            int, UserPrompt | None
-        ] = {}  # of robots that have been read since the start; None: no question
+        self._prompts: dict[int, UserPrompt | None] = {}  # of robots that were read since the start; None: no question
         changes.subscribe(self._on_change)
 
     def answered(self, robot_id: int, guid: str, answer: str) -> None:

@@ -33,7 +33,7 @@ class Downtime:
         self._gaps = [*self._gaps, gap][-self.KEPT :]
 
     def forget_future(self, now: datetime) -> None:
-        """The clock has been set back: what it showed since says nothing about times still to come."""
+        """The clock has been set back: later times that it showed say nothing about the future."""
         self._gaps = [replace(gap, end=min(gap.end, now)) for gap in self._gaps if gap.start < now]
 
     def at(self, instant: datetime) -> Gap | None:

@@ -29,7 +29,7 @@ class Holds:
         self._db, self._repository, self._clock, self._changes = db, repository, clock, changes
         self._lock = threading.Lock()
         self.clock_problem: Message | None = (
-            None  # why the clock is not plausible, or is still being judged; None: it is trusted
+            None  # why the clock is not plausible, or is still being checked; None: it is trusted
         )
         self._is_clock_confirmed = False
         self.is_copy: Message | None = None  # why nothing may be sent from this tablet
@@ -52,7 +52,7 @@ class Holds:
         return next((hold for hold in self.all_active() if hold.robot_id in (None, robot_id)), None)
 
     def all_active(self) -> list[Hold]:
-        """The tablet's own, if there is one, and those that an operator set."""
+        """The tablet's own, if any, and those set by an operator."""
         return [*filter(None, [self._tablet_hold()]), *self.current()]
 
     def _tablet_hold(self) -> Hold | None:
@@ -110,8 +110,8 @@ class Holds:
         *,
         also: Callable[[sqlite3.Connection], object] = lambda c: None,
     ) -> None:
-        """Of all robots, or of one; ``only`` a hold with this id, where another one has taken its place since. ``also`` is done in any
-        case, in the same transaction."""
+        """Of all robots, or of one; ``only`` a hold with this id, as another may have replaced it since. ``also`` is
+        done in any case, in the same transaction."""
 
         def remove(c: sqlite3.Connection, before: Sequence[Hold]) -> Sequence[Hold]:
             also(c)
@@ -127,7 +127,7 @@ class Holds:
         robot_id: int | None,
         change: Callable[[sqlite3.Connection, Sequence[Hold]], Sequence[Hold]],
     ) -> Sequence[Hold]:
-        """``change`` the hold of all robots, or of one: from what is stored to what is returned."""
+        """``change`` the hold of all robots, or of one: from the stored to the returned one."""
 
         def work(c: sqlite3.Connection) -> tuple[str, str, Sequence[Hold]]:
             robot = None if robot_id is None else RobotRepository().get(c, robot_id)
@@ -142,7 +142,7 @@ class Holds:
         return stored
 
     def doubt_clock(self, problem: Message | None) -> None:
-        """Nothing is sent while the clock is not plausible; None when it is again."""
+        """Nothing is sent while the clock is not plausible; None: it is again."""
         if problem != self.clock_problem:
             self.clock_problem = problem
             self.announce()

@@ -39,8 +39,8 @@ Answers = dict[tuple[int, str], Sequence[MissionParameter]]  # by robot and guid
 
 
 class _Answer(NamedTuple):
-    """What a robot said (``parameters`` None: it does not say) at a time of the monotonic clock, when it was on that map. What is only read
-    from the database was said before all times."""
+    """A robot's answer (``parameters`` None: it does not say) at a time of the monotonic clock, when it was on that
+    map. An answer from the database counts as older than all times."""
 
     parameters: Sequence[MissionParameter] | None
     at: float = -math.inf
@@ -69,7 +69,7 @@ class MissionParameters:
         return self._answers.setdefault((robot_id, guid), stored)
 
     def known(self, robot_id: int, guid: str) -> Sequence[MissionParameter] | None:
-        """As the robot has said, however long ago; None: it has not."""
+        """The robot's answer of any age; None: none."""
         return self._of(robot_id, guid).parameters
 
     def known_from_any(self, guid: str) -> Sequence[MissionParameter] | None:
@@ -105,22 +105,22 @@ class MissionParameters:
         return None if status is None else status.map_id
 
     def _forget(self, topic: Topic, _about: int | None) -> None:
-        """A robot may be another machine now: what the database still has holds."""
+        """A robot may be another machine now: only the answers in the database count."""
         if topic is Topic.ROBOTS:
             self._answers.clear()
 
     # ------------------------------------------------------------------ asking
     def learn(self, robot_id: int, guid: str, client: RobotClient) -> Sequence[MissionParameter] | None:
-        """Ask the robot. None: it does not say. Raises RobotError, Rejected with status 404 where it has no such mission."""
-        map_id = self._map_of(
-            robot_id
-        )  # as it is known before: should it have changed since, names are asked for again
+        """Ask the robot. None: it does not say. Raises RobotError, Rejected with status 404 if it has no such
+        mission."""
+        map_id = self._map_of(robot_id)  # as known before: if it has changed since, names are read again
         found = _ask_client(client, guid)
         self.keep({(robot_id, guid): found}, map_id)
         return found
 
     def ask_for_start(self, robot_id: int, guid: str, client: RobotClient) -> Sequence[MissionParameter] | None:
-        """Ask the robot. None: it does not say, or not to this user: it judges for itself. Raises RobotError where it can't be asked."""
+        """Ask the robot. None: it does not say, or not to this user: then it checks the values itself. Raises
+        RobotError if it can't be asked."""
         try:
             return self.learn(robot_id, guid, client)
         except RobotError as error:
@@ -130,7 +130,8 @@ class MissionParameters:
             return None
 
     def refusal(self, start: Execution, robot_id: int, client: RobotClient) -> Reason | None:
-        """Ask the robot what the mission needs; returns why it would refuse these values. Raises RobotError where it can't be asked."""
+        """Ask the robot what the mission needs; returns why it would refuse these values. Raises RobotError if it can't
+        be asked."""
         found = self.ask_for_start(robot_id, start.mission_guid, client)
         try:
             if found is not None:
@@ -142,7 +143,7 @@ class MissionParameters:
     def keep(
         self, answers: Mapping[tuple[int, str], Sequence[MissionParameter] | None], map_id: str | None = None
     ) -> None:
-        """What robots have just said, on that map; None: one was asked and does not say."""
+        """Robots' new answers, on that map; None: one was asked and does not say."""
         now = self._clock.monotonic()
         new = {key: found for key, found in answers.items() if found is not None and found != self._of(*key).parameters}
         self._answers.update({key: _Answer(found, now, map_id) for key, found in answers.items()})

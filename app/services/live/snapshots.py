@@ -1,4 +1,4 @@
-"""The last known state of every robot, shared between robot workers (which write) and everybody else (who reads)."""
+"""The last known state of every robot, written by the robot workers and read by all others."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Which machine a data directory lives on. On another one it is a copy, which sends nothing until a person has decided what it is for."""
+"""The machine of a data directory. On another machine it is a copy, which sends nothing until a person has decided its
+purpose."""
 
 from __future__ import annotations
 
@@ -33,7 +34,7 @@ class Move:
 
 
 def machine_id() -> str | None:
-    """What distinguishes this machine from others and survives a restart; None where the system does not say."""
+    """An identifier of this machine that survives a restart; None if the system has none."""
     for path in ("/etc/machine-id", "/var/lib/dbus/machine-id"):
         try:
             if found := Path(path).read_text(encoding="ascii").strip():
@@ -75,8 +76,8 @@ class Tablet:
         return None not in (home, self._machine) and home != self._machine
 
     def move_here(self) -> bool:
-        """The old tablet is off: what it sent is looked for by its tokens, and this one makes tokens of its own from now on. Returns
-        whether there was anything to decide."""
+        """The old tablet is off: its starts are looked for by its tokens, and this one makes its own tokens from now
+        on. Returns whether there was anything to decide."""
         if not self.is_copy:
             return False
 
@@ -91,7 +92,7 @@ class Tablet:
         return True
 
     def view_only(self) -> None:
-        """The old tablet goes on: nothing is ever sent from here."""
+        """The old tablet continues: nothing is ever sent from here."""
         if self.is_copy:
             self._db.write(lambda c: self._settings.put(c, LOOKED_AT, self._machine))
             self._judge()

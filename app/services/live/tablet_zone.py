@@ -34,8 +34,8 @@ LEAST_AGREEMENT = 0.9  # of the moments a file shows the time of the zone whose 
 
 @dataclass(frozen=True)
 class TabletZone:
-    """``name`` is an IANA name. ``source`` says where it is from: TZ, /etc/localtime, /etc/timezone, Windows; "" where nothing says it.
-    Where it is not certain, a person has to be asked."""
+    """``name`` is an IANA name. ``source`` is its origin: TZ, /etc/localtime, /etc/timezone, Windows; "" if there is
+    none. If it is not certain, a person has to be asked."""
 
     name: str
     source: str
@@ -136,7 +136,7 @@ class _Finder:
         return None if rule is None else self._closest(rule, "TZ", self.coming_year())
 
     def from_file(self, path: str, source: str) -> TabletZone | None:
-        """A link has the name of what it leads to, unless another file lies there, as in a container."""
+        """A link has the name of its target, unless that was replaced, as in a container."""
         steps = list(self._steps(path))
         name = next((name for step in steps if (name := _name_in(step))), "")
         zone = _zone_of(self._content(steps[-1]))
@@ -170,7 +170,7 @@ class _Finder:
 
     # ------------------------------------------------------------------ which of the known ones it is
     def _closest(self, zone: ZoneInfo, source: str, moments: list[datetime]) -> TabletZone | None:
-        """The known zone that shows the same times at these moments. None where none does."""
+        """The known zone that shows the same times at these moments, or None."""
         if not (found := self.matching(zone, moments, with_words=True)):
             lately = self.matching(zone, self._moments(self._now - timedelta(days=365), self._now))
             return TabletZone(self._best(lately), source, False) if lately else None
@@ -188,8 +188,8 @@ class _Finder:
         return "UTC" if "UTC" in names else min(names, key=lambda name: ("/" not in name, name))
 
     def matching(self, zone: ZoneInfo, moments: list[datetime], *, with_words: bool = False) -> set[str]:
-        """Names of the zones that show the same time, ``with_words`` also the same abbreviation of it (EET), as the system's own data say,
-        or those of the app."""
+        """Names of the zones that show the same time, ``with_words`` also the same abbreviation (EET), by the system's
+        own data, or the app's."""
         moments = _with_changes(moments, zone)
         wanted = [_local_time(moment, zone, with_words) for moment in moments]
 
@@ -246,7 +246,7 @@ def _zone_of(content: bytes | None) -> ZoneInfo | None:
 
 
 def _file_from_rule(rule: str) -> bytes | None:
-    """As a file of zone data (RFC 9636) without a history has it. None where that can't hold it."""
+    """As in a file of zone data (RFC 9636) without a history. None if that can't represent it."""
     if not rule.isascii() or "\n" in rule:
         return None
 

@@ -43,8 +43,8 @@ class Resource(NamedTuple):
 
 
 def resources(runs: Sequence[PlannedRun], shared: Shared, *, slow: bool = False) -> Iterator[Resource]:
-    """Always in the same order. A run on one robot takes that robot from each of its groups, once where several overlap there.
-    ``slow``: runs last as long as nine of ten stay under, instead of as usual."""
+    """Always in the same order. A run on one robot takes that robot from each of its groups, counted once for
+    overlapping runs. ``slow``: runs take their 90th percentile instead of the usual time."""
     of_group, of_robot = defaultdict[int, list[Span]](list), defaultdict[int, list[Span]](list)
     for run in runs if shared.groups else ():
         spans = of_robot[run.robot.id] if run.group is None else of_group[run.group.id]
@@ -68,7 +68,7 @@ def _span(run: PlannedRun, slow: bool) -> Span:
 
 
 def crowded_hours(place: Resource) -> Iterator[Conflict]:
-    """Those in which it is wanted for most of the time, by the runs that begin in them."""
+    """The hours in which it is in use most of the time, by the runs that begin in them."""
     seconds = defaultdict[datetime, float](float)
     for span in place.spans:
         hour = span.begins.replace(minute=0, second=0, microsecond=0)
@@ -81,8 +81,8 @@ def crowded_hours(place: Resource) -> Iterator[Conflict]:
 
 
 def late_because_of(runs: Sequence[PlannedRun], shared: Shared) -> Iterator[tuple[PlannedRun, PlannedRun]]:
-    """``runs`` in order of time: each that nine times of ten still goes on when one that matters more is planned on its only robot,
-    with that one."""
+    """``runs`` in order of time: each that in nine of ten cases has not ended when a more important one is planned on
+    its only robot, with that one."""
     if len({run.schedule.priority for run in runs}) < 2:
         return
     going_on = defaultdict[int, list[PlannedRun]](list)
@@ -117,7 +117,7 @@ def critical_behind(run: PlannedRun, late: PlannedRun, robot: str, schedule_id: 
 
 
 def finish_by_short(mission: str, minutes: int | None, usual_s: float | None) -> dict[str, Any] | None:
-    """The numbers of the sentence that a mission usually takes longer than it is given; None where it does not."""
+    """The values of the sentence that a mission usually takes longer than allowed; None if it does not."""
     if minutes is None or usual_s is None or usual_s <= minutes * 60:
         return None
     return {"mission": mission, "minutes": minutes, "usual_minutes": ceil(usual_s / 60)}
@@ -125,8 +125,8 @@ def finish_by_short(mission: str, minutes: int | None, usual_s: float | None) ->
 
 # ---------------------------------------------------------------------- the plan
 def plan_conflicts(runs: Sequence[PlannedRun], shared: Shared, since: datetime, last: datetime) -> list[Conflict]:
-    """In order of time. ``runs``: all that are planned in [since, last) and those before it that may still be under way then, in order.
-    Of what is not over when the plan ends the end is not known."""
+    """In order of time. ``runs``: all planned in [since, last) and earlier ones that may still be under way then, in
+    order. A conflict that lasts beyond the plan has no known end."""
     found = list[Conflict]()
     for resource in resources(runs, shared):
         for overload in Occupancy(resource.spans).overloads(resource.room):

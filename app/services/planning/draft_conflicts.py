@@ -1,5 +1,5 @@
-"""What a schedule that is not saved yet would bring to the plan: the conflicts of the plan with its next starts that are not there
-without them. Looked at are the schedules with which it shares a robot, a group or a place."""
+"""New conflicts of an unsaved schedule: those of the plan with its next starts, without those that exist already.
+Considers the schedules with which it shares a robot, a group or a place."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ from app.services.planning.working_days import WorkingCalendar
 
 
 class DraftConflicts:
-    """``starts``: its next ones, earliest first. ``on_its_robot``: for each of them, what others want of its robot; nothing where any
-    of several robots may take it."""
+    """``starts``: its next ones, earliest first. ``on_its_robot``: for each of them, other runs on its robot; empty if
+    any of several robots may take it."""
 
     def __init__(
         self,
@@ -103,7 +103,7 @@ class DraftConflicts:
 
     # ------------------------------------------------------------------ conflicts
     def behind(self) -> Iterator[Conflict]:
-        """Of each start, the first with which it is made late, or makes late, on its only robot."""
+        """For each start, the first other one that delays it, or is delayed by it, on its only robot."""
         for own, near in zip(self._own, self.on_its_robot, strict=True):
             runs = sorted([*near, own], key=lambda run: run.at)
             for earlier, later in late_because_of(runs, self._shared):
@@ -113,7 +113,8 @@ class DraftConflicts:
                     break
 
     def of_resources(self) -> Iterator[Conflict]:
-        """Starts for which a group has too few robots or a place no room, and hours in which a place is wanted too much."""
+        """Starts for which a group has too few robots or a place no room, and hours in which a place is in use too
+        much."""
         with_it = [resources([*near, own], self._shared) for near, own in zip(self._near, self._own, strict=True)]
         for number, each in enumerate(zip(*with_it, strict=True)):
             yield from self._overloads(number, each)

@@ -118,8 +118,8 @@ def trend(
 
 @dataclass(frozen=True)
 class LiveRobots:
-    """What is known of robots besides the database, by their ids: whether one is silent or stopped, whether it charges and may be sent
-    elsewhere, and whether it has a mission, by its guid."""
+    """Facts about robots outside the database, by their ids: whether one is silent or stopped, whether it charges and
+    may be sent elsewhere, and whether it has a mission, by its guid."""
 
     is_unavailable: Callable[[int], bool] = lambda _robot_id: False
     is_charging: Callable[[int], bool] = lambda _robot_id: False
@@ -130,7 +130,7 @@ NO_LIVE_ROBOTS = LiveRobots()
 
 
 class MissionDurations:
-    """What a mission's name means on each robot, and how long it takes there: read once, to answer one question."""
+    """The mission of a name on each robot, and its duration there: read once for one question."""
 
     def __init__(self, c: sqlite3.Connection, groups: Iterable[Group] = (), live: LiveRobots = NO_LIVE_ROBOTS) -> None:
         self._c, self._live, self._durations = c, live, DurationRepository()

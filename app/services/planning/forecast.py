@@ -1,7 +1,6 @@
-"""Which robot of its group a planned start will probably get: the decision code itself is asked, for the time to come. Pure.
-
-A robot counts as free when what is planned on it has usually ended. What can't be known beforehand plays no part: where it stands, its
-battery, silence, runs that a person starts. Times are seconds from an origin that all of them share.
+"""The robot of its group that a planned start will probably get, by the decision code itself. Pure. A robot counts as
+free when its planned runs have usually ended. Unforeseeable facts are ignored: its position, its battery, silence, runs
+started by a person. Times are seconds from a common origin.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from app.services.allocation.choose import AHEAD, LAST_CALL, choose
 from app.services.allocation.situation import UNKNOWN_S, Duration, Ineligible, Member, PlannedStart, Situation, Start
 
 HOUR = 3600.0
-# starts chosen for in groups that share robots: what takes about a second. Later ones have no robot
+# starts in groups that share robots, about a second of work. Later ones get no robot
 MOST_CHOSEN = 20_000
 
 
@@ -39,9 +38,9 @@ class ForecastSlot(NamedTuple):
 
 @dataclass(frozen=True)
 class ForecastSite:
-    """Robots by id: their names, when each is free, hours run on the day on which the forecast begins, and from when to when it is held.
-    ``days``: where the next days begin, in order. ``room``: how many may be at each place; ``at_places``: until when those are that have
-    it now."""
+    """Robots by id: their names, when each is free, hours run on the first day of the forecast, and its holds.
+    ``days``: the begins of the next days, in order. ``room``: the capacity of each place; ``at_places``: until when its
+    present users are there."""
 
     names: Mapping[int, str]
     duration: Duration
@@ -54,7 +53,8 @@ class ForecastSite:
 
 
 def forecast(starts: Sequence[ForecastStart], site: ForecastSite) -> dict[int, ForecastSlot]:
-    """The robot of each of these starts, which are in order of time, by its number among them; none for those that get no robot."""
+    """The robot of each of these starts, which are in order of time, by its index; starts without a robot are
+    missing."""
     found: dict[int, ForecastSlot] = {}
     for numbers, robots in _independent_parts(starts):
         found.update(_Simulation(starts, numbers, robots, site).run())
@@ -209,7 +209,7 @@ class _Simulation:
         )
 
     def _protected(self, now: float, robots: Iterable[int], least: int) -> Iterator[PlannedStart]:
-        """Of the next minutes, what may matter more than a start of that priority."""
+        """Starts of the next minutes that may be more important than one of that priority."""
         for number in range(self._next, len(self._numbers)):
             each = self._starts[self._numbers[number]]
             if each.planned_s > now + AHEAD:

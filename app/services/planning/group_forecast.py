@@ -1,4 +1,4 @@
-"""Brings the forecast together with what the database knows: which robot each planned start of a group will probably get."""
+"""Combines the forecast with the database: the robot that each planned start of a group will probably get."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from app.services.planning.planned import PlannedRun, copy_at
 
 
 class GroupForecast:
-    """``robots``: those that are switched on, by id. One that is silent or stopped at present is expected to stay so for some minutes.
-    ``origin``: when the forecast begins, now or the midnight before what is looked at, so that a start gets the same
-    robot however much is looked at."""
+    """``robots``: those that are switched on, by id. One that is silent or stopped at present is expected to stay so
+    for some minutes. ``origin``: when the forecast begins, now or the midnight before the period, so that a start gets
+    the same robot in any period."""
 
     def __init__(
         self,
@@ -60,7 +60,7 @@ class GroupForecast:
         }
 
     def lacks_mission(self, group: Group, mission: str) -> bool:
-        """Whether there are robots of it that may get something, and none has that mission, as far as is known."""
+        """Whether it has usable robots, and none of them has that mission, as far as known."""
         members = self.members[group.id]
         return bool(members) and not any(self._durations.has(robot_id, mission) for robot_id in members)
 
@@ -148,7 +148,7 @@ class GroupForecast:
         )
 
     def _busy(self) -> tuple[Mapping[int, float], Mapping[str, Sequence[float]]]:
-        """Until when each robot has to do with what it has of ours, and until when that needs the places that it uses."""
+        """Until when each robot is busy with the app's executions, and until when these need their places."""
         left, at_places = dict[int, float](), defaultdict[str, list[float]](list)
         for row in ExecutionRepository().open_all(self._c):
             if row.robot_id is not None and self._is_at_work(row, row.robot_id):
@@ -158,7 +158,7 @@ class GroupForecast:
         return left, at_places
 
     def _is_at_work(self, row: Execution, robot_id: int) -> bool:
-        """Not what has an idle robot charge, nor what waits for something else than its robot."""
+        """Without the charging of an idle robot, and starts that wait for something other than their robot."""
         if row.trigger is Trigger.IDLE and self._live.is_charging(robot_id):
             return False
         return row.state is not State.WAITING or row.wait not in LEAVES_ROBOT_FREE

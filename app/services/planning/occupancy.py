@@ -18,7 +18,8 @@ class Span(NamedTuple):
 
 
 class Overload(NamedTuple):
-    """From ``at`` on there are too many; ``number`` want it then. ``until``: when about there is room for all of them again."""
+    """From ``at`` on there are too many: ``number`` need it then. ``until``: when there is probably room for all of
+    them again."""
 
     at: datetime
     number: int
@@ -57,7 +58,7 @@ class Occupancy:
                 begun = None
 
     def first_overload(self, room: int, begins: datetime, ends: datetime) -> Overload | None:
-        """The first that there is in [begins, ends), with what wants it from ``begins`` on."""
+        """The first one in [begins, ends), with the runs that need it from ``begins`` on."""
         for found in self.overloads(room):
             if found.until > begins and found.at < ends:
                 return found if found.at >= begins else Overload(begins, self.at(begins), found.until)

@@ -1,6 +1,8 @@
-"""Where runs of several schedules would overlap on one robot, how likely that is by what their missions took lately, and when it is free.
+"""Where runs of several schedules would overlap on one robot, the probability by their missions' latest durations, and
+when it is free.
 
-A run is assumed to last as long as the 90th percentile of the latest runs or, without any, as a person typed it; else five minutes.
+A run is assumed to last as long as the 90th percentile of the latest runs or, without any, as a person typed it; else
+five minutes.
 """
 
 from __future__ import annotations
@@ -21,8 +23,8 @@ STEPPED = 16  # runs of a schedule that are stepped through one by one before th
 
 
 class RunOverlap(NamedTuple):
-    """A start and the run of another schedule at that time. ``likely`` is the share of runs that took long enough for it, None where
-    that is not known."""
+    """A start and the run of another schedule at that time. ``likely`` is the share of runs that took long enough for
+    it, None if unknown."""
 
     at: datetime  # UTC
     other: PlannedRun
@@ -83,7 +85,8 @@ class _Walk:
 def find_overlaps(
     starts: Sequence[Occurrence], usual: DurationEstimate | None, near: Sequence[Neighbours]
 ) -> Iterator[RunOverlap]:
-    """Earliest first, at most one for each start: with the run that is in progress then, else with the first that begins before it ends."""
+    """Earliest first, at most one for each start: with the run in progress then, else with the first one that begins
+    before it ends."""
     mine = lasts(usual)
     for start, others in zip(starts, near, strict=True):
         at = start.instant

@@ -1,4 +1,4 @@
-"""What will run: the occurrences of all schedules in a period, the next few, and those of a schedule that is not saved yet."""
+"""The plan: starts of all schedules in a period, the next few, and those of an unsaved schedule."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class Plan:
         return reading.forecast.assign([*runs, *takewhile(lambda run: run.at < last, ahead)], last)[:count]
 
     def place_warning(self, place: Place) -> Conflict | None:
-        """The hour of the next week in which a place, saved or not, is wanted most, where that is for more than 70 % of it."""
+        """The hour of the next week in which a place, saved or not, is used most, if for more than 70 % of it."""
         now = self._clock.now()
         names = {mission.name for mission in MissionRepository().all(self._db.read()) if mission.id in place.missions}
         return place_warning(self.between(now, now + WEEK).runs, place, names)
@@ -94,8 +94,8 @@ class Plan:
 
 
 class _Reading:
-    """What the database has of the plan. ``before`` leaves out the schedules that don't come until then; with groups it is a little later,
-    as what comes then may matter more."""
+    """The plan's rows in the database. ``before`` excludes schedules without a start until then; with groups it is a
+    little later, as later starts may be more important."""
 
     def __init__(self, plan: Plan, start: datetime, now: datetime, before: datetime | None = None) -> None:
         self._c = c = plan._db.read()
@@ -118,8 +118,8 @@ class _Reading:
         )
 
     def streams(self, start: datetime | None = None, earliest: datetime | None = None) -> list[Iterator[PlannedRun]]:
-        """Of each enabled schedule, in order of time: from ``start`` on (where robots of groups are concerned, from where the forecast
-        begins), or as long before it as its run may take, but not before ``earliest``."""
+        """Of each enabled schedule, in order of time: from ``start`` on (with groups, from the begin of the forecast),
+        or earlier by the length of its run, but not before ``earliest``."""
         streams: list[Iterator[PlannedRun]] = []
         for schedule in self._schedules:
             mission, target = self._durations.missions.get(schedule.mission_id), self._target(schedule)
@@ -140,7 +140,7 @@ class _Reading:
         return streams
 
     def _as_people_want(self, runs: Iterator[PlannedRun]) -> Iterator[PlannedRun]:
-        """Without those that a person has skipped; those that one holds say so."""
+        """Without those that a person has skipped; held ones are marked."""
         for run in runs:
             key = run.schedule.id, run.at
             if key not in self._skips:
@@ -154,7 +154,7 @@ class _Reading:
         return plan_conflicts(runs, shared, since, last)
 
     def _target(self, schedule: Schedule) -> Robot | Group | None:
-        """None where no robot of it is switched on."""
+        """None if no robot of it is switched on."""
         if schedule.robot_id is not None:
             return self._robots.get(schedule.robot_id)
         group = self._groups.get(schedule.group_id or 0)

@@ -22,8 +22,8 @@ Lane = int | tuple[str, int]  # of a timeline: a robot's id, or ("group", its id
 
 @dataclass(frozen=True)
 class PlannedRun:
-    """One occurrence to come. Of a group ``robot`` is the one that the forecast chooses or, where it finds none, one without an id,
-    under the group's name."""
+    """One future start. For a group ``robot`` is the one of the forecast or, without one, a robot without an id, under
+    the group's name."""
 
     at: datetime  # UTC
     schedule: Schedule
@@ -102,8 +102,8 @@ class Conflict:
 
 @dataclass(frozen=True)
 class Planned:
-    """Occurrences in order of time. ``more``: from when on a schedule has further ones in that span, by its id: too many to be computed.
-    ``conflicts``: of groups, places and what matters more, in order of time."""
+    """Starts in order of time. ``more``: the time after which a schedule has more of them in that span than were
+    computed, by its id. ``conflicts``: of groups, places and priorities, in order of time."""
 
     runs: tuple[PlannedRun, ...] = ()
     more: Mapping[int, datetime] = field(default_factory=dict)
@@ -113,10 +113,9 @@ class Planned:
 def first_due(
     schedule: Schedule, settings: Settings, now: datetime, calendar: WorkingCalendar, skipped: Collection[datetime] = ()
 ) -> datetime | None:
-    """The first instant from ``now`` on (UTC), ``now`` itself included, that was not planned before and that no person has ``skipped``;
-    None when it is switched off or none is left.
-
-    Earlier instants write no row, but a one-time start still inside its start window is due at once.
+    """The first instant from ``now`` on (UTC), ``now`` itself included, that was not planned before and that no person
+    has ``skipped``; None if it is switched off or has no more. Earlier instants write no row, except that a one-time
+    start still inside its start window is due at once.
     """
     if not schedule.enabled:
         return None

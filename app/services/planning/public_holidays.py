@@ -34,7 +34,8 @@ def countries() -> Mapping[str, str]:
 
 @lru_cache(maxsize=64)
 def subdivisions(country: str) -> Mapping[str, str]:
-    """Parts of a country that have holidays of their own: code -> name, in order of the names. Where the library has no name, the code."""
+    """Regions of a country with their own holidays: code -> name, in order of the names. The code, if the library has
+    no name."""
     import holidays
 
     if country not in countries():
@@ -48,7 +49,7 @@ def subdivisions(country: str) -> Mapping[str, str]:
 
 
 def check(country: str, subdivision: str) -> None:
-    """Raises InvalidInput for a country or part of it that the library does not know. Both may be empty."""
+    """Raises InvalidInput for a country or region that the library does not know. Both may be empty."""
     if country and country not in countries():
         raise InvalidInput("holiday_country", "the public holidays of {country} are not known here", country=country)
     if subdivision and subdivision not in subdivisions(country):
@@ -59,7 +60,8 @@ def check(country: str, subdivision: str) -> None:
 
 @lru_cache(maxsize=512)
 def of_year(country: str, subdivision: str, year: int, language: str) -> Mapping[date, str]:
-    """Date -> name, in ``language`` ("en", "fi") where the library has it, else in the country's own. Empty without a country."""
+    """Date -> name, in ``language`` ("en", "fi") if the library has it, else in the country's own. Empty without a
+    country."""
     if not country or year not in YEARS:
         return NONE
     import holidays

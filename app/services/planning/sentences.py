@@ -53,7 +53,7 @@ def sentence(schedule: Schedule, translate: Translate = lambda text: text) -> st
 
 
 def missing_months(schedule: Schedule, translate: Translate = lambda text: text) -> str:
-    """The months that a rule for a 29th, 30th or 31st leaves out, as in the sentence; "" where there are none. Never raises."""
+    """The months without a 29th, 30th or 31st of a rule, as in the sentence; "" without any. Never raises."""
     with suppress(InvalidInput):
         return "".join(_Words(schedule, Recurrence.parse(schedule.recurrence), translate).missing_months())
     return ""

@@ -1,7 +1,8 @@
 """Working days: the weekly rule of the settings, and the exceptions that take precedence over it.
 
-Exceptions beat the weekly rule: own days, and below them the public holidays of the chosen country. Of two own exceptions on one day the
-shorter one holds, then the newer one, so that a working Saturday can be inside closed summer weeks.
+Exceptions beat the weekly rule: own days, and below them the public holidays of the chosen country. Of two own
+exceptions on one day the shorter one counts, then the newer one, so that a working Saturday can be inside closed summer
+weeks.
 """
 
 from __future__ import annotations
@@ -89,7 +90,7 @@ def days_of(exception: DayException, year: int) -> Iterator[date]:
 
 
 def spans(exception: DayException, year: int) -> Iterator[tuple[date, date]]:
-    """Where it lies around that year: a yearly one also in the year before, from which it may reach over."""
+    """Its days around that year: for a yearly one also of the previous year, which may extend into it."""
     first, last = exception.first_day, exception.last_day
     if not exception.yearly:
         yield first, last

@@ -122,8 +122,8 @@ class Operator:
     def _check_parameters(
         self, mission: Mission, given: Mapping[str, Any], robots: Sequence[tuple[Robot, str]]
     ) -> None:
-        """By what these robots have said of the mission; they are asked where they have not, or would not take it. What can't be found out
-        now is found out when it is sent. Raises InvalidInput."""
+        """Check the values by these robots' answers about the mission; they are asked if they have not answered, or
+        would refuse. Unknown ones are checked when it is sent. Raises InvalidInput."""
 
         def checked() -> Checked:
             return check(mission.name, given, robots, lambda robot, guid: self._parameters.known(robot.id, guid))
@@ -150,7 +150,8 @@ class Operator:
         return run(row.group_id or row.robot_id or 0, mission.id, row.parameters, token)
 
     def assign_robot(self, execution_id: int, robot_id: int) -> Execution:
-        """A start that waits for a robot of its group goes to this one, into its queue where that is busy. Raises InvalidInput."""
+        """Assign this robot to a start that waits for one of its group; into its queue if it is busy. Raises
+        InvalidInput."""
         row, robot, c = self._ledger.get(execution_id), self._usable(robot_id), self._db.read()
         if (
             row is None
@@ -284,8 +285,8 @@ class Operator:
         self._engine.poll(robot_id)
 
     def clear_queue(self, robot_id: int) -> None:
-        """Everything pending or executing on the robot goes, and what waits here to be sent there; also where it is not known whether the
-        robot has done it. Nothing is sent to it until then."""
+        """Cancel everything pending or executing on the robot, and starts that wait for it here; even if it is unknown
+        whether the robot has done it. Nothing is sent to it until then."""
         with self._clearing.of(robot_id) as cleared:
             cleared.rows = frozenset(row.id for row in self._ledger.open_for(robot_id))
             try:
@@ -325,9 +326,10 @@ class Operator:
 
     # ------------------------------------------------------------------ the integrator
     def test_connection(self, robot: Robot, password: str | None = None, *, by_address: bool = False) -> Identity:
-        """Who answers to ``robot`` as it is entered, saved or not. Without a password the token of the saved robot is used, where it
-        belongs to that user, address, certificate and serial number. ``by_address``: a person has agreed that credentials go to a machine
-        which no longer shows the known serial number. Raises InvalidInput or RobotError, AnotherRobot and SerialNumberHidden among them.
+        """Test the connection to ``robot`` as entered, saved or not. Without a password the token of the saved robot is
+        used, if it belongs to that user, address, certificate and serial number. ``by_address``: a person has agreed to
+        send credentials to a machine that no longer shows the known serial number. Raises InvalidInput or RobotError,
+        such as AnotherRobot and SerialNumberHidden.
         """
         stored = self._robots.get(self._db.read(), robot.id) if robot.id else None
         pin = robot.certificate_sha256
@@ -372,7 +374,7 @@ class Operator:
         raise InvalidInput("robot", "this robot has been removed")
 
     def _usable(self, robot_id: int) -> Robot:
-        """One that something may be sent to. Raises InvalidInput."""
+        """A robot that may get commands. Raises InvalidInput."""
         robot = self._robot(robot_id)
         if robot.needs_password:
             raise InvalidInput(

@@ -1,7 +1,9 @@
-"""A robot's map as a tablet can show it: cropped to what the robot knows, scaled down, with walls and unknown ground distinguished. Pure.
+"""A robot's map for a tablet: cropped to the known area, scaled down, with walls and unknown ground distinguished.
+Pure.
 
-Robots draw their maps for their own screen and their own planner: large, mostly of ground they never saw, in the greys of an occupancy map
-(wall black, floor white, unknown between). Here it becomes one byte per pixel, how much wall there is, so that a theme can colour it.
+Robots draw their maps for their own screen and their own planner: large, mostly unknown ground, in the greys of an
+occupancy map (wall black, floor white, unknown between). Here it becomes one byte per pixel, the amount of wall, so
+that a theme can colour it.
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ from app.mir.errors import Unreadable
 
 LARGEST_DECODED = 48 * 1024 * 1024  # bytes of a picture in memory; about twice that is needed to reduce it
 LONGEST_DECODED = 16_384  # px of a side of it: each row costs memory and time of its own, however few pixels are in it
-LONGEST_SIDE = 768  # px of what is kept: about twice what a card shows, so that thin walls survive being drawn smaller
+LONGEST_SIDE = 768  # px of the result: about twice a card's, so that thin walls survive scaling
 WALL_BELOW, FLOOR_ABOVE = (
     100,
     230,
@@ -75,7 +77,8 @@ class MapPicture:
 
 
 def picture_of(floor: RobotMap, positions: Iterable[MapPosition] = ()) -> MapPicture:
-    """What a robot's map and its places look like. Raises Unreadable for a picture that can't be decoded or shows nothing."""
+    """The picture of a robot's map and its places. Raises Unreadable for a picture that can't be decoded or is
+    empty."""
     if floor.resolution < FINEST:
         raise Unreadable(problem=message("the map's resolution is impossible"))
     left, bottom, width, height, size, shade = _reduced(floor.png, floor.resolution)
@@ -98,8 +101,8 @@ def _places(picture: MapPicture, positions: Iterable[MapPosition]) -> Iterable[P
 
 
 def _check_size(image: Any) -> None:
-    """Before any of it is decoded: a few bytes may claim to be gigabytes. Pillow goes by the last of several headers, and keeps what is
-    neither grey nor of a palette in four bytes per pixel."""
+    """Check before decoding: a few bytes may claim to be gigabytes. Pillow uses the last of several headers, and needs
+    four bytes per pixel for pictures that are neither grey nor have a palette."""
     is_narrow = image.mode in ("1", "L", "P") and "transparency" not in image.info
     size = image.width * image.height * (1 if is_narrow else 4)
     if not 0 < size <= LARGEST_DECODED or max(image.size) > LONGEST_DECODED:
@@ -107,7 +110,7 @@ def _check_size(image: Any) -> None:
 
 
 def _reduced(png: bytes, resolution: float) -> tuple[int, int, int, int, tuple[int, int], bytes]:
-    """Left, bottom, width and height in px of the part that is kept, then its reduced size and shade."""
+    """Left, bottom, width and height in px of the cropped part, then its reduced size and shade."""
     # Pillow comes with the window; without one no map is shown.
     from PIL import Image, ImageChops
 

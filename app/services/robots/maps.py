@@ -36,7 +36,8 @@ Key = tuple[int, str]  # robot, guid of its map
 
 
 class RobotMaps:
-    """``directory`` is made when the first map is kept; ``robot`` finds a configured robot by id, ``make_client`` connects to it."""
+    """``directory`` is made when the first map is stored; ``robot`` finds a configured robot by id, ``make_client``
+    connects to it."""
 
     def __init__(
         self,
@@ -66,7 +67,7 @@ class RobotMaps:
             return now >= self._ask_at.get(robot_id, now) and now >= self._due_at.get((robot_id, map_id), now)
 
     def learn(self, robot_id: int, map_id: str) -> MapPicture | None:
-        """What was kept, if it is not in memory yet; else the robot's answer. None when there is neither."""
+        """The stored map, if it is not in memory yet; else the robot's answer. None without either."""
         key, robot = (robot_id, map_id), self._robot(robot_id)
         with self._lock:
             self._ask_at[robot_id] = self._clock.monotonic() + ASK_EVERY  # first, so that no other thread asks too
@@ -143,7 +144,8 @@ class RobotMaps:
         return None
 
     def _keep(self, path: Path, picture: MapPicture) -> None:
-        """Whole or not at all, readable by its owner only; of too many the oldest go. Without room on the disk nothing is kept."""
+        """Written completely or not at all, readable only by its owner; if there are too many, the oldest are deleted.
+        Without room on the disk nothing is stored."""
         try:
             self._directory.mkdir(mode=DIRECTORY_MODE, parents=True, exist_ok=True)
             write_whole(path, to_bytes(picture))

@@ -39,8 +39,8 @@ class _Actions(NamedTuple):
 
 
 class MissionActionsReader:
-    """Asks a robot for the actions of each mission that it may be sent, until one has answered. ``tick`` is called every now and then
-    (a chore of the poll loop) and returns at once; robots are asked on a thread of its own."""
+    """Asks robots for the actions of each of their missions, until one has answered. ``tick`` is called regularly (a
+    chore of the poll loop) and returns at once; robots are asked on a separate thread."""
 
     def __init__(
         self,
@@ -97,7 +97,7 @@ class MissionActionsReader:
             log.info("What its missions do was not told by %r: %s", robot.name, error)
 
     def to_ask(self) -> list[tuple[Robot, list[str]]]:
-        """Guids of what robots that answer may be given."""
+        """Guids of missions that answering robots may get."""
         c, now = self._db.read(), self._clock.monotonic()
         answering = [
             robot
@@ -131,7 +131,7 @@ class MissionActionsReader:
         ]
 
     def _stops_to_keep(self) -> dict[str, tuple[Stop, ...]]:
-        """Of configured missions, where they are not what is known."""
+        """Of configured missions, if they have changed."""
         c = self._db.read()
         kept, guids = self._stops.all(c), {mission.guid for mission in self._missions.all(c)}
         return {

@@ -72,7 +72,7 @@ class RobotMissions:
             return self._parameters.learn(robot_id, guid, client) or ()
 
     def offered(self, robot_id: int, missions: Iterable[Mission]) -> list[Mission]:
-        """Those that the robot has, in their order; all where its list has not been read."""
+        """Those that the robot has, in their order; all if its list has not been read."""
         names = self.names(robot_id)
         return [mission for mission in missions if not names or mission.guid in names]
 

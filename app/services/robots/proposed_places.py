@@ -1,4 +1,5 @@
-"""Positions where robots may queue: several missions drive there, on several robots. They are proposed as places, and no more than that."""
+"""Positions where robots may queue: several missions drive there, on several robots. They are only proposed as
+places."""
 
 from __future__ import annotations
 
@@ -29,7 +30,7 @@ class ProposedPlaces:
         self._db, self._settings = db, SettingsRepository()
 
     def all(self) -> list[ProposedPlace]:
-        """Those with the most missions first; none that is a place already, by its name or by its missions."""
+        """Those with the most missions first; without those that are places already, by name or by missions."""
         c = self._db.read()
         declined, places = set(self._settings.get(c, DECLINED_PLACES, ())), PlaceRepository().all(c)
         robots = {robot.id for robot in RobotRepository().all(c)}

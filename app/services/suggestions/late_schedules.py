@@ -1,4 +1,4 @@
-"""Which schedules often come late, and why. Pure; times are seconds since 1970. What is said rests on at least ten starts."""
+"""Which schedules are often late, and why. Pure; times are seconds since 1970. Findings need at least ten starts."""
 
 from __future__ import annotations
 
@@ -45,13 +45,13 @@ class Cause(StrEnum):
 _OF_ACTIVITY: Mapping[str, Cause] = MappingProxyType(
     {"executing": Cause.OTHER, "paused": Cause.STOPPED, "error": Cause.STOPPED, "offline": Cause.SILENT}
 )
-Activity = Callable[[int, float], str]  # what a robot, by its id, was seen doing at an instant; empty: not known
+Activity = Callable[[int, float], str]  # a robot's activity at an instant, by its id; empty: unknown
 
 
 @dataclass(frozen=True)
 class Finding:
-    """``late`` of ``starts`` came late, as a rule by ``typical_s`` (None: most of them never ran). ``mission``: what its robot was busy
-    with."""
+    """``late`` of ``starts`` were late, usually by ``typical_s`` (None: most of them never ran). ``mission``: the one
+    that kept its robot busy."""
 
     schedule: int
     starts: int
@@ -102,7 +102,8 @@ def findings(runs: Sequence[PastRun], since: Mapping[int, float], activity: Acti
 
 
 def _cause(start: PastRun, busy: Sequence[tuple[float, float, str]], activity: Activity) -> tuple[Cause, str]:
-    """What its robot did when it fell due, and with which mission it was busy. ``busy``: when its runs began and ended, in order."""
+    """Its robot's activity when it fell due, and the mission that kept it busy. ``busy``: begins and ends of its runs,
+    in order."""
     if start.started is None and start.reason == ReasonCode.BATTERY_LOW:
         return Cause.BATTERY, ""
     number = bisect_right(busy, (start.planned + NEXT_S, inf, "")) - 1

@@ -46,8 +46,8 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True)
 class Change:
-    """What would help. ``draft``: the schedule as it would be, to be shown in the form; by the present plan ``robot``, or one of ``group``,
-    is free then. ``is_often``: it comes several times a day; ``shift_s``: by which all its times are moved."""
+    """A change that would help. ``draft``: the changed schedule, for the form; by the present plan ``robot``, or one of
+    ``group``, is free then. ``is_often``: it starts several times a day; ``shift_s``: the shift of all its times."""
 
     kind: Kind
     draft: Schedule
@@ -108,7 +108,7 @@ class Suggestions:
 
     @staticmethod
     def _since(site: _Site, answers: Sequence[Answer], now: datetime) -> dict[int, float]:
-        """Since when each schedule that has starts to come has been as it is."""
+        """Since when each schedule with future starts is unchanged."""
         accepted = {answer.schedule_id: answer.at for answer in answers if answer.answer == ACCEPTED}
         undone = {(answer.schedule_id, answer.at): _before(answer) for answer in answers if answer.answer == UNDONE}
         return {
@@ -163,7 +163,7 @@ class Suggestions:
 
 
 def _before(answer: Answer) -> datetime:
-    """Since when the schedule had been as it is again; since the undo where that can't be read."""
+    """Since when the schedule had been in this state before; since the undo if that can't be read."""
     try:
         since = datetime.fromisoformat(str(answer.option.get("since")))
     except ValueError:
@@ -182,7 +182,7 @@ def _is_silent(finding: Finding, answers: Sequence[Answer], now: datetime) -> bo
 
 
 class _Site:
-    """What is configured: what could be done about a schedule, and how it is called."""
+    """The configuration: possible changes of a schedule, and its name."""
 
     def __init__(self, c: sqlite3.Connection, has_mission: HasMission, free_at: FreeAt) -> None:
         self._free_at, self._missions = free_at, MissionDurations(c, live=LiveRobots(has_mission=has_mission))
@@ -223,7 +223,7 @@ class _Site:
             yield from islice((one for one in drafts if self._free_at(one.draft) == schedule.start), 1)
 
     def _mission(self, name: str, robot: Robot) -> Mission | None:
-        """What has that name on a robot that may be used."""
+        """The mission with that name on a usable robot."""
         may_use = robot.enabled and not robot.needs_password and self._missions.has(robot.id, name)
         return self._missions.mission(name, robot.id) if may_use else None
 
@@ -263,8 +263,8 @@ _SINCE = "{schedule}: since then late {late} of {starts} (before {late_before} o
 
 
 def sentence(suggestion: Suggestion, translate: Translate = lambda text: text, called: str = "") -> str:
-    """What was found: "Kits to line 2 came late in 16 of its last 20 starts, typically 9 min: Aino was busy with Waste". ``called``: what
-    people call the schedule; empty: by its name."""
+    """The finding: "Kits to line 2 was late in 16 of its last 20 starts, typically 9 min: Aino was busy with Waste".
+    ``called``: the schedule's name for people; empty: its own name."""
     one = suggestion.finding
     text = translate(_FOUND).format(schedule=called or suggestion.schedule.name, late=one.late, starts=one.starts)
     if one.typical_s is not None:

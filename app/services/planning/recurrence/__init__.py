@@ -1,5 +1,5 @@
-"""When a schedule runs: ``rule`` reads an RRULE, ``dates`` names its dates, ``times`` the times of a day at which a sub-daily one comes,
-``instants`` puts both together."""
+"""When a schedule runs: ``rule`` reads an RRULE, ``dates`` computes its dates, ``times`` the times of day of a
+sub-daily one, ``instants`` combines both."""
 
 from app.services.planning.recurrence.dates import months_of
 from app.services.planning.recurrence.instants import (

@@ -1,4 +1,4 @@
-"""The dates that a rule names. Whole months are taken or left out, so that a date which is decades away is found in few steps."""
+"""The dates of a rule. Whole months are included or skipped, so that a date decades away is found in few steps."""
 
 from __future__ import annotations
 

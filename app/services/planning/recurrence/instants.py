@@ -1,9 +1,10 @@
 """Every instant of a schedule's rule, in UTC, in order, each once.
 
-Rules that name dates (daily and longer) are wall-clock time. A time that a clock change leaves out is shifted by the gap (03:30 becomes
-04:30), one that comes twice is taken the first time: RFC 5545, section 3.3.5, which is ``datetime.combine(day, time, zone)`` with fold=0.
-An interval of minutes or hours that divides the day keeps its times of day as well: one of more than an hour is taken like the times of a
-daily rule, and of a shorter one a repeated hour runs on and a missing one is skipped. All others step in elapsed time.
+Rules that name dates (daily and longer) are wall-clock time. A time skipped by a clock change is shifted by the gap
+(03:30 becomes 04:30), a repeated one counts the first time: RFC 5545, section 3.3.5, which is ``datetime.combine(day,
+time, zone)`` with fold=0. An interval of minutes or hours that divides the day keeps its times of day too: one of more
+than an hour is treated like the times of a daily rule; for a shorter one a repeated hour counts twice and a missing one
+is skipped. All others step in elapsed time.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ class Occurrence:
 
 
 class Passed(NamedTuple):
-    """How many instants there were in some time, and the last of them (None: there was none)."""
+    """The number of instants in a period, and the last of them (None: none)."""
 
     number: int
     last: datetime | None
@@ -62,8 +63,8 @@ def occurrences(schedule: Schedule, after: datetime, calendar: WorkingCalendar) 
 
 
 def passed_occurrences(schedule: Schedule, after: datetime, until: datetime, calendar: WorkingCalendar) -> Passed:
-    """Those of ``occurrences`` up to ``until``, which is included. Whole days are counted without being stepped through: a year of minutes
-    takes some ms."""
+    """Those of ``occurrences`` up to and including ``until``. Whole days are counted without stepping: a year of
+    minutes takes some ms."""
     rule = _rule_of(schedule)
     respects = schedule.respect_working_days and rule.recurrence.frequency is not Frequency.ONCE
     return rule.passed(after, until, calendar if respects else None)
@@ -76,8 +77,8 @@ def next_occurrence(schedule: Schedule, after: datetime, calendar: WorkingCalend
 
 
 def check_has_instants(schedule: Schedule) -> None:
-    """Raises InvalidInput when the rule has no instant at all, past ones included (an impossible date, an UNTIL before the start), or when
-    it would take too long to find the first one or the last."""
+    """Raises InvalidInput if the rule has no instant at all, not even a past one (an impossible date, an UNTIL before
+    the start), or if finding the first or the last one would take too long."""
     rule = _rule_of(schedule)
     try:
         first = next(rule.search(LONG_AGO, None), None)
@@ -109,8 +110,8 @@ def _rule_of(schedule: Schedule) -> _Rule:
 
 
 class _Part(NamedTuple):
-    """Of a day, with one ``offset``, in seconds ahead of UTC. ``within``: seconds after midnight from where steps are counted, of the first
-    that may come, and of the end."""
+    """Of a day with one ``offset``, in seconds ahead of UTC. ``within``: seconds after midnight of the origin of steps,
+    of the first allowed one, and of the end."""
 
     day: date
     offset: int
@@ -212,7 +213,7 @@ class _Rule:
         return tuple(time(hour, minute) for hour in hours for minute in minutes)
 
     def _by_date(self, after: datetime, calendar: WorkingCalendar | None, last_day: date) -> Iterator[Occurrence]:
-        """A time that a clock change shifts may come after a later one, so it waits until no earlier one can follow."""
+        """A time shifted by a clock change may come after a later one, so it waits until no earlier one can follow."""
         low, waiting = self._wall_clock_at(after), list[Occurrence]()
         if not self.times_of_day:
             return
@@ -230,7 +231,7 @@ class _Rule:
             yield heapq.heappop(waiting)
 
     def _wall_clock_at(self, after: datetime) -> datetime:
-        """The earliest time of the rule that may lie after an instant."""
+        """The earliest time of the rule that may be after an instant."""
         if after <= to_utc(self.start, self.zone):
             return self.start
         offsets = [(after + days * DAY).astimezone(self.zone).utcoffset() or timedelta() for days in (-2, 0, 2)]
@@ -289,8 +290,8 @@ class _Rule:
         return seconds_of(self.start.replace(tzinfo=UTC))
 
     def _parts(self, days: Iterable[date], earliest: int) -> Iterator[_Part]:
-        """Of these days. Steps begin with the rule, or each day with the daily part, of which both ends are included; none comes before
-        ``earliest``."""
+        """Of these days. Steps begin with the rule, or each day with the daily part, including both its ends; none is
+        before ``earliest``."""
         between, begin = self.between, self._begin
         for day in days:
             midnight = day.toordinal() * DAY_S
@@ -317,7 +318,7 @@ class _Rule:
         return {}
 
     def count_steps(self, count: int) -> datetime | None:
-        """When the rule has come so often; None when that takes more than ``COUNTED`` dates."""
+        """The time of that many instants of the rule; None if that takes more than ``COUNTED`` dates."""
         begin = to_utc(self.start, self.zone)
         if self.takes_every_step and not self.keeps_times:
             step = step_of(self.recurrence) * SECOND
@@ -349,7 +350,7 @@ def _working(days: Iterator[date], calendar: WorkingCalendar | None) -> Iterator
 
 @lru_cache(maxsize=8192)
 def _counted_end(rule: _Rule) -> datetime | None:
-    """Where COUNT is used up, days off counted too, in the manner of UNTIL; None when that is too far away to matter."""
+    """The end of COUNT, including days off, as an UNTIL; None if that is too far away to matter."""
     count = rule.recurrence.count or 1
     if not rule.names_times:
         return rule.count_steps(count)

@@ -174,7 +174,7 @@ def _parse(rule: str) -> Recurrence:
 
 
 def _check_together(rule: Recurrence) -> None:
-    """What each part allows alone, but RFC 5545 not together."""
+    """Combinations that RFC 5545 forbids, though each part is valid alone."""
     if rule.count is not None and rule.until is not None:
         raise _wrong("a recurrence ends by COUNT or by UNTIL, not by both")
     if rule.frequency is Frequency.WEEKLY and rule.month_days:

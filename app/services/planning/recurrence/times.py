@@ -1,4 +1,4 @@
-"""The times of a day at which a sub-daily rule comes, in seconds after its midnight, worked out for the day at once."""
+"""The times of day of a sub-daily rule, in seconds after midnight, computed for a whole day at once."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def stretches(zone_name: str, day: date) -> tuple[Stretch, ...]:
 
 @lru_cache(maxsize=4096)
 def _offset_in_month(zone_name: str, year: int, month: int) -> int | None:
-    """Seconds ahead of UTC; None where the clock is changed in this month or about its ends. Changes are weeks apart."""
+    """Seconds ahead of UTC; None if the clock changes in this month or close to its ends. Changes are weeks apart."""
     zone, middle = ZoneInfo(zone_name), datetime.combine(date(year, month, 15), time(12))
     offsets = {_offset(middle + days * DAY, zone) for days in (-16, -8, 0, 8, 18)}
     return offsets.pop() if len(offsets) == 1 else None
@@ -71,7 +71,7 @@ def step_of(rule: Recurrence) -> int:
 
 
 def times(rule: Recurrence, origin: int, low: int, high: int) -> Iterator[int]:
-    """Those from ``low`` on and before ``high`` that lie whole steps from ``origin``, in order."""
+    """Times in [low, high) at whole steps from ``origin``, in order."""
     if rule.minutes:
         yield from _by_minute(rule, origin, low, high)
         return
@@ -82,7 +82,7 @@ def times(rule: Recurrence, origin: int, low: int, high: int) -> Iterator[int]:
 
 
 def _by_minute(rule: Recurrence, origin: int, low: int, high: int) -> Iterator[int]:
-    """With BYMINUTE: of the steps, or of an hourly rule each of these minutes of an hour in which there is a step."""
+    """With BYMINUTE: a selection of the steps, or for an hourly rule each of these minutes in an hour with a step."""
     step, is_hourly = step_of(rule), rule.frequency is Frequency.HOURLY
     if is_hourly:
         origin -= origin % HOUR_S
@@ -119,7 +119,7 @@ def days_of(rule: Recurrence, origin: int) -> Callable[[int], bool]:
 
 @lru_cache(maxsize=4096)
 def _cycle(step: int, hours: tuple[int, ...], minutes: tuple[int, ...], origin: int, second: int) -> bytes:
-    """Of so many days that steps lie as on the first one again: which have one in these hours and minutes (empty: all)."""
+    """Of the days until the steps repeat: which have one in these hours and minutes (empty: all)."""
     common = gcd(step, DAY_S)
     found = bytearray(step // common)
     inverse = pow(DAY_S // common, -1, len(found))
