@@ -48,7 +48,7 @@ test_in_hand = told(
     ),
     Story(
         "a clock that is set delays only until it is judged, and doubles nothing",
-        IN_HAND,
+        [set_up(poll_interval_seconds=30), IN_HAND],
         each(
             *(
                 [
@@ -64,7 +64,36 @@ test_in_hand = told(
     ),
     Story(
         "a power cut loses nothing and doubles nothing",
-        [IN_HAND, app_off(cleanly=False), app_on(), 300, runs(1), ends(DONE)],
+        [
+            IN_HAND,
+            app_off(cleanly=False),
+            app_on(),
+            45,
+            runs(0),
+            255,
+            runs(1),
+            tries(2),
+            ends(DONE),
+        ],  # it may be on its way
+    ),
+    Story(
+        "those due together go in their order",
+        [plan("late"), plan("early"), plan("first", priority=5), DUE - EARLIER, states(*[SUBMITTING] * 3), 2 * EARLIER],
+        true(
+            lambda s: (
+                [item.description for item in s.items()] == [s.row(name).token for name in ("first", "early", "late")]
+            )
+        ),
+        900,
+    ),
+    Story(
+        "where the first of several meets trouble the others wait for a look at the robot",
+        [plan("A"), plan("B"), plan("C"), DUE - EARLIER, states(*[SUBMITTING] * 3)],
+        each(
+            [down(), 0.1, states(WAITING, WAITING, WAITING)],
+            [post(ANSWER_LOST), down(), 0.1, states(SUBMITTING, WAITING, WAITING)],
+        ),
+        [tries(1, 1, 1), up(), 900, ends(DONE, DONE, DONE), runs(3)],
     ),
     Story(
         "taken back by a chore it is not sent",
@@ -93,7 +122,7 @@ test_not_written_early = told(
             [plan(at="06:04", every=1), 241, robot_pauses(), 59 - EARLIER],
             [DAILY, robot_off(), DUE - EARLIER],
         ),
-        [at_five_past(0), 2 * EARLIER, at_five_past(1)],
+        [at_five_past(0), 2 * EARLIER, at_five_past(1), true(lambda s: not s.executions(SUBMITTING))],
         stays_open=True,
     ),
 )
