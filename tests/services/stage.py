@@ -36,7 +36,7 @@ class Stage(Hall):
 
     def __init__(self, directory: Path, on: str, robots: int, **values) -> None:
         super().__init__(directory, robots=robots, **values)
-        self.container.catalogue.change_settings(poll_interval_seconds=90)
+        self.container.catalogue.change_settings(poll_interval_seconds=90)  # polls are most of a story's time
         self.where = {"robot_id": 1, "group_id": None} if on == "robot" else {"robot_id": None, "group_id": 1}
         self.removed: list = []
         self.noted: list = []  # what steps pass on to later ones: rows, instants

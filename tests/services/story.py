@@ -111,6 +111,9 @@ def set_up(s, **settings):
     s.container.catalogue.change_settings(**settings)
 
 
+POLLED_OFTEN = set_up(poll_interval_seconds=30)  # as it is if nobody sets it
+
+
 @step
 def mission(s, name="Deliver", /, **changes):
     """``does`` is the name of what the robots do then."""

@@ -32,7 +32,7 @@ def in_between(act):
 test_copies_and_others = told(
     Story(
         "a copy that runs already is left alone, and a person decides",
-        [set_up(poll_interval_seconds=30), plan(), until(lambda s: s.executions(COMPLETED))],
+        [POLLED_OFTEN, plan(), until(lambda s: s.executions(COMPLETED))],
         [do(lambda s: play(s, put_there(s.row().token))), 35, items("Done", "Executing")],
         true(lambda s: s.alarms() == ["duplicate_running"]),
         doubles=True,

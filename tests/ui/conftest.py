@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 import time
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -37,26 +37,22 @@ PENDING = 200.0  # s of virtual time, longer than any animation and than kivy's 
 LET_GO_WITHIN = 20.0  # s, in which threads of the test before end
 SCREENS = {"container", "shared_container", "site", "shared_site", "app", "shared_app", "small", "usual"}
 LOOKS = {"size", "scale", "language", "theme", "gloves"}
-FIRST = 2  # tests of a file with whole screens that the default run has
 _shown_before: list[str] = []  # the last test that had the window
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """What the default run leaves to the night: the same in another size, language or theme, and all but the first tests of a file that
-    show whole screens, mostly with services behind them, as each takes up to a second."""
+    """What the default run leaves to the night: all but the first test of a file that shows whole screens, in a window of some size or with
+    services behind them, as each takes up to a second, a third of it to clear the screens away."""
     ours = [item for item in items if Path(__file__).parent in item.path.parents and isinstance(item, pytest.Function)]
-    seen: defaultdict[Path, list[str]] = defaultdict(list)
+    shown: set[Path] = set()
     for item in ours:
         parameters = item.callspec.params if hasattr(item, "callspec") else {}
-        is_whole = not SCREENS.isdisjoint(item.fixturenames)
-        if item.get_closest_marker("long") or (not is_whole and LOOKS.isdisjoint(parameters)):
+        if item.get_closest_marker("long") or (SCREENS.isdisjoint(item.fixturenames) and LOOKS.isdisjoint(parameters)):
             continue
-        tests = seen[item.path]
-        if item.originalname in tests or (is_whole and len(tests) >= FIRST):
+        if item.path in shown:
             item.add_marker(pytest.mark.long)
-        else:
-            tests.append(item.originalname)
+        shown.add(item.path)
 
 
 def living_widgets() -> Counter[str]:

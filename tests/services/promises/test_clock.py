@@ -112,7 +112,8 @@ test_in_doubt = told(
     ),
     Story(
         "a robot that has contradicted it and falls silent is believed",
-        [plan(at="06:10", every=30), 10, app_off(), clock(2 * DAY), down(), app_on(), 60, up(), 70, down(), IN_DOUBT],
+        [POLLED_OFTEN, plan(at="06:10", every=30), 10, app_off(), clock(2 * DAY), down(), app_on(), 60, up(), 70],
+        [down(), IN_DOUBT],
         [do(lambda s: s.noted.append(len(s.executions()))), 3600, IN_DOUBT],
         true(lambda s: len(s.executions()) == s.noted[-1]),
         stays_open=True,

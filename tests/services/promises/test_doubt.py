@@ -128,6 +128,7 @@ test_given_up = told(
     ),
     Story(
         "its only item corrects the row while it runs",
+        POLLED_OFTEN,
         each([robot_pauses(), SILENT, items("Pending")], [COMES_LATE, items()]),
         [robot_goes_on(), 30, up(), 30, items("Executing"), states(EXECUTING), 300, states(COMPLETED)],
         not_raised("duplicate_running"),

@@ -58,7 +58,7 @@ test_odd = told(
     ),
     GroupStory(
         "what waits while the clock can't be right says so, and waits on once it is",
-        [plan("G", window=60), plan("F", on=1, battery=99, window=60), all_busy(), 330],
+        [POLLED_OFTEN, plan("G", window=60), plan("F", on=1, battery=99, window=60), all_busy(), 330],
         do(lambda s: s.noted.extend(sorted(row.token for row in s.executions(WAITING)))),
         each(
             [clock(2400), 30, waits(Wait.CLOCK, Wait.CLOCK)],

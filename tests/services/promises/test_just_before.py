@@ -48,7 +48,7 @@ test_in_hand = told(
     ),
     Story(
         "a clock that is set delays only until it is judged, and doubles nothing",
-        [set_up(poll_interval_seconds=30), IN_HAND],
+        [POLLED_OFTEN, IN_HAND],
         each(
             *(
                 [

@@ -214,7 +214,7 @@ test_copied_to_another_tablet = told(
     ),
     Story(
         "the alarm of it ends with the hold that it asks to release",
-        [OFTEN, on_copy(MOVE_HERE), on_both(300), on_copy(release(), 30)],
+        [POLLED_OFTEN, OFTEN, on_copy(MOVE_HERE), on_both(300), on_copy(release(), 30)],
         on_copy(true(lambda s: s.container.holds.active(1) is None)),
         on_copy(
             true(lambda s: [bool(a.cleared_at) for a in s.container.alarms.open() if a.code == "two_tablets"] == [True])

@@ -167,7 +167,7 @@ test_unknown = told(
     ),
     Story(
         "once it is known no alarm asks for it",
-        CUT_OFF,
+        [POLLED_OFTEN, CUT_OFF],
         each(
             [],
             do(
@@ -186,7 +186,7 @@ test_unknown = told(
     ),
     Story(
         "what is found late was sent when its request left",
-        [plan(window=60), post(ANSWER_LOST), 306, down(), 600, up(), 60, ends(DONE)],
+        [POLLED_OFTEN, plan(window=60), post(ANSWER_LOST), 306, down(), 600, up(), 60, ends(DONE)],
         true(lambda s: 0 <= (s.row().submitted_at - s.row().planned_at).total_seconds() < 40),
     ),
     Story(

@@ -74,14 +74,14 @@ test_set_up = told(
     ),
     Story(
         "by a clock that is hours behind",
-        [robots_are_right(), down()],
+        [POLLED_OFTEN, robots_are_right(), down()],
         each([up(), daily("00:05"), 120], [later(300, up()), daily("00:05"), 420]),
         [IMPLAUSIBLE, right(), 600, rows()],
         now=BEHIND,
     ),
     Story(
         "what was planned while it was right is missed",
-        [robots_are_right(), daily("07:05"), 60, clock(-7 * HOUR), 60, IMPLAUSIBLE],
+        [POLLED_OFTEN, robots_are_right(), daily("07:05"), 60, clock(-7 * HOUR), 60, IMPLAUSIBLE],
         [plan("New", "08:05", rule="FREQ=DAILY", workdays=False), do(lambda s: s.clock.advance(4 * HOUR)), right(), 60],
         rows(("23T07:05", State.MISSED)),
         robots=2,
