@@ -34,12 +34,12 @@ def ask(*headers: str) -> None:
     "length", ["-5", "-0", "+39", "3_9", "39, 39", "", "0x27", "39.0", "9" * 5000], ids=lambda length: length[:6]
 )
 def test_an_answer_with_such_a_length_is_not_read(length):
-    with pytest.raises(Unreadable, match="keep to HTTP"):
+    with pytest.raises(Unreadable, match="follow HTTP"):
         ask(f"Content-Length: {length}")
 
 
 def test_nor_one_with_two():
-    with pytest.raises(Unreadable, match="keep to HTTP"):
+    with pytest.raises(Unreadable, match="follow HTTP"):
         ask(f"Content-Length: {len(BODY)}", "Content-Length: 3")
 
 
