@@ -14,6 +14,7 @@ from app.database.missions import MissionRepository
 from app.database.robots import HoldRepository, RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import CalendarRepository, SettingsRepository
+from app.domain.activity import can_work, is_charging
 from app.domain.clock import Clock, SystemClock
 from app.domain.models import Connection, Robot
 from app.mir.address import Address
@@ -27,7 +28,7 @@ from app.services.catalogue.pausing import Pausing
 from app.services.catalogue.preview import Forecasts
 from app.services.check_up.service import CheckUps
 from app.services.dispatch.allocator import Allocator
-from app.services.dispatch.availability import can_work, is_charging
+from app.services.dispatch.chores import SameMachine
 from app.services.dispatch.clock_guard import ClockGuard
 from app.services.dispatch.context import Context
 from app.services.dispatch.engine import Engine
@@ -35,7 +36,6 @@ from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.planner import Planner
 from app.services.dispatch.restored_starts import RestoredStarts
 from app.services.dispatch.runner import Runner
-from app.services.dispatch.same_machine import SameMachine
 from app.services.dispatch.worker import RobotWorker
 from app.services.files.calendar_import import CalendarFiles
 from app.services.files.exports import DataFiles

@@ -1,18 +1,27 @@
-"""A robot's activity, in the few kinds that utilisation counts, and the time spans of each."""
+"""A robot's activity, in the few kinds that utilisation counts, and the time spans of each; whether it can take a start."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import date, datetime, timedelta
 from itertools import zip_longest
 from operator import itemgetter
 from typing import NamedTuple
 from zoneinfo import ZoneInfo
 
+from app.domain.choice import LEAVES_ROBOT_FREE
 from app.domain.clock import DAY, midnight
-from app.domain.robot import RobotState, RobotStatus
+from app.domain.models import Execution, State, Trigger
+from app.domain.robot import QueueItem, RobotState, RobotStatus
 
 ACTIVITIES = ("executing", "charging", "idle", "paused", "error", "offline")
+_CAN_WORK = frozenset(
+    {
+        RobotState.READY,
+        RobotState.EXECUTING,
+        *(RobotState.ABORTED, RobotState.COMPLETED, RobotState.DOCKED, RobotState.DOCKING),  # for moments after a run
+    }
+)
 NO_DATA = "no_data"  # the robot was not polled: worked out when reading, never stored
 CLOCK_STEP_S = 5.0  # the wall clock differs from the monotonic one by more: it was set, or the tablet slept
 
@@ -41,6 +50,35 @@ def activity_of(status: RobotStatus) -> str:
         case RobotState.ERROR | RobotState.EMERGENCY_STOP:
             return "error"
     return "idle"
+
+
+def can_work(status: RobotStatus) -> bool:
+    """It has no error, is not paused, stopped, driven by hand or mapping."""
+    return status.state in _CAN_WORK and not status.errors
+
+
+def is_charging(status: RobotStatus | None) -> bool:
+    """With a mission that ends by itself when something comes."""
+    return status is not None and activity_of(status) == "charging"
+
+
+def at_work(rows: Iterable[Execution], status: RobotStatus | None) -> list[Execution]:
+    """A robot's open starts that block others: not its idle mission while it charges, and not starts that wait for
+    something other than the robot."""
+    return [
+        row
+        for row in rows
+        if not (row.trigger is Trigger.IDLE and is_charging(status))
+        and not (row.state is State.WAITING and row.wait in LEAVES_ROBOT_FREE)
+    ]
+
+
+def is_free(status: RobotStatus | None, queue: Sequence[QueueItem], rows: Iterable[Execution]) -> bool:
+    """Ready, or charging, with an empty queue: between two missions it is ready for a moment. ``rows``: its open
+    executions, except the one to be sent."""
+    if status is None or not (status.state is RobotState.READY or is_charging(status)) or not can_work(status):
+        return False
+    return not at_work(rows, status) and not any(item.is_pending for item in queue)
 
 
 class SpanRecorder:

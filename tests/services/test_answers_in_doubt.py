@@ -9,7 +9,7 @@ import pytest
 from app.domain.message import render
 from app.domain.models import Execution, Trigger
 from app.mir.errors import Busy, ConnectionLost, NotAMir, RobotFault, TimedOut
-from app.services.dispatch.refusals import answer_in_doubt
+from app.services.dispatch.attempt import answer_in_doubt
 
 NOON = datetime(2026, 11, 23, 12, tzinfo=UTC)
 

@@ -7,6 +7,7 @@ from datetime import datetime, timedelta
 
 from app.database.robots import Hold
 from app.domain import rules
+from app.domain.activity import is_charging
 from app.domain.message import render
 from app.domain.models import Connection, Robot, RobotSnapshot, Settings
 from app.domain.robot import QueueItem, RobotState, RobotStatus, UserPrompt, problems_in_words
@@ -48,7 +49,6 @@ from app.screens.home.map import NO_MAP, MapView, map_view, own_words
 from app.screens.home.run_now import RunView, run_now
 from app.screens.home.waiting import kept_for
 from app.services.dispatch import idle
-from app.services.dispatch.availability import is_charging
 
 
 @dataclass(frozen=True)

@@ -1,14 +1,28 @@
-"""A start being sent: what its worker knows about it and its row does not."""
+"""A start on its way to its robot: what its worker knows of it, and why a robot did not take it."""
 
 from __future__ import annotations
 
+import logging
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from datetime import datetime, timedelta
 from enum import Enum, auto
+from http import HTTPStatus
+from typing import Any
 
-from app.domain.models import Execution
-from app.services.executions.transitions import Transition
+from app.database.values import to_text
+from app.domain import rules
+from app.domain.message import Message, message
+from app.domain.models import Execution, Reason, ReasonCode, Robot, Settings
+from app.mir.client import RobotClient
+from app.mir.errors import NotAMir, Refusal, Rejected, RobotError, RobotFault, Unauthorized, Unreadable
+from app.services.allocation.situation import Ineligible
+from app.services.executions.transitions import Transition, is_other_machine
+
+log = logging.getLogger(__name__)
+
+OF_A_PROXY = (HTTPStatus.BAD_GATEWAY, HTTPStatus.GATEWAY_TIMEOUT)
 
 
 class Phase(Enum):
@@ -51,3 +65,83 @@ class Attempts(dict[int, Attempt]):
 
     def may_be_with_the_robot(self) -> bool:
         return any(attempt.phase in (Phase.IN_DOUBT, Phase.ACCEPTED) for attempt in self.values())
+
+
+# ---------------------------------------------------------------------- not taken: nothing of it is on the robot then
+def refusal(client: RobotClient, intent: Execution, error: RobotError) -> Reason | None:
+    """The problem for the operator to solve. A 400 or 404 may mean the mission: the robot is asked whether it has it.
+    None: a 404 that does not mean the mission; the robot's interface has only just come up."""
+    if isinstance(error, Unauthorized):
+        return Reason(ReasonCode.UNAUTHORIZED, {"problem": error.message})
+    if isinstance(error, Rejected) and error.status in (400, 404):
+        try:
+            client.mission(intent.mission_guid)
+        except Rejected as answer:
+            if answer.status in (404, 410):
+                return Reason(ReasonCode.UNKNOWN_MISSION, {"mission": intent.mission})
+        except RobotError as unheard:
+            log.info(
+                "Whether %r has mission %s could not be asked: %s", intent.robot, intent.mission_guid, unheard.text
+            )
+        if error.status == 404:
+            return None
+    return Reason(ReasonCode.REFUSED, {"problem": error.message})
+
+
+def answer_in_doubt(start: Execution, error: RobotError) -> Mapping[str, Any]:
+    """An answer that does not say whether the start was taken: ``answer`` is its sentence, ``is_reason`` whether it
+    explains why the robot can't take it, so that another try would end the same way. Empty: no answer."""
+    if isinstance(error, Refusal) and error.reason:
+        sentence = message("the robot answered: {reason} (status {status})", reason=error.reason, status=error.status)
+        return {"answer": sentence, "is_reason": _is_reason(start, error)}
+    return {"answer": error.message} if isinstance(error, Refusal | NotAMir | Unreadable) else {}
+
+
+def _is_reason(start: Execution, error: Refusal) -> bool:
+    """A busy robot (503) or a proxy may answer differently the next time, and so may one with a general error; but
+    robots answer unknown parameters in that way."""
+    return (
+        isinstance(error, RobotFault)
+        and error.status not in OF_A_PROXY
+        and bool(start.parameters or not _is_name_of_status(error))
+    )
+
+
+def _is_name_of_status(error: Refusal) -> bool:
+    try:
+        return str(error.reason).strip(" .").casefold() == HTTPStatus(error.status).phrase.casefold()
+    except ValueError:  # a status without a name
+        return False
+
+
+def tried_here(
+    row: Execution,
+    robot: Robot,
+    settings: Settings,
+    now: datetime,
+    out: Ineligible,
+    problem: Message,
+    reason: Reason | None,
+    *,
+    may_come: bool,
+) -> Mapping[str, Any]:
+    """The outcome of a group's start on this robot, which is excluded for a while, or for good if it has refused
+    (``reason``) or was tried too often. With the floor and serial number of the first time that it may have arrived
+    (``may_come``): everything ever sent to that machine lies above."""
+    before = row.tried.get(str(robot.id), {})
+    tries = before.get("tries", 0) + (out is Ineligible.TRIED)
+    is_for_good = reason is not None or tries > settings.retry_limit
+    until = row.closes_at if is_for_good else now + timedelta(seconds=rules.back_off(max(tries, 1), settings))
+    is_first = before.get("floor") is None or is_other_machine(row, before.get("serial"))
+    return {
+        "robot": robot.name,
+        "out": str(out),
+        "tries": tries,
+        "at": to_text(now),
+        "until": to_text(until),
+        "is_for_good": is_for_good,
+        "floor": (row.queue_floor if may_come else None) if is_first else before["floor"],
+        "serial": row.robot_serial if is_first else before.get("serial"),
+        "problem": reason.details.get("problem", "") if reason else problem,
+        **({"code": str(reason.code)} if reason else {}),
+    }

@@ -1,11 +1,12 @@
-"""Small repeated work on the scheduler's thread: exports, backups, requests of commands."""
+"""Small tasks done again and again on the scheduler's thread: exports, backups, requests of commands; and one of them, which watches for
+robots of the list that are one machine."""
 
 from __future__ import annotations
 
 import logging
 import math
 import sqlite3
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 
 from app.database.connection import DatabaseError
 from app.domain.clock import Clock
@@ -14,6 +15,8 @@ from app.services.dispatch.timing import CHORES_EVERY
 from app.services.live.alarms import Alarms
 
 log = logging.getLogger(__name__)
+
+SAME_MACHINE = "same_machine"
 
 
 class Chores:
@@ -46,3 +49,34 @@ class Chores:
                 if name in self._failing:
                     self._failing.discard(name)
                     self._alarms.clear("chore_failed", f"chore:{name}")
+
+
+class SameMachine:
+    """A chore: an alarm for each serial number that several robots have, as long as they have it. ``read``: names of these robots by serial
+    number."""
+
+    def __init__(self, read: Callable[[], Mapping[str, Sequence[str]]], alarms: Alarms) -> None:
+        self._read, self._alarms = read, alarms
+        self._known: Mapping[str, Sequence[str]] | None = None  # None: the list of alarms has earlier ones
+
+    def tick(self) -> None:
+        found = self._read()
+        if found == self._known:
+            return
+        known = self._before() if self._known is None else self._known.keys()
+        for number in known - found.keys():
+            self._alarms.clear(SAME_MACHINE, _key(number))
+        for number, names in found.items():  # an existing one only follows the names
+            self._alarms.raise_(SAME_MACHINE, _key(number), robot=names[0], robots=", ".join(names), number=number)
+        self._known = found
+
+    def _before(self) -> set[str]:
+        return {
+            alarm.key.removeprefix(_key(""))
+            for alarm in self._alarms.open()
+            if alarm.code == SAME_MACHINE and alarm.cleared_at is None
+        }
+
+
+def _key(serial_number: str) -> str:
+    return f"serial:{serial_number}"

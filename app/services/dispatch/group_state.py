@@ -13,6 +13,7 @@ from app.database.executions import ExecutionRepository
 from app.database.group_executions import FullPlace, GroupExecutionRepository
 from app.database.missions import DurationRepository, StopRepository
 from app.database.values import to_instant
+from app.domain.activity import at_work, can_work, is_free
 from app.domain.clock import midnight
 from app.domain.models import Connection, DurationEstimate, Execution, Group, HandOver, Mission, Robot, Schedule
 from app.domain.robot import QueueItem, QueueState, RobotStatus, Spot, Stop, straight_way
@@ -28,7 +29,6 @@ from app.services.allocation.situation import (
     remaining_duration,
     run_duration,
 )
-from app.services.dispatch.availability import at_work, can_work, is_free
 from app.services.dispatch.context import Context
 from app.services.dispatch.worker import RobotWorker
 from app.services.live.snapshots import STALE_POLLS

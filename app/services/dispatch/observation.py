@@ -11,7 +11,7 @@ from typing import Any
 from zoneinfo import ZoneInfo
 
 from app.domain import rules
-from app.domain.activity import SpanRecorder, activity_of
+from app.domain.activity import SpanRecorder, activity_of, can_work, is_charging
 from app.domain.check_up import RobotProfile
 from app.domain.clock import ClockReading
 from app.domain.message import Message, message, message_of, render
@@ -29,7 +29,6 @@ from app.mir.errors import (
     Unauthorized,
     Unreadable,
 )
-from app.services.dispatch.availability import can_work, is_charging
 from app.services.dispatch.context import Context
 from app.services.dispatch.timing import (
     CLOCKS_PART,

@@ -23,6 +23,7 @@ from typing import Any
 from app.database.executions import Unsent
 from app.database.values import to_text
 from app.domain import rules
+from app.domain.activity import can_work
 from app.domain.choice import may_change_robot
 from app.domain.message import Message, message
 from app.domain.models import Execution, Reason, ReasonCode, State, Trigger, Wait
@@ -30,12 +31,10 @@ from app.domain.robot import QueueItem
 from app.mir.client import RobotClient
 from app.mir.errors import AnotherRobot, Delivery, NotWanted, RobotError, Unauthorized, Unnumbered
 from app.services.allocation.situation import Ineligible
-from app.services.dispatch.attempt import Attempt, Attempts, Phase, intent_of
-from app.services.dispatch.availability import can_work
+from app.services.dispatch.attempt import Attempt, Attempts, Phase, answer_in_doubt, intent_of, refusal, tried_here
 from app.services.dispatch.context import Context
 from app.services.dispatch.duplicates import Duplicates
 from app.services.dispatch.observation import Observation
-from app.services.dispatch.refusals import answer_in_doubt, refusal, tried_here
 from app.services.dispatch.timing import INTENT_LEAD, RECHECK, RECONCILE_EVERY
 from app.services.dispatch.waiting import Waiting
 from app.services.executions import transitions

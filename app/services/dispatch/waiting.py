@@ -8,10 +8,10 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from app.domain import rules
+from app.domain.activity import is_free
 from app.domain.models import Execution, HandOver, Reason, State, Trigger, Wait
 from app.domain.robot import RobotStatus
 from app.services.allocation.choose import LAST_CALL
-from app.services.dispatch.availability import is_free
 from app.services.dispatch.context import Context
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.restored_starts import Found

@@ -5,9 +5,9 @@ from __future__ import annotations
 from datetime import timedelta
 from functools import partial
 
+from app.domain.activity import is_charging
 from app.domain.models import Group, Place, Trigger
 from app.domain.reasons import waiting_sentence
-from app.services.dispatch.availability import is_charging
 from tests.services.story import *
 
 GroupStory = partial(Story, on="group", robots=3)
