@@ -337,13 +337,13 @@ class HttpTransport:
         self._reading.close()
 
 
-def presented_fingerprint(address: Address, timeouts: Timeouts | None = None) -> str:
+def presented_fingerprint(address: Address) -> str:
     """SHA-256 of the certificate at an https address, as 64 hex digits. Sends no request.
 
     Raises Unreachable or CertificateProblem.
     """
     with closing(TlsConnection(address.host, address.port, ssl_context=tls_context(is_pinned=True))) as connection:
-        connection.begin(timeouts or Timeouts())
+        connection.begin(Timeouts())
         try:
             connection.connect()
         except Unreachable as error:

@@ -94,10 +94,6 @@ def _object(pairs: list[tuple[str, Any]]) -> Object:
     return found
 
 
-def looks_like_web_page(body: bytes) -> bool:
-    return body[:200].lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<")
-
-
 # ---------------------------------------------------------------------- values
 def object_(value: Any, what: Message) -> Object:
     if not isinstance(value, dict):
@@ -141,10 +137,6 @@ def float_or_none(value: Any) -> float | None:
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= LARGEST_KEPT:
         return None
     return float(value)
-
-
-def bool_or_none(value: Any) -> bool | None:
-    return value if isinstance(value, bool) else None
 
 
 def instant(value: Any) -> datetime | None:
@@ -342,9 +334,10 @@ def mission_detail(value: Any) -> MissionDetail:
     guid = text_or_none(found.get("guid"))
     if guid is None:
         raise Unreadable(problem=message("the mission has no guid"))
+    asks = found.get("has_user_parameters")
     return MissionDetail(
         guid,
-        bool_or_none(found.get("has_user_parameters")),
+        asks if isinstance(asks, bool) else None,
         api_url(found.get("actions")),
         api_url(found.get("definition")),
     )

@@ -61,7 +61,6 @@ class VerifiedRequests:
         identified_by: IdentifiedBy | None = None,
         transport: Transport | None = None,
         clock: Callable[[], float] = time.monotonic,
-        timeouts: Timeouts | None = None,
         profile: RobotProfile | None = None,
         pace: Pace | None = None,
     ) -> None:
@@ -70,7 +69,7 @@ class VerifiedRequests:
         self._verified_at, self._verified_over, self._verified_as = -math.inf, object(), serial_number
         self._has_answered = False  # as HTTP
         self._clock = clock
-        self.timeouts = self._usual_timeouts = timeouts or Timeouts()
+        self.timeouts = Timeouts()
         self._transport = transport or HttpTransport(address, token, certificate_sha256)
         self.on_pause: Callable[[], None] = lambda: None  # called between the many requests of a long read
         self._profile, self.pace = NOTHING_KNOWN, pace or Pace(clock)
@@ -80,15 +79,12 @@ class VerifiedRequests:
         """Close the connection; a later call opens a new one."""
         self._transport.close()
 
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}({self.address})"
-
     def use_profile(self, profile: RobotProfile | None) -> None:
         """The check-up's profile of the robot in its present state; None: none."""
         profile = profile or NOTHING_KNOWN
         if profile != self._profile:
             self._profile, self.pace.rest = profile, profile.rest
-            self.timeouts = self._usual_timeouts.at_least(profile.timeout_s)
+            self.timeouts = Timeouts().at_least(profile.timeout_s)
 
     def status(self) -> RobotStatus:
         """The robot's status, read without credentials; with them only if it needs them (401). Raises AnotherRobot if
@@ -159,7 +155,7 @@ class VerifiedRequests:
         try:
             return read(parse.loads(answer.body))
         except Unreadable as error:
-            if parse.looks_like_web_page(answer.body):
+            if answer.body[:200].lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<"):
                 raise NotAMir(code="web_page", address=self.address.netloc) from None
             raise error.at(self.address.netloc) from None
         except RobotError as error:

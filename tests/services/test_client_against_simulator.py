@@ -18,6 +18,7 @@ from mir_sim import FleetRobot, serve
 from mir_sim.definition import SOFTWARE
 
 QUICK = Timeouts(connect=5.0, read=0.5, total=1.0)
+USUAL = Timeouts()
 BOUND = 30.0  # s; only to end a test that would wait for ever
 
 
@@ -29,10 +30,12 @@ def machine(request: pytest.FixtureRequest) -> Iterator[FleetRobot]:
 
 
 def connect(
-    machine: FleetRobot, user: str = "distributor", password: str | None = None, timeouts: Timeouts | None = None
+    machine: FleetRobot, user: str = "distributor", password: str | None = None, timeouts: Timeouts = USUAL
 ) -> RobotClient:
     token = Token.derive(user, user if password is None else password)
-    return RobotClient(Address.parse(machine.url), token, timeouts=timeouts)
+    client = RobotClient(Address.parse(machine.url), token)
+    client.timeouts = timeouts
+    return client
 
 
 @pytest.fixture
@@ -213,7 +216,7 @@ def test_after_a_fault_the_queue_says_whether_the_mission_landed(
     robot.set_state(RobotState.PAUSE)
     floor = robot.enqueue(guid, description="before")
     machine.control({"fault": {"kind": kind, "method": "POST", "path": "/mission_queue", "seconds": 1.5}})
-    hasty = connect(machine, timeouts=QUICK if expected is TimedOut else None)
+    hasty = connect(machine, timeouts=QUICK if expected is TimedOut else USUAL)
     with pytest.raises(expected) as failed:
         hasty.enqueue(guid, description="token-1")
     hasty.close()

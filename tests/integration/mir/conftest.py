@@ -40,7 +40,8 @@ def serve(closing: ExitStack) -> Serve:
 def connect(closing: ExitStack) -> Connect:
     def make(server: Server | int, timeouts: Timeouts = PATIENT, *, host: str = "127.0.0.1") -> RobotClient:
         port = server if isinstance(server, int) else server.port
-        client = RobotClient(Address.parse(f"{host}:{port}"), TOKEN, timeouts=timeouts)
+        client = RobotClient(Address.parse(f"{host}:{port}"), TOKEN)
+        client.timeouts = timeouts
         closing.callback(client.close)
         return client
 

@@ -60,7 +60,8 @@ def test_whatever_comes_out_of_a_socket_raises_nothing_but_robot_errors() -> Non
     def says(answer: bytes) -> None:
         nonlocal raw
         raw = answer
-        robot = RobotClient(address, TOKEN, timeouts=patient)
+        robot = RobotClient(address, TOKEN)
+        robot.timeouts = patient
         for call, most in (
             (lambda: robot.enqueue("g"), 1),
             (robot.status, 2),

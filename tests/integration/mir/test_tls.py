@@ -45,7 +45,9 @@ def fingerprint(certificate: Path) -> str:
 
 
 def robot_at(server: Server, pin: str | None, timeouts: Timeouts = PATIENT, host: str = "127.0.0.1") -> RobotClient:
-    return RobotClient(Address.parse(f"https://{host}:{server.port}"), TOKEN, certificate_sha256=pin, timeouts=timeouts)
+    client = RobotClient(Address.parse(f"https://{host}:{server.port}"), TOKEN, certificate_sha256=pin)
+    client.timeouts = timeouts
+    return client
 
 
 def ready(conversation: Conversation) -> None:
@@ -156,7 +158,7 @@ def test_https_to_a_robot_that_speaks_http(serve: Serve) -> None:
 
 def test_http_to_a_robot_that_speaks_https(serve: Serve) -> None:
     server = serve()
-    error = enqueue_fails(RobotClient(Address.parse(f"http://127.0.0.1:{server.port}"), TOKEN, timeouts=PATIENT))
+    error = enqueue_fails(RobotClient(Address.parse(f"http://127.0.0.1:{server.port}"), TOKEN))
     assert (type(error), error.code, error.delivery) == (
         ConnectionLost,
         "lost_over_http",
