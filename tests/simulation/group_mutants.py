@@ -33,7 +33,7 @@ CALM = Profile(acts_per_hour=0, events_per_hour=0).only(fault_rate=0.0, crash_ra
 GROUP_MUTANTS = (
     Mutant(
         "given to another robot though the outcome at the first is unknown",
-        f"{SENDING}._post",
+        f"{SENDING}._not_accepted",
         "if error.delivery is Delivery.NOT_SENT:",
         "if error.delivery is Delivery.NOT_SENT or (intent.group_id and error.delivery is not Delivery.REFUSED):",
         "before the first was read",

@@ -196,7 +196,7 @@ MUTANTS = (
     # ------------------------------------------------------------------ never twice
     Mutant(
         "whatever failed is sent again",
-        f"{SENDING}._post",
+        f"{SENDING}._not_accepted",
         "error.delivery is Delivery.NOT_SENT",
         "error.delivery is not Delivery.REFUSED",
         "items with one token",
@@ -653,7 +653,7 @@ MUTANTS = (
     ),
     Mutant(
         "a lost answer is a refusal",
-        f"{SENDING}._post",
+        f"{SENDING}._not_accepted",
         "elif error.delivery is Delivery.REFUSED:",
         "elif True:",
         "truth",

@@ -384,30 +384,34 @@ class Sending:
                 is_wanted=is_wanted,
             )
         except RobotError as error:
-            self._seen.invalidate_status()
-            if isinstance(error, NotWanted) and self._clock.now() < intent.closes_at:
-                self._release([intent])
-            elif error.delivery is Delivery.NOT_SENT:
-                self._failed([intent], error.message)
-            elif error.delivery is Delivery.REFUSED:
-                if reason := refusal(self._client, intent, error):
-                    self._refused([intent], self._said_of_parameters(intent, reason))
-                else:
-                    self._failed([intent], error.message)
-            else:
-                is_taken = isinstance(error, Unnumbered)
-                self._mark_in_doubt(intent, is_taken=is_taken)  # the quiet time begins now
-                if answer := answer_in_doubt(intent, error):
-                    taken_at = self._clock.now() if is_taken else None
-                    self._ledger.apply([transitions.answer(intent, answer, taken_at)], quietly=True)
-                log.warning(
-                    "#%d on %r: outcome unknown, looking at the robot's queue (%s)",
-                    intent.id,
-                    self._seen.robot.name,
-                    error.text,
-                )
+            self._not_accepted(intent, error)
         else:
             self._accepted(intent, queue_id)
+
+    def _not_accepted(self, intent: Execution, error: RobotError) -> None:
+        """Whether anything of it may be on the robot decides what follows."""
+        self._seen.invalidate_status()
+        if isinstance(error, NotWanted) and self._clock.now() < intent.closes_at:
+            self._release([intent])
+        elif error.delivery is Delivery.NOT_SENT:
+            self._failed([intent], error.message)
+        elif error.delivery is Delivery.REFUSED:
+            if reason := refusal(self._client, intent, error):
+                self._refused([intent], self._said_of_parameters(intent, reason))
+            else:
+                self._failed([intent], error.message)
+        else:
+            is_taken = isinstance(error, Unnumbered)
+            self._mark_in_doubt(intent, is_taken=is_taken)  # the quiet time begins now
+            if answer := answer_in_doubt(intent, error):
+                taken_at = self._clock.now() if is_taken else None
+                self._ledger.apply([transitions.answer(intent, answer, taken_at)], quietly=True)
+            log.warning(
+                "#%d on %r: outcome unknown, looking at the robot's queue (%s)",
+                intent.id,
+                self._seen.robot.name,
+                error.text,
+            )
 
     def _accepted(self, intent: Execution, queue_id: int, since: datetime | None = None) -> None:
         if self._seen.highest is not None:  # missions of others from now on have higher ids
