@@ -21,7 +21,7 @@ from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
 from app.mir.transport import Pace
-from app.services.catalogue import zones
+from app.services.catalogue import schedule_edit, zones
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.database_check import find_problem
 from app.services.catalogue.pausing import Pausing
@@ -267,7 +267,7 @@ class Container:
         for line in self.catalogue.edit(lambda edit: zones.take_known_zones(edit, self._find_zone)):
             log.warning("At the start %s", line)
         self.catalogue.edit(lambda edit: edit.purge())
-        if count := self.catalogue.edit(lambda edit: edit.replan_outdated()):
+        if count := self.catalogue.edit(lambda edit: schedule_edit.replan_outdated(edit)):
             log.warning(
                 "The rules or the time zone data are others than before: %d schedules were planned again", count
             )

@@ -15,6 +15,7 @@ from app.domain import rules
 from app.domain.activity import ActivitySpan
 from app.domain.models import Execution, Group, Mission, Reason, ReasonCode, Robot, Schedule, Settings, State
 from app.failures import BadInput
+from app.services.catalogue import robot_edit
 from app.services.planning.recurrence import occurrences
 
 USER, PASSWORD = "distributor", "distributor"  # the simulator's
@@ -109,7 +110,9 @@ def _update_addresses(container: Container, known: Sequence[Robot], robots: Sequ
     found = [(robot, addresses.get(robot.name) or next(of_renamed, "")) for robot in known]
     container.catalogue.edit(
         lambda edit: [
-            edit.save_robot(replace(robot, address=url), PASSWORD, is_one_of_many=True) for robot, url in found if url
+            robot_edit.save(edit, replace(robot, address=url), PASSWORD, is_one_of_many=True)
+            for robot, url in found
+            if url
         ]
     )
 

@@ -25,6 +25,7 @@ from tests.benchmarks.bench_dispatch import Scenario, stub
 from tests.benchmarks.stub import address
 from tests.screenshots.registry import LANDSCAPE
 from tests.screenshots.studio import open_window
+from tests.support.edits import switch_robot
 
 FRAME = 1 / 60
 FLING = 25.0  # px a frame: 1,500 px/s
@@ -161,7 +162,7 @@ def main() -> None:
             ]
         )
         for robot in robots:  # of the month: nothing answers at their addresses
-            container.catalogue.set_robot_enabled(robot.id, False)
+            switch_robot(container.catalogue, robot.id, False)
         container.catalogue.change_settings(
             poll_interval_seconds=2, selected_robot_id=r.robots.all(container.db.read())[-1].id
         )

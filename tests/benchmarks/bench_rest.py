@@ -51,7 +51,7 @@ def measure(screen: str, seconds: float) -> str:
         missions = {mission.name: mission.guid for mission in mir_sim.MISSIONS}
         furnish(container, [(robot.name, robot.url) for robot in fleet.robots], missions)
         for schedule in container.catalogue.schedules():
-            container.catalogue.set_schedule_enabled(schedule.id, False)  # nothing is to happen
+            container.catalogue.switch_schedule(schedule.id, False)  # nothing is to happen
         container.runner.start()
         app = SchedulerApp(container, first=screen)
         Window.bind(on_draw=count)

@@ -10,6 +10,7 @@ import pytest
 from app.domain.models import Priority, Schedule, State
 from app.services.catalogue.configuration import import_configuration
 from app.services.live.alarms import alarm_sentence
+from tests.support.edits import switch_robot
 from tests.support.site import PASSWORD
 
 
@@ -63,7 +64,7 @@ def test_a_missing_password_is_an_alarm_until_it_is_entered(site):
 
 def test_a_robot_that_a_person_switched_off_raises_no_alarm(site):
     (robot,) = site.container.catalogue.robots()
-    site.container.catalogue.set_robot_enabled(robot.id, False)
+    switch_robot(site.container.catalogue, robot.id, False)
     let_import_change_the_user(site)
     assert alarms(site) == []
 
@@ -80,7 +81,7 @@ def test_without_it_nothing_is_asked_and_the_run_is_found_afterwards(site, runni
 
 
 def test_a_robot_that_is_switched_off_and_silent_is_asked_rarely_and_said_once(site, running, caplog):
-    site.container.catalogue.set_robot_enabled(running.id, False)
+    switch_robot(site.container.catalogue, running.id, False)
     site.network.down.add("R1")
     asked = requests(site)
     with caplog.at_level("INFO"):

@@ -14,6 +14,7 @@ from app.services.catalogue.configuration import import_configuration
 from app.services.planning.recurrence import check_has_instants, next_occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar
 from tests.hostile.test_import_on_the_scheduler import OFTEN, document, somebody_else
+from tests.support.edits import add_days
 from tests.support.site import Site
 from tests.support.steps import steps
 
@@ -191,7 +192,7 @@ def test_odd_rules_that_fall_due_together_delay_no_other_start(tmp_path):
             catalogue.remove_days(
                 *(
                     day.id
-                    for day in catalogue.add_days([DayException("Closed", date(2026, 11, 25), date(2026, 11, 25))])
+                    for day in add_days(catalogue, [DayException("Closed", date(2026, 11, 25), date(2026, 11, 25))])
                 )
             )
         ),

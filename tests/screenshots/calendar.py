@@ -9,6 +9,7 @@ from app.domain.models import DayException
 from app.screens.settings.calendar import DaysDialog
 from tests.screenshots.registry import LANDSCAPE, picture
 from tests.screenshots.settings import BOTH, EVERY_SIZE, Plant
+from tests.support.edits import add_days
 
 DAYS = (
     DayException("Inventory", date(2026, 11, 28), date(2026, 11, 28), is_working=True),
@@ -59,7 +60,7 @@ END:VCALENDAR
 
 
 def furnish(container) -> None:
-    container.catalogue.add_days(DAYS)
+    add_days(container.catalogue, DAYS)
     container.catalogue.set_public_holidays("FI")
 
 

@@ -10,6 +10,7 @@ import pytest
 
 from app.database.backups import back_up, restore
 from app.domain.models import InvalidInput, Mission, State
+from app.services.catalogue import group_edit
 from app.services.executions.transitions import Event
 from tests.services.checks import *
 from tests.services.stage import *
@@ -51,12 +52,12 @@ def edit(s, name="A", /, **values):
 
 @step
 def off(s, name="A"):
-    s.container.catalogue.set_schedule_enabled(s.schedule(name).id, False)
+    s.container.catalogue.switch_schedule(s.schedule(name).id, False)
 
 
 @step
 def on(s, name="A"):
-    s.container.catalogue.set_schedule_enabled(s.schedule(name).id, True)
+    s.container.catalogue.switch_schedule(s.schedule(name).id, True)
 
 
 @step
@@ -70,7 +71,7 @@ def delete(s, what="schedule"):
         case "own mission":
             removed = catalogue.remove_mission(next(m.id for m in catalogue.missions() if m.robot_id))
         case "group":
-            removed = catalogue.edit(lambda edit: edit.remove_group(s.group.id))
+            removed = catalogue.edit(lambda edit: group_edit.remove(edit, s.group.id))
         case _:
             removed = catalogue.remove_mission(s.mission("Deliver" if what == "mission" else what).id)
     s.removed.append(removed)

@@ -15,6 +15,7 @@ from app.services.catalogue.catalogue import Catalogue
 from app.services.live.alarms import KEPT, LONGEST_NOTE, SHELF_HOURS, Alarms
 from app.services.live.changes import Changes, Topic
 from tests.support.clock import VirtualClock
+from tests.support.edits import switch_robot
 
 
 class Desk:
@@ -58,7 +59,7 @@ def test_alarms_carry_the_name_that_the_robot_has_now(desk):
 
 
 @pytest.mark.parametrize(
-    "leave", [Catalogue.remove_robot, lambda catalogue, robot_id: catalogue.set_robot_enabled(robot_id, False)]
+    "leave", [Catalogue.remove_robot, lambda catalogue, robot_id: switch_robot(catalogue, robot_id, False)]
 )
 def test_what_is_wrong_with_a_robot_ends_when_it_leaves(desk, leave):
     """It is not asked any longer, so nothing else would clear the alarm."""

@@ -12,6 +12,7 @@ from app.container import Container
 from app.database.connection import Database
 from app.domain.models import Between, DayException, InvalidInput, Mission, Robot, Schedule
 from app.process.log_file import one_line
+from app.services.catalogue import robot_edit, settings_edit
 from tests.support.clock import VirtualClock
 from tests.support.planner import insert_due
 
@@ -71,7 +72,7 @@ def test_missions(app, told):
 def test_idle_rules(app, told):
     app.catalogue.save_idle_rule(1, 1)
     app.catalogue.save_idle_rule(1, 1, 25, enabled=False)
-    app.catalogue.edit(lambda edit: edit.set_idle_rule(1, None))
+    app.catalogue.edit(lambda edit: robot_edit.set_idle_rule(edit, 1, None))
     assert told() == [
         "idle automation of robot 'Aino': mission none → 'Deliver', after_minutes none → 10, enabled none → yes",
         "idle automation of robot 'Aino': after_minutes 10 → 25, enabled yes → no",
@@ -172,7 +173,7 @@ def test_a_name_is_on_one_line_and_shows_no_escapes(app, told):
 
 def test_nothing_is_told_of_what_was_not_committed(app, told):
     with pytest.raises(InvalidInput):
-        app.catalogue.edit(lambda edit: [edit.change_settings(retry_limit=3), edit.the_robot(99)])
+        app.catalogue.edit(lambda edit: [settings_edit.change(edit, retry_limit=3), edit.the_robot(99)])
     with pytest.raises(InvalidInput):
         app.pausing.pause(1, NOW)
     assert told() == []

@@ -15,6 +15,7 @@ from app.services.catalogue.preview import ConcernCode, Forecasts
 from app.services.planning.durations import LiveRobots
 from app.services.planning.plan import Plan
 from tests.support.clock import VirtualClock
+from tests.support.edits import switch_robot
 
 ZONE = "Europe/Helsinki"
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)  # Friday, 14:38 in Helsinki
@@ -124,10 +125,10 @@ def test_a_fixed_start_is_told_that_it_takes_a_robot_that_the_group_needs(contai
 
 def test_robots_that_are_off_are_not_counted(container):
     plan(container)
-    container.catalogue.set_robot_enabled(2, False)
-    container.catalogue.set_robot_enabled(3, False)
+    switch_robot(container.catalogue, 2, False)
+    switch_robot(container.catalogue, 3, False)
     assert found(container, draft())[0][0][1] == "At 07:30, 2 starts need the only robot of Hall 1, until about 07:41"
-    container.catalogue.set_robot_enabled(1, False)
+    switch_robot(container.catalogue, 1, False)
     assert found(container, draft())[0][0][1] == "No robot of Hall 1 is switched on: nothing will be sent"
 
 
@@ -311,7 +312,7 @@ def plan_of(container, missing):
 )
 def test_a_mission_that_no_robot_of_the_group_has_is_told_by_the_form_and_in_the_plan(container, missing, off, is_told):
     if off is not None:
-        container.catalogue.set_robot_enabled(off, False)
+        switch_robot(container.catalogue, off, False)
     concerns = Forecasts(container.db, container.clock, live(missing)).of(draft()).concerns
     told = [concern.details for concern in concerns if concern.code is ConcernCode.MISSION_MISSING]
     assert told == ([{"mission": "Kits", "group": "Hall 1"}] if is_told else [])

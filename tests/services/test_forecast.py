@@ -29,6 +29,7 @@ from app.services.catalogue.preview import ConcernCode, Forecasts
 from app.services.files.exports import DataFiles
 from app.services.planning.planned import ASSUMED_S
 from tests.support.clock import VirtualClock
+from tests.support.edits import switch_robot
 from tests.support.planner import insert_due
 
 ZONE = "Europe/Helsinki"
@@ -307,7 +308,7 @@ def test_a_clock_change_is_reported_with_both_times(container):
 
 
 def test_a_first_day_without_work_a_robot_that_is_off_and_a_missing_mission_are_reported(container):
-    container.catalogue.set_robot_enabled(2, False)
+    switch_robot(container.catalogue, 2, False)
     found = forecasts(container).of(
         draft(robot_id=2, start=datetime(2026, 11, 21, 6, 30), recurrence="FREQ=DAILY"), {"other": "Other"}
     )

@@ -9,6 +9,7 @@ from datetime import datetime
 import pytest
 
 from app.domain.models import Group, HandOver, InvalidInput, Mission, Overlap, Place, Robot, Schedule
+from app.services.catalogue import group_edit
 from app.services.catalogue.configuration import import_configuration
 from app.services.catalogue.configuration.exporting import export_configuration
 from tests.support.site import Site
@@ -166,7 +167,7 @@ def test_a_mission_that_comes_back_uses_its_places_again(catalogue, goes):
     mission = catalogue.save_mission(
         Mission("Fetch empties", "guid-of-its-own", robot_id=robot.id if goes == "robot" else None)
     )
-    catalogue.edit(lambda edit: edit.save_place(Place("Dock 2", 1, (mission.id,))))
+    catalogue.edit(lambda edit: group_edit.save_place(edit, Place("Dock 2", 1, (mission.id,))))
     before = catalogue.places()
     catalogue.restore(catalogue.remove_robot(robot.id) if goes == "robot" else catalogue.remove_mission(mission.id))
     assert catalogue.places() == before != []

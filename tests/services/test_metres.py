@@ -11,6 +11,7 @@ from app.database.missions import StopRepository
 from app.domain import choice
 from app.domain.models import HandOver
 from app.domain.robot import Spot, Stop
+from app.services.catalogue import group_edit
 from mir_sim.motion import Pose
 from mir_sim.world import BY_NAME, MAP_GUID
 from tests.support.groups import Hall
@@ -138,7 +139,7 @@ def test_on_another_map_no_way_is_known(hall):
 
 
 def at_once(hall):
-    hall.container.catalogue.edit(lambda edit: edit.save_group(replace(hall.group, hand_over=HandOver.AT_ONCE)))
+    hall.container.catalogue.edit(lambda edit: group_edit.save(edit, replace(hall.group, hand_over=HandOver.AT_ONCE)))
 
 
 def test_where_a_robot_says_nonsense_of_its_position_it_is_not_known(hall):

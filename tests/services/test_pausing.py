@@ -201,7 +201,7 @@ def test_a_skip_whose_time_has_passed_stays(plant):
 
 def test_undoing_a_skip_leaves_a_schedule_off_that_was_switched_off_meanwhile(plant):
     at = plant.skipping.skip_next(plant.daily.id)
-    plant.container.catalogue.set_schedule_enabled(plant.daily.id, False)
+    plant.container.catalogue.switch_schedule(plant.daily.id, False)
     plant.skipping.unskip(plant.daily.id, at)
     assert plant.stored().next_at is None
 

@@ -9,6 +9,7 @@ import pytest
 
 from app.domain.models import Group, Mission, Overlap, Place, Schedule, Wait
 from app.services.files.plan_export import PlanFiles
+from tests.support.edits import switch_robot
 from tests.support.site import Site
 
 DAY = datetime(2026, 11, 24, tzinfo=UTC)  # the next one
@@ -101,13 +102,13 @@ def test_a_start_waits_for_a_place_that_a_fixed_one_on_another_robot_has(site, h
 
 
 def test_robots_that_are_off_held_or_lack_the_mission_are_not_expected_to_come(site, hall):
-    site.container.catalogue.set_robot_enabled(1, False)
+    switch_robot(site.container.catalogue, 1, False)
     site.container.holds.hold("Repair", until=DAY + timedelta(hours=12), robot_id=2)
     kits(site, hall, "07:30")
     kits(site, hall, "13:30")
     assert [run.robot.name for run in planned(site)] == ["R3", "R2"]
     for robot_id in (1, 2, 3):
-        site.container.catalogue.set_robot_enabled(robot_id, False)
+        switch_robot(site.container.catalogue, robot_id, False)
     assert planned(site) == ()
 
 

@@ -8,6 +8,7 @@ from app.domain.models import Priority
 from app.screens.common.alarms_view import past_entry
 from app.services.live.alarms import alarm_sentence
 from mir_sim.control import COMMANDS
+from tests.support.edits import switch_robot
 
 LOADED = {"question": "Loaded?", "options": ["Yes", "No"], "timeout": 600}
 
@@ -92,9 +93,9 @@ def test_a_robot_that_is_switched_off_asks_nothing(site, machine):
     ask(machine, LOADED)
     site.run(40)
     robot = site.container.catalogue.robots()[0]
-    site.container.catalogue.set_robot_enabled(robot.id, False)
+    switch_robot(site.container.catalogue, robot.id, False)
     site.run(120)
     assert active(site) == []
-    site.container.catalogue.set_robot_enabled(robot.id, True)
+    switch_robot(site.container.catalogue, robot.id, True)
     site.run(60)
     assert active(site) == ["R1 asks: Loaded?"]

@@ -15,6 +15,7 @@ from app.domain.models import Execution, Group, Mission, Reason, ReasonCode, Rob
 from app.services.suggestions.late_schedules import Cause
 from app.services.suggestions.suggestions import Kind, action, promise, sentence, since_then
 from tests.support.clock import VirtualClock
+from tests.support.edits import switch_robot
 
 NOW = datetime(2026, 11, 20, 20, 0, tzinfo=UTC)  # Friday evening
 
@@ -152,7 +153,7 @@ def test_too_few_late_starts_one_that_is_off_and_one_that_has_just_been_changed_
 
 def test_a_robot_that_is_off_or_lacks_the_mission_is_not_proposed(container):
     usually_late(container)
-    container.catalogue.set_robot_enabled(3, False)
+    switch_robot(container.catalogue, 3, False)
     container.catalogue.save_group(replace(container.catalogue.groups()[0], members=(1, 3)))
     [suggestion] = container.suggestions.compute().suggestions
     assert [(change.kind, change.robot or change.group) for change in suggestion.changes] == [
@@ -408,5 +409,5 @@ def test_where_nothing_is_free_nothing_is_said(container):
     usually_late(container)
     container.catalogue.remove_schedule(2)
     for robot_id in (2, 3):
-        container.catalogue.set_robot_enabled(robot_id, False)
+        switch_robot(container.catalogue, robot_id, False)
     assert container.suggestions.compute().suggestions == ()

@@ -19,6 +19,7 @@ from app.domain.models import Execution, Group, ReasonCode, Schedule, State
 from app.mir.errors import RobotError
 from tests.simulation.memory import memory_of, rounded
 from tests.simulation.world import shaky
+from tests.support.edits import switch_robot
 from tests.support.network import Fate, Network, Planned, Submission
 from tests.support.site import Site
 
@@ -162,7 +163,7 @@ class ChoiceSite(Site):
         return next(schedule for schedule in self.container.catalogue.schedules() if schedule.name == name)
 
     def switch_schedule_off(self, name: str) -> None:
-        self.container.catalogue.set_schedule_enabled(self.schedule(name).id, False)
+        self.container.catalogue.switch_schedule(self.schedule(name).id, False)
         self._took_back(name)
 
     def move(self, name: str) -> None:
@@ -184,7 +185,7 @@ class ChoiceSite(Site):
 
     def switch_robot_off(self, name: str) -> None:
         robot = next(robot for robot in self.container.catalogue.robots() if robot.name == name)
-        self.container.catalogue.set_robot_enabled(robot.id, False)
+        switch_robot(self.container.catalogue, robot.id, False)
 
     def cancel(self, name: str) -> None:
         row = next((row for row in self.container.history.open() if row.schedule == name), None)

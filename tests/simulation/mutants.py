@@ -189,7 +189,7 @@ TRACKING, ENGINE, HOLDS = (
     "services.live.holds:Holds",
 )
 SCHEDULES, EXECUTIONS = "database.schedules:ScheduleRepository", "database.executions:ExecutionRepository"
-EDIT, RULES = "services.catalogue.schedule_edit:ScheduleEdit", "domain.rules"
+RULES = "domain.rules"
 TRANSITIONS = "services.executions.transitions"
 
 MUTANTS = (

@@ -18,6 +18,7 @@ from app.domain.models import DayException, InvalidInput, Overlap, Schedule
 from app.mir.errors import RobotError
 from app.services.catalogue.configuration import import_configuration
 from tests.simulation.diary import MINUTE, OVERLAPS, Wishes, instants
+from tests.support.edits import switch_robot
 
 if TYPE_CHECKING:
     from tests.simulation.world import World
@@ -290,7 +291,7 @@ class Person:
                 if plans:
                     self._stop_due(wishes, plans)
 
-        self._decide(lambda: self._app.catalogue.set_robot_enabled(self._id(robot), not is_on), note)
+        self._decide(lambda: switch_robot(self._app.catalogue, self._id(robot), not is_on), note)
         if is_on:
             self.world.site.at(self.rng.choice((0.5, 30.0, 400.0)), lambda: self._switch_on(robot))
 
@@ -303,7 +304,7 @@ class Person:
             return
         try:
             self._decide(
-                lambda: self._app.catalogue.set_robot_enabled(self._id(robot), True),
+                lambda: switch_robot(self._app.catalogue, self._id(robot), True),
                 lambda wishes: wishes.off.discard(robot),
             )
         except (InvalidInput, DatabaseError):

@@ -23,6 +23,8 @@ from pathlib import Path
 from app.container import Container
 from app.domain.models import InvalidInput, Overlap, Schedule
 from app.mir.errors import RobotError
+from app.services.catalogue import schedule_edit
+from tests.support.edits import switch_robot
 
 MISSION = "Home"
 LONGEST_HOLD = 4.0  # s
@@ -96,7 +98,7 @@ class Operator(threading.Thread):
 
     def _switch_off(self) -> None:
         schedule = self._any()
-        self._act("off", schedule.name, lambda: self._container.catalogue.set_schedule_enabled(schedule.id, False))
+        self._act("off", schedule.name, lambda: self._container.catalogue.switch_schedule(schedule.id, False))
 
     def _remove(self) -> None:
         schedule, catalogue = self._any(), self._container.catalogue
@@ -109,7 +111,9 @@ class Operator(threading.Thread):
         """Another priority: the start stays."""
         schedule, catalogue = self._any(), self._container.catalogue
         catalogue.edit(
-            lambda edit: edit.save_schedule(replace(edit.the_schedule(schedule.id), priority=self._rng.randrange(9)))
+            lambda edit: schedule_edit.save(
+                edit, replace(edit.the_schedule(schedule.id), priority=self._rng.randrange(9))
+            )
         )
 
     def _cancel(self) -> None:
@@ -129,13 +133,9 @@ class Operator(threading.Thread):
 
     def _robot_off(self) -> None:
         robot = self._container.catalogue.robots()[0]
-        self._act(
-            "robot off", robot.name, lambda: self._container.catalogue.set_robot_enabled(robot.id, False), robot.name
-        )
+        self._act("robot off", robot.name, lambda: switch_robot(self._container.catalogue, robot.id, False), robot.name)
         time.sleep(self._rng.uniform(0.0, LONGEST_HOLD))
-        self._act(
-            "robot on", robot.name, lambda: self._container.catalogue.set_robot_enabled(robot.id, True), robot.name
-        )
+        self._act("robot on", robot.name, lambda: switch_robot(self._container.catalogue, robot.id, True), robot.name)
 
     def _clear(self) -> None:
         robot = self._container.catalogue.robots()[0]
@@ -159,7 +159,7 @@ def main() -> None:
     container.holds.release()
     for robot in container.catalogue.robots():
         diary.note("robot on", robot.name, "begun", robot.name)
-        container.catalogue.set_robot_enabled(robot.id, True)
+        switch_robot(container.catalogue, robot.id, True)
     people = [Operator(container, diary, f"{seed}.{number}") for number in range(int(operators))]
     for person in people:
         person.start()

@@ -22,6 +22,7 @@ from app.database.errors import DatabaseError
 from app.database.missions import StopRepository
 from app.domain.models import Group, Overlap, Place, Schedule
 from app.domain.robot import Spot, Stop
+from app.services.catalogue import group_edit
 from mir_sim import MISSIONS as MISSIONS_OF_ROBOTS
 from mir_sim import SimulatedRobot, deviant
 from mir_sim.missions import Mission
@@ -210,7 +211,7 @@ class World:
         wishes = self.diary.decide(site.seconds())
         wishes.groups[group.id] = frozenset(self.diary.names[key] for key in members)
         deliver, other, _home = self.missions
-        catalogue.edit(lambda edit: edit.save_place(Place("Dock", PLACE_FOR, (other,))))
+        catalogue.edit(lambda edit: group_edit.save_place(edit, Place("Dock", PLACE_FOR, (other,))))
         site.container.db.write(
             lambda c: StopRepository().keep(c, {mission.guid: stops_of(mission) for mission in MISSIONS_OF_ROBOTS})
         )

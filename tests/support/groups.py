@@ -5,6 +5,8 @@ from __future__ import annotations
 from datetime import datetime
 
 from app.domain.models import Group, Schedule
+from app.services.catalogue import group_edit
+from tests.support.edits import switch_robot
 from tests.support.site import GUIDS, Site
 
 
@@ -15,7 +17,7 @@ class Hall(Site):
         super().__init__(directory, robots=robots, **values)
         self.add_mission("Deliver")
         members = tuple(robot.id for robot in self.add_robots())
-        self.group = self.container.catalogue.edit(lambda edit: edit.save_group(Group("Hall", members)))
+        self.group = self.container.catalogue.edit(lambda edit: group_edit.save(edit, Group("Hall", members)))
 
     def plan(self, name: str = "A", at: str = "2026-11-23T06:05", **values) -> Schedule:
         where = {"robot_id": None, "group_id": self.group.id} | values
@@ -43,7 +45,7 @@ class Hall(Site):
         return next(robot for robot in self.container.catalogue.robots() if robot.name == name)
 
     def switch(self, name: str, on: bool) -> None:
-        self.container.catalogue.set_robot_enabled(self.robot(name).id, on)
+        switch_robot(self.container.catalogue, self.robot(name).id, on)
 
     def only(self, *names: str) -> None:
         """The others are switched off."""

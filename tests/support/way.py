@@ -28,7 +28,7 @@ Function = tuple[str, str]  # its name, and its module's path
 HANDED_ON = (
     ("FormModel.save", "Background.run"),
     ("Catalogue.save_schedule", "ThreadedWriter.write"),
-    ("ScheduleEdit.save_schedule", "Table.add"),
+    ("save", "Table.add"),
     ("Planner.insert_due", "ThreadedWriter.write"),
     ("Planner._take_due", "ExecutionRepository.add_each_once"),
     ("Planner.insert_due", "Runner.post"),

@@ -34,6 +34,7 @@ from app.screens.settings.missions_view import (
 from app.screens.settings.page import PageContext, SettingsPage
 from app.screens.settings.places import PlacesBox, PlacesPart
 from app.screens.settings.view import NoticeView, done, went_wrong
+from app.services.catalogue import mission_edit
 from app.services.catalogue.catalogue import Edit
 from app.widgets.dialogs import FormDialog
 from app.widgets.display import SectionCard
@@ -152,7 +153,7 @@ class MissionsPage(SettingsPage):
         """Nothing else of it: the stored values may be newer than those shown."""
         self.context.change(
             lambda: self.context.services.catalogue.edit(
-                lambda edit: edit.save_mission(replace(edit.the_mission(mission_id), favourite=favourite))
+                lambda edit: mission_edit.save(edit, replace(edit.the_mission(mission_id), favourite=favourite))
             )
         )
 
@@ -241,7 +242,7 @@ class MissionsPage(SettingsPage):
 
         def save_all(edit: Edit) -> None:
             for offer in chosen:
-                edit.save_mission(Mission(offer.name, offer.guid, robot_id=offer.robot_id))
+                mission_edit.save(edit, Mission(offer.name, offer.guid, robot_id=offer.robot_id))
 
         def saved(_none: None) -> None:
             self.context.refresh()

@@ -24,9 +24,19 @@ from app.database.settings import CalendarRepository, SettingsRepository
 from app.domain.clock import Clock
 from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule, Settings
 from app.domain.robot import MissionParameter
-from app.services.catalogue import checks, parameter_check, zones
-from app.services.catalogue.edit import Edit
-from app.services.catalogue.undo import Removed, Switched, restore, switch_back, wait_again
+from app.services.catalogue import (
+    checks,
+    group_edit,
+    mission_edit,
+    parameter_check,
+    robot_edit,
+    schedule_edit,
+    settings_edit,
+    undo,
+    zones,
+)
+from app.services.catalogue.edit import Edit, Removed
+from app.services.catalogue.undo import Switched
 from app.services.live.changes import Changes
 from app.services.live.mission_parameters import MissionParameters
 from app.services.planning import public_holidays
@@ -132,25 +142,26 @@ class Catalogue:
     def change_settings(self, **changes: Any) -> Settings:
         """Settings by name, as in ``Settings``; returns all of them."""
         change = self.edit_rehearsed if DAYS_OFF & changes.keys() else self.edit
-        return change(lambda edit: edit.change_settings(**changes))
+        return change(lambda edit: settings_edit.change(edit, **changes))
 
     def guess_zone_again(self, zone: str) -> None:
         """Undo a person's choice of the time zone (``zone`` was the guess): an alarm asks for it again. Raises
         InvalidInput."""
-        self.edit(lambda edit: zones.guess_again(edit, zone))
+
+        def work(edit: Edit) -> None:
+            settings_edit.change(edit, timezone=zone)
+            zones.ask_for_zone(edit)
+
+        self.edit(work)
 
     # ------------------------------------------------------------------ days off and extra working days
     def save_days(self, exception: DayException) -> DayException:
         """Add (id 0) or change closed days or extra working days; they take precedence over the days of the week."""
-        return self.edit_rehearsed(lambda edit: edit.save_days([exception]))[0]
-
-    def add_days(self, exceptions: Sequence[DayException]) -> list[DayException]:
-        """Several at once, all or none: an imported calendar."""
-        return self.edit_rehearsed(lambda edit: edit.save_days(exceptions))
+        return self.edit_rehearsed(lambda edit: settings_edit.save_days(edit, [exception]))[0]
 
     def remove_days(self, *ids: int) -> Removed:
         """``restore`` puts them back."""
-        return self.edit_rehearsed(lambda edit: edit.remove_days(ids))
+        return self.edit_rehearsed(lambda edit: settings_edit.remove_days(edit, ids))
 
     def set_public_holidays(self, country: str, subdivision: str = "") -> Settings:
         """Close on the public holidays of a country (ISO 3166 code) and of a region of it; empty: none."""
@@ -163,15 +174,11 @@ class Catalogue:
         """Add (id 0) or change a robot. Without a password it keeps its token; a new one, or one whose user, address, certificate or serial
         number changes, is then switched off and needs a password. ``is_tested``: its model, software and what identified it come from a
         test of the connection just now; otherwise those of a known robot stay."""
-        return self.edit(lambda edit: edit.save_robot(robot, password, is_tested=is_tested))
-
-    def set_robot_enabled(self, robot_id: int, enabled: bool) -> Robot:
-        """Switch it on or off; switching off cancels starts that wait for it. One that needs a password stays off."""
-        return self.edit(lambda edit: edit.save_robot(replace(edit.the_robot(robot_id), enabled=enabled)))
+        return self.edit(lambda edit: robot_edit.save(edit, robot, password, is_tested=is_tested))
 
     def remove_robot(self, robot_id: int) -> Removed:
         """With everything planned on it; ``restore`` puts all that back."""
-        return self.edit(lambda edit: edit.remove_robot(robot_id))
+        return self.edit(lambda edit: robot_edit.remove(edit, robot_id))
 
     def save_idle_rule(self, robot_id: int, mission_id: int, after_minutes: int = 10, enabled: bool = True) -> Robot:
         """The robot's idle automation: which mission after how many minutes (5–30)."""
@@ -189,7 +196,7 @@ class Catalogue:
 
     def _save_idle_rule(self, edit: Edit, robot_id: int, rule: IdleRule) -> Robot:
         before = edit.the_robot(robot_id).idle
-        saved = edit.set_idle_rule(robot_id, rule)
+        saved = robot_edit.set_idle_rule(edit, robot_id, rule)
         if saved.idle is not None and parameter_check.is_mission_new(saved.idle, before):
             _raise(parameter_check.of_idle_rule(edit, saved, saved.idle, self.known_parameters))
         return saved
@@ -204,28 +211,28 @@ class Catalogue:
     # ------------------------------------------------------------------ groups and places
     def save_group(self, group: Group) -> Group:
         """Add (id 0) or change a group of robots."""
-        return self.edit(lambda edit: edit.save_group(group))
+        return self.edit(lambda edit: group_edit.save(edit, group))
 
     def remove_group(self, group_id: int) -> Removed:
         """Delete it with its schedules and waiting starts; ``restore`` undoes all of it."""
-        return self.edit(lambda edit: edit.remove_group(group_id))
+        return self.edit(lambda edit: group_edit.remove(edit, group_id))
 
     def save_place(self, place: Place) -> Place:
         """Add (id 0) or change a place for a limited number of missions at a time."""
-        return self.edit(lambda edit: edit.save_place(place))
+        return self.edit(lambda edit: group_edit.save_place(edit, place))
 
     def remove_place(self, place_id: int) -> Removed:
         """``restore`` puts it back."""
-        return self.edit(lambda edit: edit.remove_place(place_id))
+        return self.edit(lambda edit: group_edit.remove_place(edit, place_id))
 
     # ------------------------------------------------------------------ missions
     def save_mission(self, mission: Mission) -> Mission:
         """Add (id 0) or change a mission."""
-        return self.edit(lambda edit: edit.save_mission(mission))
+        return self.edit(lambda edit: mission_edit.save(edit, mission))
 
     def remove_mission(self, mission_id: int) -> Removed:
         """With the schedules and idle rules that use it; ``restore`` puts all that back."""
-        return self.edit(lambda edit: edit.remove_mission(mission_id))
+        return self.edit(lambda edit: mission_edit.remove(edit, mission_id))
 
     # ------------------------------------------------------------------ schedules
     def save_schedule(self, schedule: Schedule) -> Schedule:
@@ -238,32 +245,28 @@ class Catalogue:
             replace(schedule, parameters=parameters), before
         ):
             _raise(parameter_check.Runners(c).check(schedule, self.known_parameters))
-        return self.edit(lambda edit: edit.save_schedule(schedule))
-
-    def set_schedule_enabled(self, schedule_id: int, enabled: bool) -> Schedule:
-        """Switch it on or off; its waiting starts are cancelled."""
-        return self.edit(lambda edit: edit.save_schedule(replace(edit.the_schedule(schedule_id), enabled=enabled)))
+        return self.edit(lambda edit: schedule_edit.save(edit, schedule))
 
     def switch_schedule(self, schedule_id: int, on: bool) -> Switched:
-        """The same; ``switch_back`` undoes it."""
-        return self.edit(lambda edit: edit.switch_schedule(schedule_id, on))
+        """Switch it on or off, which cancels what waits of it; ``switch_back`` undoes that."""
+        return self.edit(lambda edit: undo.switch(edit, schedule_id, on))
 
     def switch_back(self, switched: Switched) -> None:
         """Its starts wait again, unless it is too late. Raises InvalidInput if the schedule was deleted."""
-        self.edit(lambda edit: switch_back(edit, switched))
+        self.edit(lambda edit: undo.switch_back(edit, switched))
 
     def remove_schedule(self, schedule_id: int) -> Removed:
         """Off at once; ``restore`` puts it back."""
-        return self.edit(lambda edit: edit.remove_schedule(schedule_id))
+        return self.edit(lambda edit: schedule_edit.remove(edit, schedule_id))
 
     def restore(self, removed: Removed) -> None:
         """Undo a deletion; raises InvalidInput when one of its names, or the robot's address, is taken now."""
         change = self.edit_rehearsed if removed.days else self.edit
-        change(lambda edit: restore(edit, removed))
+        change(lambda edit: undo.restore(edit, removed))
 
     def wait_again(self, execution_id: int) -> None:
         """Undo a person's cancellation of a start that was never sent; raises InvalidInput if it is too late."""
-        self.edit(lambda edit: wait_again(edit, execution_id))
+        self.edit(lambda edit: undo.wait_again(edit, execution_id))
 
 
 def _raise(checked: parameter_check.Checked) -> None:

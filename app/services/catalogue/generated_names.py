@@ -12,13 +12,13 @@ from typing import Any
 
 from app.domain import names
 from app.domain.models import Group, Mission, Robot, Schedule
-from app.services.catalogue.transaction import Transaction
+from app.services.catalogue.edit import Edit
 from app.services.live.changes import Topic
 
 Made = tuple[str, str]  # the names of a mission and of a robot
 
 
-def rename_for_robot(edit: Transaction, old: str, robot: Robot | Group) -> None:
+def rename_for_robot(edit: Edit, old: str, robot: Robot | Group) -> None:
     """``old``: the name that it, or the group, had."""
     if robot.name != old:
         missions = {mission.id: mission.name for mission in edit.missions.all(edit.c)}
@@ -34,7 +34,7 @@ def rename_for_robot(edit: Transaction, old: str, robot: Robot | Group) -> None:
         )
 
 
-def rename_for_mission(edit: Transaction, old: str, mission: Mission) -> None:
+def rename_for_mission(edit: Edit, old: str, mission: Mission) -> None:
     """``old``: the name that it had."""
     if mission.name != old:
         schedules = edit.schedules.for_mission(edit.c, mission.id)
@@ -42,7 +42,7 @@ def rename_for_mission(edit: Transaction, old: str, mission: Mission) -> None:
         _rename(edit, schedules, {id_: ((old, name), (mission.name, name)) for id_, name in targets.items()})
 
 
-def _rename(edit: Transaction, schedules: Sequence[Schedule], made_of: Mapping[int, tuple[Made, Made]]) -> None:
+def _rename(edit: Edit, schedules: Sequence[Schedule], made_of: Mapping[int, tuple[Made, Made]]) -> None:
     """``made_of``: the parts of the names, before and now, by id of the schedule. Numbered ones keep their order."""
     taken, free = edit.schedules.names(edit.c), dict[Made, Iterator[str]]()
     for schedule in sorted(schedules, key=lambda schedule: (len(schedule.name), schedule.name)):

@@ -12,7 +12,7 @@ from app.database.robots import RobotRepository
 from app.domain.models import IdleRule, InvalidInput, Robot, Schedule
 from app.domain.parameters import missing, values_for
 from app.domain.robot import MissionParameter
-from app.services.catalogue.transaction import Transaction
+from app.services.catalogue.edit import Edit
 
 ASKED_OF_A_GROUP = 4  # robots, before one of them refuses: mostly a mission is the same on all
 Known = Callable[[Robot, str], Sequence[MissionParameter] | None]  # of a mission's guid; None: not known
@@ -56,7 +56,7 @@ class Runners:
         return self._found[key]
 
 
-def of_idle_rule(edit: Transaction, robot: Robot, rule: IdleRule, known: Known) -> Checked:
+def of_idle_rule(edit: Edit, robot: Robot, rule: IdleRule, known: Known) -> Checked:
     """Its mission gets no parameters."""
     mission = edit.the_mission(rule.mission_id)
     parameters = known(robot, mission.guid)

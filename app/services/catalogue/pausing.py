@@ -11,7 +11,7 @@ from datetime import datetime
 from app.domain import rules
 from app.domain.clock import MOMENT
 from app.domain.models import InvalidInput, Reason, ReasonCode, Schedule
-from app.services.catalogue import change_log
+from app.services.catalogue import change_log, schedule_edit
 from app.services.catalogue.catalogue import Catalogue, Edit
 from app.services.live.changes import Topic
 from app.services.planning.recurrence import next_occurrence
@@ -70,7 +70,7 @@ class Pausing:
             if edit.executions.has_instant(c, schedule_id, instant):
                 raise InvalidInput("schedule", "this start may have been sent already")
             if schedule.next_at is None or instant < schedule.next_at:  # else a start due just now would be passed over
-                edit.schedules.advance(c, schedule_id, edit.first_due(schedule, edit.calendar))
+                edit.schedules.advance(c, schedule_id, schedule_edit.next_due(edit, schedule))
             _note(
                 edit, f"schedule {schedule.name!r}: the start at {change_log.moment(instant)} is not skipped any more"
             )

@@ -1,4 +1,7 @@
-"""Schedules: the part of a change of the plan that is about them."""
+"""Schedules: the part of a change of the plan that is about them.
+
+Every function raises InvalidInput before it has written anything.
+"""
 
 from __future__ import annotations
 
@@ -11,15 +14,13 @@ from app.domain.clock import MOMENT
 from app.domain.models import Group, InvalidInput, Mission, Robot, Schedule, State
 from app.domain.rules import token_of
 from app.services.catalogue import change_log, checks, validation
-from app.services.catalogue.transaction import Transaction
-from app.services.catalogue.undo import Removed, Switched
+from app.services.catalogue.edit import Edit, Removed
 from app.services.executions import transitions
 from app.services.executions.transitions import Event, Transition
 from app.services.executions.wanted import as_defined, has_start
 from app.services.live.changes import Topic
 from app.services.planning.planned import first_due
 from app.services.planning.recurrence import next_occurrence, passed_occurrences
-from app.services.planning.working_days import WorkingCalendar
 
 NOT_THE_RULE = {
     "id": 0,
@@ -32,194 +33,188 @@ NOT_THE_RULE = {
 _FAR = timedelta(days=366)  # a rule that has ended is not searched further back
 
 
-class ScheduleEdit(Transaction):
-    """Every method raises InvalidInput before it has written anything."""
+def next_due(edit: Edit, schedule: Schedule) -> datetime | None:
+    """The next instant, without those already planned or skipped in advance."""
+    return first_due(schedule, edit.settings, edit.now, edit.calendar, edit.schedules.skipped(edit.c, schedule.id))
 
-    def first_due(self, schedule: Schedule, calendar: WorkingCalendar) -> datetime | None:
-        """The next instant, without those already planned or skipped in advance."""
-        return first_due(schedule, self.settings, self.now, calendar, self.schedules.skipped(self.c, schedule.id))
 
-    def save_schedule(self, schedule: Schedule) -> Schedule:
-        """Add (id 0) or change. A blank name becomes "<mission> on <robot>". Waiting starts of a changed schedule
-        follow the change if their robot or group and their instant stay, otherwise they are cancelled; instants before
-        now write no row; an unchanged schedule stays untouched."""
-        stored = self.the_schedule(schedule.id) if schedule.id else None
-        target = self.target_of(schedule)
-        mission = self.mission_for(target, schedule.mission_id)
-        schedule = replace(schedule, mission_id=mission.id, name=self._schedule_name(schedule, stored, target, mission))
-        if stored is not None and self.definition(schedule) == self.definition(stored):
-            return stored
-        schedule = validation.schedule(schedule)
-        if stored is not None and self.definition(schedule) == self.definition(stored):
-            return stored
-        calendar = self.calendar
-        validation.one_time_on_working_day(schedule, calendar)
-        schedule = replace(schedule, changed_at=self.now)
-        if stored is None:
-            self.notes.append(f"schedule {schedule.name!r} added")
-            schedule = self.schedules.add(self.c, replace(schedule, next_at=self.first_due(schedule, calendar)))
-        else:
-            was_on, ran = self.target_of(stored), self.the_mission(stored.mission_id)
-            changed = change_log.differences(
-                change_log.of_schedule(stored, was_on, ran), change_log.of_schedule(schedule, target, mission)
-            )
-            self.notes.append(f"schedule {stored.name!r} changed: {changed}")
-            schedule = self._replan(stored, schedule, calendar)
-            self.schedules.update(self.c, schedule)
-            self.change_waiting(schedule, mission)
-            self._choose_again(schedule)
-        self.topics.add(Topic.SCHEDULES)
+def save(edit: Edit, schedule: Schedule) -> Schedule:
+    """Add (id 0) or change. A blank name becomes "<mission> on <robot>". Waiting starts of a changed schedule
+    follow the change if their robot or group and their instant stay, otherwise they are cancelled; instants before
+    now write no row; an unchanged schedule stays untouched."""
+    stored = edit.the_schedule(schedule.id) if schedule.id else None
+    target = edit.target_of(schedule)
+    mission = edit.mission_for(target, schedule.mission_id)
+    schedule = replace(schedule, mission_id=mission.id, name=_name(edit, schedule, stored, target, mission))
+    if stored is not None and definition(schedule) == definition(stored):
+        return stored
+    schedule = validation.schedule(schedule)
+    if stored is not None and definition(schedule) == definition(stored):
+        return stored
+    validation.one_time_on_working_day(schedule, edit.calendar)
+    schedule = replace(schedule, changed_at=edit.now)
+    if stored is None:
+        edit.notes.append(f"schedule {schedule.name!r} added")
+        schedule = edit.schedules.add(edit.c, replace(schedule, next_at=next_due(edit, schedule)))
+    else:
+        was_on, ran = edit.target_of(stored), edit.the_mission(stored.mission_id)
+        changed = change_log.differences(
+            change_log.of_schedule(stored, was_on, ran), change_log.of_schedule(schedule, target, mission)
+        )
+        edit.notes.append(f"schedule {stored.name!r} changed: {changed}")
+        schedule = _replan(edit, stored, schedule)
+        edit.schedules.update(edit.c, schedule)
+        change_waiting(edit, schedule, mission)
+        _choose_again(edit, schedule)
+    edit.topics.add(Topic.SCHEDULES)
+    return schedule
+
+
+def replan_outdated(edit: Edit) -> int:
+    """At a start: starts planned by other rules (of an older version) or with other zone data are planned again,
+    each moved to the nearest new instant. Returns the number of schedules."""
+    outdated = [
+        schedule
+        for schedule in edit.schedules.all(edit.c)
+        if schedule.next_at is not None and _nearest(edit, schedule, schedule.next_at) != schedule.next_at
+    ]
+    for schedule in outdated:
+        _move_skips(edit, schedule)
+        through = schedule.planned_through and _nearest(edit, schedule, schedule.planned_through)
+        edit.schedules.advance(
+            edit.c,
+            schedule.id,
+            first_due(
+                replace(schedule, planned_through=through),
+                edit.settings,
+                schedule.changed_at or edit.now,
+                edit.calendar,
+                edit.schedules.skipped(edit.c, schedule.id),
+            ),
+        )
+        edit.topics |= {Topic.SCHEDULES, Topic.EXECUTIONS}
+    return len(outdated)
+
+
+def _nearest(edit: Edit, schedule: Schedule, at: datetime) -> datetime:
+    """The instant of the schedule nearest to ``at``, which may be one itself. Ignores working days: a start stays due if its day was
+    closed later."""
+    schedule = replace(schedule, respect_working_days=False)
+    following = next_occurrence(schedule, at - MOMENT, edit.calendar)
+    if following == at:
+        return at
+    reach = _FAR if following is None else min(following - at, _FAR)
+    return passed_occurrences(schedule, at - reach, at, edit.calendar).last or following or at
+
+
+def _move_skips(edit: Edit, schedule: Schedule) -> None:
+    """Future starts that a person skipped or holds stay so at their new instants."""
+    through = schedule.planned_through
+    for held in (False, True):
+        for _id, old in edit.skips_of([schedule], held=held):
+            new = _nearest(edit, schedule, old)
+            if new == old or (through is not None and old <= through):
+                continue
+            edit.schedules.unskip(edit.c, schedule.id, old)
+            if held:
+                edit.schedules.hold(edit.c, schedule.id, new)
+            else:
+                edit.schedules.skip(edit.c, schedule.id, new)
+                _move_skipped_row(edit, schedule, old, new)
+
+
+def _move_skipped_row(edit: Edit, schedule: Schedule, old: datetime, new: datetime) -> None:
+    install_id = edit.stored_settings.install_id(edit.c)
+    row = edit.executions.by_token(edit.c, token_of(install_id, schedule.id, old))
+    if row is not None and row.ended_at is not None and not edit.executions.has_instant(edit.c, schedule.id, new):
+        moved = {
+            "planned_at": new,
+            "ended_at": row.ended_at + (new - old),
+            "closes_at": row.closes_at + (new - old),
+            "finish_by": row.finish_by and row.finish_by + (new - old),
+            "token": token_of(install_id, schedule.id, new),
+        }
+        edit.apply([Transition(Event.MOVE, row, moved)])
+
+
+def _replan(edit: Edit, stored: Schedule, schedule: Schedule) -> Schedule:
+    """Compute its next instant and withdraw waiting starts of instants that it no longer has; neither if only the
+    way it runs was changed."""
+    noted = {name: getattr(stored, name) for name in NOT_THE_RULE if name not in ("id", "changed_at")}
+    schedule = replace(schedule, **noted)
+    if _when(schedule) == _when(stored):
         return schedule
+    kept = [row for row in edit.unsent_of([schedule]) if has_start(row, schedule, edit.settings, edit.calendar)]
+    edit.apply(transitions.want_again(row) for row in kept)
+    was = "changed" if schedule.enabled else "switched_off"
+    withdrawn = [
+        row for row in edit.withdraw_all(stored, was, {row.id for row in kept}) if row.was_never_sent and not row.held
+    ]
+    if withdrawn:  # never sent: as if they had never been planned
+        instants, begun = {row.planned_at for row in withdrawn}, schedule.started_through
+        last = max((row.planned_at for row in kept), default=min(instants) - MOMENT)
+        if begun is not None and begun not in instants:  # of another one, later by a clock that has been set back
+            last = max(last, begun)
+        schedule = replace(schedule, planned_through=last)
+    schedule = replace(schedule, next_at=next_due(edit, schedule))
+    if schedule.next_at is not None:
+        edit.executions.drop_withdrawn(edit.c, schedule.id, schedule.next_at)
+    return schedule
 
-    def switch_schedule(self, schedule_id: int, on: bool) -> Switched:
-        schedule = self.the_schedule(schedule_id)
-        before = Switched(schedule, self.open_of([schedule]))
-        self.save_schedule(replace(schedule, enabled=on))
-        return before
 
-    def replan_outdated(self) -> int:
-        """At a start: starts planned by other rules (of an older version) or with other zone data are planned again,
-        each moved to the nearest new instant. Returns the number of schedules."""
-        outdated = [
-            schedule
-            for schedule in self.schedules.all(self.c)
-            if schedule.next_at is not None and self._nearest(schedule, schedule.next_at) != schedule.next_at
-        ]
-        for schedule in outdated:
-            self._move_skips(schedule)
-            through = schedule.planned_through and self._nearest(schedule, schedule.planned_through)
-            self.schedules.advance(
-                self.c,
-                schedule.id,
-                first_due(
-                    replace(schedule, planned_through=through),
-                    self.settings,
-                    schedule.changed_at or self.now,
-                    self.calendar,
-                    self.schedules.skipped(self.c, schedule.id),
-                ),
-            )
-            self.topics |= {Topic.SCHEDULES, Topic.EXECUTIONS}
-        return len(outdated)
+def change_waiting(edit: Edit, schedule: Schedule, mission: Mission) -> None:
+    """Waiting starts take over the schedule's new values; starts being sent are checked against them when they are
+    sent (``wanted``)."""
+    for row in edit.unsent_of([schedule]):
+        columns = as_defined(edit.c, row, schedule, mission, edit.settings)
+        if row.state is State.SUBMITTING:
+            columns = {
+                name: value for name, value in columns.items() if name == "closes_at"
+            }  # how long it is looked for
+        edit.apply([transitions.redefine(row, **columns)])
 
-    def _nearest(self, schedule: Schedule, at: datetime) -> datetime:
-        """The instant of the schedule nearest to ``at``, which may be one itself. Ignores working days: a start stays due if its day was
-        closed later."""
-        schedule = replace(schedule, respect_working_days=False)
-        following = next_occurrence(schedule, at - MOMENT, self.calendar)
-        if following == at:
-            return at
-        reach = _FAR if following is None else min(following - at, _FAR)
-        return passed_occurrences(schedule, at - reach, at, self.calendar).last or following or at
 
-    def _move_skips(self, schedule: Schedule) -> None:
-        """Future starts that a person skipped or holds stay so at their new instants."""
-        through = schedule.planned_through
-        for held in (False, True):
-            for _id, old in self.skips_of([schedule], held=held):
-                new = self._nearest(schedule, old)
-                if new == old or (through is not None and old <= through):
-                    continue
-                self.schedules.unskip(self.c, schedule.id, old)
-                if held:
-                    self.schedules.hold(self.c, schedule.id, new)
-                else:
-                    self.schedules.skip(self.c, schedule.id, new)
-                    self._move_skipped_row(schedule, old, new)
+def _choose_again(edit: Edit, schedule: Schedule) -> None:
+    """Choose the robot of its group again for a waiting start, before its other values are updated."""
+    for row in edit.unsent_of([schedule]) if schedule.group_id is not None else ():
+        if row.state is State.WAITING:
+            edit.apply([transitions.redefine(row, priority=schedule.priority), transitions.unassign(row)])
 
-    def _move_skipped_row(self, schedule: Schedule, old: datetime, new: datetime) -> None:
-        install_id = self.stored_settings.install_id(self.c)
-        row = self.executions.by_token(self.c, token_of(install_id, schedule.id, old))
-        if row is not None and row.ended_at is not None and not self.executions.has_instant(self.c, schedule.id, new):
-            moved = {
-                "planned_at": new,
-                "ended_at": row.ended_at + (new - old),
-                "closes_at": row.closes_at + (new - old),
-                "finish_by": row.finish_by and row.finish_by + (new - old),
-                "token": token_of(install_id, schedule.id, new),
-            }
-            self.apply([Transition(Event.MOVE, row, moved)])
 
-    def _replan(self, stored: Schedule, schedule: Schedule, calendar: WorkingCalendar) -> Schedule:
-        """Compute its next instant and withdraw waiting starts of instants that it no longer has; neither if only the
-        way it runs was changed."""
-        noted = {name: getattr(stored, name) for name in NOT_THE_RULE if name not in ("id", "changed_at")}
-        schedule = replace(schedule, **noted)
-        if _when(schedule) == _when(stored):
-            return schedule
-        kept = [row for row in self.unsent_of([schedule]) if has_start(row, schedule, self.settings, calendar)]
-        self.apply(transitions.want_again(row) for row in kept)
-        was = "changed" if schedule.enabled else "switched_off"
-        withdrawn = [
-            row
-            for row in self.withdraw_all(stored, was, {row.id for row in kept})
-            if row.was_never_sent and not row.held
-        ]
-        if withdrawn:  # never sent: as if they had never been planned
-            instants, begun = {row.planned_at for row in withdrawn}, schedule.started_through
-            last = max((row.planned_at for row in kept), default=min(instants) - MOMENT)
-            if begun is not None and begun not in instants:  # of another one, later by a clock that has been set back
-                last = max(last, begun)
-            schedule = replace(schedule, planned_through=last)
-        schedule = replace(schedule, next_at=self.first_due(schedule, calendar))
-        if schedule.next_at is not None:
-            self.executions.drop_withdrawn(self.c, schedule.id, schedule.next_at)
-        return schedule
+def update_waiting(edit: Edit, schedules: Iterable[Schedule]) -> None:
+    """Update waiting starts of these schedules, whose mission or settings were changed."""
+    for schedule in schedules:
+        change_waiting(edit, schedule, edit.the_mission(schedule.mission_id))
 
-    def change_waiting(self, schedule: Schedule, mission: Mission) -> None:
-        """Waiting starts take over the schedule's new values; starts being sent are checked against them when they are
-        sent (``wanted``)."""
-        for row in self.unsent_of([schedule]):
-            columns = as_defined(self.c, row, schedule, mission, self.settings)
-            if row.state is State.SUBMITTING:
-                columns = {
-                    name: value for name, value in columns.items() if name == "closes_at"
-                }  # how long it is looked for
-            self.apply([transitions.redefine(row, **columns)])
 
-    def _choose_again(self, schedule: Schedule) -> None:
-        """Choose the robot of its group again for a waiting start, before its other values are updated."""
-        for row in self.unsent_of([schedule]) if schedule.group_id is not None else ():
-            if row.state is State.WAITING:
-                self.apply([transitions.redefine(row, priority=schedule.priority), transitions.unassign(row)])
+def definition(schedule: Schedule) -> Schedule:
+    """The schedule without what the app itself notes on it."""
+    return replace(schedule, **NOT_THE_RULE)  # type: ignore[arg-type]
 
-    def update_waiting(self, schedules: Iterable[Schedule]) -> None:
-        """Update waiting starts of these schedules, whose mission or settings were changed."""
-        for schedule in schedules:
-            self.change_waiting(schedule, self.the_mission(schedule.mission_id))
 
-    @staticmethod
-    def definition(schedule: Schedule) -> Schedule:
-        """The schedule without what the app itself notes on it."""
-        return replace(schedule, **NOT_THE_RULE)  # type: ignore[arg-type]
+def _name(edit: Edit, schedule: Schedule, stored: Schedule | None, target: Robot | Group, mission: Mission) -> str:
+    if not schedule.name.strip():
+        is_generated = stored is not None and names.is_generated(stored.name, mission.name, target.name)
+        return stored.name if stored is not None and is_generated else free_name(edit, mission.name, target.name)
+    name = checks.name(schedule.name)
+    other = edit.schedules.by_name(edit.c, name)
+    if other is not None and other.id != schedule.id:
+        raise InvalidInput("name", "there is a schedule {name} already", name=name)
+    return name
 
-    def _schedule_name(
-        self, schedule: Schedule, stored: Schedule | None, target: Robot | Group, mission: Mission
-    ) -> str:
-        if not schedule.name.strip():
-            is_generated = stored is not None and names.is_generated(stored.name, mission.name, target.name)
-            return (
-                stored.name
-                if stored is not None and is_generated
-                else self.free_schedule_name(mission.name, target.name)
-            )
-        name = checks.name(schedule.name)
-        other = self.schedules.by_name(self.c, name)
-        if other is not None and other.id != schedule.id:
-            raise InvalidInput("name", "there is a schedule {name} already", name=name)
-        return name
 
-    def free_schedule_name(self, mission: str, robot: str) -> str:
-        return next(name for name in names.generated(mission, robot) if self.schedules.by_name(self.c, name) is None)
+def free_name(edit: Edit, mission: str, robot: str) -> str:
+    return next(name for name in names.generated(mission, robot) if edit.schedules.by_name(edit.c, name) is None)
 
-    def remove_schedule(self, schedule_id: int) -> Removed:
-        """Takes effect at once; waiting starts are cancelled, running ones continue, history stays."""
-        schedule = self.the_schedule(schedule_id)
-        starts = self.open_of([schedule])
-        self.withdraw_all(schedule, "deleted")
-        self.notes.append(f"schedule {schedule.name!r} removed")
-        self.topics.add(Topic.SCHEDULES)
-        return self.remove(Removed(self.now, starts=starts), [schedule])
+
+def remove(edit: Edit, schedule_id: int) -> Removed:
+    """Takes effect at once; waiting starts are cancelled, running ones continue, history stays."""
+    schedule = edit.the_schedule(schedule_id)
+    starts = edit.open_of([schedule])
+    edit.withdraw_all(schedule, "deleted")
+    edit.notes.append(f"schedule {schedule.name!r} removed")
+    edit.topics.add(Topic.SCHEDULES)
+    return edit.hide(Removed(edit.now, starts=starts), [schedule])
 
 
 def _when(schedule: Schedule) -> tuple[object, ...]:

@@ -3,39 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from datetime import datetime
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 from app.database.executions import UNBOUND
 from app.database.table import Table
 from app.domain import names
 from app.domain.models import Execution, InvalidInput, Overlap, ReasonCode, Schedule, State, Trigger
-from app.services.catalogue import change_log
+from app.services.catalogue import change_log, mission_edit, robot_edit, schedule_edit, settings_edit
+from app.services.catalogue.edit import Edit, Removed
 from app.services.executions import transitions
 from app.services.executions.wanted import wanted
 from app.services.live.changes import Topic
 
-if TYPE_CHECKING:
-    from app.services.catalogue.edit import Edit
-
 T = TypeVar("T")
-
-
-@dataclass(frozen=True)
-class Removed:
-    """What one deletion has hidden, by ids, and the starts that it ended, as they were: ``Catalogue.restore`` puts all that back."""
-
-    at: datetime
-    robots: Sequence[int] = ()
-    groups: Sequence[int] = ()
-    places: Sequence[int] = ()
-    missions: Sequence[int] = ()
-    schedules: Sequence[int] = ()
-    days: Sequence[int] = ()
-    made_names: Collection[int] = ()  # ids of those schedules whose names say what they do where
-    starts: Sequence[Execution] = ()
-    token: str | None = field(default=None, repr=False)  # of the robot: here only, until it is put back
 
 
 @dataclass(frozen=True)
@@ -46,10 +28,17 @@ class Switched:
     starts: Sequence[Execution]
 
 
+def switch(edit: Edit, schedule_id: int, on: bool) -> Switched:
+    schedule = edit.the_schedule(schedule_id)
+    before = Switched(schedule, edit.open_of([schedule]))
+    schedule_edit.save(edit, replace(schedule, enabled=on))
+    return before
+
+
 def switch_back(edit: Edit, switched: Switched) -> None:
     """Only the switch: other changes of the schedule since then stay. Starts that fell due while it was off are due."""
     before = switched.schedule
-    schedule = edit.save_schedule(replace(edit.the_schedule(before.id), enabled=before.enabled))
+    schedule = schedule_edit.save(edit, replace(edit.the_schedule(before.id), enabled=before.enabled))
     if (
         schedule.enabled
         and before.next_at is not None
@@ -69,7 +58,7 @@ def restore(edit: Edit, removed: Removed) -> None:
     for robot in _put_back(edit, edit.robots, removed.robots, removed.at):
         _check_name_is_free(edit, robot.name)
         try:
-            edit.check_is_no_other(robot)
+            robot_edit.check_is_no_other(edit, robot)
         except InvalidInput as other:
             raise InvalidInput(
                 other.field,
@@ -98,7 +87,7 @@ def restore(edit: Edit, removed: Removed) -> None:
             )
         edit.missions.update(edit.c, mission)
         edit.notes.append(f"mission {mission.name!r} put back")
-        edit.use_own_mission(mission)
+        mission_edit.use_own(edit, mission)
     schedules = _put_back(edit, edit.schedules, removed.schedules, removed.at)
     for schedule in schedules:
         _restore_schedule(edit, schedule, removed)
@@ -112,7 +101,7 @@ def restore(edit: Edit, removed: Removed) -> None:
         edit.days.update(edit.c, exception)
         edit.notes.append(f"{change_log.days(exception)} put back")
     if days:
-        edit.days_changed()
+        settings_edit.days_changed(edit)
     else:
         edit.topics |= {Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.HOLDS, Topic.EXECUTIONS}
 
@@ -137,7 +126,7 @@ def _restore_schedule(edit: Edit, schedule: Schedule, removed: Removed) -> None:
     does = edit.the_mission(schedule.mission_id).name, edit.target_of(schedule).name
     is_taken = edit.schedules.by_name(edit.c, schedule.name) is not None
     if schedule.id in removed.made_names and (is_taken or not names.is_generated(schedule.name, *does)):
-        schedule = replace(schedule, name=edit.free_schedule_name(*does))
+        schedule = replace(schedule, name=schedule_edit.free_name(edit, *does))
     elif is_taken:
         raise InvalidInput(
             "name",
@@ -153,7 +142,7 @@ def _restore_schedule(edit: Edit, schedule: Schedule, removed: Removed) -> None:
         if row.schedule_id == schedule.id and row.state is State.WAITING and row.held and row.planned_at > through:
             edit.schedules.hold(edit.c, schedule.id, row.planned_at)
     edit.executions.make_room_after(edit.c, schedule.id, through, edit.now)
-    edit.schedules.advance(edit.c, schedule.id, edit.first_due(schedule, edit.calendar))
+    edit.schedules.advance(edit.c, schedule.id, schedule_edit.next_due(edit, schedule))
 
 
 def _restore_start(edit: Edit, before: Execution, together: Collection[datetime], *, has_its_robot_again: bool) -> None:
@@ -273,6 +262,6 @@ def _plan_again(edit: Edit, row: Execution, schedule_id: int) -> None:
     if wanted(edit.c, replace(row, state=State.WAITING, reason=None), reopen=True).why is not None:
         raise InvalidInput("schedule", "its schedule has been changed since")
     if schedule.next_at is None or row.planned_at < schedule.next_at:  # else a start due just now would be passed over
-        edit.schedules.advance(edit.c, schedule_id, edit.first_due(schedule, edit.calendar))
+        edit.schedules.advance(edit.c, schedule_id, schedule_edit.next_due(edit, schedule))
     edit.notes.append(f"#{row.id} {row.mission!r} is planned again: its cancellation was undone")
     edit.topics |= {Topic.EXECUTIONS, Topic.SCHEDULES}

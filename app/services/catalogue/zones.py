@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from app.domain.models import Schedule
-from app.services.catalogue import checks
+from app.services.catalogue import checks, schedule_edit
+from app.services.catalogue.edit import Edit
 from app.services.live.alarms import ZONE_GUESSED, alarm_of
 from app.services.live.changes import Topic
 from app.services.live.tablet_zone import TabletZone
-
-if TYPE_CHECKING:
-    from app.services.catalogue.edit import Edit
 
 
 def take_known_zones(edit: Edit, find_zone: Callable[[], TabletZone]) -> list[str]:
@@ -30,7 +27,7 @@ def take_known_zones(edit: Edit, find_zone: Callable[[], TabletZone]) -> list[st
         edit.settings = edit.stored_settings.save(edit.c, timezone=found.name)
         edit.topics.add(Topic.SETTINGS)
         if not found.is_certain:
-            _ask_for_zone(edit)
+            ask_for_zone(edit)
             lines.append(
                 f"it was not certain which time zone the tablet has; the settings take {found.name} until one is chosen"
             )
@@ -44,7 +41,7 @@ def _take_known_zone(edit: Edit, schedule: Schedule) -> str:
     unknown, zone = schedule.timezone, edit.settings.timezone
     is_guess = edit.alarms.active(edit.c, *ZONE_GUESSED) is not None
     known = replace(schedule, timezone=zone, enabled=schedule.enabled and not is_guess, changed_at=edit.now)
-    edit.schedules.update(edit.c, replace(known, next_at=edit.first_due(known, edit.calendar)))
+    edit.schedules.update(edit.c, replace(known, next_at=schedule_edit.next_due(edit, known)))
     edit.topics.add(Topic.SCHEDULES)
     if not is_guess or not schedule.enabled:
         return f"the time zone {unknown} is not known here; the schedule {schedule.name} takes {zone}"
@@ -54,13 +51,7 @@ def _take_known_zone(edit: Edit, schedule: Schedule) -> str:
     return f"the time zone {unknown} is not known here; the schedule {schedule.name} is switched off"
 
 
-def guess_again(edit: Edit, zone: str) -> None:
-    """Undo that a person has chosen another one."""
-    edit.change_settings(timezone=zone)
-    _ask_for_zone(edit)
-
-
-def _ask_for_zone(edit: Edit) -> None:
+def ask_for_zone(edit: Edit) -> None:
     """With an alarm, until a person has chosen one: that of the settings is a guess."""
     edit.alarms.raise_once(edit.c, alarm_of(*ZONE_GUESSED, edit.now, {"zone": edit.settings.timezone}))
     edit.topics.add(Topic.ALARMS)

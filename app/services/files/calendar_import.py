@@ -10,6 +10,7 @@ from zoneinfo import ZoneInfo
 from app.database.settings import CalendarRepository, SettingsRepository
 from app.domain import names
 from app.domain.models import DayException, InvalidInput
+from app.services.catalogue import settings_edit
 from app.services.catalogue.edit import Edit
 from app.services.files import ics
 from app.services.files.calendar_days import Found, FoundDays, LeftOut, read_days
@@ -64,7 +65,7 @@ class CalendarFiles(DataFiles):
 
         def add(edit: Edit) -> list[DayException]:
             there = set(map(_identity, edit.days.all(edit.c)))
-            return edit.save_days([day for day in days if _identity(day) not in there])
+            return settings_edit.save_days(edit, [day for day in days if _identity(day) not in there])
 
         return self._catalogue.edit_rehearsed(add)
 

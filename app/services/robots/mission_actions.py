@@ -20,6 +20,7 @@ from app.domain.models import Connection, InvalidInput, Mission, Robot
 from app.domain.robot import ENTRIES, Stop
 from app.mir.client import RobotClient
 from app.mir.errors import Rejected, RobotError, Unreadable
+from app.services.catalogue import mission_edit
 from app.services.catalogue.catalogue import Catalogue
 from app.services.live.snapshots import Snapshots
 
@@ -142,7 +143,9 @@ class MissionActionsReader:
 
     def _store(self) -> None:
         if self._changed(self._missions.all(self._db.read())):
-            self._catalogue.edit(lambda edit: list(map(edit.save_mission, self._changed(edit.missions.all(edit.c)))))
+            self._catalogue.edit(
+                lambda edit: [mission_edit.save(edit, mission) for mission in self._changed(edit.missions.all(edit.c))]
+            )
         if stops := self._stops_to_keep():
             self._db.write(lambda c: self._stops.keep(c, stops))
 

@@ -12,6 +12,7 @@ import pytest
 
 from app.domain.choice import chosen, earlier_robots, stuck, stuck_since
 from app.domain.models import Overlap, Place, Trigger
+from app.services.catalogue import group_edit
 from tests.services.story import *
 
 GroupStory = partial(Story, on="group", robots=3)
@@ -246,7 +247,7 @@ test_by_hand = told(
     ),
     GroupStory(
         "nor while its place is full",
-        do(lambda s: s.container.catalogue.edit(lambda edit: edit.save_place(Place("Dock 2", 1, (1,))))),
+        do(lambda s: s.container.catalogue.edit(lambda edit: group_edit.save_place(edit, Place("Dock 2", 1, (1,))))),
         [plan("B", window=30), 310, plan(at="06:06", window=30), 60, refused(give("R3"), "Dock 2 is full: ")],
         stays_open=True,
     ),

@@ -11,6 +11,7 @@ import pytest
 from app.database.errors import DatabaseUnavailable
 from app.domain.choice import chosen
 from app.domain.models import Group
+from app.services.catalogue import group_edit
 from app.services.dispatch import messages
 from app.services.dispatch.ledger import TOO_MANY
 from app.services.dispatch.timing import INTENT_LEAD, LIVE_EVERY, LOOKS_FOR
@@ -121,8 +122,8 @@ test_silent = told(
     ),
     GroupStory(
         "one of another group that hangs is not waited for at all",
-        do(lambda s: s.container.catalogue.edit(lambda edit: edit.save_group(replace(s.group, members=(2, 3))))),
-        do(lambda s: s.container.catalogue.edit(lambda edit: edit.save_group(Group("Yard", (1,))))),
+        do(lambda s: s.container.catalogue.edit(lambda edit: group_edit.save(edit, replace(s.group, members=(2, 3))))),
+        do(lambda s: s.container.catalogue.edit(lambda edit: group_edit.save(edit, Group("Yard", (1,))))),
         [plan(), plan("B", group_id=2), 298, meets("GET", "*", SLOW, 8.0, robot="R1"), 15],
         true(lambda s: [post.at > 305 for post in s.network.posts("R1")] == [True]),
         true(lambda s: [p.at < 300 + LOOKS_FOR / 2 for p in s.network.posts() if p.robot != "R1"] == [True]),

@@ -8,6 +8,7 @@ from functools import partial
 from app.domain.activity import is_charging
 from app.domain.models import Group, Place, Trigger
 from app.domain.reasons import waiting_sentence
+from app.services.catalogue import group_edit
 from tests.services.story import *
 
 GroupStory = partial(Story, on="group", robots=3)
@@ -20,7 +21,10 @@ NO_MORE_PLANNED = do(lambda s: s.network.planned.clear())
 
 def dock(most=1):
     """ "Deliver" uses a place with room for so many; "Home" does not."""
-    return [HOME, do(lambda s: s.container.catalogue.edit(lambda edit: edit.save_place(Place("Dock 2", most, (1,)))))]
+    return [
+        HOME,
+        do(lambda s: s.container.catalogue.edit(lambda edit: group_edit.save_place(edit, Place("Dock 2", most, (1,))))),
+    ]
 
 
 @step
@@ -80,7 +84,7 @@ test_places = told(
     ),
     GroupStory(
         "another group shares it",
-        [dock(), do(lambda s: s.container.catalogue.edit(lambda edit: edit.save_group(Group("Yard", (3,)))))],
+        [dock(), do(lambda s: s.container.catalogue.edit(lambda edit: group_edit.save(edit, Group("Yard", (3,)))))],
         [plan(), plan("B", group_id=2), 303, waits(Wait.PLACE)],
         true(lambda s: len(s.executions(SUBMITTING, QUEUED, EXECUTING)) == 1),
         true(lambda s: s.executions(WAITING)[0].wait_details["until"].endswith(":00+00:00")),

@@ -13,6 +13,7 @@ from hypothesis import Phase, example, given, settings
 from hypothesis import strategies as st
 
 from app.domain.models import Schedule, State
+from app.services.catalogue import group_edit
 from tests.services.story import *
 from tests.support.groups import Hall
 from tests.support.network import Fate
@@ -178,8 +179,8 @@ def carry_out(plant: Plant, act: str, number: int) -> None:
         case "delete and undo":
             c.catalogue.restore(c.catalogue.remove_schedule(schedule.id))
         case "off and on":
-            c.catalogue.set_schedule_enabled(schedule.id, False)
-            c.catalogue.set_schedule_enabled(schedule.id, True)
+            c.catalogue.switch_schedule(schedule.id, False)
+            c.catalogue.switch_schedule(schedule.id, True)
         case "pause":
             c.pausing.pause(schedule.id, site.clock.now() + timedelta(minutes=7))
         case "resume":
@@ -275,7 +276,9 @@ def test_how_long_a_robot_runs_is_known_however_short_the_history(tmp_path, limi
     floor = Floor(tmp_path, limit)
     floor.only("R1", "R3")
     floor.plan("Learn", recurrence="FREQ=MINUTELY;INTERVAL=3;COUNT=4", robot_id=floor.robot("R1").id, group_id=None)
-    floor.container.catalogue.edit(lambda edit: edit.save_group(replace(floor.group, members=floor.group.members[:2])))
+    floor.container.catalogue.edit(
+        lambda edit: group_edit.save(edit, replace(floor.group, members=floor.group.members[:2]))
+    )
     floor.plan("Low", "2026-11-23T06:24")
     floor.run(1430)
     floor.charge("R1", NEARLY_EMPTY)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from datetime import timedelta
 
 from app.domain.models import Place, Trigger
+from app.services.catalogue import group_edit
 from mir_sim.mission_queue import MissionQueue
 from tests.services.story import *
 
@@ -91,7 +92,7 @@ test_begun = told(
         do(
             lambda s: (
                 s.add_mission("Home"),
-                s.container.catalogue.edit(lambda edit: edit.save_place(Place("Dock", 1, (1, 2)))),
+                s.container.catalogue.edit(lambda edit: group_edit.save_place(edit, Place("Dock", 1, (1, 2)))),
             )
         ),
         [set_up(poll_interval_seconds=120), rest(), 330, do(lambda s: s.container.operator.run_now(2, 1))],

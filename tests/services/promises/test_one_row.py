@@ -13,6 +13,7 @@ import pytest
 
 from app.domain.models import Overlap, Schedule
 from app.domain.reasons import sentence
+from app.services.catalogue import schedule_edit
 from app.services.files.history_export import write_history
 from app.services.live.alarms import alarm_sentence
 from tests.services.story import *
@@ -197,7 +198,7 @@ def every_minute(s, schedules):
         for number in range(schedules):
             values = {"respect_working_days": False, "overlap": Overlap.QUEUE}
             start = datetime(2026, 11, 23, 6, 5)
-            edit.save_schedule(Schedule(f"S{number}", 1, 1, start, "Europe/Helsinki", "FREQ=MINUTELY", **values))
+            schedule_edit.save(edit, Schedule(f"S{number}", 1, 1, start, "Europe/Helsinki", "FREQ=MINUTELY", **values))
 
     s.container.catalogue.edit(save)
 

@@ -266,7 +266,7 @@ def test_values_saved_elsewhere_stay_where_nothing_was_entered(screen, container
         replace(stock(container), name="Inventory", minimum_battery_percent=55.0)
     )
     container.pausing.pause(changed.id, container.clock.now() + timedelta(days=5))
-    container.catalogue.set_schedule_enabled(changed.id, False)
+    container.catalogue.switch_schedule(changed.id, False)
     settle(screen, ui)
     if drafts:
         ui.tap(open_draft(ui))

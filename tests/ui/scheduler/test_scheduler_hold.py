@@ -21,6 +21,7 @@ from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.timeline import Timeline
 from app.widgets.tokens import tk
+from tests.support.edits import add_days
 from tests.support.planner import insert_due
 from tests.ui.planner import KITS, choose, menu, named, pick_day, press, rebuild_scheduler, row, save, settle
 
@@ -252,11 +253,12 @@ def test_the_plan_is_written_as_a_calendar_file_and_says_where(screen, container
 # ---------------------------------------------------------------------- the exception calendar
 def test_closed_days_are_hatched_and_the_form_refuses_them_by_name(screen, container, ui):
     """Saturday becomes a working day, Monday is closed: the plan and the form say so at once."""
-    container.catalogue.add_days(
+    add_days(
+        container.catalogue,
         [
             DayException("Fair", date(2026, 11, 21), date(2026, 11, 21), is_working=True),
             DayException("Stocktaking", date(2026, 11, 23), date(2026, 11, 23)),
-        ]
+        ],
     )
     settle(screen, ui)
     assert not [words for *_hours, words, _kind in ui.find(Timeline).bands if words.startswith("Saturday")]

@@ -113,7 +113,7 @@ def test_each_start_in_an_unchanged_form_can_be_skipped(screen, container, ui):
     settle(screen, ui)
     assert not ui.find(CommandButton, text="Skip a start").disabled
     assert "Save the changes first, then skip a start" not in ui.texts(ui.find(FormCard))
-    container.catalogue.set_schedule_enabled(schedule.id, False)
+    container.catalogue.switch_schedule(schedule.id, False)
     settle(screen, ui)
     assert not ui.find_all(CommandButton, text="Skip a start")  # there is none
 

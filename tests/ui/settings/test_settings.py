@@ -20,6 +20,7 @@ from app.screens.settings.page import SwitchRow
 from app.screens.settings.robot_dialog import RobotDialog
 from app.screens.settings.robots import AddPanel, RobotPanel
 from app.screens.settings.screen import PAGES, SectionList
+from app.services.catalogue import robot_edit
 from app.widgets.buttons import Segment, Toggle
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import PickBox, PickField, RepeatButton, SearchField, StepField
@@ -401,7 +402,9 @@ def test_a_field_is_not_overwritten_while_typing(site, app, ui):
 def test_fifty_robots_are_all_there_but_only_the_visible_ones_exist(site, app, ui):
     def add_all(edit):
         for number in range(50):
-            edit.save_robot(Robot(f"R{number:02d}", f"http://127.0.0.1:9{number:03d}", USER, enabled=False), PASSWORD)
+            robot_edit.save(
+                edit, Robot(f"R{number:02d}", f"http://127.0.0.1:9{number:03d}", USER, enabled=False), PASSWORD
+            )
 
     site.container.catalogue.edit(add_all)
     go(ui, "robots")

@@ -10,6 +10,7 @@ from app.domain.models import Mission, Schedule
 from app.mir.errors import TimedOut
 from app.screens.settings.missions import MissionDialog, MissionRow
 from app.screens.settings.robots import RobotPanel
+from app.services.catalogue import mission_edit
 from app.widgets.buttons import CommandButton, IconButton, MenuChip, Toggle
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from app.widgets.display import Notice
@@ -56,7 +57,7 @@ def test_when_everything_is_here_that_is_said(site, app, ui):
     _aino, veikko = site.add_robots()
     found = site.container.operator.fetch_missions(veikko.id)
     site.container.catalogue.edit(
-        lambda edit: [edit.save_mission(Mission(mission.name, mission.guid)) for mission in found]
+        lambda edit: [mission_edit.save(edit, Mission(mission.name, mission.guid)) for mission in found]
     )
     go(ui, "missions")
     ui.wait(lambda: ui.find_all(MissionRow))

@@ -16,6 +16,7 @@ from app.services.catalogue import validation
 from app.services.catalogue.pausing import Pausing
 from app.services.live.changes import Topic
 from tests.support.clock import VirtualClock
+from tests.support.edits import add_days
 from tests.support.site import Site
 from tests.unit.catalogue.world import refuses
 
@@ -97,14 +98,14 @@ def test_a_start_that_was_skipped_is_not_planned_again(world):
 
 def test_several_are_added_all_or_none(world):
     with pytest.raises(InvalidInput):
-        world.catalogue.add_days([CLOSED, replace(CLOSED, name="")])
+        add_days(world.catalogue, [CLOSED, replace(CLOSED, name="")])
     assert CALENDAR.all(world.db.read()) == []
-    assert len(world.catalogue.add_days([CLOSED, replace(CLOSED, name="Audit")])) == 2
+    assert len(add_days(world.catalogue, [CLOSED, replace(CLOSED, name="Audit")])) == 2
 
 
 def test_the_calendar_has_an_end(world, monkeypatch):
     monkeypatch.setattr(validation, "MOST_DAY_EXCEPTIONS", 2)
-    world.catalogue.add_days([CLOSED, CLOSED])
+    add_days(world.catalogue, [CLOSED, CLOSED])
     with refuses("days", "room for 2 entries"):
         world.catalogue.save_days(CLOSED)
 

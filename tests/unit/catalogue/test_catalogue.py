@@ -17,6 +17,7 @@ from app.domain.models import (
     Settings,
     State,
 )
+from app.services.catalogue import group_edit, mission_edit, robot_edit, settings_edit
 from app.services.live.changes import Topic
 from tests.unit.catalogue.world import MISSIONS, ROBOTS, SCHEDULES, refuses
 
@@ -85,7 +86,7 @@ def test_an_idle_rule_can_be_taken_away(world):
     assert world.catalogue.save_idle_rule(world.robot.id, world.mission.id, 30, enabled=False).idle == IdleRule(
         world.mission.id, 30, False
     )
-    assert world.catalogue.edit(lambda edit: edit.set_idle_rule(world.robot.id, None)).idle is None
+    assert world.catalogue.edit(lambda edit: robot_edit.set_idle_rule(edit, world.robot.id, None)).idle is None
 
 
 # ---------------------------------------------------------------------- settings
@@ -153,9 +154,9 @@ def test_due_starts_stay_due_when_working_days_change(world):
 # ---------------------------------------------------------------------- together
 def test_several_changes_are_made_all_or_not_at_all(world):
     def work(edit):
-        edit.change_settings(retry_limit=1)
-        edit.save_mission(Mission("New", "guid-7"))
-        edit.save_mission(Mission("New", "guid-8"))
+        settings_edit.change(edit, retry_limit=1)
+        mission_edit.save(edit, Mission("New", "guid-7"))
+        mission_edit.save(edit, Mission("New", "guid-8"))
 
     with pytest.raises(InvalidInput):
         world.catalogue.edit(work)
@@ -166,7 +167,7 @@ def test_several_changes_are_made_all_or_not_at_all(world):
 
 # ---------------------------------------------------------------------- places
 def test_a_mission_that_is_put_back_uses_the_place_that_was_put_back_before_it(world):
-    place = world.catalogue.edit(lambda edit: edit.save_place(Place("Dock 2", 1, (world.mission.id,))))
+    place = world.catalogue.edit(lambda edit: group_edit.save_place(edit, Place("Dock 2", 1, (world.mission.id,))))
     mission = world.catalogue.remove_mission(world.mission.id)
     dock = world.catalogue.remove_place(place.id)
     world.catalogue.restore(dock)
@@ -199,7 +200,9 @@ def test_a_use_that_was_put_back_is_not_put_back_again(world):
 
 def test_a_restored_place_keeps_its_remaining_missions(world):
     other = world.catalogue.save_mission(Mission("Home", "guid-2"))
-    place = world.catalogue.edit(lambda edit: edit.save_place(Place("Dock 2", 1, (world.mission.id, other.id))))
+    place = world.catalogue.edit(
+        lambda edit: group_edit.save_place(edit, Place("Dock 2", 1, (world.mission.id, other.id)))
+    )
     removed = world.catalogue.remove_place(place.id)
     world.catalogue.remove_mission(other.id)
     world.catalogue.restore(removed)
@@ -207,7 +210,7 @@ def test_a_restored_place_keeps_its_remaining_missions(world):
 
 
 def test_a_deleted_place_is_not_restored_twice_nor_to_a_name_in_use(world):
-    place = world.catalogue.edit(lambda edit: edit.save_place(Place("Dock 2", 1, (world.mission.id,))))
+    place = world.catalogue.edit(lambda edit: group_edit.save_place(edit, Place("Dock 2", 1, (world.mission.id,))))
     removed = world.catalogue.remove_place(place.id)
     world.catalogue.restore(removed)
     renamed = world.catalogue.save_place(replace(place, name="Dock 3"))

@@ -20,6 +20,7 @@ from app.domain.models import (
     State,
 )
 from app.domain.robot import IdentifiedBy
+from tests.support.edits import switch_robot
 from tests.unit.catalogue.world import MISSIONS, ROBOTS, SCHEDULES, refuses
 
 
@@ -33,7 +34,7 @@ def test_a_password_becomes_the_token_and_is_kept_nowhere(world):
 def test_without_a_password_a_new_robot_is_off_until_it_has_one(world):
     new = world.catalogue.save_robot(Robot("Bella", "10.0.0.2", "user"))
     assert (new.enabled, new.needs_password, new.token) == (False, True, None)
-    assert world.catalogue.set_robot_enabled(new.id, True) == new
+    assert switch_robot(world.catalogue, new.id, True) == new
     saved = world.catalogue.save_robot(new, password="secret")
     assert (saved.enabled, saved.needs_password, saved.token) == (True, False, world.robot.token)
 
@@ -68,14 +69,14 @@ def test_a_robot_that_showed_its_serial_number_is_expected_to_after_any_change(w
 
 
 def test_a_robot_that_was_switched_off_stays_off_with_a_new_password(world):
-    off = world.catalogue.set_robot_enabled(world.robot.id, False)
+    off = switch_robot(world.catalogue, world.robot.id, False)
     assert world.catalogue.save_robot(off, password="new").enabled is False
 
 
 def test_switching_a_robot_off_cancels_what_waits_for_it_and_leaves_what_runs(world):
     schedule = world.schedule()
     waiting, running = world.row(schedule), world.row(schedule, State.EXECUTING)
-    world.catalogue.set_robot_enabled(world.robot.id, False)
+    switch_robot(world.catalogue, world.robot.id, False)
     assert world.outcome(waiting) == (State.CANCELLED, ReasonCode.ROBOT_REMOVED)
     assert world.outcome(running) == (State.EXECUTING, None)
 

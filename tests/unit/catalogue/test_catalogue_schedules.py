@@ -15,6 +15,7 @@ from app.domain.models import (
     Robot,
     State,
 )
+from app.services.catalogue import robot_edit
 from app.services.live.changes import Topic
 from tests.unit.catalogue.world import EXECUTIONS, SCHEDULES, refuses
 
@@ -59,12 +60,14 @@ def test_renaming_keeps_the_order_of_numbers_and_leaves_what_a_person_typed(worl
 def test_every_change_of_the_plan_is_a_line_of_the_log(world, caplog):
     caplog.set_level("INFO", "app.services.catalogue")
     schedule = world.schedule()
-    world.catalogue.set_schedule_enabled(schedule.id, False)
+    world.catalogue.switch_schedule(schedule.id, False)
     world.catalogue.save_robot(replace(world.robot, name="Alma"), password="secret")
     world.catalogue.remove_schedule(schedule.id)
     world.catalogue.remove_robot(world.robot.id)
     with pytest.raises(InvalidInput):
-        world.catalogue.edit(lambda edit: [edit.save_robot(Robot("Ville", "10.0.0.9", "u"), "p"), edit.the_robot(99)])
+        world.catalogue.edit(
+            lambda edit: [robot_edit.save(edit, Robot("Ville", "10.0.0.9", "u"), "p"), edit.the_robot(99)]
+        )
     assert [record.message for record in caplog.records] == [
         "schedule 'Morning' added",
         "schedule 'Morning' changed: enabled yes → no",
@@ -140,9 +143,11 @@ def test_saving_what_was_not_changed_touches_nothing(world):
 def test_switching_off_and_on(world):
     schedule = world.schedule()
     waiting = world.row(schedule)
-    assert world.catalogue.set_schedule_enabled(schedule.id, False).next_at is None
+    world.catalogue.switch_schedule(schedule.id, False)
+    assert world.stored(schedule).next_at is None
     assert world.outcome(waiting) == (State.CANCELLED, ReasonCode.SCHEDULE_CHANGED)
-    assert world.catalogue.set_schedule_enabled(schedule.id, True).next_at == schedule.next_at
+    world.catalogue.switch_schedule(schedule.id, True)
+    assert world.stored(schedule).next_at == schedule.next_at
 
 
 def test_a_deleted_schedule_is_off_at_once_and_undo_brings_it_back_from_then_on(world):

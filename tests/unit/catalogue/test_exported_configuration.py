@@ -28,6 +28,7 @@ from app.domain.models import (
 )
 from app.domain.names import cleaned
 from app.services.catalogue.configuration import export_configuration
+from tests.support.edits import add_days, switch_robot
 from tests.support.examples import examples
 from tests.unit.catalogue.configured import FULL, World
 
@@ -94,7 +95,7 @@ def catalogues(draw: st.DrawFn, world: World) -> None:
     robots = [catalogue.save_robot(robot, "secret") if robot.username else robot for robot in robots]
     for robot in robots:
         if not robot.needs_password and draw(st.booleans()):
-            catalogue.set_robot_enabled(robot.id, False)
+            switch_robot(catalogue, robot.id, False)
     minutes = st.none() | st.integers(1, 1440)
     for name in draw(st.lists(NAMES, max_size=3, unique=True)):
         for owner in (None, *robots):
@@ -127,7 +128,7 @@ def _draw_days(draw: st.DrawFn, world: World) -> None:
         holiday_subdivision=region,
         **{name: draw(values) for name, values in SETTINGS.items()},
     )
-    world.catalogue.add_days(draw(EXCEPTIONS))
+    add_days(world.catalogue, draw(EXCEPTIONS))
 
 
 def _draw_schedule(draw: st.DrawFn, world: World, robot: Robot, mission: Mission) -> None:
@@ -193,11 +194,12 @@ def with_passwords(exported: dict[str, Any]) -> dict[str, Any]:
 def test_closed_and_extra_days_country_favourites_and_display_come_along(world, tmp_path):
     world.take(FULL)
     world.catalogue.set_public_holidays("DE", "BY")
-    world.catalogue.add_days(
+    add_days(
+        world.catalogue,
         [
             DayException("Inventory", date(2026, 12, 7), date(2026, 12, 8)),
             DayException("Saturday", date(2026, 11, 28), date(2026, 11, 28), is_working=True, source="plant.ics"),
-        ]
+        ],
     )
     world.catalogue.save_mission(Mission("Fetch", "g", favourite=True))
     world.catalogue.change_settings(language="fi", theme="dark", gloves=True, font_scale_percent=115, keyboard="on")

@@ -12,7 +12,15 @@ from typing import Any
 from app.domain import names
 from app.domain.message import Message, message
 from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule
-from app.services.catalogue import parameter_check, validation
+from app.services.catalogue import (
+    group_edit,
+    mission_edit,
+    parameter_check,
+    robot_edit,
+    schedule_edit,
+    settings_edit,
+    validation,
+)
 from app.services.catalogue.catalogue import Catalogue, Edit
 from app.services.catalogue.configuration import import_lines
 from app.services.catalogue.configuration.asked_robots import AskedRobots, MoreToAsk
@@ -134,7 +142,7 @@ class _Import:
         """``changes``: by attribute."""
         before, words = self._edit.settings, {field.attribute: field.name for field in item.fields}
         with _placed(item):
-            after = self._edit.change_settings(**changes)
+            after = settings_edit.change(self._edit, **changes)
         for name in changes:
             if getattr(after, name) != getattr(before, name):
                 yield import_lines.of_setting(words[name], getattr(before, name), getattr(after, name))
@@ -162,7 +170,7 @@ class _Import:
                 added.append(exception)
         if added:
             with _placed(item):
-                self._edit.save_days(added)
+                settings_edit.save_days(self._edit, added)
         for exception in added:
             yield (
                 message("extra working days added: {name}", name=exception.name)
@@ -175,9 +183,11 @@ class _Import:
         password = item.values.get("password")
         if stored is None:
             item.check_new()
-        saved = self._edit.save_robot(replace(stored or Robot("", ""), **item.changes), password, is_one_of_many=True)
+        saved = robot_edit.save(
+            self._edit, replace(stored or Robot("", ""), **item.changes), password, is_one_of_many=True
+        )
         if password is not None and item.values.get("enabled") is False and saved.enabled:
-            self._edit.save_robot(replace(saved, enabled=False))
+            robot_edit.save(self._edit, replace(saved, enabled=False))
 
     def _check_machines(self, before: Mapping[str, Robot | None]) -> None:
         """Checked after all addresses are set: two robots may swap theirs."""
@@ -212,7 +222,7 @@ class _Import:
         robot = self._robot_named(item.values["name"], f"{item.path}.name")
         entry: Item | None = item.values["idle"]
         if entry is None:
-            self._edit.set_idle_rule(robot.id, None)
+            robot_edit.set_idle_rule(self._edit, robot.id, None)
             return
         rule, path = robot.idle, entry.path
         if "mission" in entry.values:
@@ -222,7 +232,7 @@ class _Import:
             raise InvalidInput(f"{path}.mission", "{path}: 'mission' is missing", path=path)
         with _placed(entry):
             rule = replace(rule, **entry.changes)
-            saved = self._edit.set_idle_rule(robot.id, rule)
+            saved = robot_edit.set_idle_rule(self._edit, robot.id, rule)
         if parameter_check.is_mission_new(rule, robot.idle):
             self._idle.append((entry, parameter_check.of_idle_rule(self._edit, saved, rule, self._asked.known)))
 
@@ -235,7 +245,7 @@ class _Import:
         if "robots" in item.values:
             members = (self._robot_named(robot, f"{item.path}.robots").id for robot in item.values["robots"])
             values["members"] = tuple(sorted(members))
-        saved = edit.save_group(replace(stored or Group(name), **values), may_be_empty=True)
+        saved = group_edit.save(edit, replace(stored or Group(name), **values), may_be_empty=True)
         return import_lines.line("groups", stored, saved, name=name)
 
     def _place(self, item: Item) -> Iterator[Message]:
@@ -243,7 +253,7 @@ class _Import:
         stored = edit.places.by_name(edit.c, name)
         if stored is None:
             item.check_new()
-        saved = edit.save_place(replace(stored or Place(name, 1), **item.changes))
+        saved = group_edit.save_place(edit, replace(stored or Place(name, 1), **item.changes))
         return import_lines.line("places", stored, saved, name=name)
 
     def _uses(self, mission: Mission, item: Item) -> bool:
@@ -254,7 +264,7 @@ class _Import:
             if name not in self._place_ids:
                 path = f"{item.path}.places"
                 raise InvalidInput(path, "{path}: there is no place {name}", path=path, name=name)
-        return self._edit.use_places(mission, {self._place_ids[name] for name in wanted})
+        return group_edit.use_places(self._edit, mission, {self._place_ids[name] for name in wanted})
 
     # ------------------------------------------------------------------ missions
     def _mission(self, item: Item) -> Iterator[Message]:
@@ -264,7 +274,7 @@ class _Import:
         stored = self._edit.missions.by_name(self._edit.c, name, robot_id)
         if stored is None:
             item.check_new()
-        saved = self._edit.save_mission(replace(stored or Mission(name, "", robot_id=robot_id), **item.changes))
+        saved = mission_edit.save(self._edit, replace(stored or Mission(name, "", robot_id=robot_id), **item.changes))
         more = [message("places")] * self._uses(saved, item)
         if robot is None:
             return import_lines.line("missions", stored, saved, more, name=name)
@@ -292,9 +302,9 @@ class _Import:
         stored = stored or self._stored(name)
         if stored is None:
             defaults = {"name": name, "timezone": self._edit.settings.timezone}
-            saved = self._edit.save_schedule(Schedule(**{**defaults, **values}))
+            saved = schedule_edit.save(self._edit, Schedule(**{**defaults, **values}))
         else:
-            saved = self._edit.save_schedule(replace(stored, **values))
+            saved = schedule_edit.save(self._edit, replace(stored, **values))
         if parameter_check.needs_check(saved, stored):
             self._to_check.append((item, saved))
         return import_lines.line("schedules", stored, saved, name=name)

@@ -1,0 +1,85 @@
+"""Missions: the part of a change of the plan that is about them.
+
+Every function raises InvalidInput before it has written anything.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from app.domain.models import InvalidInput, Mission
+from app.services.catalogue import change_log, fields, generated_names, robot_edit, schedule_edit
+from app.services.catalogue.edit import Edit, Removed
+from app.services.executions import transitions
+from app.services.live.changes import Topic
+
+
+def save(edit: Edit, mission: Mission) -> Mission:
+    """Add (id 0) or change. Schedules on a robot that used the mission of that name for all robots continue with
+    the robot's own."""
+    mission = fields.checked(mission, fields.MISSION)
+    stored = edit.the_mission(mission.id) if mission.id else None
+    only = None if mission.robot_id is None else edit.the_robot(mission.robot_id)
+    other = edit.missions.by_name(edit.c, mission.name, mission.robot_id)
+    if other is not None and other.id != mission.id:
+        raise InvalidInput("name", "there is a mission {name} already", name=mission.name)
+    if stored is not None and mission.robot_id is not None:
+        _check_used_only_on(edit, mission)
+    if stored is not None and stored.guid != mission.guid:
+        mission = replace(mission, charges=False)  # the robot has not been asked about that one
+    if mission == stored:
+        return mission
+    if stored is None:
+        mission = edit.missions.add(edit.c, mission)
+        edit.notes.append(f"mission {mission.name!r}{f' of robot {only.name!r}' if only else ''} added")
+    else:
+        edit.missions.update(edit.c, mission)
+        was_only = None if stored.robot_id is None else edit.the_robot(stored.robot_id)
+        changed = change_log.differences(change_log.of_mission(stored, was_only), change_log.of_mission(mission, only))
+        edit.notes.append(f"mission {stored.name!r} changed: {changed}")
+        generated_names.rename_for_mission(edit, stored.name, mission)
+        if mission.robot_id is None and mission.name != stored.name:
+            named = [row for row in edit.executions.open_all(edit.c) if row.group_id and row.mission == stored.name]
+            edit.apply(transitions.redefine(row, mission=mission.name) for row in named)
+        schedule_edit.update_waiting(edit, edit.schedules.for_mission(edit.c, mission.id))
+        if stored.guid != mission.guid:
+            robot_edit.withdraw_idle_of(edit, mission.id)
+    use_own(edit, mission)
+    edit.topics.add(Topic.MISSIONS)
+    return mission
+
+
+def use_own(edit: Edit, mission: Mission) -> None:
+    if mission.robot_id is not None and (general := edit.missions.by_name(edit.c, mission.name)):
+        _replace(edit, general.id, mission.id, mission.robot_id)
+
+
+def _check_used_only_on(edit: Edit, mission: Mission) -> None:
+    if edit.missions.used_on(edit.c, mission.id) - {mission.robot_id}:
+        raise InvalidInput("robot", "the mission {name} is used on other robots too", name=mission.name)
+
+
+def _replace(edit: Edit, old_id: int, new_id: int, robot_id: int) -> None:
+    edit.schedules.replace_mission(edit.c, old_id, new_id, robot_id)
+    schedule_edit.update_waiting(edit, edit.schedules.for_mission(edit.c, new_id))
+    robot = edit.the_robot(robot_id)
+    if robot.idle and robot.idle.mission_id == old_id:
+        edit.robots.update(edit.c, replace(robot, idle=replace(robot.idle, mission_id=new_id)))
+        robot_edit.withdraw_idle(edit, robot)
+    edit.topics.add(Topic.SCHEDULES)
+
+
+def remove(edit: Edit, mission_id: int) -> Removed:
+    """Deletes the schedules and idle rules that use it; those of a robot's own one continue with the mission of
+    that name for all robots."""
+    mission = edit.the_mission(mission_id)
+    if mission.robot_id is not None and (general := edit.missions.by_name(edit.c, mission.name)):
+        _replace(edit, mission_id, general.id, mission.robot_id)
+    is_idle_mission = robot_edit.withdraw_idle_of(edit, mission_id)
+    schedules = edit.schedules.for_mission(edit.c, mission_id)
+    starts = edit.open_of(schedules)
+    for schedule in schedules:
+        edit.withdraw_all(schedule, "deleted")
+    edit.notes.append(f"mission {mission.name!r} removed, and {len(schedules)} schedules with it")
+    edit.topics |= {Topic.MISSIONS, Topic.SCHEDULES} | ({Topic.ROBOTS} if is_idle_mission else set())
+    return edit.hide(Removed(edit.now, missions=[mission_id], starts=starts), schedules)

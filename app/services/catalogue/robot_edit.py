@@ -1,0 +1,158 @@
+"""Robots and what they do when idle: the part of a change of the plan that is about them.
+
+Every function raises InvalidInput before it has written anything.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from app.domain.models import IdleRule, InvalidInput, Reason, ReasonCode, Robot, Trigger
+from app.mir.credentials import token_for
+from app.services.catalogue import change_log, fields, generated_names, group_edit, validation
+from app.services.catalogue.edit import Edit, Removed
+from app.services.executions import transitions
+from app.services.executions.transitions import NOT_WITH_THE_ROBOT, Event
+from app.services.live.alarms import alarm_of
+from app.services.live.changes import Topic
+
+
+def save(
+    edit: Edit, robot: Robot, password: str | None = None, *, is_tested: bool = False, is_one_of_many: bool = False
+) -> Robot:
+    """Add (id 0) or change. A password becomes the token at once; without one, a new robot or one with another
+    user, address, certificate or serial number is switched off and needs a password. A robot that only needed its
+    password is switched on by it. A serial number of None keeps the known one; other facts about the machine stay
+    unless ``is_tested``: the caller has just read them from it. ``is_one_of_many``: others change too, and the
+    caller calls ``check_is_no_other`` afterwards."""
+    stored = edit.the_robot(robot.id) if robot.id else None
+    robot = fields.checked(robot, fields.ROBOT)
+    _check_name(edit, robot)
+    if password == "":
+        raise InvalidInput("password", "enter a password")
+    if stored is not None:
+        robot = replace(robot, serial_number=robot.serial_number or stored.serial_number)
+        if not is_tested:
+            robot = replace(robot, model=stored.model, software=stored.software, identified_by=stored.identified_by)
+    if not is_one_of_many:
+        check_is_no_other(edit, robot, stored)
+    token = token_for(robot, password, stored)
+    was_waiting = password is not None and stored is not None and stored.needs_password
+    robot = replace(
+        robot,
+        token=token,
+        needs_password=token is None,
+        enabled=token is not None and (robot.enabled or was_waiting),
+    )
+    if robot.idle is not None:
+        robot = replace(robot, idle=_checked_idle(edit, robot.id, robot.idle))
+    return _put(edit, robot, stored)
+
+
+def _check_name(edit: Edit, robot: Robot) -> None:
+    other = edit.robots.by_name(edit.c, robot.name)
+    if other is not None and other.id != robot.id:
+        raise InvalidInput("name", "there is a robot {name} already", name=robot.name)
+    if edit.groups.by_name(edit.c, robot.name) is not None:
+        raise InvalidInput("name", "there is a group {name} already", name=robot.name)
+
+
+def check_is_no_other(edit: Edit, robot: Robot, before: Robot | None = None) -> None:
+    """Check that a machine is not configured twice. Duplicates stored by an older version can still be changed."""
+    if before is None or (robot.address, robot.serial_number) != (before.address, before.serial_number):
+        validation.check_is_no_other(robot, edit.robots.all(edit.c))
+
+
+def _put(edit: Edit, robot: Robot, stored: Robot | None) -> Robot:
+    if robot == stored:
+        return robot
+    if stored is None:
+        robot = edit.robots.add(edit.c, robot)
+        edit.notes.append(f"robot {robot.name!r} added, at {robot.address}")
+    else:
+        edit.robots.update(edit.c, robot)
+        if changed := change_log.change_of_robot(stored, robot):
+            edit.notes.append(f"robot {stored.name!r} changed: {changed}")
+        generated_names.rename_for_robot(edit, stored.name, robot)
+        if stored.enabled and not robot.enabled:
+            reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": stored.name})
+            group_edit.unassign(edit, robot.id)
+            unsent = edit.executions.open_for(edit.c, robot.id, NOT_WITH_THE_ROBOT)
+            edit.withdraw([row for row in unsent if row.group_id is None], reason)
+            _clear_alarms(edit, robot.id)
+        if robot.needs_password and stored.enabled:
+            details = {"robot": robot.name, "robot_id": robot.id}
+            edit.alarms.raise_once(edit.c, alarm_of("needs_password", f"robot:{robot.id}", edit.now, details))
+            edit.topics.add(Topic.ALARMS)
+        elif stored.needs_password and not robot.needs_password:
+            _clear_alarms(edit, robot.id)
+    _note_idle(edit, robot, stored.idle if stored else None)
+    if stored is not None and _idle_mission(stored) not in (None, _idle_mission(robot)):
+        withdraw_idle(edit, robot)
+    edit.topics.add(Topic.ROBOTS)
+    return robot
+
+
+def withdraw_idle(edit: Edit, robot: Robot) -> None:
+    """Withdraw its idle mission; if it was never sent, the idle period counts as unused."""
+    reason = Reason(ReasonCode.SCHEDULE_CHANGED, {"idle": True})
+    unsent = edit.executions.open_for(edit.c, robot.id, NOT_WITH_THE_ROBOT)
+    if edit.withdraw([row for row in unsent if row.trigger is Trigger.IDLE], reason):
+        edit.robots.note_idle(edit.c, robot.id, None)
+
+
+def withdraw_idle_of(edit: Edit, mission_id: int) -> bool:
+    """The same of all robots that have this mission when idle; whether there are any."""
+    robots = [robot for robot in edit.robots.all(edit.c) if robot.idle and robot.idle.mission_id == mission_id]
+    for robot in robots:
+        withdraw_idle(edit, robot)
+    return bool(robots)
+
+
+def _note_idle(edit: Edit, robot: Robot, before: IdleRule | None) -> None:
+    old, new = (
+        change_log.of_idle_rule(rule, edit.missions.get(edit.c, rule.mission_id) if rule else None)
+        for rule in (before, robot.idle)
+    )
+    if old != new:
+        edit.notes.append(f"idle automation of robot {robot.name!r}: {change_log.differences(old, new)}")
+
+
+def set_idle_rule(edit: Edit, robot_id: int, rule: IdleRule | None) -> Robot:
+    """None: no idle automation."""
+    stored = edit.the_robot(robot_id)
+    return _put(edit, replace(stored, idle=rule and _checked_idle(edit, robot_id, rule)), stored)
+
+
+def _checked_idle(edit: Edit, robot_id: int, rule: IdleRule) -> IdleRule:
+    mission = edit.mission_on(robot_id, rule.mission_id)
+    return fields.checked(replace(rule, mission_id=mission.id), fields.IDLE)
+
+
+def remove(edit: Edit, robot_id: int) -> Removed:
+    """With its schedules, its own missions, its idle rule and its hold. Its open executions end as cancelled."""
+    robot = edit.the_robot(robot_id)
+    reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": robot.name})
+    group_edit.unassign(edit, robot_id)
+    starts = edit.executions.open_for(edit.c, robot_id)
+    edit.apply(transitions.end(Event.REMOVE, row, reason) for row in starts)
+    schedules = edit.schedules.for_robot(edit.c, robot_id)
+    edit.notes.append(f"robot {robot.name!r} removed, and {len(schedules)} schedules with it")
+    missions = [mission.id for mission in edit.missions.all(edit.c) if mission.robot_id == robot_id]
+    member_of = edit.groups.of_robot(edit.c, robot_id)
+    _clear_alarms(edit, robot_id)
+    removed = edit.hide(
+        Removed(edit.now, robots=[robot_id], missions=missions, starts=starts, token=robot.token), schedules
+    )
+    edit.topics |= {Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.HOLDS}
+    return replace(removed, starts=[*starts, *group_edit.end_without_robots(edit, member_of)])
+
+
+def _clear_alarms(edit: Edit, robot_id: int) -> None:
+    """The alarms of a robot that is not asked any more."""
+    if edit.alarms.clear_of_robot(edit.c, robot_id, edit.now):
+        edit.topics.add(Topic.ALARMS)
+
+
+def _idle_mission(robot: Robot) -> int | None:
+    return robot.idle.mission_id if robot.idle and robot.idle.enabled else None

@@ -1,0 +1,20 @@
+"""Changes of the plan that no screen makes in this way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from app.domain.models import DayException, Robot
+from app.services.catalogue import robot_edit, settings_edit
+from app.services.catalogue.catalogue import Catalogue
+
+
+def switch_robot(catalogue: Catalogue, robot_id: int, on: bool) -> Robot:
+    """On, unless it needs a password, or off."""
+    return catalogue.edit(lambda edit: robot_edit.save(edit, replace(edit.the_robot(robot_id), enabled=on)))
+
+
+def add_days(catalogue: Catalogue, exceptions: Sequence[DayException]) -> list[DayException]:
+    """All or none, as of an imported calendar."""
+    return catalogue.edit_rehearsed(lambda edit: settings_edit.save_days(edit, exceptions))
