@@ -35,14 +35,20 @@ test_absent = told(
         "of many only the latest runs",
         [plan(rule="FREQ=HOURLY"), 60, off_for(5 * 3600 + 400), 600, ends(MISSED, DONE), counts(5, 1)],
     ),
-    Story("a short restart is none", [plan(), 280, off_for(10), 300, ends(DONE), not_raised()]),
-    Story("asleep over the window it is missed", plan(), 60, each(asleep(7200), asleep(3 * DAY)), [300, ends(MISSED)]),
+    Story("a short restart is not an absence", [plan(), 280, off_for(10), 300, ends(DONE), not_raised()]),
     Story(
-        "asleep: robots agree and what was missed is written so",
+        "a tablet asleep over the window misses it",
+        plan(),
+        60,
+        each(asleep(7200), asleep(3 * DAY)),
+        [300, ends(MISSED)],
+    ),
+    Story(
+        "after a sleep robots confirm the clock and missed starts are written",
         [plan(every=60), 60, asleep(7200), 600, ends(MISSED, DONE), counts(2, 1)],
     ),
     Story(
-        "with a window what is late is listed for half a minute first",
+        "with a window late starts are first listed for half a minute",
         [plan(), 60],
         each(
             [off_for(600), 25],
@@ -59,7 +65,7 @@ test_absent = told(
         with_window=True,
     ),
     Story(
-        "let go from the list it goes at once",
+        "released from the list it starts at once",
         [TWO_LATE, keep_r1(False), 2, of("R1", 1), of("R2", 0), 300],
         robots=2,
         with_window=True,
@@ -77,7 +83,7 @@ test_absent = told(
         with_window=True,
     ),
     Story(
-        "held it is not sent because its schedule was edited there and back",
+        "a held start is not sent because its schedule was edited there and back",
         [TWO_LATE, keep_r1()],
         each([off("R1"), 5, on("R1"), 5], [edit("R1", at="08:05"), 5, edit("R1", at="06:05"), 5]),
         [200, of("R1", 0)],
@@ -86,20 +92,20 @@ test_absent = told(
         stays_open=True,
     ),
     Story(
-        "after another sleep it is listed for as long again",
+        "after another sleep it is listed again",
         [TWO_LATE, asleep(90), 20, waits(Wait.LATE_START, Wait.LATE_START), 60, runs(2), 200],
         robots=2,
         with_window=True,
     ),
     Story(
-        "held it stays so over another absence",
+        "a held start stays held over another absence",
         [TWO_LATE, keep_r1(), 10, off_for(120), 60, of("R1", 0), true(lambda s: s.row("R1").held)],
         robots=2,
         with_window=True,
         stays_open=True,
     ),
     Story(
-        "pressed in the last moment a person is told the truth",
+        "Hold pressed in the last moment reports the true outcome",
         TWO_LATE,
         each(
             *(
@@ -120,7 +126,7 @@ test_absent = told(
         with_window=True,
         stays_open=True,
     ),
-    Story("on its way it is not held", [TWO_LATE, 60, keep_r1(number=0), 200], robots=2, with_window=True),
+    Story("a start being sent is not held", [TWO_LATE, 60, keep_r1(number=0), 200], robots=2, with_window=True),
 )
 
 JUST_BEFORE = each(*(300.0 - before for before in (0.3, 0.05, 1.0, 0.5, 0.2)), quick=3)

@@ -25,58 +25,58 @@ def in_vain(*steps):
 
 test_clear_queue = told(
     Story(
-        "what waits for a robot that becomes free by it ends",
+        "a start that waits for the robot to become free ends",
         [WHEN_FREE, TWO, 330, others_go_on()],
         each(meets(*CLEAR, SLOW, 0.3), meets(*CLEAR, SLOW, 3.0)),
         [clear_queue(), 600, runs(1), states(State.CANCELLED, State.CANCELLED)],
     ),
     Story(
-        "what is about to be tried again ends",
+        "a start about to be tried again ends",
         [plan(window=60), post(REFUSED), 300.5, waits(Wait.RETRY), others_go_on(), 0.9, meets(*CLEAR, SLOW, 2.0)],
         [clear_queue(), 600, runs(0)],
     ),
-    Story("in vain: what waits goes on", [FLAT, in_vain(), states(WAITING), battery(90), 60, runs(1), 200]),
+    Story("refused: waiting starts continue", [FLAT, in_vain(), states(WAITING), battery(90), 60, runs(1), 200]),
     Story(
-        "in vain: a cancel of what is in doubt stays",
+        "refused: a cancelled start in doubt stays cancelled",
         [plan(window=60), post(LOST), 310],
         each(cancel(), clear_queue()),
         [in_vain(), 600, runs(0)],
     ),
     Story(
-        "in vain: a cancel that the robot has not heard of stays",
+        "refused: a cancel that the robot has not received stays",
         [plan(window=60), robot_pauses(), 303, states(QUEUED), down(), cancel(), in_vain(), up(), 120, robot_goes_on()],
         [500, states(State.CANCELLED)],
     ),
     Story(
-        "in vain: what a person holds in that moment stays held",
+        "refused: a start held in that moment stays held",
         [FLAT, in_vain(2, keep()), battery(90), 120, runs(0)],
         stays_open=True,
     ),
     Story(
-        "in vain: what is undone in that moment is there again",
+        "refused: a start undone in that moment waits again",
         FLAT,
         each([in_vain(off(), on())], [in_vain(delete()), undo()], [in_vain(cancel()), want_again()]),
         [battery(90), 300, runs(1)],
     ),
     Story(
-        "in vain: what is on its way is sent",
+        "refused: a start being sent is sent",
         plan(window=60),
         each([post(LOST), 394], [299.9]),
         [states(SUBMITTING), others_go_on(), in_vain(4), 600, runs(1)],
     ),
     Story(
-        "in vain: the list of late starts goes on",
+        "refused: the list of late starts continues",
         [plan(window=60), 200, off_for(200), 5, waits(Wait.LATE_START), in_vain(), 10, runs(0)],
         with_window=True,
         stays_open=True,
     ),
     Story(
-        "its answer lost: what waits is not sent",
+        "its answer lost: waiting starts are not sent",
         [WHEN_FREE, TWO, 303, states(EXECUTING, WAITING), others_go_on(), meets(*CLEAR, ANSWER_LOST)],
         [refused(clear_queue(), error=RobotError), 600, runs(1)],
     ),
     Story(
-        "what is cleared while the robot is read ends as cleared",
+        "items cleared while the robot is read end as cleared",
         each([], do(lambda s: s.network.words.update(Aborted="Abgebrochen"))),
         [
             TWO,
@@ -88,7 +88,7 @@ test_clear_queue = told(
         [60, ALL_CLEARED],
     ),
     Story(
-        "it counts though the robot refuses the cancel that was pressed before",
+        "it counts although the robot refuses an earlier cancel",
         [TWO, 304, meets("DELETE", "/mission_queue/2", NOT_FOUND), during("DELETE", clear_queue())],
         [
             refused(do(lambda s: s.container.operator.cancel_execution(s.row("B").id)), error=RobotError),
@@ -106,7 +106,7 @@ test_clear_queue = told(
         stays_open=True,
     ),
     Story(
-        "a group's start at a robot that leaves it is not kept back for ever",
+        "a group's start at a robot that leaves the group is not blocked for ever",
         [
             plan(battery=30, window=60),
             others_go_on(),
@@ -129,7 +129,7 @@ test_clear_queue = told(
         **GROUP,
     ),
     Story(
-        "a group's start whose worker goes on is not kept back for ever",
+        "a group's start whose worker continues is not blocked for ever",
         [others_go_on(), plan(window=60), WHEN_FREE, robot_off("R2", "R3"), 299.6],
         [do(lambda s: s._blocked.add(s._workers[1])), 0.3, states(WAITING), meets(*CLEAR, SLOW, 1.0)],
         [during("DELETE", do(lambda s: s._blocked.clear()), 2), clear_queue(), 600],

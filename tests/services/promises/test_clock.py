@@ -59,7 +59,7 @@ def in_a_fleet(robots):
             robots=robots,
         ),
         Story(
-            "where no robot can be asked the clock counts after half a minute",
+            "without robots the clock counts after half a minute",
             [fleet, 60, down(), off_for(3 * 3600.0), 25, ends(), 125, ends(*[MISSED] * robots)],
             robots=robots,
         ),
@@ -80,7 +80,7 @@ def in_a_fleet(robots):
             robots=robots,
         ),
         Story(
-            "an absence that only a wrong clock shows is not told",
+            "an absence shown only by a wrong clock is not reported",
             [fleet, 60, app_off(), do(lambda s: s.stay_off(600)), clock(3 * DAY), app_on(), 60],
             [not_raised("app_was_off"), clock(-3 * DAY), 60, was_off_for(600, 800)],
             robots=robots,
@@ -131,7 +131,7 @@ test_in_doubt = told(
         [raised("clock_implausible"), IN_DOUBT, clock(10 * YEAR), 600, BELIEVED, ends(DONE)],
     ),
     Story(
-        "rightly set ahead it counts once a person says so",
+        "a clock rightly set ahead counts once a person says so",
         [plan(rule="FREQ=DAILY", workdays=False), 60, down(), clock(2 * DAY + 7200), 600, ends(), CONFIRM, 120],
         [ends(MISSED), counts(3)],
     ),
@@ -151,7 +151,7 @@ test_jumped = told(
     ),
     Story("a skipped start stays skipped", [DAILY, skip(), 60, glitch(3 * DAY), DAY + 600, sent(round(DAY + 300))]),
     Story(
-        "what is edited while it is ahead is planned from the true time",
+        "edits while it is ahead are planned from the true time",
         plan(at="06:02", every=10),
         each(
             *(
@@ -179,13 +179,13 @@ test_jumped = told(
         stays_open=True,
     ),
     Story(
-        "what was edited while it was ahead misses nothing when the app starts again",
+        "edits while it was ahead miss nothing after a restart of the app",
         [plan(every=10), 60, clock(7200), 30, off(), on(), 30, clock(-7200), 760, off_for(40), 120],
         true(lambda s: sent_at(s)[0] == 300 and 920 <= sent_at(s)[1] <= 930),
         stays_open=True,
     ),
     Story(
-        "what waits when it is set back waits for its instant",
+        "a waiting start waits for its instant after it is set back",
         [plan(), down(), 30, clock(500), 60, clock(-500), up(), 900, sent(300), ends(DONE)],
     ),
     Story(
@@ -195,12 +195,12 @@ test_jumped = told(
         stays_open=True,
     ),
     Story(
-        "an absence by it makes nothing late once it is right",
+        "an absence by a wrong clock makes nothing late once it is right",
         [60, app_off(), clock(2 * DAY), app_on(), 60, clock(-2 * DAY), plan(at="06:10"), 900, sent(600)],
         with_window=True,
     ),
     Story(
-        "what a start by it has passed over keeps its row",
+        "instants that a wrong clock passed over keep their rows",
         [plan(at="06:00", every=2, overlap=Overlap.QUEUE), 130, glitch(600), 1200],
         true(
             lambda s: (
@@ -217,7 +217,7 @@ test_jumped = told(
         [true(lambda s: [row.planned_at.day for row in s.executions()] == [23]), runs(1)],
     ),
     Story(
-        "an absence ends when the app was started and not when the clock was set",
+        "an absence ends at the app's start, not when the clock is set",
         [
             120,
             app_off(cleanly=False),

@@ -66,7 +66,7 @@ def is_offered_after_all(s):
 
 test_set_right = told(
     Story(
-        "each start leaves whatever is changed after it",
+        "each start is sent despite any change after it",
         OFTEN,
         each([ahead(FAR), right(FAR)], [ahead(HOURS), right(HOURS)]),
         200,
@@ -76,13 +76,13 @@ test_set_right = told(
         stays_open=True,
     ),
     Story(
-        "each start leaves after an undo",
+        "each start is sent after an undo",
         [OFTEN, ahead(FAR), delete(), right(FAR), undo(), all_leave()],
         on=BOTH,
         stays_open=True,
     ),
     Story(
-        "what a person cancelled is the only one that is left out",
+        "only the start that a person cancelled is missing",
         LIMITS,
         [OFTEN, ahead(HOURS), cancel(), right(HOURS), 4 * 3600],
         [left_out(), true(lambda s: len(sent_at(s)) == s.seconds() // 1800 - 1 and s.schedule().next_at)],
@@ -97,7 +97,7 @@ test_set_right = told(
         stays_open=True,
     ),
     Story(
-        "nothing is sent twice where another one waited behind what was sent",
+        "nothing is sent twice if another start waited behind the sent one",
         LIMITS,
         [set_up(poll_interval_seconds=300, retry_limit=10)],
         [plan(at="06:10", every=2, overlap=Overlap.PARALLEL, window=20), 10, clock(570), 15],
@@ -108,7 +108,7 @@ test_set_right = told(
         stays_open=True,
     ),
     Story(
-        "nothing is sent twice where one after it was refused",
+        "nothing is sent twice if a later one was refused",
         LIMITS,
         [set_up(retry_limit=20, poll_interval_seconds=300)],
         [plan(at="06:10", every=5, window=30, overlap=Overlap.QUEUE), 10, plan("B", "06:12", rule="FREQ=DAILY")],
@@ -130,7 +130,7 @@ test_set_right = told(
         on=BOTH,
     ),
     Story(
-        "what is still to come keeps no robot from its group",
+        "future starts keep no robot from its group",
         [set_up(poll_interval_seconds=600), plan("own", on=1, **PUT_BY_HAND | {"window": 20}), ahead(FAR), right(FAR)],
         [plan("G", "06:20", workdays=False), 3600, sent(600, 1200)],
         on="group",
@@ -151,7 +151,7 @@ test_set_right = told(
         stays_open=True,
     ),
     Story(
-        "idle missions go on after a step back",
+        "idle missions continue after a step back",
         [rest("Deliver"), 280, clock(-3600), 1800, true(lambda s: len(sent_at(s)) == 1)],
     ),
 )
@@ -168,9 +168,11 @@ test_run_now = told(
         [release(), 120, runs(1)],
         on=BOTH,
     ),
-    Story("in doubt too", [10, post(LOST), run_now(), 5, clock(-7200), 20, clock(7200), 300, runs(1)]),
     Story(
-        "it starts once what was ahead is right",
+        "a start in doubt outlives it too", [10, post(LOST), run_now(), 5, clock(-7200), 20, clock(7200), 300, runs(1)]
+    ),
+    Story(
+        "it starts once the clock is right again",
         10,
         each(*([ahead(by), run_now(), 20, clock(-by), up()] for by in (600, 7200, DAY))),
         [60, runs(1), 200],
@@ -221,7 +223,7 @@ test_skipped = told(
         stays_open=True,
     ),
     Story(
-        "passed over by a clock ahead it stays",
+        "a skip passed over by a clock ahead stays",
         LIMITS,
         [plan(every=5, window=20, workdays=False), 310, skip("06:10"), 5, clock(595), 20, clock(-595), 20],
         each(*CHANGES[:-2], quick=5),
@@ -230,7 +232,7 @@ test_skipped = told(
         stays_open=True,
     ),
     Story(
-        "it stays where what had begun after it is taken back",
+        "it stays when a later start is withdrawn",
         LIMITS,
         [set_up(retry_limit=20, poll_interval_seconds=300), plan(every=5, window=30, overlap=Overlap.QUEUE)],
         [plan("B", "06:40", rule="FREQ=DAILY"), 10, skip("06:10"), do(lambda s: s.container.pausing.skip_next(2))],
@@ -243,7 +245,7 @@ test_skipped = told(
 
 test_cancelled = told(
     Story(
-        "it runs when it is started after all",
+        "a skipped start runs when a person starts it",
         LIMITS,
         [OFTEN, ahead(HOURS), cancel(), right(HOURS), 100, is_offered_after_all(), unskip(), all_leave(4 * 3600)],
         on=BOTH,
@@ -262,7 +264,7 @@ test_cancelled = told(
         [plan(**PUT_BY_HAND), 10, hold("R1"), 600, cancel(), want_again(), release(), clock(-120), 400, runs(1)],
     ),
     Story(
-        "its undo passes over nothing that is due just then",
+        "its undo passes over no start that is due just then",
         each(
             [plan(at="06:10", every=1, window=60, workdays=False), 10, hold("R1"), 610, cancel(), clock(-120), 10],
             [
@@ -274,7 +276,7 @@ test_cancelled = told(
         stays_open=True,
     ),
     Story(
-        "nor by a quarter of an hour",
+        "nor with a quarter of an hour between",
         [QUICK, 10, clock(890), hold("R1"), 20, cancel(), clock(-890), 269.5, do(lambda s: s.clock.sleep(1.0))],
         [
             want_again(),
@@ -285,13 +287,13 @@ test_cancelled = told(
         stays_open=True,
     ),
     Story(
-        "an undone one waits beside nothing that is still to come",
+        "an undone start does not wait together with a future one",
         [plan(every=10, overlap=Overlap.SKIP, window=20), 10, hold("R1"), clock(900), 20, clock(-900), 285],
         [cancel(-1), want_again(), release(), 60, minutes(5)],
         stays_open=True,
     ),
     Story(
-        "of a group, kept back and cancelled, it never runs",
+        "a group's start, held and cancelled, never runs",
         LIMITS,
         [plan(at="06:10", every=10, window=30, workdays=False), 10, hold(), 610, keep(), 5, cancel(), release()],
         each(clock(-120, 120, -120), [[clock(by), 3, app_off(cleanly=False), app_on()] for by in (-120, 120, -120)]),

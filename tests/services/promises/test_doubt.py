@@ -38,7 +38,7 @@ LATE_FIRST = [plan(), post(LATE, 130.0), 385, hold(), 45.5, release()]  # lands 
 
 test_copies = told(
     Story(
-        "a late one that lands just before the second try is ours",
+        "a late item that arrives just before the second try is the app's",
         [LATE_FIRST, 900, ends(DONE), true(lambda s: s.row().queue_id == 1 and len(s.doubled()) == 0)],
     ),
     Story(
@@ -47,11 +47,11 @@ test_copies = told(
         [ends(DONE), true(lambda s: s.row().queue_id == 1)],
     ),
     Story(
-        "a first try that lands behind the second is cancelled however rarely robots are polled",
+        "a first try that arrives after the second is cancelled even if robots are rarely polled",
         [RARELY, plan(), post(LATE, 110.0), 900, sent(300, 395), items("Done", "Aborted"), raised("duplicate_healed")],
     ),
     Story(
-        "a second copy that has run before anyone saw it is told once, by the next run of the app too",
+        "a second copy that ran unseen is reported once, also by the next run of the app",
         [plan(), post(LATE, 220.0)],
         each([515, NOT_FOR_A_WHILE], [500, off_for(), 10, NOT_FOR_A_WHILE]),
         [300, items("Done", "Done"), told_of_item(2)],
@@ -59,24 +59,24 @@ test_copies = told(
         doubles=True,
     ),
     Story(
-        "a copy of what a person cancelled is stopped though it runs",
+        "a running copy of a cancelled start is stopped",
         [plan(), post(LATE, 130.0), 400, cancel(), 300, items("Aborted", "Aborted"), ends(CANCELLED), tries(2)],
         raised("late_cancelled"),
     ),
     Story(
-        "what could not be cancelled and ran is not said to have been cancelled",
+        "a copy that could not be cancelled and ran is not reported as cancelled",
         [plan(), post(LATE, 130.0), 320, off(), 100],
         each(*(meets("DELETE", "/mission_queue/1", fate, count=200) for fate in (LOST, REFUSED))),
         [300, items("Done"), ends(DONE), tries(1), not_raised("late_cancelled")],
     ),
     Story(
-        "a copy that could not be cancelled at once is told when it runs",
+        "a copy that could not be cancelled at once is reported when it runs",
         [plan(), post(ANSWER_LOST), 303, copied(), meets("DELETE", "/mission_queue/2", LOST, count=50), 400],
         [items("Done", "Done"), raised("duplicate_running")],
         doubles=True,
     ),
     Story(
-        "a copy that came while its start waited is seen once that has ended",
+        "a copy that arrived while its start waited is seen once that has ended",
         [plan(window=5), post(LATE, 120.0), 310, hold(), 800, ends(DONE)],
     ),
 )
@@ -92,32 +92,34 @@ UNSEARCHABLE = [
 
 test_given_up = told(
     Story(
-        "it is searched for once more however long the robot was away",
+        "it is searched for again after any absence of the robot",
         GIVEN_UP,
         each(1800, 3 * 3600),
         [FAILED_UNKNOWN, up(), 120, ends(DONE), tries(1)],
     ),
     Story(
-        "what could not be cancelled after a long absence is followed when it runs",
+        "a copy that could not be cancelled after a long absence is followed when it runs",
         [RARELY, robot_pauses(), GIVEN_UP, 1800, meets("DELETE", "/mission_queue/1", LOST, count=50), up()],
         [until(lambda s: len(s.network.planned) < 50), robot_goes_on(), 900, items("Done"), ends(DONE), tries(1)],
     ),
     Story(
-        "what came while the app was off is found by the next run",
+        "a copy that arrived while the app was off is found by the next run",
         [set_up(history_limit=1), plan(window=60), hold(), 300 + 3550, post(LATE, 400.0), release(), 100],
         [ends(WINDOW_OVER), tries(1)],
         each(off_for(900), off_for(5 * 3600)),
         [60, items("Done"), ends(DONE), tries(1)],
     ),
-    Story("a queue that can't be searched keeps a robot unread for a while only", [UNSEARCHABLE, 2 * 3600, CONNECTED]),
     Story(
-        "what was given up later is found once the search for the older one has ended",
+        "a queue that can't be searched makes a robot unreadable only for a while", [UNSEARCHABLE, 2 * 3600, CONNECTED]
+    ),
+    Story(
+        "a later given-up start is found once the search for the older one has ended",
         [UNSEARCHABLE, 3400, plan("B", "07:17", window=1), post(ANSWER_LOST)],
         do(lambda s: s.run(4620.5 - s.seconds())),
         [down("R1"), 150, up(), ends(UNKNOWN, UNKNOWN), 120, states(FAILED, COMPLETED)],
     ),
     Story(
-        "its only item, too late, is cancelled while it waits and told as what it is",
+        "its only item, too late, is cancelled while it waits and reported correctly",
         robot_pauses(),
         each([SILENT, up(), 120], [COMES_LATE, 120]),
         [items("Aborted"), not_raised("duplicate_healed"), told_of_item(1), robot_goes_on(), 300, states(FAILED)],
@@ -134,11 +136,11 @@ test_given_up = told(
         not_raised("duplicate_running"),
     ),
     Story(
-        "taken back it ran all the same and says so",
+        "a withdrawn start that still ran says so",
         [plan(), post(LATE, 130.0), 310, off(), 115, ends(CHANGED), NOT_FOR_A_WHILE, 120, items("Done"), ends(DONE)],
     ),
     Story(
-        "it is found though the robot's numbers have begun again",
+        "it is found although the robot's numbers have begun again",
         [stranger(count=3), CLEANED_UP, plan(window=1), post(LATE, 300.0), 420, ends(WINDOW_OVER), begin_again(), 175],
         [down("R1"), 180, items("Done"), up(), 100, ends(DONE)],
     ),

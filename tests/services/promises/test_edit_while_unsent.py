@@ -31,19 +31,19 @@ TAKEN_BACK = (
 
 test_taken_back = told(
     Story(
-        "in doubt: it is not sent again and says so",
+        "in doubt it is not sent again and says so",
         [plan(), IN_DOUBT],
         each(*([act, 450, runs(0), ends(end), tries(1)] for act, end in TAKEN_BACK)),
         sent(300),
     ),
     Story(
-        "between two tries: it is not tried again",
+        "between two tries it is not tried again",
         [plan(), down("R1"), 301],
         each(*([act, up(), 600, ends(end)] for act, end in TAKEN_BACK)),
         [sent(), runs(0)],
     ),
     Story(
-        "in doubt, cancelled, and its schedule deleted then: it ends as cancelled",
+        "in doubt and cancelled, its schedule deleted afterwards: it ends as cancelled",
         [plan(), IN_DOUBT, cancel(), 2, delete(), 450, runs(0), ends(CANCELLED), tries(1)],
         on=("robot", "group"),
     ),
@@ -56,17 +56,17 @@ test_taken_back = told(
         [FLAT, edit(at="06:10"), battery(80), 600, sent(600), ends(CHANGED, DONE), tries(0, 1)],
     ),
     Story(
-        "a hold holds a second try too",
+        "a hold stops a second try too",
         [plan(), IN_DOUBT, hold(), 300, sent(300), release(), 300, ends(DONE), tries(2)],
     ),
     Story(
-        "what a robot does when it is switched off is followed to its end",
+        "a robot's run is followed to its end after it is switched off",
         [plan(), 320, items("Executing"), robot_off()],
         each([], off_for()),
         [300, items("Done"), ends(DONE), tries(1)],
     ),
     Story(
-        "what did arrive is followed to its end",
+        "an arrived item is followed to its end",
         [plan(), post(ANSWER_LOST), 300.5],
         each(robot_off(), delete(), delete("mission")),
         each([], off_for()),
@@ -76,12 +76,12 @@ test_taken_back = told(
 
 test_edited = told(
     Story(
-        "a lower minimum lets what waits for it go",
+        "a lower minimum releases a start that waits for it",
         each(plan(battery=30), plan(battery=30, rule="FREQ=DAILY")),
         [battery(12), 360, waits(BATTERY), edit(battery=5), 300, ends(DONE), tries(1), runs(1)],
     ),
     Story(
-        "renamed it goes on waiting",
+        "a renamed one keeps waiting",
         each(plan(battery=30), plan(battery=30, rule="FREQ=DAILY")),
         [battery(12), 360, edit(name="New"), 60, waits(BATTERY), true(lambda s: s.row("New"))],
         [battery(80), 300, ends(DONE), tries(1)],
@@ -102,11 +102,11 @@ test_edited = told(
         [900, battery(80), 300, ends(DONE)],
     ),
     Story(
-        "in doubt, with its robot gone, a longer window counts",
+        "in doubt with an absent robot a longer window counts",
         [plan(window=5), IN_DOUBT, down("R1"), edit(window=60), 600, up(), 600, ends(DONE)],
     ),
     Story(
-        "in the quiet time: the second try is what is defined then",
+        "in the quiet time: the second try is as defined then",
         do(lambda s: s.add_mission("Home")),
         each([plan(), post(LOST)], [plan(priority=1), post(ERROR_BEFORE)]),
         [306, edit(mission_id=2, priority=3, window=60, name="New")],
@@ -115,7 +115,7 @@ test_edited = told(
         true(lambda s: (s.row().mission, s.row().closes_at - s.row().planned_at) == ("Home", timedelta(minutes=60))),
     ),
     Story(
-        "in doubt a group's start goes to any robot as it is defined then",
+        "a group's start in doubt goes to any robot as defined then",
         [do(lambda s: s.add_mission("Home")), plan(window=30), IN_DOUBT, edit(mission_id=2, priority=3), 600],
         [
             did("Home"),
@@ -127,7 +127,7 @@ test_edited = told(
         robots=3,
     ),
     Story(
-        "what did arrive stays what it is",
+        "an arrived item stays unchanged",
         [do(lambda s: s.add_mission("Home")), plan(), post(ANSWER_LOST), 306, edit(mission_id=2), 600],
         [did("Deliver"), ends(DONE), true(lambda s: s.row().mission == "Deliver")],
     ),
@@ -137,7 +137,7 @@ test_edited = told(
         [did("Home"), sent(300), ends(DONE), tries(1)],
     ),
     Story(
-        "after the clock was set back, though by that it is older",
+        "after the clock was set back, although it looks older",
         [do(lambda s: s.add_mission("Home")), plan(window=60), IN_DOUBT, clock(-30), 1, edit(mission_id=2), 900],
         did("Home"),
     ),
@@ -157,7 +157,7 @@ test_edited = told(
         [battery(90), 60, runs(0)],
     ),
     Story(
-        "nothing was sent of it: away and back it is there again",
+        "an unsent start is there again after its robot is deleted and restored",
         plan(window=60, battery=30),
         each(
             [battery(12), 330],
@@ -170,26 +170,26 @@ test_edited = told(
         [up(), battery(90), 300, runs(1)],
     ),
     Story(
-        "what found no connection is there again on another robot",
+        "a start without a connection is there again on another robot",
         plan(window=60),
         each([post(REFUSED), 300.3, tries(1)], [post(REFUSED, count=2), 304, tries(2)]),
         [edit(robot_id=2), 300, runs(1)],
         robots=2,
     ),
     Story(
-        "a group's that found no connection is there again",
+        "a group's start without a connection is there again",
         [robot_off("R2", "R3"), plan(window=60), post(REFUSED), 300.3, tries(1), states(WAITING)],
         [off(), on(), 300, runs(1)],
         on="group",
         robots=3,
     ),
     Story(
-        "what a person ends ends though it was edited in that moment",
+        "a start that a person ends ends although it was edited in that moment",
         [FLAT, meets("DELETE", "/mission_queue", SLOW, 3.0), during("DELETE", edit(window=60)), clear_queue()],
         states(State.CANCELLED),
     ),
     Story(
-        "too late, or to be done by then, edited a moment before",
+        "too late, or with a time limit, edited a moment before",
         each(
             [plan(window=3), ALL_HELD, later(479, edit(window=60)), later(540, release()), 900],
             [plan(window=30, finish_by=10), ALL_HELD, later(590, edit(finish_by=None)), later(960, release()), 1300],
@@ -204,7 +204,7 @@ test_edited = told(
 
 test_a_robot_edited = told(
     Story(
-        "switched on while its answer is slow it gets what is due then",
+        "switched on while its answer is slow it gets the start that is due then",
         [others_go_on(), plan("before", "06:04")],
         each(
             [plan(window=60), 245, robot_off(), 50, later(4.5, robot_on())],
@@ -233,19 +233,19 @@ test_a_robot_edited = told(
         robots=3,
     ),
     Story(
-        "hundreds that wait for a dead one keep no other waiting",
+        "hundreds of starts for a dead robot delay no other",
         [[plan(f"S{number}", on=1) for number in range(100)], plan("B", on=2), down("R1"), 299.95],
         true(lambda s: [(row.schedule, row.state) for row in s.executions()] == [("B", SUBMITTING)]),
         robots=2,
         stays_open=True,
     ),
     Story(
-        "what runs is followed where the queue can't be read",
+        "a run is followed if the queue can't be read",
         [plan(), 300.5, meets("POST", "/mission_queue/search", Fate.PAGE, count=1000), 120, ends(DONE)],
         true(lambda s: s.container.snapshots.get(1).connection is Connection.NOT_A_ROBOT),
     ),
     Story(
-        "a place that a mission is said to use a moment before counts",
+        "a place assigned to a mission a moment before counts",
         [
             do(
                 lambda s: (
@@ -261,14 +261,14 @@ test_a_robot_edited = told(
         robots=2,
     ),
     Story(
-        "a start that is on its way is not skipped, and no other in its place",
+        "a start being sent is not skipped, and no other instead of it",
         [plan(rule="FREQ=HOURLY"), 299.9],
         refused(do(lambda s: s.container.pausing.skip_next(1, instant("06:05").replace(tzinfo=UTC))), "has passed"),
         [60, runs(1), states(EXECUTING)],
         stays_open=True,
     ),
     Story(
-        "undo brings back what waited beside one that runs",
+        "undo restores the start that waited while another one ran",
         do(lambda s: s.container.catalogue.save_robot(replace(s.robot("R1"), hand_over=HandOver.WHEN_FREE))),
         plan(window=60, every=5, overlap=Overlap.QUEUE),
         each(

@@ -12,13 +12,13 @@ RESTING = [do(lambda s: s.add_mission("Home")), set_up(poll_interval_seconds=120
 
 test_a_mission_edited = told(
     Story(
-        "what waits or is in doubt follows it",
+        "a start that waits or is in doubt follows it",
         [plan()],
         each([post(LOST), 301], [post(REFUSED), 301]),
         [mission(does="Home"), 600, did("Home"), ends(DONE)],
     ),
     Story(
-        "what waits or is in doubt takes the robot's own one",
+        "a start that waits or is in doubt takes the robot's own mission",
         plan(window=60, battery=30),
         each([battery(12), 306], IN_DOUBT),
         [own_mission(), 3, battery(90), 500, did("Home")],
@@ -52,20 +52,20 @@ test_a_mission_edited = told(
         robots=3,
     ),
     Story(
-        "what a person gave to a robot follows it",
+        "a start that a person assigned follows it",
         [GIVEN_TO_R1, battery(12), 30, waits(BATTERY), mission(does="Home"), battery(90), 600, did("Home")],
         on="group",
         robots=3,
     ),
     Story(
-        "what a person gave to a robot does not run one that was deleted",
+        "a start that a person assigned does not run a deleted mission",
         [own_mission(), plan(window=60, battery=30), battery(12), 310, give("R1"), 30, delete("own mission")],
         [battery(80, "R1"), 60, did("Deliver"), 300],
         on="group",
         robots=3,
     ),
     Story(
-        "what a person gave to a robot follows an edit while its request is made",
+        "a start that a person assigned follows an edit while its request is made",
         [do(lambda s: s.add_mission("Home")), plan(window=60), down(), 300.5, give("R1"), up()],
         [while_posting(states(SUBMITTING), edit(mission_id=2)), 600],
         [ends(DONE), did("Home"), true(lambda s: s.row().mission == "Home")],
@@ -96,20 +96,20 @@ test_an_idle_mission_edited = told(
         ),
     ),
     Story(
-        "of a mission that was deleted nothing is sent",
+        "nothing of a deleted mission is sent",
         [RESTING, own_mission(MISSIONS[-1].name, "Home")],
         each([post(LOST)], [post(REFUSED)]),
         [until(lambda s: s.executions() and s.row().attempts), runs(0), delete("own mission"), 1200],
         true(lambda s: MISSIONS[-1].guid not in [item.mission_id for item in s.items()]),
     ),
     Story(
-        "another one is sent in the same rest where the first never was there",
+        "another mission is sent in the same idle period if the first was never sent",
         RESTING,
         each([post(LOST)], [post(REFUSED)]),
         [until(lambda s: s.executions() and s.row().attempts), rest("Deliver"), 1800, did("Deliver")],
     ),
     Story(
-        "it comes in the same rest when its rule or mission is there again",
+        "it is sent in the same idle period when its rule or mission is restored",
         RESTING,
         each([post(LOST)], [post(REFUSED)]),
         until(lambda s: s.executions() and s.row().attempts),
@@ -117,7 +117,7 @@ test_an_idle_mission_edited = told(
         [1800, items("Done")],
     ),
     Story(
-        "overtaken after a lost request it raises no alarm",
+        "no longer needed after a lost request it raises no alarm",
         [RESTING, post(LOST), until(lambda s: s.network.posts()), later(60, stranger()), 300],
         [not_raised(), true(lambda s: [row.reason.code for row in s.executions()] == [ReasonCode.OVERLAP])],
     ),

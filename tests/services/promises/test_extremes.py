@@ -42,7 +42,7 @@ test_extremes = told(
         stays_open=True,
     ),
     Story(
-        "a robot that is found at a new address goes on",
+        "a robot at a new address continues",
         [
             RUNS,
             do(lambda s: s.machines.update(R7=s.machines["R1"])),
@@ -55,14 +55,14 @@ test_extremes = told(
         doubles=True,  # one machine at two addresses
     ),
     Story(
-        "an address that has another machine leaves the outcome unknown and says why",
+        "another machine at the address leaves the outcome unknown and says why",
         RUNS,
         each([is_now("http://r1", "R2"), is_now("http://r2", None)], is_now("http://r2", None)),
         [off_for(), 300, UNKNOWN_AS_MOVED, true(lambda s: len(s.machines["R2"].queue) == 0)],
         robots=2,
     ),
     Story(
-        "what may be on one machine is not sent to the one that takes its place",
+        "a start that may be on one machine is not sent to its replacement",
         [ONE_OF_TWO, stranger(robot="R2", count=3), plan()],
         each(post(LOST), post(ANSWER_LOST)),
         300.6,
@@ -75,7 +75,7 @@ test_extremes = told(
         robots=2,
     ),
     Story(
-        "the first lost answer of a robot that drops descriptions is not sent again, and told",
+        "the first lost answer of a robot that drops descriptions is reported and not sent again",
         [FORGETS, plan()],
         each(post(ANSWER_LOST), post(LATE), post(ERROR_AFTER)),
         [900, sent(300), items("Done"), ends(DONE), tries(1), true(lambda s: s.alarms())],

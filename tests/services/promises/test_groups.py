@@ -56,7 +56,7 @@ test_given = told(
         [ABC, 310, true(lambda s: {r.robot for r in s.executions()} == {*s.machines}), 200],
     ),
     GroupStory(
-        "one too many waits for the first that is free",
+        "an extra start waits for the first free robot",
         [
             ABC,
             plan("D"),
@@ -67,7 +67,7 @@ test_given = told(
         [400, ends(DONE, DONE, DONE, DONE), runs(4)],
     ),
     GroupStory(
-        "to another where the first refuses the connection",
+        "to another robot if the first refuses the connection",
         [plan(), 295, down("R1"), 60, runs(1), true(lambda s: s.row().robot in ("R2", "R3")), 200],
     ),
     GroupStory(
@@ -77,7 +77,7 @@ test_given = told(
         [true(lambda s: s.row().robot_id), 700, ends(DONE), runs(1)],
     ),
     GroupStory(
-        "to the others where one lacks the mission",
+        "to the others if one lacks the mission",
         plan(),
         each(
             [lacks_mission("R1"), 330, true(lambda s: s.row().robot in ("R2", "R3"))],
@@ -86,11 +86,11 @@ test_given = told(
         [runs(1), 200],
     ),
     GroupStory(
-        "to none where all refuse, and it says why",
+        "to none if all refuse, and it says why",
         [plan(), lacks_mission("R1", "R2", "R3"), 330, ends((FAILED, ReasonCode.UNKNOWN_MISSION))],
     ),
     GroupStory(
-        "to another where its robot is switched off a moment before",
+        "to another if its robot is switched off a moment before",
         [plan(), 299.8, robot_off("R1", "R2"), 60, one(EXECUTING, "R3"), 200],
     ),
     GroupStory(
@@ -114,7 +114,7 @@ test_given = told(
         stays_open=True,
     ),
     GroupStory(
-        "one after the other where its schedule queues, and the later one says what it waits for",
+        "one after the other if its schedule queues, and the later one says what it waits for",
         [plan(every=1, overlap=Overlap.QUEUE, workdays=False, window=30), 370],
         true(lambda s: s.executions()[1].robot_id is None),
         true(lambda s: s.executions()[1].wait_details["before"] == s.executions()[0].planned_at.isoformat()),
@@ -131,7 +131,7 @@ test_given = told(
         [plan(), [[seconds, off_for(2)] for seconds in (301, 1, 5, 30)], 600, ends(DONE), runs(1)],
     ),
     GroupStory(
-        "as it is when its robot is bound, though it was edited after the decision",
+        "as defined when its robot is assigned, even if it was edited after the decision",
         [
             HOME,
             plan(),
@@ -145,7 +145,7 @@ test_given = told(
         [true(lambda s: s.row().mission == "Home"), 200],
     ),
     GroupStory(
-        "to a robot on its way to the charger by itself, once that charges",
+        "to a robot that drives to its charger, once it charges",
         [do(lambda s: s.add_mission("Return to charger"))],
         do(lambda s: [s.container.catalogue.save_idle_rule(number, 2, after_minutes=5) for number in (1, 2, 3)]),
         [plan(at="06:40"), 2405],
@@ -162,7 +162,7 @@ test_given = told(
         stays_open=True,
     ),
     GroupStory(
-        "the choice says what its robot had over others that were free",
+        "the choice names the advantage over other free robots",
         [[plan(f"{minute}", f"06:{minute:02}") for minute in (5, 20, 35)], 2200],
         true(lambda s: chosen(s.row("5").choice, "UTC") == "R1: free now; R2: free now; R3: free now"),
         true(
@@ -206,7 +206,7 @@ def instead(s, name=None):
 
 test_by_hand = told(
     GroupStory(
-        "given to a robot it goes into its queue",
+        "assigned to a robot it goes into its queue",
         [
             WAITS,
             give("R3"),
@@ -217,7 +217,7 @@ test_by_hand = told(
         [refused(give("R2"), "no longer waits for a robot"), 900, ends(DONE)],
     ),
     GroupStory(
-        "put before others it gets the first robot that is free",
+        "put before others it gets the first free robot",
         [all_busy(5), LONG, plan("B", window=30), 310, first("B", 1), do(lambda s: s.machines["R1"].cancel_all()), 5],
         [
             true(lambda s: (s.row("B").robot, s.row("A").robot) == ("R1", "")),
@@ -226,7 +226,7 @@ test_by_hand = told(
         ],
     ),
     GroupStory(
-        "the robot that a person chose gets it as a start of its own",
+        "the robot that a person chose gets it like its own start",
         [all_busy(5), plan(window=30, battery=30), 310],
         each(
             [battery(80, "R3"), robot_pauses("R3"), 10, give("R3"), 30, one(QUEUED, "R3")],
@@ -235,7 +235,7 @@ test_by_hand = told(
         stays_open=True,
     ),
     GroupStory(
-        "what can't be given is refused",
+        "an impossible assignment is refused",
         WAITS,
         each(
             [hold("R3"), refused(give("R3"), "R3 is on hold")],
@@ -259,14 +259,14 @@ test_by_hand = told(
         stays_open=True,
     ),
     GroupStory(
-        "unless it can have none any more",
+        "unless that robot can take no starts",
         GIVEN_TO_R3,
         each(robot_off("R3"), R3_LEAVES),
         [20, robots(""), true(lambda s: s.row().choice == {})],
         stays_open=True,
     ),
     GroupStory(
-        "stuck it says so, and goes to no other",
+        "a stuck start says so, and goes to no other",
         [STUCK, do(lambda s: s.noted.append(s.row()))],
         true(
             lambda s: (
@@ -277,7 +277,7 @@ test_by_hand = told(
         [600, ends(UNKNOWN), true(lambda s: len(s.network.posts()) == 1)],
     ),
     GroupStory(
-        "stuck it is run on another robot as a start of its own",
+        "a stuck start is run on another robot as a separate start",
         STUCK,
         each([], 600),
         each(instead(), instead("R3")),
@@ -286,7 +286,7 @@ test_by_hand = told(
         stays_open=True,
     ),
     GroupStory(
-        "the same robot is no other one",
+        "the same robot does not count as another one",
         [
             STUCK,
             refused(
@@ -297,10 +297,11 @@ test_by_hand = told(
         stays_open=True,
     ),
     GroupStory(
-        "what is known is not started again", [plan(), 310, refused(instead(), "its outcome is known already"), 200]
+        "a start with a known outcome is not started again",
+        [plan(), 310, refused(instead(), "its outcome is known already"), 200],
     ),
     GroupStory(
-        "moved on it says from where",
+        "a start that changed robots names the earlier ones",
         [plan(), 299.9, post(REFUSED, robot="R1"), 30, robots("R2")],
         true(lambda s: earlier_robots(s.row().tried, "R2").startswith("R1: r1 refused the connection")),
         [true(lambda s: earlier_robots(s.row().tried, "R2").endswith("; assigned to R2")), 200],

@@ -51,7 +51,7 @@ def given(*steps):
 
 test_given_and_not_begun = told(
     GroupStory(
-        "kept back by a person it keeps no robot",
+        "held by a person it blocks no robot",
         [given(do(lambda s: s.container.operator.hold_starts([s.noted[0].id]))), 310, robots(""), waits(HOLD)],
         [
             [plan(name, "06:07") for name in "BCD"],
@@ -61,27 +61,27 @@ test_given_and_not_begun = told(
         stays_open=True,
     ),
     GroupStory(
-        "a robot that is held gives it back, and that is no attempt",
+        "a held robot gives it back without counting an attempt",
         [given(HOLD_IT), 310, states(EXECUTING), tries(1)],
         [true(lambda s: all(not each["tries"] for each in s.row().tried.values())), 200],
     ),
     GroupStory("a robot that was stopped since it was chosen gives it back", [given(STOP_IT), 330, ELSEWHERE, 200]),
     GroupStory(
-        "its schedule deleted and put back it is for all robots",
+        "after its schedule is deleted and restored it is for all robots",
         [given(delete()), 302, HOLD_IT, undo(), 20, ELSEWHERE, 200],
     ),
     GroupStory(
-        "edited between choice and robot it goes as it is then",
+        "edited after the choice it is sent as defined then",
         [do(lambda s: s.add_mission("Home")), when_given(before=[edit(mission_id=2)]), LONG, 310, did("Home")],
         [true(lambda s: s.row().mission == "Home"), 200],
     ),
     GroupStory(
-        "nothing is sent to a robot that may not get it any more",
+        "nothing is sent to a robot that may no longer get it",
         each([when_given(states(SUBMITTING), SWITCH_IT_OFF)], [when_given(states(SUBMITTING), IT_LEAVES)]),
         [LONG, 330, states(EXECUTING), NONE_OF, 200],
     ),
     GroupStory(
-        "its robot deleted it is not lost",
+        "it is not lost when its robot is deleted",
         [when_given(states(SUBMITTING), delete("robot")), LONG, 330, states(EXECUTING)],
         [true(lambda s: len(s.network.posts()) == 1), 200],
     ),
@@ -105,7 +105,7 @@ def test_what_was_given_to_a_robot_is_for_all_again_when_the_app_comes_back(tmp_
 # ---------------------------------------------------------------------- while it waits
 test_waiting = told(
     GroupStory(
-        "all robots switched off it ends",
+        "it ends when all robots are switched off",
         [LONG, ALL_HELD, 310, robot_off("R1", "R2", "R3"), 10, ends(REMOVED)],
     ),
     GroupStory(
@@ -113,7 +113,7 @@ test_waiting = told(
         [plan(), robot_off("R1", "R2", "R3"), 310, states(State.CANCELLED), NO_ROBOT_ON],
     ),
     GroupStory(
-        "another mission is tried where the first was refused",
+        "another mission is tried after the first was refused",
         [do(lambda s: (s.add_mission("Home"), s.lose_mission("R1"))), LONG, hold("R2"), hold("R3"), 320],
         [true(lambda s: s.row().tried["1"]["is_for_good"]), edit(mission_id=2), 20, robots("R1"), did("Home"), 200],
     ),
@@ -123,7 +123,7 @@ test_waiting = told(
         [true(lambda s: s.row().mission == "Bring"), 200],
     ),
     GroupStory(
-        "the last refusal is why it fails, and each is told",
+        "it fails with the last refusal, and each one is reported",
         do(lambda s: (s.lose_mission("R2"), s.lose_mission("R3"))),
         do(
             lambda s: s.container.catalogue.save_mission(
@@ -146,7 +146,7 @@ test_waiting = told(
         true(lambda s: s.row().reason.details["robot"] == "R3"),
     ),
     GroupStory(
-        "a robot whose connection is made again meanwhile is read as often as the others",
+        "a robot whose connection is renewed is read as often as the others",
         [robot_off("R2", "R3"), LONG, hold("R1"), 310],
         do(
             lambda s: s.container.catalogue.save_robot(
@@ -156,13 +156,13 @@ test_waiting = told(
         [0.5, release(), 4, true(lambda s: s.row().state is not WAITING), 200],
     ),
     GroupStory(
-        "in doubt it is not told as one that waits",
+        "in doubt it is not listed as waiting",
         [plan(window=30, overlap=Overlap.PARALLEL), [post(LOST, robot=name) for name in ("R1", "R2", "R3")], 320],
         [states(SUBMITTING), true(lambda s: s.row().robot != "")],
         stays_open=True,
     ),
     GroupStory(
-        "a Run now of a group that is deleted and put back waits again",
+        "a Run now of a group that is deleted and restored waits again",
         [
             ALL_HELD,
             30,
@@ -176,12 +176,12 @@ test_waiting = told(
         [states(EXECUTING), 200],
     ),
     GroupStory(
-        "what waits for the only robot comes back with it",
+        "a start that waits for the only robot is restored with it",
         [robot_off("R2", "R3"), hold("R1"), plan(window=60), 310, delete("robot"), 3, NO_ROBOT_ON],
         [undo(), release(), 20, states(EXECUTING), 200],
     ),
     GroupStory(
-        "what a robot has of a group that is deleted goes on",
+        "a robot's run continues when its group is deleted",
         [run_now(), 5, true(lambda s: s.container.catalogue.waiting_for(s.group.id) == 0), delete("group")],
         [until(lambda s: s.executions(COMPLETED)), ends(DONE)],
     ),

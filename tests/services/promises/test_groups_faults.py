@@ -33,7 +33,7 @@ def raises(error):
 
 test_odd = told(
     GroupStory(
-        "one refused connection, or look, ends no start that has to be done in time",
+        "one refused connection, or reading, ends no start with a time limit",
         [R1_AND_R2, 5, stranger(robot="R2", count=9)],
         each(
             [post(REFUSED, robot="R1"), plan(window=30, finish_by=30), 330],
@@ -42,12 +42,12 @@ test_odd = told(
         [states(EXECUTING), robots("R1"), 200],
     ),
     GroupStory(
-        "a clock that is set back bars no robot for that long",
+        "a clock that is set back excludes no robot for that long",
         [ONLY_R1, 30, post(REFUSED, robot="R1"), BY_ANY, 1, clock(-3600), 300],
         true(lambda s: s.row().state in (EXECUTING, COMPLETED)),
     ),
     GroupStory(
-        "a start of one robot that waits for something else keeps it from no group",
+        "a robot's start that waits for something else does not block it for groups",
         ONLY_R1,
         each(
             [plan("F", on=1, window=600), hold("R1"), 310, keep(), release()],
@@ -58,7 +58,7 @@ test_odd = told(
         stays_open=True,
     ),
     GroupStory(
-        "what waits while the clock can't be right says so, and waits on once it is",
+        "a start that waits while the clock is wrong says so, and keeps waiting afterwards",
         [POLLED_OFTEN, plan("G", window=60), plan("F", on=1, battery=99, window=60), all_busy(), 330],
         do(lambda s: s.noted.extend(sorted(row.token for row in s.executions(WAITING)))),
         each(
@@ -69,7 +69,7 @@ test_odd = told(
         stays_open=True,
     ),
     GroupStory(
-        "what a robot that forgets tokens may have is given to no other",
+        "a start that a robot without tokens may have is assigned to no other",
         [do(lambda s: (setattr(s.network, "latest", 200.0), setattr(s.network, "forgets_descriptions", True)))],
         [R1_AND_R2, plan("before", "06:01"), 200, do(lambda s: s.noted.append(s.row("before").robot))],
         do(lambda s: (s.only(s.noted[0]), s.network.next("POST", "/mission_queue", LATE, 120.0, robot=s.noted[0]))),
@@ -117,11 +117,11 @@ test_silent = told(
         [true(lambda s: s.row().state is not WAITING), ALL_FREE, 200],
     ),
     GroupStory(
-        "one that hangs is not waited for for long",
+        "a hanging robot is not waited for for long",
         [75, meets("GET", "*", SLOW, 8.0, robot="R1"), BY_ANY, 1, true(lambda s: s.row().state is not WAITING), 200],
     ),
     GroupStory(
-        "one of another group that hangs is not waited for at all",
+        "a hanging robot of another group is not waited for at all",
         do(lambda s: s.container.catalogue.edit(lambda edit: group_edit.save(edit, replace(s.group, members=(2, 3))))),
         do(lambda s: s.container.catalogue.edit(lambda edit: group_edit.save(edit, Group("Yard", (1,))))),
         [plan(), plan("B", group_id=2), 298, meets("GET", "*", SLOW, 8.0, robot="R1"), 15],
@@ -131,7 +131,7 @@ test_silent = told(
     ),
     GroupStory("none is called silent between two reads", [all_busy(), plan(), 303, NONE_SILENT], stays_open=True),
     GroupStory(
-        "known to lack the mission it is passed by without an alarm",
+        "a robot known to lack the mission is passed over without an alarm",
         [lost_by("R1", "R2"), stranger(robot="R3", count=9), plan(), 320, not_raised()],
         true(
             lambda s: (
@@ -142,16 +142,16 @@ test_silent = told(
         stays_open=True,
     ),
     GroupStory(
-        "where none would be left they are asked all the same",
+        "if none would be left they are still asked",
         [lost_by("R1", "R2", "R3"), plan(), 320, ends((FAILED, ReasonCode.UNKNOWN_MISSION))],
     ),
     GroupStory(
-        "a list that is old excludes nobody",
+        "an old list excludes no robot",
         [lost_by("R1"), R1_AND_R2, down("R2"), 3700, plan(at="07:05"), 220, true(lambda s: "1" in s.row().tried)],
         stays_open=True,
     ),
     GroupStory(
-        "a list that is old keeps the only robot that could from no start",
+        "an old list does not exclude the only possible robot",
         lost_by("R1"),
         do(lambda s: s.machines["R1"].site.table("/missions").add({"guid": GUIDS["Deliver"], "name": "Deliver"})),
         [hold("R2"), hold("R3"), plan(), 320, states(EXECUTING), robots("R1"), 200],
@@ -200,16 +200,16 @@ NOT_HELD_AGAINST = [plan_in_five(), 400, true(lambda s: "failed" not in chosen(s
 
 test_failing = told(
     GroupStory(
-        "others that are free go first and the choice says why",
+        "other free robots go first and the choice says why",
         [r1_aborts(), often(), states(FAILED, *[COMPLETED] * 4)],
         true(lambda s: [row.robot == "R1" for row in s.executions()] == [True, False, False, False, False]),
         true(lambda s: "R1: free now, its last start failed" in chosen(s.executions()[1].choice, "UTC")),
     ),
     GroupStory(
-        "alone it still gets every start and an alarm names it",
+        "the only robot still gets every start and an alarm names it",
         [r1_aborts(), ONLY_R1, often(), robots(*["R1"] * STARTS), counted(STARTS)],
     ),
-    GroupStory("two failures are no alarm", [r1_aborts(), ONLY_R1, often(TOO_MANY - 1), NO_ALARM]),
+    GroupStory("two failures raise no alarm", [r1_aborts(), ONLY_R1, often(TOO_MANY - 1), NO_ALARM]),
     GroupStory(
         "its own starts count as those of its group, over restarts of the app",
         r1_aborts(),
@@ -219,12 +219,12 @@ test_failing = told(
         true(lambda s: f"R1: free now, {TOO_MANY} starts failed in a row" in chosen(s.row("A").choice, "UTC")),
     ),
     GroupStory(
-        "its first success ends the alarm and is a clean sheet",
+        "its first success ends the alarm and the count of failures",
         [r1_aborts(TOO_MANY), ONLY_R1, often(TOO_MANY), do(lambda s: s.container.operator.run_now(1, 1)), 300],
         [true(lambda s: alarm_of(s).cleared_at), robot_on("R2"), NOT_HELD_AGAINST],
     ),
     GroupStory(
-        "what a person cancels is not held against it",
+        "starts cancelled by a person do not count as failures",
         [ONLY_R1, plan(rule=f"FREQ=MINUTELY;INTERVAL=10;COUNT={STARTS}"), 300],
         [[until(lambda s: s.executions(EXECUTING)), cancel(), 600] for _start in range(STARTS)],
         [ends(*[CANCELLED] * STARTS), NO_ALARM],
@@ -239,7 +239,7 @@ test_failing = told(
         true(lambda s: all(r.submitted_at - r.planned_at < timedelta(seconds=3) for r in s.executions()[1:])),
     ),
     GroupStory(
-        "what the app refuses without sending it is not held against a robot",
+        "starts refused by the app itself do not count as failures",
         [down(), later(60, up())],
         plan(rule="FREQ=MINUTELY;INTERVAL=10;COUNT=4", parameters={"Speed": 1}),
         [plan("own", on=1, rule="FREQ=MINUTELY;INTERVAL=10;COUNT=4", parameters={"Speed": 1}), 3000],
@@ -268,7 +268,7 @@ JUST_BEFORE = DUE - INTENT_LEAD - 0.01
 
 test_worker = told(
     Story(
-        "its connection edited while a start is on its way it gets it",
+        "a robot whose connection is edited while a start is sent gets it",
         [LONG, DUE - 0.5, meets("GET", "/mission_queue", SLOW, 8.0, robot="R1"), later(0.45 - INTENT_LEAD, POLL)],
         later(1.5, AS_ADMIN),
         each([], [later(2.0, hold("R1")), later(40.0, release())]),
@@ -276,7 +276,7 @@ test_worker = told(
         on="group",
     ),
     Story(
-        "an old row that is begun after a failure of the database is not taken for a lost one",
+        "an old row begun after a failure of the database is not taken for a lost one",
         [hold("R1"), plan(), DUE + 5, do(lambda s: s.post(1, s._workers[1].expect_recovery())), release(), 3],
         [states(EXECUTING), tries(1), 200],
         on="group",

@@ -35,7 +35,7 @@ def ours_started(number):
 
 test_late = told(
     GroupStory(
-        "while no robot has it again the late item is the one",
+        "while no robot has it again the late item counts",
         each(
             [given_up(200.0), ALL_HELD, 140, robots(""), down(), 300, up(), 60],
             [given_up(400.0, 1), ALL_HELD, 140, states(FAILED), off_for(3600), 60],
@@ -43,24 +43,24 @@ test_late = told(
         [IS_THAT, runs(1)],
     ),
     GroupStory(
-        "it is the one though the start waits for another robot already",
+        "the late item counts even if the start waits for another robot already",
         [given_up(130.0), ALL_HELD, RELEASED],
         do(lambda s: s.network.next("GET", "/mission_queue", SLOW, 8.0, robot=s.noted[0].robot)),
         [60, true(lambda s: s.row().robot == s.noted[0].robot), 300, states(COMPLETED), RAN_ONCE],
     ),
     GroupStory(
-        "a start that ended without a robot is put right",
+        "a start that ended without a robot is corrected",
         [given_up(300.0, 3), ALL_HELD, 220, ends((FAILED, ReasonCode.NO_ROBOT)), 70, down()],
         each(300, 12),
         [up(), 360, RAN_ONCE, IS_THAT],
     ),
     GroupStory(
-        "pending and too late it is cancelled and told",
+        "a pending late item is cancelled and reported",
         [given_up(300.0, 3), busy_there(), ALL_HELD, 340, states(FAILED), raised("late_cancelled")],
         true(lambda s: {str(i.state) for i in s.items() if i.description == s.row().token} == {"Aborted"}),
     ),
     GroupStory(
-        "pending, while another robot has it, it is cancelled; running it is told",
+        "while another robot has it, a pending late item is cancelled, a running one reported",
         given_up(130.0),
         60,
         each(
@@ -76,20 +76,20 @@ test_late = told(
         [true(lambda s: {str(item.state) for item in s.items()} == {"Aborted"}), raised("late_cancelled")],
     ),
     GroupStory(
-        "what may still come is not pruned",
+        "a start that may still arrive is not pruned",
         [given_up(400.0, 3), ALL_HELD, set_up(history_limit=1), 220, do(lambda s: s.container.holds.release(2))],
         [plan("B", "06:12", on=2), plan("C", "06:14", on=2), 700, raised("late_cancelled"), ours_started(0)],
         true(lambda s: s.row("A").robot == ""),
     ),
     GroupStory(
-        "a robot that is put back is searched again",
+        "a restored robot is searched again",
         [given_up(200.0), ALL_HELD, RELEASED],
         do(lambda s: s.removed.append(s.container.catalogue.remove_robot(s.noted[0].robot_id))),
         [5, undo(), 120, true(lambda s: s.row().robot == s.noted[0].robot)],
         stays_open=True,
     ),
     GroupStory(
-        "another machine at the address has numbers of its own",
+        "another machine at the address has its own numbers",
         [ONLY_R1, stranger(count=30), do(lambda s: s.machines["R1"].cancel_all()), 30, LONG, post(LOST)],
         until(lambda s: s.executions() and s.row().tried, 500),
         true(lambda s: s.row().tried["1"]["floor"] >= 30),
@@ -97,14 +97,14 @@ test_late = told(
         stays_open=True,
     ),
     GroupStory(
-        "what was ever sent to a robot lies above its first floor",
+        "everything sent to a robot has ids above its first floor",
         [robot_off("R2", "R3"), LONG, 295, down("R1"), 10, up(), post(LATE, 89.0), 60],
         [do(lambda s: s.noted.append(s.row().queue_floor)), true(lambda s: s.noted[0] is not None)],
         [until(lambda s: s.row().robot_id is None or s.row().submitted_at, 200), 600, runs(1)],
         true(lambda s: s.row().queue_floor == s.noted[0]),
     ),
     GroupStory(
-        "figures count what ended without a robot",
+        "figures count starts that ended without a robot",
         [ALL_HELD, plan(window=2), 430, ends((FAILED, ReasonCode.NO_ROBOT)), robots("")],
         true(lambda s: s.container.kpis.facts().failed == 1),
         true(lambda s: [robot.robot for robot in s.container.kpis.facts().robots] == ["R1", "R2", "R3"]),

@@ -48,7 +48,7 @@ test_places = told(
         [dock(), plan(on=1), plan("B", on=2), 302, waits(Wait.PLACE), 400, ends(DONE, DONE)],
     ),
     GroupStory(
-        "what waits for one keeps no robot from others and says who is there",
+        "a start that waits for a place blocks no robot and names the occupant",
         [
             dock(),
             plan(),
@@ -64,13 +64,13 @@ test_places = told(
         stays_open=True,
     ),
     GroupStory(
-        "an unknown outcome holds it",
+        "an unknown outcome keeps it occupied",
         [dock(), LONG, ALL_LOST, 303, NO_MORE_PLANNED, plan("B", "06:06"), 80],
         true(lambda s: (s.row("A").state, s.row("B").wait) == (SUBMITTING, Wait.PLACE)),
         stays_open=True,
     ),
     GroupStory(
-        "where it stays full the start ends",
+        "if it stays full the start ends",
         [
             dock(),
             plan(window=60),
@@ -91,13 +91,13 @@ test_places = told(
         stays_open=True,
     ),
     GroupStory(
-        "it stays taken when the mission that is there is renamed",
+        "it stays occupied when the mission there is renamed",
         [dock(), plan(), plan("B", "06:06"), 320, mission(name="Deliver kits"), 45],
         true(lambda s: (s.row("A").state, s.row("B").wait) == (EXECUTING, Wait.PLACE)),
         stays_open=True,
     ),
     GroupStory(
-        "what a person gave to a robot that can't begin keeps none",
+        "a start that a person assigned to a robot that can't begin occupies none",
         [dock(), robot_off("R2", "R3"), stranger(count=9), plan(window=60, battery=50), 305, battery(20, "R1"), 10],
         [give("R1"), 10, waits(BATTERY), robot_on("R2"), plan("B", "06:07"), 110],
         true(lambda s: (s.row("B").state, s.row("B").robot) == (EXECUTING, "R2")),

@@ -87,7 +87,7 @@ test_forgotten = told(
         [plan(), 720, edit(name="More"), 300, sent_to_r1(300)],
     ),
     PlantStory(
-        "a skipped start stays skipped when the plan is made again, or its schedule deleted and put back",
+        "a skipped start stays skipped when the plan is made again, or its schedule deleted and restored",
         [FORGETTING, SKIPPED],
         each(set_up(working_days=("MO", "TU", "WE", "TH", "FR", "SA")), [delete(), 10, undo()]),
         [600, sent_to_r1()],
@@ -102,7 +102,7 @@ test_forgotten = told(
         [FORGETTING, rest(), 2400, true(lambda s: len(sent_at(s, "R1")) == 1)],
     ),
     PlantStory(
-        "a robot that loses tokens is known however old its last item is",
+        "a robot that loses tokens is known, even by an old last item",
         [
             FORGETTING,
             FORGETS_WHOSE,
@@ -125,12 +125,12 @@ test_forgotten = told(
         ],
     ),
     PlantStory(
-        "nor that of one that ran while the other waited for its second try",
+        "nor the item of one that ran while the other waited for its second try",
         [FORGETTING, FORGETS_WHOSE, set_up(poll_interval_seconds=600), plan(battery=50, window=60), plan("B", "06:06")],
         [298, post(REFUSED, robot="R1"), 2.5, battery(30, "R1"), 600, finished(1), battery(90, "R1"), 240, finished(2)],
     ),
     Story(
-        "nor where any robot of a group may have the other",
+        "nor if any robot of a group may have the other",
         [set_up(history_limit=1, poll_interval_seconds=600), FORGETS_WHOSE, plan(battery=50, window=60)],
         [plan(f"On {n} at {minute}", f"06:{minute}", on=n) for minute in (12, 13, 14) for n in (1, 2)],
         [299.5, post(REFUSED, count=2), 1, until(lambda s: len(s.row("A").tried) == 2, 30), battery(30), 780, runs(6)],

@@ -40,7 +40,7 @@ TAKEN_BACK = [delete("robot"), robot_off(), rest(enabled=False), hold()]
 test_begun = told(
     Story("tried again after the quiet time, once", [RESTING, post(LOST), 1200, requests(2), items("Done")]),
     Story(
-        "what found no connection is the one that is sent",
+        "the mission without a connection is the one that is sent",
         RESTING,
         each(
             *(
@@ -51,25 +51,25 @@ test_begun = told(
         ends(DONE),
     ),
     Story(
-        "not tried again once somebody works",
+        "not tried again once somebody uses the robot",
         RESTING,
         each(post(LOST), post(ERROR_BEFORE)),
         [sent_so_often(1), later(60, stranger()), 180, requests(1)],
     ),
     Story(
-        "what waits for its next try is judged again",
+        "a mission that waits for its next try is checked again",
         [RESTING, post(REFUSED, count=4), TRIED],
         each([stranger(), 60, items("Executing")], [rest(enabled=False), 120]),
         requests(0),
     ),
     Story(
-        "taken back while the robot is read for it: nothing is made of it",
+        "withdrawn while the robot is read for it: no row is written",
         [RESTING, others_go_on(), 330, meets("GET", "/mission_queue", SLOW, 8.0)],
         each(*(later(35, act) for act in TAKEN_BACK)),
         [600, true(lambda s: s.network.counts[SLOW] == 1), items(), states()],
     ),
     Story(
-        "taken back while the robot is asked once more: it is not sent",
+        "withdrawn while the robot is read again: it is not sent",
         [
             RESTING,
             others_go_on(),
@@ -88,7 +88,7 @@ test_begun = told(
         stays_open=True,
     ),
     Story(
-        "waiting for a place it is judged again once there is room",
+        "a mission that waits for a place is checked again once there is room",
         do(
             lambda s: (
                 s.add_mission("Home"),
@@ -118,7 +118,7 @@ test_rest = told(
         [2400, requests(1)],
     ),
     Story(
-        "a robot that is deleted and put back is not sent home again",
+        "a robot that is deleted and restored is not sent home again",
         [
             RESTING,
             AT_HOME,
@@ -132,7 +132,7 @@ test_rest = told(
         true(lambda s: last_accepted(s) == s.noted[-1] is not None),
     ),
     Story(
-        "a late copy of the idle mission ends none",
+        "a late copy of the idle mission ends no idle period",
         [RESTING, post(LATE, 400.0), until(lambda s: s.all_items(), 1800)],
         each(
             [3600, items("Done", "Aborted")],
@@ -143,7 +143,7 @@ test_rest = told(
         doubles=True,
     ),
     Story(
-        "a late copy of one that a person cancelled ends none",
+        "a late copy of a cancelled one ends no idle period",
         [
             RESTING,
             post(LATE, 400.0),
@@ -156,7 +156,7 @@ test_rest = told(
         ],
     ),
     Story(
-        "one that was overtaken and comes all the same begins no other",
+        "one that was not needed but still arrives begins no other",
         [
             RESTING,
             post(LATE, 400.0),
@@ -167,11 +167,11 @@ test_rest = told(
         [app_off(), do(lambda s: s.stay_off(500)), app_on(), 3600, items("Done", "Done"), requests(1)],
     ),
     Story(
-        "however much the robot has done since",
+        "even if the robot has done much since",
         [RESTING, AT_HOME, stranger(count=150), CLEANED_UP, TEN_OLDEST, 1200, requests(2)],
     ),
     Story(
-        "a start that is left out keeps no idle mission away",
+        "a skipped start prevents no idle mission",
         [RESTING, plan(at="06:04", every=4)],
         each(pause(120), [skip(f"{6 + m // 60:02}:{m % 60:02}") for m in range(4, 84, 4)]),
         [1200, requests(1)],
@@ -180,6 +180,6 @@ test_rest = told(
         "what the robot did between two polls ends it",
         [RESTING, later(125, stranger()), 240, items("Done"), 270, requests(0), 390, requests(1)],
     ),
-    Story("time asleep is none that was seen", [RESTING, 250, asleep(7200), 280, requests(0), 400, requests(1), 200]),
+    Story("time asleep does not count as idle", [RESTING, 250, asleep(7200), 280, requests(0), 400, requests(1), 200]),
     Story("work while the tablet slept ends it", [RESTING, 130, stranger(), asleep(7200), 280, requests(0)]),
 )

@@ -28,7 +28,7 @@ def run_now_as(s, token):
 
 test_in_hand = told(
     Story(
-        "taken back it is not sent, and says so",
+        "a withdrawn start is not sent, and says so",
         [IN_HAND, MOMENT],
         each(
             [off(), 1, tries(0), 600, ends(CHANGED)],
@@ -87,7 +87,7 @@ test_in_hand = told(
         900,
     ),
     Story(
-        "where the first of several meets trouble the others wait for a look at the robot",
+        "if the first of several fails the others wait for a reading of the robot",
         [plan("A"), plan("B"), plan("C"), DUE - EARLIER, states(*[SUBMITTING] * 3)],
         each(
             [down(), 0.1, states(WAITING, WAITING, WAITING)],
@@ -96,13 +96,13 @@ test_in_hand = told(
         [tries(1, 1, 1), up(), 900, ends(DONE, DONE, DONE), runs(3)],
     ),
     Story(
-        "taken back by a chore it is not sent",
+        "withdrawn by a chore it is not sent",
         plan(),
         as_a_chore(lambda s: s.executions(SUBMITTING) and play(s, off())),
         [DUE + 5, runs(0), ends(CHANGED)],
     ),
     Story(
-        "what a chore starts is sent at once",
+        "a start made by a chore is sent at once",
         [20, as_a_chore(lambda s: play(s, run_now_as("t"))), do(lambda s: s.engine.advance()), 0.1],
         [true(lambda s: [item.description for item in s.items()] == ["t"]), 200],
     ),
@@ -112,7 +112,7 @@ DAILY = plan(rule="FREQ=DAILY", battery=0)
 
 test_not_written_early = told(
     Story(
-        "what something stands in the way of",
+        "a start with an obstacle",
         each(
             [DAILY, pause(65), DUE - EARLIER],
             [DAILY, hold(), DUE - EARLIER],

@@ -36,7 +36,7 @@ def let_go_of_all(s, seconds):
 
 test_kept_back = told(
     Story(
-        "it can be let go after a small correction",
+        "it can be released after a small correction",
         [plan(**PUT_BY_HAND), 10, hold("R1"), 600, keep(), release()],
         each(*([clock(-back), back + 120] for back in (20, 180, 300))),
         [let_go(), 300, runs(1)],
@@ -50,13 +50,13 @@ test_kept_back = told(
         robots=2,
     ),
     Story(
-        "listed as late, it can be let go after the network has set the clock",
+        "listed as late, it can be released after the network has set the clock",
         [plan(**PUT_BY_HAND), 10, app_off(), do(lambda s: s.clock.sleep(530)), clock(90), app_on(), 5, keep()],
         [clock(-90), 180, let_go(), 300, runs(1)],
         with_window=True,
     ),
     Story(
-        "listed as late by a clock far ahead, each start leaves once it is let go",
+        "listed as late by a clock far ahead, each start is sent once it is released",
         [
             plan(at="06:10", every=30, window=20, workdays=False),
             ahead(FAR),
@@ -77,7 +77,7 @@ test_kept_back = told(
         stays_open=True,
     ),
     Story(
-        "no start is lost by an edit after it was let go",
+        "no start is lost by an edit after its release",
         [set_up(poll_interval_seconds=600)],
         each(
             *(plan(at="06:10", every=30, window=20, workdays=False, overlap=o) for o in (Overlap.SKIP, Overlap.QUEUE))
@@ -88,7 +88,7 @@ test_kept_back = told(
         stays_open=True,
     ),
     Story(
-        "no start is lost where the clock is a quarter of an hour ahead for a moment",
+        "no start is lost if the clock is a quarter of an hour ahead for a moment",
         [plan(every=5, window=30, workdays=False), 10, hold("R1"), clock(840), 20],
         [
             do(lambda s: s.container.operator.hold_starts([s.executions(WAITING)[-1].id])),
@@ -102,7 +102,7 @@ test_kept_back = told(
         stays_open=True,
     ),
     Story(
-        "it does not stay where it is edited before the clock is right",
+        "the hold ends if it is edited before the clock is right",
         [OFTEN, ahead(HOURS), keep()],
         each(
             [OFF_AND_ON, right(HOURS), 300, all_leave(3 * 3600)],
@@ -112,7 +112,7 @@ test_kept_back = told(
         stays_open=True,
     ),
     Story(
-        "kept back too long after a try it runs when it is started after all",
+        "held too long after a try it runs when a person starts it",
         [set_up(poll_interval_seconds=600), plan(at="06:10", every=30, window=6, workdays=False), ahead(HOURS), 100],
         [keep(), 300, right(HOURS), 60, unskip(), all_leave(4 * 3600)],
         stays_open=True,
@@ -142,7 +142,7 @@ SEVERAL = plan(at="06:08", every=1, window=60, workdays=False, overlap=Overlap.Q
 
 test_kept_back_and_still_to_come = told(
     Story(
-        "it waits to be let go when its time has come",
+        "it waits for its release when its time has come",
         each(*(kept(back, rule=rule) for back, rule in BACK_AND_RULES), quick=3),
         [clock(-10), app_off(cleanly=False), app_on()],
         true(lambda s: [(run.at.minute, run.held) for run in s.container.plan.next(1)] == [(10, True)]),
@@ -151,7 +151,7 @@ test_kept_back_and_still_to_come = told(
         stays_open=True,
     ),
     Story(
-        "it does whatever is done before",
+        "it waits for its release after any other action",
         [kept(), states()],
         LIMITS,
         each(
@@ -169,7 +169,7 @@ test_kept_back_and_still_to_come = told(
         stays_open=True,
     ),
     Story(
-        "it does where it was deleted, or cancelled and that undone, before the clock was corrected",
+        "it waits for its release if its deletion or cancellation was undone before the clock was corrected",
         LIMITS,
         [plan(**PUT_BY_HAND), 10, hold("R1"), 600, keep()],
         each(
@@ -181,14 +181,14 @@ test_kept_back_and_still_to_come = told(
         stays_open=True,
     ),
     Story(
-        "it can be skipped and that taken back, which is the last word",
+        "a held start can be skipped and unskipped",
         [kept(), skip(), 2, unskip(), 600, runs(1)],
         on=BOTH,
         stays_open=True,
     ),
     Story("skipped it is not sent", [kept(), skip(), let_go_of_all(600), runs(0)], on=BOTH),
     Story(
-        "moved before it it runs then",
+        "moved to an earlier time it runs then",
         each(kept(), kept(rule=None)),
         [edit(at="06:08"), 600, minutes(8)],
         on=BOTH,
@@ -201,7 +201,7 @@ test_kept_back_and_still_to_come = told(
         stays_open=True,
     ),
     Story(
-        "moved to an hour before it it is planned as ever",
+        "moved an hour earlier it is planned as usual",
         set_up(poll_interval_seconds=600),
         each(*(plan(**PUT_BY_HAND | {"at": "08:00", "rule": rule}) for rule in ("FREQ=DAILY", None))),
         [ahead(7500.0), 30, keep(), right(7500.0), edit(at="07:00"), 9000, sent(3600)],
@@ -214,7 +214,7 @@ test_kept_back_and_still_to_come = told(
         [5, let_go_of_all(600), runs(0)],
     ),
     Story(
-        "of several one is cancelled and that undone, and two are kept back",
+        "of several one is cancelled and restored, and two are held",
         [SEVERAL, 10, hold("R1"), 595, cancel(0), keep(), clock(-300), 5],
         each([], [app_off(), app_on(), 5]),
         do(lambda s: s.container.catalogue.wait_again(next(row.id for row in s.noted if row.planned_at.minute == 8))),

@@ -47,7 +47,7 @@ test_unreadable = told(
         for others in (1, 4)
     ),
     Story(
-        "it is told once, and its outcome is unknown when the list says that it is over",
+        "it is reported once, and its outcome is unknown when the list says that it is over",
         [plan(), 320],
         spoilt(),
         [
@@ -70,7 +70,7 @@ test_unreadable = told(
         )
         for others in (0, 3)
     ),
-    Story("read again it is followed on", [plan(), 320], spoilt(), [30, MENDED, 300, ends(DONE), tries(1)]),
+    Story("readable again it is followed further", [plan(), 320], spoilt(), [30, MENDED, 300, ends(DONE), tries(1)]),
     Story(
         "a stranger's stops nothing",
         [plan(), rest("Deliver"), 280, stranger()],
@@ -78,7 +78,7 @@ test_unreadable = told(
         [1220, states(COMPLETED, COMPLETED)],
     ),
     Story(
-        "an unknown outcome is found beside a stranger's",
+        "an unknown outcome is found next to a stranger's",
         [plan(), post(ANSWER_LOST), 300.1, STRANGER],
         spoilt(None),
         [600, ends(DONE), tries(1)],
@@ -98,12 +98,12 @@ test_unreadable = told(
         true(lambda s: "Superseded" in str(dict(s.row().reason.details))),
     ),
     Story(
-        "an unknown word of one that goes on ends nothing",
+        "an unknown word of a running one ends nothing",
         [word("Executing", "Negotiating"), plan(), 350, items("Executing")],
         [true(lambda s: s.row().state.is_open), 300, ends(DONE)],
     ),
     Story(
-        "it does not keep its robot from new starts",
+        "it does not block its robot for new starts",
         [plan(every=10, overlap=Overlap.QUEUE), 310],
         spoilt(),
         [650, items("Done", "Executing")],
@@ -125,7 +125,7 @@ def late_by(most, robot="R1"):
 test_slow = told(
     *(
         Story(
-            "a read over the instant delays the start by its rest",
+            "a reading during the instant delays the start until its end",
             POLLED,
             each(plan(window=1), plan(window=15)),
             [DUE - 0.55, meets("GET", "*", SLOW, lasts), 200, ends(DONE), tries(1), late_by(lasts + 0.5), runs(1)],
@@ -142,12 +142,12 @@ test_slow = told(
         **SLOW_SITE,
     ),
     Story(
-        "a second try leaves though each look for the first takes three seconds",
+        "a second try is sent although each search for the first takes three seconds",
         [plan(), others_go_on(), post(REFUSED), meets("POST", "/mission_queue/search", SLOW, 3.0, count=100), 360],
         [tries(2), runs(1), 200],
     ),
     Story(
-        "held while the robot is asked about the first try the second is not sent",
+        "a second try held while the robot is asked about the first is not sent",
         [plan(window=60, battery=30), others_go_on(), post(LOST), 320, battery(12)],
         [
             until(lambda s: s.row().wait is BATTERY),
@@ -180,18 +180,21 @@ THREE = [plan(), plan("B", "06:15"), plan("C", "06:35")]
 
 test_odd_robots = told(
     Story(
-        "a cancel that can't be told is carried out when it can",
+        "a cancel that can't be sent is carried out when it can",
         [plan(), 320],
         each(*(meets("DELETE", "*", fate, count=3) for fate in (REFUSED, LOST, ERROR_BEFORE))),
         [cancel(), true(lambda s: s.row().state.is_open and s.row().cancel_code is ReasonCode.USER_CANCELLED), 60],
         [items("Aborted"), ends(CANCELLED), tries(1)],
     ),
     Story(
-        "it is not forgotten when the robot is away for long",
+        "a cancel is not forgotten after a long absence of the robot",
         [robot_pauses(), plan(), 320, down("R1"), cancel(), 600, off_for(20), up(), 60],
         [items("Aborted"), ends(CANCELLED), tries(1)],
     ),
-    Story("what ended before says how it ended", [plan(), 320, down(), cancel(), 300, up(), 60, ends(DONE), tries(1)]),
+    Story(
+        "an item that ended before keeps its outcome",
+        [plan(), 320, down(), cancel(), 300, up(), 60, ends(DONE), tries(1)],
+    ),
     Story(
         "a cancel that the robot refused is not carried out later",
         [plan(window=60), plan("B", window=60), 304, meets("DELETE", "/mission_queue/2", NOT_FOUND)],
@@ -202,7 +205,7 @@ test_odd_robots = told(
         [600, states(COMPLETED, COMPLETED)],
     ),
     Story(
-        "an interface that has only just come up has lost nothing",
+        "an interface that has just started has lost nothing",
         [plan(), 320],
         each(*(meets("GET", "/mission_queue/1", NOT_FOUND, count=count) for count in (1, 2))),
         [300, items("Done"), ends(DONE), tries(1)],
@@ -221,7 +224,7 @@ test_odd_robots = told(
         true(lambda s: s.row().state is COMPLETED or s.row().reason.code is ReasonCode.UNKNOWN_OUTCOME),
     ),
     Story(
-        "a lost request is sent again only with proof, or a person is told",
+        "a lost request is sent again only with proof, or reported to a person",
         [TEN_OLDEST, plan(), post(LOST), later(310.0, stranger("Home")), 1500],
         true(
             lambda s: (
@@ -237,18 +240,18 @@ test_odd_robots = told(
         [ends(DONE, DONE), tries(1, 1), true(lambda s: [post.at // 30 for post in s.network.posts()] == [10, 12])],
     ),
     Story(
-        "what was never sent is not looked for",
+        "a start that was never sent is not looked for",
         [TEN_OLDEST, stranger("Home", count=150), CLEANED_UP, plan(), later(290, down("R1")), 1300],
         [true(lambda s: s.row().attempts > 1), up(), off_for(), 60, CONNECTED],
     ),
-    Story("on such a robot starts run as on any", [TEN_OLDEST, plan(), 600, ends(DONE), tries(1)]),
+    Story("on such a robot starts run as on any other", [TEN_OLDEST, plan(), 600, ends(DONE), tries(1)]),
     Story(
-        "asleep between connecting and sending: after the window nothing is sent, within it once",
+        "a sleep between connecting and sending: after the window nothing is sent, within it once",
         plan(),
         each(*([post(Fate.ASLEEP, seconds), 600, runs(0)] for seconds in (1000.0, DAY))),
     ),
     Story(
-        "asleep for less than the window it is sent once",
+        "after a sleep shorter than the window it is sent once",
         plan(),
         each(*([post(Fate.ASLEEP, seconds), 600, runs(1), ends(DONE)] for seconds in (3.0, 300.0))),
     ),
@@ -258,7 +261,7 @@ test_odd_robots = told(
         [states(COMPLETED, COMPLETED, COMPLETED), true(lambda s: len([at for at in sent_at(s) if at > 2000]) == 1)],
     ),
     Story(
-        "after an update that gives tokens back a stranger's item is not taken for ours",
+        "after an update that returns tokens a stranger's item is not taken for the app's",
         [do(lambda s: setattr(s.network, "forgets_descriptions", True)), THREE, 600, post(ANSWER_LOST), 600],
         [updated(False), post(LOST)],
         do(lambda s: s.at(2110 - s.seconds(), lambda: s.stranger_queues(user="distributor"))),

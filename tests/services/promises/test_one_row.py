@@ -68,19 +68,19 @@ test_one_row = told(
         stays_open=True,
     ),
     Story(
-        "a single missed start is the row that it always was",
+        "a single missed start is an ordinary row",
         [plan(rule="FREQ=DAILY", workdays=False), 60, off_for(7200), 60, ends(MISSED), missed(1)],
         true(lambda s: sentence(s.row().reason, "UTC").startswith("The app was off or asleep from 06:0")),
     ),
     Story(
-        "what a clock that was not plausible cost says so",
+        "starts missed by an implausible clock say so",
         [OFTEN, 60, clock(-DAY), app_off(), app_on(), 3 * 3600, clock(DAY), 60],
         true(lambda s: [row.reason.code for row in s.executions(State.MISSED)] == [ReasonCode.CLOCK_IMPLAUSIBLE]),
         true(lambda s: s.executions(State.MISSED)[0].starts > 10),
         stays_open=True,
     ),
     Story(
-        "what could not be written says why",
+        "starts that could not be written say why",
         [OFTEN, 60, read_only(7200), 60, whole()],
         true(lambda s: [sentence(row.reason, "UTC").startswith(FULL) for row in s.executions(State.MISSED)] == [True]),
         stays_open=True,
@@ -112,7 +112,7 @@ test_one_row = told(
         stays_open=True,
     ),
     Story(
-        "that of a group has no robot and says which group",
+        "the row of a group has no robot and names the group",
         [OFTEN, 60, off_for(DAY), 60],
         true(
             lambda s: (
@@ -124,12 +124,12 @@ test_one_row = told(
         stays_open=True,
     ),
     Story(
-        "a rule that ended has missed what was left of it",
+        "a rule that ended has missed its remaining starts",
         [plan(rule="FREQ=MINUTELY;INTERVAL=10;COUNT=30"), 60, off_for(14 * DAY), 60, missed(30)],
         true(lambda s: s.schedule().next_at is None),
     ),
     Story(
-        "a clock that was ahead is set back into the absence: what is to come is planned",
+        "a clock that was ahead is set back into the absence: future starts are planned",
         [do(lambda s: s.keep_charged()), plan(every=10, workdays=False), 60, down(), off_for(DAY), clock(DAY), 60],
         [
             missed(2 * 144 - 1),
@@ -156,13 +156,13 @@ test_one_row = told(
         stays_open=True,
     ),
     Story(
-        "a backup from before the absence makes it again and no second one",
+        "a backup from before the absence writes its row again, once",
         [OFTEN, 60, backup(), off_for(7200), 60, restored(), 900, whole()],
         true(lambda s: len(s.executions(State.MISSED)) == 1),
         stays_open=True,
     ),
     Story(
-        "the latest start of the absence goes once",
+        "the latest start of the absence is sent once",
         [OFTEN, 60, off_for(7200), do(lambda s: s.noted.append(s.seconds())), 120],
         true(lambda s: [at - s.noted[0] < 10 for at in sent_at(s)] == [True]),
         stays_open=True,

@@ -15,7 +15,7 @@ WAITS = (BATTERY_LOW, NEXT_TRY, HELD, BY_HAND)
 
 test_listed = told(
     Story(
-        "whatever it waited for it is listed for half a minute, and then starts once",
+        "a start that waited for any reason is listed for half a minute, and then starts once",
         PLANNED,
         each(*WAITS, 200),
         [do(lambda s: s.noted.append(len(s.executions()) or 1))],
@@ -59,7 +59,7 @@ test_listed = told(
         with_window=True,
     ),
     Story(
-        "what may be on the robot is not sent late without the list either",
+        "a start that may be on the robot is not sent late without the list either",
         [PLANNED, post(LOST), 301, off_for(OFF), LISTED, true(lambda s: len(sent_at(s)) == 1), 200],
         with_window=True,
     ),

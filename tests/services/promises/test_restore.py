@@ -31,52 +31,52 @@ def failed_before(start):
 
 test_restored = told(
     Story(
-        "what was tried before the backup and ran since is not sent again",
+        "a start tried before the backup that ran since is not sent again",
         each(failed_before([plan(), down("R1"), 303]), failed_before([down("R1"), run_now(), 40])),
     ),
     Story(
-        "what it has forgotten is found on the robot",
+        "a start missing in the backup is found on the robot",
         [plan(), 60, backup(), until(lambda s: s.executions(COMPLETED)), restored(), 300, ends(DONE), runs(1)],
         [raised("backup_restored"), not_raised("app_was_off")],
     ),
     Story(
-        "an absence after it is one again",
+        "an absence after the restore counts as usual",
         [60, backup(), restored(), 60, off_for(600), 60, true(lambda s: s.alarms() == ["app_was_off"])],
     ),
     Story(
-        "a robot whose many items can be read one by one only answers too",
+        "a robot whose items can only be read one by one answers too",
         [stranger("Home", count=350), CLEANED_UP, TEN_OLDEST, plan(window=60), 200, backup()],
         each(20, 400),
         [restored(), 900, ONCE, true(lambda s: [str(i.state) for i in s.all_items()].count("Done") == 1), ends(DONE)],
     ),
     Story(
-        "put back by a clock that was behind: what ran is not sent again",
+        "restored with a clock that was behind: runs are not repeated",
         [plan(window=120), 200, backup(), 300, items("Done"), restored(behind=3600.0), 300, ONCE],
     ),
     Story(
-        "put back by a clock far ahead: starts are late by little and for minutes only",
+        "restored with a clock far ahead: starts are a little late, only for minutes",
         [plan(at="06:10", every=10), 200, backup(), restored(behind=-3e8), 300, sent(), 200, off_for(20), 1300],
         sent(602, 1202, 1800),
         stays_open=True,
     ),
     Story(
-        "put back while the tablet is ahead, and that set right: nothing is sent twice",
+        "restored while the tablet is ahead, then corrected: nothing is sent twice",
         [plan(window=60), clock(40), 120, backup(), 150, ONCE, restored(clock(-40)), 900, ONCE],
     ),
     Story(
-        "what ran before the robot's numbers began again is found where it can be seen",
+        "a run from before the robot's numbers began again is found if visible",
         [stranger(count=5), CLEANED_UP, plan(at="06:02"), plan("B", "06:10", window=60), 500, backup()],
         [do(lambda s: setattr(s.machines["R1"], "queue", MissionQueue())), 300, items("Done"), restored(), 120],
         [states(COMPLETED, COMPLETED), items("Done")],
     ),
     Story(
-        "what waited untried in it and ran since is not sent again",
+        "a start waiting in the backup that ran since is not sent again",
         [battery(12), plan(battery=30)],
         each([303, backup()], [363, backup()]),
         [battery(90), 200, restored(), 300, ONCE, ends(DONE)],
     ),
     Story(
-        "what was on its way when it was made is looked for",
+        "a start being sent when the backup was made is looked for",
         [
             plan(),
             post(ANSWER_LOST),
@@ -90,17 +90,17 @@ test_restored = told(
         ],
     ),
     Story(
-        "what was cancelled since is sent once at most",
+        "a start cancelled since is sent at most once",
         [plan(), 60, backup(), 260, cancel(), 30, restored(), 300, ONCE, states(State.CANCELLED)],
     ),
     Story(
-        "what falls due after it is prepared as any",
+        "a start due after the restore is prepared as usual",
         [plan(every=10), 30, backup(), 400, restored(), 469.95],
         [true(lambda s: (s.row().planned_at.minute, s.row().state) == (15, SUBMITTING)), 300, sent(300, 900)],
         stays_open=True,
     ),
     Story(
-        "before the first try after it the robot is asked, however late it answers",
+        "before the first try after the restore the robot is asked, even if it answers late",
         each([], robot_pauses()),
         [plan(), down("R1"), 303, backup(), up(), 200, down("R1"), restored(), 60, up(), 300, runs(1)],
         true(lambda s: s.row().state in (QUEUED, COMPLETED)),
@@ -115,7 +115,7 @@ IS_R2S = true(lambda s: [(row.robot, row.state) for row in s.executions()] == [(
 
 test_on_another_robot_since = told(
     Story(
-        "what ran there is not sent to the one that the backup names",
+        "a run on another robot is not sent to the one named in the backup",
         each(
             [BACK_AND_RAN_ON_R2, restored()],
             [ON_R1, post(LATE, 50.0), backup(), edit(robot_id=2), 250, items(), restored()],
@@ -125,7 +125,7 @@ test_on_another_robot_since = told(
         robots=3,
     ),
     Story(
-        "what still runs there is followed there",
+        "a start still running on another robot is followed there",
         [ON_R1, backup(), edit(robot_id=2), robot_pauses("R2"), 340, restored(), 30],
         true(lambda s: [(row.robot, row.state) for row in s.executions()] == [("R2", QUEUED)]),
         [robot_goes_on("R2"), 120, IS_R2S, NOTHING_ON_R1],
@@ -146,13 +146,13 @@ test_on_another_robot_since = told(
         robots=3,
     ),
     Story(
-        "what no robot has is sent once all have answered",
+        "a start that no robot has is sent once all have answered",
         [ON_R1, hold(), 260, backup(), restored(), release(), 100],
         [true(lambda s: [(p.robot, round(p.at / 10)) for p in s.network.posts()] == [("R1", 41)]), 200],
         robots=3,
     ),
     Story(
-        "a robot that is gone for good holds up no start of after it",
+        "an absent robot delays no start after the restore",
         [ON_R1, down("R3"), backup(), restored(), 200, off_for(60), 60],
         [true(lambda s: [round(post.at / 10) for post in s.network.posts("R1")] == [32]), 200],
         robots=3,
@@ -164,12 +164,12 @@ LISTED = until(lambda s: late_starts(s.executions(), {}), 120)
 
 test_with_a_window = told(
     Story(
-        "nobody is asked about what has run",
+        "no robot is asked about starts that have run",
         [plan(), 200, backup(), 250, ONCE, restored(), [[1, NONE_LISTED] for _second in range(200)], ends(DONE), ONCE],
         with_window=True,
     ),
     Story(
-        "what has not run is listed for half a minute once that is known",
+        "a start that has not run is listed for half a minute once that is known",
         [plan(), 200, backup(), OFF_AND_ON, restored()],
         each([30, NONE_LISTED], [20, hold("R1"), 10, release()], [20, hold("R1"), 300, release()]),
         [LISTED, sent(), 28, sent(), 32, ONCE, 200],
@@ -190,7 +190,7 @@ test_copied_to_another_tablet = told(
         [plan(), 30, copied(), on_copy(420, true(lambda s: s.container.tablet.is_copy), states(WAITING)), sent()],
     ),
     Story(
-        "moved here, the tokens of before are looked for and new ones used",
+        "moved here, the old tokens are looked for and new ones used",
         [
             plan(every=10),
             post(ANSWER_LOST),
@@ -202,13 +202,13 @@ test_copied_to_another_tablet = told(
         stays_open=True,
     ),
     Story(
-        "moved here, what ran on another robot before that is not sent again",
+        "moved here, an earlier run on another robot is not sent again",
         [ON_R1, copied(), edit(robot_id=2), 340, items("Done"), on_copy(MOVE_HERE, 600, IS_R2S), NOTHING_ON_R1],
         robots=3,
     ),
     Story("viewed only, nothing is sent", [plan(), 30, copied(), on_copy(VIEW_ONLY, 1500), sent()]),
     Story(
-        "where both run after a move everything is held and told",
+        "if both tablets run after a move everything is held and reported",
         [OFTEN, on_copy(MOVE_HERE), on_both(420), on_copy(R1_HELD), TWO_TABLETS, true(lambda s: len(s.items()) <= 2)],
         stays_open=True,
     ),
@@ -222,7 +222,7 @@ test_copied_to_another_tablet = told(
         stays_open=True,
     ),
     Story(
-        "the other tablet is found though its mission was over before the robot was read",
+        "the other tablet is found even if its mission ended before the robot was read",
         [OFTEN, on_copy(set_up(poll_interval_seconds=480), MOVE_HERE), on_both(800), TWO_TABLETS],
         stays_open=True,
     ),
@@ -236,7 +236,7 @@ test_copied_to_another_tablet = told(
 
 test_history = told(
     Story(
-        "it is held to its limit",
+        "the list of old tokens is limited",
         [set_up(history_limit=3, poll_interval_seconds=600), plan(every=5), 3600],
         true(lambda s: [row.planned_at.minute for row in s.executions(COMPLETED)] == [45, 50, 55]),
         stays_open=True,

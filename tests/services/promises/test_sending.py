@@ -41,7 +41,7 @@ test_constraints = told(
         stays_open=True,
     ),
     Story(
-        "the run before is still open",
+        "the previous run is still open",
         each(
             *(
                 [
@@ -78,7 +78,7 @@ test_constraints = told(
         ],
     ),
     Story(
-        "what matters more goes first among those due together",
+        "the more important one goes first among those due together",
         [plan("a"), plan("b", priority=5), 305, true(lambda s: [item.priority for item in s.items()] == [5, 0])],
         [true(lambda s: s.row("b").queue_id < s.row("a").queue_id), 300],
     ),
@@ -90,11 +90,11 @@ test_constraints = told(
         300,
     ),
     Story(
-        "held until the window closes it is skipped",
+        "a start held until the window closes is skipped",
         [hold(), plan(window=5), 310, waits(HOLD), 300, ends(PAUSED), runs(0)],
     ),
     Story(
-        "a hold that ends lets it go",
+        "the end of a hold releases it",
         do(lambda s: s.container.holds.hold("meeting", until=BEGIN + timedelta(minutes=10))),
         [plan(), 590, runs(0), 20, runs(1), 200],
     ),
@@ -140,23 +140,23 @@ test_unknown = told(
         [ends(DONE), runs(1), true(lambda s: s.items()[0].id == s.row().queue_id)],
     ),
     Story(
-        "the tablet dies meanwhile",
+        "the tablet dies during it",
         plan(),
         each(*(post(fate) for fate in UNKNOWN_FATES)),
         [306, off_for(20), 900, ends(DONE), runs(1)],
     ),
     Story(
-        "cancelled meanwhile it is never sent again", [plan(), post(LOST), 306, cancel(), 600, ends(CANCELLED), runs(0)]
+        "cancelled in doubt it is never sent again", [plan(), post(LOST), 306, cancel(), 600, ends(CANCELLED), runs(0)]
     ),
     Story(
-        "a copy that lands after all is cancelled and told",
+        "a copy that arrives after all is cancelled and reported",
         [plan(), post(LOST), 306, robot_pauses(), 120],
         do(lambda s: s.container.make_client(s.robot("R1")).enqueue(s.row().mission_guid, description=s.row().token)),
         [60, items("Pending", "Aborted"), raised("duplicate_healed")],
         stays_open=True,
     ),
     Story(
-        "an item that is gone from the robot has vanished",
+        "an item missing on the robot has vanished",
         [plan(), 306, do(lambda s: setattr(s.machines["R1"], "queue", MissionQueue())), 60],
         ends((FAILED, ReasonCode.VANISHED)),
     ),
@@ -166,7 +166,7 @@ test_unknown = told(
         true(lambda s: s.alarms().count("unknown_outcome") == 1),
     ),
     Story(
-        "once it is known no alarm asks for it",
+        "once it is known no alarm asks about it",
         [POLLED_OFTEN, CUT_OFF],
         each(
             [],
@@ -185,12 +185,12 @@ test_unknown = told(
         ),
     ),
     Story(
-        "what is found late was sent when its request left",
+        "an item found late counts as sent with its request",
         [POLLED_OFTEN, plan(window=60), post(ANSWER_LOST), 306, down(), 600, up(), 60, ends(DONE)],
         true(lambda s: 0 <= (s.row().submitted_at - s.row().planned_at).total_seconds() < 40),
     ),
     Story(
-        "a failure that turns out to be none is no alarm any more",
+        "the alarm of a disproved failure ends",
         [set_up(retry_limit=1, unknown_outcome_quiet_seconds=5), plan(), post(LATE, 60), post(REFUSED), 340],
         [ends((FAILED, ReasonCode.RETRY_LIMIT)), raised("execution_failed"), 120, ends(DONE), not_raised()],
     ),
@@ -203,14 +203,14 @@ SENT_ONCE = true(lambda s: len(s.network.posts()) == 1)
 
 test_answered_why = told(
     Story(
-        "it is shown while it is looked for, and then it is refused and not sent again",
+        "it is shown while it is looked for, and then refused and not sent again",
         [SAYS_WHY, true(lambda s: waiting_sentence(s.row()) == f"The robot is being asked: {WHY}")],
         each([95], [off_for(1), 190]),
         [ends((FAILED, ReasonCode.REFUSED)), REFUSED_SO, 900, SENT_ONCE],
     ),
     Story("cancelled it ends as cancelled", [SAYS_WHY, cancel(), 95, ends(CANCELLED)]),
     Story(
-        "a robot that only says that something went wrong is tried again",
+        "a robot with a general error is tried again",
         [plan(window=2), post(ERROR_BEFORE, count=2), 900, states(FAILED), true(lambda s: len(s.network.posts()) == 2)],
         true(lambda s: "the robot answered: Internal server error (status 500)" in sentence(s.row().reason, "UTC")),
     ),
@@ -230,11 +230,11 @@ test_answered_why = told(
 
 test_followed = told(
     Story(
-        "a robot that can't be reached leaves what runs open",
+        "an unreachable robot leaves running starts open",
         [plan(), until(lambda s: s.executions(EXECUTING)), down(), 4 * 3600, states(EXECUTING), up(), 60, ends(DONE)],
     ),
     Story(
-        "Clear queue takes what runs, what is queued and what waits",
+        "Clear queue cancels running, queued and waiting starts",
         [
             plan(),
             plan("B"),
@@ -281,20 +281,22 @@ CHARGED = [battery(80), 600]
 
 test_switched_back = told(
     Story(
-        "what waited runs once",
+        "a waiting start runs once",
         FLAT,
         [switch(), true(lambda s: not s.schedule().enabled)],
         each(0, 3),
         [SWITCH_BACK, IS_ON, CHARGED, ends(DONE), runs(1)],
     ),
     Story("while it is off nothing is sent", FLAT, [switch(), CHARGED, runs(0)]),
-    Story("undone twice it runs once", FLAT, [switch(), SWITCH_BACK, SWITCH_BACK, CHARGED, SWITCH_BACK, 600, runs(1)]),
     Story(
-        "what fell due while it was off by mistake runs",
+        "after two undos it runs once", FLAT, [switch(), SWITCH_BACK, SWITCH_BACK, CHARGED, SWITCH_BACK, 600, runs(1)]
+    ),
+    Story(
+        "a start that fell due while it was off by mistake runs",
         [plan(rule="FREQ=DAILY", window=20), 298, switch(), 5, SWITCH_BACK, 600, ends(DONE), minutes(5)],
     ),
     Story(
-        "too late for what waited it is on all the same",
+        "it is switched on even if it is too late for a waiting start",
         [
             battery(12),
             plan(rule="FREQ=DAILY", battery=30, window=20),
@@ -313,13 +315,13 @@ test_switched_back = told(
         true(lambda s: not s.schedule().enabled),
     ),
     Story(
-        "what was changed since stays",
+        "later changes stay",
         FLAT,
         [switch(), edit(priority=3), SWITCH_BACK, IS_ON, true(lambda s: s.schedule().priority == 3)],
         stays_open=True,
     ),
     Story(
-        "one that is deleted is not switched",
+        "a deleted one is not switched",
         FLAT,
         [switch(), delete(), refused(SWITCH_BACK, "this schedule no longer exists")],
     ),

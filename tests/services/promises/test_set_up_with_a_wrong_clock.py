@@ -80,14 +80,14 @@ test_set_up = told(
         now=BEHIND,
     ),
     Story(
-        "what was planned while it was right is missed",
+        "starts planned while it was right are missed",
         [POLLED_OFTEN, robots_are_right(), daily("07:05"), 60, clock(-7 * HOUR), 60, IMPLAUSIBLE],
         [plan("New", "08:05", rule="FREQ=DAILY", workdays=False), do(lambda s: s.clock.advance(4 * HOUR)), right(), 60],
         rows(("23T07:05", State.MISSED)),
         robots=2,
     ),
     Story(
-        "a sleep of two days is no wrong clock",
+        "a sleep of two days is not a wrong clock",
         [daily("07:05"), 60, asleep(2 * DAY), 60, starts(2), raised("app_was_off")],
     ),
     Story(
@@ -102,7 +102,7 @@ RESTART = [app_off(), do(lambda s: s.stay_off(90)), app_on()]
 
 test_among_wrong_robots = told(
     Story(
-        "no start vanishes, whatever happens before a person or the robots put it right",
+        "no start vanishes before a person or the robots correct the clock",
         [robots_off_by(HOUR), daily("06:10"), HALF_AN_HOUR],
         each([], clock(6), asleep(20), asleep(HOUR), RESTART),
         60,
@@ -110,7 +110,7 @@ test_among_wrong_robots = told(
         HAS_ITS_ROW,
     ),
     Story(
-        "nor where the robot is put right while the app is off",
+        "nor if the robot is corrected while the app is off",
         [robots_off_by(HOUR), daily("06:10"), 30 * 60, app_off(), do(lambda s: s.stay_off(HOUR)), robots_off_by(0.0)],
         [app_on(), HAS_ITS_ROW],
     ),
@@ -125,7 +125,7 @@ test_among_wrong_robots = told(
         robots=2,
     ),
     Story(
-        "robots that go wrong later",
+        "robots whose clocks go wrong later",
         [daily("06:10"), 60, robots_off_by(HOUR), 300, IMPLAUSIBLE, edit(priority=1), 30 * 60],
         each(asleep(20), asleep(HOUR)),
         [60, CONFIRM, HAS_ITS_ROW],

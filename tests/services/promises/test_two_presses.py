@@ -56,7 +56,7 @@ CANCEL = do(lambda s: s.container.operator.cancel_execution(s.noted[-1].id))
 
 test_started_on_another = told(
     Story(
-        "it is not once more",
+        "it is not sent again",
         [IN_DOUBT, instead(token="pressed"), 30],
         each(
             [], [3700, true(lambda s: s.row("A").reason.code is ReasonCode.UNKNOWN_OUTCOME)], [app_off(False), app_on()]
@@ -67,12 +67,12 @@ test_started_on_another = told(
         stays_open=True,
     ),
     Story(
-        "nor when its outcome is unknown for good",
+        "nor when its outcome stays unknown",
         [IN_DOUBT, 3700, ends(UNKNOWN), instead(), refused(instead(), ALREADY), 200],
         **GROUP,
     ),
     Story(
-        "what is not wanted any more is not",
+        "a withdrawn one is not sent again",
         IN_DOUBT,
         each(
             [off(), refused(instead(), "changed, switched off or deleted")],
@@ -83,18 +83,18 @@ test_started_on_another = told(
         stays_open=True,
     ),
     Story(
-        "it is not sent again where it was lost",
+        "it is not sent again to the robot where it was lost",
         [plan(window=60), post(LOST), 310, NOTE, states(SUBMITTING), instead(THIRD), 600, runs(1)],
         on=("group", "robot"),
         robots=3,
     ),
     Story(
-        "it is not sent again when its robot was deleted and is put back",
+        "it is not sent again when its robot was deleted and is restored",
         [IN_DOUBT, instead(), 30, delete("robot"), 5, up(), undo(), 500, runs(1)],
         **GROUP,
     ),
     Story(
-        "while the connection of its next try is made: that is not sent",
+        "while the connection of its next try is made, that try is not sent",
         [plan(window=60), post(LOST), 310, NOTE, states(SUBMITTING)],
         while_posting(
             do(
@@ -109,7 +109,7 @@ test_started_on_another = told(
         robots=3,
     ),
     Story(
-        "where that came to nothing a third one may",
+        "if the second failed a third one may",
         IN_DOUBT,
         each([LOSE_MISSION, instead(SECOND), 5], [HOLD_SECOND, instead(SECOND), 5, CANCEL]),
         [60, runs(0), instead(THIRD), refused(instead(SECOND)), 60, runs(1)],
@@ -117,7 +117,7 @@ test_started_on_another = told(
         stays_open=True,
     ),
     Story(
-        "a third one may whatever the history keeps",
+        "a third one may with any history",
         [set_up(history_limit=1), IN_DOUBT, HOLD_SECOND, instead(SECOND), 2, CANCEL],
         do(lambda s: s.noted.append(s.container.operator.run_now(other(s, THIRD).id, 1))),
         [2, CANCEL, 40, instead(THIRD), 200, runs(2)],
@@ -125,7 +125,7 @@ test_started_on_another = told(
         stays_open=True,
     ),
     Story(
-        "it came not to nothing because the robot that may have it was removed",
+        "removing the robot that may have it does not count as a failure",
         [IN_DOUBT, post(ANSWER_LOST), later(0.5, at_second(lambda s, robot: s.network.down.add(robot.name)))],
         [do(lambda s: s.noted.append(other(s, THIRD))), instead(SECOND), 3, REMOVE_SECOND, 60],
         refused(do(lambda s: s.container.operator.start_on_another(s.noted[0].id, s.noted[1].id))),
@@ -133,7 +133,7 @@ test_started_on_another = told(
         stays_open=True,
     ),
     Story(
-        "of two others one gets it though a cancel is undone",
+        "of two others one gets it even if a cancel is undone",
         [
             IN_DOUBT,
             HOLD_SECOND,
@@ -149,7 +149,7 @@ test_started_on_another = told(
         stays_open=True,
     ),
     Story(
-        "of two others one gets it though the second is put back",
+        "of two others one gets it even if the second is restored",
         LIMITS,
         [IN_DOUBT, do(lambda s: s.noted.extend([other(s, SECOND), other(s, THIRD)])), HOLD_SECOND, instead(SECOND), 2],
         each(
@@ -170,7 +170,7 @@ test_started_on_another = told(
         stays_open=True,
     ),
     Story(
-        "any other robot, of which none is left, says so",
+        "without another robot it says so",
         [IN_DOUBT, HOLD_SECOND, do(lambda s: s.hold(other(s, THIRD).name)), instead(), 10],
         each(
             do(lambda s: [s.switch(other(s, number).name, on=False) for number in (SECOND, THIRD)]),
@@ -191,7 +191,7 @@ test_started_on_another = told(
         stays_open=True,
     ),
     Story(
-        "that both have it is told whatever the history keeps",
+        "two robots having it is reported with any history",
         [set_up(history_limit=1), IS_THERE, instead(SECOND)],
         each(120, 500),
         [do(lambda s: s.container.operator.run_now(other(s, THIRD).id, 1)), 300],
@@ -212,7 +212,7 @@ test_started_on_another = told(
         stays_open=True,
     ),
     Story(
-        "an undone cancel of it is told where the first robot had it",
+        "an undone cancel of it is reported if the first robot had it",
         [IS_THERE, HOLD_SECOND, instead(SECOND), 2, CANCEL, up(), 5, undo_if_it_may_be(), RELEASE_SECOND, 120],
         true(lambda s: len(s.all_items()) == 1 or "started_twice" in s.alarms()),
         **GROUP,
@@ -272,12 +272,12 @@ SEE = do(lambda s: s.noted.append(s.schedule().next_at))
 
 test_skip = told(
     Story(
-        "what was seen, though an earlier one is there",
+        "the start that was seen, even if there is an earlier one",
         [HOURLY, skip(), SEE, do(lambda s: s.container.pausing.unskip(1, s.noted[0])), skip_seen()],
         [true(lambda s: s.schedule().next_at == s.noted[0]), refused(skip_seen(), "skipped already")],
     ),
     Story(
-        "nothing where what was seen is not planned any more",
+        "nothing if the start that was seen is no longer planned",
         [HOURLY, SEE],
         each(edit(at="06:02"), edit(at="06:20")),
         refused(skip_seen(), "no longer has this start"),

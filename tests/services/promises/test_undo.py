@@ -48,19 +48,19 @@ test_a_deletion_undone = told(
         robots=2,
     ),
     Story(
-        "what comes back runs the mission that was corrected since",
+        "a restored start runs the mission that was corrected since",
         plan(window=60, battery=30),
         WAITS_OR_DOUBT,
         [delete(), mission(does="Home"), 3, undo(), battery(90), 500, did("Home")],
     ),
     Story(
-        "what was paused in doubt stays so when its schedule is off and on, or deleted and back",
+        "a start paused in doubt stays so when its schedule is off and on, or deleted and restored",
         [plan(window=60), post(LOST), 306, pause(), 2],
         each([off(), 2, on()], [delete(), undo()]),
         [600, runs(0), ends(PAUSED), tries(1)],
     ),
     Story(
-        "what ended as its robot was switched off stays so",
+        "a start ended by switching off its robot stays so",
         [plan(window=60), post(LOST), 306],
         each(
             [robot_off(), 2, robot_on(), 2, delete(), 3, undo()],
@@ -73,29 +73,29 @@ test_a_deletion_undone = told(
         [500, runs(0)],
     ),
     Story(
-        "what a person has stopped stays stopped",
+        "a start stopped by a person stays stopped",
         [battery(12), plan(battery=30), 360],
         each([robot_off(), 30, robot_on()], [pause(), 30, resume()]),
         [battery(80), 300, runs(0)],
     ),
     Story(
-        "what was taken back before is not wanted again",
+        "a start withdrawn before is not wanted again",
         [plan(window=60), post(LOST), 306],
         each(off(), MOVED),
         [delete(), 3, undo(), 500, runs(0), ends(CHANGED), tries(1)],
     ),
     Story(
-        "what is in doubt is wanted again when its edit is taken back",
+        "a start in doubt is wanted again when its edit is undone",
         [plan(window=60), post(LOST), 306],
         each([off(), 3, on()], [edit(at="06:10"), 3, edit(at="06:05")]),
         [600, items("Done"), ends(DONE), tries(2)],
     ),
     Story(
-        "what runs is followed on when its robot is put back",
+        "a run is followed again when its robot is restored",
         [plan(), 320, states(EXECUTING), delete("robot"), 3, undo(), 300, ends(DONE), tries(1)],
     ),
     Story(
-        "after the window nothing comes back",
+        "after the window nothing is restored",
         [
             battery(12),
             plan(battery=30),
@@ -109,7 +109,7 @@ test_a_deletion_undone = told(
             states(State.CANCELLED),
         ],
     ),
-    Story("what has run does not run again", [plan(), 480, delete(), undo(), 300, sent(300), ends(DONE)]),
+    Story("a finished start does not run again", [plan(), 480, delete(), undo(), 300, sent(300), ends(DONE)]),
     Story(
         "one deletion is undone once",
         [set_up(history_limit=1), plan(window=60), plan("B", "06:08", window=60), hold("R1"), 310],
@@ -121,13 +121,13 @@ test_a_deletion_undone = told(
         [plan(window=60), post(LOST), 306, delete(), set_up(start_window_minutes=60), states(SUBMITTING), 500],
     ),
     Story(
-        "all that waited beside each other is there again",
+        "all starts that waited together are there again",
         [plan(window=60, battery=30, every=5, overlap=Overlap.QUEUE), battery(12), 660, states(WAITING, WAITING)],
         [edit(overlap=Overlap.SKIP), delete(), undo(), states(WAITING, WAITING)],
         stays_open=True,
     ),
     Story(
-        "a robot comes back though the history has forgotten what may still come to it",
+        "a robot is restored even if the history has forgotten what may still arrive at it",
         [set_up(history_limit=1), plan(window=60), plan("B", on=2, every=5), post(LOST, robot="R1"), 420],
         [delete("robot"), true(lambda s: s.container.db.read().execute("SELECT * FROM watches").fetchall())],
         [400, undo(), true(lambda s: [robot.name for robot in s.container.catalogue.robots()] == ["R1", "R2"])],
@@ -135,14 +135,14 @@ test_a_deletion_undone = told(
         stays_open=True,
     ),
     Story(
-        "a start that found it had not left is never between two answers",
+        "a start that was not sent is always in one state",
         [plan(window=60), while_posting(delete(), later(0.05, undo())), 500, items("Done")],
     ),
 )
 
 test_a_deletion_undone_of_a_group = told(
     Story(
-        "a robot's undo wants no start that was taken back since",
+        "a robot's undo restores no start that was withdrawn since",
         [plan(window=60), post(LOST), 306, delete("robot"), 3],
         each(off(), MOVED, delete(), pause()),
         [3, undo(0), 500, runs(0)],
@@ -150,7 +150,7 @@ test_a_deletion_undone_of_a_group = told(
         robots=3,
     ),
     Story(
-        "the last robot's undo wants no start that was taken back since",
+        "the last robot's undo restores no start that was withdrawn since",
         [plan(window=60), down(), battery(1), 306, states(WAITING), delete("robot"), 3, states(State.CANCELLED)],
         each(off(), MOVED, delete(), pause()),
         [up(), battery(90), 3, undo(0), 500, runs(0)],
@@ -165,7 +165,7 @@ test_a_deletion_undone_of_a_group = told(
         robots=2,
     ),
     Story(
-        "no start comes beside a later one of a schedule that skips",
+        "no start is restored next to a later one of a schedule that skips",
         [robot_off("R2"), down("R1"), battery(1, "R1"), plan(window=60, every=10), 306],
         [delete("robot"), 60, robot_on("R2"), until(lambda s: s.executions(EXECUTING)), up(), battery(90), undo(), 8],
         true(lambda s: len(s.executions(SUBMITTING, QUEUED, EXECUTING)) == 1),
@@ -174,7 +174,7 @@ test_a_deletion_undone_of_a_group = told(
         stays_open=True,
     ),
     Story(
-        "what a deleted robot may have goes to no other by the undo of another deletion",
+        "a start that a deleted robot may have goes to no other by the undo of another deletion",
         plan(window=60),
         each(post(ANSWER_LOST), post(LATE, 30.0)),
         [until(lambda s: s.network.posts()), 1, states(SUBMITTING)],
@@ -204,11 +204,11 @@ test_a_cancel_undone = told(
     ),
     Story("while it is cancelled nothing is sent", [WAITING_FOR_CHARGE, battery(80), 600, runs(0)]),
     Story(
-        "what may have been sent stays cancelled",
+        "a start that may have been sent stays cancelled",
         [post(REFUSED), plan(window=20), 301, cancel(), tries(1), refused(want_again(), LONG_GONE)],
     ),
     Story(
-        "what would have ended it keeps it ended",
+        "a cause that would have ended it keeps it ended",
         [WAITING_FOR_CHARGE, 1],
         each(
             [1200, refused(want_again(), "it is too late for this start")],
@@ -222,7 +222,7 @@ test_a_cancel_undone = told(
         [battery(80), 600, runs(0)],
     ),
     Story(
-        "a next start that would have been left out takes its place",
+        "a next start that would have been skipped replaces it",
         battery(12),
         each(
             [plan(every=5, battery=30, window=20), 310, cancel(), 300, refused(want_again(), NEXT_IS_THERE)],
@@ -246,12 +246,12 @@ test_a_cancel_undone = told(
         robots=3,
     ),
     Story(
-        "it runs its mission as it is then",
+        "it runs its mission as defined then",
         [battery(12), plan(window=60, battery=30), 306, cancel(), 3, states(State.CANCELLED), mission(does="Home")],
         [want_again(), battery(90), 600, did("Home")],
     ),
     Story(
-        "an idle start is none",
+        "an idle mission can't be undone",
         [WAITING_FOR_CHARGE, true(lambda s: not may_wait_again(replace(s.row(), trigger=Trigger.IDLE)))],
     ),
 )
@@ -278,7 +278,7 @@ test_one_failed_read = told(
         stays_open=True,
     ),
     Story(
-        "a group's start is on time long after it",
+        "a group's start is on time long afterwards",
         [set_up(poll_interval_seconds=600), plan(), plan("B", "06:07"), 304],
         [meets("GET", "/mission_queue/1", REFUSED, robot=name) for name in ("R1", "R2")],
         [300, sent(300, 420)],
@@ -286,7 +286,7 @@ test_one_failed_read = told(
         robots=2,
     ),
     Story(
-        "a robot that tells its status but never its queue is an alarm",
+        "a robot with a readable status but never a queue raises an alarm",
         each(set_up(poll_interval_seconds=30), set_up(poll_interval_seconds=120)),
         60,
         each(*(meets("GET", "/mission_queue", fate, count=5000) for fate in (REFUSED, ERROR_BEFORE, LOST))),
