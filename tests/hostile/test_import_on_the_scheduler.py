@@ -19,6 +19,7 @@ import pytest
 
 from app.container import Container
 from app.domain.models import InvalidInput, State
+from app.failures import BadInput
 from app.process.inbox import Inbox, ask
 from app.process.requests import handlers
 from app.services.catalogue.configuration import import_configuration, importing
@@ -103,6 +104,7 @@ def test_the_scheduler_goes_on_while_it_serves_an_import(container):
         has_holder_ended=lambda: False,
         path="gone.json",
         content=document([{} for _ in range(1000)]),
+        may_delete=False,
     )
     ends.set()
     app.join()
@@ -115,13 +117,13 @@ def test_a_wrong_file_is_reported_and_changes_nothing(container):
     answers = handlers(container)
     file = container.db.path.parent / "bad.content"
     file.write_bytes(document([{}, {"mission": "unknown"}]))
-    request = {"id": "1", "path": "bad.json", "content": file}
-    answer = next(filter(None, (answers["import"](request) or time.sleep(0.01) for _ in itertools.count())))
-    assert answer == {
-        "exit": 2,
-        "error": "bad.json: schedules[1].mission: there is no mission unknown for R; add it, "
-        "or write the name that it has now; nothing was changed",
-    }
+    request = {"id": "1", "path": "bad.json", "content": file, "may_delete": False}
+    with pytest.raises(BadInput) as refused:
+        next(filter(None, (answers["import"](request) or time.sleep(0.01) for _ in itertools.count())))
+    assert str(refused.value) == (
+        "bad.json: schedules[1].mission: there is no mission unknown for R; add it, "
+        "or write the name that it has now; nothing was changed"
+    )
     assert not file.exists()
     assert container.catalogue.robots() == []
     assert container.db.read().execute("SELECT * FROM settings").fetchall() == before

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from app.domain.models import InvalidInput
 from app.failures import BadInput
 from app.process import inbox as inboxes
 from app.process.data_directory import AlreadyRunning, InstanceLock
@@ -72,6 +73,14 @@ def test_a_handler_that_fails_is_an_answer_too(tmp_path):
     answer = served(tmp_path, {"greet": lambda request: 1 / 0})
     assert answer["exit"] == 1
     assert "ZeroDivisionError" in answer["error"]
+
+
+@pytest.mark.parametrize("problem", [BadInput("no such robot"), InvalidInput("robot", "no such robot")])
+def test_what_can_not_be_done_is_said_with_exit_code_2(tmp_path, problem):
+    def refuse(request):
+        raise problem
+
+    assert served(tmp_path, {"greet": refuse}) == {"exit": 2, "error": "no such robot"}
 
 
 def test_there_is_no_answer_after_the_app_ended(tmp_path):
