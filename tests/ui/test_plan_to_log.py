@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import time
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -18,11 +17,8 @@ from app.widgets.fields import PickField
 from app.widgets.figures import FigureCard
 from app.widgets.frame import NavItem
 from app.widgets.rows import LogRow, OptionRow, PlanRow
-from tests.support.way import Way
+from tests.support.way import Way, documented
 from tests.ui.whole_app import GUIDS, PASSWORD, USER, shown
-
-ARCHITECTURE = Path(__file__).parents[2] / "docs" / "architecture.md"
-MOST_HOPS = 25  # from function to function, or thread to thread
 
 
 class ShiftedClock:
@@ -124,6 +120,4 @@ def test_the_documented_way_from_save_to_the_robot_is_that_of_the_code(way, site
         let_it_begin(site)
         ui.wait(lambda: any(run.queue_id for run in site.history.open()), seconds=60)
     functions = way.functions()
-    documented = re.findall(r"([\w.]+) +(app/[\w/]+\.py)", ARCHITECTURE.read_text(encoding="utf-8"))
-    assert documented == functions, "\n".join(f"{name:40}{module}" for name, module in functions)
-    assert len(functions) - 1 <= MOST_HOPS
+    assert documented() == functions, "\n".join(f"{name:40}{module}" for name, module in functions)
