@@ -47,7 +47,7 @@ STARTED_TOGETHER = 8  # that wait for one robot, with one write; all are looked 
 
 
 class Sending:
-    """``is_still_idle`` asks again whether an idle mission may start; ``on_sending`` is called when one is about to leave."""
+    """``is_still_idle`` asks again whether an idle mission may start; ``on_sent`` is called once the robot has answered one, or has not."""
 
     def __init__(
         self,
@@ -56,11 +56,11 @@ class Sending:
         observation: Observation,
         duplicates: Duplicates,
         is_still_idle: Callable[[Execution], bool],
-        on_sending: Callable[[], None],
+        on_sent: Callable[[], None],
     ) -> None:
         self._client, self._s, self._ledger, self._clock = client, context, context.ledger, context.clock
         self._seen, self._duplicates = observation, duplicates
-        self._is_still_idle, self._on_sending = is_still_idle, on_sending
+        self._is_still_idle, self._on_sent = is_still_idle, on_sent
         self.attempts = Attempts()
         self._first: set[int] = set()  # never sent here before they were begun
         self._recovered: set[tuple[object, ...]] = set()  # intents that were looked for as lost ones
@@ -98,6 +98,7 @@ class Sending:
                 continue
             if self._is_wanted(intent, attempt.plan_version) and self._can_send(intent):
                 self._post(intent, attempt.plan_version)
+                self._on_sent()
             else:
                 self._release([intent])
 
@@ -373,7 +374,6 @@ class Sending:
             self._release([intent])
             return
         self._mark_in_doubt(intent)
-        self._on_sending()
         try:
             queue_id = self._client.enqueue(
                 intent.mission_guid,
