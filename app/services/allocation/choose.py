@@ -83,15 +83,13 @@ class Decision:
             return Advantage.SOONEST
         if not chosen.is_free:
             return None
-        peers = [other for other in others if other.failures <= chosen.failures and not self.is_too_late(other)]
+        peers = [
+            other for other in others if other.failures <= chosen.failures and not self.start.is_too_late(other.done_s)
+        ]
         if not peers or chosen.done_s < min(peer.done_s for peer in peers):
             return None  # how often each of the others failed is in its own text
         least = min(peer.score for peer in peers)
         return Advantage.LESS_RUN if chosen.score < least else Advantage.AHEAD if chosen.score > least else None
-
-    def is_too_late(self, option: Option) -> bool:
-        """Whether it could not be done there by when it has to be."""
-        return self.start.finish_s is not None and option.done_s > self.start.finish_s
 
 
 def choose(situation: Situation) -> list[Decision]:
@@ -120,10 +118,6 @@ class _Assignment:
     def _is_in_a_hurry(self, start: Start) -> bool:
         return start.finish_s is not None and start.finish_s - self._shortest(start) < IN_A_HURRY
 
-    def _is_impossible(self, start: Start) -> bool:
-        """Whether it could not be done in time even by the fastest of all its robots that began now."""
-        return start.finish_s is not None and start.finish_s < self._shortest(start)
-
     def _shortest(self, start: Start) -> float:
         """Seconds that it takes at least, with any robot free."""
         lasts = [
@@ -141,9 +135,10 @@ class _Assignment:
         if not options:
             return Decision(start, ineligible=ineligible)
         is_last_call = start.closes_s <= LAST_CALL
-        in_time = [option for option in options if start.finish_s is None or option.done_s <= start.finish_s]
+        in_time = [option for option in options if not start.is_too_late(option.done_s)]
         if not in_time:
-            return Decision(start, None, options, ineligible, too_late=is_last_call or self._is_impossible(start))
+            is_impossible = start.is_too_late(self._shortest(start))  # even for the fastest, if it began now
+            return Decision(start, None, options, ineligible, too_late=is_last_call or is_impossible)
         may_go = not self._idle.isdisjoint(start.members) or start.at_once  # else it waits regardless of the plan
         protected = (
             []

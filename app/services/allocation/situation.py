@@ -76,6 +76,10 @@ class Start:
     at_once: bool = False
     places: tuple[str, ...] = ()
 
+    def is_too_late(self, done_s: float) -> bool:
+        """Whether that is after it has to be done."""
+        return self.finish_s is not None and done_s > self.finish_s
+
 
 @dataclass(frozen=True)
 class PlannedStart:

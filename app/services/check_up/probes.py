@@ -164,8 +164,8 @@ def rights(session: CheckUpSession) -> Found:
     failed = [
         (what, answer.error)
         for what, answer in (
-            (message("missions"), session.once("/missions")),
-            (message("maps"), session.once("/maps")),
+            (message("missions"), session.robot.get_once("/missions")),
+            (message("maps"), session.robot.get_once("/maps")),
             (message("mission queue"), session.robot.get(QUEUE, limit="1")),
         )
         if answer.error
@@ -206,7 +206,7 @@ def password(session: CheckUpSession) -> Found:
 
 
 def missions(session: CheckUpSession) -> Found:
-    answer = session.once("/missions")
+    answer = session.robot.get_once("/missions")
     guids = [guid for entry in answer.rows if (guid := parse.text_or_none(entry.get("guid")))]
     if not answer.is_list:
         return red(
@@ -245,7 +245,7 @@ def missions(session: CheckUpSession) -> Found:
 
 
 def maps(session: CheckUpSession) -> Found:
-    answer, map_id = session.once("/maps"), session.identity.status.map_id
+    answer, map_id = session.robot.get_once("/maps"), session.identity.status.map_id
     if not answer.is_list:
         return amber(
             "Its maps can't be read: {problem}",

@@ -14,7 +14,7 @@ from app.domain.message import Message, message
 from app.domain.robot import Identity, RobotStatus
 from app.mir import parse
 from app.mir.errors import RobotError
-from app.mir.raw_client import Answer, RawClient
+from app.mir.raw_client import RawClient
 
 Found = tuple[Level, Message, Message]  # a finding without its topic
 
@@ -46,16 +46,11 @@ class CheckUpSession:
     identity: Identity = field(default_factory=lambda: Identity(RobotStatus()))
     entries: Sequence[parse.Object] = ()
     newest_id: int | None = None
-    answers: dict[str, Answer] = field(default_factory=dict)
 
     def identify(self) -> Identity:
         """Raises RobotError."""
         self.identity = self.robot.client.identify()
         return self.identity
-
-    def once(self, path: str) -> Answer:
-        """Asked once, then the same answer."""
-        return self.answers.get(path) or self.answers.setdefault(path, self.robot.get(path))
 
     def add(self, topic: Topic, found: Found | None) -> None:
         if found is not None:

@@ -106,10 +106,13 @@ class Trials:
         self._check_room(robot, agreed, slow_s)  # a person may have held it or started something in that time
         serial_number = session.identity.serial_number or robot.serial_number
         made = None if queued else str(uuid.uuid4())
-        return self._journal(robot, LeftBehind(serial_number, made, trial.tokens(), floor, queued=queued))
-
-    def _journal(self, robot: Robot, left: LeftBehind) -> Journal:
-        return Journal(self._db, self._holds, self._alarms, robot, left)
+        return Journal(
+            self._db,
+            self._holds,
+            self._alarms,
+            robot,
+            LeftBehind(serial_number, made, trial.tokens(), floor, queued=queued),
+        )
 
     def _wait_until_ready(self, session: CheckUpSession, robot: Robot) -> None:
         """After many questions it may have booted, and missions of others may run. Raises InvalidInput, RobotError or
@@ -172,7 +175,7 @@ class Trials:
         if left is None:
             return None
         self._holds.check_is_no_copy()
-        journal = self._journal(robot, left)
+        journal = Journal(self._db, self._holds, self._alarms, robot, left)
         try:
             if _is_another(left, robot.serial_number) or _is_another(left, session.identify().serial_number):
                 log.warning(

@@ -366,7 +366,7 @@ class GroupState:
             return {}
         if option.robot_id in self._seem_free and not option.is_free:
             return {"gets": option.taken_by} if option.taken_by else {"unread": True}
-        return {"late": True} if decision.is_too_late(option) else {}
+        return {"late": True} if decision.start.is_too_late(option.done_s) else {}
 
     def _metres(self, robot_id: int, decision: Decision) -> dict[str, int]:
         """Only of a choice: while it waits that would be written again each time a robot moves."""

@@ -120,7 +120,7 @@ def test_one_that_could_not_be_done_in_time_there_leaves_nothing_to_what_is_plan
         )
     )
     assert (decision.robot_id, decision.advantage) == (AINO.id, Advantage.LESS_RUN)
-    assert [option.robot_id for option in decision.options if decision.is_too_late(option)] == [SISU.id]
+    assert [option.robot_id for option in decision.options if decision.start.is_too_late(option.done_s)] == [SISU.id]
 
 
 def test_a_busy_robot_is_waited_for_only_if_it_is_done_much_sooner():
