@@ -12,7 +12,7 @@ import queue
 import sqlite3
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from functools import partial
 from pathlib import Path
@@ -51,27 +51,22 @@ class _WritingConnection:
         self._transactions = 0  # since the WAL was written back
         connection.execute(f"PRAGMA journal_size_limit = {WAL_KEPT}")
 
-    def one(self, work: Work[T]) -> T:
-        c = self.connection
-        try:
-            self._begin()
-            result = work(c)
-            c.execute("COMMIT")
-            self._transactions += 1
-        except BaseException as error:
-            self._roll_back()
-            if (known := translated(error, self._path)) is error:
-                raise
-            raise known from error
-        return result
-
-    def group(self, tasks: list[_Task]) -> None:
-        """All works in one transaction; one that raises undoes only itself. If the transaction is lost, every work failed."""
+    def do(self, tasks: Sequence[_Task]) -> None:
+        """All works in one transaction; one that raises undoes only itself. If the transaction is lost, every work
+        failed. Their callers hear of it after the commit."""
         c, notices = self.connection, list[Callable[[], None]]()
         try:
             self._begin()
             for work, outcome, _patient in tasks:
-                notices.append(self._in_savepoint(work, outcome))
+                c.execute("SAVEPOINT work")
+                try:
+                    notices.append(partial(outcome.set_result, work(c)))
+                except BaseException as error:
+                    if not c.in_transaction:  # SQLite gave up the whole transaction (disk full, I/O error)
+                        raise
+                    c.execute("ROLLBACK TO work")
+                    notices.append(partial(outcome.set_exception, translated(error, self._path)))
+                c.execute("RELEASE work")
             c.execute("COMMIT")
             self._transactions += 1
         except BaseException as error:
@@ -79,20 +74,6 @@ class _WritingConnection:
             notices = [partial(outcome.set_exception, translated(error, self._path)) for _, outcome, _ in tasks]
         for notice in notices:
             notice()
-
-    def _in_savepoint(self, work: Work[T], outcome: Future[T]) -> Callable[[], None]:
-        """Returns what notifies its caller, once it is committed."""
-        c = self.connection
-        c.execute("SAVEPOINT work")
-        try:
-            notice = partial(outcome.set_result, work(c))
-        except BaseException as error:
-            if not c.in_transaction:  # SQLite gave up the whole transaction (disk full, I/O error)
-                raise
-            c.execute("ROLLBACK TO work")
-            notice = partial(outcome.set_exception, translated(error, self._path))
-        c.execute("RELEASE work")
-        return notice
 
     def _begin(self) -> None:
         self._roll_back()  # should the last one still be open
@@ -164,9 +145,10 @@ class InlineWriter:
             raise DatabaseUnavailable("{path} is closed", path=self._path)
         if self._writing.connection.in_transaction:
             raise RuntimeError("write() inside a write: use the connection at hand")
-        result = self._writing.one(work)
+        outcome: Future[T] = Future()
+        self._writing.do([(work, outcome, patient)])
         self._writing.checkpoint_when_due()
-        return result
+        return outcome.result()
 
     def close(self) -> None:
         writing, self._writing = self._writing, None
@@ -214,14 +196,7 @@ class ThreadedWriter:
         opened.set_result(None)
         try:
             while tasks := self._next_tasks():
-                if len(tasks) > 1:
-                    writing.group(tasks)
-                else:
-                    [(work, outcome, _patient)] = tasks
-                    try:
-                        outcome.set_result(writing.one(work))
-                    except BaseException as error:
-                        outcome.set_exception(error)
+                writing.do(tasks)
                 if self._tasks.empty():
                     writing.checkpoint_when_due()
         finally:
