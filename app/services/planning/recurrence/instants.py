@@ -57,17 +57,13 @@ def occurrences(schedule: Schedule, after: datetime, calendar: WorkingCalendar) 
     Recurring schedules that respect working days skip the other days; a one-time one was checked when it was saved. Whether the
     schedule is switched on, paused or changed since plays no part here. Raises InvalidInput for an invalid rule.
     """
-    rule = _rule_of(schedule)
-    respects = schedule.respect_working_days and rule.recurrence.frequency is not Frequency.ONCE
-    return rule.after(after, calendar if respects else None)
+    return _rule_of(schedule).after(after, _respected(schedule, calendar))
 
 
 def passed_occurrences(schedule: Schedule, after: datetime, until: datetime, calendar: WorkingCalendar) -> Passed:
-    """Those of ``occurrences`` up to and including ``until``. Whole days are counted without stepping: a year of
-    minutes takes some ms."""
-    rule = _rule_of(schedule)
-    respects = schedule.respect_working_days and rule.recurrence.frequency is not Frequency.ONCE
-    return rule.passed(after, until, calendar if respects else None)
+    """Those of ``occurrences`` up to and including ``until``. Of minutes and hours whole days are counted without
+    stepping: a year of minutes takes some ms."""
+    return _rule_of(schedule).passed(after, until, _respected(schedule, calendar))
 
 
 def next_occurrence(schedule: Schedule, after: datetime, calendar: WorkingCalendar) -> datetime | None:
@@ -107,6 +103,10 @@ def to_utc(local: datetime, zone: ZoneInfo) -> datetime:
 
 def _rule_of(schedule: Schedule) -> _Rule:
     return _Rule(Recurrence.parse(schedule.recurrence), schedule.start, schedule.timezone, schedule.between)
+
+
+def _respected(schedule: Schedule, calendar: WorkingCalendar) -> WorkingCalendar | None:
+    return calendar if schedule.respect_working_days and schedule.recurrence is not None else None
 
 
 class _Part(NamedTuple):
