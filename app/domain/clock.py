@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 import time
 import zoneinfo
+from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, timedelta
 from datetime import time as time_of_day
@@ -53,6 +54,11 @@ class SystemClock:
 
     def sleep(self, seconds: float) -> None:
         time.sleep(seconds)
+
+
+def days_between(first: date, last: date) -> Iterator[date]:
+    """Both included, in order."""
+    return (first + number * DAY for number in range((last - first).days + 1))
 
 
 def midnight(day: date, zone: ZoneInfo) -> datetime:

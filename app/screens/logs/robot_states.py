@@ -9,7 +9,7 @@ from zoneinfo import ZoneInfo
 
 from app.database.activities import KEPT_FOR
 from app.domain.activity import NO_DATA, ActivitySpan, as_drawn
-from app.domain.clock import midnight
+from app.domain.clock import days_between, midnight
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.name_order import by_name
@@ -216,14 +216,13 @@ def _hours(facts: StatesFacts, zone: ZoneInfo) -> Iterator[Tick]:
 
 
 def _days(facts: StatesFacts, zone: ZoneInfo) -> Iterator[Tick]:
-    day, last = facts.start.astimezone(zone).date(), facts.end.astimezone(zone).date()
-    names = (last - day).days < 14
-    while day <= last:
+    first, last = facts.start.astimezone(zone).date(), facts.end.astimezone(zone).date()
+    names = (last - first).days < 14
+    for day in days_between(first, last):
         instant = midnight(day, zone)
         if facts.start <= instant < facts.end:
             label = formats.wall_day(day)
             yield Tick(facts.place(instant), label if names else label.partition(" ")[2], day.weekday() == 0)
-        day += timedelta(days=1)
 
 
 def span_at(facts: StatesFacts, robot_id: int, place: float) -> tuple[RobotTimeline, ActivitySpan] | None:

@@ -7,7 +7,7 @@ skips in advance ends at its planned time. Days are local days of settings.timez
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, date, datetime
 from typing import Any
@@ -21,7 +21,7 @@ from app.database.robots import RobotRepository
 from app.database.settings import SettingsRepository
 from app.database.values import from_json, to_instant, to_text
 from app.domain.activity import seen_seconds
-from app.domain.clock import DAY, MOMENT, Clock, midnight
+from app.domain.clock import DAY, MOMENT, Clock, days_between, midnight
 from app.domain.models import Execution
 from app.services.history.figures import LATE_S, Cause, Delays, Facts, GroupFacts, causes, counted
 from app.services.planning.durations import BASELINE_OF, DURATIONS_OF, MOST_MISSIONS, Trend, trend
@@ -92,7 +92,7 @@ class Kpis:
         names = self._robots(wanted, ())
         seen = self._seen(names, midnight(recorded[0], zone), midnight(recorded[-1] + DAY, zone), zone)
         found = []
-        for day in _dates(recorded[0], recorded[-1]):
+        for day in days_between(recorded[0], recorded[-1]):
             start, end = (to_text(midnight(each, zone)) for each in (day, day + DAY))
             counts = self._repository.counts(c, max(start, span.start), min(end, span.end))
             seconds = {robot_id: [of_days.get(day, {})] for robot_id, of_days in seen.items()}
@@ -160,7 +160,7 @@ class Kpis:
             return 0.0
         spans = (
             (max(midnight(day, zone), start), min(midnight(day + DAY, zone), end))
-            for day in _dates(start.astimezone(zone).date(), end.astimezone(zone).date())
+            for day in days_between(start.astimezone(zone).date(), end.astimezone(zone).date())
             if calendar.is_working_day(day)
         )
         return sum((ends - begins).total_seconds() for begins, ends in spans if begins < ends)
@@ -232,10 +232,6 @@ class Kpis:
             ]
             found.append(GroupFacts(one.group_id, name, one.starts, one.in_time, waits, used))
         return sorted(found, key=lambda one: (one.group.casefold(), one.group_id))
-
-
-def _dates(first: date, last: date) -> Iterator[date]:
-    return (first + number * DAY for number in range((last - first).days + 1))
 
 
 def _is_wanted(one: Count, wanted: KpiFilter) -> bool:

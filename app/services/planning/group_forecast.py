@@ -16,7 +16,7 @@ from app.database.group_executions import GroupExecutionRepository
 from app.database.robots import HoldRepository
 from app.domain import rules
 from app.domain.choice import LEAVES_ROBOT_FREE
-from app.domain.clock import DAY, midnight
+from app.domain.clock import DAY, days_between, midnight
 from app.domain.models import Execution, Group, HandOver, Mission, Robot, Schedule, Settings, State, Trigger
 from app.services.allocation.choose import AHEAD
 from app.services.allocation.situation import remaining_duration, run_duration
@@ -130,10 +130,8 @@ class GroupForecast:
         )
 
     def _site(self, last: datetime) -> ForecastSite:
-        day, days = self.origin.astimezone(self._zone).date() + DAY, list[float]()
-        while (begins := midnight(day, self._zone)) <= last:
-            days.append(self._seconds(begins))
-            day += DAY
+        begin, end = (at.astimezone(self._zone).date() for at in (self.origin, last))
+        days = [self._seconds(midnight(day, self._zone)) for day in days_between(begin + DAY, end)]
         is_now = self.origin == self._now
         busy, at_places = self._busy() if is_now else ({}, {})
         return ForecastSite(

@@ -14,7 +14,7 @@ from datetime import date
 from enum import StrEnum
 
 from app.database.settings import CalendarRepository
-from app.domain.clock import DAY
+from app.domain.clock import days_between
 from app.domain.models import WEEKDAYS, DayException, Settings
 from app.services.planning import public_holidays
 
@@ -83,10 +83,7 @@ class WorkingCalendar:
 def days_of(exception: DayException, year: int) -> Iterator[date]:
     """The days of that year on which it holds, in order."""
     for first, last in spans(exception, year):
-        day, end = max(first, date(year, 1, 1)), min(last, date(year, 12, 31))
-        while day <= end:
-            yield day
-            day += DAY
+        yield from days_between(max(first, date(year, 1, 1)), min(last, date(year, 12, 31)))
 
 
 def spans(exception: DayException, year: int) -> Iterator[tuple[date, date]]:
