@@ -71,13 +71,6 @@ def split_lines(runs: int, alarms: int, room: int) -> tuple[int, int]:
     return min(runs, max(room // 2, room - alarms)), min(alarms, max(room - room // 2, room - runs))
 
 
-def filter_of(
-    start: datetime, end: datetime, now: datetime, robot_ids: Sequence[int] | None, group: str | None
-) -> KpiFilter:
-    """A period up to now has no end yet."""
-    return KpiFilter(start, None if end >= now else end, robot_ids, group)
-
-
 class ShiftReports:
     def __init__(self, db: Database, clock: Clock) -> None:
         self._db, self._clock, self._kpis = db, clock, Kpis(db, clock)
@@ -95,7 +88,7 @@ class ShiftReports:
         c, now = self._db.read(), self._clock.now()
         settings = SettingsRepository().load(c)
         start, end = bounds(period, now, ZoneInfo(settings.timezone))
-        wanted = filter_of(start, end, now, robot_ids, group)
+        wanted = KpiFilter(start, None if end >= now else end, robot_ids, group)
         alarms = self._alarms(start, end, robot_ids)
         timelines = RobotStates(self._db).timelines(start, end, wanted.robot_ids) if start < end else []
         facts, causes = self._kpis.facts(wanted), self._kpis.failures(wanted)
