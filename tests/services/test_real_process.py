@@ -25,7 +25,7 @@ from app.services.live.access import Access
 from app.services.live.alarms import Alarms
 from app.services.live.changes import Changes
 from tests.support.crash_drill import drill
-from tests.support.examples import first_of_each
+from tests.support.examples import at_night, first_of_each
 from tests.support.process import (
     PATIENCE,
     command,
@@ -75,7 +75,7 @@ def test_nothing_is_doubled_or_lost_when_the_app_is_killed_at_random_moments(dat
 
 
 # ---------------------------------------------------------------------- start and stop
-@pytest.mark.parametrize("by", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("by", [signal.SIGTERM, *at_night(signal.SIGINT)])
 def test_headless_says_ready_once_and_ends_with_0(site, by):
     with running(site) as app:
         assert app.stop(by) == 0

@@ -29,6 +29,7 @@ from app.widgets.timeline import Timeline
 from app.window import window
 from app.window.application import SchedulerApp, UiExceptionHandler
 from app.window.key_focus import ENTER, TAB
+from tests.support.examples import at_night
 from tests.ui.drawing import put_down
 from tests.ui.whole_app import plant, shown
 
@@ -160,7 +161,7 @@ def damaged_directory(path: Path, language: str = "en") -> DatabaseDamaged:
     return caught.value
 
 
-@pytest.mark.parametrize("by", ["finger", "keyboard"])
+@pytest.mark.parametrize("by", ["finger", *at_night("keyboard")])
 def test_a_damaged_database_is_a_screen_with_a_restore_button(tmp_path, ui, by):
     damage = damaged_directory(tmp_path)
     directory = DataDirectory(tmp_path)
@@ -362,7 +363,7 @@ def run_main(tmp_path: Path, *arguments: str, **environment: str) -> subprocess.
     )
 
 
-@pytest.mark.parametrize("environment", [{}, {"DISPLAY": ":987"}])
+@pytest.mark.parametrize("environment", [{"DISPLAY": ":987"}, *at_night({})])
 def test_without_a_display_one_line_says_so(tmp_path, environment):
     done = run_main(tmp_path, **environment)
     assert done.returncode == 1

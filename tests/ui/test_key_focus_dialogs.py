@@ -16,6 +16,7 @@ from app.widgets.long_list import LongList
 from app.widgets.pickers import DateDialog, TimeDialog
 from app.widgets.scrolling import ScrollPage
 from app.window.key_focus import ARROWS, ENTER, ESCAPE, SPACE, TAB
+from tests.support.examples import at_night
 from tests.ui.ring import page_of
 
 UP, DOWN, RIGHT, LEFT = ARROWS
@@ -216,7 +217,7 @@ def close(ui) -> None:
 
 
 @pytest.mark.parametrize("does", ["nothing", "tabs", "types", "types and tabs"])
-@pytest.mark.parametrize("by", ["Enter", "a finger"])
+@pytest.mark.parametrize("by", ["Enter", *at_night("a finger")])
 def test_after_escape_the_round_goes_on_where_the_dialog_was_opened(ui, keys, by, does):
     page, opened = opening("One", "Two", "Three")
     ui.show(page, (300, 300))

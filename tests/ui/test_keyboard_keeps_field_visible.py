@@ -13,12 +13,12 @@ from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog, Dialog, FormDialog
 from app.widgets.fields import FieldInput, FormField
 from app.widgets.keyboard import DockedKeyboard
-from tests.support.examples import first_of_each
+from tests.support.examples import at_night, first_of_each
 from tests.ui import checks
 from tests.ui.walk import Walk
 
 TAB = 9
-SIZES = ((800, 480), (600, 480), (1280, 800))
+SIZES = ((600, 480), (800, 480), (1280, 800))
 DIALOGS = (
     "robot-dialog-new",
     "robot-dialog-problems",
@@ -29,7 +29,7 @@ DIALOGS = (
 )
 
 
-@pytest.fixture(params=SIZES, ids="{0[0]}x{0[1]}".format)
+@pytest.fixture(params=[SIZES[0], *at_night(*SIZES[1:])], ids="{0[0]}x{0[1]}".format)
 def keys(ui, request) -> Iterator[DockedKeyboard]:
     before = Window.size
     Window.size = request.param

@@ -7,6 +7,7 @@ from kivy.core.text import Label as CoreLabel
 from kivy.factory import Factory
 
 from app.widgets.text import Txt
+from tests.support.examples import at_night
 
 
 def shown_lines(ui, text: str, width: float, **values) -> list[str]:
@@ -118,7 +119,7 @@ IDEOGRAPHS = "".join(map(chr, range(0x4E00, 0x4E00 + 500)))
     ],
     ids=repr,
 )
-@pytest.mark.parametrize("most", [1, 2, 3])
+@pytest.mark.parametrize("most", [2, *at_night(1, 3)])
 def test_the_visible_part_of_a_long_text_is_its_beginning(ui, text, most):
     whole, seen = shown_lines(ui, text, 150), shown_lines(ui, text, 150, most_lines=most)
     assert len(seen) == min(most, len(whole))

@@ -14,6 +14,7 @@ from app.services.dispatch import allocator
 from app.services.executions import transitions
 from app.services.executions.transitions import Event
 from tests.services.story import *
+from tests.support.examples import at_night
 from tests.support.moments import once
 
 IN_DOUBT = [post(LOST), 306]
@@ -194,7 +195,7 @@ test_edited = told(
             [plan(window=3), ALL_HELD, later(479, edit(window=60)), later(540, release()), 900],
             [plan(window=30, finish_by=10), ALL_HELD, later(590, edit(finish_by=None)), later(960, release()), 1300],
             [plan(window=30, finish_by=10), ALL_HELD, later(590, edit(finish_by=60)), later(960, release()), 1300],
-            quick=2,
+            quick=1,
         ),
         states(COMPLETED),
         on="group",
@@ -313,7 +314,7 @@ def test_a_mission_edited_between_intent_and_request_leaves_as_it_is_then(group)
     play(group, 330, did("Home"))
 
 
-@pytest.mark.parametrize("by", [None, 60])
+@pytest.mark.parametrize("by", [None, *at_night(60)])
 def test_a_time_to_be_done_by_that_is_put_off_while_it_is_decided_counts(group, monkeypatch, by):
     play(group, plan(window=30, finish_by=10), ALL_HELD, later(900, release()))
 

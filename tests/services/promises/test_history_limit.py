@@ -142,8 +142,8 @@ test_forgotten = told(
 
 
 # ---------------------------------------------------------------------- the same for everything a person may do
-# An example takes a second: two of the default run are made up, besides those that are written here.
-FEW = settings(max_examples=settings.default.max_examples // 6, phases=[Phase.explicit, Phase.generate])
+# An example takes a second: one of the default run is made up, besides those that are written here.
+FEW = settings(max_examples=settings.default.max_examples // 12, phases=[Phase.explicit, Phase.generate])
 NUMBERS = st.integers(0, 1)
 ACTS = (
     "rename",

@@ -74,7 +74,7 @@ test_one_row = told(
     ),
     Story(
         "starts missed by an implausible clock say so",
-        [OFTEN, 60, clock(-DAY), app_off(), app_on(), 3 * 3600, clock(DAY), 60],
+        [OFTEN, 60, clock(-DAY), app_off(), app_on(), 2 * 3600, clock(DAY), 60],
         true(lambda s: [row.reason.code for row in s.executions(State.MISSED)] == [ReasonCode.CLOCK_IMPLAUSIBLE]),
         true(lambda s: s.executions(State.MISSED)[0].starts > 10),
         stays_open=True,

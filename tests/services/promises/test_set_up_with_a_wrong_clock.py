@@ -127,7 +127,7 @@ test_among_wrong_robots = told(
     Story(
         "robots whose clocks go wrong later",
         [daily("06:10"), 60, robots_off_by(HOUR), 300, IMPLAUSIBLE, edit(priority=1), 30 * 60],
-        each(asleep(20), asleep(HOUR)),
+        each(asleep(HOUR), asleep(20), quick=1),
         [60, CONFIRM, HAS_ITS_ROW],
         robots=2,
     ),

@@ -232,6 +232,7 @@ def test_what_only_a_second_scan_finds_is_not_frozen(window: Window) -> None:
     assert (Ring.alive, Follower.alive, len(all_of_them)) == (0, 0, 0)
 
 
+@pytest.mark.long
 def test_the_heap_does_not_grow_beyond_its_room_while_little_has_come(new_window: Window) -> None:
     """At most by what comes before it is looked at."""
     count = frozen_garbage(new_window)
