@@ -29,13 +29,14 @@ ITEM_STATES = ("Pending", "Executing", "Abort", "Done", "Aborted")
 
 def identity(session: CheckUpSession) -> Found:
     found = session.identity
-    if found.serial_number and (others := session.same_machine(found.serial_number)):
+    same = sorted(each.name for each in session.other_robots if each.serial_number == found.serial_number)
+    if found.serial_number and same:
         return red(
             "Its serial number {number} is also that of {robots}",
             "They are one machine, or one of their addresses is wrong: starts for both end up in one queue. Correct "
             "the address, or remove one of them.",
             number=found.serial_number,
-            robots=", ".join(others),
+            robots=", ".join(same),
         )
     if found.identified_by is IdentifiedBy.ADDRESS:
         return amber(

@@ -148,7 +148,7 @@ class CheckUps:
             is_wanted=is_wanted,
             on_progress=on_progress,
             length_s=length_s(trial),
-            same_machine=lambda serial_number: self._same_machine(robot, serial_number),
+            other_robots=[each for each in self._robots.all(self._db.read()) if each.id != robot.id],
             identity=Identity(
                 RobotStatus(robot_model=robot.model or "", serial_number=robot.serial_number), software=robot.software
             ),
@@ -172,11 +172,6 @@ class CheckUps:
             (trial.mission or trials.NAME) if trial is not None and was_tried else "",
             is_complete,
         )
-
-    def _same_machine(self, robot: Robot, serial_number: str) -> Sequence[str]:
-        """Names of the other robots with this serial number."""
-        robots = self._robots.all(self._db.read())
-        return sorted(each.name for each in robots if each.serial_number == serial_number and each.id != robot.id)
 
     # ------------------------------------------------------------------ what a trial left
     def left_behind(self) -> Mapping[int, LeftBehind]:

@@ -11,6 +11,7 @@ from typing import Any
 from app.domain.check_up import Finding, Level, Progress, Topic
 from app.domain.clock import Clock
 from app.domain.message import Message, message
+from app.domain.models import Robot
 from app.domain.robot import Identity, RobotStatus
 from app.mir import parse
 from app.mir.errors import RobotError
@@ -28,10 +29,10 @@ class CheckUpSession:
     """One check-up under way: its questions, and its findings so far.
 
     Attributes: zone: IANA name of the zone that the plan is in. is_wanted: whether to continue; called between
-    questions. on_progress: called with the progress. length_s: approximate length of the whole check-up. same_machine:
-    names of the other robots in the list that have this serial number. facts: fields of the robot's profile, by name.
-    identity: of the answering machine; until known, the stored one. entries: the newest items of its queue, raw; [] if
-    they can't be read. newest_id: the highest number in it; 0: it is empty, None: it could not be read.
+    questions. on_progress: called with the progress. length_s: approximate length of the whole check-up. other_robots:
+    the rest of the list. facts: fields of the robot's profile, by name. identity: of the answering machine; until
+    known, the stored one. entries: the newest items of its queue, raw; [] if they can't be read. newest_id: the highest
+    number in it; 0: it is empty, None: it could not be read.
     """
 
     robot: RawClient
@@ -40,7 +41,7 @@ class CheckUpSession:
     is_wanted: Callable[[], bool] = lambda: True
     on_progress: Callable[[Progress], None] = lambda progress: None
     length_s: float = math.inf
-    same_machine: Callable[[str], Sequence[str]] = lambda serial_number: ()
+    other_robots: Sequence[Robot] = ()
     findings: list[Finding] = field(default_factory=list)
     facts: dict[str, Any] = field(default_factory=dict)
     identity: Identity = field(default_factory=lambda: Identity(RobotStatus()))
