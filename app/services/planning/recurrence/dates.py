@@ -16,6 +16,7 @@ LAST_DAY = date(2199, 12, 31)  # nothing is looked for beyond
 def dates(rule: Recurrence, start: date, first: date, last: date = LAST_DAY) -> Iterator[date]:
     """Dates of a rule that began at ``start``, from ``first`` to ``last``; of a sub-daily one those that BYMONTH, BYMONTHDAY and BYDAY
     leave. Costs the same however long ago the start was."""
+    last = start if rule.frequency is Frequency.ONCE else last
     for before, days in _months(rule, start, max(first, start), last):
         for day in days:
             yield date.fromordinal(before + day)

@@ -22,7 +22,7 @@ from zoneinfo import ZoneInfo
 from app.domain.clock import DAY
 from app.domain.models import Between, InvalidInput, Schedule
 from app.services.planning.recurrence.dates import LAST_DAY, dates
-from app.services.planning.recurrence.rule import Frequency, Recurrence
+from app.services.planning.recurrence.rule import Recurrence
 from app.services.planning.recurrence.times import DAY_S, HOUR_S, SECOND, days_of, seconds_of, step_of, stretches, times
 from app.services.planning.working_days import WorkingCalendar
 
@@ -148,7 +148,8 @@ class _Rule:
     def search(self, after: datetime, calendar: WorkingCalendar | None) -> Iterator[Occurrence]:
         """Raises _TooRare."""
         until, latest = self._end, after
-        for occurrence in self._endless(after, calendar, self._last_day(until)):
+        walk = self._by_date if self.names_times else self._by_steps
+        for occurrence in walk(after, calendar, self._last_day(until)):
             is_within = until is None or (occurrence.instant if until.tzinfo else occurrence.nominal) <= until
             if is_within and occurrence.instant > latest:  # so never two at the same instant either
                 latest = occurrence.instant
@@ -166,14 +167,6 @@ class _Rule:
         if until is None or until.date() >= LAST_DAY:
             return LAST_DAY
         return min(LAST_DAY, until.astimezone(self.zone).date() + DAY if until.tzinfo else until.date())
-
-    def _endless(self, after: datetime, calendar: WorkingCalendar | None, last_day: date) -> Iterator[Occurrence]:
-        """All from about ``after`` on, in order."""
-        if self.recurrence.frequency is Frequency.ONCE:
-            return iter((self._at(self.start),))
-        return (
-            self._by_date(after, calendar, last_day) if self.names_times else self._by_steps(after, calendar, last_day)
-        )
 
     def _at(self, nominal: datetime) -> Occurrence:
         instant = to_utc(nominal, self.zone)
