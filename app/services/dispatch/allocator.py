@@ -160,7 +160,8 @@ class Allocator:
                 )
         self._ledger.apply(waits, quietly=True)
         given: set[int] = set()
-        for some in batched(assigned, ASSIGNED_TOGETHER):
+        for start in range(0, len(assigned), ASSIGNED_TOGETHER):
+            some = assigned[start : start + ASSIGNED_TOGETHER]
             made = self._ledger.apply(
                 some, hand_over=lambda row: self.post(row.robot_id or NO_ROBOT, messages.Start(row, plan_version))
             )
@@ -189,7 +190,3 @@ class Allocator:
         if decision.full_place is not None and (full := self._ledger.full_place(row)) is not None:
             return transitions.wait(row, Wait.PLACE, **state.describe_occupant(full))
         return transitions.wait(row, Wait.ROBOT, group=row.robot_group, **state.choice(decision))
-
-
-def batched(found: Sequence[Transition], size: int) -> list[Sequence[Transition]]:
-    return [found[start : start + size] for start in range(0, len(found), size)]

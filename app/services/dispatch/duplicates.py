@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Sequence
 from datetime import timedelta
 
 from app.domain.message import Message, message
-from app.domain.models import Execution, ReasonCode, State, Trigger
+from app.domain.models import Execution, Reason, ReasonCode, State, Trigger
 from app.domain.robot import QueueItem, QueueState
 from app.mir.client import RobotClient
 from app.mir.errors import Refusal, Rejected, RobotError, RobotFault, Unreadable
@@ -22,7 +22,7 @@ from app.services.dispatch.observation import Observation
 from app.services.dispatch.timing import UNSEARCHED_AT_MOST
 from app.services.executions import transitions
 from app.services.executions.apply import WATCHED_FOR
-from app.services.executions.transitions import NOT_WITH_THE_ROBOT, was_given_up
+from app.services.executions.transitions import NOT_WITH_THE_ROBOT, Event, Transition, was_given_up
 from app.services.live.tablet import old_token
 
 log = logging.getLogger(__name__)
@@ -192,6 +192,14 @@ class Duplicates:
             self._s.restored_starts.answer(robot, asked_at, sorted(items, key=lambda item: item.id))
 
     # ------------------------------------------------------------------ one too many
+    def give_up(self, row: Execution, problem: Message, *, may_come: bool = True) -> Transition:
+        """Its outcome can't be found out. ``may_come``: it is watched for."""
+        self._seen.raise_about(row, "unknown_outcome", problem=problem)
+        if may_come:
+            self.watch_for(row)
+        reason = Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem})
+        return transitions.end(Event.GIVE_UP, row, reason, may_come=may_come)
+
     def watch_for(self, row: Execution) -> None:
         """Its request was given up and may still arrive: the robot's queue is searched for it for a while."""
         self._watched[row.token] = (row.queue_floor or 0, self._s.clock.monotonic() + WATCHED_FOR)

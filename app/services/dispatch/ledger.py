@@ -194,30 +194,29 @@ class Ledger:
         """End one with a reason, whose code gives the state."""
         return self.apply([transitions.end(event, row, reason)])
 
+    def _apply_to(
+        self,
+        ids: Collection[int],
+        states: Sequence[State],
+        make: Callable[[Execution], Transition],
+        quietly: bool = True,
+    ) -> list[Execution]:
+        """Change those of these that are still in one of the states."""
+        return self.apply_found(lambda c: map(make, self._executions.in_states(c, [*ids], states)), quietly=quietly)
+
     def cancel(self, ids: Collection[int], code: ReasonCode) -> list[int]:
         """A person has cancelled these, or cleared their queue: the robot's answer decides about those it may have.
         Returns the ids of those newly cancelled."""
-
-        def find(c: sqlite3.Connection) -> Iterable[Transition]:
-            return [transitions.cancel(row, code) for row in self._executions.in_states(c, [*ids], OPEN_STATES)]
-
-        return [row.id for row in self.apply_found(find, quietly=code is ReasonCode.USER_CANCELLED)]
+        is_quiet = code is ReasonCode.USER_CANCELLED
+        return [row.id for row in self._apply_to(ids, OPEN_STATES, lambda row: transitions.cancel(row, code), is_quiet)]
 
     def uncancel(self, ids: Collection[int]) -> None:
         """The robot has refused to cancel these."""
-
-        def find(c: sqlite3.Connection) -> Iterable[Transition]:
-            return map(transitions.uncancel, self._executions.in_states(c, [*ids], OPEN_STATES))
-
-        self.apply_found(find, quietly=True)
+        self._apply_to(ids, OPEN_STATES, transitions.uncancel)
 
     def hold(self, ids: Collection[int], held: bool) -> int:
         """A person holds these while they wait, or lets them go; how many that was in time for."""
-
-        def find(c: sqlite3.Connection) -> Iterable[Transition]:
-            return [transitions.hold(row, held) for row in self._executions.in_states(c, [*ids], [State.WAITING])]
-
-        return len(self.apply_found(find, quietly=True))
+        return len(self._apply_to(ids, [State.WAITING], lambda row: transitions.hold(row, held)))
 
     def unassign(self, robot_id: int | None = None) -> None:
         """Group starts that wait for this robot, or for any robot, may get another one, except if a person chose it."""

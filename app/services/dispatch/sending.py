@@ -489,11 +489,8 @@ class Sending:
                 self._duplicates.watch_from(row, first.id)
 
     def _give_up(self, row: Execution, problem: Message) -> None:
-        self._seen.raise_about(row, "unknown_outcome", problem=problem)
-        reason = Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem})
-        self._ledger.apply([transitions.end(Event.GIVE_UP, row, reason, may_come=True)])
+        self._ledger.apply([self._duplicates.give_up(row, problem)])
         self.attempts.pop(row.id, None)
-        self._duplicates.watch_for(row)
 
 
 def _is_own(row: Execution, verdict: Verdict) -> bool:

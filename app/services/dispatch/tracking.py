@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 
-from app.domain.message import Message, message
+from app.domain.message import message
 from app.domain.models import Execution, Reason, ReasonCode, State
 from app.domain.robot import QueueItem, QueueState
 from app.mir.client import RobotClient
@@ -77,13 +77,8 @@ class Tracking:
             and serial_number
             and row.robot_serial not in (None, serial_number)
         ]
-        self._ledger.apply([self._given_up(row, problem) for row in moved])
+        self._ledger.apply([self._duplicates.give_up(row, problem, may_come=False) for row in moved])
         return [row for row in rows if row not in moved]
-
-    def _given_up(self, row: Execution, problem: Message, *, may_come: bool = False) -> Transition:
-        self._seen.raise_about(row, "unknown_outcome", problem=problem)
-        reason = Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem})
-        return transitions.end(Event.GIVE_UP, row, reason, may_come=may_come)
 
     def _items_from(self, lowest: int) -> dict[int, QueueItem]:
         try:
@@ -98,12 +93,10 @@ class Tracking:
             self._on_pause()
             try:
                 item = self._client.queue_item(queue_id)
-            except Rejected as error:
-                if error.status in (404, 410):
-                    return self._gone(row, queue_id)
-                return self._not_readable(row, queue_id, error, open_ids)
-            except (Unreadable, RobotFault) as error:
-                return self._not_readable(row, queue_id, error, open_ids)
+            except (Rejected, RobotFault, Unreadable) as error:
+                if not isinstance(error, Rejected) or error.status not in (404, 410):
+                    return self._not_readable(row, queue_id, error, open_ids)
+                return [self._vanished(row, queue_id)] if self._has_been_missing(queue_id) else []
         if not self._duplicates.is_ours(row, item):
             return [self._vanished(row, queue_id)]
         if row.cancel_code and item.state.is_open:
@@ -112,9 +105,6 @@ class Tracking:
 
     def _vanished(self, row: Execution, queue_id: int) -> Transition:
         return transitions.end(Event.ABORT, row, Reason(ReasonCode.VANISHED, {"queue_id": queue_id}))
-
-    def _gone(self, row: Execution, queue_id: int) -> list[Transition]:
-        return [self._vanished(row, queue_id)] if self._has_been_missing(queue_id) else []
 
     def _has_been_missing(self, queue_id: int) -> bool:
         """A booting robot may not know its queue yet: it has to give the same answer again after a while."""
@@ -134,8 +124,7 @@ class Tracking:
         """An unreadable item delays no other: one alarm, repeated reading, and given up when its time is over. It stays
         watched, as it may be readable later."""
         if self._is_over(queue_id, open_ids):
-            self._duplicates.watch_for(row)
-            return [self._given_up(row, error.message, may_come=True)]
+            return [self._duplicates.give_up(row, error.message)]
         if queue_id not in self._unreadable:
             self._unreadable.add(queue_id)
             self._seen.raise_about(row, "item_unreadable", queue_id=queue_id, problem=error.message)
