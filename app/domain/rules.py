@@ -90,10 +90,7 @@ def scheduled(
         queue_floor=intent_floor,
         trigger=Trigger.SCHEDULED,
         schedule_id=schedule.id,
-        robot_id=robot.id if robot else None,
-        robot=robot.name if robot else "",
-        group_id=None if robot else target.id,
-        robot_group="" if robot else target.name,
+        **_for(target),
         robot_address=robot.address if robot and is_intent else None,
         robot_serial=robot.serial_number if robot and is_intent else None,
         timezone=schedule.timezone,
@@ -116,14 +113,10 @@ def one_off(
     priority: int = 0,
 ) -> Execution:
     """A manual or idle execution, waiting: due now, within the general start window. A manual one has no minimum battery."""
-    robot = target if isinstance(target, Robot) else None
     minimum = minimum_battery(None, mission, settings) if trigger is Trigger.IDLE else None
     return Execution(
         trigger=trigger,
-        robot_id=robot.id if robot else None,
-        robot=robot.name if robot else "",
-        group_id=None if robot else target.id,
-        robot_group="" if robot else target.name,
+        **_for(target),
         priority=priority,
         mission=mission.name,
         mission_guid=mission.guid,
@@ -136,6 +129,12 @@ def one_off(
         token=token,
         queue_floor=queue_floor,
     )
+
+
+def _for(target: Robot | Group) -> dict[str, Any]:
+    if isinstance(target, Robot):
+        return {"robot_id": target.id, "robot": target.name}
+    return {"robot_id": None, "robot": "", "group_id": target.id, "robot_group": target.name}
 
 
 def ended(execution: Execution, reason: Reason, now: datetime) -> Execution:

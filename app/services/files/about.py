@@ -48,14 +48,12 @@ class Component:
 
 def components() -> Sequence[Component]:
     """Python and SQLite first, then everything that is installed, then the fonts."""
-    found = [
+    return [
         Component("Python", platform.python_version(), "PSF-2.0"),
         Component("SQLite", sqlite3.sqlite_version, "public domain"),
+        *(Component(name, version, licence) for name, licence in LICENCES if (version := _version(name))),
+        *(Component(name, "", licence) for name, licence in BUNDLED),
     ]
-    for name, licence in LICENCES:
-        if version := _version(name):
-            found.append(Component(name, version, licence))
-    return [*found, *(Component(name, "", licence) for name, licence in BUNDLED)]
 
 
 def _version(name: str) -> str:

@@ -75,21 +75,18 @@ def read_days(content: bytes, name: str, plant: ZoneInfo, today: date) -> Found:
         if component.name == "VTIMEZONE":
             zones.add(component)
     reader = _Reader(zones, name, today, budget)
-    left_out: Counter[LeftOut] = Counter()
     events: list[Event] = []
-    for component in found:
-        if component.name == "VEVENT":
-            budget.spend()
-            try:
-                events.append(Event.read(component))
-            except UNREADABLE:
-                if not component.is_cancelled:
-                    left_out[LeftOut.UNREADABLE] += 1
+    for component in budget.each(each for each in found if each.name == "VEVENT"):
+        try:
+            events.append(Event.read(component))
+        except UNREADABLE:
+            if not component.is_cancelled:
+                reader.left_out[LeftOut.UNREADABLE] += 1
     for series in series_of(events, zones):
-        reader.read(series, left_out)
+        reader.read(series)
     return Found(
         sorted(reader.found, key=lambda each: (each.days[0].first_day, each.days[-1].last_day)),
-        left_out,
+        reader.left_out,
         reader.past,
         is_whole,
     )
@@ -201,12 +198,12 @@ class _Place:
 class _Reader:
     def __init__(self, zones: Zones, name: str, today: date, budget: ics.Budget) -> None:
         self.found: list[FoundDays] = []
-        self.past = 0
+        self.left_out, self.past = Counter[LeftOut](), 0
         self._zones, self._name, self._year, self._budget = zones, name, today.year, budget
         self._seen: set[DayException] = set()
         self._whole_days = 0
 
-    def read(self, series: Series, left_out: Counter[LeftOut]) -> None:
+    def read(self, series: Series) -> None:
         later: dict[Event, set[timedelta]] = {event: {MIDNIGHT} for event in series.instead}  # days after its start
         for event in [*series.masters, *series.instead]:
             if event.is_cancelled:
@@ -218,11 +215,11 @@ class _Reader:
                 else:
                     self._take(event, place, (place.begins + days for days in later[event]))
             except _Endless:
-                left_out[LeftOut.ENDLESS] += 1
+                self.left_out[LeftOut.ENDLESS] += 1
             except InvalidInput:
-                left_out[LeftOut.OUT_OF_RANGE] += 1
+                self.left_out[LeftOut.OUT_OF_RANGE] += 1
             except UNREADABLE:
-                left_out[LeftOut.UNREADABLE] += 1
+                self.left_out[LeftOut.UNREADABLE] += 1
 
     def _take_master(
         self, event: Event, place: _Place, instead: Sequence[Event], later: dict[Event, set[timedelta]]
@@ -255,18 +252,13 @@ class _Reader:
         self._take(event, place, kept)
 
     def _replaced(self, place: _Place, instead: Sequence[Event]) -> dict[date, Event]:
-        found = {}
-        for event in instead:
-            self._budget.spend()
-            if event.replaces is not None:
-                found[place.at(event.replaces).date()] = event
-        return found
+        events = self._budget.each(instead)
+        return {place.at(event.replaces).date(): event for event in events if event.replaces is not None}
 
     def _moments(self, event: Event, name: str) -> Iterator[Moment]:
         """Those that can be read, and are not far away."""
         for found in event.written.all(name):
-            for value in values(found):
-                self._budget.spend()
+            for value in self._budget.each(values(found)):
                 try:
                     found_at = moment(value)
                 except UNREADABLE:
@@ -296,15 +288,13 @@ class _Reader:
         apart = first - written if rule.parts else MIDNIGHT
         if apart and next(rule.days(written, written), None) != written:
             apart = MIDNIGHT
-        for day in rule.days(first - apart, last - apart):
-            self._budget.spend()
+        for day in self._budget.each(rule.days(first - apart, last - apart)):
             yield day + apart
 
     def _take(self, event: Event, place: _Place, starts: Iterable[datetime]) -> None:
         """Runs of days are put together from last year on, and so they are the same next year."""
         spans, is_past = [], False
-        for start in starts:
-            self._budget.spend()
+        for start in self._budget.each(starts):
             first, last = place.span(start)
             is_past = is_past or last.year < self._year
             if last.year >= self._year - 1:

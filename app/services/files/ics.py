@@ -8,7 +8,11 @@ from __future__ import annotations
 
 import re
 import time
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from typing import TypeVar
+
+T = TypeVar("T")
 
 MOST_COMPONENTS = 50_000  # events, time zones, and the parts of these
 FOLD_AT = 75  # octets of a line without its end (section 3.1)
@@ -84,6 +88,12 @@ class Budget:
         self._dates -= 1
         if self._dates < 0 or time.monotonic() > self._ends_at:
             raise TooMuch("is too much work")
+
+    def each(self, items: Iterable[T]) -> Iterator[T]:
+        """These, each spent for. Raises TooMuch."""
+        for item in items:
+            self.spend()
+            yield item
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, time, timedelta, tzinfo
 from functools import cache
+from itertools import islice
 from typing import NamedTuple
 from zoneinfo import ZoneInfo
 
@@ -98,17 +100,9 @@ class Zones:
         """By the parts that can be read."""
         changes: set[Change] = set()
         for part in zone.parts:
-            found: set[Change] = set()
-            try:
-                for change in self._changes(part):
-                    self.budget.spend()
-                    found.add(change)
-                    if len(changes) + len(found) > MOST_CHANGES:
-                        return None
-            except (ValueError, OverflowError):
-                continue
-            changes |= found
-        return FileZone(changes) if changes else None
+            with suppress(ValueError, OverflowError):
+                changes.update([*self.budget.each(islice(self._changes(part), MOST_CHANGES + 1))])
+        return FileZone(changes) if 0 < len(changes) <= MOST_CHANGES else None
 
     def _changes(self, part: Component) -> Iterator[Change]:
         starts, to = part.first("DTSTART"), offset(part.text("TZOFFSETTO"))
