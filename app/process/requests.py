@@ -18,13 +18,14 @@ from app.database.values import to_text
 from app.domain import names
 from app.domain.check_up import Level, Topic, Trial
 from app.domain.message import render
-from app.domain.models import Execution, Group, InvalidInput, Mission, Robot, State
+from app.domain.models import Execution, Group, InvalidInput, Mission, Robot
 from app.domain.reasons import sentence
 from app.failures import BadInput
 from app.process.inbox import Handler, withdrawn
 from app.services.catalogue import configuration
 from app.services.check_up import report as reports
 from app.services.dispatch.clock_guard import UNPROVEN
+from app.services.executions.transitions import NOT_WITH_THE_ROBOT
 
 T = TypeVar("T", bound=Robot | Group)
 
@@ -113,13 +114,15 @@ def check_up(
     answer = {"text": reports.text(report, zone), "document": reports.document(report, zone)}
     if report.is_complete:
         return answer
-    if left := [
-        finding for finding in report.findings if finding.topic is Topic.LEFT and finding.level is not Level.GREEN
-    ]:
-        answer["left"] = render(left[0].says)
-    problem = next((finding for finding in reversed(report.findings) if finding.level is not Level.GREEN), None)
-    why = f": {render(problem.says)}" if problem and is_wanted() else ""
-    return {**answer, "exit": 1, "error": f"the check-up of {report.robot} is not complete{why}"}
+    problems = [finding for finding in report.findings if finding.level is not Level.GREEN]
+    left = [{"left": render(finding.says)} for finding in problems if finding.topic is Topic.LEFT]
+    why = f": {render(problems[-1].says)}" if problems and is_wanted() else ""
+    return {
+        **answer,
+        **(left[0] if left else {}),
+        "exit": 1,
+        "error": f"the check-up of {report.robot} is not complete{why}",
+    }
 
 
 def clock_now(container: Container) -> dict[str, Any]:
@@ -182,7 +185,7 @@ def _take_run_now(container: Container, run: _InBackground, request: Mapping[str
     execution = known_start(container, request["token"])
     if execution is None:
         return run.take(request) or None
-    return None if execution.state in (State.WAITING, State.SUBMITTING) else outcome(execution)
+    return None if execution.state in NOT_WITH_THE_ROBOT else outcome(execution)
 
 
 def _take_clock_is_right(container: Container) -> Mapping[str, Any] | None:

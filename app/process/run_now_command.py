@@ -15,7 +15,7 @@ from typing import Any
 
 from app.container import Container
 from app.database.executions import ExecutionRepository
-from app.domain.models import Execution, State
+from app.domain.models import Execution
 from app.domain.reasons import waiting_sentence
 from app.failures import BadInput, Failure
 from app.mir.errors import RobotError
@@ -24,6 +24,7 @@ from app.process.inbox import NoAnswer, here_or_by_the_running_app, raise_for
 from app.process.requests import MORE_THAN_A_WINDOW, known_start, outcome, run_now
 from app.process.terminal import print_error, say
 from app.services.dispatch.worker import RobotWorker
+from app.services.executions.transitions import NOT_WITH_THE_ROBOT
 
 ANSWER_WITHIN = 1.0  # s for the robots of a group to answer before one of them is chosen
 REPORT_EVERY = 10.0  # s between two sentences about what it waits for
@@ -56,19 +57,21 @@ def _accepted_or_not(directory: DataDirectory, token: str, error: NoAnswer) -> d
     """The running app did not answer in time: whether it has accepted the request, so that the mission may still start."""
     where = f"see Logs in the app, or python main.py --data-dir {shlex.quote(str(directory.path))} --export-log -"
     try:
-        with closing(open_for_reading(directory)) as db:
-            execution = ExecutionRepository().by_token(db.read(), token)
+        execution = _stored(directory, token)
     except (Failure, sqlite3.Error):
-        return {"exit": 1, "error": f"{error}; the mission may still start: {where}"}
+        raise Failure(f"{error}; the mission may still start: {where}") from None
     if execution is None:
-        return {
-            "exit": 1,
-            "error": f"{error} and had not accepted the mission, so it will not start: give the command again",
-        }
-    if execution.state in (State.WAITING, State.SUBMITTING):
+        raise Failure(f"{error} and had not accepted the mission, so it will not start: give the command again")
+    if execution.state in NOT_WITH_THE_ROBOT:
         which = f"{execution.mission} on {execution.robot or execution.robot_group}"
-        return {"exit": 1, "error": f"{error}; {which} may still start, now or when the app runs again: {where}"}
+        raise Failure(f"{error}; {which} may still start, now or when the app runs again: {where}")
     return outcome(execution)
+
+
+def _stored(directory: DataDirectory, token: str) -> Execution | None:
+    """Raises Failure or sqlite3.Error."""
+    with closing(open_for_reading(directory)) as db:
+        return ExecutionRepository().by_token(db.read(), token)
 
 
 def _parameter(text: str) -> tuple[str, Any]:
@@ -90,15 +93,13 @@ def _submit(
     execution = known_start(container, token) or run_now(container, robot_name, mission_name, parameters, token)
     group = next((group for group in container.catalogue.groups() if group.id == execution.group_id), None)
     robot_ids = group.members if group is not None else (execution.robot_id,)
-    workers = {
-        robot.id: container.make_worker(robot) for robot in container.catalogue.robots() if robot.id in robot_ids
-    }
-    readers = {key: _Reader(worker) for key, worker in workers.items()}
+    robots = [robot for robot in container.catalogue.robots() if robot.id in robot_ids]
+    readers = {robot.id: _Reader(container.make_worker(robot)) for robot in robots}
     try:
-        while (workers or execution.robot_id is None) and execution.state in (State.WAITING, State.SUBMITTING):
+        while (readers or execution.robot_id is None) and execution.state in NOT_WITH_THE_ROBOT:
             wait = _go_on(container, readers, execution)
             execution = container.ledger.get(execution.id) or execution
-            if execution.state in (State.WAITING, State.SUBMITTING):
+            if execution.state in NOT_WITH_THE_ROBOT:
                 container.clock.sleep(min(wait, 1.0))
     finally:
         for reader in readers.values():
@@ -116,10 +117,7 @@ def _go_on(container: Container, readers: Mapping[int, _Reader], execution: Exec
         for reader in readers.values():
             reader.join(max(0.0, end - time.monotonic()))
         container.allocator.advance({key: reader.worker for key, reader in readers.items()}, only=execution.id)
-        bound = container.ledger.get(execution.id)
-        if bound is None or bound.robot_id is None:
-            return 1.0
-        execution = bound
+        execution = container.ledger.get(execution.id) or execution
     its_reader = readers.get(execution.robot_id or 0)
     if its_reader is None:
         return 1.0
@@ -167,8 +165,7 @@ def _report(directory: DataDirectory, token: str, is_over: threading.Event) -> N
 
 def _waits_for(directory: DataDirectory, token: str) -> str:
     try:
-        with closing(open_for_reading(directory)) as db:
-            start = ExecutionRepository().by_token(db.read(), token)
+        start = _stored(directory, token)
     except (Failure, sqlite3.Error):
         return ""
     if start is None:
