@@ -179,7 +179,7 @@ SENDING, LEDGER, PLANNER = (
     "services.dispatch.planner:Planner",
 )
 ROW_MAKER, GUARD, DUPLICATES = (
-    "services.dispatch.planner:_RowMaker",
+    "services.dispatch.planned_rows:RowMaker",
     "services.dispatch.clock_guard:ClockGuard",
     "services.dispatch.duplicates:Duplicates",
 )
@@ -307,7 +307,7 @@ MUTANTS = (
     ),
     Mutant(
         "an absence is said to have cost one start more",
-        "services.dispatch.passed:_parts",
+        "services.dispatch.planned_rows:_parts",
         "yield Passed(starts, first",
         "yield Passed(starts + 1, first",
         "by hand",

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import logging
 import sqlite3
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from app.database.connection import Database
 from app.database.executions import ExecutionRepository
@@ -15,15 +15,13 @@ from app.database.group_executions import GroupExecutionRepository
 from app.database.groups import GroupRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
-from app.database.schedules import Progress, ScheduleRepository, Skip
+from app.database.schedules import Progress, ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain import rules
 from app.domain.clock import EARLIEST, MOMENT, Clock
 from app.domain.models import (
     Alarm,
     Execution,
-    Group,
-    Mission,
     Overlap,
     Reason,
     ReasonCode,
@@ -35,7 +33,7 @@ from app.domain.models import (
 )
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.messages import Readiness
-from app.services.dispatch.passed import Passed, passed
+from app.services.dispatch.planned_rows import PlanningContext, RowMaker, passed
 from app.services.dispatch.timing import LONGEST_WAIT
 from app.services.executions import transitions
 from app.services.executions.transitions import NOT_WITH_THE_ROBOT, Transition
@@ -43,7 +41,7 @@ from app.services.live.alarms import Alarms
 from app.services.live.changes import NO_ROBOT, Changes, Topic
 from app.services.live.downtime import UNKNOWN_START, Downtime, Gap
 from app.services.planning.planned import first_due
-from app.services.planning.recurrence import next_occurrence, passed_occurrences
+from app.services.planning.recurrence import next_occurrence
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
 log = logging.getLogger(__name__)
@@ -311,7 +309,7 @@ class Planner:
             and context.waits_for_its_instant(target, mission)
         ):
             return None  # first, as the rest takes time: called every few ms until its instant
-        make = _RowMaker(schedule, target, mission, context)
+        make = RowMaker(schedule, target, mission, context)
         rows, latest, following = self._passed_and_latest(schedule, make)
         while (
             following is not None and (schedule.id, following) in context.skips
@@ -332,7 +330,7 @@ class Planner:
         return _DueSchedule(rows, Progress(schedule.id, following, through, started))
 
     def _passed_and_latest(
-        self, schedule: Schedule, make: _RowMaker
+        self, schedule: Schedule, make: RowMaker
     ) -> tuple[list[Execution], datetime | None, datetime | None]:
         """Rows of instants that can no longer run; the latest instant that may still run, to be decided; and the next
         one."""
@@ -346,7 +344,7 @@ class Planner:
         rows = [make.passed(each) for each in passed(schedule, until, context.calendar, self._downtime, skipped)]
         return rows, latest, next_occurrence(schedule, context.now, context.calendar)
 
-    def _row(self, instant: datetime, make: _RowMaker) -> Execution:
+    def _row(self, instant: datetime, make: RowMaker) -> Execution:
         """With the intent of its first attempt if the robot is ready for it: the row that a POST needs is then on disk
         with one write."""
         schedule, context = make.schedule, make.context
@@ -380,105 +378,3 @@ class _DueSchedule(NamedTuple):
 
     rows: list[Execution]
     progress: Progress
-
-
-@dataclass(frozen=True)
-class PlanningContext:
-    """What everything that falls due at ``now`` depends on, as the database has it."""
-
-    now: datetime
-    settings: Settings
-    install_id: str
-    calendar: WorkingCalendar
-    robots: Mapping[int, Robot]
-    groups: Mapping[int, Group]
-    missions: Mapping[int, Mission]
-    waited_for: set[int]  # robots for which something waits
-    open_of_schedule: Mapping[int, datetime]  # by schedules that don't overlap: when what still runs was planned
-    skips: Collection[Skip]
-    kept_back: Collection[Skip]
-    with_places: Collection[str]  # names of missions that wait where one is full
-    ready: Callable[[int], Readiness | None]  # robots that can get a start at once
-    uncertain_through: datetime | None  # starts planned up to then may have run
-
-    def readiness(self, robot: Robot, mission: Mission) -> Readiness | None:
-        """None: nothing can be sent to it at once. Waiting starts may go first."""
-        return None if robot.id in self.waited_for or mission.name in self.with_places else self.ready(robot.id)
-
-    def waits_for_its_instant(self, target: Robot | Group, mission: Mission) -> bool:
-        """Whether a start of this mission can't be assigned before its instant, for other reasons than its own."""
-        return isinstance(target, Robot) and self.readiness(target, mission) is None
-
-    def target_of(self, schedule: Schedule) -> Robot | Group | None:
-        if schedule.robot_id is not None:
-            return self.robots.get(schedule.robot_id)
-        return None if schedule.group_id is None else self.groups.get(schedule.group_id)
-
-
-@dataclass(frozen=True)
-class _RowMaker:
-    """Makes the rows of one schedule."""
-
-    schedule: Schedule
-    target: Robot | Group
-    mission: Mission
-    context: PlanningContext
-
-    def waiting(self, planned_at: datetime, late: bool = False, intent_floor: int | None = None) -> Execution:
-        context = self.context
-        row = rules.scheduled(
-            self.schedule,
-            self.target,
-            self.mission,
-            context.settings,
-            context.install_id,
-            planned_at,
-            context.now,
-            intent_floor,
-        )
-        if late and context.uncertain_through is not None and planned_at <= context.uncertain_through:
-            return replace(row, wait=Wait.ELSEWHERE, wait_details=rules.LISTED_LATER)
-        return replace(row, wait=Wait.LATE_START, listed_until=context.now + rules.LATE_START_HOLD) if late else row
-
-    def submitting(self, planned_at: datetime, ready: Readiness) -> Execution:
-        may_be_there = ready.uncertain_through is not None and planned_at <= ready.uncertain_through
-        is_charged = rules.battery_allows(
-            ready.battery, rules.minimum_battery(self.schedule, self.mission, self.context.settings)
-        )
-        return self.waiting(planned_at, intent_floor=ready.queue_floor if is_charged and not may_be_there else None)
-
-    def ended(self, planned_at: datetime, reason: Reason) -> Execution:
-        return rules.ended(self.waiting(planned_at), reason, self.context.now)
-
-    def is_skipped(self, planned_at: datetime) -> bool:
-        """In a pause, or by itself."""
-        return self.schedule.is_paused(planned_at) or (self.schedule.id, planned_at) in self.context.skips
-
-    def skipped_row(self, planned_at: datetime) -> Execution:
-        until = self.schedule.paused_until if self.schedule.is_paused(planned_at) else None
-        return self.ended(planned_at, Reason(ReasonCode.HOLD, {"paused_until": until.isoformat()} if until else {}))
-
-    def still_open(self) -> datetime | None:
-        """The latest instant, if its start window is open and no person skipped it: it still runs."""
-        context, schedule = self.context, self.schedule
-        window = rules.closes_at(context.now, schedule.start_window_minutes, context.settings) - context.now
-        since = max(context.now - window, (schedule.next_at or context.now) - MOMENT)
-        latest = passed_occurrences(schedule, since, context.now, context.calendar).last
-        return None if latest is None or self.is_skipped(latest) else latest
-
-    def passed(self, starts: Passed) -> Execution:
-        """One row for all of them, in the place of the last."""
-        row = self.skipped_row(starts.last) if starts.is_paused else self.missed(starts.last, starts.gap)
-        if starts.starts == 1 or row.reason is None:
-            return row
-        span = {"starts": starts.starts, "first": starts.first.isoformat(), "last": starts.last.isoformat()}
-        return replace(row, starts=starts.starts, reason=Reason(row.reason.code, {**row.reason.details, **span}))
-
-    def missed(self, planned_at: datetime, gap: Gap | None) -> Execution:
-        code = ReasonCode.CLOCK_IMPLAUSIBLE if gap and gap.clock else ReasonCode.APP_DOWN
-        details: dict[str, Any] = (
-            {"start": gap.start.isoformat(), "end": gap.end.isoformat()} if gap and gap.start > UNKNOWN_START else {}
-        )
-        return self.ended(
-            planned_at, Reason(code, {**details, "problem": gap.problem} if gap and gap.problem else details)
-        )

@@ -251,7 +251,7 @@ test_a_robot_edited = told(
             do(
                 lambda s: (
                     s.add_mission("Home"),
-                    s.container.catalogue.edit(lambda e: e.save_place(Place("Dock", 1, (2,)))),
+                    s.container.catalogue.save_place(Place("Dock", 1, (2,))),
                 )
             )
         ],
