@@ -193,6 +193,27 @@ def test_an_edit_of_what_is_left_takes_nothing_from_what_comes_back(world):
     assert world.catalogue.places() == [replace(place, most=2)]
 
 
+@pytest.mark.parametrize("undone_first", [0, 1])
+def test_a_robot_and_its_group_are_back_in_whatever_order_they_are_undone(world, undone_first):
+    group = world.catalogue.save_group(Group("Hall", (world.robot.id,)))
+    schedule = world.schedule(robot_id=None, group_id=group.id)
+    removed = [world.catalogue.remove_robot(world.robot.id), world.catalogue.remove_group(group.id)]
+    for number in (undone_first, 1 - undone_first):
+        world.catalogue.restore(removed[number])
+    assert (world.catalogue.groups(), world.stored(schedule).group_id) == ([group], group.id)
+
+
+def test_a_schedule_that_was_deleted_before_its_mission_is_back_after_it(world):
+    schedule = world.schedule()
+    removed = [world.catalogue.remove_schedule(schedule.id), world.catalogue.remove_mission(world.mission.id)]
+    with refuses("mission", "this mission no longer exists"):
+        world.catalogue.restore(removed[0])
+    world.catalogue.restore(removed[1])
+    assert world.stored(schedule) is None
+    world.catalogue.restore(removed[0])
+    assert world.stored(schedule).id == schedule.id
+
+
 def test_what_was_deleted_an_hour_ago_is_deleted_for_good_with_the_next_deletion(world):
     schedule = world.schedule()
     world.catalogue.remove_schedule(schedule.id)
