@@ -69,10 +69,11 @@ def from_actions(value: Any) -> list[MissionParameter]:
 
 
 def actions(value: Any) -> MissionActions:
+    """Whether a mission with these actions charges the robot and does nothing else but go there, and its positions."""
     in_order = sorted(some_objects(value), key=lambda action: int_or_none(action.get("priority")) or 0)
-    return MissionActions(
-        _is_way_to_charger(value), tuple(goal for action in in_order for goal in _goals(action))[:MOST_STOPS]
-    )
+    types = {str(action.get("action_type")) for action in in_order}
+    charges = CHARGING in types and types <= WAY_TO_CHARGER and len(value) <= LONGEST_LIST
+    return MissionActions(charges, tuple(goal for action in in_order for goal in _goals(action))[:MOST_STOPS])
 
 
 def _goals(action: Object) -> list[str]:
@@ -83,12 +84,6 @@ def _goals(action: Object) -> list[str]:
         for entry in some_objects(action.get("parameters"))
         if entry.get("id") in POSITIONS
     ][:1]
-
-
-def _is_way_to_charger(value: Any) -> bool:
-    """Whether a mission with these actions only charges the robot."""
-    types = {str(action.get("action_type")) for action in some_objects(value)}
-    return isinstance(value, list) and len(value) <= LONGEST_LIST and CHARGING in types and types <= WAY_TO_CHARGER
 
 
 def with_meaning(defined: Sequence[MissionParameter], of_actions: Sequence[MissionParameter]) -> list[MissionParameter]:
