@@ -9,7 +9,7 @@ import pytest
 
 from app.database.rehearsal import Rehearsal
 from app.domain.models import Connection, HandOver, Overlap, Place
-from app.services.catalogue import configuration
+from app.services.catalogue import configuration, group_edit
 from app.services.dispatch import allocator
 from app.services.executions import transitions
 from app.services.executions.transitions import Event
@@ -257,7 +257,9 @@ test_a_robot_edited = told(
         ],
         [plan("A", "06:04", mission_id=2), plan("B", on=2, window=60)],
         later(242, do(lambda s: s.container.operator.pause(1))),
-        later(299.9, do(lambda s: s.container.catalogue.edit(lambda e: e.use_places(s.mission(), [1])))),
+        later(
+            299.9, do(lambda s: s.container.catalogue.edit(lambda edit: group_edit.use_places(edit, s.mission(), [1])))
+        ),
         [303, did("Home"), do(lambda s: s.container.operator.resume(1)), 60, did("Home", "Deliver"), 200],
         robots=2,
     ),
