@@ -16,7 +16,7 @@ from app.database.executions import ExecutionRepository
 from app.database.groups import GroupRepository, PlaceRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
-from app.database.schedules import ScheduleRepository, Skip
+from app.database.schedules import ScheduleRepository
 from app.database.settings import CalendarRepository, SettingsRepository
 from app.domain import names
 from app.domain.models import Execution, Group, InvalidInput, Mission, Place, Reason, ReasonCode, Robot, Schedule
@@ -124,9 +124,6 @@ class Edit:
         return meant
 
     # ------------------------------------------------------------------ what follows from a change
-    def skips_of(self, schedules: Sequence[Schedule], *, held: bool = False) -> set[Skip]:
-        return self.schedules.skips(self.c, [schedule.id for schedule in schedules], held=held)
-
     def hide(self, removed: Removed, schedules: Sequence[Schedule] = ()) -> Removed:
         """Hide what is named by its ids, and these schedules with it."""
         made_names = {

@@ -111,7 +111,7 @@ def _move_skips(edit: Edit, schedule: Schedule) -> None:
     """Future starts that a person skipped or holds stay so at their new instants."""
     through = schedule.planned_through
     for held in (False, True):
-        for _id, old in edit.skips_of([schedule], held=held):
+        for _id, old in edit.schedules.skips(edit.c, [schedule.id], held=held):
             new = _nearest(edit, schedule, old)
             if new == old or (through is not None and old <= through):
                 continue

@@ -20,15 +20,15 @@ _NO_NEWS = frozenset({"selected_robot_id"})  # settings that change whenever som
 
 def change(edit: Edit, **changes: Any) -> Settings:
     """When working days change, the next occurrences of schedules that respect them are recomputed."""
-    before = edit.settings
-    changed = replace(before, **validation.settings(changes))
+    before, changes = edit.settings, validation.settings(changes)
+    changed = replace(before, **changes)
     if "timezone" in changes:
         zones.was_chosen(edit)
     if _days_off(changed)[1:] != _days_off(before)[1:]:
         public_holidays.check(changed.holiday_country, changed.holiday_subdivision)
     changes = {
         name: value
-        for name, value in validation.settings(changes).items()
+        for name, value in changes.items()
         if value != getattr(before, name) or not edit.stored_settings.is_stored(edit.c, name)
     }
     if changes:
@@ -84,9 +84,9 @@ def save_days(edit: Edit, exceptions: Sequence[DayException]) -> list[DayExcepti
 
 def remove_days(edit: Edit, ids: Sequence[int]) -> Removed:
     """Those of them that are still there."""
-    found = edit.days.by_ids(edit.c, ids)
-    edit.notes += [f"{change_log.days(found[id_])} removed" for id_ in ids if id_ in found]
-    removed = edit.hide(Removed(edit.now, days=[id_ for id_ in ids if id_ in found]))
+    days = [day for id_ in ids if (day := edit.days.get(edit.c, id_))]
+    edit.notes += [f"{change_log.days(day)} removed" for day in days]
+    removed = edit.hide(Removed(edit.now, days=[day.id for day in days]))
     days_changed(edit)
     return removed
 
