@@ -11,9 +11,9 @@ from app.database.backups import newest_good_backup
 from app.database.connection import Database, DatabaseDamaged
 from app.database.executions import ExecutionRepository
 from app.database.missions import MissionRepository
-from app.database.robots import HoldRepository, RobotRepository
+from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
-from app.database.settings import CalendarRepository, SettingsRepository
+from app.database.settings import SettingsRepository
 from app.domain.activity import can_work, is_charging
 from app.domain.clock import Clock, SystemClock
 from app.domain.models import Connection, Robot
@@ -76,8 +76,6 @@ class Repositories:
         self.executions = ExecutionRepository()
         self.settings = SettingsRepository()
         self.alarms = AlarmRepository()
-        self.holds = HoldRepository()
-        self.calendar = CalendarRepository()
 
 
 class Container:
@@ -106,13 +104,13 @@ class Container:
         )
         self.downtime = Downtime()
         self.snapshots = Snapshots(self.changes)
-        self.alarms = Alarms(db, repositories.alarms, clock, self.changes)
-        self.access = Access(db, repositories.settings, clock, self.changes, self.alarms)
-        self.holds = Holds(db, repositories.holds, clock, self.changes)
+        self.alarms = Alarms(db, clock, self.changes)
+        self.access = Access(db, clock, self.changes, self.alarms)
+        self.holds = Holds(db, clock, self.changes)
         self.clearing = Clearing(self.changes)
-        self.tablet = Tablet(db, repositories.settings, clock, self.holds, machine)
-        self.ledger = Ledger(db, repositories.executions, repositories.settings, clock, self.changes, self.alarms)
-        self.history = History(db, repositories.executions, repositories.missions)
+        self.tablet = Tablet(db, clock, self.holds, machine)
+        self.ledger = Ledger(db, clock, self.changes, self.alarms)
+        self.history = History(db)
         self.parameters = MissionParameters(db, clock, self.make_client, self.snapshots, self.changes)
         self.catalogue = Catalogue(db, clock, self.changes, self.parameters)
         self.kpis = Kpis(db, clock)
@@ -122,11 +120,6 @@ class Container:
         self.plan = Plan(db, clock, live)
         planner = Planner(
             db,
-            schedules=repositories.schedules,
-            executions=repositories.executions,
-            robots=repositories.robots,
-            missions=repositories.missions,
-            settings=repositories.settings,
             clock=clock,
             downtime=self.downtime,
             alarms=self.alarms,
@@ -136,10 +129,8 @@ class Container:
             uncertain_through=lambda: self.restored_starts.uncertain_until,
         )
         robots = CachedUntilChanged(lambda: repositories.robots.all(db.read()), self.changes, Topic.ROBOTS)
-        self.restored_starts = RestoredStarts(
-            db, repositories.settings, clock, self.changes, self.tablet, robots, self.settings
-        )
-        guard = ClockGuard(db, repositories.settings, clock, self.holds, self.alarms, self.downtime)
+        self.restored_starts = RestoredStarts(db, clock, self.changes, self.tablet, robots, self.settings)
+        guard = ClockGuard(db, clock, self.holds, self.alarms, self.downtime)
         self.context = Context(
             db,
             clock,
@@ -149,9 +140,6 @@ class Container:
             self.alarms,
             self.downtime,
             self.snapshots,
-            repositories.robots,
-            repositories.missions,
-            repositories.schedules,
             self.settings,
             self.calendar,
             self.tablet,

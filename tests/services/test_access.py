@@ -8,7 +8,6 @@ from threading import Barrier
 
 import pytest
 
-from app.database.alarms import AlarmRepository
 from app.database.connection import Database
 from app.database.settings import WRONG_PINS, SettingsRepository
 from app.domain.models import InvalidInput
@@ -29,8 +28,8 @@ class Door:
     def again(self) -> Access:
         """As after a restart."""
         changes = Changes()
-        self.alarms = Alarms(self.db, AlarmRepository(), self.clock, changes)
-        return Access(self.db, SettingsRepository(), self.clock, changes, self.alarms)
+        self.alarms = Alarms(self.db, self.clock, changes)
+        return Access(self.db, self.clock, changes, self.alarms)
 
 
 @pytest.fixture

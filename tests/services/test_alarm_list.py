@@ -7,7 +7,6 @@ from datetime import timedelta
 
 import pytest
 
-from app.database.alarms import AlarmRepository
 from app.database.connection import Database
 from app.database.robots import RobotRepository
 from app.domain.models import Robot
@@ -23,7 +22,7 @@ class Desk:
         self.clock = VirtualClock()
         self.changes = Changes()
         self.db = Database.open(path / "a.db", clock=self.clock, durable=False)
-        self.alarms = Alarms(self.db, AlarmRepository(), self.clock, self.changes)
+        self.alarms = Alarms(self.db, self.clock, self.changes)
         self.told = []
         self.changes.subscribe(lambda topic, _about: self.told.append(topic))
 

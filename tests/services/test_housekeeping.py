@@ -6,7 +6,8 @@ from datetime import timedelta
 
 import pytest
 
-from app.database.executions import PRUNED_AT_ONCE
+from app.database.executions import PRUNED_AT_ONCE, ExecutionRepository
+from app.database.schedules import ScheduleRepository
 from app.services.dispatch.timing import TIDIES_WITHIN, TIDY_EVERY
 from tests.support.history import add_runs
 
@@ -34,8 +35,8 @@ def test_the_history_is_held_to_its_limit_when_nothing_else_is_to_be_done(site, 
 
 def test_it_waits_while_something_is_due_in_a_moment_but_not_for_ever(site, long_history, monkeypatch):
     """Missions without a gap between them: one piece a minute."""
-    schedules = site.container.repositories.schedules
-    monkeypatch.setattr(schedules, "next_due", lambda c, robot_id=None: site.clock.now() + timedelta(seconds=0.01))
+    soon = timedelta(seconds=0.01)
+    monkeypatch.setattr(ScheduleRepository, "next_due", lambda _self, c, robot_id=None: site.clock.now() + soon)
     for _ in range(int(TIDIES_WITHIN / TIDY_EVERY) - 2):
         site.engine.advance()
         site.clock.advance(TIDY_EVERY)
@@ -51,7 +52,5 @@ def test_it_waits_while_something_is_due_in_a_moment_but_not_for_ever(site, long
 
 def test_nothing_is_counted_while_nothing_ended(site, monkeypatch):
     site.run(1.0)
-    monkeypatch.setattr(
-        site.container.repositories.executions, "surplus", lambda *_: pytest.fail("counted for nothing")
-    )
+    monkeypatch.setattr(ExecutionRepository, "surplus", lambda *_: pytest.fail("counted for nothing"))
     site.run(60.0)

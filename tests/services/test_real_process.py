@@ -16,9 +16,7 @@ from pathlib import Path
 import pytest
 
 import mir_sim
-from app.database.alarms import AlarmRepository
 from app.database.connection import Database
-from app.database.settings import SettingsRepository
 from app.domain.clock import SystemClock
 from app.mir.credentials import Token
 from app.services.live.access import Access
@@ -220,7 +218,7 @@ def test_exports_beside_a_running_app(site, robot, tmp_path):
 def test_a_forgotten_pin_is_removed_with_and_without_a_running_app(data):
     def set_pin() -> None:
         db, clock, changes = Database.open(data / DATABASE), SystemClock(), Changes()
-        Access(db, SettingsRepository(), clock, changes, Alarms(db, AlarmRepository(), clock, changes)).set_pin("4711")
+        Access(db, clock, changes, Alarms(db, clock, changes)).set_pin("4711")
         db.close()
 
     set_pin()

@@ -8,14 +8,8 @@ from app.services.dispatch.planner import DueBatch, Planner
 
 def insert_due(container: Container) -> DueBatch:
     """What has fallen due gets its rows; no robot is ready for anything."""
-    stored = container.repositories
     planner = Planner(
         container.db,
-        schedules=stored.schedules,
-        executions=stored.executions,
-        robots=stored.robots,
-        missions=stored.missions,
-        settings=stored.settings,
         clock=container.clock,
         downtime=container.downtime,
         alarms=container.alarms,

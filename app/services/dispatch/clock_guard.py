@@ -87,10 +87,8 @@ class _Doubt:
 
 
 class ClockGuard:
-    def __init__(
-        self, db: Database, settings: SettingsRepository, clock: Clock, holds: Holds, alarms: Alarms, downtime: Downtime
-    ) -> None:
-        self._db, self._settings, self._clock = db, settings, clock
+    def __init__(self, db: Database, clock: Clock, holds: Holds, alarms: Alarms, downtime: Downtime) -> None:
+        self._db, self._settings, self._clock = db, SettingsRepository(), clock
         self._holds, self._alarms, self._downtime = holds, alarms, downtime
         self._last: tuple[datetime, float] | None = None  # wall and monotonic time of the last round, or of the start
         self._last_heartbeat: datetime | None = None  # of the previous run, or of this one

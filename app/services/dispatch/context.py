@@ -36,9 +36,6 @@ class Context:
     alarms: Alarms
     downtime: Downtime
     snapshots: Snapshots
-    robots: RobotRepository
-    missions: MissionRepository
-    schedules: ScheduleRepository
     settings: Callable[[], Settings]
     calendar: Callable[[], WorkingCalendar]
     tablet: Tablet
@@ -46,4 +43,7 @@ class Context:
     plan_version: Callable[[], int]
     is_contradicted: Callable[[int, ClockReading], bool]
     parameters: MissionParameters
+    robots: RobotRepository = field(default_factory=RobotRepository)
+    missions: MissionRepository = field(default_factory=MissionRepository)
+    schedules: ScheduleRepository = field(default_factory=ScheduleRepository)
     activities: ActivityRepository = field(default_factory=ActivityRepository)

@@ -37,13 +37,11 @@ class Ledger:
     def __init__(
         self,
         db: Database,
-        executions: ExecutionRepository,
-        settings: SettingsRepository,
         clock: Clock,
         changes: Changes,
         alarms: Alarms,
     ) -> None:
-        self._db, self._executions, self._settings = db, executions, settings
+        self._db, self._executions, self._settings = db, ExecutionRepository(), SettingsRepository()
         self._clock, self._changes, self._alarms, self._robots = clock, changes, alarms, RobotRepository()
         self._starts = GroupExecutionRepository()
         self.grew = True  # rows ended since the history was last held to its limit

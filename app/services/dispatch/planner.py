@@ -81,11 +81,6 @@ class Planner:
         self,
         db: Database,
         *,
-        schedules: ScheduleRepository,
-        executions: ExecutionRepository,
-        robots: RobotRepository,
-        missions: MissionRepository,
-        settings: SettingsRepository,
         clock: Clock,
         downtime: Downtime,
         alarms: Alarms,
@@ -95,8 +90,8 @@ class Planner:
         uncertain_through: Callable[[], datetime | None] = lambda: None,
     ) -> None:
         """``uncertain_through``: starts planned up to then may have run although the ledger does not know."""
-        self._db, self._schedules, self._executions = db, schedules, executions
-        self._robots, self._missions, self._settings = robots, missions, settings
+        self._db, self._schedules, self._executions = db, ScheduleRepository(), ExecutionRepository()
+        self._robots, self._missions, self._settings = RobotRepository(), MissionRepository(), SettingsRepository()
         self._groups = GroupRepository()
         self._clock, self._downtime, self._alarms, self._ledger, self._changes = (
             clock,

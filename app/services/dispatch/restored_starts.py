@@ -69,14 +69,14 @@ class RestoredStarts:
     def __init__(
         self,
         db: Database,
-        repository: SettingsRepository,
         clock: Clock,
         changes: Changes,
         tablet: Tablet,
         robots: Callable[[], list[Robot]],
         settings: Callable[[], Settings],
     ) -> None:
-        self._db, self._repository, self._clock, self._changes = db, repository, clock, changes
+        self._repository = repository = SettingsRepository()
+        self._db, self._clock, self._changes = db, clock, changes
         self._tablet, self._robots, self._settings = tablet, robots, settings
         self._lock = threading.Lock()
         self._restored_at = repository.restored_at(db.read())  # a restore opens everything again

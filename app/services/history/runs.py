@@ -28,8 +28,8 @@ class Page:
 
 
 class History:
-    def __init__(self, db: Database, executions: ExecutionRepository, missions: MissionRepository) -> None:
-        self._db, self._executions, self._missions = db, executions, missions
+    def __init__(self, db: Database) -> None:
+        self._db, self._executions, self._missions = db, ExecutionRepository(), MissionRepository()
         self._schedules, self._durations = ScheduleRepository(), DurationRepository()
 
     def page(self, wanted: ExecutionFilter, before: PageKey | None = None, size: int = 100) -> Page:

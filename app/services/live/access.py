@@ -69,10 +69,9 @@ def is_easy_to_guess(pin: str) -> bool:
 class Access:
     """Asks for a PIN if one is set. A restart does not shorten a waiting time: it begins again."""
 
-    def __init__(
-        self, db: Database, settings: SettingsRepository, clock: Clock, changes: Changes, alarms: Alarms
-    ) -> None:
-        self._db, self._settings, self._clock, self._changes, self._alarms = db, settings, clock, changes, alarms
+    def __init__(self, db: Database, clock: Clock, changes: Changes, alarms: Alarms) -> None:
+        self._settings = settings = SettingsRepository()
+        self._db, self._clock, self._changes, self._alarms = db, clock, changes, alarms
         self._wrong: int = settings.get(db.read(), WRONG_PINS, 0)
         self._closed_until = clock.monotonic() + _wait_after(self._wrong)
         self._stored = CachedUntilChanged(lambda: settings.get(db.read(), PIN), changes, Topic.SETTINGS)

@@ -153,8 +153,8 @@ def alarm_of(code: str, key: str, now: datetime, details: Mapping[str, Any]) -> 
 
 
 class Alarms:
-    def __init__(self, db: Database, repository: AlarmRepository, clock: Clock, changes: Changes) -> None:
-        self._db, self._repository, self._clock, self._changes = db, repository, clock, changes
+    def __init__(self, db: Database, clock: Clock, changes: Changes) -> None:
+        self._db, self._repository, self._clock, self._changes = db, AlarmRepository(), clock, changes
         self._database: Alarm | None = None  # the one alarm that can't be stored
 
     def raise_(self, code: str, key: str, **details: Any) -> None:

@@ -25,8 +25,8 @@ log = logging.getLogger(__name__)
 class Holds:
     """Stored holds survive a restart; the clock's hold is this run's own. Read by every robot worker at every try, so kept in memory."""
 
-    def __init__(self, db: Database, repository: HoldRepository, clock: Clock, changes: Changes) -> None:
-        self._db, self._repository, self._clock, self._changes = db, repository, clock, changes
+    def __init__(self, db: Database, clock: Clock, changes: Changes) -> None:
+        self._db, self._repository, self._clock, self._changes = db, HoldRepository(), clock, changes
         self._lock = threading.Lock()
         self.clock_problem: Message | None = (
             None  # why the clock is not plausible, or is still being checked; None: it is trusted

@@ -48,10 +48,9 @@ def machine_id() -> str | None:
 
 
 class Tablet:
-    def __init__(
-        self, db: Database, settings: SettingsRepository, clock: Clock, holds: Holds, machine: str | None
-    ) -> None:
-        self._db, self._settings, self._clock, self._holds, self._machine = db, settings, clock, holds, machine
+    def __init__(self, db: Database, clock: Clock, holds: Holds, machine: str | None) -> None:
+        self._db, self._settings = db, SettingsRepository()
+        self._clock, self._holds, self._machine = clock, holds, machine
         self.move: Move | None = None
 
     def begin(self) -> None:

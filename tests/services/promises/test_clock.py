@@ -9,6 +9,7 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from app.database.connection import DatabaseUnavailable
+from app.database.schedules import ScheduleRepository
 from app.domain.models import Overlap
 from tests.services.story import *
 from tests.support.seen import covered
@@ -241,7 +242,7 @@ def test_a_step_back_that_can_not_be_written_at_once_is_made_up_for(tmp_path, mo
         monkeypatch.undo()
         raise DatabaseUnavailable("the disk is full")
 
-    monkeypatch.setattr(s.container.repositories.schedules, "planned_beyond", full)
+    monkeypatch.setattr(ScheduleRepository, "planned_beyond", full)
     play(s, clock(-600), 600, ends(DONE))
     s.switch_off()
 

@@ -11,6 +11,7 @@ from time import perf_counter
 
 import pytest
 
+from app.database.executions import ExecutionRepository
 from app.domain.models import Overlap, Schedule
 from app.domain.reasons import sentence
 from app.services.catalogue import schedule_edit
@@ -242,15 +243,16 @@ def test_a_start_that_may_still_go_leaves_within_35_seconds_whatever_else_was_mi
 
 def test_an_app_that_is_killed_while_it_catches_up_has_one_row_for_each_schedule(s, monkeypatch):
     play(s, every_minute(250), off_for(DAY))
-    add = s.container.repositories.executions.add_each_once
+    add = ExecutionRepository.add_each_once
     transactions = iter((True, True, False))
 
-    def killed(c, rows):
+    def killed(self, c, rows):
         if rows and rows[0].state is State.MISSED and not next(transactions):
+            monkeypatch.undo()
             raise KeyboardInterrupt
-        return add(c, rows)
+        return add(self, c, rows)
 
-    monkeypatch.setattr(s.container.repositories.executions, "add_each_once", killed)
+    monkeypatch.setattr(ExecutionRepository, "add_each_once", killed)
     with pytest.raises(KeyboardInterrupt):
         s.run(3.0)
     play(s, off_for(30), 3)

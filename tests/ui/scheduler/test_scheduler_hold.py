@@ -74,7 +74,7 @@ def test_everything_is_held_with_a_reason_until_the_banner_releases_it(screen, c
     assert frame.alarm_note.startswith("Held until 15:38")
     schedule = named(container, KITS, "Aino")
     assert line(screen, schedule) == "Aino · 15:00 is skipped: held until 15:38"
-    again = Holds(container.db, container.repositories.holds, container.clock, container.changes)  # as after a restart
+    again = Holds(container.db, container.clock, container.changes)  # as after a restart
     assert again.current() == [hold]
     ui.tap(ui.find(CommandButton, root=frame, text="Release"))
     settle(screen, ui)

@@ -6,9 +6,7 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from app.database.alarms import AlarmRepository
 from app.database.connection import Database
-from app.database.robots import HoldRepository
 from app.database.settings import CLOCK_CONFIRMED_AT, SettingsRepository
 from app.database.values import to_text
 from app.services.dispatch.clock_guard import ClockGuard, Judgement
@@ -32,14 +30,14 @@ class Tablet:
         self.clock, changes = VirtualClock(NOW), Changes()
         self.db = Database.open(path / "a.db", clock=self.clock, threaded=False, durable=False)
         self.settings, self.downtime = SettingsRepository(), Downtime()
-        self.holds = Holds(self.db, HoldRepository(), self.clock, changes)
-        self.alarms = Alarms(self.db, AlarmRepository(), self.clock, changes)
+        self.holds = Holds(self.db, self.clock, changes)
+        self.alarms = Alarms(self.db, self.clock, changes)
         self.guard = self.restart()
 
     def restart(self, heartbeat: datetime | None = None) -> ClockGuard:
         if heartbeat is not None:
             self.db.write(lambda c: self.settings.set_heartbeat(c, heartbeat))
-        self.guard = ClockGuard(self.db, self.settings, self.clock, self.holds, self.alarms, self.downtime)
+        self.guard = ClockGuard(self.db, self.clock, self.holds, self.alarms, self.downtime)
         self.guard.start()
         return self.guard
 
