@@ -71,7 +71,7 @@ def test_a_time_at_which_no_robot_is_built_is_none(text: str) -> None:
     assert parse.instant(text) is None
 
 
-def test_hundreds_of_such_runs_in_a_day_end_all_the_same(container: Container) -> None:
+def test_hundreds_of_such_runs_in_a_day_still_end(container: Container) -> None:
     """The sum of their microseconds has to fit into 64 bits: with thousands of years each, the 37th could not be written."""
     robot, mission = ran(container, 60.0)
     longest = seconds_between(parse.instant("1970-01-01T00:00:01"), parse.instant("2099-12-31T23:59:59"))

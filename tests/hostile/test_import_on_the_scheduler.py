@@ -87,7 +87,7 @@ def test_unnamed_schedules_keep_their_names_in_any_order(container):
     assert len(container.catalogue.schedules()) == 600
 
 
-def test_the_scheduler_goes_on_while_it_serves_an_import(container):
+def test_the_scheduler_continues_while_it_serves_an_import(container):
     inbox, turns, ends = Inbox(container.db.path.parent, handlers(container)), itertools.count(), threading.Event()
 
     def serve() -> None:

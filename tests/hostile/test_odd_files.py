@@ -11,7 +11,7 @@ from app.services.files.places import found_in
 from app.window.sound import Loudspeaker
 
 
-def test_a_name_in_no_known_encoding_is_left_out(tmp_path):
+def test_a_name_in_no_known_encoding_is_omitted(tmp_path):
     (tmp_path / "good.json").write_text("{}")
     with open(os.fsencode(tmp_path) + b"/caf\xe9.json", "w"):
         pass

@@ -142,7 +142,7 @@ def test_a_rule_that_comes_too_rarely_is_refused_in_one_sentence(rule):
 
 
 @pytest.mark.parametrize("rule", ["FREQ=HOURLY;INTERVAL=24;BYHOUR=10", "FREQ=HOURLY;INTERVAL=24;BYHOUR=10;COUNT=3"])
-def test_times_of_day_that_never_come_are_no_start(rule):
+def test_times_of_day_that_never_come_are_not_a_start(rule):
     with pytest.raises(InvalidInput, match="has no start"):
         steps(lambda: validation.schedule(schedule(rule)), most=SOME)
 

@@ -56,7 +56,7 @@ def test_nor_is_that_of_an_alarm_or_a_reason(what):
     [f"{{robot:>{TOO_WIDE}}}", "{", "x" * 90_000, "{robot.__class__}"],
     ids=["a width", "a brace", "long", "an attribute"],
 )
-def test_an_unknown_alarm_code_is_no_template(code):
+def test_an_unknown_alarm_code_is_not_a_template(code):
     alarm = replace(alarm_of("robot_error", "robot:1", NOW, {"robot": "R1"}), code=code)
     assert alarm_sentence(alarm)[: LONGEST_DETAIL - 1] == code[: LONGEST_DETAIL - 1]
 

@@ -82,7 +82,7 @@ def of_somebody_else(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("mode", [0o755, 0o775, 0o1777])
-def test_a_link_of_somebody_else_is_not_followed_wherever_it_lies(shared, precious, mode, monkeypatch):
+def test_a_link_of_somebody_else_is_not_followed_in_any_place(shared, precious, mode, monkeypatch):
     """Also in a directory of the other user, and in one of a group."""
     logs = shared / "logs"
     logs.mkdir()

@@ -247,7 +247,7 @@ def test_nor_is_scheduled_with_a_database_that_has_one(sound, tmp_path, table, s
     Container.open(tmp_path).close()
 
 
-def test_a_rule_that_could_be_entered_once_is_no_reason_to_refuse_everything(sound, tmp_path):
+def test_a_rule_that_could_be_entered_once_is_not_a_reason_to_refuse_everything(sound, tmp_path):
     for rule in ("FREQ=YEARLY;BYMONTH=2;BYMONTHDAY=30", "FREQ=MINUTELY;COUNT=1000000"):
         spoilt(sound, tmp_path / "amr-scheduler.db", f"UPDATE schedules SET recurrence = '{rule}'")
         Container.open(tmp_path).close()

@@ -33,7 +33,7 @@ def test_no_entry_is_empty_or_fuzzy(language):
     assert [entry.id for entry in entries if entry.id and (entry.fuzzy or not all(catalogues.forms_of(entry)))] == []
 
 
-def test_no_screen_tells_an_operator_a_command_for_a_shell():
+def test_no_screen_shows_a_command_for_a_shell():
     """Those are for who starts the app by one, where its data can't be opened."""
     commands = {
         key: text.places

@@ -126,7 +126,7 @@ def test_a_text_put_together_at_run_time_is_refused(code):
         catalogues.texts_of_code(code)
 
 
-def test_extracting_keeps_translations_and_drops_what_is_gone(code, locale_dir):
+def test_extracting_keeps_translations_and_drops_unused_texts(code, locale_dir):
     catalogues.extract(locale_dir, code)
     messages = entries(locale_dir)
     assert messages["Save"] == ("Tallenna",)

@@ -86,7 +86,7 @@ def guess(door, times: int) -> list[float]:
     return waits
 
 
-def test_who_goes_on_guessing_waits_twice_as_long_each_time_and_an_hour_at_most(door):
+def test_further_guesses_wait_twice_as_long_each_time_and_an_hour_at_most(door):
     door.access.set_pin("4711")
     assert guess(door, 14) == [0, 0, 0, 0, 30, 60, 120, 240, 480, 960, 1920, 3600, 3600, 3600]
     assert door.access.check("4711").is_right
@@ -159,7 +159,7 @@ def test_a_right_one_makes_the_count_start_again(door):
         assert door.access.check("4711").is_right
 
 
-def test_it_is_nowhere_to_be_read(door, caplog):
+def test_it_can_be_read_nowhere(door, caplog):
     caplog.set_level(logging.DEBUG)
     door.access.set_pin("80417263")
     door.access.check("80417264")

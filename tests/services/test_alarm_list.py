@@ -127,7 +127,7 @@ def test_what_comes_and_goes_stays_on_the_shelf_also_when_it_was_acknowledged_be
     assert all(alarm.shelved_until is None for alarm in desk.alarms.open())
 
 
-def test_what_was_taken_back_stays_back(desk):
+def test_a_withdrawn_start_stays_withdrawn(desk):
     desk.alarms.raise_("unreachable", "robot:1", robot="Aino")
     desk.alarms.shelve(desk.only().id, 24)
     desk.alarms.unshelve(desk.only().id)

@@ -153,7 +153,7 @@ def test_holds(app, told):
     ]
 
 
-def test_single_starts_that_are_kept_back(app, told):
+def test_single_starts_that_are_held(app, told):
     app.clock.step(31 * 60)
     insert_due(app)
     told()
@@ -171,7 +171,7 @@ def test_a_name_is_on_one_line_and_shows_no_escapes(app, told):
         assert line == one_line(line)
 
 
-def test_nothing_is_told_of_what_was_not_committed(app, told):
+def test_uncommitted_changes_are_not_reported(app, told):
     with pytest.raises(InvalidInput):
         app.catalogue.edit(lambda edit: [settings_edit.change(edit, retry_limit=3), edit.the_robot(99)])
     with pytest.raises(InvalidInput):

@@ -230,7 +230,7 @@ def test_after_a_fault_the_queue_says_whether_the_mission_landed(
 
 
 @pytest.mark.parametrize("kind", ["drop_request", "drop_response", "status_503", "html", "truncate", "garbage"])
-def test_reading_goes_on_after_a_fault(machine: FleetRobot, robot: RobotClient, kind: str) -> None:
+def test_reading_continues_after_a_fault(machine: FleetRobot, robot: RobotClient, kind: str) -> None:
     robot.missions()
     robot.close()  # a kept-alive connection would silently be replaced
     machine.control({"fault": {"kind": kind, "path": "/status", "count": 1}})

@@ -41,7 +41,7 @@ def confirmed(data: Path, sentence: str) -> bool:
     ) is not None
 
 
-def test_a_running_app_is_told_and_starts(data, fleet):
+def test_a_running_app_gets_it_and_starts(data, fleet):
     with running(data) as app:
         wait_for(lambda: app.said(PROBLEM))
         assert confirmed(data, "missions start by this clock from now on: ")
@@ -51,7 +51,7 @@ def test_a_running_app_is_told_and_starts(data, fleet):
 
 
 @pytest.mark.long
-def test_the_next_start_is_told_where_none_runs(data, fleet):
+def test_the_next_app_gets_it_if_none_runs(data, fleet):
     assert confirmed(data, "no app runs; the next one started within a day trusts this clock: ")
     with running(data) as app:
         assert run(data, "--run-now", fleet.robots[0].name, "Home").returncode == 0

@@ -114,7 +114,7 @@ def test_a_fixed_start_on_one_of_the_robots_takes_it_and_two_on_one_robot_take_i
     assert said[0] == (ConcernCode.TOO_FEW_ROBOTS, "At 07:30, 4 starts need the 3 robots of Hall 1, until about 07:41")
 
 
-def test_a_fixed_start_is_told_that_it_takes_a_robot_that_the_group_needs(container):
+def test_a_fixed_start_shows_that_the_group_needs_its_robot(container):
     for _ in range(3):
         plan(container, "07:35")
     said, forecast = found(container, draft(robot_id=1))
@@ -132,7 +132,7 @@ def test_robots_that_are_off_are_not_counted(container):
     assert found(container, draft())[0][0][1] == "No robot of Hall 1 is switched on: nothing will be sent"
 
 
-def test_starts_that_a_person_leaves_out_and_the_schedule_itself_crowd_nobody(container):
+def test_skipped_starts_and_the_schedule_itself_cause_no_conflict(container):
     for _ in range(2):
         plan(container, recurrence=None)
     skipped, own = plan(container, recurrence=None), plan(container, recurrence=None)
@@ -168,7 +168,7 @@ def test_a_place_is_full_whichever_robots_come(container):
     assert found(container, draft(mission_id=3))[0] == []  # does not use it
 
 
-def test_a_place_that_is_wanted_for_most_of_an_hour_is_told_once(container):
+def test_a_place_in_use_most_of_an_hour_is_reported_once(container):
     container.catalogue.save_place(Place("Dock 2", 2, (1,)))
     for minute in range(7):
         plan(container, f"07:{minute * 8:02}", robot_id=4, recurrence="FREQ=DAILY")
@@ -179,7 +179,7 @@ def test_a_place_that_is_wanted_for_most_of_an_hour_is_told_once(container):
     assert [code for code, _ in found(container, draft("08:58"))[0]] == []
 
 
-def test_a_place_that_is_being_entered_is_told_its_worst_hour(container):
+def test_a_place_being_entered_shows_its_worst_hour(container):
     for minute in range(8):
         plan(container, f"07:{minute * 7:02}", robot_id=4)
         plan(container, f"09:{minute * 7:02}", robot_id=4, mission_id=2)
@@ -193,7 +193,7 @@ def test_a_place_that_is_being_entered_is_told_its_worst_hour(container):
 
 
 # ---------------------------------------------------------------------- what matters more
-def test_a_run_that_nearly_always_makes_a_more_important_one_late_is_told_instead_of_the_overlap(container):
+def test_a_run_that_nearly_always_makes_a_more_important_one_late_is_reported_instead_of_the_overlap(container):
     ran(container, [600.0] * 19 + [100.0])
     plan(container, "07:35", robot_id=1, mission_id=3, priority=2)
     said = found(container, draft(robot_id=1, recurrence=None))[0]
@@ -208,7 +208,7 @@ def test_a_run_that_nearly_always_makes_a_more_important_one_late_is_told_instea
     ]
 
 
-def test_the_more_important_one_is_told_of_what_runs_before_it(container):
+def test_the_more_important_one_shows_the_run_before_it(container):
     ran(container, [600.0] * 20)
     plan(container, robot_id=1)
     said = found(container, draft("07:35", robot_id=1, mission_id=3, priority=1, recurrence=None))[0]
@@ -232,7 +232,7 @@ def test_with_other_robots_in_the_group_nobody_is_behind_but_with_one_alone(cont
 
 # ---------------------------------------------------------------------- done in time
 @pytest.mark.parametrize(("minutes", "is_told"), [(10, True), (11, False), (None, False)])
-def test_a_mission_that_usually_takes_longer_than_it_is_given_is_told(container, minutes, is_told):
+def test_a_mission_that_usually_takes_longer_than_allowed_is_reported(container, minutes, is_told):
     said = found(container, draft(finish_by_minutes=minutes))[0]
     assert said == (
         [(ConcernCode.FINISH_BY_SHORT, f"Kits usually takes 11 min, but only {minutes} min are allowed")]
@@ -310,7 +310,7 @@ def plan_of(container, missing):
     ("missing", "off", "is_told"),
     [((1, 2, 3), None, True), ((1, 2), 3, True), ((1, 2), None, False), ((4,), None, False)],
 )
-def test_a_mission_that_no_robot_of_the_group_has_is_told_by_the_form_and_in_the_plan(container, missing, off, is_told):
+def test_a_mission_that_no_robot_of_the_group_has_is_shown_in_form_and_plan(container, missing, off, is_told):
     if off is not None:
         switch_robot(container.catalogue, off, False)
     concerns = Forecasts(container.db, container.clock, live(missing)).of(draft()).concerns

@@ -76,7 +76,7 @@ def test_an_export_takes_the_place_of_nothing_that_the_app_keeps(data, tmp_path,
     assert (data / "amr-scheduler.db").read_bytes() == before
 
 
-def test_an_export_may_lie_beside_them(data):
+def test_an_export_may_lie_next_to_them(data):
     assert run(data, "--export-log", data / "exports.csv").returncode == 0
     assert (data / "exports.csv").exists()
 
@@ -157,7 +157,7 @@ def test_a_pipe_is_written_into_and_stays_a_pipe(tmp_path):
     os.close(reader)
 
 
-def test_a_link_goes_on_pointing_at_its_file(file, tmp_path):
+def test_a_link_still_points_at_its_file(file, tmp_path):
     link = tmp_path / "link.csv"
     link.symlink_to(file)
     write(link, "new")

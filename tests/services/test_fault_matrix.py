@@ -91,7 +91,7 @@ test_robots_that_begin_again = told(
     ),
 )
 
-test_taken_back = told(
+test_withdrawn = told(
     Story(
         "between falling due and the POST it is not sent",
         [plan(battery=20), 295, meets("GET", "/status", REFUSED)],  # it could not be read ahead

@@ -330,7 +330,7 @@ def skipping(container):
     return Pausing(container.catalogue)
 
 
-def test_skipping_writes_the_row_at_once_and_goes_on_with_the_start_after_it(container):
+def test_skipping_writes_the_row_at_once_and_continues_with_the_start_after_it(container):
     schedule = plan(container, recurrence="FREQ=DAILY")
     assert skipping(container).skip_next(schedule.id) == datetime(2026, 11, 23, 4, 30, tzinfo=UTC)
     row = container.history.last_of_schedule(schedule.id)

@@ -38,7 +38,7 @@ def container(tmp_path, clock):
     container.close()
 
 
-def test_a_robot_that_has_been_removed_meanwhile_can_not_be_held(container):
+def test_a_removed_robot_can_not_be_held(container):
     robot = container.catalogue.robots()[0]
     container.catalogue.remove_robot(robot.id)
     with pytest.raises(InvalidInput) as refused:

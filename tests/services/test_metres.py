@@ -164,7 +164,7 @@ def test_a_busy_robot_comes_from_where_its_last_mission_ends(hall):
     assert (hall.run_of().robot, "m away" in told(hall.run_of())) == ("R2", False)
 
 
-def test_a_start_that_is_given_back_tells_the_way_of_the_robot_that_has_it_then(hall):
+def test_a_start_that_is_given_back_shows_the_way_of_its_new_robot(hall):
     hall.learn_stops()
     put(hall, R1=NEAR, R2=FAR)
     hall.run(5)

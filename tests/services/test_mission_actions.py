@@ -90,7 +90,7 @@ def test_another_guid_is_another_mission(low):
     assert not mission.charges
 
 
-def test_a_robot_that_does_not_tell_takes_nothing_back_and_is_asked_again(low):
+def test_a_robot_without_an_answer_changes_nothing_and_is_asked_again(low):
     learn(low)
     low.switch_off()
     low.switch_on()

@@ -74,7 +74,7 @@ def test_a_mission_is_started_once_and_the_command_is_done_whatever_takes_its_an
 
 
 @pytest.mark.parametrize("encoding", ["cp1252", *at_night("iso8859-1", "ascii:strict")])
-def test_the_answer_is_utf_8_whatever_the_locale_has(site, robot, encoding):
+def test_the_answer_is_utf_8_in_any_locale(site, robot, encoding):
     done = in_shell('"$@"', command(site, "--run-now", "Hall", "Home"), PYTHONIOENCODING=encoding)
     assert (done.returncode, done.stderr, started(robot)) == (0, "", 1)
     assert done.stdout.startswith("Łaźnia 東 ")
@@ -165,7 +165,7 @@ def _read(descriptor: int, said: list[bytes]) -> None:
 
 
 @pytest.mark.parametrize("stopped", ["while it runs", *at_night("before it begins")])
-def test_a_terminal_that_stands_still_delays_no_start_and_no_end(site, robot, stopped):
+def test_a_blocked_terminal_delays_no_start_and_no_end(site, robot, stopped):
     with on_a_terminal(site) as (app, terminal, said):
         if stopped == "while it runs":
             wait_for(lambda: b"ready" in b"".join(said), what="ready")
@@ -178,7 +178,7 @@ def test_a_terminal_that_stands_still_delays_no_start_and_no_end(site, robot, st
 
 
 @pytest.mark.long
-def test_what_a_terminal_missed_comes_when_it_goes_on(site, robot):
+def test_lines_that_a_terminal_missed_come_when_it_continues(site, robot):
     with on_a_terminal(site) as (app, terminal, said):
         wait_for(lambda: b"ready" in b"".join(said), what="ready")
         os.write(terminal, XOFF)

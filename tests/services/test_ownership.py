@@ -89,7 +89,7 @@ def test_what_was_written_while_the_database_failed_is_looked_for(site, on_its_w
     assert len(tokens(site)) == 1
 
 
-def test_what_is_looked_for_already_is_not_sent_beside_that(site, on_its_way, asked):
+def test_a_start_that_is_searched_for_is_not_sent(site, on_its_way, asked):
     """The worker has met an error and looks for all that the ledger has as submitted, before this one reaches it."""
     site.post(R1, site._workers[R1].expect_recovery())
     site.run(1.0)
@@ -102,7 +102,7 @@ def test_what_is_looked_for_already_is_not_sent_beside_that(site, on_its_way, as
     assert asked.count("POST /mission_queue") == 1
 
 
-def test_what_was_looked_for_and_sent_meanwhile_is_not_sent_again(site, on_its_way, asked):
+def test_a_start_searched_for_and_sent_is_not_sent_again(site, on_its_way, asked):
     """However long the scheduler's thread stood still."""
     site.post(R1, site._workers[R1].expect_recovery())
     site.run(2 * QUIET)

@@ -120,7 +120,7 @@ def test_a_time_that_has_passed_is_refused(plant, until):
     assert plant.stored().paused_until is None
 
 
-def test_a_schedule_that_is_gone_is_reported(plant):
+def test_a_deleted_schedule_is_reported(plant):
     plant.container.catalogue.remove_schedule(plant.daily.id)
     for act in (lambda: plant.skipping.pause(plant.daily.id, WEDNESDAY), lambda: plant.skipping.resume(plant.daily.id)):
         with pytest.raises(InvalidInput, match="schedule no longer exists"):
@@ -165,7 +165,7 @@ def test_a_skip_that_is_undone_runs_and_leaves_no_row(plant):
     assert [row.state for row in plant.rows()] == [State.WAITING]
 
 
-def test_skip_next_passes_over_what_a_pause_leaves_out_anyway(plant):
+def test_skip_next_ignores_starts_that_a_pause_skips(plant):
     plant.skipping.pause(plant.daily.id, WEDNESDAY)
     assert plant.skipping.skip_next(plant.daily.id) == datetime(2026, 11, 25, 6, 30, tzinfo=UTC)
     plant.skipping.resume(plant.daily.id)
@@ -199,7 +199,7 @@ def test_a_skip_whose_time_has_passed_stays(plant):
     assert [row.state for row in plant.rows()] == [State.SKIPPED]
 
 
-def test_undoing_a_skip_leaves_a_schedule_off_that_was_switched_off_meanwhile(plant):
+def test_undoing_a_skip_leaves_a_schedule_off_that_was_switched_off_since(plant):
     at = plant.skipping.skip_next(plant.daily.id)
     plant.container.catalogue.switch_schedule(plant.daily.id, False)
     plant.skipping.unskip(plant.daily.id, at)
@@ -290,7 +290,7 @@ def test_skipping_a_start_twice_is_as_skipping_it_once(plant):
     assert (plant.stored().next_at, len(plant.rows())) == (at(25), 2)
 
 
-def test_the_preview_and_its_warnings_leave_out_what_is_skipped(plant):
+def test_the_preview_and_its_warnings_omit_what_is_skipped(plant):
     plant.skipping.skip(plant.daily.id, at(24))
     assert [start.instant.day for start in plant.container.forecasts.of(plant.stored(), count=3).starts] == [23, 25, 26]
     other = Schedule("Other", 1, 1, datetime(2026, 11, 24, 6, 30), "UTC")
@@ -409,7 +409,7 @@ def test_a_start_skipped_ahead_counts_on_the_day_it_was_planned_for_and_not_befo
     assert [row.id for row in plant.container.history.last_finished(5)] == [today.id]  # what is skipped has not run
 
 
-def test_a_skip_taken_back_leaves_no_figure_behind(plant):
+def test_an_undone_skip_leaves_no_figure(plant):
     at = plant.skipping.skip_next(plant.daily.id)
     plant.skipping.unskip(plant.daily.id, at)
     plant.clock.step(timedelta(days=1).total_seconds())

@@ -136,7 +136,7 @@ def test_a_skip_that_moved_can_be_undone(site):
     assert started(site) == ([at(6)], [])
 
 
-def test_a_start_that_is_kept_back_stays_so_at_its_new_time(site):
+def test_a_start_that_is_held_stays_so_at_its_new_time(site):
     restarted(site, every_eight_hours(), at(5), at(-3), kept_back=[at(5)])
     site.run(2.1 * 3600)
     assert [(row.planned_at, row.state, row.held) for row in site.executions()] == [(at(6), State.WAITING, True)]

@@ -117,7 +117,7 @@ def test_run_now_waits_until_the_robot_has_it_and_prints_the_queue_id(site, robo
     assert [p["value"] for p in item["parameters"]] == ["a1c4e006-5d0f-11ef-93c1-0001297b6e20"]
 
 
-def test_run_now_beside_a_running_app_is_handed_to_it(site, robot):
+def test_run_now_during_a_running_app_is_handed_to_it(site, robot):
     with running(site):
         done = run(site, "--run-now", robot.name, "Home")
         assert (done.returncode, done.stderr) == (0, "")
@@ -173,7 +173,7 @@ def test_run_now_gives_up_at_the_retry_limit(data, fleet, robot):
 
 
 # ---------------------------------------------------------------------- import and export while the app runs
-def test_an_import_beside_a_running_app_is_taken_up_at_once_and_only_once(site, robot):
+def test_an_import_during_a_running_app_is_done_at_once_and_only_once(site, robot):
     schedules = {"format": "amr-scheduler/1", "schedules": [once_now(robot.name, "Home", "Now")]}
     with running(site):
         assert "Now added" in import_configuration(site, schedules).stdout
@@ -202,7 +202,7 @@ def test_an_import_of_a_new_password_says_that_backups_hold_the_former_token(sit
         assert changed_to("distributor").endswith(said)
 
 
-def test_exports_beside_a_running_app(site, robot, tmp_path):
+def test_exports_during_a_running_app(site, robot, tmp_path):
     with running(site):
         exported = run(site, "--export-config", "-")
         assert exported.returncode == 0
@@ -304,7 +304,7 @@ def test_exports_read_where_nothing_can_be_written(site, robot, tmp_path):
 
 
 @pytest.mark.long
-def test_changes_that_lie_beside_a_database_that_is_only_read_are_not_left_out(site, robot, tmp_path):
+def test_changes_next_to_a_read_only_database_are_read(site, robot, tmp_path):
     """After a killed app: with SQLite's index file they are read, without it one sentence says what to do."""
     with running(site) as app:
         assert run(site, "--run-now", robot.name, "Home").returncode == 0

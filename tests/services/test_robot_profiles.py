@@ -145,7 +145,7 @@ def test_the_first_start_on_a_robot_that_is_known_to_forget_tokens_is_not_double
 
 @deviants("forgets-descriptions")
 @pytest.mark.parametrize("is_known", [True, False])
-def test_a_copy_without_a_token_that_comes_late_is_told(site, plan, is_known):
+def test_a_copy_without_a_token_that_comes_late_is_reported(site, plan, is_known):
     """It is unknown which one a person wanted, so it is left alone."""
     if is_known:
         check_up(site, "forgets-descriptions")
@@ -171,9 +171,7 @@ def test_what_somebody_else_puts_there_is_no_copy(site, plan):
 
 @deviants("forgets-descriptions", "german-states")
 @pytest.mark.parametrize("is_known", [True, False])
-def test_a_start_that_the_network_has_doubled_is_told_although_the_robot_does_not_show_it_as_others_do(
-    request, site, plan, is_known
-):
+def test_a_start_doubled_by_the_network_is_reported_on_a_deviant_robot(request, site, plan, is_known):
     if is_known:
         check_up(site, request.node.callspec.params["site"])
     plan(START)
@@ -290,7 +288,7 @@ def test_requests_never_come_closer_than_the_robot_bears(site, plan):
 
 
 # ---------------------------------------------------------------------- no longer what was checked up
-def test_other_software_ends_the_profile_and_a_person_is_told_until_it_is_checked_up_again(site, plan):
+def test_other_software_ends_the_profile_with_an_alarm_until_the_next_check_up(site, plan):
     check_up(site, "faithful")
     site.machines["R1"].software = "3.8.1"
     site.run(120)

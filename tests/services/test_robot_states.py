@@ -57,7 +57,7 @@ def test_an_hour_of_idleness_is_one_row(site, saves):
     assert len(saves) <= 62
 
 
-def test_a_robot_that_is_gone_is_offline_and_an_app_that_was_off_knows_nothing(site):
+def test_an_absent_robot_is_offline_and_an_app_that_was_off_knows_nothing(site):
     start = site.clock.now()
     site.run(300)
     site.network.down.add("R1")

@@ -17,7 +17,7 @@ def failed(site, plan) -> Execution:
     return row
 
 
-def test_it_runs_once_more_and_what_has_failed_stays(site, plan):
+def test_it_runs_again_and_the_failed_one_stays(site, plan):
     row = failed(site, plan)
     site.machines["R1"].clear_errors()
     site.machines["R1"].resume()

@@ -46,7 +46,7 @@ def test_it_says_that_the_robot_is_silent(tmp_path, fleet, capsys):
 
 
 @pytest.mark.long
-def test_beside_a_running_app_too(tmp_path, fleet, capsys):
+def test_during_a_running_app_too(tmp_path, fleet, capsys):
     configuration = silent(configuration_of(fleet))
     prepared(tmp_path / "data", configuration)
     with running(tmp_path / "data"), pytest.raises(Failure, match="was not started"):
@@ -70,7 +70,7 @@ run_now_command.print_error, run_now_command.REPORT_EVERY = lambda text: (noted.
 sys.exit(main.main(sys.argv[1:]))"""
 
 
-def test_a_stderr_that_stands_still_holds_up_nothing(tmp_path):
+def test_a_blocked_stderr_delays_nothing(tmp_path):
     """Nor the end of the process, when the mission has been taken."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))

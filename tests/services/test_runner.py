@@ -182,7 +182,7 @@ def test_a_robot_that_hangs_holds_up_itself_alone(start, polls, monkeypatch):
     free.set()
 
 
-def test_a_worker_that_meets_an_unexpected_error_goes_on(start, polls, monkeypatch, caplog):
+def test_a_worker_that_meets_an_unexpected_error_continues(start, polls, monkeypatch, caplog):
     monkeypatch.setattr(runner, "AFTER_A_FAILURE", 0.01)
     left = {1: 3}
 
@@ -334,7 +334,7 @@ class FailingPlanner(QuietPlanner):
         return DueBatch()
 
 
-def test_the_scheduler_goes_on_after_an_unexpected_error(start, polls, monkeypatch, caplog):
+def test_the_scheduler_continues_after_an_unexpected_error(start, polls, monkeypatch, caplog):
     for module in (runner, engine):
         monkeypatch.setattr(module, "LONGEST_WAIT", 0.02)
     planner = FailingPlanner()
@@ -410,7 +410,7 @@ def test_what_the_scheduler_plans_does_not_wake_itself_but_what_others_plan_does
     assert app.engine.plan_version == version + 3  # only those of others
 
 
-def test_when_the_window_stops_asking_robots_are_polled_all_the_same(start, polls):
+def test_when_the_window_stops_asking_robots_are_still_polled(start, polls):
     """The window's clock asked once, then its thread is blocked: after two intervals the scheduler's own thread asks."""
     app = start(3, every=0.1)
     wait_for(lambda: len(polls) == 3)

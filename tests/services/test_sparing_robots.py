@@ -26,7 +26,7 @@ def meanwhile(site: Site, act: Callable[[], None]) -> None:  # noqa: F811
         pace._pause = time_out
 
 
-def test_what_is_taken_back_while_a_refusal_is_asked_about_leaves_the_others_alone(site, plan):  # noqa: F811
+def test_a_start_withdrawn_during_a_question_about_a_refusal_changes_no_other(site, plan):  # noqa: F811
     """Whether the robot has the mission is a read that waits for its turn, and what is due goes before reads."""
     check_up(site, "faithful", rest=Rest(1, 10.0))
     saved = [plan("2026-11-23T06:05") for _n in range(3)]
@@ -44,7 +44,7 @@ def test_what_is_taken_back_while_a_refusal_is_asked_about_leaves_the_others_alo
     assert alarms(site) == []
 
 
-def test_nothing_is_sent_that_is_taken_back_while_it_waits_for_its_turn(site, plan):  # noqa: F811
+def test_a_start_withdrawn_while_it_waits_for_its_turn_is_not_sent(site, plan):  # noqa: F811
     check_up(site, "faithful", rest=Rest(1, 10.0))
     saved = plan("2026-11-23T06:05")
     removed = []

@@ -302,7 +302,7 @@ def test_an_accepted_one_that_is_undone_is_found_again_until_the_schedule_is_cha
     assert container.suggestions.compute().suggestions == ()
 
 
-def test_after_one_was_accepted_only_what_comes_then_counts_and_after_two_weeks_it_is_told(container, clock):
+def test_after_one_was_accepted_later_starts_count_and_it_is_reported_after_two_weeks(container, clock):
     usually_late(container)
     [suggestion] = container.suggestions.compute().suggestions
     change = suggestion.changes[0]
@@ -348,7 +348,7 @@ def test_an_answer_that_cannot_be_read_keeps_nothing_silent_and_ends_nothing(con
     assert len(container.suggestions.compute().suggestions) == 1
 
 
-def test_rows_without_a_readable_instant_are_left_out(container):
+def test_rows_without_a_readable_instant_are_omitted(container):
     usually_late(container)
     container.db.write(
         lambda c: ActivityRepository().save(c, 1, [ActivitySpan("error", at(mornings()[0], 1), at(mornings()[0], 2))])

@@ -126,7 +126,7 @@ def test_a_copy_is_compared_with_the_systems_own_data_first(machine):
     ("note", "is_certain"),
     [("Europe/Helsinki\n", True), ("# the zone\nEurope/Mariehamn\n", True), ("Etc/UTC\n", False)],
 )
-def test_the_note_tells_zones_apart_that_equal_a_copy(machine, note, is_certain):
+def test_etc_timezone_distinguishes_zones_that_equal_a_copy(machine, note, is_certain):
     machine.file(LOCALTIME, zone_file("Europe/Helsinki")).file(TIMEZONE_FILE, note)
     zone = machine.zone()
     assert zone.is_certain is is_certain

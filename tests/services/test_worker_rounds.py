@@ -64,7 +64,7 @@ def test_what_could_not_be_sent_is_taken_up_again(site, plan, ledger):
     assert site.executions()[0].state is State.QUEUED
 
 
-def test_what_waits_for_a_robot_that_is_gone_is_one_write_a_try(site, plan, ledger):
+def test_starts_that_wait_for_an_absent_robot_are_one_write_a_try(site, plan, ledger):
     for number in range(COUNT):
         plan("2026-11-23T06:05", name=f"S{number}")
     site.run(DUE - 1.0)

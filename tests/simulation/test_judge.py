@@ -82,7 +82,7 @@ def test_a_copy_may_have_run_in_downtime_that_the_diary_forgot(world):
     assert objections(world) == []
 
 
-def test_a_copy_may_have_run_whatever_the_clock_of_its_robot_shows(world):
+def test_a_copy_may_have_run_by_any_clock_of_its_robot(world):
     wait_while_the_app_is_off(world)
     let_it_run(world)
     world.diary.begin("robot's clock", "R1", world.site.seconds())

@@ -14,7 +14,7 @@ from tests.simulation.world import World
     ("seed", "hours"),
     [(24, 2.0), *(pytest.param(seed, 5.0, marks=pytest.mark.long) for seed in (6, 11, 12, 18))],
 )
-def test_whatever_happens_nothing_is_doubled_or_lost_and_rows_tell_the_truth(seed, hours):
+def test_nothing_is_doubled_or_lost_and_rows_are_true(seed, hours):
     """Each is as many simulated hours; any number by hand: ``python -m tests.simulation``."""
     found = simulate(seed, hours)
     assert found.violations == [], found.line(seed)

@@ -8,7 +8,7 @@ from tests.simulation.stress import stress
 
 
 @pytest.mark.long
-def test_under_stress_nothing_is_doubled_lost_or_sent_though_it_was_taken_back():
+def test_under_stress_nothing_is_doubled_lost_or_sent_after_its_withdrawal():
     """Any time by hand: ``python -m tests.simulation.stress --minutes 60``."""
     result = stress(25.0, seed=3)
     assert result.problems == [], result.line()

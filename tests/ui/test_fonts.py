@@ -135,7 +135,7 @@ def test_many_ideographs_are_as_wide_as_measured_together(machine):
     assert line_width("机床" * 3, "Roboto", 32) == line_width("각" * 6, "Roboto", 32)
 
 
-def test_a_font_that_is_a_pipe_holds_up_nothing(machine):
+def test_a_font_that_is_a_pipe_delays_nothing(machine):
     """Opening it would block until something writes into it."""
     os.mkfifo(machine / "Pipe.ttf")
     (machine / "Link.ttf").symlink_to(machine / "Pipe.ttf")

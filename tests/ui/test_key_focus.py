@@ -80,7 +80,7 @@ class Area(ButtonBehavior, Widget):
 
 
 @pytest.mark.parametrize("height", [280, 400])
-def test_a_page_stands_still_below_a_target_that_it_has_no_room_for(ui, keys, height):
+def test_a_page_does_not_move_below_a_target_that_it_has_no_room_for(ui, keys, height):
     page = ScrollPage()
     above, area = Widget(size_hint_y=None, height=200), Area(size_hint_y=None, height=height)
     for widget in (above, area, Widget(size_hint_y=None, height=200)):

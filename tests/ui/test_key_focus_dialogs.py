@@ -218,7 +218,7 @@ def close(ui) -> None:
 
 @pytest.mark.parametrize("does", ["nothing", "tabs", "types", "types and tabs"])
 @pytest.mark.parametrize("by", ["Enter", *at_night("a finger")])
-def test_after_escape_the_round_goes_on_where_the_dialog_was_opened(ui, keys, by, does):
+def test_after_escape_the_ring_continues_where_the_dialog_was_opened(ui, keys, by, does):
     page, opened = opening("One", "Two", "Three")
     ui.show(page, (300, 300))
     if by == "Enter":
@@ -283,7 +283,7 @@ def test_from_a_menu_through_a_dialog_the_ring_comes_back_to_what_opened_the_men
     assert not keys._openers
 
 
-def test_dialogs_that_fingers_opened_are_let_go(ui, keys):
+def test_dialogs_that_fingers_opened_are_freed(ui, keys):
     page, opened = opening("One")
     ui.show(page, (300, 300))
     ui.tap_text("One")

@@ -92,7 +92,7 @@ def test_a_row_that_slides_under_the_pressing_finger_is_not_pressed(ui, kind, af
 
 
 @pytest.mark.parametrize("kind", [ScrollRows, LongList])
-def test_a_notch_of_the_wheel_is_never_taken_back(ui, kind):
+def test_a_notch_of_the_wheel_is_never_undone(ui, kind):
     rows = ui.show(kind(viewclass="QueueRow", data=queue(*range(30))), (400, 300))
     scroll = rows.ids.scroll if kind is ScrollRows else rows
     ui.advance(1)

@@ -105,7 +105,7 @@ def test_one_drag_scrolls_the_column_to_its_end_and_then_the_page(page, ui):
     assert 0.1 < page.scroll_y < 0.4
 
 
-def test_a_tap_after_a_drag_that_went_on_with_the_page_presses_once(page, ui):
+def test_a_tap_after_a_drag_that_continued_with_the_page_presses_once(page, ui):
     pressed = []
     page.scroll_y, page.column.scroll_y = 0, 1
     ui.advance(0.3)

@@ -173,7 +173,7 @@ def test_panels_are_filled_a_few_per_frame_before_they_are_in_sight(ui):
     assert sorted(most)[-3] <= AHEAD  # but where it turns round, to rows that were not foreseeable
 
 
-def test_a_list_tells_that_it_moves_until_it_has_come_to_rest(ui):
+def test_a_list_reports_that_it_moves_until_it_has_come_to_rest(ui):
     root, reported = grid(ui, 60), []
     root.bind(moves=lambda _grid, moves: reported.append(moves))
     for _frame in moved(ui, root, 25, 10):

@@ -131,7 +131,7 @@ ALONG = MissionParameter(
 )
 
 
-def test_keys_go_from_position_to_position_enter_marks_one_and_once_more_confirms_it(ui, fields, keys):
+def test_keys_move_between_positions_enter_marks_and_confirms(ui, fields, keys):
     fields.fields, fields.map = fields_of([ALONG]), picture(HALL)
     ui.advance(0.1)
     chart = open_map(ui)

@@ -75,7 +75,7 @@ def test_a_belated_second_answer_is_not_that_of_the_next_request(serve: Serve, c
     assert server.connections == 2
 
 
-def test_a_time_out_on_a_kept_alive_connection_is_no_reason_to_ask_again(serve: Serve, connect: Connect) -> None:
+def test_a_time_out_on_a_kept_alive_connection_is_not_a_reason_to_ask_again(serve: Serve, connect: Connect) -> None:
     def hangs_on_its_second_request(conversation: Conversation) -> None:
         conversation.request()
         conversation.answer(READY)

@@ -240,7 +240,7 @@ def test_wrong_arguments_are_reported_in_one_line(data, fleet, robot):
 
 
 @pytest.mark.long
-def test_killed_in_the_middle_the_app_puts_everything_back_when_it_starts(data, robot):
+def test_killed_in_the_middle_the_app_undoes_everything_when_it_starts(data, robot):
     before = missions(robot)
     process = start(data, "--check-up", robot.name, "--with-mission", "--yes")
     try:

@@ -36,7 +36,7 @@ def requests_of(directory, profile, trial) -> tuple[int, int]:
         ),
     ],
 )
-def test_whenever_it_is_killed_the_robot_is_as_it_was(tmp_path, name, mission, is_handled, every):
+def test_whenever_it_is_killed_the_robot_is_restored(tmp_path, name, mission, is_handled, every):
     """At each of so many requests."""
     profile = deviant(name) if name else None
     (tmp_path / "whole").mkdir()
@@ -63,7 +63,7 @@ LOST, REFUSED = ConnectionLost(address="10.0.0.1"), Unreachable(code="refused", 
     ("error", "every"),
     [(LOST, 5), pytest.param(LOST, 1, marks=pytest.mark.long), pytest.param(REFUSED, 1, marks=pytest.mark.long)],
 )
-def test_a_robot_that_goes_away_for_a_request_is_as_it_was_at_the_end(tmp_path, error, every):
+def test_a_robot_that_goes_away_for_a_request_is_restored_at_the_end(tmp_path, error, every):
     (tmp_path / "whole").mkdir()
     first, of = requests_of(tmp_path / "whole", None, Trial())
     for number in range(first, of + 1, every):

@@ -84,7 +84,7 @@ def test_a_start_that_is_on_its_way_is_not_taken_for_the_trials(robot):
     assert f"DELETE {QUEUE}/{number}" not in robot.asked.writes
 
 
-def test_a_mission_queued_by_hand_meanwhile_is_not_cancelled(robot):
+def test_a_mission_queued_by_hand_during_it_is_not_cancelled(robot):
     made = []
     report = robot.check_ups.run(
         robot.id,
@@ -100,7 +100,7 @@ def test_a_mission_queued_by_hand_meanwhile_is_not_cancelled(robot):
     assert not robot.check_ups.left_behind()
 
 
-def test_what_a_check_up_left_is_put_back_by_the_next_with_a_mission(robot):
+def test_changes_of_a_check_up_are_undone_by_the_next_with_a_mission(robot):
     hold = robot.container.holds.hold("Check-up", robot.asked.clock.now().replace(year=2027), robot.id)
     note(
         robot,
@@ -115,7 +115,7 @@ def test_what_a_check_up_left_is_put_back_by_the_next_with_a_mission(robot):
     assert not robot.container.holds.current()
 
 
-def test_nothing_is_put_back_from_a_copy(robot):
+def test_nothing_is_undone_from_a_copy(robot):
     note(robot, LeftBehind(robot.machine.serial_number, None, ("a", "a", "b", "c"), 400, is_paused=True, queued=HOME))
     robot.machine.pause()
     robot.container.holds.is_copy = "this data was copied from another tablet"

@@ -135,7 +135,7 @@ def with_items(*changes: dict[str, Any]) -> AskedRobot:
     return robot
 
 
-def test_missions_of_others_without_dates_are_told():
+def test_missions_of_others_without_dates_are_reported():
     robot = with_items(*[{"created_by_name": "Fleet", "ordered": None}] * 5)
     assert says(read(robot), Topic.OTHERS) == (
         AMBER,
@@ -143,7 +143,7 @@ def test_missions_of_others_without_dates_are_told():
     )
 
 
-def test_one_mission_of_another_of_late_is_told():
+def test_one_recent_mission_of_another_is_reported():
     robot = with_items({"created_by_name": "Paula", "ordered": "2026-11-23T07:00:00"})
     assert says(read(robot), Topic.OTHERS) == (AMBER, "One mission of the last two hours is of Paula")
 
@@ -171,14 +171,14 @@ def test_of_a_long_queue_in_the_other_order_the_newest_missions_are_looked_at():
 
 
 # ---------------------------------------------------------------------- itself
-def test_a_status_without_battery_is_told():
+def test_a_status_without_battery_is_reported():
     robot = AskedRobot()
     robot.meddle = of_status(lambda status: status.pop("battery_percentage"))
     assert says(read(robot), Topic.BATTERY) == (AMBER, "It does not report its battery level")
     assert says(read(AskedRobot()), Topic.BATTERY) == (GREEN, "Its battery is at 80 %")
 
 
-def test_in_emergency_stop_it_is_not_found_out_whether_it_tells_its_battery():
+def test_in_emergency_stop_it_is_not_found_out_whether_it_reports_its_battery():
     robot = AskedRobot()
     robot.machine.press_emergency_stop(True)
     assert (
@@ -191,7 +191,7 @@ def test_in_emergency_stop_it_is_not_found_out_whether_it_tells_its_battery():
     ("user", "password", "level"),
     [("distributor", "distributor", AMBER), ("Admin", "admin", AMBER), ("distributor", "Tr0ub4dor", GREEN)],
 )
-def test_the_published_default_password_is_told(user, password, level):
+def test_the_published_default_password_is_reported(user, password, level):
     robot = AskedRobot()
     session = robot.session()
     client = session.robot.client
@@ -202,7 +202,7 @@ def test_the_published_default_password_is_told(user, password, level):
     assert says(session, Topic.PASSWORD)[0] is level
 
 
-def test_a_robot_that_does_not_tell_its_software_is_said_to_be_so():
+def test_a_robot_that_does_not_report_its_software_is_a_note():
     robot = AskedRobot()
 
     def meddle(method, path, answer):

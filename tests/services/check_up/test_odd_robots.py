@@ -87,7 +87,7 @@ def test_a_user_who_may_not_start_missions_is_a_red_finding(tmp_path):
     )
 
 
-def test_a_user_who_may_not_make_missions_is_told_to_choose_one(tmp_path):
+def test_a_user_who_may_not_make_missions_is_asked_to_choose_one(tmp_path):
     robot = CheckedRobot(tmp_path)
     before = robot.as_it_is()
     robot.asked.before = lambda method, path: None
@@ -153,7 +153,7 @@ def test_a_mission_that_fails_is_a_red_finding(tmp_path, profile):
     assert robot.as_it_is()["open"] == []
 
 
-def test_while_something_can_not_be_put_back_it_is_told_and_tried_again(tmp_path):
+def test_while_something_can_not_be_undone_it_is_reported_and_tried_again(tmp_path):
     robot = CheckedRobot(tmp_path)
     before = robot.as_it_is()
     robot.asked.meddle = _lost_when_deleted
@@ -248,7 +248,7 @@ def test_what_a_robot_calls_things_has_bounds(tmp_path):
     assert robot.check_ups.report(robot.id) == report
 
 
-def test_missions_without_times_are_told(tmp_path):
+def test_missions_without_times_are_reported(tmp_path):
     whole = CheckedRobot(tmp_path).machine.order(MISSIONS[0].guid, {"guid": "", "name": ""}).full()
     (tmp_path / "other").mkdir()
     robot = CheckedRobot(tmp_path / "other", fields={"item": frozenset(whole) - {"started", "finished"}})
@@ -280,7 +280,7 @@ def test_a_robot_that_bears_little_is_asked_less(tmp_path):
     assert robot.machine.reboots == reboots
 
 
-def test_on_a_slow_robot_the_plan_is_held_back_to_the_end(tmp_path):
+def test_on_a_slow_robot_the_plan_is_held_to_the_end(tmp_path):
     robot = CheckedRobot(tmp_path, deviant("slow-disk"))
     unheld = []
 

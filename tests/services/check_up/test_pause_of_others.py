@@ -160,7 +160,7 @@ def test_a_robot_that_somebody_released_is_not_paused_again(robot):
 
 
 # ---------------------------------------------------------------------- in the app
-def test_pause_pressed_in_the_app_while_it_is_put_back_stays(robot):
+def test_pause_pressed_in_the_app_while_it_is_undone_stays(robot):
     pressed = []
 
     def press(method, path):

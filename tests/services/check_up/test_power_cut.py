@@ -62,7 +62,7 @@ def of_the_plan(site: Site) -> list[str]:
 
 
 # ---------------------------------------------------------------------- the plan waits
-def test_a_start_that_is_due_waits_until_the_robot_is_as_it_was(site, plan, robot, machine):
+def test_a_start_that_is_due_waits_until_the_robot_is_restored(site, plan, robot, machine):
     plan("2026-11-23T06:30")
     cut_in_pause(site, robot, 1795 - site.seconds())
     site.run(60)
@@ -76,7 +76,7 @@ def test_a_start_that_is_due_waits_until_the_robot_is_as_it_was(site, plan, robo
     assert len(of_the_plan(site)) == 1
 
 
-def test_a_robot_that_does_not_answer_is_held_back_until_it_does_and_an_alarm_says_so(site, plan, robot, machine):
+def test_a_silent_robot_is_held_until_it_answers_and_an_alarm_says_so(site, plan, robot, machine):
     plan("2026-11-23T06:30")
     cut_in_pause(site, robot, 1795 - site.seconds())
     site.network.down.add("R1")
@@ -91,7 +91,7 @@ def test_a_robot_that_does_not_answer_is_held_back_until_it_does_and_an_alarm_sa
     site.run_until(lambda: site.executions(State.COMPLETED), within=600)
 
 
-def test_a_person_lets_it_go(site, plan, robot, machine):
+def test_a_person_releases_it(site, plan, robot, machine):
     plan("2026-11-23T06:30")
     cut_in_pause(site, robot, 1795 - site.seconds())
     site.container.holds.release(robot.id)
@@ -99,7 +99,7 @@ def test_a_person_lets_it_go(site, plan, robot, machine):
     site.run_until(lambda: site.executions(State.COMPLETED), within=600)
 
 
-def test_what_could_not_be_put_back_at_the_end_keeps_the_plan_back(site, robot, machine):
+def test_what_could_not_be_undone_at_the_end_holds_the_plan(site, robot, machine):
     def fail(where: str) -> None:
         if len(site.network.submissions) == 2:
             site.network.down.add("R1")
@@ -144,7 +144,7 @@ def test_long_after_it_a_robot_with_nothing_in_its_queue_is_released(site, robot
     assert not machine.paused
 
 
-def test_a_hold_that_was_let_go_says_that_a_person_has_the_robot(site, robot, machine):
+def test_a_hold_that_was_released_says_that_a_person_has_the_robot(site, robot, machine):
     cut_in_pause(site, robot, 60)
     site.container.holds.release(robot.id)
     queue_by_another(site, robot)
@@ -175,7 +175,7 @@ def count_writes(robot: CheckedRobot, at: Callable[[int], None]) -> Callable[[],
     return lambda: number
 
 
-def test_whenever_the_power_is_cut_after_a_transaction_the_robot_is_as_it_was(tmp_path):
+def test_whenever_the_power_is_cut_after_a_transaction_the_robot_is_restored(tmp_path):
     (tmp_path / "whole").mkdir()
     for number in range(1, writes_of(tmp_path / "whole") + 1):
         (directory := tmp_path / str(number)).mkdir()
@@ -200,7 +200,7 @@ def test_whenever_the_power_is_cut_after_a_transaction_the_robot_is_as_it_was(tm
         robot.container.db.close()
 
 
-def test_a_robot_that_was_removed_meanwhile_is_not_tried(tmp_path):
+def test_a_robot_removed_during_it_is_not_tried(tmp_path):
     robot = CheckedRobot(tmp_path)
     hold = robot.container.holds.hold
 
@@ -215,7 +215,7 @@ def test_a_robot_that_was_removed_meanwhile_is_not_tried(tmp_path):
     assert not robot.asked.writes
 
 
-def test_a_disk_that_is_full_at_the_end_keeps_the_plan_back_until_it_is_noted(tmp_path):
+def test_a_disk_that_is_full_at_the_end_holds_the_plan_until_it_is_noted(tmp_path):
     robot = CheckedRobot(tmp_path)
     before, release = robot.as_it_is(), robot.container.holds.release
 
@@ -233,7 +233,7 @@ def test_a_disk_that_is_full_at_the_end_keeps_the_plan_back_until_it_is_noted(tm
     assert not robot.container.holds.current()
 
 
-def test_a_robot_removed_in_the_middle_and_put_back_is_released_in_the_end(site, robot, machine):
+def test_a_robot_removed_in_the_middle_and_restored_is_released_in_the_end(site, robot, machine):
     cut_in_pause(site, robot, 60)
     removed = site.container.catalogue.remove_robot(robot.id)
     site.container.catalogue.restore(removed)
@@ -243,7 +243,7 @@ def test_a_robot_removed_in_the_middle_and_put_back_is_released_in_the_end(site,
     assert not machine.paused
 
 
-def test_a_mission_that_may_not_be_removed_does_not_keep_the_plan_back(tmp_path):
+def test_a_mission_that_may_not_be_removed_does_not_hold_the_plan(tmp_path):
     robot = CheckedRobot(tmp_path)
     robot.asked.meddle = lambda method, path, answer: (
         Response(403, b'{"error_human": "no"}', {}) if method == "DELETE" and path.startswith("/missions/") else answer

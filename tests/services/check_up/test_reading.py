@@ -64,7 +64,7 @@ def test_a_faithful_robot_is_green(software, history):
     assert robot.writes == []
 
 
-def test_a_robot_that_is_slow_to_answer_is_told_how_many_questions_it_bore_in_what_time():
+def test_a_slow_robot_is_reported_with_its_questions_and_their_time():
     robot = AskedRobot(deviant("slow-disk"))
     session = robot.session()
     began = robot.clock.now()
@@ -89,7 +89,7 @@ def test_a_robot_that_is_slow_to_answer_is_asked_less_so_that_it_lasts_no_longer
     assert answered == of in range(7, 20)
 
 
-def test_another_robot_of_the_list_with_its_serial_number_has_to_be_put_right(tmp_path):
+def test_another_robot_of_the_list_with_its_serial_number_is_a_problem(tmp_path):
     robot = CheckedRobot(tmp_path)
     assert Topic.IDENTITY not in not_green(robot.check_ups.run(robot.id))
     serial = robot.machine.serial_number

@@ -31,7 +31,7 @@ def test_it_offers_the_missions_that_people_made(robot):
     )
 
 
-def test_reading_changes_nothing_and_is_kept_and_told(robot):
+def test_reading_changes_nothing_and_is_stored_and_reported(robot):
     told = []
     robot.container.changes.subscribe(lambda topic, _about: told.append(topic))
     progress = []

@@ -108,7 +108,7 @@ def test_a_robot_that_is_held_switched_off_or_busy_is_left_alone(site, check_ups
     assert not site.network.submissions
 
 
-def test_it_can_be_read_all_the_same(site, plan, check_ups, robot):
+def test_it_can_still_be_read(site, plan, check_ups, robot):
     plan("2026-11-23T06:05")
     site.container.holds.hold("Cleaning", robot_id=robot.id)
     assert check_ups.run(robot.id).is_complete
@@ -138,7 +138,7 @@ def test_what_begins_while_the_robot_is_read_goes_first(site, check_ups, robot):
 
 
 # ---------------------------------------------------------------------- without effect on the rest
-def test_a_start_made_meanwhile_waits_and_completes(site, check_ups, robot):
+def test_a_start_made_during_it_waits_and_completes(site, check_ups, robot):
     mission = site.container.catalogue.missions()[0]
 
     def told(progress):
@@ -188,7 +188,7 @@ def test_a_start_that_may_still_arrive_is_not_taken_for_the_trials(site, check_u
     assert len(list(site.machines["R1"].queue)) == 5
 
 
-def test_a_person_ends_it_and_the_robot_is_as_it_was(site, check_ups, robot):
+def test_a_person_ends_it_and_the_robot_is_restored(site, check_ups, robot):
     report = check_ups.run(robot.id, Trial("Deliver"), is_wanted=lambda: len(site.network.submissions) < 3)
     machine = site.machines["R1"]
     assert len(site.network.submissions) == 3

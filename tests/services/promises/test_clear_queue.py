@@ -143,7 +143,7 @@ class Killed(BaseException):
     pass
 
 
-def test_a_clear_that_was_killed_keeps_nothing_back_for_ever(tmp_path):
+def test_a_clear_that_was_killed_blocks_nothing_for_ever(tmp_path):
     s = Stage(tmp_path, "robot", 1)
 
     def kill(s):
@@ -156,7 +156,7 @@ def test_a_clear_that_was_killed_keeps_nothing_back_for_ever(tmp_path):
     s.switch_off()
 
 
-def test_what_is_to_go_with_a_cleared_queue_is_given_to_no_other_robot(group):
+def test_a_start_of_a_cleared_queue_is_assigned_to_no_other_robot(group):
     """It would end as cleared there, where nothing was cleared."""
     play(group, set_up(minimum_battery_percent=20), plan(window=60), battery(5), 330)
     with group.container.clearing.of(1) as cleared:

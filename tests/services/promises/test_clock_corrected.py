@@ -64,7 +64,7 @@ def is_offered_after_all(s):
     assert [facts.may_start_after_all(each, now) for each in facts.past if each.id == s.noted[-1].id] == [True]
 
 
-test_set_right = told(
+test_corrected_clock = told(
     Story(
         "each start is sent despite any change after it",
         OFTEN,

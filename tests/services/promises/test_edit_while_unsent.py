@@ -30,7 +30,7 @@ TAKEN_BACK = (
     (delete("robot"), REMOVED),
 )
 
-test_taken_back = told(
+test_withdrawn = told(
     Story(
         "in doubt it is not sent again and says so",
         [plan(), IN_DOUBT],
@@ -302,7 +302,7 @@ def just_after(monkeypatch, owner, name, act):
 @pytest.mark.parametrize(
     "taken_back", [off(), delete(), edit(at="09:05"), edit(at="09:05", group_id=None, robot_id=2)], ids=str
 )
-def test_taken_back_after_its_robot_was_deleted_it_is_not_sent_to_another(group, taken_back):
+def test_a_start_withdrawn_after_its_robot_was_deleted_is_not_sent_to_another(group, taken_back):
     """The intent is on the disk, and the worker has not closed yet."""
     play(group, plan(window=30))
     act = [states(SUBMITTING), delete("robot"), taken_back]

@@ -39,7 +39,7 @@ def one(state, robot=None):
     )
 
 
-test_given = told(
+test_assigned = told(
     GroupStory(
         "to a free robot at its instant",
         [plan(), 310, one(EXECUTING), runs(1)],

@@ -49,7 +49,7 @@ def given(*steps):
     return [LOOK_AGAIN, when_given(*steps), LONG]
 
 
-test_given_and_not_begun = told(
+test_assigned_and_not_begun = told(
     GroupStory(
         "held by a person it blocks no robot",
         [given(do(lambda s: s.container.operator.hold_starts([s.noted[0].id]))), 310, robots(""), waits(HOLD)],
@@ -89,7 +89,7 @@ test_given_and_not_begun = told(
 
 
 @pytest.mark.parametrize("cleanly", [True, False])
-def test_what_was_given_to_a_robot_is_for_all_again_when_the_app_comes_back(tmp_path, cleanly):
+def test_an_assigned_start_is_for_all_again_after_a_restart(tmp_path, cleanly):
     s = Stage(tmp_path, "group", 3)
 
     def crash(s):

@@ -125,7 +125,7 @@ def test_with_a_window_a_damaged_database_is_an_alarm(data, fleet):
 
 
 # ---------------------------------------------------------------------- each by itself
-def test_a_chore_that_fails_stops_no_polling_and_is_told_and_tried_again(data):
+def test_a_chore_that_fails_stops_no_polling_and_is_reported_and_tried_again(data):
     """Somebody deletes the directory for requests: robots are polled on, and when it is there again commands are served."""
     with host(DataDirectory(data)) as container:
         wait_for(lambda: container.snapshots.get(1).read_at, what="the first poll")
@@ -136,7 +136,7 @@ def test_a_chore_that_fails_stops_no_polling_and_is_told_and_tried_again(data):
         assert (done.returncode, done.stdout) == (0, "there was no PIN for Settings\n")
 
 
-def test_a_robot_that_can_t_be_made_holds_up_no_other_and_is_told_and_tried_again(data, fleet):
+def test_a_robot_that_can_t_be_made_delays_no_other_and_is_reported_and_tried_again(data, fleet):
     """One robot's address makes no sense, as after a damage or with another version: the others work, and it does once it is mended."""
     container = Container.open(data)
     first, second = container.catalogue.robots()
@@ -220,7 +220,7 @@ def test_a_change_that_meets_another_command_takes_over_when_that_one_has_ended(
             process.communicate()
 
 
-def test_a_command_starts_what_a_person_waits_for_whatever_the_robots_clock_says(fleet, data):
+def test_a_command_starts_its_mission_despite_the_robots_clock(fleet, data):
     """No round judges the clock here, so that waiting for one would be for nothing."""
     assert (
         run(

@@ -143,7 +143,7 @@ def test_the_banner_of_a_group_leads_to_its_robots(app, alarms, ui):
     wait_for_rows(ui, 7)
 
 
-def test_a_group_is_acknowledged_shelved_and_taken_back_in_one_go(app, alarms, ui):
+def test_a_group_is_acknowledged_shelved_and_unshelved_at_once(app, alarms, ui):
     silence(alarms, ui)
     open_list(ui)
     menu(ui, row(ui, "Wi-Fi"), "Shelve for 4 hours")

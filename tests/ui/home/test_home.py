@@ -130,7 +130,7 @@ def test_a_plan_that_was_being_read_when_a_command_was_done_is_read_again(home, 
     container.catalogue.remove_mission(mission.id)
 
 
-def test_a_choice_of_a_robot_that_can_not_be_written_is_taken_back(home, ui, monkeypatch):
+def test_a_choice_of_a_robot_that_can_not_be_written_is_undone(home, ui, monkeypatch):
     def fail(**_changes: object) -> None:
         raise DatabaseUnavailable("the disk is full")
 

@@ -165,7 +165,7 @@ def test_a_queue_is_shown_as_being_cleared_until_the_robot_answers(home, ui):
     ui.wait(lambda: not rows(ui))
 
 
-def test_a_clear_without_an_answer_says_what_becomes_of_it(home, ui):
+def test_a_clear_without_an_answer_says_its_outcome(home, ui):
     """It may have been done: the message names no address and no failure."""
     pend(home)
     run(ui, "Deliver")
@@ -373,7 +373,7 @@ def screen_behind(home):
     home.aino.control({"fault": None})
 
 
-def test_cancelling_what_somebody_else_has_just_cancelled_is_no_error(home, ui):
+def test_cancelling_what_somebody_else_has_just_cancelled_is_not_an_error(home, ui):
     pend(home)
     number = api(home.aino, "POST", "/mission_queue", mission_id=GUIDS["Home"]).json()["id"]
     ui.wait(lambda: rows(ui))

@@ -112,7 +112,7 @@ def test_run_pressed_before_the_robot_has_named_the_parameters_asks_for_them(hom
     assert not home.site.container.history.open()
 
 
-def test_run_asks_once_more_for_the_parameters_that_the_robot_did_not_tell(home, ui):
+def test_run_asks_again_for_parameters_without_an_answer(home, ui):
     (mission,) = home.site.add_missions("Go to position")
     home.aino.control(
         {"fault": {"kind": "status_503", "method": "GET", "path": f"/missions/{mission.guid}", "count": None}}
@@ -200,7 +200,7 @@ def test_a_position_is_chosen_on_the_map_of_the_robot(home, ui):
     assert list(home.site.container.history.open()[0].parameters.values()) == [press_spot.key]
 
 
-def test_the_opened_run_tells_where_it_went_by_name(home, ui):
+def test_the_opened_run_shows_its_destination_by_name(home, ui):
     home.site.add_missions("Go to position")
     ui.wait(lambda: ui.find_all(ChoiceChip, text="Go to position"))
     choose(ui, "Go to position")

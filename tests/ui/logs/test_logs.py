@@ -159,7 +159,7 @@ def test_a_period_longer_than_the_history_says_when_the_history_begins(screen, u
     assert "Runs kept since Thu 22 Oct" in ui.texts()
 
 
-def test_figures_say_that_they_count_what_the_list_leaves_out(screen, ui):
+def test_figures_say_that_they_count_what_the_list_omits(screen, ui):
     tap(screen, ui, ui.find(Segment, text="All"))
     tick(screen, ui, "Trigger", "Run now")
     assert "Figures also count the runs left out · Runs kept since Thu 22 Oct" in ui.texts()

@@ -216,7 +216,7 @@ def test_monthly_on_a_day_that_is_stepped_to_or_the_last_one(screen, container, 
     assert screen.plan.form.draft.month_day == 30
 
 
-def test_monthly_on_day_31_says_which_months_it_leaves_out_and_offers_the_last_day(screen, container, ui):
+def test_monthly_on_day_31_names_the_skipped_months_and_offers_the_last_day(screen, container, ui):
     choose(screen, ui, "Mission", "Floor wash, hall A")
     kind(screen, ui, "Monthly")
     screen.plan.form.set(month_day=31)
@@ -457,7 +457,7 @@ def test_a_name_that_is_taken_is_said_at_the_name(screen, container, ui):
     assert any(schedule.name == "Another name" for schedule in schedules(container))
 
 
-def test_an_overlap_with_another_run_is_warned_of_and_can_be_saved_all_the_same(screen, container, ui):
+def test_an_overlap_is_a_warning_and_can_be_saved(screen, container, ui):
     choose(screen, ui, "Mission", KITS)
     choose(screen, ui, "Robot", "Veikko")
     kind(screen, ui, "Once")

@@ -59,7 +59,7 @@ def undo(app, ui, text: str) -> None:
     settle(app, ui)
 
 
-def test_a_suggestion_tells_what_was_and_fills_the_form_which_a_person_saves(app, container, ui):
+def test_a_suggestion_says_why_and_fills_the_form_which_a_person_saves(app, container, ui):
     open_all(app, ui)
     panel = ui.find(SuggestionPanel)
     assert (

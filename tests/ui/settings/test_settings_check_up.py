@@ -212,7 +212,7 @@ def test_stop_ends_it_and_says_that_it_is_not_complete(site, app, ui, waiting):
     assert panel(ui).check_up.text == "Never checked up"
 
 
-def test_it_goes_on_while_its_dialog_is_closed_and_tells_its_end(site, app, ui, waiting):
+def test_it_continues_while_its_dialog_is_closed_and_reports_its_end(site, app, ui, waiting):
     dialog = opened(ui)
     begin(ui, dialog)
     ui.wait(lambda: dialog.vm.doing == "Asking who it is")

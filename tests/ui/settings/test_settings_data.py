@@ -313,7 +313,7 @@ def test_a_share_that_hangs_delays_no_other_folder(site, app, dead_share, ui):
     ui.wait(lambda: settings(site).retry_limit == 3)
 
 
-def test_an_import_from_a_share_that_hangs_holds_up_nothing_else(site, app, dead_share, ui):
+def test_an_import_from_a_share_that_hangs_delays_nothing_else(site, app, dead_share, ui):
     go(ui, "data")
     row = file_row(ui, "Import from")
     enter_path(ui, row, str(dead_share / "plant.json"))

@@ -66,7 +66,7 @@ def test_number_fields_get_a_number_pad_and_commit_when_done(site, app, ui):
     ui.wait(lambda: not ui.find_all(DockedKeyboard))
 
 
-def test_a_held_backspace_goes_on(app, ui):
+def test_a_held_backspace_repeats(app, ui):
     dialog = robot_dialog(ui)
     field = dialog.ids.name_field
     ui.type(field, "Veikko the second")

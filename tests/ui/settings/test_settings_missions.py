@@ -174,7 +174,7 @@ def test_a_mission_by_hand_with_its_bad_input_at_the_field(site, app, ui):
     assert {mission.name for mission in missions(site)} == {"Deliver", "Home"}
 
 
-def test_a_usual_duration_is_typed_refused_at_its_field_and_taken_away(site, app, ui):
+def test_a_usual_duration_is_typed_refused_at_its_field_and_removed(site, app, ui):
     site.add_missions("Deliver")
     go(ui, "missions")
     ui.wait(lambda: ui.find_all(MissionRow))

@@ -280,7 +280,7 @@ def test_another_certificate_is_compared_with_the_pinned_one(site, app, ui):
         assert robots(site)[0].certificate_sha256 == pin_of("field_robot.pem")
 
 
-def test_a_robot_reached_over_https_asks_before_it_goes_on_without(site, app, ui):
+def test_a_robot_reached_over_https_asks_before_it_uses_http(site, app, ui):
     with capture() as machine:
         site.container.catalogue.save_robot(Robot("Aino", "https://127.0.0.1:1", USER), PASSWORD)
         go(ui, "robots")

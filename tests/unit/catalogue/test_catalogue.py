@@ -37,7 +37,7 @@ def test_a_usual_duration_is_a_whole_number_of_minutes_of_a_day(world, minutes):
 
 
 @pytest.mark.parametrize("minutes", [1, 1440, None])
-def test_a_usual_duration_is_kept_or_taken_away(world, minutes):
+def test_a_usual_duration_is_kept_or_removed(world, minutes):
     typed = world.catalogue.save_mission(replace(world.mission, usual_minutes=12))
     world.catalogue.save_mission(replace(typed, usual_minutes=minutes))
     assert MISSIONS.get(world.db.read(), world.mission.id).usual_minutes == minutes
@@ -82,7 +82,7 @@ def test_idle_time_is_5_to_30_minutes(world, minutes):
         world.catalogue.save_idle_rule(world.robot.id, world.mission.id, after_minutes=minutes)
 
 
-def test_an_idle_rule_can_be_taken_away(world):
+def test_an_idle_rule_can_be_removed(world):
     assert world.catalogue.save_idle_rule(world.robot.id, world.mission.id, 30, enabled=False).idle == IdleRule(
         world.mission.id, 30, False
     )
@@ -166,7 +166,7 @@ def test_several_changes_are_made_all_or_not_at_all(world):
 
 
 # ---------------------------------------------------------------------- places
-def test_a_mission_that_is_put_back_uses_the_place_that_was_put_back_before_it(world):
+def test_a_mission_that_is_restored_uses_the_place_that_was_restored_before_it(world):
     place = world.catalogue.edit(lambda edit: group_edit.save_place(edit, Place("Dock 2", 1, (world.mission.id,))))
     mission = world.catalogue.remove_mission(world.mission.id)
     dock = world.catalogue.remove_place(place.id)
@@ -187,7 +187,7 @@ def test_a_place_and_its_mission_are_linked_again_in_any_order_of_restoring(worl
     assert world.catalogue.places() == [place]
 
 
-def test_a_use_that_was_put_back_is_not_put_back_again(world):
+def test_a_use_that_was_restored_is_not_restored_again(world):
     mission = world.catalogue.save_mission(Mission("Home", "guid-2"))
     place = world.catalogue.save_place(Place("Dock 2", 3, (mission.id,)))
     removed = [world.catalogue.remove_place(place.id), world.catalogue.remove_mission(mission.id)]
@@ -233,7 +233,7 @@ def test_the_names_of_groups_differ_in_more_than_capital_letters(world):
     assert world.catalogue.save_group(replace(group, name="HALL")).name == "HALL"
 
 
-def test_a_group_that_was_renamed_since_it_was_put_back_is_not_put_back_again(world):
+def test_a_group_that_was_renamed_since_it_was_restored_is_not_restored_again(world):
     group = world.catalogue.save_group(Group("Hall", (world.robot.id,)))
     removed = world.catalogue.remove_group(group.id)
     world.catalogue.restore(removed)

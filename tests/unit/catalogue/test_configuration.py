@@ -484,7 +484,7 @@ def test_an_export_says_what_the_contract_shows(world):
     assert exported["schedules"][0]["recurrence"] is exported["schedules"][0]["between"] is None
 
 
-def test_a_typed_duration_travels_and_is_left_out_where_there_is_none(world, tmp_path):
+def test_a_typed_duration_travels_and_is_omitted_where_there_is_none(world, tmp_path):
     assert world.take(changed("missions.0.usual_minutes", 25))[10:11] == ["mission Deliver added"]
     assert [mission.usual_minutes for mission in world.missions] == [25, None, None]
     exported = world.export()

@@ -136,7 +136,7 @@ def test_an_id_never_comes_back(db, robot):
     assert db.write(lambda c: ROBOTS.add(c, FULL)).id > robot.id
 
 
-def test_what_was_removed_is_as_it_was_when_it_is_put_back_but_for_its_token(db, robot, mission):
+def test_a_restored_object_is_unchanged_except_for_its_token(db, robot, mission):
     db.write(lambda c: HOLDS.add(c, Hold(since=NOON, robot_id=robot.id)))
     db.write(lambda c: ROBOTS.update(c, replace(robot, idle=IdleRule(mission.id, 7))))
     db.write(lambda c: ROBOTS.remove(c, robot.id, NOON))

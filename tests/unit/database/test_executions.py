@@ -100,7 +100,7 @@ def test_manual_ones_of_the_same_instant_are_all_taken(db, row):
     assert len(EXECUTIONS.open_all(db.read())) == 2
 
 
-def test_thousands_at_once_leave_out_what_is_there_already(db, row):
+def test_thousands_at_once_omit_what_is_there_already(db, row):
     there = add(db, row(planned_at=NOON))
     rows = [row(planned_at=NOON + timedelta(minutes=number), state=State.MISSED) for number in range(3000)]
     assert db.write(lambda c: EXECUTIONS.add_many(c, rows)) == 2999
@@ -263,7 +263,7 @@ def test_rows_that_come_between_two_pages_shift_nothing(db, history, row):
     assert EXECUTIONS.page(db.read(), ExecutionFilter(), PageKey.of(first[-1]), 5) == history[::-1][5:10]
 
 
-def test_a_stream_that_stands_still_keeps_the_log_of_changes_from_nothing(db, row, monkeypatch):
+def test_a_blocked_stream_does_not_block_the_log_of_changes(db, row, monkeypatch):
     """Like an export to a pager, which reads no more than it shows."""
     monkeypatch.setattr(executions, "PIECE", 2)
     rows = [

@@ -239,7 +239,7 @@ def test_a_patient_work_goes_with_the_next_one_in_its_transaction(busy, monkeypa
     assert stored(busy, "patient") == 1
 
 
-def test_a_patient_work_that_stays_alone_is_done_all_the_same(busy):
+def test_a_patient_work_that_stays_alone_is_still_done(busy):
     busy.write(put("patient", 1), patient=True)
     assert stored(busy, "patient") == 1
 

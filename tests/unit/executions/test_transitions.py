@@ -197,7 +197,7 @@ def test_any_other_reason_covers_an_edit(site):
     assert apply(site, transitions.withdraw(row, Reason(ReasonCode.HOLD))).withdrawn == Reason(ReasonCode.HOLD)
 
 
-def test_a_cleared_queue_covers_a_cancellation_and_is_not_taken_back_by_the_robot(site):
+def test_a_cleared_queue_includes_a_cancellation_and_the_robot_can_not_undo_it(site):
     row = site.add(State.QUEUED, queue_id=7)
     row = apply(site, transitions.cancel(row, ReasonCode.USER_CANCELLED))
     assert apply(site, transitions.cancel(row, ReasonCode.USER_CANCELLED)) is None

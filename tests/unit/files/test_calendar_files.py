@@ -340,7 +340,7 @@ def test_this_and_all_following_days_are_moved_or_cancelled(following, days):
     )
 
 
-def test_a_day_may_be_moved_once_more_after_all_that_follow():
+def test_a_day_may_be_moved_again_after_all_that_follow():
     series = version("DTSTART;VALUE=DATE:20270104", "RRULE:FREQ=WEEKLY;COUNT=5", "EXDATE;VALUE=DATE:20270201")
     following = version("RECURRENCE-ID;RANGE=THISANDFUTURE;VALUE=DATE:20270111", "DTSTART;VALUE=DATE:20270112")
     single = version("RECURRENCE-ID;VALUE=DATE:20270118", "DTSTART;VALUE=DATE:20270122")

@@ -338,7 +338,7 @@ def test_names_of_zones_are_the_same_with_quotes_or_in_capitals(defined, used):
 
 
 @pytest.mark.parametrize("name", ["america/new_york", "AMERICA/NEW_YORK", "eastern standard time", "America/New_York"])
-def test_the_whole_name_of_a_zone_means_that_zone_whatever_the_file_says(name):
+def test_the_whole_name_of_a_zone_means_that_zone_despite_the_file(name):
     for defined in ([], zone(name, "+0200", "+0300")):
         assert timed(read(calendar(*defined, *in_zone(name)))) == ["2027-07-06"]
 

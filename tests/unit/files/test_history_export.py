@@ -183,7 +183,7 @@ TEXT = st.text(st.characters(exclude_categories=("Cs",), exclude_characters="\x0
 
 @examples(60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(schedule=TEXT, mission=TEXT, message=TEXT)
-def test_whatever_the_texts_are_it_stays_a_table(db, schedule, mission, message):
+def test_it_stays_a_table_with_any_texts(db, schedule, mission, message):
     db.write(lambda c: c.execute("DELETE FROM executions"))
     reason = Reason(ReasonCode.ROBOT_ABORTED, {"message": message})
     add(db, schedule=schedule, mission=mission, state=State.FAILED, reason=reason, ended_at=NOON)

@@ -86,7 +86,7 @@ def test_events_become_closed_days(event, found):
     assert days(event.replace("\n", "\r\n")) == [found] == days(event)
 
 
-def test_days_that_a_repetition_excepts_are_left_out():
+def test_days_that_a_repetition_excepts_are_omitted():
     yearly = "SUMMARY:Audit\nDTSTART;VALUE=DATE:20250610\nRRULE:FREQ=YEARLY;COUNT=4\nEXDATE;VALUE=DATE:20260610\nEXDATE;VALUE=DATE:20280610"
     assert [day[1] for day in days(yearly)] == ["2027-06-10"]
     timed = "DTSTART:20260610T203000Z\nDTEND:20260610T223000Z\nRRULE:FREQ=YEARLY;COUNT=3\nEXDATE:20270610T203000Z"

@@ -38,7 +38,7 @@ def test_the_secret_shows_in_no_text() -> None:
     assert not hasattr(token, "__dict__")
 
 
-def test_nobodys_token_is_false_and_empty() -> None:
+def test_an_empty_token_is_false() -> None:
     assert not Token.from_header("")
     assert Token.from_header("").header == ""
     assert Token.derive("a", "b")

@@ -115,7 +115,7 @@ FEATURES = {name: st.booleans() for name in ("has_search", "filters", "sorts", "
     above=st.integers(0, 40),
     features=st.fixed_dictionaries(FEATURES),
 )
-def test_open_and_newer_items_are_found_whatever_the_robot_knows(
+def test_open_and_newer_items_are_found_on_any_robot(
     done: int, executing: int, pending: int, above: int, features: dict[str, Any]
 ) -> None:
     everything = history(done, executing, pending, first=5000)

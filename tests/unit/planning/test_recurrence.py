@@ -288,7 +288,7 @@ def test_the_part_of_the_day_knows_days_hours_and_count():
     ]
 
 
-def test_a_part_of_the_day_that_a_clock_change_leaves_out_is_skipped():
+def test_a_part_of_the_day_missing_by_a_clock_change_is_skipped():
     rule = schedule("2027-03-27T00:00", "FREQ=MINUTELY;INTERVAL=20", between=("03:10", "03:50"))
     assert starts(rule, number=6) == [
         "2027-03-27 01:10",

@@ -72,7 +72,7 @@ def test_a_long_line_is_shortened_where_it_is_watched_too(directory, capfd):
     assert line.endswith("ö end\n")
 
 
-def test_the_traceback_that_urllib3_writes_for_each_broken_header_is_left_out(directory):
+def test_the_traceback_that_urllib3_writes_for_each_broken_header_is_omitted(directory):
     logs.start(directory, stderr=False)
     logging.getLogger("urllib3.connection").warning("Failed to parse headers", exc_info=True)
     logging.getLogger("app.somewhere").warning("Kept")

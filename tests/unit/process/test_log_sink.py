@@ -81,7 +81,7 @@ def test_lines_that_could_not_be_written_are_counted_until_it_works(log, place):
     assert place.lines == ["3 lines were left out\n", "last\n"]
 
 
-def test_a_place_that_hangs_holds_up_no_other(log, place):
+def test_a_place_that_hangs_delays_no_other(log, place):
     lines: list[bytes] = []
     other = Sink("other", lines.append, logging.Formatter("%(message)s"))
     log.addHandler(other)
@@ -100,7 +100,7 @@ def test_arguments_that_change_afterwards_change_no_line(log, place):
     assert place.lines == ["known: ['Aino']\n"]
 
 
-def test_a_line_whose_arguments_do_not_fit_is_no_error_of_the_thread_that_logs(log, place):
+def test_a_line_whose_arguments_do_not_fit_is_not_an_error_of_the_thread_that_logs(log, place):
     place.works.set()
     log.info("%d robots", "two")
     assert written(log)

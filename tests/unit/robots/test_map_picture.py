@@ -115,7 +115,7 @@ def test_transparent_areas_were_never_seen() -> None:
     assert picture.shade[0] == UNSEEN
 
 
-def test_places_without_name_or_pose_or_outside_the_map_are_left_out() -> None:
+def test_places_without_name_or_pose_or_outside_the_map_are_omitted() -> None:
     pose = Pose(-2.0, -12.0, 0.0)
     positions = [
         MapPosition("1", "Line 2", 0, "m", pose),

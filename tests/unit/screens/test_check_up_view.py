@@ -84,7 +84,7 @@ def test_as_many_missions_are_named_as_are_queued():
     assert len(tokens()) == check_up_view.QUEUED
 
 
-def test_why_it_cannot_be_now_is_nobodys_fault():
+def test_why_it_cannot_run_now_is_not_an_error():
     later = check_up_view.refused(
         InvalidInput("robot", "{robot} is on hold: check up when it is released", robot="Aino")
     )

@@ -94,7 +94,7 @@ def test_an_error_that_needs_hands_on_the_robot_says_so():
     assert can_reset(replace(FAILED, errors=()))  # some software names no error
 
 
-def test_a_paused_robot_offers_to_go_on():
+def test_a_paused_robot_offers_to_continue():
     shown = view(with_aino(replace(EXECUTING, state=RobotState.PAUSE)))
     assert (shown.card.state, shown.card.tone) == ("Paused", "action")
     assert shown.queue[0].origin == "Run now · held, started 14:33"

@@ -143,7 +143,7 @@ GROUPS = {1: Group.READY, 2: Group.WORKING, 3: Group.STOPPED, 4: Group.WORKING, 
 TILES = [RobotTile(key, f"Robot {key}") for key in GROUPS]
 
 
-def test_counts_are_by_urgency_and_leave_out_what_there_is_not():
+def test_counts_are_by_urgency_without_zeros():
     found = counts(GROUPS, Look())
     assert [count.text for count in found] == ["1 stopped", "1 no answer", "2 working", "1 ready"]
     assert [count.tone for count in found] == ["fault", "attention", "neutral", "neutral"]

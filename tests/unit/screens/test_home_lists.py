@@ -67,7 +67,7 @@ def test_the_values_of_missions_are_next_to_their_names():
         (None, True, "On hold; skipped at 14:50 unless released"),
     ],
 )
-def test_a_start_that_is_held_says_as_run_now_what_becomes_of_it(minutes, held, words):
+def test_a_start_that_is_held_says_as_run_now_its_outcome(minutes, held, words):
     kept = replace(HELD, wait=Wait.HOLD, wait_details={} if held else {"hold": "Audit"}, held=held)
     hold = Hold("Audit", NOW + timedelta(minutes=minutes) if minutes else None, robot_id=AINO.id)
     row = queue_entries(replace(FACTS, open=(kept,), holds=() if held else (hold,)), NOW)[-1]

@@ -194,7 +194,7 @@ def test_a_completed_story_compares_with_the_usual_duration():
     assert view.message(DONE) == "Queue item 14026 of the robot"
 
 
-def test_a_story_goes_only_as_far_as_the_run_came():
+def test_a_story_ends_where_the_run_ended():
     assert [step.label for step in view.story(SKIPPED, ZONE, USUAL)] == ["Planned", "Not run"]
     refused = replace(SKIPPED, state=State.FAILED, attempts=3, reason=Reason(ReasonCode.RETRY_LIMIT))
     assert [(step.label, step.time) for step in view.story(refused, ZONE, USUAL)] == [

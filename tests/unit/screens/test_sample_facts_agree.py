@@ -172,7 +172,7 @@ def test_robots_stand_where_robots_can(name):
     assert len(set(places)) == len(places)
 
 
-def test_who_charges_is_at_the_charger_and_who_is_stopped_stands_still():
+def test_a_charging_robot_is_at_the_charger_and_a_stopped_one_does_not_move():
     charger = world.BY_NAME["Charger"].pose
     sisu = sample.FACTS.snapshots[sample.SISU.id].status
     assert (sisu.position.x, sisu.position.y) == (charger.x, charger.y)

@@ -78,7 +78,7 @@ def test_the_sentence_speaks_of_holidays_when_there_is_a_calendar():
     assert "days off" not in any_day
 
 
-def test_warnings_name_the_days_that_are_left_out():
+def test_warnings_name_the_days_that_are_omitted():
     one = Concern(ConcernCode.CLOSED_DAYS, details={"days": ((FRIDAY, "Audit"),)})
     assert warnings(one) == ("Not on Fri 20 Nov, not a working day: Audit",)
     three = Concern(ConcernCode.CLOSED_DAYS, details={"days": ((FRIDAY, "Audit"), (SATURDAY, "x"), (SATURDAY, "y"))})

@@ -213,7 +213,7 @@ def test_a_start_that_is_moved_takes_along_what_is_ruled_with_it(values, before,
     assert chosen.moved(old, old) == chosen
 
 
-def test_a_start_that_is_moved_and_put_back_by_hand_changes_nothing():
+def test_a_start_moved_there_and_back_by_hand_changes_nothing():
     stored = Schedule("S", 1, 1, datetime(2026, 11, 23, 8), "Europe/Helsinki", "FREQ=DAILY")
     moved = Draft.of(stored).moved(datetime(2026, 11, 24, 8), datetime(2026, 11, 24, 9))
     assert not moved.is_stored(stored.name)

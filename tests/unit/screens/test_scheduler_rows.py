@@ -177,7 +177,7 @@ def row_of(schedule, last=None):
         (State.MISSED, "Over · not run Fri 20 Nov 06:30"),
     ],
 )
-def test_a_one_time_schedule_that_is_over_says_what_became_of_it_and_comes_last(state, words):
+def test_a_one_time_schedule_that_is_over_says_its_outcome_and_comes_last(state, words):
     ran = state not in (State.SKIPPED, State.MISSED)
     last = execution(state, 0, planned_at=MORNING, started_at=MORNING + timedelta(minutes=1) if ran else None)
     row, place = row_of(ONCE, last)

@@ -47,7 +47,7 @@ def test_a_year_that_begins_is_named():
     ]
 
 
-def test_where_starts_were_left_out_the_timeline_and_the_list_say_so():
+def test_missing_starts_are_marked_in_the_timeline_and_the_list():
     cut = facts(planned=tuple(planned(minutes) for minutes in range(10)), more={7: NOW + timedelta(minutes=10)})
     lane = timeline(cut, NOW).lanes[0]
     assert (lane.bars[-1].label, lane.bars[-1].key[0], lane.bars[-1].end) == ("and more starts", "zoom", 84.0)

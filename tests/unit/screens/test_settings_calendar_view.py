@@ -98,7 +98,7 @@ def test_events_of_a_file_are_offered_whole_days_ticked():
     ]
 
 
-def test_what_is_left_out_of_a_file_is_counted_with_its_reason():
+def test_what_is_omitted_of_a_file_is_counted_with_its_reason():
     left = {LeftOut.ENDLESS: 2, LeftOut.UNREADABLE: 1, LeftOut.OUT_OF_RANGE: 1}
     assert view.import_notes(found(known=1, past=3, left_out=left, is_whole=False)).split("\n") == [
         "The file ends in the middle: days may be missing",

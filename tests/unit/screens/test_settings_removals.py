@@ -52,7 +52,7 @@ def test_schedules_of_one_mission_differ_by_their_values():
     assert removals.mission_question(known, DELIVER).splitlines()[1] == "Deliver kits · Dock 3 on Aino"
 
 
-def test_what_uses_a_mission_of_one_robot_goes_on_with_that_for_all():
+def test_users_of_a_robots_mission_continue_with_that_for_all():
     used = facts(
         missions=(COILS, replace(COILS, id=13, robot_id=None)), schedules=(replace(MORNING, robot_id=2, mission_id=12),)
     )

@@ -187,7 +187,7 @@ def test_a_passed_test_says_who_answered():
     )
 
 
-def test_a_passed_test_leaves_out_what_the_robot_does_not_tell():
+def test_a_passed_test_omits_missing_facts():
     assert view.connection_found(identity(serial=None, software=None)).note == "MiR250"
 
 

@@ -87,7 +87,7 @@ def test_a_fault_meets_only_its_requests_and_only_so_often(aino: Asker) -> None:
     ]
 
 
-def test_a_fault_without_count_lasts_until_it_is_taken_away(aino: Asker) -> None:
+def test_a_fault_without_count_lasts_until_it_is_removed(aino: Asker) -> None:
     aino.control(fault={"kind": "hang", "count": None})
     assert [aino.exchange("GET", "/status").fate for _ in range(5)] == [Fate.HELD] * 5
     assert aino.robot.snapshot()["faults"] == [

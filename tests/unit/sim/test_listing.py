@@ -28,7 +28,7 @@ def search(asker: Asker, *filters: Any, query: str = "") -> Any:
     return [item["id"] for item in response.json()]
 
 
-def test_whitelist_brings_fields_that_the_list_leaves_out(busy: Asker) -> None:
+def test_whitelist_brings_fields_that_the_list_omits(busy: Asker) -> None:
     assert busy.get("/mission_queue?whitelist=id,priority")[2] == {"id": 3, "priority": 3}
     assert busy.get("/mission_queue?whitelist=all")[2] == busy.item(3)
     assert busy.get("/status?whitelist=state_text,battery_percentage").keys() == {"state_text", "battery_percentage"}

@@ -96,7 +96,7 @@ def test_a_file_that_is_no_profile(tmp_path: Path, content: bytes | None, says: 
     assert "\n" not in str(wrong.value)
 
 
-def test_what_is_left_out_or_null_is_faithful() -> None:
+def test_what_is_omitted_or_null_is_faithful() -> None:
     assert profile_of({}) == FAITHFUL
     assert profile_of(dict.fromkeys(KEYS)) == FAITHFUL
     assert set(KEYS) == {*FAITHFUL.__dataclass_fields__, REPORT}

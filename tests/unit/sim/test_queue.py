@@ -61,7 +61,7 @@ def test_the_list_is_the_whole_history_by_ascending_id(aino: Asker) -> None:
     ]
 
 
-def test_one_at_a_time_in_the_order_of_their_ids_whatever_the_priority(aino: Asker) -> None:
+def test_one_at_a_time_in_the_order_of_their_ids_for_any_priority(aino: Asker) -> None:
     first, second = aino.order("Home", priority=0), aino.order("Home", priority=50)
     aino.pass_time(2)
     assert (aino.state_of(first), aino.state_of(second)) == ("Executing", "Pending")

@@ -203,7 +203,7 @@ def test_whatever_happens_an_abort_comes_to_its_end(
     assert item["finished"] is not None
 
 
-def test_what_is_held_is_cancelled_all_the_same(aino: Asker) -> None:
+def test_a_held_item_can_still_be_cancelled(aino: Asker) -> None:
     number = aino.order()
     aino.pass_time(8)
     aino.put_status(state_id=4)
@@ -299,7 +299,7 @@ def test_a_robot_held_on_its_charger_still_charges(aino: Asker) -> None:
 
 
 # ---------------------------------------------------------------------- prompts
-def test_a_mission_asks_and_goes_on_when_answered(aino: Asker) -> None:
+def test_a_mission_asks_and_continues_when_answered(aino: Asker) -> None:
     number = aino.order("Ask for release")
     aino.pass_until(lambda: aino.status()["user_prompt"] is not None)
     prompt = aino.status()["user_prompt"]

@@ -42,7 +42,7 @@ def test_a_schedule_that_is_late_behind_another_one_is_found_with_its_cause():
 
 
 @pytest.mark.parametrize("runs", [weeks(days=9), weeks(late=4.9), weeks(every=6)])
-def test_few_starts_small_delays_and_rare_ones_are_no_finding(runs):
+def test_few_starts_small_delays_and_rare_ones_are_not_a_finding(runs):
     assert findings(runs, KITS, seen()) == []
 
 

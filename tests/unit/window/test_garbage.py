@@ -246,7 +246,7 @@ def test_the_heap_does_not_grow_beyond_its_room_while_little_has_come(new_window
 
 
 @pytest.mark.long
-def test_what_is_let_go_of_a_moment_later_is_collected_then(window: Window) -> None:
+def test_objects_released_a_moment_later_are_collected_then(window: Window) -> None:
     held = Ring()
     window.garbage.much_has_gone()
     del held

@@ -24,7 +24,7 @@ def test_the_sound_is_short_and_neither_clicks_nor_is_cut_off():
 
 
 @pytest.mark.parametrize(("driver", "exists"), [("dummy", True), ("nothing", False)])
-def test_whether_there_is_a_loudspeaker_is_found_out_and_silence_is_no_error(tmp_path, driver, exists):
+def test_whether_there_is_a_loudspeaker_is_found_out_and_silence_is_not_an_error(tmp_path, driver, exists):
     """In its own process: SDL opens the sound once."""
     code = "from app.window.sound import Loudspeaker; l = Loudspeaker(); l.play(); print(l.exists)"
     environment = {
