@@ -159,7 +159,7 @@ def said(value) -> str:
     return " ".join(map(said, value)) if isinstance(value, list | tuple) else str(value)
 
 
-def told(*stories: Story):
+def cases_of(*stories: Story):
     """Makes a test of each case of them."""
 
     @pytest.mark.parametrize(("story", "chosen"), [case for story in stories for case in story.cases()])

@@ -186,7 +186,7 @@ def give(s, name="R1"):
 
 
 @step
-def when_given(s, *steps, before=()):
+def when_assigned(s, *steps, before=()):
     """As soon as a start of a group is given to a robot: its row is noted, and these happen; ``before`` that is written others do."""
 
     def note(rows):
@@ -298,7 +298,7 @@ def later(s, seconds, *steps):
 
 
 @step
-def others_go_on(s):
+def others_continue(s):
     """While a robot's answer takes time."""
     s.network.others_wait = False
 

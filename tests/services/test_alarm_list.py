@@ -23,8 +23,8 @@ class Desk:
         self.changes = Changes()
         self.db = Database.open(path / "a.db", clock=self.clock, durable=False)
         self.alarms = Alarms(self.db, self.clock, self.changes)
-        self.told = []
-        self.changes.subscribe(lambda topic, _about: self.told.append(topic))
+        self.published = []
+        self.changes.subscribe(lambda topic, _about: self.published.append(topic))
 
     def only(self):
         [alarm] = self.alarms.open()
@@ -66,10 +66,10 @@ def test_what_is_wrong_with_a_robot_ends_when_it_leaves(desk, leave):
     robot, other = (catalogue.save_robot(Robot(name, f"http://{name}", username="u"), "p") for name in ("Aino", "Sisu"))
     for number in (robot.id, other.id):
         desk.alarms.raise_("unreachable", f"robot:{number}", robot="R", problem="no answer")
-    desk.told.clear()
+    desk.published.clear()
     desk.clock.advance(60)
     leave(catalogue, robot.id)
-    assert Topic.ALARMS in desk.told
+    assert Topic.ALARMS in desk.published
     assert {alarm.key: alarm.cleared_at for alarm in desk.alarms.open()} == {
         f"robot:{robot.id}": desk.clock.now(),
         f"robot:{other.id}": None,
@@ -87,7 +87,7 @@ def test_acknowledging_keeps_the_time_and_the_note_of_the_first(desk):
     assert desk.alarms.open() == []
     [past], total = desk.alarms.past(10)
     assert (past.note, total) == ("access point is off", 1)
-    assert desk.told == [Topic.ALARMS] * 4
+    assert desk.published == [Topic.ALARMS] * 4
 
 
 def test_a_note_is_as_long_as_a_note(desk):

@@ -68,7 +68,7 @@ def test_a_robot_whose_queue_can_not_be_read_is_one_thing_and_not_now_this_now_t
 def test_an_answer_that_comes_after_the_robot_was_given_up_raises_no_alarm(site, robot, leave):
     """Nothing would ever end it."""
 
-    def meanwhile(_robot, _planned) -> None:
+    def before_the_answer(_robot, _planned) -> None:
         if (
             site.container.snapshots.get(robot.id).problem and not given_up
         ):  # the second failure, which raises the alarm
@@ -80,7 +80,7 @@ def test_an_answer_that_comes_after_the_robot_was_given_up_raises_no_alarm(site,
 
     given_up: list[str] = []
     site.run(20)
-    site.network.met = meanwhile
+    site.network.met = before_the_answer
     site.network.down.add("R1")
     site.run(300)
     assert given_up == [leave]

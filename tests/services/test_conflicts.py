@@ -184,8 +184,8 @@ def test_a_place_being_entered_shows_its_worst_hour(container):
         plan(container, f"07:{minute * 7:02}", robot_id=4)
         plan(container, f"09:{minute * 7:02}", robot_id=4, mission_id=2)
     dock = Place("Dock 2", 2, (1, 2, 99))
-    told = container.plan.place_warning(dock)
-    assert conflicts.sentence(told.code, told.at, told.details, ZONE).startswith(
+    shown = container.plan.place_warning(dock)
+    assert conflicts.sentence(shown.code, shown.at, shown.details, ZONE).startswith(
         "From 09:00 to 10:00 Dock 2 is in use 80 %"
     )
     assert container.plan.place_warning(replace(dock, most=3)) is None
@@ -231,12 +231,12 @@ def test_with_other_robots_in_the_group_nobody_is_behind_but_with_one_alone(cont
 
 
 # ---------------------------------------------------------------------- done in time
-@pytest.mark.parametrize(("minutes", "is_told"), [(10, True), (11, False), (None, False)])
-def test_a_mission_that_usually_takes_longer_than_allowed_is_reported(container, minutes, is_told):
+@pytest.mark.parametrize(("minutes", "is_shown"), [(10, True), (11, False), (None, False)])
+def test_a_mission_that_usually_takes_longer_than_allowed_is_reported(container, minutes, is_shown):
     said = found(container, draft(finish_by_minutes=minutes))[0]
     assert said == (
         [(ConcernCode.FINISH_BY_SHORT, f"Kits usually takes 11 min, but only {minutes} min are allowed")]
-        if is_told
+        if is_shown
         else []
     )
 
@@ -307,18 +307,18 @@ def plan_of(container, missing):
 
 
 @pytest.mark.parametrize(
-    ("missing", "off", "is_told"),
+    ("missing", "off", "is_shown"),
     [((1, 2, 3), None, True), ((1, 2), 3, True), ((1, 2), None, False), ((4,), None, False)],
 )
-def test_a_mission_that_no_robot_of_the_group_has_is_shown_in_form_and_plan(container, missing, off, is_told):
+def test_a_mission_that_no_robot_of_the_group_has_is_shown_in_form_and_plan(container, missing, off, is_shown):
     if off is not None:
         switch_robot(container.catalogue, off, False)
     concerns = Forecasts(container.db, container.clock, live(missing)).of(draft()).concerns
-    told = [concern.details for concern in concerns if concern.code is ConcernCode.MISSION_MISSING]
-    assert told == ([{"mission": "Kits", "group": "Hall 1"}] if is_told else [])
+    shown = [concern.details for concern in concerns if concern.code is ConcernCode.MISSION_MISSING]
+    assert shown == ([{"mission": "Kits", "group": "Hall 1"}] if is_shown else [])
     plan(container)
     [run] = plan_of(container, missing).next(1)
-    assert (run.lacks_mission, run.begins_at is None) == (is_told, is_told)
+    assert (run.lacks_mission, run.begins_at is None) == (is_shown, is_shown)
 
 
 def test_the_robot_that_is_foreseen_has_the_mission(container):

@@ -29,7 +29,7 @@ def in_between(act):
     return do(lambda s: setattr(s.network, "interrupt", lambda where: met(s, where)))
 
 
-test_copies_and_others = told(
+test_copies_and_others = cases_of(
     Story(
         "a copy that runs already is left alone, and a person decides",
         [POLLED_OFTEN, plan(), until(lambda s: s.executions(COMPLETED))],
@@ -74,7 +74,7 @@ test_copies_and_others = told(
     ),
 )
 
-test_robots_that_begin_again = told(
+test_robots_that_begin_again = cases_of(
     Story(
         "queue numbers that start again are an unknown outcome, and nothing is sent instead",
         [stranger(count=3), clear_queue(), plan(), post(ANSWER_LOST), until(lambda s: len(s.all_items()) == 4, 310)],
@@ -91,7 +91,7 @@ test_robots_that_begin_again = told(
     ),
 )
 
-test_withdrawn = told(
+test_withdrawn = cases_of(
     Story(
         "between falling due and the POST it is not sent",
         [plan(battery=20), 295, meets("GET", "/status", REFUSED)],  # it could not be read ahead

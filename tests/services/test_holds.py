@@ -48,12 +48,12 @@ def test_a_removed_robot_can_not_be_held(container):
 
 
 def test_a_hold_of_all_holds_each_and_says_since_when_and_why(container):
-    told = []
-    container.changes.subscribe(lambda topic, _about: told.append(topic))
+    published = []
+    container.changes.subscribe(lambda topic, _about: published.append(topic))
     hold = container.holds.hold("  Fire\n drill ", NOW + HOUR)
     assert (hold.reason, hold.since, hold.until, hold.robot_id) == ("Fire drill", NOW, NOW + HOUR, None)
     assert container.holds.active() == container.holds.active(1) == container.holds.current()[0] == hold
-    assert told == [Topic.HOLDS]
+    assert published == [Topic.HOLDS]
 
 
 def test_a_hold_of_one_robot_leaves_the_others_alone(container):

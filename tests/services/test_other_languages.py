@@ -487,9 +487,9 @@ def test_what_an_older_version_stored_is_shown_as_it_is(site):
             alarm = Alarm(
                 code, "robot:1", Priority.LOW, site.clock.now(), {"robot": "R1", "mission": "Deliver", **details}
             )
-            told = alarm_sentence(alarm, FINNISH)
-            assert told.startswith("R1") or "Deliver" in told
-            assert ("The robot refused it" in told or "unheard_of" in told) is (code == "execution_failed")
+            sentence = alarm_sentence(alarm, FINNISH)
+            assert sentence.startswith("R1") or "Deliver" in sentence
+            assert ("The robot refused it" in sentence or "unheard_of" in sentence) is (code == "execution_failed")
 
 
 # ---------------------------------------------------------------------- runs and robots

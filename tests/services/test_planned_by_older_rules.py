@@ -41,12 +41,12 @@ def skip(site, c, schedule, at):
 
 
 def restarted(
-    site, schedule, next_at, planned_through, changed_at=datetime(2026, 5, 2, tzinfo=UTC), skipped=(), kept_back=()
+    site, schedule, next_at, planned_through, changed_at=datetime(2026, 5, 2, tzinfo=UTC), skipped=(), held=()
 ):
     """The next instant after a start on what an older version has stored."""
     saved = site.container.catalogue.save_schedule(schedule)
     site.container.db.write(lambda c: [skip(site, c, saved, at) for at in skipped])
-    site.container.db.write(lambda c: [site.container.repositories.schedules.hold(c, saved.id, at) for at in kept_back])
+    site.container.db.write(lambda c: [site.container.repositories.schedules.hold(c, saved.id, at) for at in held])
     values = [each and each.isoformat(timespec="microseconds") for each in (next_at, planned_through, changed_at)]
     site.container.db.write(
         lambda c: c.execute("UPDATE schedules SET next_at = ?, planned_through = ?, changed_at = ?", values)
@@ -137,7 +137,7 @@ def test_a_skip_that_moved_can_be_undone(site):
 
 
 def test_a_start_that_is_held_stays_so_at_its_new_time(site):
-    restarted(site, every_eight_hours(), at(5), at(-3), kept_back=[at(5)])
+    restarted(site, every_eight_hours(), at(5), at(-3), held=[at(5)])
     site.run(2.1 * 3600)
     assert [(row.planned_at, row.state, row.held) for row in site.executions()] == [(at(6), State.WAITING, True)]
 

@@ -38,10 +38,10 @@ def test_a_mission_shows_as_a_span_between_idle_ones(site, plan, saves):
     site.run(300)
     [run] = site.executions()
     timeline = seen(site, start)
-    told = [span for span in timeline.spans if span.activity != NO_DATA]
-    assert [span.activity for span in told] == ["idle", "executing", "idle"]
-    assert abs((told[1].start - run.started_at).total_seconds()) <= POLL
-    assert abs((told[1].end - run.ended_at).total_seconds()) <= POLL
+    spans = [span for span in timeline.spans if span.activity != NO_DATA]
+    assert [span.activity for span in spans] == ["idle", "executing", "idle"]
+    assert abs((spans[1].start - run.started_at).total_seconds()) <= POLL
+    assert abs((spans[1].end - run.ended_at).total_seconds()) <= POLL
     assert timeline.seconds["executing"] == pytest.approx(
         site.container.kpis.facts().robots[0].observed_s - timeline.seconds["idle"], abs=2 * POLL
     )

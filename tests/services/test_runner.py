@@ -32,11 +32,11 @@ class CountingWorker:
         self._polls = polls
         self._poll_wanted = True
         self.acts: Callable[[], None] = lambda: None
-        self.told: list[type] = []
+        self.received: list[type] = []
         self.untaken: Sequence[Execution] | None = None  # what it was closed with
 
     def handle(self, message: messages.Message) -> None:
-        self.told.append(type(message))
+        self.received.append(type(message))
         self._poll_wanted |= isinstance(message, messages.Poll)
 
     def advance(self) -> float:
@@ -194,8 +194,8 @@ def test_a_worker_that_meets_an_unexpected_error_continues(start, polls, monkeyp
     app = start(3, acts=trouble)
     wait_for(lambda: len(polls) == 3 and min(polls.values()) >= 3)
     assert left == {1: 0}
-    assert app.workers[1].told.count(messages.Recover) == 3  # what a round did not get to, the next one takes up
-    assert messages.Recover not in app.workers[2].told
+    assert app.workers[1].received.count(messages.Recover) == 3  # what a round did not get to, the next one takes up
+    assert messages.Recover not in app.workers[2].received
     assert sum(record.exc_info is not None for record in caplog.records) == 3
     assert alarm_of(app) == (1, True)
 
@@ -207,7 +207,7 @@ def test_every_worker_learns_what_an_operator_has_changed(start, polls, topic):
     wait_for(lambda: len(polls) == 3)
     before = app.engine.plan_version
     app.changes.publish(topic)
-    wait_for(lambda: all(messages.LedgerChanged in worker.told for worker in app.workers.values()))
+    wait_for(lambda: all(messages.LedgerChanged in worker.received for worker in app.workers.values()))
     assert app.engine.plan_version == before + 1
 
 
@@ -217,8 +217,8 @@ def test_a_change_of_one_robots_executions_is_its_own(start, polls):
     wait_for(lambda: len(polls) == 3)
     before = app.engine.plan_version
     app.changes.publish(Topic.EXECUTIONS, 1)
-    wait_for(lambda: messages.LedgerChanged in app.workers[1].told)
-    assert messages.LedgerChanged not in app.workers[0].told + app.workers[2].told
+    wait_for(lambda: messages.LedgerChanged in app.workers[1].received)
+    assert messages.LedgerChanged not in app.workers[0].received + app.workers[2].received
     assert app.engine.plan_version == before
 
 
@@ -227,14 +227,14 @@ def test_a_worker_is_not_told_what_it_has_just_done_itself(start, polls):
     wait_for(lambda: len(polls) == 2)
     app.workers[1].acts = lambda: app.changes.publish(Topic.EXECUTIONS, None)
     app.engine.poll(1)
-    wait_for(lambda: messages.LedgerChanged in app.workers[0].told)
-    assert messages.LedgerChanged not in app.workers[1].told
+    wait_for(lambda: messages.LedgerChanged in app.workers[0].received)
+    assert messages.LedgerChanged not in app.workers[1].received
 
 
 def test_what_is_posted_arrives_in_its_order(start, polls):
     app = start(1, every=60.0)
     wait_for(lambda: len(polls) == 1)
-    app.workers[0].told.clear()
+    app.workers[0].received.clear()
     intent: object = object()
     posted = [
         messages.Start(intent, 1),
@@ -246,13 +246,13 @@ def test_what_is_posted_arrives_in_its_order(start, polls):
     for message in posted:
         app.runner.post(0, message)
 
-    def told() -> list[type]:
+    def received() -> list[type]:
         return [
-            kind for kind in app.workers[0].told if kind is not messages.Poll
+            kind for kind in app.workers[0].received if kind is not messages.Poll
         ]  # which the engine may request at the same time
 
-    wait_for(lambda: len(told()) == len(posted))
-    assert told() == [type(message) for message in posted]
+    wait_for(lambda: len(received()) == len(posted))
+    assert received() == [type(message) for message in posted]
 
 
 def test_a_robots_new_worker_begins_when_the_one_before_has_ended(start, polls):
@@ -274,11 +274,11 @@ def test_a_robots_new_worker_begins_when_the_one_before_has_ended(start, polls):
     wait_for(lambda: app.workers[1] is not before)
     app.engine.poll(1)
     app.engine.poll(0)
-    told = len(app.workers[0].told)
-    wait_for(lambda: len(app.workers[0].told) >= told)
-    assert (app.workers[1].told, before.untaken) == ([], None)
+    received = len(app.workers[0].received)
+    wait_for(lambda: len(app.workers[0].received) >= received)
+    assert (app.workers[1].received, before.untaken) == ([], None)
     free.set()
-    wait_for(lambda: messages.Poll in app.workers[1].told)
+    wait_for(lambda: messages.Poll in app.workers[1].received)
     assert before.untaken is not None
 
 
@@ -313,7 +313,7 @@ def test_a_robot_that_is_edited_keeps_its_worker_unless_its_connection_changed(s
     before = dict(app.workers)
     app.robots[1] = Robot(**{"name": "R1", "address": "http://r", "id": 1, **change})
     app.changes.publish(Topic.ROBOTS)
-    wait_for(lambda: app.workers[1] is not before[1] if is_new else messages.RobotEdited in before[1].told)
+    wait_for(lambda: app.workers[1] is not before[1] if is_new else messages.RobotEdited in before[1].received)
     assert (app.workers[1] is not before[1]) is is_new
     assert app.workers[0] is before[0]
     if is_new:

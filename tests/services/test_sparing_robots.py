@@ -14,7 +14,7 @@ from tests.support.network import Fate
 from tests.support.site import Site
 
 
-def meanwhile(site: Site, act: Callable[[], None]) -> None:  # noqa: F811
+def during_the_wait(site: Site, act: Callable[[], None]) -> None:  # noqa: F811
     """Whenever a request waits for its turn."""
     pause = site.network.time_out
 
@@ -37,7 +37,7 @@ def test_a_start_withdrawn_during_a_question_about_a_refusal_changes_no_other(si
         if site.executions(State.SUBMITTING) and not removed:
             removed.append(site.container.catalogue.remove_schedule(saved[1].id))
 
-    meanwhile(site, act)
+    during_the_wait(site, act)
     site.run(900)
     assert removed
     assert len(site.executions(State.COMPLETED)) == len(items(site)) == 2
@@ -53,7 +53,7 @@ def test_a_start_withdrawn_while_it_waits_for_its_turn_is_not_sent(site, plan): 
         if site.executions(State.SUBMITTING) and not removed:
             removed.append(site.container.catalogue.remove_schedule(saved.id))
 
-    meanwhile(site, act)
+    during_the_wait(site, act)
     site.run(900)
     assert removed
     assert (items(site), site.network.posts()) == ([], [])

@@ -21,7 +21,7 @@ def days(name, *wanted):
     )
 
 
-test_started = told(
+test_started = cases_of(
     Story(
         "by hand a mission is submitted, executed and recorded",
         [run_now(), KICK, 900, ends(DONE), tries(1), robots("R1"), did("Deliver")],
@@ -53,7 +53,7 @@ test_started = told(
     ),
 )
 
-test_trouble = told(
+test_trouble = cases_of(
     Story(
         "a communication failure is retried until the robot answers",
         [plan(), 290, down(), 30, up(), 900, ends(DONE), runs(1), true(lambda s: s.row().attempts > 1)],

@@ -60,11 +60,11 @@ class Decisions(Protocol):
 
 @dataclass
 class Wanted:
-    """A start as the plan has it. ``taken_back``: seconds of true time at which the operator's act was over."""
+    """A start as the plan has it. ``withdrawn_at``: seconds of true time at which the operator's act was over."""
 
     schedule: str
     instant: datetime
-    taken_back: float = math.inf
+    withdrawn_at: float = math.inf
 
 
 class _ChosenNetwork(Network):
@@ -164,7 +164,7 @@ class ChoiceSite(Site):
 
     def switch_schedule_off(self, name: str) -> None:
         self.container.catalogue.switch_schedule(self.schedule(name).id, False)
-        self._took_back(name)
+        self._note_withdrawal(name)
 
     def move(self, name: str) -> None:
         """To four minutes after it was first planned, and a minute further each time."""
@@ -172,7 +172,7 @@ class ChoiceSite(Site):
         self.container.catalogue.save_schedule(
             replace(self.schedule(name), start=later.replace(tzinfo=None), enabled=True)
         )
-        self._took_back(name)
+        self._note_withdrawal(name)
         self.wanted.append(Wanted(name, later))
 
     def leave(self, name: str) -> None:
@@ -195,13 +195,13 @@ class ChoiceSite(Site):
             self.container.operator.cancel_execution(row.id)
         except RobotError:
             return
-        self._took_back(name, row.planned_at)
+        self._note_withdrawal(name, row.planned_at)
 
-    def _took_back(self, name: str, instant: datetime | None = None) -> None:
+    def _note_withdrawal(self, name: str, instant: datetime | None = None) -> None:
         """The plan of a schedule, or one start of it."""
         for wanted in self.wanted:
-            if wanted.schedule == name and instant in (None, wanted.instant) and wanted.taken_back == math.inf:
-                wanted.taken_back = self.seconds()
+            if wanted.schedule == name and instant in (None, wanted.instant) and wanted.withdrawn_at == math.inf:
+                wanted.withdrawn_at = self.seconds()
 
     # ------------------------------------------------------------------ running
     def run_to_the_end(self) -> None:
@@ -292,7 +292,7 @@ class ChoiceSite(Site):
         items = [(robot, item.id, names.get(item.description), str(item.state)) for robot, item in self._items()]
         flights = [(names.get(late.token), rounded((late.lands_at or 0.0) - now, grain)) for late in self._flying()]
         beyond = sorted(str(names.get(token)) for token in self._beyond())
-        judged = [(wanted.schedule, wanted.instant, wanted.taken_back == math.inf) for wanted in self.wanted]
+        judged = [(wanted.schedule, wanted.instant, wanted.withdrawn_at == math.inf) for wanted in self.wanted]
         return rows, plan, robots, members, items, self._progress(grain), flights, beyond, judged
 
     def _progress(self, grain: float) -> tuple[tuple[float, ...], ...]:
@@ -335,16 +335,16 @@ class ChoiceSite(Site):
         )
         for wanted in self.wanted:
             row = by_start.get((wanted.schedule, wanted.instant))
-            if wanted.taken_back == math.inf:
+            if wanted.withdrawn_at == math.inf:
                 if row is None:
                     yield f"no row: {wanted.schedule} {wanted.instant:%H:%M}"
                 elif row.state is not State.COMPLETED and not self._was_overlapped(row, rows):
                     yield f"did not run: {describe(row)}"
             elif row is not None:
                 yield from (
-                    f"sent {post.at - wanted.taken_back:.1f} s after it was taken back: {describe(row)}"
+                    f"sent {post.at - wanted.withdrawn_at:.1f} s after it was withdrawn: {describe(row)}"
                     for post in self.network.submissions
-                    if post.token == row.token and post.at > wanted.taken_back + GRACE
+                    if post.token == row.token and post.at > wanted.withdrawn_at + GRACE
                 )
         yield from (
             f"sent early: {describe(row)}"

@@ -62,7 +62,7 @@ class Wishes:
     skipped: set[Key] = field(default_factory=set)
     stopped: set[Key] = field(default_factory=set)  # permanently, by a pause or a robot that was switched off
     cancelled: set[str] = field(default_factory=set)  # tokens
-    kept_back: set[str] = field(default_factory=set)  # the same, until they are released
+    held_starts: set[str] = field(default_factory=set)  # the same, until they are released
     manual: dict[str, Manual] = field(default_factory=dict)
     idle: dict[str, str] = field(default_factory=dict)  # robot: guid of its mission
     working_days: tuple[str, ...] = WEEKDAYS

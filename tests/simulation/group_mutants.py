@@ -108,7 +108,7 @@ GROUP_MUTANTS = (
         hours=1.0,
     ),
     Mutant(
-        "kept for whatever is planned",
+        "kept for anything planned",
         "services.allocation.choose:_Assignment._best_after_delays",
         "return best if least <= behind else None",
         "return None",

@@ -45,8 +45,8 @@ BUSY = Profile(acts_per_hour=60, events_per_hour=20).only(
     longest_outage=300.0,
     site={"quiet_s": 90, "fleet": "normal", "robots": 2, "poll_interval": 30, "every_minutes": 3},
 )
-KEPT_BACK = Profile(acts_per_hour=60, events_per_hour=20).only(
-    acts="keep_back",
+HELD_STARTS = Profile(acts_per_hour=60, events_per_hour=20).only(
+    acts="hold_start",
     events="outage",
     fault_rate=0.0,
     crash_rate=0.0,
@@ -195,7 +195,7 @@ TRANSITIONS = "services.executions.transitions"
 MUTANTS = (
     # ------------------------------------------------------------------ never twice
     Mutant(
-        "whatever failed is sent again",
+        "every failed start is sent again",
         f"{SENDING}._not_accepted",
         "error.delivery is Delivery.NOT_SENT",
         "error.delivery is not Delivery.REFUSED",
@@ -488,7 +488,7 @@ MUTANTS = (
         f"{ROW_MAKER}.is_skipped",
         "return self.schedule.is_paused(planned_at) or",
         "return False or",
-        "taken back",
+        "withdrawn",
         PEOPLE,
         seed=2,
     ),
@@ -497,7 +497,7 @@ MUTANTS = (
         "services.catalogue.pausing:Pausing.pause",
         "if row.planned_at < until)",
         "if False)",
-        "taken back",
+        "withdrawn",
         PEOPLE,
         seed=76,
     ),
@@ -506,7 +506,7 @@ MUTANTS = (
         f"{SCHEDULES}.skips",
         "return {(schedule_id, to_instant(planned_at)) for",
         "return {(0, 0) for",
-        "taken back",
+        "withdrawn",
         SHORT,
         seed=2,
     ),
@@ -543,12 +543,12 @@ MUTANTS = (
         seed=2,
     ),
     Mutant(
-        "what is kept back is sent",
+        "a held start is sent",
         f"{TRANSITIONS}:hold",
         '"held": held,',
         '"held": False,',
-        "kept back",
-        KEPT_BACK,
+        "held",
+        HELD_STARTS,
     ),
     Mutant(
         "a low battery is enough",
@@ -616,7 +616,7 @@ MUTANTS = (
         "services.planning.working_days:WorkingCalendar.is_working_day",
         "return day.weekday() in self._weekdays if found is None else found.is_working",
         "return True",
-        "taken back",
+        "withdrawn",
         SHORT,
     ),
     Mutant(

@@ -376,22 +376,22 @@ class Person:
         self._app.operator.cancel_execution(row.id)
         self.diary.decide(self.world.site.seconds()).cancelled.add(row.token)
 
-    def keep_back(self) -> None:
+    def hold_start(self) -> None:
         """Hold a waiting start and release it after a while."""
         row = self.rng.choice(self._app.history.open())
         self.diary.by_person.add(row.token)
         with self.world.without_crash():
             if not self._app.operator.hold_starts([row.id]):
                 raise LookupError
-        self.diary.decide(self.world.site.seconds()).kept_back.add(row.token)
+        self.diary.decide(self.world.site.seconds()).held_starts.add(row.token)
         self.world.site.at(self.rng.choice((0.5, 20.0, 200.0, 1200.0)), lambda: self._let_go(row.id, row.token))
 
     def _let_go(self, row_id: int, token: str) -> None:
-        if self.world.is_on and token in self.diary.now.kept_back:
+        if self.world.is_on and token in self.diary.now.held_starts:
             try:
                 self._decide(
                     lambda: self._app.operator.hold_starts([row_id], False),
-                    lambda wishes: wishes.kept_back.discard(token),
+                    lambda wishes: wishes.held_starts.discard(token),
                 )
             except DatabaseError:
                 self.world.site.at(60.0, lambda: self._let_go(row_id, token))

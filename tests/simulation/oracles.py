@@ -91,8 +91,8 @@ class Judge:
             self.object(f"safety: sent to another machine: {name}")
         if all(post.token in each.cancelled for each in wishes):
             self.object(f"safety: sent though it was cancelled: {name}")
-        if all(post.token in each.kept_back for each in wishes):
-            self.object(f"safety: sent though it was kept back: {name}")
+        if all(post.token in each.held_starts for each in wishes):
+            self.object(f"safety: sent although it was held: {name}")
         self._judge_clock(post, name)
         manual = next((each.manual[post.token] for each in wishes if post.token in each.manual), None)
         if manual is not None:
@@ -166,7 +166,7 @@ class Judge:
         if not wanted or not any(
             self.diary.wants(each, key) for each in self.diary.between(min(due, post.at) - 5.0, post.at)
         ):
-            self.object(f"safety: sent though it had been taken back: {name}")
+            self.object(f"safety: sent though it had been withdrawn: {name}")
             return
         plans = [each.plans[key[0]] for each in wanted]
         if not any(
@@ -185,7 +185,7 @@ class Judge:
             and self._back_at - self._away_since > ABSENCE
             and post.at < self._back_at + LISTED_FOR
             and not any(
-                post.token in each.assigned | each.kept_back for each in self.diary.between(self._back_at, post.at)
+                post.token in each.assigned | each.held_starts for each in self.diary.between(self._back_at, post.at)
             )
         ):
             self.object(f"safety: started late after an absence without the list: {name}")
@@ -256,7 +256,7 @@ class Judge:
     def _is_settled(self, key: Key, start: float, end: float) -> bool:
         """Whether it was wanted and not held all this time, on the same robot and within the same window."""
         wishes, token = self.diary.between(start, end), self.diary.token(key)
-        if not all(self.diary.wants(each, key) and token not in each.kept_back for each in wishes):
+        if not all(self.diary.wants(each, key) and token not in each.held_starts for each in wishes):
             return False
         plans = [each.plans[key[0]] for each in wishes]
         same = (

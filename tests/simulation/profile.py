@@ -30,7 +30,7 @@ ACTS: Mapping[str, float] = MappingProxyType(
         "hold": 2,
         "release": 2,
         "cancel": 3,
-        "keep_back": 3,
+        "hold_start": 3,
         "clear": 1,
         "run_now": 3,
         "idle_rule": 1,

@@ -47,7 +47,7 @@ LONG_LIFE = 25.0  # s, one of eight: what the life before left in doubt is known
 REBOOT = 1.0  # s that one takes: were robots away for as long as all tries last, starts would fail rightly
 OPERATORS = 3
 FAULTS = ("drop_request", "drop_response", "late", "status_503", "html", "truncate", "garbage")
-TAKES_BACK = ("off", "remove", "cancel", "clear", "robot off")
+WITHDRAWALS = ("off", "remove", "cancel", "clear", "robot off")
 
 
 @dataclass
@@ -269,7 +269,7 @@ class Stress:
         problems += [f"an item without a row: {token}" for token in items.keys() - {row["token"] for row in rows}]
         problems += list(_about_rows(rows, items))
         problems += list(_not_run(events, rows, items))
-        problems += list(_sent_though_taken_back(events, rows, items, first_seen))
+        problems += list(_sent_though_withdrawn(events, rows, items, first_seen))
 
 
 def _about_rows(rows: list[sqlite3.Row], items: dict[str, list[tuple[str, Any]]]) -> Iterator[str]:
@@ -285,7 +285,7 @@ def _not_run(
     """What was certainly added, and what was never even partly withdrawn, has been on its robot."""
     by_name = {row["schedule"]: row for row in rows if row["schedule"]}
     by_token = {row["token"]: row for row in rows}
-    touched = {event["about"] for event in events if event["act"] in TAKES_BACK}
+    touched = {event["about"] for event in events if event["act"] in WITHDRAWALS}
     for event in events:
         if event["act"] in ("add", "run") and event["event"] == "done" and event["robot"] not in touched:
             row = (by_name if event["act"] == "add" else by_token).get(event["about"])
@@ -296,7 +296,7 @@ def _not_run(
                 yield f"never ran: {_describe(row)}"
 
 
-def _sent_though_taken_back(
+def _sent_though_withdrawn(
     events: list[dict[str, Any]],
     rows: list[sqlite3.Row],
     items: dict[str, list[tuple[str, Any]]],

@@ -85,4 +85,4 @@ def test_an_unexpected_second_copy_is_found(monkeypatch):
 def test_a_start_that_is_sent_again_although_it_was_withdrawn_is_found(monkeypatch):
     """A request is lost, its schedule is switched off, and after the quiet time it leaves again."""
     monkeypatch.setattr(wanted, "why_withdrawn", lambda row: None)
-    assert is_found("after it was taken back", faults=2, acts=("switch off A",))
+    assert is_found("after it was withdrawn", faults=2, acts=("switch off A",))

@@ -111,7 +111,7 @@ def test_a_late_start_that_a_person_lets_go_need_not_stay_on_the_list(tmp_path):
     assert row.wait is Wait.LATE_START
     for held in (True, False):
         assert world.site.container.operator.hold_starts([row.id], held)
-        world.diary.decide(world.site.seconds()).kept_back = {row.token} if held else set()
+        world.diary.decide(world.site.seconds()).held_starts = {row.token} if held else set()
         world.site.run(2.0)
     assert len(world.site.network.submissions) == 1
     assert objections(world) == []

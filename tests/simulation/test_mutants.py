@@ -9,7 +9,7 @@ from tests.simulation.group_mutants import GROUP_MUTANTS
 from tests.simulation.mutants import MUTANTS, planted
 
 ALL = (*MUTANTS, *GROUP_MUTANTS)
-QUICK = ("whatever failed is sent again",)
+QUICK = ("every failed start is sent again",)
 
 
 def test_each_of_them_has_a_name_of_its_own():

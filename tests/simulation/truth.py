@@ -116,9 +116,9 @@ class Truth:
         )
         now = world.site.seconds()
         is_clear = self.diary.is_clear(row.robot, now - ENDS_WITHIN, now) and row.robot not in self.diary.now.off
-        is_kept_back = any(row.token in each.kept_back for each in self.diary.between(now - ENDS_WITHIN, now))
+        is_held = any(row.token in each.held_starts for each in self.diary.between(now - ENDS_WITHIN, now))
         is_bound = row.robot_id is not None  # else it waits for a robot of its group, however long that is away
-        if is_bound and age > ENDS_WITHIN and since >= ENDS_WITHIN and not is_busy and is_clear and not is_kept_back:
+        if is_bound and age > ENDS_WITHIN and since >= ENDS_WITHIN and not is_busy and is_clear and not is_held:
             self.judge_.object(f"liveness: open for {age:.0f} s: {self._shown(row)}")
         if (
             row.state in (State.QUEUED, State.EXECUTING)

@@ -151,7 +151,7 @@ class Network:
         if self.others_wait:
             self.site.clock.advance(seconds)
         else:
-            self.site.others_go_on(seconds)
+            self.site.others_continue(seconds)
 
     def posts(self, robot: str = "*") -> list[Submission]:
         """The submissions to one robot, or to all."""
@@ -258,7 +258,7 @@ class SimulatedTransport:
                 raise ConnectionLost(address=self._name)
             case Fate.SLOW:
                 assert network.site is not None
-                network.site.others_go_on(planned.seconds or 0.0)
+                network.site.others_continue(planned.seconds or 0.0)
         return answer
 
     def _take_time(self) -> None:
@@ -268,7 +268,7 @@ class SimulatedTransport:
         if self._in_a_row < MANY or network.others_wait or network.site is None:
             self._clock.advance(LATENCY)
         else:
-            network.site.others_go_on(LATENCY)
+            network.site.others_continue(LATENCY)
         self._asked_at = self._clock.monotonic()
 
     def _answer_takes(self, seconds: float, timeout: Timeouts) -> None:

@@ -268,7 +268,7 @@ class Site:
     # ------------------------------------------------------------------ the world
     tablet = "the tablet"  # which machine the app runs on
 
-    def others_go_on(self, seconds: float) -> None:
+    def others_continue(self, seconds: float) -> None:
         """An answer takes this long: the caller waits and all others continue."""
         if self._acting is None:  # a person's request, on a connection of its own
             self.run(seconds)

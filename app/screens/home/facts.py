@@ -83,15 +83,15 @@ class HomeFacts:
     map: MapPicture | None = None  # that the selected robot is on
     cancelling: frozenset[OnRobot] = frozenset()  # items that the operator has just cancelled
     clearing: frozenset[int] = frozenset()  # ids of robots whose queues the operator is just having cleared
-    reset_in_vain: frozenset[Standing] = frozenset()  # errors that stand although they were reset
+    reset_without_effect: frozenset[Standing] = frozenset()  # errors that stand although they were reset
     seen_running: Mapping[OnRobot, datetime] = field(
         default_factory=dict
     )  # since when this tablet has seen an item run
     activities: tuple[ActivitySpan, ...] = ()  # the selected robot's activity since its mission began
 
     @property
-    def is_reset_in_vain(self) -> bool:
-        return standing(self.snapshot) in self.reset_in_vain
+    def has_reset_no_effect(self) -> bool:
+        return standing(self.snapshot) in self.reset_without_effect
 
     @property
     def robot(self) -> Robot | None:

@@ -26,7 +26,7 @@ class ResetReport:
         self._asked: tuple[int, datetime, float] | None = (
             None  # which robot, since when, and until when to wait for its answer
         )
-        self.in_vain: frozenset[Standing] = frozenset()  # errors that were reset and stand
+        self.without_effect: frozenset[Standing] = frozenset()  # errors that were reset and stand
 
     def begin(self, robot: Robot, pressed_at: datetime) -> None:
         """The robot has taken Reset errors."""
@@ -35,11 +35,11 @@ class ResetReport:
 
     def forget(self) -> None:
         """It may be long ago when this screen is shown again."""
-        self._asked, self.in_vain = None, frozenset()
+        self._asked, self.without_effect = None, frozenset()
 
     def look(self, facts: HomeFacts) -> None:
         """Report when the errors are over, or after a while that they are not."""
-        self.in_vain &= {standing(snapshot) for snapshot in facts.snapshots.values()}
+        self.without_effect &= {standing(snapshot) for snapshot in facts.snapshots.values()}
         if self._asked is None:
             return
         robot_id, since, until = self._asked
@@ -53,7 +53,7 @@ class ResetReport:
         elif Clock.get_time() >= until:
             self._asked = None
             if status is not None:
-                self.in_vain |= {standing(seen)}
+                self.without_effect |= {standing(seen)}
             text = (
                 _("Reset errors was sent to {robot}, which has not answered since")
                 if status is None

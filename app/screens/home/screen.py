@@ -155,7 +155,7 @@ class HomeViewModel(HomeCommands, ViewModel):
 
     def _show(self) -> None:
         now = self._services.clock.now()
-        view = present(replace(self.facts, reset_in_vain=self._reset.in_vain), now, self._chosen)
+        view = present(replace(self.facts, reset_without_effect=self._reset.without_effect), now, self._chosen)
         view = replace(view, run=aimed(view.run, self.facts, self._target, now))
         robot_id = self._shell.navigator.robot_id = self.facts.robot.id if self.facts.robot is not None else None
         if robot_id is not None and robot_id == self._pausable and not view.controls.pauses:

@@ -260,7 +260,7 @@ def _mission(facts: HomeFacts, robot: Robot, now: datetime, old: bool) -> Missio
         if can_reset(status):
             hint = (
                 _("Reset errors did not clear it: remove its cause first")
-                if facts.is_reset_in_vain
+                if facts.has_reset_no_effect
                 else _("Reset errors clears it; the robot then waits for Resume")
             )
             return MissionView(_("What the robot says"), said, hint, tone)

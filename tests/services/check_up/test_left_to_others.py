@@ -42,12 +42,12 @@ def once(says: str, work):
     """Called at the first such progress report."""
     done = []
 
-    def told(progress):
+    def on_progress(progress):
         if render(progress.says) == says and not done:
             done.append(True)
             work()
 
-    return told
+    return on_progress
 
 
 def test_a_persons_hold_set_while_it_waits_stays(robot):

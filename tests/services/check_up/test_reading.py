@@ -174,7 +174,7 @@ def test_it_ends_where_somebody_wants_it_to():
 
 
 def test_it_says_how_far_it_is():
-    told = []
-    read(AskedRobot(), on_progress=told.append)
-    assert all(0 <= before.done <= after.done <= after.of for before, after in pairwise(told))
-    assert len({render(progress.says) for progress in told}) >= 4
+    steps = []
+    read(AskedRobot(), on_progress=steps.append)
+    assert all(0 <= before.done <= after.done <= after.of for before, after in pairwise(steps))
+    assert len({render(progress.says) for progress in steps}) >= 4

@@ -32,13 +32,13 @@ def test_it_offers_the_missions_that_people_made(robot):
 
 
 def test_reading_changes_nothing_and_is_stored_and_reported(robot):
-    told = []
-    robot.container.changes.subscribe(lambda topic, _about: told.append(topic))
+    published = []
+    robot.container.changes.subscribe(lambda topic, _about: published.append(topic))
     progress = []
     report = robot.check_ups.run(robot.id, on_progress=progress.append)
     assert robot.asked.writes == []
     assert robot.check_ups.report(robot.id) == report
-    assert Change.ROBOTS in told
+    assert Change.ROBOTS in published
     assert {each.of for each in progress} == {length_s(None)}
     known = robot.container.catalogue.robot(robot.id)
     assert (known.software, known.model) == ("3.5.4", "MiR250")

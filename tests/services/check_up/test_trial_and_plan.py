@@ -118,11 +118,11 @@ def test_it_can_still_be_read(site, plan, check_ups, robot):
 def test_one_check_up_at_a_time(check_ups, robot):
     met = []
 
-    def told(progress):
+    def on_progress(progress):
         if not met:
             met.append(refused(check_ups, robot))
 
-    assert check_ups.run(robot.id, on_progress=told).is_complete
+    assert check_ups.run(robot.id, on_progress=on_progress).is_complete
     assert met == ["R1 is being checked up already"]
 
 
@@ -141,12 +141,12 @@ def test_what_begins_while_the_robot_is_read_goes_first(site, check_ups, robot):
 def test_a_start_made_during_it_waits_and_completes(site, check_ups, robot):
     mission = site.container.catalogue.missions()[0]
 
-    def told(progress):
+    def on_progress(progress):
         if site.container.holds.active(robot.id) and not site.executions():
             site.container.operator.run_now(robot.id, mission.id)
             site.kick()
 
-    assert check_ups.run(robot.id, Trial(), told).is_complete
+    assert check_ups.run(robot.id, Trial(), on_progress).is_complete
     [row] = site.executions()
     assert row.state is State.WAITING
     site.run_until(lambda: site.executions(State.COMPLETED), within=600)
@@ -207,7 +207,7 @@ def test_a_persons_pause_ends_it_and_stays(site, robot, stage, is_again):
     """Whether the trial has paused the robot at that moment or not."""
     c, pressed = site.container, []
 
-    def told(progress):
+    def on_progress(progress):
         if render(progress.says) == stage:
             pressed.append(site.clock.now())
             if len(pressed) == (3 if is_again else 1) or (is_again and stage == "Queueing missions"):
@@ -216,7 +216,7 @@ def test_a_persons_pause_ends_it_and_stays(site, robot, stage, is_again):
     check_ups = c.check_ups
     check_ups._clock = check_ups.trials._clock = RunningClock(site)
     site.run(10)
-    report = check_ups.run(robot.id, Trial("Deliver"), told)
+    report = check_ups.run(robot.id, Trial("Deliver"), on_progress)
     assert pressed
     assert site.machines["R1"].paused
     assert not report.is_complete

@@ -28,7 +28,7 @@ def of(name, *wanted):
     return true(lambda s: (len(s.machines[name].queue), *[s.row(name).wait] * len(wanted[1:])) == wanted)
 
 
-test_absent = told(
+test_absent = cases_of(
     Story("back within the window it runs once", [plan(), 60, off_for(600), 300, ends(DONE), raised("app_was_off")]),
     Story("longer than the window it is missed", [plan(), 60, off_for(3600), 300, ends(MISSED)]),
     Story(
@@ -132,7 +132,7 @@ test_absent = told(
 JUST_BEFORE = each(*(300.0 - before for before in (0.3, 0.05, 1.0, 0.5, 0.2)), quick=3)
 NEEDS_HALF = plan(battery=50)
 
-test_asleep_just_before = told(
+test_asleep_just_before = cases_of(
     Story(
         "the battery is read before anything is sent",
         NEEDS_HALF,

@@ -18,61 +18,72 @@ CLEAR = ("DELETE", "/mission_queue")
 ALL_CLEARED = true(lambda s: {row.reason and row.reason.code for row in s.executions()} == {ReasonCode.QUEUE_CLEARED})
 
 
-def in_vain(*steps):
+def clear_refused(*steps):
     """Clear queue finds no connection; these happen while it is tried."""
     return [meets(*CLEAR, REFUSED), during("DELETE", *steps), refused(clear_queue(), error=RobotError)]
 
 
-test_clear_queue = told(
+test_clear_queue = cases_of(
     Story(
         "a start that waits for the robot to become free ends",
-        [WHEN_FREE, TWO, 330, others_go_on()],
+        [WHEN_FREE, TWO, 330, others_continue()],
         each(meets(*CLEAR, SLOW, 0.3), meets(*CLEAR, SLOW, 3.0)),
         [clear_queue(), 600, runs(1), states(State.CANCELLED, State.CANCELLED)],
     ),
     Story(
         "a start about to be tried again ends",
-        [plan(window=60), post(REFUSED), 300.5, waits(Wait.RETRY), others_go_on(), 0.9, meets(*CLEAR, SLOW, 2.0)],
+        [plan(window=60), post(REFUSED), 300.5, waits(Wait.RETRY), others_continue(), 0.9, meets(*CLEAR, SLOW, 2.0)],
         [clear_queue(), 600, runs(0)],
     ),
-    Story("refused: waiting starts continue", [FLAT, in_vain(), states(WAITING), battery(90), 60, runs(1), 200]),
+    Story("refused: waiting starts continue", [FLAT, clear_refused(), states(WAITING), battery(90), 60, runs(1), 200]),
     Story(
         "refused: a cancelled start in doubt stays cancelled",
         [plan(window=60), post(LOST), 310],
         each(cancel(), clear_queue()),
-        [in_vain(), 600, runs(0)],
+        [clear_refused(), 600, runs(0)],
     ),
     Story(
         "refused: a cancel that the robot has not received stays",
-        [plan(window=60), robot_pauses(), 303, states(QUEUED), down(), cancel(), in_vain(), up(), 120, robot_goes_on()],
+        [
+            plan(window=60),
+            robot_pauses(),
+            303,
+            states(QUEUED),
+            down(),
+            cancel(),
+            clear_refused(),
+            up(),
+            120,
+            robot_goes_on(),
+        ],
         [500, states(State.CANCELLED)],
     ),
     Story(
         "refused: a start held in that moment stays held",
-        [FLAT, in_vain(2, keep()), battery(90), 120, runs(0)],
+        [FLAT, clear_refused(2, keep()), battery(90), 120, runs(0)],
         stays_open=True,
     ),
     Story(
         "refused: a start undone in that moment waits again",
         FLAT,
-        each([in_vain(off(), on())], [in_vain(delete()), undo()], [in_vain(cancel()), want_again()]),
+        each([clear_refused(off(), on())], [clear_refused(delete()), undo()], [clear_refused(cancel()), want_again()]),
         [battery(90), 300, runs(1)],
     ),
     Story(
         "refused: a start being sent is sent",
         plan(window=60),
         each([post(LOST), 394], [299.9]),
-        [states(SUBMITTING), others_go_on(), in_vain(4), 600, runs(1)],
+        [states(SUBMITTING), others_continue(), clear_refused(4), 600, runs(1)],
     ),
     Story(
         "refused: the list of late starts continues",
-        [plan(window=60), 200, off_for(200), 5, waits(Wait.LATE_START), in_vain(), 10, runs(0)],
+        [plan(window=60), 200, off_for(200), 5, waits(Wait.LATE_START), clear_refused(), 10, runs(0)],
         with_window=True,
         stays_open=True,
     ),
     Story(
         "its answer lost: waiting starts are not sent",
-        [WHEN_FREE, TWO, 303, states(EXECUTING, WAITING), others_go_on(), meets(*CLEAR, ANSWER_LOST)],
+        [WHEN_FREE, TWO, 303, states(EXECUTING, WAITING), others_continue(), meets(*CLEAR, ANSWER_LOST)],
         [refused(clear_queue(), error=RobotError), 600, runs(1)],
     ),
     Story(
@@ -81,7 +92,7 @@ test_clear_queue = told(
         [
             TWO,
             304,
-            others_go_on(),
+            others_continue(),
             meets("GET", "/mission_queue/1", SLOW, 3.0),
             during("GET", later(1.0, clear_queue())),
         ],
@@ -100,7 +111,7 @@ test_clear_queue = told(
         "a group's start goes to another robot while the best one's queue is cleared",
         [plan(window=60), battery(60, "R2", "R3"), do(lambda s: s.engine.watch(1))],
         each(298.0, 299.5),
-        [others_go_on(), meets(*CLEAR, SLOW, 9.0), clear_queue(), 30],
+        [others_continue(), meets(*CLEAR, SLOW, 9.0), clear_queue(), 30],
         true(lambda s: [(post.at < 301, post.robot != "R1") for post in s.network.posts()] == [(True, True)]),
         **GROUP,
         stays_open=True,
@@ -109,7 +120,7 @@ test_clear_queue = told(
         "a group's start at a robot that leaves the group is not blocked for ever",
         [
             plan(battery=30, window=60),
-            others_go_on(),
+            others_continue(),
             battery(12),
             330,
             give("R1"),
@@ -130,7 +141,7 @@ test_clear_queue = told(
     ),
     Story(
         "a group's start whose worker continues is not blocked for ever",
-        [others_go_on(), plan(window=60), WHEN_FREE, robot_off("R2", "R3"), 299.6],
+        [others_continue(), plan(window=60), WHEN_FREE, robot_off("R2", "R3"), 299.6],
         [do(lambda s: s._blocked.add(s._workers[1])), 0.3, states(WAITING), meets(*CLEAR, SLOW, 1.0)],
         [during("DELETE", do(lambda s: s._blocked.clear()), 2), clear_queue(), 600],
         true(lambda s: s.row().state in (State.CANCELLED, COMPLETED)),

@@ -96,7 +96,7 @@ def was_off_for(s, least, most):
     assert timedelta(seconds=least) <= end - start < timedelta(seconds=most)
 
 
-test_in_doubt = told(
+test_in_doubt = cases_of(
     *in_a_fleet(1),
     *in_a_fleet(2),
     Story(
@@ -138,7 +138,7 @@ test_in_doubt = told(
     ),
 )
 
-test_jumped = told(
+test_jumped = cases_of(
     Story(
         "ahead and back: every day runs once",
         DAILY,

@@ -64,7 +64,7 @@ def is_offered_after_all(s):
     assert [facts.may_start_after_all(each, now) for each in facts.past if each.id == s.noted[-1].id] == [True]
 
 
-test_corrected_clock = told(
+test_corrected_clock = cases_of(
     Story(
         "each start is sent despite any change after it",
         OFTEN,
@@ -156,7 +156,7 @@ test_corrected_clock = told(
     ),
 )
 
-test_run_now = told(
+test_run_now = cases_of(
     Story(
         "it outlives a clock that was behind for a moment",
         [10, hold(), run_now(), 5],
@@ -203,7 +203,7 @@ test_run_now = told(
     ),
 )
 
-test_skipped = told(
+test_skipped = cases_of(
     Story(
         "a skip is undone",
         LIMITS,
@@ -243,7 +243,7 @@ test_skipped = told(
     ),
 )
 
-test_cancelled = told(
+test_cancelled = cases_of(
     Story(
         "a skipped start runs when a person starts it",
         LIMITS,

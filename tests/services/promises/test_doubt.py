@@ -30,13 +30,13 @@ def copied(s):
     s.noted.append(s.container.make_client(s.robot("R1")).enqueue(row.mission_guid, description=row.token))
 
 
-def told_of_item(number):
+def reports_item(number):
     return true(lambda s: [a.code for a in s.container.alarms.open() if a.details.get("queue_id") == number])
 
 
 LATE_FIRST = [plan(), post(LATE, 130.0), 385, hold(), 45.5, release()]  # lands just before the second try
 
-test_copies = told(
+test_copies = cases_of(
     Story(
         "a late item that arrives just before the second try is the app's",
         [LATE_FIRST, 900, ends(DONE), true(lambda s: s.row().queue_id == 1 and len(s.doubled()) == 0)],
@@ -54,7 +54,7 @@ test_copies = told(
         "a second copy that ran unseen is reported once, also by the next run of the app",
         [plan(), post(LATE, 220.0)],
         each([515, NOT_FOR_A_WHILE], [500, off_for(), 10, NOT_FOR_A_WHILE]),
-        [300, items("Done", "Done"), told_of_item(2)],
+        [300, items("Done", "Done"), reports_item(2)],
         true(lambda s: [a.count for a in s.container.alarms.open() if a.code == "duplicate_running"] == [1]),
         doubles=True,
     ),
@@ -90,7 +90,7 @@ UNSEARCHABLE = [
     up(),
 ]
 
-test_given_up = told(
+test_given_up = cases_of(
     Story(
         "it is searched for again after any absence of the robot",
         GIVEN_UP,
@@ -122,7 +122,7 @@ test_given_up = told(
         "its only item, too late, is cancelled while it waits and reported correctly",
         robot_pauses(),
         each([SILENT, up(), 120], [COMES_LATE, 120]),
-        [items("Aborted"), not_raised("duplicate_healed"), told_of_item(1), robot_goes_on(), 300, states(FAILED)],
+        [items("Aborted"), not_raised("duplicate_healed"), reports_item(1), robot_goes_on(), 300, states(FAILED)],
     ),
     Story(
         "its only item corrects the row once it is known to have run",

@@ -20,7 +20,7 @@ from tests.support.moments import once
 IN_DOUBT = [post(LOST), 306]
 FLAT = [battery(12), plan(battery=30), 360, waits(BATTERY)]
 ALL_HELD = [hold(name) for name in ("R1", "R2", "R3")]
-TAKEN_BACK = (
+WITHDRAWN = (
     (robot_off(), REMOVED),
     (delete(), CHANGED),
     (off(), CHANGED),
@@ -30,17 +30,17 @@ TAKEN_BACK = (
     (delete("robot"), REMOVED),
 )
 
-test_withdrawn = told(
+test_withdrawn = cases_of(
     Story(
         "in doubt it is not sent again and says so",
         [plan(), IN_DOUBT],
-        each(*([act, 450, runs(0), ends(end), tries(1)] for act, end in TAKEN_BACK)),
+        each(*([act, 450, runs(0), ends(end), tries(1)] for act, end in WITHDRAWN)),
         sent(300),
     ),
     Story(
         "between two tries it is not tried again",
         [plan(), down("R1"), 301],
-        each(*([act, up(), 600, ends(end)] for act, end in TAKEN_BACK)),
+        each(*([act, up(), 600, ends(end)] for act, end in WITHDRAWN)),
         [sent(), runs(0)],
     ),
     Story(
@@ -75,7 +75,7 @@ test_withdrawn = told(
     ),
 )
 
-test_edited = told(
+test_edited = cases_of(
     Story(
         "a lower minimum releases a start that waits for it",
         each(plan(battery=30), plan(battery=30, rule="FREQ=DAILY")),
@@ -144,7 +144,7 @@ test_edited = told(
     ),
     Story(
         "a higher minimum, while the robot is read for it, counts",
-        [plan(window=60), others_go_on(), down("R1"), 310, up(), meets("GET", "/status", SLOW, 8.0)],
+        [plan(window=60), others_continue(), down("R1"), 310, up(), meets("GET", "/status", SLOW, 8.0)],
         [during("GET", later(3.0, edit(battery=100))), 90, sent(), waits(BATTERY)],
         stays_open=True,
     ),
@@ -203,10 +203,10 @@ test_edited = told(
     ),
 )
 
-test_a_robot_edited = told(
+test_a_robot_edited = cases_of(
     Story(
         "switched on while its answer is slow it gets the start that is due then",
-        [others_go_on(), plan("before", "06:04")],
+        [others_continue(), plan("before", "06:04")],
         each(
             [plan(window=60), 245, robot_off(), 50, later(4.5, robot_on())],
             [245, robot_off(), 50, later(4.5, robot_on(), run_now())],
@@ -222,7 +222,7 @@ test_a_robot_edited = told(
     ),
     Story(
         "switched on while its answer is slow it gets the start of its group",
-        [others_go_on(), plan(window=30), later(280, do(lambda s: s.container.operator.run_now(1, 1))), 292],
+        [others_continue(), plan(window=30), later(280, do(lambda s: s.container.operator.run_now(1, 1))), 292],
         [robot_off("R1", "R2", "R3"), later(4.0, meets("GET", "*", SLOW, 8.0, robot="R1"))],
         [
             during("GET", later(1.0, robot_on("R1"))),
@@ -300,12 +300,12 @@ def just_after(monkeypatch, owner, name, act):
 
 
 @pytest.mark.parametrize(
-    "taken_back", [off(), delete(), edit(at="09:05"), edit(at="09:05", group_id=None, robot_id=2)], ids=str
+    "withdrawal", [off(), delete(), edit(at="09:05"), edit(at="09:05", group_id=None, robot_id=2)], ids=str
 )
-def test_a_start_withdrawn_after_its_robot_was_deleted_is_not_sent_to_another(group, taken_back):
+def test_a_start_withdrawn_after_its_robot_was_deleted_is_not_sent_to_another(group, withdrawal):
     """The intent is on the disk, and the worker has not closed yet."""
     play(group, plan(window=30))
-    act = [states(SUBMITTING), delete("robot"), taken_back]
+    act = [states(SUBMITTING), delete("robot"), withdrawal]
     once(group.container.ledger, Event.ASSIGN, after=lambda rows: play(group, *act))
     play(group, 600, sent())
 

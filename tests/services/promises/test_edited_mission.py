@@ -10,7 +10,7 @@ IN_DOUBT = [post(LOST), 306]
 GIVEN_TO_R1 = [plan(window=60, battery=30), down(), 300.5, give("R1"), up()]
 RESTING = [do(lambda s: s.add_mission("Home")), set_up(poll_interval_seconds=120), rest()]
 
-test_a_mission_edited = told(
+test_a_mission_edited = cases_of(
     Story(
         "a start that waits or is in doubt follows it",
         [plan()],
@@ -80,7 +80,7 @@ test_a_mission_edited = told(
     ),
 )
 
-test_an_idle_mission_edited = told(
+test_an_idle_mission_edited = cases_of(
     Story(
         "not sent yet, it follows its mission",
         RESTING,

@@ -34,7 +34,7 @@ def is_now(s, address="http://r1", machine="R1"):
 
 UNKNOWN_AS_MOVED = [ends(UNKNOWN), true(lambda s: "address" in str(dict(s.row().reason.details)))]
 
-test_extremes = told(
+test_extremes = cases_of(
     Story(
         "until the end of the calendar is for ever",
         each(*(plan(rule=f"FREQ={rule}") for rule in UNTIL), do(import_for_ever)),

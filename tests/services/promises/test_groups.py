@@ -39,7 +39,7 @@ def one(state, robot=None):
     )
 
 
-test_assigned = told(
+test_assigned = cases_of(
     GroupStory(
         "to a free robot at its instant",
         [plan(), 310, one(EXECUTING), runs(1)],
@@ -204,7 +204,7 @@ def instead(s, name=None):
     s.kick()
 
 
-test_by_hand = told(
+test_by_hand = cases_of(
     GroupStory(
         "assigned to a robot it goes into its queue",
         [

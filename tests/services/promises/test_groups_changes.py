@@ -44,15 +44,15 @@ LOOK_AGAIN = do(
 )
 
 
-def given(*steps):
+def just_assigned(*steps):
     """These happen when the start has just been given to a robot, which has not begun with it."""
-    return [LOOK_AGAIN, when_given(*steps), LONG]
+    return [LOOK_AGAIN, when_assigned(*steps), LONG]
 
 
-test_assigned_and_not_begun = told(
+test_assigned_and_not_begun = cases_of(
     GroupStory(
         "held by a person it blocks no robot",
-        [given(do(lambda s: s.container.operator.hold_starts([s.noted[0].id]))), 310, robots(""), waits(HOLD)],
+        [just_assigned(do(lambda s: s.container.operator.hold_starts([s.noted[0].id]))), 310, robots(""), waits(HOLD)],
         [
             [plan(name, "06:07") for name in "BCD"],
             120,
@@ -62,27 +62,29 @@ test_assigned_and_not_begun = told(
     ),
     GroupStory(
         "a held robot gives it back without counting an attempt",
-        [given(HOLD_IT), 310, states(EXECUTING), tries(1)],
+        [just_assigned(HOLD_IT), 310, states(EXECUTING), tries(1)],
         [true(lambda s: all(not each["tries"] for each in s.row().tried.values())), 200],
     ),
-    GroupStory("a robot that was stopped since it was chosen gives it back", [given(STOP_IT), 330, ELSEWHERE, 200]),
+    GroupStory(
+        "a robot that was stopped since it was chosen gives it back", [just_assigned(STOP_IT), 330, ELSEWHERE, 200]
+    ),
     GroupStory(
         "after its schedule is deleted and restored it is for all robots",
-        [given(delete()), 302, HOLD_IT, undo(), 20, ELSEWHERE, 200],
+        [just_assigned(delete()), 302, HOLD_IT, undo(), 20, ELSEWHERE, 200],
     ),
     GroupStory(
         "edited after the choice it is sent as defined then",
-        [do(lambda s: s.add_mission("Home")), when_given(before=[edit(mission_id=2)]), LONG, 310, did("Home")],
+        [do(lambda s: s.add_mission("Home")), when_assigned(before=[edit(mission_id=2)]), LONG, 310, did("Home")],
         [true(lambda s: s.row().mission == "Home"), 200],
     ),
     GroupStory(
         "nothing is sent to a robot that may no longer get it",
-        each([when_given(states(SUBMITTING), SWITCH_IT_OFF)], [when_given(states(SUBMITTING), IT_LEAVES)]),
+        each([when_assigned(states(SUBMITTING), SWITCH_IT_OFF)], [when_assigned(states(SUBMITTING), IT_LEAVES)]),
         [LONG, 330, states(EXECUTING), NONE_OF, 200],
     ),
     GroupStory(
         "it is not lost when its robot is deleted",
-        [when_given(states(SUBMITTING), delete("robot")), LONG, 330, states(EXECUTING)],
+        [when_assigned(states(SUBMITTING), delete("robot")), LONG, 330, states(EXECUTING)],
         [true(lambda s: len(s.network.posts()) == 1), 200],
     ),
 )
@@ -97,13 +99,13 @@ def test_an_assigned_start_is_for_all_again_after_a_restart(tmp_path, cleanly):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        play(s, given(do(crash)), 310)
+        play(s, just_assigned(do(crash)), 310)
     play(s, app_off(cleanly), app_on(), robots(""), 30, states(EXECUTING))
     s.switch_off()
 
 
 # ---------------------------------------------------------------------- while it waits
-test_waiting = told(
+test_waiting = cases_of(
     GroupStory(
         "it ends when all robots are switched off",
         [LONG, ALL_HELD, 310, robot_off("R1", "R2", "R3"), 10, ends(REMOVED)],

@@ -31,7 +31,7 @@ def raises(error):
     return do(act)
 
 
-test_odd = told(
+test_odd = cases_of(
     GroupStory(
         "one refused connection, or reading, ends no start with a time limit",
         [R1_AND_R2, 5, stranger(robot="R2", count=9)],
@@ -78,22 +78,22 @@ test_odd = told(
     ),
     GroupStory(
         "a decision that can't be written is tried again",
-        [when_given(before=[raises(DatabaseUnavailable("nothing can be written"))]), plan(), 330],
+        [when_assigned(before=[raises(DatabaseUnavailable("nothing can be written"))]), plan(), 330],
         [true(lambda s: s.row().submitted_at), 200],
     ),
 )
 
 
 # ---------------------------------------------------------------------- silent, or without the mission
-def told_of(row) -> list[dict]:
+def reports_of(row) -> list[dict]:
     return [*row.choice.get("robots", ()), *row.wait_details.get("robots", ())]
 
 
 ALL_FREE = true(
-    lambda s: told_of(s.row()) == [{"robot": n} for n in sorted(s.machines, key=lambda n: n != s.row().robot)]
+    lambda s: reports_of(s.row()) == [{"robot": n} for n in sorted(s.machines, key=lambda n: n != s.row().robot)]
 )
 NONE_SILENT = [
-    [0.5, true(lambda s: "out" not in [key for each in told_of(s.row()) for key in each])] for _n in range(60)
+    [0.5, true(lambda s: "out" not in [key for each in reports_of(s.row()) for key in each])] for _n in range(60)
 ]
 
 
@@ -109,7 +109,7 @@ def lost_by(*names):
     return do(act)
 
 
-test_silent = told(
+test_silent = cases_of(
     GroupStory(
         "robots that answer are read before one is chosen, and none is called silent",
         75,
@@ -135,7 +135,7 @@ test_silent = told(
         [lost_by("R1", "R2"), stranger(robot="R3", count=9), plan(), 320, not_raised()],
         true(
             lambda s: (
-                [(each["robot"], each.get("out")) for each in told_of(s.row())]
+                [(each["robot"], each.get("out")) for each in reports_of(s.row())]
                 == [("R3", None), ("R1", "lacks_mission"), ("R2", "lacks_mission")]
             )
         ),
@@ -198,7 +198,7 @@ def counted(number):
 NO_ALARM = true(lambda s: alarm_of(s) is None)
 NOT_HELD_AGAINST = [plan_in_five(), 400, true(lambda s: "failed" not in chosen(s.row("later").choice, "UTC"))]
 
-test_failing = told(
+test_failing = cases_of(
     GroupStory(
         "other free robots go first and the choice says why",
         [r1_aborts(), often(), states(FAILED, *[COMPLETED] * 4)],
@@ -266,7 +266,7 @@ AS_ADMIN = do(lambda s: s.container.catalogue.save_robot(replace(s.robot("R1"), 
 POLL = do(lambda s: s.post(1, messages.Poll()))
 JUST_BEFORE = DUE - INTENT_LEAD - 0.01
 
-test_worker = told(
+test_worker = cases_of(
     Story(
         "a robot whose connection is edited while a start is sent gets it",
         [LONG, DUE - 0.5, meets("GET", "/mission_queue", SLOW, 8.0, robot="R1"), later(0.45 - INTENT_LEAD, POLL)],

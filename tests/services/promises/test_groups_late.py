@@ -33,7 +33,7 @@ def ours_started(number):
     return true(lambda s: len([i for i in s.all_items() if i.description == s.row("A").token and i.started]) == number)
 
 
-test_late = told(
+test_late = cases_of(
     GroupStory(
         "while no robot has it again the late item counts",
         each(

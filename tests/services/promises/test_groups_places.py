@@ -35,7 +35,7 @@ def never_more_at_the_dock(s, most):
         assert len(there) <= most
 
 
-test_places = told(
+test_places = cases_of(
     GroupStory("not more than there is room for", [dock(2), ABC, never_more_at_the_dock(2), ends(DONE, DONE, DONE)]),
     GroupStory(
         "starts of one robot respect them too",
@@ -118,7 +118,7 @@ def went(*names):
     return true(lambda s: {row.robot for row in s.executions() if row.trigger is Trigger.IDLE} == set(names))
 
 
-test_idle = told(
+test_idle = cases_of(
     GroupStory(
         "as many of the best placed robots stay free as there are starts soon",
         CHARGERS,

@@ -80,7 +80,7 @@ def sent_to_r1(*seconds):
     return true(lambda s: sent_at(s, "R1") == list(seconds))
 
 
-test_forgotten = told(
+test_forgotten = cases_of(
     PlantStory(
         "a start that ran does not run again when its schedule is renamed",
         FORGETTING,

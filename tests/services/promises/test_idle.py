@@ -35,9 +35,9 @@ def plan_soon(s):
     play(s, plan("soon", f"23T{soon:%H:%M}"))
 
 
-TAKEN_BACK = [delete("robot"), robot_off(), rest(enabled=False), hold()]
+WITHDRAWN = [delete("robot"), robot_off(), rest(enabled=False), hold()]
 
-test_begun = told(
+test_begun = cases_of(
     Story("tried again after the quiet time, once", [RESTING, post(LOST), 1200, requests(2), items("Done")]),
     Story(
         "the mission without a connection is the one that is sent",
@@ -64,15 +64,15 @@ test_begun = told(
     ),
     Story(
         "withdrawn while the robot is read for it: no row is written",
-        [RESTING, others_go_on(), 330, meets("GET", "/mission_queue", SLOW, 8.0)],
-        each(*(later(35, act) for act in TAKEN_BACK)),
+        [RESTING, others_continue(), 330, meets("GET", "/mission_queue", SLOW, 8.0)],
+        each(*(later(35, act) for act in WITHDRAWN)),
         [600, true(lambda s: s.network.counts[SLOW] == 1), items(), states()],
     ),
     Story(
         "withdrawn while the robot is read again: it is not sent",
         [
             RESTING,
-            others_go_on(),
+            others_continue(),
             330,
             meets("GET", "/mission_queue", SLOW, 8.0),
             later(33, meets("GET", "/status", SLOW, 8.0)),
@@ -81,7 +81,7 @@ test_begun = told(
         each(
             *(
                 later(39, act)
-                for act in (*TAKEN_BACK, delete("Home"), set_up(working_days=("SU",)), plan_soon(), stranger())
+                for act in (*WITHDRAWN, delete("Home"), set_up(working_days=("SU",)), plan_soon(), stranger())
             )
         ),
         [90, requests(0)],
@@ -104,7 +104,7 @@ test_begun = told(
     ),
 )
 
-test_rest = told(
+test_rest = cases_of(
     Story(
         "a queue that really begins again ends it",
         [RESTING, stranger(count=3), sent_so_often(1), 300],

@@ -26,7 +26,7 @@ def run_now_as(s, token):
     s.container.operator.run_now(1, s.mission().id, token=token)
 
 
-test_in_hand = told(
+test_in_hand = cases_of(
     Story(
         "a withdrawn start is not sent, and says so",
         [IN_HAND, MOMENT],
@@ -111,7 +111,7 @@ test_in_hand = told(
 
 DAILY = plan(rule="FREQ=DAILY", battery=0)
 
-test_not_written_early = told(
+test_not_written_early = cases_of(
     Story(
         "a start with an obstacle",
         each(

@@ -23,7 +23,7 @@ def without_state(item=1):
     return do(lambda s: s.network.shown.update({("R1", item or s.noted[-1]): {"state": None}}))
 
 
-MENDED = do(lambda s: (s.network.unreadable.clear(), s.network.shown.clear()))
+REPAIRED = do(lambda s: (s.network.unreadable.clear(), s.network.shown.clear()))
 STRANGER = do(lambda s: s.noted.append(s.stranger_queues()))
 
 
@@ -35,7 +35,7 @@ def word(theirs, ours):
     return do(lambda s: s.network.words.update({theirs: ours}))
 
 
-test_unreadable = told(
+test_unreadable = cases_of(
     *(
         Story(
             f"one item holds up none of {others} others",
@@ -65,12 +65,12 @@ test_unreadable = told(
             without_state() if others else spoilt(),  # many are read from one list
             [120 * others + 300, true(lambda s: outcome(s.row("A")) == UNKNOWN)],
             each(3, 3600),
-            [MENDED, 60, true(lambda s: {outcome(row) for row in s.executions()} == {DONE})],
+            [REPAIRED, 60, true(lambda s: {outcome(row) for row in s.executions()} == {DONE})],
             true(lambda s: "unknown_outcome" not in s.alarms()),
         )
         for others in (0, 3)
     ),
-    Story("readable again it is followed further", [plan(), 320], spoilt(), [30, MENDED, 300, ends(DONE), tries(1)]),
+    Story("readable again it is followed further", [plan(), 320], spoilt(), [30, REPAIRED, 300, ends(DONE), tries(1)]),
     Story(
         "a stranger's stops nothing",
         [plan(), rest("Deliver"), 280, stranger()],
@@ -122,7 +122,7 @@ def late_by(most, robot="R1"):
     return true(lambda s: [post.at - DUE <= most for post in s.network.posts(robot)] == [True])
 
 
-test_slow = told(
+test_slow = cases_of(
     *(
         Story(
             "a reading during the instant delays the start until its end",
@@ -143,12 +143,12 @@ test_slow = told(
     ),
     Story(
         "a second try is sent although each search for the first takes three seconds",
-        [plan(), others_go_on(), post(REFUSED), meets("POST", "/mission_queue/search", SLOW, 3.0, count=100), 360],
+        [plan(), others_continue(), post(REFUSED), meets("POST", "/mission_queue/search", SLOW, 3.0, count=100), 360],
         [tries(2), runs(1), 200],
     ),
     Story(
         "a second try held while the robot is asked about the first is not sent",
-        [plan(window=60, battery=30), others_go_on(), post(LOST), 320, battery(12)],
+        [plan(window=60, battery=30), others_continue(), post(LOST), 320, battery(12)],
         [
             until(lambda s: s.row().wait is BATTERY),
             battery(90),
@@ -178,7 +178,7 @@ def updated(s, forgets):
 
 THREE = [plan(), plan("B", "06:15"), plan("C", "06:35")]
 
-test_odd_robots = told(
+test_odd_robots = cases_of(
     Story(
         "a cancel that can't be sent is carried out when it can",
         [plan(), 320],

@@ -39,7 +39,7 @@ def missed(*wanted):
     return true(lambda s: [row.starts for row in s.executions(State.MISSED)] == list(wanted))
 
 
-def given(*wanted):
+def reasons_are(*wanted):
     """State, reason and starts of the rows that have a reason."""
     return true(lambda s: [(r.state, r.reason.code, r.starts) for r in s.executions() if r.reason] == list(wanted))
 
@@ -57,7 +57,7 @@ def read_only(s, seconds):
 
 FULL = "Missed 11 starts, 23 November, 06:05–07:45: nothing could be written ("
 
-test_one_row = told(
+test_one_row = cases_of(
     Story(
         "a tablet that slept",
         [plan(rule="FREQ=HOURLY"), 60, asleep(5 * 3600.0), 600, missed(5), whole("FREQ=MINUTELY;INTERVAL=60")],
@@ -88,7 +88,7 @@ test_one_row = told(
     ),
     Story(
         "starts of a pause are one and those after it another",
-        [OFTEN, pause(120), 60, off_for(4 * 3600), 60, given((*PAUSED, 12), (*MISSED, 11)), whole()],
+        [OFTEN, pause(120), 60, off_for(4 * 3600), 60, reasons_are((*PAUSED, 12), (*MISSED, 11)), whole()],
         stays_open=True,
     ),
     Story(

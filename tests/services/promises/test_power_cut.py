@@ -13,7 +13,7 @@ HELD = [do(lambda s: s.container.holds.hold("meeting", until=instant("06:08").re
 BY_HAND = [down(), run_now(), 100, up()]
 WAITS = (BATTERY_LOW, NEXT_TRY, HELD, BY_HAND)
 
-test_listed = told(
+test_listed = cases_of(
     Story(
         "a start that waited for any reason is listed for half a minute, and then starts once",
         PLANNED,

@@ -29,7 +29,7 @@ def failed_before(start):
     return [start, states(WAITING), backup(), up(), 200, items("Done"), restored(), 300, ONCE, ends(DONE)]
 
 
-test_restored = told(
+test_restored = cases_of(
     Story(
         "a start tried before the backup that ran since is not sent again",
         each(failed_before([plan(), down("R1"), 303]), failed_before([down("R1"), run_now(), 40])),
@@ -113,7 +113,7 @@ NOTHING_ON_R1 = true(lambda s: s.network.posts("R1") == [])
 BACK_AND_RAN_ON_R2 = [ON_R1, backup(), edit(robot_id=2), 340, items("Done")]
 IS_R2S = true(lambda s: [(row.robot, row.state) for row in s.executions()] == [("R2", COMPLETED)])
 
-test_on_another_robot_since = told(
+test_on_another_robot_since = cases_of(
     Story(
         "a run on another robot is not sent to the one named in the backup",
         each(
@@ -162,7 +162,7 @@ test_on_another_robot_since = told(
 NONE_LISTED = true(lambda s: late_starts(s.executions(), {}) == [])
 LISTED = until(lambda s: late_starts(s.executions(), {}), 120)
 
-test_with_a_window = told(
+test_with_a_window = cases_of(
     Story(
         "no robot is asked about starts that have run",
         [plan(), 200, backup(), 250, ONCE, restored(), [[1, NONE_LISTED] for _second in range(200)], ends(DONE), ONCE],
@@ -183,7 +183,7 @@ TWO_TABLETS = on_copy(raised("two_tablets"))
 R1_HELD = true(lambda s: s.container.holds.active(1) is not None)
 OFTEN = [plan(every=10), 30, copied()]
 
-test_copied_to_another_tablet = told(
+test_copied_to_another_tablet = cases_of(
     Story("both run each start once", [plan(), 30, copied(), on_both(420), items("Done"), ends(DONE)]),
     Story(
         "nothing is sent until a person decides",
@@ -234,7 +234,7 @@ test_copied_to_another_tablet = told(
     ),
 )
 
-test_history = told(
+test_history = cases_of(
     Story(
         "the list of old tokens is limited",
         [set_up(history_limit=3, poll_interval_seconds=600), plan(every=5), 3600],

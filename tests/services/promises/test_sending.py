@@ -15,7 +15,7 @@ LINE_1 = world.BY_NAME["Line 1"].guid
 CUT_OFF = [plan(window=5), post(ANSWER_LOST), 306, down("R1")]
 CANCEL_THERE = do(lambda s: s.container.make_client(s.robot("R1")).cancel(s.row().queue_id))
 
-test_constraints = told(
+test_constraints = cases_of(
     Story(
         "a low battery waits and runs when charged",
         [battery(12), plan(battery=30), 310, waits(BATTERY), tries(0), battery(80), 10, runs(1), 200],
@@ -100,7 +100,7 @@ test_constraints = told(
     ),
 )
 
-test_refused = told(
+test_refused = cases_of(
     Story(
         "the robot does not have the mission",
         do(lambda s: s.container.catalogue.save_mission(Mission("Gone", "00000000-0000-0000-0000-000000000000"))),
@@ -132,7 +132,7 @@ test_refused = told(
 
 UNKNOWN_FATES = (LOST, ANSWER_LOST, LATE, ERROR_BEFORE, ERROR_AFTER, Fate.PAGE, Fate.CUT)
 
-test_unknown = told(
+test_unknown = cases_of(
     Story(
         "it ends as exactly one item",
         plan(),
@@ -201,7 +201,7 @@ SAYS_WHY = [plan(), post(Fate.SAYS_WHY), until(lambda s: s.executions(SUBMITTING
 REFUSED_SO = true(lambda s: sentence(s.row().reason, "UTC") == f"The robot refused it: {WHY}")
 SENT_ONCE = true(lambda s: len(s.network.posts()) == 1)
 
-test_answered_why = told(
+test_answered_why = cases_of(
     Story(
         "it is shown while it is looked for, and then refused and not sent again",
         [SAYS_WHY, true(lambda s: waiting_sentence(s.row()) == f"The robot is being asked: {WHY}")],
@@ -228,7 +228,7 @@ test_answered_why = told(
     ),
 )
 
-test_followed = told(
+test_followed = cases_of(
     Story(
         "an unreachable robot leaves running starts open",
         [plan(), until(lambda s: s.executions(EXECUTING)), down(), 4 * 3600, states(EXECUTING), up(), 60, ends(DONE)],
@@ -279,7 +279,7 @@ FLAT = each(
 )
 CHARGED = [battery(80), 600]
 
-test_switched_back = told(
+test_switched_back = cases_of(
     Story(
         "a waiting start runs once",
         FLAT,

@@ -49,7 +49,7 @@ def starts(number):
 
 RUNS_AT_FIVE_PAST = [600, rows(("23T06:05", COMPLETED))]
 
-test_set_up = told(
+test_set_up = cases_of(
     *(
         Story(
             f"by a clock that shows {shows.year}",
@@ -100,7 +100,7 @@ HALF_AN_HOUR = [30 * 60, IMPLAUSIBLE]
 HAS_ITS_ROW = [60, rows(("23T06:10", State.MISSED))]
 RESTART = [app_off(), do(lambda s: s.stay_off(90)), app_on()]
 
-test_among_wrong_robots = told(
+test_among_wrong_robots = cases_of(
     Story(
         "no start vanishes before a person or the robots correct the clock",
         [robots_off_by(HOUR), daily("06:10"), HALF_AN_HOUR],

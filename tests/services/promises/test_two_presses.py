@@ -42,10 +42,10 @@ def undo_if_it_may_be(s):
         s.container.catalogue.wait_again(s.noted[-1].id)
 
 
-def told_of(s):
+def reports_of(s):
     """The robots that alarms of two starts name."""
-    told = [alarm.details for alarm in s.container.alarms.open() if alarm.code == "started_twice"]
-    return [(details["robot"], details["other"]) for details in told]
+    cases_of = [alarm.details for alarm in s.container.alarms.open() if alarm.code == "started_twice"]
+    return [(details["robot"], details["other"]) for details in cases_of]
 
 
 HOLD_SECOND = at_second(lambda s, robot: s.hold(robot.name))
@@ -54,7 +54,7 @@ REMOVE_SECOND = at_second(lambda s, robot: s.removed.append(s.container.catalogu
 LOSE_MISSION = at_second(lambda s, robot: s.lose_mission(robot.name))
 CANCEL = do(lambda s: s.container.operator.cancel_execution(s.noted[-1].id))
 
-test_started_on_another = told(
+test_started_on_another = cases_of(
     Story(
         "it is not sent again",
         [IN_DOUBT, instead(token="pressed"), 30],
@@ -186,7 +186,7 @@ test_started_on_another = told(
         [IS_THERE, instead()],
         each(30, [900, true(lambda s: s.executions()[0].state is FAILED)]),
         [not_raised("started_twice"), up(), 120],
-        true(lambda s: told_of(s) == [(s.noted[0].robot, s.container.ledger.get(s.noted[-1].id).robot)]),
+        true(lambda s: reports_of(s) == [(s.noted[0].robot, s.container.ledger.get(s.noted[-1].id).robot)]),
         **GROUP,
         stays_open=True,
     ),
@@ -270,7 +270,7 @@ def skip_seen(s, index=-1):
 
 SEE = do(lambda s: s.noted.append(s.schedule().next_at))
 
-test_skip = told(
+test_skip = cases_of(
     Story(
         "the start that was seen, even if there is an earlier one",
         [HOURLY, skip(), SEE, do(lambda s: s.container.pausing.unskip(1, s.noted[0])), skip_seen()],

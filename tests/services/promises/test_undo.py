@@ -14,10 +14,10 @@ DELETIONS = each(delete(), delete("mission"), delete("robot"))
 WAITS_OR_DOUBT = each([battery(12), 306], [post(LOST), 306])
 FIRST_REMOVED = [plan(window=60), while_posting(delete("robot")), 310]
 NEXT_IS_THERE = "the next start of its schedule is there already"
-LONG_GONE = "this start no longer waits and can't wait again"
+LONG_AWAY = "this start no longer waits and can't wait again"
 SINCE = "its schedule has been changed since"
 
-test_a_deletion_undone = told(
+test_a_deletion_undone = cases_of(
     Story(
         "a waiting start is there again",
         [battery(12), plan(battery=30), 360, waits(BATTERY)],
@@ -140,7 +140,7 @@ test_a_deletion_undone = told(
     ),
 )
 
-test_a_deletion_undone_of_a_group = told(
+test_a_deletion_undone_of_a_group = cases_of(
     Story(
         "a robot's undo restores no start that was withdrawn since",
         [plan(window=60), post(LOST), 306, delete("robot"), 3],
@@ -195,17 +195,17 @@ test_a_deletion_undone_of_a_group = told(
 
 WAITING_FOR_CHARGE = [battery(12), plan(rule="FREQ=DAILY", battery=30, window=20), 310, cancel()]
 
-test_a_cancel_undone = told(
+test_a_cancel_undone = cases_of(
     Story(
         "it runs once, and its undo pressed twice says so",
         [WAITING_FOR_CHARGE, true(lambda s: may_wait_again(s.row())), 3, want_again(), states(WAITING)],
         each([], [off_for()]),
-        [battery(80), 600, ends(DONE), runs(1), refused(want_again(), LONG_GONE), runs(1)],
+        [battery(80), 600, ends(DONE), runs(1), refused(want_again(), LONG_AWAY), runs(1)],
     ),
     Story("while it is cancelled nothing is sent", [WAITING_FOR_CHARGE, battery(80), 600, runs(0)]),
     Story(
         "a start that may have been sent stays cancelled",
-        [post(REFUSED), plan(window=20), 301, cancel(), tries(1), refused(want_again(), LONG_GONE)],
+        [post(REFUSED), plan(window=20), 301, cancel(), tries(1), refused(want_again(), LONG_AWAY)],
     ),
     Story(
         "a cause that would have ended it keeps it ended",
@@ -257,7 +257,7 @@ test_a_cancel_undone = told(
 )
 
 
-test_one_failed_read = told(
+test_one_failed_read = cases_of(
     Story(
         "an alarm of an earlier run stays when a later one turns out to have arrived",
         [plan(every=10, window=1), mission(guid="00000000-0000-0000-0000-000000000001"), 310, states(FAILED)],

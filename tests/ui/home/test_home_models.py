@@ -25,10 +25,10 @@ def test_an_error_that_returns_later_is_no_failed_reset(monkeypatch, over):
     report, failed = ResetReport(lambda *_said: None), with_aino(FAILED)
     report.begin(AINO, NOW - timedelta(minutes=5))
     report.look(failed)
-    assert replace(failed, reset_in_vain=report.in_vain).is_reset_in_vain
+    assert replace(failed, reset_without_effect=report.without_effect).has_reset_no_effect
     over(report)
     report.look(failed)
-    assert not replace(failed, reset_in_vain=report.in_vain).is_reset_in_vain
+    assert not replace(failed, reset_without_effect=report.without_effect).has_reset_no_effect
 
 
 def test_a_start_just_handed_to_a_robot_is_read_again_until_it_is_over():

@@ -131,7 +131,7 @@ def test_a_column_that_does_not_exist_is_a_mistake_in_the_program(db, row):
 
 
 def test_an_instant_that_was_withdrawn_makes_room_unless_something_was_sent(db, row):
-    before, taken_back, tried, sent = (
+    before, withdrawn, tried, sent = (
         add(
             db,
             row(
@@ -145,9 +145,9 @@ def test_an_instant_that_was_withdrawn_makes_room_unless_something_was_sent(db, 
         )
         for minutes, attempts, floor in ((-1, 0, None), (0, 0, 7), (1, 3, None), (2, 1, 7))
     )
-    assert [each.was_never_sent for each in (before, taken_back, tried, sent)] == [True, True, True, False]
+    assert [each.was_never_sent for each in (before, withdrawn, tried, sent)] == [True, True, True, False]
     db.write(lambda c: EXECUTIONS.drop_withdrawn(c, 1, NOON))
-    assert [EXECUTIONS.get(db.read(), each.id) is None for each in (before, taken_back, tried, sent)] == [
+    assert [EXECUTIONS.get(db.read(), each.id) is None for each in (before, withdrawn, tried, sent)] == [
         False,
         True,
         True,

@@ -34,7 +34,7 @@ def let_go_of_all(s, seconds):
         s.container.operator.hold_starts([row.id for row in held(s)], held=False)
 
 
-test_held_while_the_clock_is_ahead = told(
+test_held_while_the_clock_is_ahead = cases_of(
     Story(
         "it can be released after a small correction",
         [plan(**PUT_BY_HAND), 10, hold("R1"), 600, keep(), release()],
@@ -140,7 +140,7 @@ WAITS_ON = [
 ]
 SEVERAL = plan(at="06:08", every=1, window=60, workdays=False, overlap=Overlap.QUEUE)
 
-test_held_and_still_in_the_future = told(
+test_held_and_still_in_the_future = cases_of(
     Story(
         "it waits for its release when its time has come",
         each(*(kept(back, rule=rule) for back, rule in BACK_AND_RULES), quick=3),
