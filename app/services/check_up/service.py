@@ -28,9 +28,9 @@ from app.mir.client import RobotClient
 from app.mir.errors import RobotError
 from app.mir.raw_client import PATIENT, RawClient
 from app.mir.transport import Pace
-from app.services.check_up import trial as trials
 from app.services.check_up.probes import read_robot
 from app.services.check_up.session import Cancelled, CheckUpSession
+from app.services.check_up.trial import NAME
 from app.services.check_up.trials import Trials, length_s, missions_of
 from app.services.dispatch.ledger import Ledger
 from app.services.live.alarms import Alarms
@@ -169,7 +169,7 @@ class CheckUps:
             self._clock.monotonic() - began,
             tuple(session.findings),
             _with_known(session, robot.profile),
-            (trial.mission or trials.NAME) if trial is not None and was_tried else "",
+            (trial.mission or NAME) if trial is not None and was_tried else "",
             is_complete,
         )
 

@@ -53,7 +53,7 @@ log = logging.getLogger(__name__)
 
 MOST_LISTED = 20  # starts in one line of the log
 
-NONE: Mapping[str, Any] = MappingProxyType({})
+EMPTY: Mapping[str, Any] = MappingProxyType({})
 
 ClientFactory = Callable[[Robot], RobotClient]
 
@@ -83,7 +83,7 @@ class Operator:
 
     # ------------------------------------------------------------------ missions
     def run_now(
-        self, robot_id: int, mission_id: int, parameters: Mapping[str, Any] = NONE, token: str | None = None
+        self, robot_id: int, mission_id: int, parameters: Mapping[str, Any] = EMPTY, token: str | None = None
     ) -> Execution:
         """Submit a mission at once, ignoring its constraints. ``token`` is made per press, so a press that arrives
         twice runs once. Raises InvalidInput, also where the data was copied from another tablet: it must not wait here
@@ -96,7 +96,7 @@ class Operator:
         self,
         group_id: int,
         mission_id: int,
-        parameters: Mapping[str, Any] = NONE,
+        parameters: Mapping[str, Any] = EMPTY,
         token: str | None = None,
         *,
         priority: int = HIGH,
@@ -215,7 +215,7 @@ class Operator:
         parameters: Mapping[str, Any],
         token: str | None,
         priority: int = 0,
-        tried: Mapping[str, Any] = NONE,
+        tried: Mapping[str, Any] = EMPTY,
         instead_of: Execution | None = None,
     ) -> Execution:
         token = token or str(uuid.uuid4())
