@@ -118,6 +118,8 @@ class Container:
             self._is_unavailable, lambda robot_id: is_charging(self.snapshots.get(robot_id).status), self._may_have
         )
         self.plan = Plan(db, clock, live)
+        robots = CachedUntilChanged(lambda: repositories.robots.all(db.read()), self.changes, Topic.ROBOTS)
+        self.restored_starts = RestoredStarts(db, clock, self.changes, self.tablet, robots, self.settings)
         planner = Planner(
             db,
             clock=clock,
@@ -125,11 +127,9 @@ class Container:
             alarms=self.alarms,
             ledger=self.ledger,
             changes=self.changes,
+            restored_starts=self.restored_starts,
             hold_late_starts=with_window,
-            uncertain_through=lambda: self.restored_starts.uncertain_until,
         )
-        robots = CachedUntilChanged(lambda: repositories.robots.all(db.read()), self.changes, Topic.ROBOTS)
-        self.restored_starts = RestoredStarts(db, clock, self.changes, self.tablet, robots, self.settings)
         guard = ClockGuard(db, clock, self.holds, self.alarms, self.downtime)
         self.context = Context(
             db,

@@ -15,6 +15,7 @@ def insert_due(container: Container) -> DueBatch:
         alarms=container.alarms,
         ledger=container.ledger,
         changes=container.changes,
+        restored_starts=container.restored_starts,
         hold_late_starts=False,
     )
     return planner.insert_due(lambda robot_id: None, lambda intents: None)

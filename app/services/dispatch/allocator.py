@@ -32,7 +32,7 @@ ASSIGNED_TOGETHER = 50  # with one write: more would delay other writes
 class Allocator:
     """``lacks``: whether a robot is known not to have a mission, by their id and guid."""
 
-    def __init__(self, context: Context, lacks: Callable[[int, str], bool] = lambda robot_id, guid: False) -> None:
+    def __init__(self, context: Context, lacks: Callable[[int, str], bool]) -> None:
         self._s, self._ledger, self._clock, self._lacks = context, context.ledger, context.clock, lacks
         self._starts, self._groups = GroupExecutionRepository(), GroupRepository()
         self._waiting = Waiting(context, self._later)

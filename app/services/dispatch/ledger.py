@@ -34,16 +34,10 @@ TOO_MANY = 3  # failures in a row, from which on an alarm names the robot
 
 
 class Ledger:
-    def __init__(
-        self,
-        db: Database,
-        clock: Clock,
-        changes: Changes,
-        alarms: Alarms,
-    ) -> None:
-        self._db, self._executions, self._settings = db, ExecutionRepository(), SettingsRepository()
-        self._clock, self._changes, self._alarms, self._robots = clock, changes, alarms, RobotRepository()
-        self._starts = GroupExecutionRepository()
+    def __init__(self, db: Database, clock: Clock, changes: Changes, alarms: Alarms) -> None:
+        self._db, self._clock, self._changes, self._alarms = db, clock, changes, alarms
+        self._executions, self._starts = ExecutionRepository(), GroupExecutionRepository()
+        self._robots, self._settings = RobotRepository(), SettingsRepository()
         self.grew = True  # rows ended since the history was last held to its limit
 
     # ------------------------------------------------------------------ reading

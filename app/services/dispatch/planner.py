@@ -34,6 +34,7 @@ from app.domain.models import (
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.messages import Readiness
 from app.services.dispatch.planned_rows import PlanningContext, RowMaker, passed
+from app.services.dispatch.restored_starts import RestoredStarts
 from app.services.dispatch.timing import LONGEST_WAIT
 from app.services.executions import transitions
 from app.services.executions.transitions import NOT_WITH_THE_ROBOT, Transition
@@ -86,21 +87,14 @@ class Planner:
         alarms: Alarms,
         ledger: Ledger,
         changes: Changes,
+        restored_starts: RestoredStarts,
         hold_late_starts: bool,
-        uncertain_through: Callable[[], datetime | None] = lambda: None,
     ) -> None:
-        """``uncertain_through``: starts planned up to then may have run although the ledger does not know."""
         self._db, self._schedules, self._executions = db, ScheduleRepository(), ExecutionRepository()
-        self._robots, self._missions, self._settings = RobotRepository(), MissionRepository(), SettingsRepository()
-        self._groups = GroupRepository()
-        self._clock, self._downtime, self._alarms, self._ledger, self._changes = (
-            clock,
-            downtime,
-            alarms,
-            ledger,
-            changes,
-        )
-        self._uncertain_through = uncertain_through
+        self._robots, self._groups = RobotRepository(), GroupRepository()
+        self._missions, self._settings = MissionRepository(), SettingsRepository()
+        self._clock, self._downtime, self._alarms = clock, downtime, alarms
+        self._ledger, self._changes, self._restored_starts = ledger, changes, restored_starts
         self._hold_late_starts = hold_late_starts  # only a window can show the list with its Hold button
         self._lasts_until: dict[int, float] = {}  # on the monotonic clock, by id of a Run now of a clock that was ahead
 
@@ -251,7 +245,7 @@ class Planner:
     def list_late_starts(self, since: datetime) -> None:
         """After an absence that began then, late starts are first listed for some seconds, if there is a window; those
         that may have run, once that is known."""
-        now, through = self._clock.now(), self._uncertain_through()
+        now, through = self._clock.now(), self._restored_starts.uncertain_until
         if self._hold_late_starts:
             self._ledger.apply_found(
                 lambda c: (transitions.list_late(row, now, through) for row in self._executions.late(c, since, now)),
@@ -289,7 +283,7 @@ class Planner:
             self._schedules.skips(c, [schedule.id for schedule in schedules], held=True),
             GroupExecutionRepository().with_places(c),
             ready,
-            self._uncertain_through(),
+            self._restored_starts.uncertain_until,
         )
 
     def _take(self, schedule: Schedule, context: PlanningContext, batch: DueBatch) -> _DueSchedule | None:
