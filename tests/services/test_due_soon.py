@@ -11,46 +11,43 @@ from app.services.dispatch import messages
 from app.services.dispatch.timing import INTENT_LEAD, PREFETCH_LEAD, PREFETCH_SPREAD, PREFETCH_TOGETHER
 from app.services.dispatch.worker import phase_of
 from tests.support.network import Fate
+from tests.support.seen import requests
 
 DUE = 300.0  # s from the beginning: 06:05
 
 
 @pytest.fixture
-def requests(site, plan) -> list[str]:
+def asked(site, plan) -> list[str]:
     """What has been asked of the robot since some seconds before the schedule is due."""
     plan("2026-11-23T06:05")
     site.run(DUE - 5.0)
-    asked: list[str] = []
-    site.network.interrupt = lambda where: (
-        asked.append(where.removeprefix("before ")) if where.startswith("before ") else None
-    )
-    return asked
+    return requests(site)
 
 
-def test_the_robot_is_read_once_and_only_shortly_before(site, requests):
+def test_the_robot_is_read_once_and_only_shortly_before(site, asked):
     site.run(5.0 - PREFETCH_LEAD)
-    assert requests == []
+    assert asked == []
     site.run(PREFETCH_LEAD - INTENT_LEAD)
-    assert requests == ["GET /status"]
+    assert asked == ["GET /status"]
 
 
-def test_two_instants_close_together_are_announced_together(site, plan, requests):
+def test_two_instants_close_together_are_announced_together(site, plan, asked):
     plan("2026-11-23T06:05", name="another")
     site.run(5.0 - INTENT_LEAD)
-    assert requests == ["GET /status"]
+    assert asked == ["GET /status"]
 
 
-def test_an_instant_that_a_clock_set_back_has_put_off_is_not_announced(site, requests):
+def test_an_instant_that_a_clock_set_back_has_put_off_is_not_announced(site, asked):
     site.clock.step(-3600.0)
     site.run(5.0 - INTENT_LEAD)
-    assert requests == []
+    assert asked == []
 
 
-def test_at_the_instant_only_the_post_remains(site, requests):
+def test_at_the_instant_only_the_post_remains(site, asked):
     site.run(5.0 - INTENT_LEAD / 2)
-    requests.clear()
+    asked.clear()
     site.run(INTENT_LEAD)
-    assert requests[0] == "POST /mission_queue"
+    assert asked[0] == "POST /mission_queue"
     assert [run.state for run in site.executions()] == [State.QUEUED]
 
 
@@ -62,37 +59,34 @@ def test_so_it_does_where_the_queue_could_not_be_read_when_the_app_began(site, p
     site.network.next("GET", "/mission_queue", Fate.REFUSED, count=2)
     site.switch_on()
     site.run(30.0 - INTENT_LEAD / 2)
-    asked: list[str] = []
-    site.network.interrupt = lambda where: (
-        asked.append(where.removeprefix("before ")) if where.startswith("before ") else None
-    )
+    asked = requests(site)
     site.run(INTENT_LEAD)
     assert asked[0] == "POST /mission_queue"
 
 
-def test_a_read_ahead_that_fails_is_no_attempt(site, requests):
+def test_a_read_ahead_that_fails_is_no_attempt(site, asked):
     site.network.next("GET", "/status", Fate.REFUSED)
     site.run(5.1)
-    assert requests[:3] == ["GET /status", "GET /status", "POST /mission_queue"]
+    assert asked[:3] == ["GET /status", "GET /status", "POST /mission_queue"]
     [run] = site.executions()
     assert (run.state, run.attempts) == (State.QUEUED, 1)
 
 
-def test_what_is_due_does_not_wait_for_a_poll(site, requests):
+def test_what_is_due_does_not_wait_for_a_poll(site, asked):
     """The poll of 06:05:00 comes together with the schedule."""
     site.run(5.1)
-    assert requests[:2] == ["GET /status", "POST /mission_queue"]
+    assert asked[:2] == ["GET /status", "POST /mission_queue"]
 
 
-def test_a_robot_is_read_ahead_when_its_turn_comes(site, requests):
+def test_a_robot_is_read_ahead_when_its_turn_comes(site, asked):
     [worker] = site._workers.values()
     worker.handle(messages.Prefetch())
     wait = worker.advance()
-    assert requests == []
+    assert asked == []
     assert 0 < wait < PREFETCH_SPREAD
     site.clock.advance(wait)
     worker.advance()
-    assert requests == ["GET /status"]
+    assert asked == ["GET /status"]
 
 
 def test_many_robots_take_turns_and_all_are_read_before_the_intents_are_written():

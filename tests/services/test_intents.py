@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from app.domain.models import ReasonCode, State
 from app.services.dispatch.timing import INTENT_LEAD
-from tests.support.seen import tokens
+from tests.support.seen import requests, tokens
 
 DUE = 300.0  # s from the beginning: 06:05
 QUIET = 90.0  # s until a submission of unknown outcome is sent again
@@ -24,10 +24,7 @@ def test_row_and_intent_are_one_write_and_the_post_is_next(site, plan):
     [run] = site.executions()
     assert run.attempts == 1
     assert tokens(site) == []
-    asked: list[str] = []
-    site.network.interrupt = lambda where: (
-        asked.append(where.removeprefix("before ")) if where.startswith("before ") else None
-    )
+    asked = requests(site)
     site.run(0.1)
     assert asked[0] == "POST /mission_queue"
     assert tokens(site) == [run.token]

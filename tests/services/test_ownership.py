@@ -9,7 +9,7 @@ from app.database.connection import DatabaseUnavailable
 from app.domain.models import State
 from app.services.dispatch import messages
 from app.services.dispatch.timing import INTENT_LEAD
-from tests.support.seen import tokens
+from tests.support.seen import requests, tokens
 
 DUE = 300.0  # s from the beginning: 06:05
 QUIET = 90.0  # s until a submission of unknown outcome is sent again
@@ -19,11 +19,7 @@ R1 = 1
 @pytest.fixture
 def asked(site) -> list[str]:
     """Every request to a robot from here on."""
-    asked: list[str] = []
-    site.network.interrupt = lambda where: (
-        asked.append(where.removeprefix("before ")) if where.startswith("before ") else None
-    )
-    return asked
+    return requests(site)
 
 
 @pytest.fixture

@@ -8,12 +8,13 @@ from dataclasses import replace
 import pytest
 
 from app.domain.check_up import Rest, RobotProfile
-from app.domain.models import ReasonCode, Robot, State
+from app.domain.models import ReasonCode, State
 from mir_sim import Profile, deviant
 from mir_sim.mission_queue import ItemState
 from mir_sim.site import ADMINISTRATOR
 from tests.support.expected_findings import checked_up
 from tests.support.network import Fate
+from tests.support.seen import alarms, items, requests, robot_of
 from tests.support.site import USER, Site
 
 START = "2026-11-23T06:05"
@@ -36,10 +37,6 @@ def deviants(*names: str) -> pytest.MarkDecorator:
     return pytest.mark.parametrize("site", names, indirect=True)
 
 
-def robot_of(site: Site) -> Robot:
-    return site.container.repositories.robots.all(site.container.db.read())[0]
-
-
 def check_up(site: Site, name: str, **values) -> RobotProfile:
     robot = robot_of(site)
     profile = replace(checked_up(name, robot.serial_number, robot.software), **values)
@@ -49,30 +46,13 @@ def check_up(site: Site, name: str, **values) -> RobotProfile:
     return profile
 
 
-def items(site: Site):
-    return list(site.machines["R1"].queue)
-
-
-def alarms(site: Site) -> list[str]:
-    return [alarm.code for alarm in site.container.alarms.open()]
-
-
-def requests_of(site: Site) -> list[str]:
-    """All requests from now on."""
-    asked: list[str] = []
-    site.network.interrupt = lambda where: (
-        asked.append(where.removeprefix("before ")) if where.startswith("before ") else None
-    )
-    return asked
-
-
 # ---------------------------------------------------------------------- reading
 @deviants("no-search")
 def test_a_search_that_is_known_to_be_missing_is_never_tried(site, plan):
     check_up(site, "no-search")
     site.switch_off()
     site.switch_on()
-    asked = requests_of(site)
+    asked = requests(site)
     plan(START)
     site.run_until(lambda: site.executions(State.COMPLETED))
     assert "GET /mission_queue" in asked

@@ -9,8 +9,9 @@ from collections.abc import Callable
 from app.domain.check_up import Rest
 from app.domain.models import ReasonCode, State
 from app.services.dispatch import messages
-from tests.services.test_robot_profiles import alarms, check_up, deviants, items, robot_of, site  # noqa: F401
+from tests.services.test_robot_profiles import check_up, deviants, site  # noqa: F401
 from tests.support.network import Fate
+from tests.support.seen import alarms, items, robot_of
 from tests.support.site import Site
 
 

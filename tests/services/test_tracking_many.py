@@ -8,6 +8,7 @@ from app.domain.models import State
 from app.mir.client import RobotClient
 from app.mir.errors import Unreadable
 from app.services.dispatch.tracking import MANY
+from tests.support.seen import requests
 
 DUE = 300.0  # s from the beginning: 06:05
 COUNT = 2 * MANY
@@ -19,11 +20,7 @@ def asked(site, plan) -> list[str]:
     for number in range(COUNT):
         plan("2026-11-23T06:05", name=f"S{number}")
     site.run(DUE + 1.0)
-    asked: list[str] = []
-    site.network.interrupt = lambda where: (
-        asked.append(where.removeprefix("before ")) if where.startswith("before ") else None
-    )
-    return asked
+    return requests(site)
 
 
 def test_many_are_followed_in_one_request(site, asked):

@@ -32,6 +32,18 @@ def tokens(site: Site, robot: str = "R1") -> list[str]:
     return [item.description for item in items(site, robot) if item.description]
 
 
+def requests(site: Site) -> list[str]:
+    """What robots are asked for from now on, such as "GET /status"."""
+    asked: list[str] = []
+
+    def note(where: str) -> None:
+        if where.startswith("before "):
+            asked.append(where.removeprefix("before "))
+
+    site.network.interrupt = note
+    return asked
+
+
 def outcome(row: Execution) -> tuple[State, ReasonCode | None, int]:
     """State, reason and attempts."""
     return row.state, row.reason and row.reason.code, row.attempts
