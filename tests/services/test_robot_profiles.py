@@ -1,282 +1,251 @@
-"""What the app does otherwise because a check-up has found out how a robot differs."""
+"""What the app does otherwise because a check-up has found out how a robot differs; and what happens while such a robot is waited for."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
+import math
+from collections.abc import Iterable
 
-import pytest
-
-from app.domain.check_up import Rest, RobotProfile
-from app.domain.models import ReasonCode, State
+from app.domain.check_up import Rest
+from app.domain.models import ReasonCode
+from app.services.dispatch import messages
 from mir_sim import Profile, deviant
 from mir_sim.mission_queue import ItemState
-from mir_sim.site import ADMINISTRATOR
+from tests.services.story import *
 from tests.support.expected_findings import checked_up
-from tests.support.network import Fate
-from tests.support.seen import alarms, items, requests, robot_of
-from tests.support.site import USER, Site
-
-START = "2026-11-23T06:05"
+from tests.support.seen import requests
+from tests.support.site import USER
 
 
-@pytest.fixture
-def site(request, tmp_path) -> Iterator[Site]:
-    """One robot R1 that differs as the test's ``deviant`` says."""
-    name = getattr(request, "param", "faithful")
-    profile = Profile(timezone="UTC") if name == "faithful" else deviant(name)
-    site = Site(tmp_path, profiles={"R1": profile})
-    site.add_robots()
-    site.add_mission("Deliver")
-    site.run(60)
-    yield site
-    site.switch_off()
+def of(robot: str, name: str, *steps, **site) -> Story:
+    """A story of R1 that differs in that way."""
+    profile = Profile(timezone="UTC") if robot == "faithful" else deviant(robot)
+    return Story(f"{robot}: {name}", 60, *steps, profiles={"R1": profile}, **site)
 
 
-def deviants(*names: str) -> pytest.MarkDecorator:
-    return pytest.mark.parametrize("site", names, indirect=True)
+def of_each(robots: Iterable[str], name: str, steps, **site) -> list[Story]:
+    """``steps`` are made of the robot's name."""
+    return [of(robot, name, *steps(robot), **site) for robot in robots]
 
 
-def check_up(site: Site, name: str, **values) -> RobotProfile:
-    robot = robot_of(site)
+@step
+def known(s, name="faithful", **values):
+    """A check-up has found out that, and ``values`` otherwise."""
+    robot = s.robot("R1")
     profile = replace(checked_up(name, robot.serial_number, robot.software), **values)
-    site.check_up(robot, profile)
-    site.run(1)
-    assert robot_of(site).known == profile
-    return profile
+    s.check_up(robot, profile)
+    s.run(1)
+    assert s.robot("R1").known == profile
 
 
-# ---------------------------------------------------------------------- reading
-@deviants("no-search")
-def test_a_search_that_is_known_to_be_missing_is_never_tried(site, plan):
-    check_up(site, "no-search")
-    site.switch_off()
-    site.switch_on()
-    asked = requests(site)
-    plan(START)
-    site.run_until(lambda: site.executions(State.COMPLETED))
-    assert "GET /mission_queue" in asked
-    assert "POST /mission_queue/search" not in asked
+def fate(fate, attempts, *seconds):
+    return [post(fate, *seconds), 900, tries(attempts)]
 
 
-@deviants("pages-of-50")
-@pytest.mark.parametrize("is_known", [True, False])
-def test_pages_that_end_early_are_no_proof_that_a_start_did_not_arrive(site, plan, is_known):
-    """Its own item is beyond the first page, after 60 others."""
-    if is_known:
-        check_up(site, "pages-of-50")
-    plan(START)
-    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
-    site.run_until(lambda: site.executions(State.SUBMITTING), within=400)
-    site.network.down.add("R1")
-    site.run(1)
-    client = _others(site)
-    for _n in range(60):
-        client.enqueue(site.executions()[0].mission_guid, description="of somebody else")
-    site.network.down.clear()
-    site.run(900)
-    [run] = site.executions()
-    assert run.attempts == 1
-    assert [item.id for item in items(site) if item.description == run.token] == [run.queue_id]
+def alarms(*codes):
+    return true(lambda s: s.alarms() == list(codes))
 
 
-def _others(site: Site):
-    """Somebody else's connection, which the outage does not touch."""
-    down, site.network.down = site.network.down, set()
-    client = site.container.make_client(robot_of(site))
-    send = client.enqueue
+def during_the_wait(act):
+    """Once, as a request of a start waits because the robot has to rest."""
 
-    def enqueue(*args, **values):
-        before, site.network.down = site.network.down, set()
-        try:
-            return send(*args, **values)
-        finally:
-            site.network.down = before
+    def arrange(s):
+        [pace] = s._paces.values()
+        pause = pace._pause
 
-    client.enqueue = enqueue
-    site.network.down = down
-    return client
+        def paused(seconds):
+            if s.executions(SUBMITTING) and not s.removed:
+                play(s, act)
+            pause(seconds)
 
+        pace._pause = paused
 
-# ---------------------------------------------------------------------- which item is ours
-@deviants("moves-descriptions")
-@pytest.mark.parametrize(("fate", "attempts"), [(Fate.ANSWER_LOST, 1), (Fate.LOST, 2)])
-def test_a_token_that_comes_back_in_another_field_is_found_there(site, plan, fate, attempts):
-    check_up(site, "moves-descriptions")
-    plan(START)
-    site.network.next("POST", "/mission_queue", fate)
-    site.run(900)
-    [run] = site.executions(State.COMPLETED)
-    assert (run.attempts, [item.id for item in items(site)], alarms(site)) == (attempts, [run.queue_id], [])
+    return do(arrange)
 
 
-@deviants("forgets-descriptions", "renames-descriptions")
-@pytest.mark.parametrize(("fate", "attempts"), [(Fate.ANSWER_LOST, 1), (Fate.LATE, 1), (Fate.LOST, 2)])
-def test_the_first_start_on_a_robot_that_is_known_to_forget_tokens_is_not_doubled_and_needs_no_alarm(
-    site, plan, fate, attempts
-):
-    check_up(site, "forgets-descriptions")
-    plan(START)
-    site.network.next("POST", "/mission_queue", fate, 20.0 if fate is Fate.LATE else None)
-    site.run(900)
-    [run] = site.executions(State.COMPLETED)
-    assert (run.attempts, [item.id for item in items(site)], alarms(site)) == (attempts, [run.queue_id], [])
-
-
-@deviants("forgets-descriptions")
-@pytest.mark.parametrize("is_known", [True, False])
-def test_a_copy_without_a_token_that_comes_late_is_reported(site, plan, is_known):
-    """It is unknown which one a person wanted, so it is left alone."""
-    if is_known:
-        check_up(site, "forgets-descriptions")
-    plan(START)
-    site.network.next("POST", "/mission_queue", Fate.LATE, 200.0)
-    site.run(900)
-    assert len(items(site)) == 2
-    assert alarms(site) == ["unmarked_copy"]
-
-
-@deviants("forgets-descriptions")
-def test_what_somebody_else_puts_there_is_no_copy(site, plan):
-    check_up(site, "forgets-descriptions")
-    plan(START)
-    site.network.next("POST", "/mission_queue", Fate.LOST)
-    site.run(450)
-    machine = site.machines["R1"]
-    machine.order(site.executions()[0].mission_guid, machine.site.table("/users").get(ADMINISTRATOR))
-    site.run(600)
-    assert len(items(site)) == 2
-    assert alarms(site) == []
-
-
-@deviants("forgets-descriptions", "german-states")
-@pytest.mark.parametrize("is_known", [True, False])
-def test_a_start_doubled_by_the_network_is_reported_on_a_deviant_robot(request, site, plan, is_known):
-    if is_known:
-        check_up(site, request.node.callspec.params["site"])
-    plan(START)
-    site.run_until(lambda: site.executions(State.QUEUED, State.EXECUTING), within=400)
-    [run], machine = site.executions(), site.machines["R1"]
-    machine.order(
-        run.mission_guid,
-        next(row for row in machine.site.table("/users") if row["username"] == USER),
-        description=run.token,
+ONE, TAKEN = [ends(DONE), runs(1), not_raised()], until(lambda s: s.executions(QUEUED, EXECUTING), 400)
+FORGETS, SEEN = "forgets-descriptions", do(lambda s: s.noted.append(requests(s)))
+NOT_FOUND_AT_ALL = do(
+    lambda s: setattr(
+        s.network, "as_answered", lambda _robot, path, body: b"[]" if path.startswith("/mission_q") else body
     )
-    site.run(60)
-    assert set(alarms(site)) & {"unmarked_copy", "duplicate_running", "duplicate_healed"}
-
-
-@deviants("no-id")
-def test_a_start_that_was_taken_without_a_number_is_looked_for_at_once(site, plan):
-    check_up(site, "no-id")
-    plan(START)
-    site.run_until(lambda: site.executions(State.QUEUED, State.EXECUTING))
-    [run] = site.executions()
-    assert (run.submitted_at - run.planned_at).total_seconds() < 1
-    assert site.executions()[0].attempts == 1
-
-
-@deviants("no-id")
-@pytest.mark.parametrize("is_known", [True, False])
-@pytest.mark.parametrize("is_killed", [True, False])
-def test_a_start_that_was_taken_and_can_not_be_found_is_never_sent_again(site, plan, is_known, is_killed):
-    if is_known:
-        check_up(site, "no-id")
-    plan(START)
-    site.network.as_answered = lambda robot, path, body: b"[]" if path.startswith("/mission_queue") else body
-    site.run_until(lambda: site.network.posts())
-    site.run(2)
-    if is_killed:
-        site.power_cut(5)
-    site.run(900)
-    [run] = site.executions()
-    assert (run.attempts, run.reason.code) == (1, ReasonCode.UNKNOWN_OUTCOME)
-    assert "unknown_outcome" in alarms(site)
-
-
-# ---------------------------------------------------------------------- its words
-@deviants("cancelled", "german-states", "german-texts", "faithful")
-@pytest.mark.parametrize(
-    ("end", "code"), [("cancelled", ReasonCode.USER_CANCELLED), ("failed", ReasonCode.ROBOT_ABORTED), ("done", None)]
 )
-def test_how_a_run_ended_is_understood_in_the_robot_s_own_words(request, site, plan, end, code):
-    check_up(site, request.node.callspec.params["site"])
-    plan(START)
-    site.run_until(lambda: site.executions(State.EXECUTING), within=400)
-    if end == "cancelled":
-        site.machines["R1"].cancel_all()
-    elif end == "failed":
-        machine = site.machines["R1"]
-        machine.controller.end(ItemState.ABORTED, "Failed to reach goal position 'Dock'")
-        machine.controller.finish_abort()
-    site.run(900)
-    [run] = site.executions()
-    assert (run.reason and run.reason.code) == code
-    assert run.state is {"cancelled": State.CANCELLED, "failed": State.FAILED, "done": State.COMPLETED}[end]
+DOUBLED = do(lambda s: s.stranger_queues(description=s.row().token, user=USER))
+UPDATED = do(lambda s: setattr(s.machines["R1"], "software", "3.8.1"))
 
 
-# ---------------------------------------------------------------------- its pace
-@deviants("slow-disk")
-def test_a_robot_that_was_seen_to_be_slow_is_waited_for(site, plan):
-    check_up(site, "slow-disk", quiet_s=120.0)
-    plan(START)
-    site.run(900)
-    [run] = site.executions(State.COMPLETED)
-    assert run.attempts == 1
-    assert "unreachable" not in alarms(site)
+@step
+def fails(s):
+    controller = s.machines["R1"].controller
+    controller.end(ItemState.ABORTED, "Failed to reach goal position 'Dock'")
+    controller.finish_abort()
 
 
-def test_the_quiet_time_is_the_longer_of_the_two(site, plan):
-    check_up(site, "faithful", quiet_s=200.0)
-    plan(START)
-    site.network.next("POST", "/mission_queue", Fate.LOST)
-    site.run(900)
-    first, second = site.network.posts()
-    assert second.at - first.at > 200
-    check_up(site, "faithful", quiet_s=5.0)
-    plan("2026-11-23T07:00")
-    site.network.next("POST", "/mission_queue", Fate.LOST)
-    site.run(3600)
-    third, fourth = site.network.posts()[2:]
-    assert fourth.at - third.at > 90
+test_reading = cases_of(
+    of(
+        "no-search",
+        "a search that is known to be missing is never tried",
+        [known("no-search"), app_off(), app_on(), SEEN, plan(), 900, ends(DONE)],
+        true(lambda s: "GET /mission_queue" in s.noted[0] and "POST /mission_queue/search" not in s.noted[0]),
+    ),
+    of(
+        "pages-of-50",
+        "pages that end early are no proof that a start did not arrive: its item is beyond 60 others",
+        each([], known("pages-of-50")),
+        [plan(), post(ANSWER_LOST), until(lambda s: s.executions(SUBMITTING), 400)],
+        [down("R1"), 1, do(lambda s: [s.stranger_queues(description="another's", user=USER) for _n in range(60)])],
+        [up(), 900, tries(1)],
+        true(lambda s: [i.id for i in s.items() if i.description == s.row().token] == [s.row().queue_id]),
+    ),
+)
+
+test_which_item_is_ours = cases_of(
+    of(
+        "moves-descriptions",
+        "a token that comes back in another field is found there",
+        [known("moves-descriptions"), plan()],
+        each(fate(ANSWER_LOST, 1), fate(LOST, 2)),
+        ONE,
+    ),
+    *of_each(
+        (FORGETS, "renames-descriptions"),
+        "the first start is not doubled and needs no alarm",
+        lambda _robot: [
+            [known(FORGETS), plan()],
+            each(fate(ANSWER_LOST, 1), fate(LATE, 1, 20.0), fate(LOST, 2)),
+            ONE,
+        ],
+    ),
+    of(
+        FORGETS,
+        "a copy that arrives late is an alarm and is left alone",
+        each([], known(FORGETS)),
+        [plan(), post(LATE, 200.0), 900, runs(2), alarms("unmarked_copy")],
+        doubles=True,
+    ),
+    of(
+        FORGETS,
+        "an item of another user is no copy",
+        [known(FORGETS), plan(), post(LOST), 450, stranger(), 600, runs(2), not_raised()],
+    ),
+    *of_each(
+        (FORGETS, "german-states"),
+        "a start that the network has doubled is an alarm",
+        lambda robot: [
+            each([], known(robot)),
+            [plan(), TAKEN, DOUBLED, 95],
+            true(lambda s: {"unmarked_copy", "duplicate_running", "duplicate_healed"} & set(s.alarms())),
+        ],
+        doubles=True,
+        stays_open=True,
+    ),
+    of(
+        "no-id",
+        "a start that was taken without a number is looked for at once",
+        [known("no-id"), plan(), TAKEN, tries(1)],
+        true(lambda s: (s.row().submitted_at - s.row().planned_at).total_seconds() < 1),
+        stays_open=True,
+    ),
+    of(
+        "no-id",
+        "a start that was taken and can't be found is never sent again",
+        each([], known("no-id")),
+        [plan(), NOT_FOUND_AT_ALL, until(lambda s: s.network.posts()), 2],
+        each([], off_for(5)),
+        [900, ends(UNKNOWN), tries(1), raised("unknown_outcome")],
+    ),
+)
+
+test_its_words = cases_of(
+    *of_each(
+        ("cancelled", "german-states", "german-texts", "faithful"),
+        "how a run ended is understood",
+        lambda robot: [
+            [known(robot), plan(), until(lambda s: s.executions(EXECUTING), 400)],
+            each(
+                [do(lambda s: s.machines["R1"].cancel_all()), 900, ends(CANCELLED)],
+                [fails(), 900, ends((FAILED, ReasonCode.ROBOT_ABORTED))],
+                [900, ends(DONE)],
+            ),
+        ],
+    )
+)
 
 
-@deviants("reboots-under-load")
-def test_a_robot_that_boots_when_it_is_asked_too_much_is_asked_less(site, plan):
-    check_up(site, "reboots-under-load")
-    before = site.machines["R1"].reboots
-    client = site.container.make_client(robot_of(site))
-    plan(START)
-    for _n in range(30):
-        site.run(10)
-        client.open_items()
-    site.run_until(lambda: site.executions(State.COMPLETED))
-    [run] = site.executions()
-    assert run.attempts == 1
-    assert site.machines["R1"].reboots == before
+def apart(seconds):
+    """The last two requests to start a mission."""
+    return true(lambda s: s.network.posts()[-1].at - s.network.posts()[-2].at > seconds)
 
 
-def test_requests_never_come_closer_than_the_robot_bears(site, plan):
-    check_up(site, "faithful", rest=Rest(8, 10.0))
-    times = []
-    site.network.interrupt = lambda where: times.append(site.seconds()) if where.startswith("before ") else None
-    for minute in range(5, 9):
-        plan(f"2026-11-23T06:0{minute}")
-    site.run(600)
-    assert len(site.executions(State.COMPLETED)) >= 3
-    assert all(later - earlier >= 10.0 for earlier, later in zip(times, times[8:], strict=False))
+test_its_pace = cases_of(
+    of(
+        "slow-disk",
+        "a robot that was seen to be slow is waited for",
+        [known("slow-disk", quiet_s=120.0), plan(), 900, ends(DONE), tries(1), not_raised("unreachable")],
+    ),
+    of(
+        "faithful",
+        "the quiet time is the longer of the two",
+        [known(quiet_s=200.0), plan(), post(LOST), 900, apart(200)],
+        [known(quiet_s=5.0), plan("B", "07:00"), post(LOST), 3600, apart(90)],
+    ),
+    of(
+        "reboots-under-load",
+        "a robot that boots when it is asked too much is asked less",
+        [known("reboots-under-load"), do(lambda s: s.noted.append(s.machines["R1"].reboots)), plan()],
+        [10, do(lambda s: s.container.make_client(s.robot("R1")).open_items())] * 30,
+        [600, ends(DONE), tries(1), true(lambda s: s.machines["R1"].reboots == s.noted[0])],
+    ),
+    of(
+        "faithful",
+        "requests never come closer than the robot bears",
+        [
+            known(rest=Rest(8, 10.0)),
+            do(lambda s: setattr(s.network, "interrupt", lambda _at: s.noted.append(s.seconds()))),
+        ],
+        [[plan(f"at {minute}", f"06:0{minute}") for minute in range(5, 9)], 900, ends(*[DONE] * 4)],
+        true(lambda s: all(later - at >= 10.0 for at, later in zip(s.noted[::2], s.noted[16::2], strict=False))),
+    ),
+)
 
+test_while_it_is_waited_for = cases_of(
+    of(
+        "faithful",
+        "a start withdrawn during a question about a refusal changes no other",
+        [known(rest=Rest(1, 10.0)), plan("A"), plan("B"), plan("C"), post(NOT_FOUND)],
+        during_the_wait(do(lambda s: s.removed.append(s.container.catalogue.remove_schedule(2)))),
+        [900, true(lambda s: s.removed and len(s.executions(COMPLETED)) == 2), runs(2), not_raised()],
+    ),
+    of(
+        "faithful",
+        "a start withdrawn while it waits for its turn is not sent",
+        [known(rest=Rest(1, 10.0)), plan(), during_the_wait(delete()), 900, ends(CHANGED), sent()],
+    ),
+    of(
+        FORGETS,
+        "a start that is sent while the robot is read is no copy of another",
+        [known(FORGETS), plan(), plan("B", "06:06"), until(lambda s: len(s.network.posts()) == 1, 400)],
+        do(lambda s: s.run(359.9 - s.seconds())),
+        until(lambda s: math.isfinite(s._workers[1]._sending.attempts.next_ready_at())),
+        [meets("GET", "/status", SLOW, 0.5), do(lambda s: s.post(1, messages.Poll()))],
+        [900, ends(DONE, DONE), runs(2), not_raised()],
+    ),
+    of(
+        "faithful",
+        "a robot that has come back is asked for its software before its queue proves anything",
+        [known(), plan(), post(ANSWER_LOST), until(lambda s: s.executions(SUBMITTING) and s.network.posts(), 400)],
+        [down("R1"), 100, UPDATED, up(), SEEN, TAKEN],
+        true(lambda s: s.noted[0].index("GET /users/me") < s.noted[0].index("POST /mission_queue/search")),
+        stays_open=True,
+    ),
+)
 
-# ---------------------------------------------------------------------- no longer what was checked up
-def test_other_software_ends_the_profile_with_an_alarm_until_the_next_check_up(site, plan):
-    check_up(site, "faithful")
-    site.machines["R1"].software = "3.8.1"
-    site.run(120)
-    assert robot_of(site).known is None
-    assert alarms(site) == ["check_up_outdated"]
-    [alarm] = site.container.alarms.open()
-    site.run(3600)
-    assert [(each.id, each.count) for each in site.container.alarms.open()] == [(alarm.id, 1)]
-    check_up(site, "faithful")
-    site.run(60)
-    assert all(each.cleared_at for each in site.container.alarms.open())
+test_no_longer_what_was_checked_up = cases_of(
+    of(
+        "faithful",
+        "other software ends the profile with an alarm until the next check-up",
+        [known(), UPDATED, 120, alarms("check_up_outdated"), true(lambda s: s.robot("R1").known is None)],
+        do(lambda s: s.noted.append([(alarm.id, 1) for alarm in s.container.alarms.open()])),
+        [3600, true(lambda s: [(alarm.id, alarm.count) for alarm in s.container.alarms.open()] == s.noted[0])],
+        [known(), 95, true(lambda s: all(alarm.cleared_at for alarm in s.container.alarms.open()))],
+    ),
+)
