@@ -240,7 +240,7 @@ class ChoiceSite(Site):
         """Whether nothing is planned, open, on the robot or being sent."""
         db = self.container.db.read()
         is_open = db.execute(
-            "SELECT 1 FROM executions WHERE ended_at IS NULL UNION SELECT 1 FROM schedules WHERE next_at IS NOT NULL"
+            "SELECT 1 FROM executions WHERE ended_at IS NULL UNION SELECT 1 FROM current_schedules WHERE next_at IS NOT NULL"
         )
         return (
             is_open.fetchone() is None and not self._flying() and all(item.finished for _robot, item in self._items())

@@ -225,7 +225,7 @@ class Stress:
             wait_for(
                 lambda: (
                     not self._rows(
-                        "SELECT 1 FROM executions WHERE ended_at IS NULL UNION ALL SELECT 1 FROM schedules"
+                        "SELECT 1 FROM executions WHERE ended_at IS NULL UNION ALL SELECT 1 FROM current_schedules"
                         " WHERE next_at IS NOT NULL"
                     )
                 ),
