@@ -20,7 +20,7 @@ from mir_sim.messages import Request, Response
 from mir_sim.robot import SimulatedRobot
 from mir_sim.wire import MAX_HEAD, BadRequest, encode, read_request
 
-ONLINE_CHECK = 0.02  # s between two checks of which robots are online
+ONLINE_CHECK = 0.02  # s between two checks for robots that are online
 BACKLOG = 512
 
 

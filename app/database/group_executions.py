@@ -88,10 +88,9 @@ class GroupExecutionRepository:
         return to_optional_instant(found[0])
 
     def may_be_bound(self, c: sqlite3.Connection, execution: Execution, robot_id: int, into_queue: bool) -> bool:
-        """Whether a start of a group is still as it was read and to be given to a robot, and to this one: it is
-        switched on, of the group, has no other start of ours (except with ``into_queue``; idle missions and starts
-        that wait for something other than the robot do not count), and there is room at every place that the mission
-        uses."""
+        """Whether a start of a group is unchanged and this robot may still get it: it is switched on, of the group, has
+        no other start of the app (except with ``into_queue``; idle missions and starts that wait for something other
+        than the robot do not count), and there is room at every place that the mission uses."""
         read = stored_values({name: getattr(execution, name) for name in _BOUND_BY})
         found = c.execute(
             f"""

@@ -221,7 +221,7 @@ class KpiRepository:
             )
             for robot in robots
         ]
-        merged = heapq.merge(*(map(tuple, rows) for rows in newest), reverse=True)  # reads no more than is wanted
+        merged = heapq.merge(*(map(tuple, rows) for rows in newest), reverse=True)  # reads no more than needed
         return list(islice(merged, limit))
 
     # ------------------------------------------------------------------ groups

@@ -86,7 +86,7 @@ class RobotRepository(Table[Robot]):
         self._put_idle(c, robot)
 
     def remove(self, c: sqlite3.Connection, id_: int, now: datetime) -> None:
-        """Its token is kept by whoever may put it back."""
+        """The token stays with the deletion, for an undo."""
         super().remove(c, id_, now)
         c.execute("UPDATE robots SET token = NULL WHERE id = ?", (id_,))
 
@@ -112,7 +112,7 @@ class RobotRepository(Table[Robot]):
             found.setdefault(number, []).append(name)
         return {number: names for number, names in found.items() if len(names) > 1}
 
-    # ------------------------------------------------------------------ what dispatch has to know of it
+    # ------------------------------------------------------------------ facts for dispatch
     def last_accepted(self, c: sqlite3.Connection, robot_id: int) -> Accepted | None:
         """The newest item that it took from the app; None: none yet."""
         row = c.execute("SELECT last_queue_id, last_token FROM current_robots WHERE id = ?", (robot_id,)).fetchone()

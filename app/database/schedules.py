@@ -18,7 +18,7 @@ from app.database.values import (
 )
 from app.domain.models import Between, Overlap, Schedule
 
-Skip = tuple[int, datetime]  # a start left out in advance: its schedule's id and its instant
+Skip = tuple[int, datetime]  # a start skipped in advance: its schedule's id and its instant
 
 
 class Progress(NamedTuple):
@@ -165,7 +165,7 @@ class ScheduleRepository(Table[Schedule]):
             (to_text(now),),
         )
 
-    # ------------------------------------------------------------------ starts left out in advance
+    # ------------------------------------------------------------------ starts skipped in advance
     def skip(self, c: sqlite3.Connection, schedule_id: int, instant: datetime) -> None:
         """Unless the schedule is purged."""
         c.execute(

@@ -11,13 +11,13 @@ from typing import Any, ClassVar, Generic, TypeVar
 from app.database.values import placeholders, to_json, to_text
 
 T = TypeVar("T", bound=Any)  # a dataclass with an ``id`` and a ``name``
-_REMOVED = "\x1f"  # between the name of what was removed and its id: nobody can type it
+_REMOVED = "\x1f"  # between the name of a removed object and its id: it can't be typed
 _UNDOABLE = timedelta(hours=1)
 
 
 class Table(Generic[T]):
-    """Objects by the rows of ``name``, of which the view ``current_<name>`` has those that are not removed. ``query`` selects what ``read``
-    needs."""
+    """Objects by the rows of ``name``, with the present ones in the view ``current_<name>``. ``query`` selects the
+    columns that ``read`` needs."""
 
     name: ClassVar[str]
     columns: ClassVar[tuple[str, ...]]  # that are written, each from the attribute of that name
@@ -65,7 +65,7 @@ class Table(Generic[T]):
         c.execute(f"UPDATE {self.name} SET {changes} WHERE id = ?", (*self.values(each), each.id))
 
     def remove(self, c: sqlite3.Connection, id_: int, now: datetime) -> None:
-        """It is not there any more, but for ``put_back``; its name is free."""
+        """It is removed, except for ``put_back``; its name is free."""
         c.execute(
             f"UPDATE {self.name} SET deleted_at = ?, name = name || '{_REMOVED}' || id WHERE id = ?",
             (to_text(now), id_),
@@ -81,7 +81,7 @@ class Table(Generic[T]):
         return found and replace(found, name=found.name.rpartition(_REMOVED)[0])
 
     def purge(self, c: sqlite3.Connection, now: datetime) -> None:
-        """Delete for good what was removed more than an hour ago, or at a time that is still to come."""
+        """Finally delete objects that were removed more than an hour ago, or at a future time."""
         c.execute(
             f"DELETE FROM {self.name} WHERE deleted_at NOT BETWEEN ? AND ?", (to_text(now - _UNDOABLE), to_text(now))
         )

@@ -126,7 +126,7 @@ def without_gaps(stored: Sequence[ActivitySpan], start: datetime, end: datetime)
 
 
 def _append(found: list[ActivitySpan], span: ActivitySpan) -> None:
-    """Empty ones are left out, those of the same kind as the one before joined with it."""
+    """Empty ones are omitted, successive ones of the same kind joined."""
     if found and found[-1].activity == span.activity:
         found[-1] = found[-1]._replace(end=span.end)
     elif span.end > span.start:

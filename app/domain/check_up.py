@@ -134,7 +134,7 @@ class LeftBehind:
     made (its guid; None: none) or the robot's own one that was ``queued`` (its guid), the tokens of what was queued,
     whether the robot was paused, and the ``hold`` (its id) of the plan's starts during the trial.
 
-    As it was when it was paused, so that a later pause is not taken for the trial's: ``started`` is when the newest
+    The state at the pause, so that a later pause is not taken for the trial's: ``started`` is when the newest
     mission of the trial had begun, as the robot gives it (None: none had), ``uptime_s`` how long the robot had been
     on."""
 

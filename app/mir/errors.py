@@ -208,7 +208,7 @@ class AnotherRobot(NotAMir):
 
 
 class AnotherRobotDidIt(AnotherRobot):
-    """The same, but that machine has got the request."""
+    """The same, but that machine received the request."""
 
     code = "another_robot_did_it"
     delivery = Delivery.UNKNOWN

@@ -80,7 +80,7 @@ class RawClient:
     def __init__(self, client: RobotClient, clock: Clock) -> None:
         self.client, self._clock = client, clock
         self._every, self._last = EVERY, -math.inf
-        self.get_once = functools.cache(self.get)  # asked for the first time, then as it was answered
+        self.get_once = functools.cache(self.get)  # read once, then the same answer
 
     def spare(self, requests: int, seconds: float) -> None:
         """From now on, ask it clearly less often than this number of times within these seconds."""

@@ -98,7 +98,7 @@ class Inbox:
             answer = self._handlers[request["kind"]](request)
         except (BadInput, InvalidInput) as error:
             answer = {"exit": 2, "error": str(error)}
-        except Exception as error:  # the answer reports it; the app goes on
+        except Exception as error:  # the answer reports it; the app continues
             log.exception("The request %s could not be served", path.name)
             answer = {"exit": 1, "error": f"the running app could not do it: {type(error).__name__}"}
         if answer is not None and path.exists():  # else no command waits for the answer

@@ -102,8 +102,8 @@ class _FairShare:
 
 
 def start(directory: Path, *, stderr: bool, read_only: bool = False) -> None:
-    """Set the root logger up, once per process. If the file can't be written, ``read_only`` goes on without it; otherwise raises
-    BadInput."""
+    """Set the root logger up, once per process. If the file can't be written, ``read_only`` continues without it;
+    otherwise raises BadInput."""
     global _file
     root = logging.getLogger()
     root.setLevel(logging.INFO)
@@ -304,7 +304,7 @@ class RotatingFile:
         try:
             os.replace(self._path, names[0])
         except OSError:
-            return  # and goes on in it
+            return  # and continues in it
         for newer, older in reversed(list(pairwise(names))):
             with contextlib.suppress(FileNotFoundError):
                 os.replace(newer, older)

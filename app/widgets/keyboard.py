@@ -77,7 +77,7 @@ class DockedKeyboard(Surface):
         self._entered = None  # the field that it was last shown for
         self._lifted = None  # (widget, its y before it was moved up)
         self._follow = Clock.create_trigger(self._place, 0.05)  # another field may get the focus
-        self._reveal = Clock.create_trigger(self._scroll_to_field, 0.05)  # when a dialog has got its new height
+        self._reveal = Clock.create_trigger(self._scroll_to_field, 0.05)  # when a dialog has its new height
         self._raise = Clock.create_trigger(self._lift, 0.02)
         self._watch = Clock.create_trigger(self._check_field, 0.25, interval=True)
         self._repeat = Clock.create_trigger(self._repeat_backspace, REPEATS[0])

@@ -153,7 +153,7 @@ class CalmScroll(ScrollView):
         return is_higher and (self.scroll_y > 1e-3 if dy > 0 else self.scroll_y < 1 - 1e-3)
 
     def _is_drag_upright(self, drag, touch) -> bool:
-        """Whether it has gone further than a tap does, and up or down."""
+        """Whether it has moved further than a tap, and vertically."""
         return not (touch.ud["in_bar_x"] or touch.ud["in_bar_y"]) and drag["dy"] > max(drag["dx"], self.scroll_distance)
 
     def _around(self, dy: float):

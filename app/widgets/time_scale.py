@@ -33,7 +33,7 @@ class TimeScale:
 
 
 def _through(value: float, start: float, end: float, to_start: float, to_end: float) -> float:
-    """From one scale to the other: beyond ``end`` both go on alike."""
+    """From one scale to the other: beyond ``end`` both continue in the same way."""
     if value >= end or end == start:
         return to_end + value - end
     return to_start + (value - start) * (to_end - to_start) / (end - start)

@@ -178,7 +178,7 @@ class Timeline(Chart):
             self._end_drag()
 
     def _end_drag(self):
-        """No finger moves the hours any more."""
+        """No finger moves the hours now."""
         if self.touched:
             self.dispatch("on_window", self.first, self.hours)
             self.touched = False

@@ -300,15 +300,15 @@ class UiExceptionHandler(ExceptionHandler):
     def __init__(self, show: Callable[[BaseException], object]) -> None:
         super().__init__()
         self._show = show
-        self._told_at = float("-inf")
+        self._reported_at = float("-inf")
 
     def handle_exception(self, inst: BaseException) -> int:
         if not isinstance(inst, Exception):  # KeyboardInterrupt and SystemExit end the app
             return ExceptionManager.RAISE
         log.error("A handler of the window failed", exc_info=inst)
         now = Clock.get_time()
-        if now - self._told_at >= 1:
-            self._told_at = now
+        if now - self._reported_at >= 1:
+            self._reported_at = now
             try:
                 self._show(inst)
             except Exception:

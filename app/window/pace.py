@@ -32,9 +32,9 @@ def kivy_turns(per_second: int) -> None:
 
 @contextmanager
 def slow_at_rest(turn: Callable[[int], None] = kivy_turns) -> Iterator[None]:
-    """As long as the block lasts. ``turn`` is told how often a second; on the UI thread. A mouse button or a key counts
-    before the loop sleeps again; Enter on the widget with the ring, which only ``KeyFocus`` sees, counts when it is
-    drawn, a turn later. Kivy is imported late, as it is configured before."""
+    """Active while the block lasts. ``turn`` gets the number of turns per second; on the UI thread. A mouse button or a
+    key counts before the loop sleeps again; Enter on the widget with the ring, which only ``KeyFocus`` sees, counts
+    when it is drawn, a turn later. Kivy is imported late, as it is configured before."""
     from kivy.clock import Clock
     from kivy.core.window import Window
 

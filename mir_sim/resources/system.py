@@ -93,7 +93,7 @@ def set_timezone(call: Call) -> dict[str, Any]:
 
 
 def guided_moves(call: Call) -> list[dict[str, Any]]:
-    """Drives on which a fleet lets the robot go on from waypoint to waypoint. None was recorded: all of it is a guess."""
+    """Drives that a fleet continues from waypoint to waypoint. None was recorded: all of it is a guess."""
     return list(call.robot.site.table("/guided_move"))
 
 

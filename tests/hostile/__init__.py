@@ -1,1 +1,1 @@
-"""What hostile or mistaken machines and files try, and what has to come of it."""
+"""Attacks and mistakes of machines and files, and the required results."""

@@ -1,4 +1,4 @@
-"""What was deleted stays in its table until nobody can undo that any more: SQL reads it through the views that leave it out."""
+"""Deleted objects stay in their table until they can't be restored: SQL reads through views without them."""
 
 from __future__ import annotations
 

@@ -112,7 +112,7 @@ def set_up(s, **settings):
     s.container.catalogue.change_settings(**settings)
 
 
-POLLED_OFTEN = set_up(poll_interval_seconds=30)  # as it is if nobody sets it
+POLLED_OFTEN = set_up(poll_interval_seconds=30)  # the default
 
 
 @step

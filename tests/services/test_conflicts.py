@@ -222,7 +222,7 @@ def test_one_that_often_is_over_by_then_or_was_never_measured_only_overlaps(cont
     assert [code for code, _ in found(container, draft(robot_id=1, recurrence=None))[0]] == [ConcernCode.OVERLAP]
 
 
-def test_with_other_robots_in_the_group_nobody_is_behind_but_with_one_alone(container):
+def test_only_with_one_robot_in_the_group_a_start_is_behind(container):
     ran(container, [600.0] * 20)
     plan(container, "07:35", robot_id=1, mission_id=3, priority=2)
     assert found(container, draft(recurrence=None))[0] == []
@@ -250,7 +250,7 @@ def on_plan(container, begins=datetime(2026, 11, 24, tzinfo=UTC), hours=24.0):
     ]
 
 
-def test_the_plan_has_the_same_conflicts_as_the_form_told(container):
+def test_the_plan_has_the_same_conflicts_as_the_form(container):
     container.catalogue.save_place(Place("Dock 2", 2, (2,)))
     ran(container, [600.0] * 20, robot_id=4)
     for _ in range(3):
@@ -291,7 +291,7 @@ def test_what_is_said_is_true_however_much_is_looked_at(container, begins, hours
         )
 
 
-def test_the_end_of_a_crowd_that_is_not_over_when_the_plan_ends_is_not_told():
+def test_a_crowd_that_is_not_over_when_the_plan_ends_has_no_end():
     details = {"group": "Hall 1", "robots": 3, "starts": 4, "until": None}
     assert conflicts.sentence("too_few_robots", NOW, details, ZONE) == "At 14:38, 4 starts need the 3 robots of Hall 1"
 

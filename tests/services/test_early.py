@@ -34,7 +34,7 @@ def come_close(site) -> list:
 
 
 def give(site, *intents) -> float:
-    """Its worker is given these, and goes on; returns the seconds until it wants to again."""
+    """Its worker gets these, and continues; returns the seconds until its next call."""
     worker = only_worker(site)
     for intent in intents:
         worker.handle(messages.Start(intent, site.engine.plan_version))
@@ -70,7 +70,7 @@ def test_nothing_is_written_earlier_than_that(site, plan):
     assert [run.state for run in site.executions()] == [State.SUBMITTING]
 
 
-def test_the_ledger_is_not_asked_while_nobody_changes_anything(site, in_hand, monkeypatch):
+def test_the_ledger_is_not_read_without_changes(site, in_hand, monkeypatch):
     """It would be one more wait between the instant and the POST."""
     asked = []
     monkeypatch.setattr(site.container.ledger, "get", asked.append)

@@ -280,7 +280,7 @@ def test_every_start_that_conflicts_is_reported_once(container):
     assert [concern.at.day for concern in found.concerns] == [23, 24, 25, 26, 27]
 
 
-def test_another_robot_itself_and_what_is_off_meet_nobody(container):
+def test_another_robot_itself_and_schedules_that_are_off_cause_no_overlap(container):
     plan(container, robot_id=2, recurrence="FREQ=DAILY", name="elsewhere")
     plan(container, recurrence="FREQ=DAILY", enabled=False, name="off")
     own = plan(container, recurrence="FREQ=DAILY", name="own")
@@ -341,7 +341,7 @@ def test_skipping_writes_the_row_at_once_and_continues_with_the_start_after_it(c
         schedule.next_at,
     )
     assert row.reason.details == {"skipped_at": NOW.isoformat()}
-    assert container.history.last_finished(5) == []  # nothing has run, and its time is still to come
+    assert container.history.last_finished(5) == []  # nothing has run, and its time is in the future
     after = container.repositories.schedules.get(container.db.read(), schedule.id)
     assert after.next_at == datetime(2026, 11, 24, 4, 30, tzinfo=UTC)
     assert after.changed_at == schedule.changed_at

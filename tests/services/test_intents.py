@@ -11,7 +11,7 @@ QUIET = 90.0  # s until a submission of unknown outcome is sent again
 
 
 def insert_due(site) -> list[State]:
-    """Let the instant come with its robot read a moment ago, but no worker go on; returns the rows' states."""
+    """Reach the instant with its robot read a moment ago, but without a step of a worker; returns the rows' states."""
     site.run(DUE - INTENT_LEAD - 0.01 - site.seconds())
     site.clock.advance(INTENT_LEAD + 0.05)
     site.engine.advance()

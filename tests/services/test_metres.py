@@ -44,7 +44,8 @@ def put(hall, **poses):
 
 
 def experienced(hall):
-    """Three runs of the mission are behind R2, one from near and two from far. So R1 comes of equals: it has run less."""
+    """Three runs of the mission are behind R2, one from near and two from far. So of equals R1 is chosen: it has run
+    less."""
     for pose in (NEAR, FAR, FAR):
         put(hall, R2=pose)
         hall.run(5)
@@ -90,7 +91,7 @@ def test_a_position_that_is_moved_or_a_mission_that_is_changed_is_read_again_in_
     assert stops(hall)[0].spot == Spot(MAP_GUID, 1.0, 19.0)
 
 
-def test_where_a_position_is_asked_for_or_not_told_nothing_is_known_of_it(hall):
+def test_a_position_that_is_a_parameter_or_missing_is_unknown(hall):
     hall.add_mission("Go to position")
     hall.network.next("GET", "/positions/" + LINE.guid, Fate.NOT_FOUND)
     hall.learn_stops()

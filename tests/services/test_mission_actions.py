@@ -42,7 +42,7 @@ def test_a_robot_with_a_low_battery_is_sent_to_its_charger(low):
     assert len(sent_at(low)) == 1
 
 
-def test_as_long_as_nobody_knows_that_it_charges_it_waits_for_the_battery(low):
+def test_while_it_is_unknown_that_it_charges_it_waits_for_the_battery(low):
     low.run(600)
     assert sent_at(low) == []
     learn(low)

@@ -1,4 +1,4 @@
-"""A row that says ``submitting`` belongs to one worker: the one that was given it. A row on its way to its worker is
+"""A row that says ``submitting`` belongs to one worker: the one that got it. A row on its way to its worker is
 not searched for; a row of an earlier process is searched for on the robot and never sent as if for the first time."""
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
-"""What an older version planned by its rules, or with older zone data, goes on by those of now: nothing twice, nothing lost."""
+"""Starts planned by rules of an older version, or with older zone data, follow the present ones: nothing twice, nothing
+lost."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ def test_the_past_alarm_says_what_was_answered(site, machine):
     assert before.endswith(" · answered: No")
 
 
-def test_another_question_is_said_anew_although_the_first_was_acknowledged(site, machine):
+def test_another_question_is_a_new_alarm_although_the_first_was_acknowledged(site, machine):
     ask(machine, LOADED)
     site.run(40)
     site.container.alarms.acknowledge(questions(site)[0].id)

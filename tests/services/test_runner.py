@@ -222,7 +222,7 @@ def test_a_change_of_one_robots_executions_is_its_own(start, polls):
     assert app.engine.plan_version == before
 
 
-def test_a_worker_is_not_told_what_it_has_just_done_itself(start, polls):
+def test_a_worker_gets_no_message_about_its_own_change(start, polls):
     app = start(2, every=60.0)
     wait_for(lambda: len(polls) == 2)
     app.workers[1].acts = lambda: app.changes.publish(Topic.EXECUTIONS, None)

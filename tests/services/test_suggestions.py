@@ -183,7 +183,7 @@ def test_what_the_robot_was_seen_doing_is_a_cause_where_none_of_ours_ran(contain
     assert "Aino" in sentence(suggestion)
 
 
-def test_the_edges_of_our_own_runs_are_nobody_elses(container):
+def test_the_edges_of_the_apps_runs_belong_to_no_one_else(container):
     usually_late(container)
     spans = [ActivitySpan("executing", at(day, 434.5), at(day, 464.8)) for day in mornings()]
     container.db.write(lambda c: ActivityRepository().save(c, 1, spans))

@@ -183,7 +183,7 @@ class Diary:
         return f"{hexed[:8]}-{hexed[8:12]}-5{hexed[13:16]}-{int(hexed[16], 16) & 3 | 8:x}{hexed[17:20]}-{hexed[20:32]}"
 
     def key_of(self, token: str, wall: datetime) -> Key | None:
-        """Which start of which schedule a token stands for; None: of no schedule around that time."""
+        """The schedule and start of a token; None: of no schedule around that time."""
         if token in self._tokens:
             return self._tokens[token]
         around = wall.replace(minute=0, second=0, microsecond=0)

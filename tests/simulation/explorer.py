@@ -1,10 +1,12 @@
-"""Every order of what can go wrong: ``python -m tests.simulation.explorer --faults 3`` runs a small site through all of them.
+"""Every order of what can go wrong: ``python -m tests.simulation.explorer --faults 3`` runs a small site through all of
+them.
 
-The site (``tests.simulation.choices``) is run once undisturbed. At each of its steps the process is copied for everything else that may
-happen there (a lost request, a crash, an act of the operator …); each copy goes on from there, and does the same until as many faults as
-allowed have happened. A state that was met before with as many faults left is not run again. What is the same state is decided by the
-database's rows, the robot's queue, requests still on their way, everything that the engine and its workers remember, the place in the code,
-and the time, with times rounded to ``grain`` seconds.
+The site (``tests.simulation.choices``) is run once undisturbed. At each of its steps the process is copied for
+everything else that may happen there (a lost request, a crash, an act of the operator …); each copy continues from
+there, and does the same until the allowed number of faults has happened. A state that was met before with as many
+faults left is not run again. What is the same state is decided by the database's rows, the robot's queue, requests
+still on their way, everything that the engine and its workers remember, the place in the code, and the time, with times
+rounded to ``grain`` seconds.
 """
 
 from __future__ import annotations

@@ -97,7 +97,7 @@ class Site:
         self.container.first_start()
         self._workers: dict[int, RobotWorker] = {}
         self._inboxes: dict[int, list[messages.Message]] = {}
-        self._due: dict[int, float] = {}  # when each worker is to go on
+        self._due: dict[int, float] = {}  # when each worker continues
         self._next_round = self.clock.monotonic()
         self._acting: int | None = None  # the worker that is going on
         self._blocked: set[RobotWorker] = set()  # those that wait for an answer

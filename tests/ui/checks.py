@@ -203,7 +203,7 @@ def _text_problems(label: Label, above: tuple[Widget, ...]) -> Iterator[str]:
 
 
 def broken_words(label: Label) -> list[str]:
-    """Words of it that are wider than its line; of an address or a path only the parts between which it may go on in the next line.
+    """Words of it that are wider than its line; of an address or a path only the parts between which it may break.
     What is longer than any word breaks somewhere."""
     room = label.text_size[0]
     if label.markup or not room:

@@ -114,7 +114,7 @@ def _window(stage: MDApp, user: str, session: pytest.Session) -> Iterator[Driver
     driver = Driver(stage)
     yield driver
     clear_window()
-    Window.property("focus").dispatch(Window)  # as when another window comes to the front: no key is held any more
+    Window.property("focus").dispatch(Window)  # as when another window comes to the front: no key is held
     for _event in range(3):  # what was to happen, the animation that this began, and the caches
         driver.skip(PENDING)
     App._running_app = None

@@ -141,7 +141,7 @@ def test_a_released_start_is_not_said_to_wait_any_more(world, ui):
     [message] = world.messages
     assert message.startswith("Kits is not sent to Aino yet. ")
     ui.advance(2)
-    world.becomes(BOUND, Topic.HOLDS)  # released, on its way
+    world.becomes(BOUND, Topic.HOLDS)  # released, being sent
     assert world.messages == []
     world.becomes(SENT)
     assert world.messages == ["Kits is sent to Aino. Aino: free now"]

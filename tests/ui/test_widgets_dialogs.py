@@ -75,7 +75,7 @@ def test_escape_asks_before_what_was_typed_is_lost(ui, dialogs):
     field.focus = False
     ui.key(ESCAPE)
     assert isinstance(dialogs.top, ConfirmDialog)
-    press(ui, "Go on")
+    press(ui, "Keep editing")
     ui.advance(1)
     assert dialogs.top is dialog
     ui.key(ESCAPE)

@@ -92,7 +92,7 @@ def test_a_page_in_which_everything_fits_is_not_in_the_way(ui):
 def test_a_drag_continues_with_the_page_at_the_end_of_the_column(page, ui):
     page.scroll_y, page.column.scroll_y = 0, 1
     ui.advance(0.3)
-    ui.drag(page.column, 0, -120)  # from the top of the column: only the page can go on
+    ui.drag(page.column, 0, -120)  # from the top of the column: only the page can continue
     assert page.scroll_y > 0.2
     assert page.column.scroll_y == 1
 

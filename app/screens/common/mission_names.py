@@ -48,7 +48,7 @@ class MissionNames:
         return self._with_values(execution.mission, execution.mission_guid, execution.parameters)
 
     def start(self, run: PlannedRun) -> str:
-        """The same of a start to come."""
+        """The same for a future start."""
         return self.mission(run.mission, run.schedule.parameters)
 
     def mission(self, mission: Mission, values: Mapping[str, Any]) -> str:

@@ -40,7 +40,7 @@ class Dialogs:
             _("Discard"),
             close,
             danger=True,
-            decline=_("Go on"),
+            decline=_("Keep editing"),
         )
 
     @property

@@ -256,7 +256,7 @@ class Navigator(EventDispatcher):
         self._manager = manager
         self._builders = dict(builders)
         self._shown: ScreenBase | None = None
-        self._places: dict[str, dict[str, Any]] = {}  # of screens that were thrown away
+        self._places: dict[str, dict[str, Any]] = {}  # of removed screens
 
     def go(self, name: str, **intent: Any) -> None:
         """Show the screen ``name``, unless the guard asks for something first. Raises KeyError for an unknown one."""

@@ -182,7 +182,7 @@ class AlarmList:
 
     # ------------------------------------------------------------------ showing
     def open(self, unfold: int | None = None) -> None:
-        """``unfold`` is one of a group of alarms, all of which are shown."""
+        """``unfold`` shows all alarms of this one's group."""
         if self._dialog is not None:
             return
         self._wanted, self._unfolded = PAGE, {unfold} if unfold is not None else set()

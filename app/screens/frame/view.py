@@ -197,7 +197,7 @@ def _alarms(group: Together, robots: Mapping[int, Robot], settings: Settings, no
     )
     if urgent:
         since = formats.rough_duration((now - (alarm.last_at or alarm.raised_at)).total_seconds())
-        note = _("Nobody has acknowledged it for {time} · {note}").format(time=since, note=note)
+        note = _("Unacknowledged for {time} · {note}").format(time=since, note=note)
     text = (
         _("{robot} reports an error").format(robot=alarm.details["robot"])
         if is_on_card and alarm.code == "robot_error"

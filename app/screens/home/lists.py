@@ -46,7 +46,7 @@ class QueueEntry:
     tone: str = "neutral"
     loud: bool = False
     cancellable: bool = True
-    runs: bool = False  # the robot is on it: cancelling stops it on its way
+    runs: bool = False  # the robot is running it: cancelling stops the robot
 
 
 @dataclass(frozen=True)

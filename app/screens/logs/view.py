@@ -33,7 +33,8 @@ NOT_RUN = (State.SKIPPED, State.MISSED)  # one outcome for people, named by the 
 
 
 class Period(StrEnum):
-    """Whole days up to today, in the zone of the settings; the shortest first. ALL has days to come, too: starts that are skipped ahead."""
+    """Whole days up to today, in the zone of the settings; the shortest first. ALL includes future days: starts that
+    are skipped in advance."""
 
     TODAY = "today"
     WEEK = "week"

@@ -125,7 +125,7 @@ class SchedulerFacts:
         default_factory=dict
     )  # connections of robots that give no answer, or none to trust
     mission_names: MissionNames = NOTHING_KNOWN  # what is known of the values that missions get
-    skips: frozenset[tuple[int, datetime]] = frozenset()  # starts to come that are skipped: schedule and instant
+    skips: frozenset[tuple[int, datetime]] = frozenset()  # future skipped starts: schedule and instant
 
     @property
     def zone(self) -> ZoneInfo:

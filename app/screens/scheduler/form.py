@@ -26,7 +26,7 @@ from app.services.catalogue.preview import Forecast
 
 AFTER_TYPING = 0.1  # s of rest before the forecast is asked for
 MOST_DRAFTS = 5  # drafts that are kept
-# what the next form goes on with
+# passed on to the next form
 KEPT = ("_facts", "_draft", "_empty", "_offered", "_submitted", "_in_writing", "saving", "drafts", "more", "entry")
 
 
@@ -59,7 +59,7 @@ class FormModel(FormFields):
         self._in_writing: set[object] = set()  # entries that are, be they in the form or not
         self._empty: Draft | None = self._draft  # its first state; None: it was filled in
         self._offered: Draft | None = None  # as a finger on free time has begun it
-        self._successor: FormModel | None = None  # that goes on with all of it
+        self._successor: FormModel | None = None  # that continues with all of it
 
     # ------------------------------------------------------------------ what is edited
     @property

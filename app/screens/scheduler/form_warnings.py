@@ -146,7 +146,7 @@ def _warning(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int, 
 
 
 def _passed_over(days: Sequence[tuple[date, str]]) -> str:
-    """The first of the days that are left out, by name."""
+    """The first of the omitted days, by name."""
     day, name = days[0]
     if len(days) == 1:
         return _("Not on {day}, not a working day: {name}").format(day=formats.wall_day(day), name=name)

@@ -54,9 +54,7 @@ class Bar(NamedTuple):
     start: float
     end: float
     label: str = ""
-    state: str = (
-        "planned"  # past, failed, skipped, held, running, planned, or about: on whichever robot, that is a forecast
-    )
+    state: str = "planned"  # past, failed, skipped, held, running, planned, or about: on a forecast robot
     late: float | None = None  # when nine of ten runs have ended
     assumed: bool = False  # its length is not known; of one that is held that matters less
     typed: bool = False  # its length was entered by a person

@@ -109,7 +109,7 @@ def _when(schedule: Schedule) -> str:
     return sentences.sentence(schedule, _)
 
 
-# ---------------------------------------------------------------------- the days to come
+# ---------------------------------------------------------------------- the next days
 def days(facts: SchedulerFacts, now: datetime) -> list[DayRow]:
     """The plan as a list: a heading for each of the days, below it its starts; many of one schedule are one line."""
     zone = facts.zone
@@ -277,7 +277,7 @@ def _is_over(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> bool:
 
 
 def _has_starts(facts: SchedulerFacts, schedule: Schedule) -> bool:
-    """To come, or under way."""
+    """In the future, or under way."""
     last = facts.last.get(schedule.id)
     return schedule.next_at is not None or (last is not None and last.state.is_open)
 

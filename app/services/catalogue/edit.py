@@ -148,7 +148,7 @@ class Edit:
         return removed
 
     def purge(self) -> None:
-        """What was removed so long ago that nobody can undo it is deleted for good."""
+        """Finally delete objects that were removed too long ago for an undo."""
         for table in (self.robots, self.groups, self.places, self.missions, self.schedules, self.days):
             table.purge(self.c, self.now)
 

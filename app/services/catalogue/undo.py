@@ -223,8 +223,8 @@ def may_wait_again(row: Execution) -> bool:
 def wait_again(edit: Edit, execution_id: int) -> None:
     """Undo the cancellation of a waiting start; raises InvalidInput if it can't wait again. Nothing runs twice: it is
     the same row with the same token, and no request for it was ever sent. After this one transaction it is as if it had
-    never been cancelled: all checks before sending apply again. Whatever would have ended it while it was cancelled is
-    checked here.
+    never been cancelled: all checks before sending apply again. A cause that would have ended it while it was cancelled
+    is checked here.
     """
     row = edit.executions.get(edit.c, execution_id)
     if row is not None and row.state is State.SKIPPED and row.schedule_id is not None and row.planned_at > edit.now:

@@ -107,16 +107,15 @@ def load(session: CheckUpSession) -> Found:
             "Not found out whether it can answer many questions: it always leaves some unanswered",
             "Check up again where the radio is better.",
         )
-    return _once_more(session, asked)
+    return _again(session, asked)
 
 
-def _once_more(session: CheckUpSession, asked: int) -> Found:
+def _again(session: CheckUpSession, asked: int) -> Found:
     session.clock.sleep(LOAD_S)
     asked_again, all_answered = _ask_often(session)
     if all_answered:
         return amber(
-            "It left one of {n} questions within 10 s unanswered, and answered all when it was asked as often "
-            "once more",
+            "It left one of {n} questions within 10 s unanswered, and answered all when it was asked as often again",
             "The network caused that, not the robot. Nothing to do.",
             n=asked,
         )

@@ -36,7 +36,7 @@ _ENDED = message("The trial ended. Check up again when the robot is used by no o
 PAUSED = amber("Somebody paused it while it was tried", _ENDED)
 RELEASED = amber("Somebody ended the pause of the trial", _ENDED)
 WENT_ON = red(
-    "A mission went on while it was in Pause",
+    "A mission continued while it was in Pause",
     "Either somebody released it and paused it again, or Pause in the app does not stop it from driving: look at the "
     "robot, and check up again.",
 )
@@ -66,7 +66,7 @@ class Item:
 
     @property
     def phase(self) -> QueueState:
-        """How far it is, whatever the robot calls that."""
+        """Its phase, independent of the robot's words."""
         if self.has_ended:
             return QueueState.DONE
         return QueueState.EXECUTING if self.has_begun else QueueState.PENDING
@@ -82,7 +82,7 @@ class TrialResult:
     cancelled: Item | None = None  # one of them, as is the one of higher priority
     preferred: Item | None = None
     places: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # the first item in: item, list, search
-    first: Answer | None = None  # to the first order, and to the same once more
+    first: Answer | None = None  # to the first order, and to the same one again
     second: Answer | None = None
     cancel: Answer | None = None
     pause_problem: RobotError | None = None

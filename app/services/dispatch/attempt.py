@@ -1,4 +1,4 @@
-"""A start on its way to its robot: what its worker knows of it, and why a robot did not take it."""
+"""A start being sent: what its worker knows about it, and why a robot did not take it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ OF_A_PROXY = (HTTPStatus.BAD_GATEWAY, HTTPStatus.GATEWAY_TIMEOUT)
 
 
 class Phase(Enum):
-    READY = auto()  # its intent is on disk, its instant is still to come
+    READY = auto()  # its intent is on disk, its instant is in the future
     BACKOFF = auto()  # it waits, and is looked at again at ``wake_at``
     IN_DOUBT = auto()  # its request may have reached the robot, or still may
     ACCEPTED = auto()  # the robot has it; not written yet

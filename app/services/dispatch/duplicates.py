@@ -218,8 +218,8 @@ class Duplicates:
         self._ledger.watch(row, self._seen.robot.id)
 
     def watch_again(self) -> None:
-        """Starts that an earlier run of the app gave up; if their time is over, search once more, as they may have
-        arrived unseen."""
+        """Starts that an earlier run of the app gave up; if their time is over, search again, as they may have arrived
+        unseen."""
         now, mono = self._s.clock.now(), self._s.clock.monotonic()
         for watch in self._ledger.watches_of(self._seen.robot.id):
             left = (watch.until - now).total_seconds()
@@ -260,7 +260,7 @@ class Duplicates:
             token: (floor if token in unsettled or not newer else searched, until)
             for token, (floor, until) in self._watched.items()
             if until > mono or (token in unsettled and until > mono - UNSEARCHED_AT_MOST)
-        }  # once more after its time
+        }  # again after its time
         if over := before - self._watched.keys():
             self._ledger.drop_watches(self._seen.robot.id, over)
 

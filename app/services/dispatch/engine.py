@@ -399,8 +399,8 @@ class Engine:
 
     # ------------------------------------------------------------------ what can wait
     def _tidy(self) -> None:
-        """Prune history and alarms to their limits, after due starts were sent. Waits while more starts are due, but
-        for a minute at most."""
+        """Prune history and alarms to their limits, after due starts were sent. Waits while more starts are due, a
+        minute at most."""
         mono = self._clock.monotonic()
         if mono - self._pruned_at >= PRUNE_EVERY:
             self._pruned_at = mono

@@ -34,7 +34,7 @@ from app.services.dispatch.worker import RobotWorker
 from app.services.live.snapshots import STALE_POLLS
 from app.services.planning.durations import expected, pooled
 
-MOST_TOLD = 5  # robots named in a choice
+MOST_SHOWN = 5  # robots named in a choice
 ABOUT = 30.0  # s: an instant is given to the nearest minute
 KEPT_FOR = 60.0  # s that an estimate holds
 
@@ -324,7 +324,7 @@ class GroupState:
         best_first = sorted(
             decision.options, key=lambda option: option.robot_id != decision.robot_id
         )  # the chosen one before all
-        for option in best_first[:MOST_TOLD]:
+        for option in best_first[:MOST_SHOWN]:
             member = self.members[option.robot_id]
             robots.append(
                 {"robot": member.name}
@@ -342,7 +342,7 @@ class GroupState:
                 )
         if robots and decision.robot_id is not None and "why" not in robots[0] and _is_farther(*robots):
             robots[0] |= {"why": Advantage.EQUAL}
-        for robot_id, why_not in decision.ineligible[: MOST_TOLD - len(robots)]:
+        for robot_id, why_not in decision.ineligible[: MOST_SHOWN - len(robots)]:
             member = self.members[robot_id]
             tells_battery = (
                 why_not in (Ineligible.LOW_BATTERY, Ineligible.TOO_LITTLE_BATTERY) and member.battery is not None

@@ -108,15 +108,15 @@ class Waiting:
         return None if is_next else WaitsFor(Wait.ROBOT, {"robot": row.robot})
 
     def _why_early(self, row: Execution) -> WaitsFor | None:
-        """Its instant is still to come: a worker that was closed released it, or the clock was set back. What a person started, or
-        idleness, waits for no instant; the intent of one of a group may be ahead of it."""
+        """Its instant is in the future: a closed worker released it, or the clock was set back. Run nows and idle
+        missions wait for no instant; the intent of a group's start may be written before it."""
         early = (row.planned_at - self._clock.now()).total_seconds() if row.trigger is Trigger.SCHEDULED else 0.0
         is_early = early > (INTENT_LEAD if row.group_id else 0)
         return WaitsFor(again_s=min(early, EARLY_RECHECK)) if is_early else None
 
     def _why_listed(self, row: Execution) -> WaitsFor | None:
-        """A late start after the app was off is listed for some seconds, on the monotonic clock from when it is first seen. One that may
-        have run is listed once it is known that it has not, whatever it waited for until then."""
+        """A late start after the app was off is listed for some seconds, on the monotonic clock from when it is first
+        seen. One that may have run is listed once it is known that it has not."""
         if rules.is_listed_later(row):
             self._ledger.apply([transitions.list_late(row, self._clock.now())])
             return WaitsFor()

@@ -214,7 +214,7 @@ class Kpis:
         return found
 
     def groups(self, wanted: KpiFilter = ALL, robots: Sequence[Facts] = ()) -> list[GroupFacts]:
-        """In order of name; groups without a start in the period are left out. ``robots``: of the same period."""
+        """In order of name; without groups that have no start in the period. ``robots``: of the same period."""
         c = self._db.read()
         span = replace(wanted.span(self._clock.now()), group=None)
         groups = {group.id: group for group in GroupRepository().all(c)}

@@ -44,7 +44,7 @@ class History:
         return self._executions.get(self._db.read(), execution_id)
 
     def replacements(self, rows: Sequence[Execution]) -> Mapping[int, Replacement]:
-        """Replacements of these rows on other robots, and of which rows they are replacements, by the row's id."""
+        """Replacements of these rows on other robots, and the rows that these replace, by the row's id."""
         if not rows:
             return {}
         planned = [row.planned_at for row in rows]

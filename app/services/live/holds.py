@@ -194,7 +194,7 @@ class Clearing:
         finally:
             with self._lock:
                 self._now = tuple(each for each in self._now if each is not cleared)
-            self._changes.publish(Topic.EXECUTIONS)  # what was blocked goes on
+            self._changes.publish(Topic.EXECUTIONS)  # blocked starts continue
 
     def is_of(self, robot_id: int) -> bool:
         return any(each.robot_id == robot_id for each in self._now)

@@ -81,7 +81,7 @@ class DraftConflicts:
         return Shared(groups, [(place, names) for place, names in self._durations.places() if mission.name in names])
 
     def _others(self) -> Iterator[PlannedRun]:
-        """The next run of each that is on and still to come, but for the one that the draft replaces."""
+        """The next future run of each enabled schedule, except the one that the draft replaces."""
         repository = ScheduleRepository()
         robots = {robot_id for _group, usable in self._shared.groups.values() for robot_id in usable}
         if self._robot is not None:

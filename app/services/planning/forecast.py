@@ -22,7 +22,8 @@ MOST_CHOSEN = 20_000
 
 @dataclass(frozen=True, kw_only=True)
 class ForecastStart(Start):
-    """A start to come, in seconds from the origin. ``is_fixed``: on its only member, at its instant, as schedules of one robot are."""
+    """A future start, in seconds from the origin. ``is_fixed``: on its only member, at its instant, like schedules of
+    one robot."""
 
     is_fixed: bool = False
 

@@ -89,7 +89,7 @@ class Plan:
         return place_warning(self.between(now, now + WEEK).runs, place, names)
 
     def skips(self) -> set[Skip]:
-        """Starts to come that a person has skipped."""
+        """Future starts that a person has skipped."""
         return ScheduleRepository().skips_from(self._db.read(), self._clock.now())
 
 

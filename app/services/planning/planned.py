@@ -1,4 +1,4 @@
-"""Starts to come, as they are planned."""
+"""Planned starts."""
 
 from __future__ import annotations
 

@@ -137,7 +137,7 @@ class Day:
         self.decide()
 
     def coming(self, ahead: float) -> list[Run]:
-        """Planned starts to come, in order of time."""
+        """Future planned starts, in order of time."""
         later = itertools.islice(self._planned, self._fallen, None)
         return list(itertools.takewhile(lambda run: run.planned <= self.now + ahead, later))
 

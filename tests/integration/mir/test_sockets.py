@@ -1,6 +1,6 @@
 """What no mock can show: the client on real sockets, against servers that drip, hang, bomb, reset and redirect.
 
-No test measures time. Where a server would go on for ever, that the test ends at all is the proof.
+No test measures time. If a server would continue for ever, the end of the test is the proof.
 """
 
 from __future__ import annotations

@@ -56,7 +56,7 @@ def test_one_gap_sets_no_pace(number):
     level, text = says(session)
     assert level is Level.AMBER
     assert text.startswith("It left one of ")
-    assert text.endswith("answered all when it was asked as often once more")
+    assert text.endswith("answered all when it was asked as often again")
 
 
 def test_a_robot_that_does_not_bear_it_twice_is_asked_less():

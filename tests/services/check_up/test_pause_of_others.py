@@ -124,7 +124,7 @@ def test_one_between_two_looks_at_its_state_shows_by_what_has_run(robot):
     at_each_request(robot, press)
     report = robot.check_ups.run(robot.id, Trial())
     assert released == [[]]
-    assert says(report, Topic.PAUSE) == (Level.RED, "A mission went on while it was in Pause")
+    assert says(report, Topic.PAUSE) == (Level.RED, "A mission continued while it was in Pause")
     check_is_left_paused(robot, report)
 
 

@@ -119,7 +119,7 @@ def test_what_is_not_complete_says_so():
     assert "Tried with the mission Home" in reports.text(replace(REPORT, mission="Home"), ZONE)
 
 
-def test_a_robot_that_told_nothing_is_known_by_its_address_and_a_question_keeps_its_mark():
+def test_a_robot_without_facts_is_known_by_its_address_and_a_question_keeps_its_mark():
     silent = replace(
         REPORT,
         model="",

@@ -162,7 +162,7 @@ def woken_first(s, seconds):
 
 
 def stopped(s, seconds):
-    """Both clocks went on."""
+    """Both clocks kept running."""
     s.clock.advance(seconds)
 
 

@@ -1,5 +1,6 @@
 """A clock that was ahead is corrected, by little or much, once or in steps: each start is sent once, at its instant,
-whatever people do, and starts that they held, skipped or cancelled stay so until they decide otherwise (D4, D5)."""
+despite people's actions, and starts that they held, skipped or cancelled stay so until they decide otherwise (D4,
+D5)."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ test_in_hand = cases_of(
             runs(1),
             tries(2),
             ends(DONE),
-        ],  # it may be on its way
+        ],  # it may be being sent
     ),
     Story(
         "those due together go in their order",

@@ -10,7 +10,7 @@ from tests.services.story import *
 
 HOUR = 3600.0
 NEVER_SET = datetime(1970, 1, 1, 0, 5, tzinfo=UTC)
-OF_THE_IMAGE = datetime(2025, 1, 1, tzinfo=UTC)  # a small computer without a battery goes on from the date of its image
+OF_THE_IMAGE = datetime(2025, 1, 1, tzinfo=UTC)  # a small computer without a battery starts at the date of its image
 BEHIND = datetime(2026, 11, 22, 23, 0, tzinfo=UTC)
 IMPLAUSIBLE = raised("clock_implausible")
 CONFIRM = do(lambda s: s.container.holds.confirm_clock())

@@ -22,7 +22,7 @@ TOGETHER = 3
 
 # ---------------------------------------------------------------------- where there is no write-ahead log
 def test_a_place_where_no_write_ahead_log_can_be_is_refused_with_a_sentence(tmp_path, monkeypatch):
-    """Some network drives can't share memory, and SQLite then goes on with another journal without a word."""
+    """Some network drives can't share memory, and SQLite then silently uses another journal."""
     connect = sqlite3.connect
 
     def without_shared_memory(place, **options):
@@ -49,7 +49,7 @@ class Failing(sqlite3.Connection):
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
-def test_nobody_waits_for_ever_when_even_the_roll_back_of_a_shared_transaction_fails(tmp_path):
+def test_no_caller_waits_for_ever_when_the_roll_back_of_a_shared_transaction_fails(tmp_path):
     """Each caller that shared it gets the error; later writes are refused or work."""
     made: list[Failing] = []
 
@@ -128,7 +128,7 @@ def test_what_was_missed_while_nothing_could_be_written_says_so(site, plan):
 
 
 def run_through(site, seconds):
-    """Let time pass as the app does that notes that its database fails and goes on."""
+    """Let time pass as in an app that records the failure of its database and continues."""
     end = site.clock.monotonic() + seconds
     while site.clock.monotonic() < end:
         try:

@@ -129,7 +129,7 @@ def test_a_new_alarm_sounds_and_again_while_it_is_unacknowledged(container, app,
     ui.advance(1.1)
     assert loudspeaker.played == before + 2
     assert ui.find(AlarmBanner).height > height
-    assert ui.find(AlarmBanner).note.startswith("Nobody has acknowledged it for 5 min")
+    assert ui.find(AlarmBanner).note.startswith("Unacknowledged for 5 min")
     assert checks.problems(ui.find(AlarmBanner)) == []
     alarms.acknowledge(alarms.open()[0].id)
     ui.wait(lambda: ui.find(AlarmBanner).calm)

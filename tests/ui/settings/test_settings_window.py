@@ -1,4 +1,5 @@
-"""Settings alone in the window, without the rest of the app: upright, and where the window can put a backup in place and go on."""
+"""Settings alone in the window, without the rest of the app: upright, and where the window can put a backup in place
+and continue."""
 
 from __future__ import annotations
 

@@ -96,7 +96,7 @@ def test_a_day_of_25_hours_is_one_day(world):
 def test_days_without_anything_are_zero_between_recorded_ones(world):
     world.row(State.COMPLETED, 0, duration_s=5.0)
     world.row(State.SKIPPED, 48)
-    assert [day.day.day for day in world.kpis.per_day()] == [23]  # no days to come
+    assert [day.day.day for day in world.kpis.per_day()] == [23]  # no future days
     world.afterwards()
     assert [(day.day.day, day.total, day.completed_s) for day in world.kpis.per_day()] == [
         (23, 1, 5.0),

@@ -42,7 +42,7 @@ def schedules(draw) -> Schedule:
 
 
 def runs(other: PlannedRun, end: datetime) -> list[datetime]:
-    """All that are to come before ``end``."""
+    """All future ones before ``end``."""
     return [
         found.instant
         for found in takewhile(lambda found: found.instant < end, occurrences(other.schedule, NOW, CALENDAR))
@@ -76,5 +76,5 @@ def test_runs_that_meet_and_the_free_time_are_those_of_a_plain_search(draft, usu
 
 
 def stays(start: Occurrence, shift: timedelta) -> bool:
-    """On its day, and to come."""
+    """On its day, in the future."""
     return (start.nominal + shift).date() == start.nominal.date() and start.instant + shift > NOW

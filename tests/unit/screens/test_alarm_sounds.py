@@ -89,5 +89,5 @@ def test_the_banner_is_larger_and_says_for_how_long_it_is_unacknowledged():
     late = replace(STOP, raised_at=NOW - PATIENCE - after(70))
     assert not shown(STOP).urgent
     assert shown(late).urgent
-    assert shown(late).note.startswith("Nobody has acknowledged it for 6 min · Since ")
+    assert shown(late).note.startswith("Unacknowledged for 6 min · Since ")
     assert not shown(replace(late, acknowledged_at=NOW)).urgent

@@ -243,7 +243,7 @@ def place_full(place_id, begins, until, missions=("Kits",)):
 @pytest.mark.parametrize(
     ("conflicts", "parts"),
     [
-        ([(1, -20, 3), (2, -5, -2)], [0]),  # a later one of another place has ended: the older goes on
+        ([(1, -20, 3), (2, -5, -2)], [0]),  # a later one of another place has ended: the older continues
         ([(1, -20, None), (2, -5, -2)], [0]),
         ([(1, 1, 3), (1, 5, 7), (2, 5, 8)], [0, 1, 2]),  # all of those that are in its time
         ([(2, -9, 1), (1, -8, -3), (1, 9, 12), (2, 10, 12)], [0, 2]),  # it takes 10 minutes
