@@ -72,7 +72,7 @@ test_assigned = cases_of(
     ),
     GroupStory(
         "to no other while an answer is open",
-        plan(),
+        [POLLED_OFTEN, plan()],
         each([ALL_LOST, 340], [ALL_ANSWERS_LOST, 340], [ALL_ANSWERS_LOST, 300, FALLS_SILENT, off_for(), 32, up()]),
         [true(lambda s: s.row().robot_id), 700, ends(DONE), runs(1)],
     ),
