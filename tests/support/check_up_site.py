@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from app.container import Container
+from app.database.check_ups import CheckUpRepository
 from app.database.connection import Database
+from app.domain.check_up import LeftBehind, Report, Trial
 from app.domain.models import Robot
 from app.mir.transport import Response
 from app.services.check_up.service import CheckUps
@@ -67,9 +69,28 @@ class CheckedRobot:
         self.container.holds.release = release  # type: ignore[method-assign]
 
     def start_again(self) -> None:
-        self.asked.before, self.asked.meddle = lambda method, path: None, lambda method, path, answer: answer
+        self.asked.behave()
         self.container.db.close()
         self.open()
+
+    def trial(self, mission: str | None = None, **values: Any) -> Report:
+        """Queue missions on it; ``values`` as of ``CheckUps.run``."""
+        return self.check_ups.run(self.id, Trial(mission), **values)
+
+    def leave(self, **values: Any) -> None:
+        """As if a trial had been cut off, which has queued missions."""
+        left = LeftBehind(
+            **{"serial_number": self.machine.serial_number, "tokens": ("a", "a", "b", "c"), "queue_floor": 400} | values
+        )
+        self.container.db.write(lambda c: CheckUpRepository().note_left_behind(c, self.id, left))
+
+    def clean_up(self) -> None:
+        """What a trial that was cut off has left on it is undone."""
+        self.check_ups.put_back_all(list(self.check_ups.left_behind()))
+
+    def check_nothing_is_left(self) -> None:
+        assert not self.check_ups.left_behind()
+        assert not self.container.holds.current()
 
     def as_it_is(self) -> dict[str, Any]:
         """What a trial changes on the robot, and has to put back."""

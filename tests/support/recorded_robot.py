@@ -47,8 +47,25 @@ class AskedRobot:
         )
         self.writes: list[str] = []
         self.requests: list[str] = []
-        self.meddle: Callable[[str, str, Response], Response] = lambda method, path, answer: answer
-        self.before: Callable[[str, str], None] = lambda method, path: None
+        self.meddle: Callable[[str, str, Response], Response]
+        self.before: Callable[[str, str], None]
+        self.behave()
+
+    def gives(self, answer: Response | Exception, is_meant: Callable[[str, str], bool]) -> None:
+        """Instead of its own answers to these requests."""
+
+        def meddle(method: str, path: str, own: Response) -> Response:
+            if not is_meant(method, path):
+                return own
+            if isinstance(answer, Exception):
+                raise answer
+            return answer
+
+        self.meddle = meddle
+
+    def behave(self) -> None:
+        """From now on nothing comes between."""
+        self.before, self.meddle = lambda method, path: None, lambda method, path, answer: answer
 
     def client(self, robot: Robot | None = None) -> RobotClient:
         client = RobotClient(

@@ -47,9 +47,9 @@ def test_whenever_it_is_killed_the_robot_is_restored(tmp_path, name, mission, is
         before = robot.as_it_is()
         robot.kill_at(number, is_handled=is_handled)
         with pytest.raises(Killed):
-            robot.check_ups.run(robot.id, Trial(mission))
+            robot.trial(mission)
         robot.start_again()
-        robot.check_ups.put_back_all(list(robot.check_ups.left_behind()))
+        robot.clean_up()
         assert robot.as_it_is() == before, number
         assert not robot.check_ups.left_behind()
         assert not robot.container.holds.current()
@@ -79,7 +79,7 @@ def test_a_robot_that_goes_away_for_a_request_is_restored_at_the_end(tmp_path, e
             return answer
 
         robot.asked.meddle = fail_once
-        report = robot.check_ups.run(robot.id, Trial())
+        report = robot.trial()
         assert report.is_complete or any(
             finding.topic.is_tried and finding.level is not Level.GREEN for finding in report.findings
         ), number

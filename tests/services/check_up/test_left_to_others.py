@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from app.database.check_ups import CheckUpRepository
-from app.domain.check_up import LeftBehind, Level, Topic, Trial
+from app.domain.check_up import Level, Topic
 from app.domain.message import render
 from app.domain.models import Execution, Mission, State
 from app.mir.transport import Response
@@ -20,11 +19,8 @@ from tests.support.recorded_robot import TOKEN
 
 HOME = next(mission.guid for mission in MISSIONS if mission.name == "Home")
 QUEUE = "/mission_queue"
+FORBIDDEN = Response(403, b'{"error_human": "no"}', {})
 WAITING = "Waiting until it is ready"
-
-
-def note(robot: CheckedRobot, left: LeftBehind) -> None:
-    robot.container.db.write(lambda c: CheckUpRepository().note_left_behind(c, robot.id, left))
 
 
 def queue_by_hand(robot: CheckedRobot) -> int:
@@ -51,9 +47,8 @@ def once(says: str, work):
 
 
 def test_a_persons_hold_set_while_it_waits_stays(robot):
-    report = robot.check_ups.run(
-        robot.id, Trial(), once(WAITING, lambda: robot.container.holds.hold("Cleaning", robot_id=robot.id))
-    )
+    clean = once(WAITING, lambda: robot.container.holds.hold("Cleaning", robot_id=robot.id))
+    report = robot.trial(on_progress=clean)
     assert [hold.reason for hold in robot.container.holds.current()] == ["Cleaning"]
     assert not report.is_complete
     assert robot.asked.writes == []
@@ -67,7 +62,7 @@ def run_now(robot: CheckedRobot) -> Execution:
 
 
 def test_a_start_made_while_it_waits_goes_first(robot):
-    report = robot.check_ups.run(robot.id, Trial(), once(WAITING, lambda: run_now(robot)))
+    report = robot.trial(on_progress=once(WAITING, lambda: run_now(robot)))
     [finding] = [finding for finding in report.findings if finding.topic.is_tried]
     assert render(finding.says) == "Not tried: Home waits for Aino or runs there: check up after it"
     assert robot.asked.writes == []
@@ -75,7 +70,7 @@ def test_a_start_made_while_it_waits_goes_first(robot):
 
 
 def test_a_start_that_is_on_its_way_is_not_taken_for_the_trials(robot):
-    note(robot, LeftBehind(robot.machine.serial_number, None, ("a", "a", "b", "c"), 400, queued=HOME))
+    robot.leave(queued=HOME)
     row = run_now(robot)
     robot.container.db.write(lambda c: c.execute("UPDATE executions SET state = 'submitting' WHERE id = ?", (row.id,)))
     number = queue_by_hand(robot)  # its order has arrived, and the answer not yet
@@ -86,11 +81,10 @@ def test_a_start_that_is_on_its_way_is_not_taken_for_the_trials(robot):
 
 def test_a_mission_queued_by_hand_during_it_is_not_cancelled(robot):
     made = []
-    report = robot.check_ups.run(
-        robot.id,
-        Trial("Home"),
-        once("Queueing missions", lambda: made.append(queue_by_hand(robot))),
-        lambda: len(robot.asked.writes) < 4,
+    report = robot.trial(
+        "Home",
+        on_progress=once("Queueing missions", lambda: made.append(queue_by_hand(robot))),
+        is_wanted=lambda: len(robot.asked.writes) < 4,
     )
     robot.machine.catch_up()
     [item] = [item for item in robot.machine.queue if item.id == made[0]]
@@ -102,24 +96,19 @@ def test_a_mission_queued_by_hand_during_it_is_not_cancelled(robot):
 
 def test_changes_of_a_check_up_are_undone_by_the_next_with_a_mission(robot):
     hold = robot.container.holds.hold("Check-up", robot.asked.clock.now().replace(year=2027), robot.id)
-    note(
-        robot,
-        LeftBehind(
-            robot.machine.serial_number, None, ("a", "a", "b", "c"), 400, is_paused=True, queued=HOME, hold=hold.id
-        ),
-    )
+    robot.leave(is_paused=True, queued=HOME, hold=hold.id)
     robot.machine.pause()
-    report = robot.check_ups.run(robot.id, Trial())
+    report = robot.trial()
     assert report.is_complete
     assert not robot.machine.paused
     assert not robot.container.holds.current()
 
 
 def test_nothing_is_undone_from_a_copy(robot):
-    note(robot, LeftBehind(robot.machine.serial_number, None, ("a", "a", "b", "c"), 400, is_paused=True, queued=HOME))
+    robot.leave(is_paused=True, queued=HOME)
     robot.machine.pause()
     robot.container.holds.is_copy = "this data was copied from another tablet"
-    robot.check_ups.put_back_all(list(robot.check_ups.left_behind()))
+    robot.clean_up()
     assert robot.check_ups.run(robot.id).is_complete
     assert robot.asked.writes == []
     assert list(robot.check_ups.left_behind()) == [robot.id]
@@ -128,7 +117,7 @@ def test_nothing_is_undone_from_a_copy(robot):
 def test_another_machine_at_the_address_is_left_alone(robot):
     """Of a robot whose serial number the app never stored."""
     robot.container.db.write(lambda c: c.execute("UPDATE robots SET serial_number = NULL"))
-    note(robot, LeftBehind("of another", None, ("a", "a", "b", "c"), 0, is_paused=True, queued=HOME))
+    robot.leave(serial_number="of another", queue_floor=0, is_paused=True, queued=HOME)
     robot.machine.pause()
     assert robot.check_ups.put_back(robot.id) is None
     assert robot.asked.writes == []
@@ -136,14 +125,12 @@ def test_another_machine_at_the_address_is_left_alone(robot):
 
 
 def test_a_robot_that_does_not_let_the_mission_be_removed_is_released(robot):
-    robot.asked.meddle = lambda method, path, answer: (
-        Response(403, b'{"error_human": "no"}', {}) if method == "DELETE" and path.startswith("/missions/") else answer
-    )
-    report = robot.check_ups.run(robot.id, Trial(), is_wanted=lambda: f"POST {QUEUE}" not in robot.asked.writes)
+    robot.asked.gives(FORBIDDEN, lambda method, path: method == "DELETE" and path.startswith("/missions/"))
+    report = robot.trial(is_wanted=lambda: f"POST {QUEUE}" not in robot.asked.writes)
     assert says(report, Topic.LEFT)[0] is Level.RED
     assert not robot.machine.paused
     robot.machine.pause()  # by a person
-    robot.asked.meddle = lambda method, path, answer: answer
+    robot.asked.behave()
     assert robot.check_ups.put_back(robot.id) is None
     assert robot.machine.paused
 

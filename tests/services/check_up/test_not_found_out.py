@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from app.domain.check_up import Level, Topic, Trial
+from app.domain.check_up import Level, Topic
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
 from app.mir.transport import Response
@@ -270,7 +270,7 @@ def removes(robot: CheckedRobot, *states: str) -> None:
 def test_a_robot_that_removes_cancelled_missions_has_no_word_for_them(tmp_path):
     robot = CheckedRobot(tmp_path)
     removes(robot, "Aborted", "Abort")
-    report = robot.check_ups.run(robot.id, Trial())
+    report = robot.trial()
     assert says(report, Topic.CANCELLED) == (AMBER, "A cancelled mission is not in its queue any longer")
     assert "" not in report.profile.item_states
     assert simulated.profile_of(json.loads(reports.document(report, ZONE)))
@@ -279,7 +279,7 @@ def test_a_robot_that_removes_cancelled_missions_has_no_word_for_them(tmp_path):
 def test_a_robot_that_removes_all_that_has_ended_is_said_to(tmp_path):
     robot = CheckedRobot(tmp_path, history=0)
     removes(robot, "Aborted", "Abort", "Done")
-    report = robot.check_ups.run(robot.id, Trial())
+    report = robot.trial()
     assert says(report, Topic.WORDS) == (AMBER, "A mission that has ended is not in its queue any longer")
     assert says(report, Topic.CANCELLED) == (AMBER, "A cancelled mission is not in its queue any longer")
     assert "goes on afterwards" not in reports.text(report, ZONE)

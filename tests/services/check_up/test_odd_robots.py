@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import pytest
 
-from app.domain.check_up import Level, Topic, Trial
+from app.domain.check_up import Level, Topic
 from app.domain.message import render
 from app.mir.errors import ConnectionLost
 from app.mir.raw_client import RawClient
@@ -17,28 +17,13 @@ from app.services.catalogue.database_check import find_problem
 from app.services.check_up.trials import RELEASED_WITHIN
 from mir_sim import MISSIONS, deviant
 from tests.services.check_up.test_reading import ODD, SIMULATED
-from tests.support.check_up_site import CheckedRobot
+from tests.support.check_up_site import CheckedRobot, Killed
 from tests.support.findings import in_words, not_green, says
+from tests.support.recorded_robot import AskedRobot
+from tests.support.site import GUIDS
 
 FORBIDDEN = Response(403, b'{"error_code": "unauthorized", "error_human": "no"}', {})
 QUEUE = "/mission_queue"
-
-
-def first_write(robot: CheckedRobot) -> bool:
-    return bool(robot.asked.writes)
-
-
-def answers(robot: CheckedRobot, answer: Response | Exception, is_meant: Callable[[str, str], bool]) -> None:
-    """What the robot gives instead of its own answer, from the first change on."""
-
-    def meddle(method, path, own):
-        if not (first_write(robot) and is_meant(method, path)):
-            return own
-        if isinstance(answer, Exception):
-            raise answer
-        return answer
-
-    robot.asked.meddle = meddle
 
 
 MEANT: dict[str, Callable[[str, str], bool]] = {
@@ -61,60 +46,48 @@ CASES = list(itertools.product(sorted({*ODD} - {"gone"}), MEANT))  # reported as
     ("odd", "meant"),
     [case if number % 4 == 0 else pytest.param(*case, marks=pytest.mark.long) for number, case in enumerate(CASES)],
 )
-def test_odd_answers_make_a_report_and_leave_nothing(tmp_path, odd, meant):
-    robot = CheckedRobot(tmp_path)
+def test_odd_answers_make_a_report_and_leave_nothing(robot, odd, meant):
     before = robot.as_it_is()
-    answers(robot, ODD[odd], MEANT[meant])
-    report = robot.check_ups.run(robot.id, Trial())
+    robot.asked.gives(ODD[odd], lambda method, path: bool(robot.asked.writes) and MEANT[meant](method, path))
+    report = robot.trial()
     topics = [each.topic for each in report.findings]
     assert len(set(topics)) == len(topics), in_words(report)
     assert Topic.LEFT in topics
     if meant in ("orders", "everything"):
         assert any(each.topic.is_tried and each.level is not Level.GREEN for each in report.findings), in_words(report)
-    robot.asked.meddle = lambda method, path, answer: answer
-    robot.check_ups.put_back_all(list(robot.check_ups.left_behind()))
+    robot.asked.behave()
+    robot.clean_up()
     assert robot.as_it_is() == before, in_words(report)
     assert not robot.check_ups.left_behind()
 
 
-def test_a_user_who_may_not_start_missions_is_a_red_finding(tmp_path):
-    robot = CheckedRobot(tmp_path)
-    robot.asked.meddle = lambda method, path, answer: FORBIDDEN if (method, path) == ("POST", QUEUE) else answer
-    report = robot.check_ups.run(robot.id, Trial("Home"))
-    assert says(report, Topic.ORDER) == (
-        Level.RED,
-        "User Distributor may not start missions",
-    )
+def test_a_user_who_may_not_start_missions_is_a_red_finding(robot):
+    robot.asked.gives(FORBIDDEN, MEANT["orders"])
+    report = robot.trial("Home")
+    assert says(report, Topic.ORDER) == (Level.RED, "User Distributor may not start missions")
 
 
-def test_a_user_who_may_not_make_missions_is_asked_to_choose_one(tmp_path):
-    robot = CheckedRobot(tmp_path)
+def test_a_user_who_may_not_make_missions_is_asked_to_choose_one(robot):
     before = robot.as_it_is()
-    robot.asked.before = lambda method, path: None
-    answers(robot, FORBIDDEN, lambda method, path: (method, path) == ("POST", "/missions"))
-    report = robot.check_ups.run(robot.id, Trial())
-    assert says(report, Topic.ORDER)[0] is Level.AMBER
-    assert says(report, Topic.ORDER)[1] == "User Distributor may not make a mission for the trial"
+    robot.asked.gives(FORBIDDEN, lambda method, path: (method, path) == ("POST", "/missions"))
+    report = robot.trial()
+    assert says(report, Topic.ORDER) == (Level.AMBER, "User Distributor may not make a mission for the trial")
     assert not report.is_complete
-    robot.asked.meddle = lambda method, path, answer: answer
-    robot.check_ups.put_back_all(list(robot.check_ups.left_behind()))
+    robot.asked.behave()
+    robot.clean_up()
     assert robot.as_it_is() == before
 
 
-def test_a_user_who_may_not_pause_the_robot_learns_the_rest(tmp_path):
-    robot = CheckedRobot(tmp_path)
-    robot.asked.meddle = lambda method, path, answer: FORBIDDEN if method == "PUT" else answer
-    real = robot.machine.pause
+def test_a_user_who_may_not_pause_the_robot_learns_the_rest(robot):
+    robot.asked.gives(FORBIDDEN, MEANT["pausing"])
     robot.machine.pause = lambda: None
-    report = robot.check_ups.run(robot.id, Trial())
-    robot.machine.pause = real
+    report = robot.trial()
     assert not_green(report) == {**SIMULATED, Topic.PAUSE: Level.AMBER}, in_words(report)
     assert report.profile.token_field == "description"
 
 
-def test_a_robot_that_does_not_pause_is_a_red_finding(tmp_path):
+def test_a_robot_that_does_not_pause_is_a_red_finding(robot):
     """It says that it stands in Pause, and drives on."""
-    robot = CheckedRobot(tmp_path)
     robot.machine._settle_paused = robot.machine._settle
 
     def settle():
@@ -123,16 +96,15 @@ def test_a_robot_that_does_not_pause_is_a_red_finding(tmp_path):
         robot.machine.paused = paused
 
     robot.machine._settle = settle
-    report = robot.check_ups.run(robot.id, Trial())
+    report = robot.trial()
     assert says(report, Topic.PAUSE)[0] is Level.RED, in_words(report)
 
 
-def test_a_robot_on_which_priority_counts_is_known_to(tmp_path):
-    robot = CheckedRobot(tmp_path)
+def test_a_robot_on_which_priority_counts_is_known_to(robot):
     queue = robot.machine.queue
     pending = queue.pending
     queue.pending = lambda: sorted(pending(), key=lambda item: (-item.priority, item.id))
-    report = robot.check_ups.run(robot.id, Trial())
+    report = robot.trial()
     assert report.profile.priority_counts is True
     assert not_green(report) == SIMULATED, in_words(report)
     assert says(report, Topic.PAUSE)[1] == "While it is paused, missions wait; the running one continues afterwards"
@@ -144,7 +116,7 @@ def test_a_mission_that_fails_is_a_red_finding(tmp_path, profile):
     robot.asked.before = lambda method, path: (
         setattr(robot.machine, "failure_rate", 1.0) if path == "/mission_groups" else None
     )
-    report = robot.check_ups.run(robot.id, Trial())
+    report = robot.trial()
     assert {topic for topic, level in not_green(report).items() if level is Level.RED} == {Topic.WORDS, Topic.LEFT}, (
         in_words(report)
     )
@@ -153,44 +125,37 @@ def test_a_mission_that_fails_is_a_red_finding(tmp_path, profile):
     assert robot.as_it_is()["open"] == []
 
 
-def test_while_something_can_not_be_undone_it_is_reported_and_tried_again(tmp_path):
-    robot = CheckedRobot(tmp_path)
+def test_while_something_can_not_be_undone_it_is_reported_and_tried_again(robot):
     before = robot.as_it_is()
-    robot.asked.meddle = _lost_when_deleted
-    report = robot.check_ups.run(robot.id, Trial())
+    lost = ConnectionLost(address="10.0.0.1")
+    robot.asked.gives(lost, lambda method, path: method == "GET" and path.endswith("/actions"))
+    report = robot.trial()
     assert says(report, Topic.LEFT)[0] is Level.RED
     assert list(robot.check_ups.left_behind()) == [robot.id]
     robot.check_ups.put_back_all([robot.id])
     assert list(robot.check_ups.left_behind()) == [robot.id]
-    assert _refusal(robot).startswith("the last check-up has not been undone yet")
-    robot.asked.meddle = lambda method, path, answer: answer
+    with pytest.raises(ValueError, match=r"^the last check-up has not been undone yet"):
+        robot.trial()
+    robot.asked.behave()
     robot.check_ups.put_back_all([robot.id])
     assert not robot.check_ups.left_behind()
     assert robot.as_it_is() == before
 
 
-def _lost_when_deleted(method, path, answer):
-    if method == "GET" and path.endswith("/actions"):
-        raise ConnectionLost(address="10.0.0.1")
-    return answer
+def test_a_robot_that_others_use_since_is_not_released_by_what_is_done_late(robot):
 
+    def die_when_released(method, path):
+        if method == "PUT" and "PUT /status" in robot.asked.writes:
+            robot.kill_at(0, is_handled=False)
+            raise Killed
 
-def _refusal(robot) -> str:
-    with pytest.raises(ValueError, match="not been undone yet") as refusal:
-        robot.check_ups.run(robot.id, Trial())
-    return str(refusal.value)
-
-
-def test_a_robot_that_others_use_since_is_not_released_by_what_is_done_late(tmp_path):
-    robot = CheckedRobot(tmp_path)
-    robot.asked.before = _die_when_released
-    with pytest.raises(KeyboardInterrupt):
-        robot.check_ups.run(robot.id, Trial())
-    robot.asked.before = lambda method, path: None
+    robot.asked.before = die_when_released
+    with pytest.raises(Killed):
+        robot.trial()
+    robot.start_again()
     machine = robot.machine
-    home = next(row["guid"] for row in machine.site.table("/missions") if row["name"] == "Home")
     user = next(row for row in machine.site.table("/users") if row["name"] == "Administrator")
-    machine.order(home, user)
+    machine.order(GUIDS["Home"], user)
     assert machine.paused
     robot.asked.clock.advance(RELEASED_WITHIN.total_seconds())
     problem = robot.check_ups.put_back(robot.id)
@@ -201,19 +166,8 @@ def test_a_robot_that_others_use_since_is_not_released_by_what_is_done_late(tmp_
     assert not robot.check_ups.left_behind()
 
 
-_released = []
-
-
-def _die_when_released(method, path):
-    if method == "PUT":
-        _released.append(path)
-    if len(_released) >= 2:
-        raise KeyboardInterrupt
-
-
-def test_what_a_trial_showed_stays_known_when_the_robot_is_only_read(tmp_path):
-    robot = CheckedRobot(tmp_path)
-    tried = robot.check_ups.run(robot.id, Trial()).profile
+def test_what_a_trial_showed_stays_known_when_the_robot_is_only_read(robot):
+    tried = robot.trial().profile
     read = robot.check_ups.run(robot.id).profile
     assert read.token_field == tried.token_field == "description"
     assert read.cancelled_message == tried.cancelled_message
@@ -221,9 +175,8 @@ def test_what_a_trial_showed_stays_known_when_the_robot_is_only_read(tmp_path):
     assert robot.container.catalogue.robot(robot.id).known == read
 
 
-def test_what_a_robot_calls_things_has_bounds(tmp_path):
+def test_what_a_robot_calls_things_has_bounds(robot):
     """Stored values must be readable at the next start, for any fields and words of a robot."""
-    robot = CheckedRobot(tmp_path)
 
     def rename(method, path, answer):
         if not path.startswith(QUEUE) or b'"description"' not in answer.body:
@@ -237,7 +190,7 @@ def test_what_a_robot_calls_things_has_bounds(tmp_path):
         return Response(answer.status, json.dumps(found).encode(), answer.headers)
 
     robot.asked.meddle = rename
-    report = robot.check_ups.run(robot.id, Trial())
+    report = robot.trial()
     assert report.is_complete
     assert report.profile.token_field == ""
     assert max(map(len, report.profile.item_states)) <= 40
@@ -249,27 +202,23 @@ def test_what_a_robot_calls_things_has_bounds(tmp_path):
 
 
 def test_missions_without_times_are_reported(tmp_path):
-    whole = CheckedRobot(tmp_path).machine.order(MISSIONS[0].guid, {"guid": "", "name": ""}).full()
-    (tmp_path / "other").mkdir()
-    robot = CheckedRobot(tmp_path / "other", fields={"item": frozenset(whole) - {"started", "finished"}})
-    report = robot.check_ups.run(robot.id, Trial())
+    whole = AskedRobot().machine.order(MISSIONS[0].guid, {"guid": "", "name": ""}).full()
+    robot = CheckedRobot(tmp_path, fields={"item": frozenset(whole) - {"started", "finished"}})
+    report = robot.trial()
     assert says(report, Topic.WORDS)[1] == "A completed mission lacks its times: started, finished"
     assert report.is_complete
 
 
-def test_one_word_for_several_states_is_not_learnt(tmp_path):
-    robot = CheckedRobot(tmp_path, item_states=dict.fromkeys(("Executing", "Done"), "Runs"))
-    report = robot.check_ups.run(robot.id, Trial())
+@pytest.mark.parametrize("states", [("Executing", "Done"), ("Done", "Cancelled")])
+def test_one_word_for_several_states_is_not_learnt(tmp_path, states):
+    report = CheckedRobot(tmp_path, item_states=dict.fromkeys(states, "Over")).trial()
     assert report.profile.item_states == {}
-    assert says(report, Topic.WORDS)[1] == "It has one word for several states of missions: Runs"
-    (tmp_path / "other").mkdir()
-    robot = CheckedRobot(tmp_path / "other", item_states=dict.fromkeys(("Done", "Cancelled"), "Over"))
-    assert robot.check_ups.run(robot.id, Trial()).profile.item_states == {}
+    assert says(report, Topic.WORDS)[1] == "It has one word for several states of missions: Over"
 
 
 def test_a_robot_that_bears_little_is_asked_less(tmp_path):
     robot = CheckedRobot(tmp_path, deviant("reboots-under-load"))
-    robot.check_ups.run(robot.id, Trial())
+    robot.trial()
     reboots = robot.machine.reboots
     assert reboots == 1  # by the questions that are to show it
     [rest] = [robot.container.catalogue.robot(robot.id).known.rest]
@@ -289,15 +238,14 @@ def test_on_a_slow_robot_the_plan_is_held_to_the_end(tmp_path):
             unheld.append(path)
 
     robot.asked.before = look
-    assert robot.check_ups.run(robot.id, Trial()).is_complete
+    assert robot.trial().is_complete
     assert unheld == []
 
 
 @pytest.mark.parametrize("limit", [1, 2, 50])
 def test_what_is_stored_of_short_pages_can_be_read_again(tmp_path, limit):
     robot = CheckedRobot(tmp_path, page_limit=limit)
-    robot.check_ups.run(robot.id, Trial())
+    robot.trial()
     known = robot.container.catalogue.robot(robot.id).known
-    assert known is not None
     assert known.page_limit == (limit if limit > 1 else None)
     assert find_problem(robot.container.db.read()) is None

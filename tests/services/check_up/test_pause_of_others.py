@@ -6,26 +6,32 @@ from collections.abc import Callable
 
 import pytest
 
-from app.domain.check_up import Level, Report, Topic, Trial
+from app.domain.check_up import Level, Report, Topic
 from app.domain.message import render
 from tests.support.check_up_site import ENDED, CheckedRobot, Killed
 from tests.support.findings import says
 
-STATE = ("PUT", "/status")
 MAYBE_THEIRS = "it is paused, and somebody may have paused it; release it there or in the app"
 
 
-def at_each_request(robot: CheckedRobot, work: Callable[[], None]) -> None:
-    robot.asked.before = lambda method, path: work()
-
-
-def press_pause(robot: CheckedRobot) -> list[str]:
-    """At the robot. Returns a list that shows whether it is released from now on."""
-    released: list[str] = []
+def press_pause(robot: CheckedRobot, is_time: Callable[[str], object]) -> list[str]:
+    """At the robot, once, before a request to a path. Returns what is pressed from then on, by anyone: "pause", "resume"."""
+    pressed: list[str] = []
     resume = robot.machine.resume
-    robot.machine.pause()
-    robot.machine.resume = lambda: (released.append("released"), resume())
-    return released
+
+    def press(method: str, path: str) -> None:
+        if not pressed and is_time(path):
+            pressed.append("pause")
+            robot.machine.pause()
+            robot.machine.resume = lambda: (pressed.append("resume"), resume())
+
+    robot.asked.before = press
+    return pressed
+
+
+def has_sent(robot: CheckedRobot, request: str) -> int:
+    """How often."""
+    return robot.asked.writes.count(request)
 
 
 def runs(robot: CheckedRobot) -> bool:
@@ -33,13 +39,17 @@ def runs(robot: CheckedRobot) -> bool:
     return robot.machine.run is not None and not robot.machine.paused
 
 
+def is_in_pause(robot: CheckedRobot, number: int) -> bool:
+    """The trial's first or second."""
+    return robot.machine.paused and has_sent(robot, "PUT /status") == 2 * number - 1
+
+
 def check_is_left_paused(robot: CheckedRobot, report: Report) -> None:
     assert robot.machine.paused
     assert all(str(item.state) in ENDED for item in robot.machine.queue)
     assert says(report, Topic.LEFT) == (Level.AMBER, "Nothing of the trial is left on it; it is paused")
     assert not report.is_complete
-    assert not robot.check_ups.left_behind()
-    assert not robot.container.holds.current()
+    robot.check_nothing_is_left()
 
 
 # ---------------------------------------------------------------------- at the robot
@@ -47,45 +57,31 @@ def check_is_left_paused(robot: CheckedRobot, report: Report) -> None:
 @pytest.mark.parametrize("seconds", [0.0, 0.3])
 def test_pause_pressed_while_its_mission_runs_stays(robot, mission, seconds):
     """Also where the app is about to pause it as well."""
-    began, released = [], []
+    ran_at = []
 
-    def press():
-        if runs(robot) and not began:
-            began.append(robot.asked.clock.monotonic())
-        if began and not released and robot.asked.clock.monotonic() - began[0] >= seconds:
-            released.append(press_pause(robot))
+    def is_time(_path):
+        now = robot.asked.clock.monotonic()
+        ran_at.extend([now] if runs(robot) else [])
+        return ran_at and now - ran_at[0] >= seconds
 
-    at_each_request(robot, press)
-    report = robot.check_ups.run(robot.id, Trial(mission))
-    assert released == [[]]
+    pressed = press_pause(robot, is_time)
+    report = robot.trial(mission)
+    assert pressed == ["pause"]
     assert says(report, Topic.PAUSE) == (Level.AMBER, "Somebody paused it while it was tried")
     check_is_left_paused(robot, report)
 
 
 def test_pause_pressed_before_the_trials_own_stays(robot):
-    released = []
-
-    def press():
-        if "POST /missions" in robot.asked.writes and not released:
-            released.append(press_pause(robot))
-
-    at_each_request(robot, press)
-    report = robot.check_ups.run(robot.id, Trial())
-    assert released == [[]]
+    pressed = press_pause(robot, lambda _path: has_sent(robot, "POST /missions"))
+    report = robot.trial()
+    assert pressed == ["pause"]
     check_is_left_paused(robot, report)
 
 
 def test_pause_pressed_after_the_trials_second_release_stays(robot):
-    put, released = [], []
-
-    def press(method, path):
-        put.extend([path] if (method, path) == STATE else [])
-        if len(put) == 4 and runs(robot) and not released:
-            released.append(press_pause(robot))
-
-    robot.asked.before = press
-    report = robot.check_ups.run(robot.id, Trial("Home"))
-    assert released == [[]]
+    pressed = press_pause(robot, lambda _path: has_sent(robot, "PUT /status") == 4 and runs(robot))
+    report = robot.trial("Home")
+    assert pressed == ["pause"]
     check_is_left_paused(robot, report)
 
 
@@ -93,66 +89,65 @@ def test_pause_pressed_after_the_trials_second_release_stays(robot):
 @pytest.mark.parametrize("for_s", [1.0, 2.0])
 def test_a_pause_that_was_left_and_has_come_again_stays(robot, pauses, for_s):
     """Released at the robot and paused again, in the first and in the second pause of the trial."""
-    put, left_at, released = [], [], []
+    left_at = []
 
-    def press(method, path):
+    def is_time(path):
         now = robot.asked.clock.monotonic()
-        put.extend([path] if (method, path) == STATE else [])
-        if len(put) == 2 * pauses - 1 and robot.machine.paused and path != "/status" and not left_at:
+        if not left_at and is_in_pause(robot, pauses) and path != "/status":
             robot.machine.resume()
             left_at.append(now)
-        if left_at and not released and now - left_at[0] >= for_s:
-            released.append(press_pause(robot))
+        return left_at and now - left_at[0] >= for_s
 
-    robot.asked.before = press
-    report = robot.check_ups.run(robot.id, Trial("Home"))
-    assert released == [[]]
+    pressed = press_pause(robot, is_time)
+    report = robot.trial("Home")
+    assert pressed == ["pause"]
     check_is_left_paused(robot, report)
 
 
 def test_one_between_two_looks_at_its_state_shows_by_what_has_run(robot):
     """The robot is released and paused again while one answer is waited for."""
-    released = []
 
-    def press():
-        if robot.machine.paused and robot.asked.writes.count("POST /mission_queue") == 4 and not released:
+    def is_time(_path):
+        found = robot.machine.paused and has_sent(robot, "POST /mission_queue") == 4
+        if found:
             robot.machine.resume()
             robot.asked.clock.advance(1.5)
             robot.machine.catch_up()
-            released.append(press_pause(robot))
+        return found
 
-    at_each_request(robot, press)
-    report = robot.check_ups.run(robot.id, Trial())
-    assert released == [[]]
+    pressed = press_pause(robot, is_time)
+    report = robot.trial()
+    assert pressed == ["pause"]
     assert says(report, Topic.PAUSE) == (Level.RED, "A mission continued while it was in Pause")
     check_is_left_paused(robot, report)
 
 
 def test_after_an_emergency_stop_it_stays_in_pause(robot):
-    released = []
+    pressed_at = []
 
-    def press():
-        if robot.machine.paused and "POST /mission_queue" in robot.asked.writes and not released:
+    def press(_method, _path):
+        now = robot.asked.clock.monotonic()
+        if not pressed_at and robot.machine.paused and has_sent(robot, "POST /mission_queue"):
             robot.machine.press_emergency_stop(True)
-            released.append(robot.asked.clock.monotonic())
-        elif robot.machine.emergency_stop and robot.asked.clock.monotonic() - released[0] > 1.0:
+            pressed_at.append(now)
+        elif robot.machine.emergency_stop and now - pressed_at[0] > 1.0:
             robot.machine.press_emergency_stop(False)
 
-    at_each_request(robot, press)
-    report = robot.check_ups.run(robot.id, Trial())
+    robot.asked.before = press
+    report = robot.trial()
     assert says(report, Topic.PAUSE) == (Level.AMBER, "Somebody ended the pause of the trial")
     check_is_left_paused(robot, report)
 
 
 def test_a_robot_that_somebody_released_is_not_paused_again(robot):
-    done = []
+    released = []
 
-    def press():
-        if robot.machine.paused and "POST /mission_queue" in robot.asked.writes and not done:
-            done.append(robot.machine.resume())
+    def release(_method, _path):
+        if not released and robot.machine.paused and has_sent(robot, "POST /mission_queue"):
+            released.append(robot.machine.resume())
 
-    at_each_request(robot, press)
-    report = robot.check_ups.run(robot.id, Trial())
+    robot.asked.before = release
+    report = robot.trial()
     assert says(report, Topic.PAUSE) == (Level.AMBER, "Somebody ended the pause of the trial")
     assert says(report, Topic.LEFT)[0] is Level.GREEN
     assert robot.asked.writes.count("PUT /status") == 1
@@ -164,19 +159,12 @@ def test_pause_pressed_in_the_app_while_it_is_undone_stays(robot):
     pressed = []
 
     def press(method, path):
-        if (
-            method == "DELETE"
-            and path.startswith("/missions/") is False
-            and len(robot.asked.writes) > 5
-            and not pressed
-        ):
+        if not pressed and method == "DELETE" and path.startswith("/mission_queue") and len(robot.asked.writes) > 5:
             pressed.append(path)
             robot.container.operator.pause(robot.id)
 
     robot.asked.before = press
-    report = robot.check_ups.run(
-        robot.id, Trial(), is_wanted=lambda: robot.asked.writes.count("POST /mission_queue") < 2
-    )
+    report = robot.trial(is_wanted=lambda: has_sent(robot, "POST /mission_queue") < 2)
     assert pressed
     assert robot.machine.paused
     assert says(report, Topic.LEFT) == (
@@ -188,17 +176,15 @@ def test_pause_pressed_in_the_app_while_it_is_undone_stays(robot):
 # ---------------------------------------------------------------------- after the app was killed
 def killed_in_pause(robot: CheckedRobot, pauses: int) -> None:
     """In that of its pauses, with missions in its queue."""
-    put = []
 
-    def die(method, path):
-        put.extend([path] if (method, path) == STATE else [])
-        if len(put) == 2 * pauses - 1 and robot.machine.paused and "POST /mission_queue" in robot.asked.writes:
+    def die(_method, _path):
+        if is_in_pause(robot, pauses) and has_sent(robot, "POST /mission_queue"):
             robot.kill_at(0, is_handled=False)
             raise Killed
 
     robot.asked.before = die
     with pytest.raises(Killed):
-        robot.check_ups.run(robot.id, Trial("Home"))
+        robot.trial("Home")
     robot.machine.catch_up()
     assert robot.machine.paused
     robot.start_again()

@@ -156,7 +156,7 @@ def test_a_hold_that_was_released_says_that_a_person_has_the_robot(site, robot, 
 def writes_of(directory) -> int:
     robot = CheckedRobot(directory)
     count = count_writes(robot, lambda number: None)
-    robot.check_ups.run(robot.id, Trial())
+    robot.trial()
     return count()
 
 
@@ -189,7 +189,7 @@ def test_whenever_the_power_is_cut_after_a_transaction_the_robot_is_restored(tmp
 
         count_writes(robot, cut)
         with pytest.raises(Killed):
-            robot.check_ups.run(robot.id, Trial())
+            robot.trial()
         robot.start_again()
         left = robot.check_ups.left_behind()
         assert [hold.robot_id for hold in robot.container.holds.current()] == list(left), number
@@ -210,7 +210,7 @@ def test_a_robot_removed_during_it_is_not_tried(tmp_path):
 
     robot.container.holds.hold = remove_first
     with pytest.raises(InvalidInput, match="removed"):
-        robot.check_ups.run(robot.id, Trial())
+        robot.trial()
     assert not robot.container.holds.current()
     assert not robot.asked.writes
 
@@ -224,7 +224,7 @@ def test_a_disk_that_is_full_at_the_end_holds_the_plan_until_it_is_noted(tmp_pat
 
     robot.container.holds.release = full
     with pytest.raises(DatabaseUnavailable):
-        robot.check_ups.run(robot.id, Trial())
+        robot.trial()
     assert robot.as_it_is() == before
     assert robot.container.holds.current()
     robot.container.holds.release = release
@@ -245,15 +245,14 @@ def test_a_robot_removed_in_the_middle_and_restored_is_released_in_the_end(site,
 
 def test_a_mission_that_may_not_be_removed_does_not_hold_the_plan(tmp_path):
     robot = CheckedRobot(tmp_path)
-    robot.asked.meddle = lambda method, path, answer: (
-        Response(403, b'{"error_human": "no"}', {}) if method == "DELETE" and path.startswith("/missions/") else answer
-    )
-    robot.check_ups.run(robot.id, Trial())
+    forbidden = Response(403, b'{"error_human": "no"}', {})
+    robot.asked.gives(forbidden, lambda method, path: method == "DELETE" and path.startswith("/missions/"))
+    robot.trial()
     assert list(robot.check_ups.left_behind()) == [robot.id]
     assert not robot.container.holds.current()
     [alarm] = robot.container.alarms.open()
     assert alarm.code == LEFT
-    robot.asked.meddle = lambda method, path, answer: answer
+    robot.asked.behave()
     robot.container.holds.hold("Cleaning", robot_id=robot.id)
     assert robot.check_ups.put_back(robot.id) is None
     assert [hold.reason for hold in robot.container.holds.current()] == ["Cleaning"]

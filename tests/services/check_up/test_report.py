@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 
 import pytest
 
-from app.domain.check_up import Finding, Level, Report, Rest, RobotProfile, Topic, Trial
+from app.domain.check_up import Finding, Level, Report, Rest, RobotProfile, Topic
 from app.domain.message import message
 from app.services.check_up import report as reports
 from mir_sim import DEVIANTS, Profile, deviant
@@ -24,7 +24,7 @@ def checked(directory, profile=None) -> Report:
     directory.mkdir()
     robot = CheckedRobot(directory, profile)
     robot.asked.clock.advance(3630)
-    return robot.check_ups.run(robot.id, Trial())
+    return robot.trial()
 
 
 def levels_of(report: Report) -> dict[Topic, Level]:

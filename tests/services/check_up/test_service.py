@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from app.database.check_ups import CheckUpRepository
-from app.domain.check_up import LeftBehind, Level, Topic, Trial
+from app.domain.check_up import Level, Topic, Trial
 from app.domain.message import render
 from app.domain.models import InvalidInput
 from app.mir.errors import Unreachable
@@ -47,7 +46,7 @@ def test_reading_changes_nothing_and_is_stored_and_reported(robot):
 
 def test_the_progress_of_a_trial_never_goes_back(robot):
     progress = []
-    robot.check_ups.run(robot.id, Trial(), progress.append)
+    robot.trial(on_progress=progress.append)
     done = [each.done for each in progress]
     assert done == sorted(done)
     assert all(each.done <= each.of == length_s(Trial()) for each in progress)
@@ -55,11 +54,7 @@ def test_the_progress_of_a_trial_never_goes_back(robot):
 
 def test_a_robot_that_is_off_is_a_finding_and_the_report_before_stays(robot):
     before = robot.check_ups.run(robot.id)
-
-    def refuse(method, path):
-        raise Unreachable(code="refused", address="10.0.0.1")
-
-    robot.asked.before = refuse
+    robot.asked.gives(Unreachable(code="refused", address="10.0.0.1"), lambda method, path: True)
     for trial in (None, Trial()):
         report = robot.check_ups.run(robot.id, trial)
         assert [(finding.topic, finding.level) for finding in report.findings] == [(Topic.IDENTITY, Level.RED)]
@@ -79,8 +74,7 @@ def test_robots_that_can_not_be_asked_are_refused(robot):
 
 
 def test_what_was_left_on_another_machine_is_not_looked_for_on_this_one(robot):
-    left = LeftBehind(robot.machine.serial_number, "guid", ("token",), 400, is_paused=True)
-    robot.container.db.write(lambda c: CheckUpRepository().note_left_behind(c, robot.id, left))
+    robot.leave(mission="guid", is_paused=True)
     robot.container.db.write(lambda c: c.execute("UPDATE robots SET serial_number = 'another'"))
     robot.machine.pause()
     assert robot.check_ups.put_back(robot.id) is None

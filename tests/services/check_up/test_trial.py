@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import pytest
 
-from app.domain.check_up import Level, RobotProfile, Topic, Trial
+from app.domain.check_up import Level, RobotProfile, Topic
 from mir_sim import DEVIANTS, deviant
 from tests.services.check_up.test_reading import EMPTY, SIMULATED
 from tests.services.check_up.test_reading import NAMED as READ
@@ -58,7 +58,7 @@ def tried(profile: RobotProfile) -> dict[str, object]:
 def test_a_faithful_robot_is_green(tmp_path, software, history, mission):
     robot = CheckedRobot(tmp_path, software=software, history=history)
     before = robot.as_it_is()
-    report = robot.check_ups.run(robot.id, Trial(mission))
+    report = robot.trial(mission)
     assert not_green(report) == SIMULATED | ({} if history else EMPTY), in_words(report)
     assert [finding.topic for finding in report.findings] == sorted(
         Topic, key=[each.topic for each in report.findings].index
@@ -68,8 +68,7 @@ def test_a_faithful_robot_is_green(tmp_path, software, history, mission):
     assert robot.as_it_is() == before
     assert robot.check_ups.report(robot.id) == report
     assert robot.container.catalogue.robot(robot.id).profile == report.profile
-    assert not robot.check_ups.left_behind()
-    assert not robot.container.holds.current()
+    robot.check_nothing_is_left()
 
 
 @pytest.mark.parametrize("name", DEVIANTS)
@@ -77,7 +76,7 @@ def test_each_deviant_is_named_by_what_differs(tmp_path, name):
     robot = CheckedRobot(tmp_path, deviant(name))
     robot.asked.clock.advance(3630)
     before = robot.as_it_is()
-    report = robot.check_ups.run(robot.id, Trial())
+    report = robot.trial()
     assert not_green(report) == {**SIMULATED, **READ[name], **TRIED.get(name, {})}, in_words(report)
     assert tried(report.profile) == FAITHFUL | KNOWN.get(name, {})
     assert report.is_complete

@@ -232,7 +232,7 @@ def test_a_persons_pause_ends_it_and_stays(site, robot, stage, is_again):
 def test_a_persons_pause_after_it_was_cut_off_stays(site, robot):
     c = site.container
     site.run(10)
-    left = LeftBehind(site.machines["R1"].serial_number, None, ("a", "a", "b", "c"), 0, is_paused=True, queued=None)
+    left = LeftBehind(site.machines["R1"].serial_number, tokens=("a", "a", "b", "c"), is_paused=True)
     c.db.write(lambda connection: CheckUpRepository().note_left_behind(connection, robot.id, left))
     c.operator.pause(robot.id)
     assert c.check_ups.put_back(robot.id) is None
