@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import pytest
 
 from app.domain.check_up import Level, Trial
@@ -69,16 +71,8 @@ def test_a_robot_that_goes_away_for_a_request_is_restored_at_the_end(tmp_path, e
     for number in range(first, of + 1, every):
         (directory := tmp_path / str(number)).mkdir()
         robot = CheckedRobot(directory)
-        before, count = robot.as_it_is(), 0
-
-        def fail_once(method, path, answer, number=number):
-            nonlocal count
-            count += 1
-            if count == number:
-                raise error
-            return answer
-
-        robot.asked.meddle = fail_once
+        before, count = robot.as_it_is(), itertools.count(1)
+        robot.asked.gives(error, lambda method, path, count=count, number=number: next(count) == number)
         report = robot.trial()
         assert report.is_complete or any(
             finding.topic.is_tried and finding.level is not Level.GREEN for finding in report.findings

@@ -2,58 +2,41 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 
 import pytest
 
 from app.domain.check_up import Level, Rest, Topic
-from app.domain.message import render
 from app.mir.errors import ConnectionLost
 from app.mir.transport import Response
 from app.services.check_up.load_probes import latency, load
+from app.services.check_up.session import CheckUpSession
+from tests.support.findings import says
 from tests.support.recorded_robot import AskedRobot
 
-
-def says(session) -> tuple[Level, str]:
-    return session.findings[-1].level, render(session.findings[-1].says)
+LOST = ConnectionLost(address="10.0.0.1")
 
 
 def lose(robot: AskedRobot, *numbers: int) -> None:
     """Answers to these requests, counted from now on."""
-    count = 0
-
-    def meddle(method, path, answer):
-        nonlocal count
-        count += 1
-        if count in numbers:
-            raise ConnectionLost(address="10.0.0.1")
-        return answer
-
-    robot.meddle = meddle
+    count = itertools.count(1)
+    robot.gives(LOST, lambda method, path: next(count) in numbers)
 
 
-def bears(robot: AskedRobot, requests: int, seconds: float) -> None:
-    """It leaves unanswered what comes beyond."""
-    times = []
-
-    def meddle(method, path, answer):
-        now = robot.clock.monotonic()
-        times.append(now)
-        if sum(now - at < seconds for at in times) > requests:
-            raise ConnectionLost(address="10.0.0.1")
-        return answer
-
-    robot.meddle = meddle
+def asked_for_load(robot: AskedRobot) -> CheckUpSession:
+    session = robot.session()
+    session.add(Topic.LOAD, load(session))
+    return session
 
 
 @pytest.mark.parametrize("number", [3, 20, 41])
 def test_one_gap_sets_no_pace(number):
     robot = AskedRobot()
-    session = robot.session()
     lose(robot, number)
-    session.add(Topic.LOAD, load(session))
+    session = asked_for_load(robot)
     assert "rest" not in session.facts
-    level, text = says(session)
+    level, text = says(session, Topic.LOAD)
     assert level is Level.AMBER
     assert text.startswith("It left one of ")
     assert text.endswith("answered all when it was asked as often again")
@@ -61,11 +44,19 @@ def test_one_gap_sets_no_pace(number):
 
 def test_a_robot_that_does_not_bear_it_twice_is_asked_less():
     robot = AskedRobot()
-    session = robot.session()
-    bears(robot, 25, 8.0)
-    session.add(Topic.LOAD, load(session))
+    times = []
+
+    def is_too_much(_method, _path):
+        times.append(robot.clock.monotonic())
+        return sum(times[-1] - at < 8.0 for at in times) > 25
+
+    robot.gives(LOST, is_too_much)
+    session = asked_for_load(robot)
     assert session.facts["rest"] == Rest(25, 10.0)
-    assert says(session) == (Level.RED, "It stopped answering when it was asked 26 times within 10 s, twice")
+    assert says(session, Topic.LOAD) == (
+        Level.RED,
+        "It stopped answering when it was asked 26 times within 10 s, twice",
+    )
 
 
 def test_of_a_robot_that_loses_answers_at_any_time_it_is_not_found_out():
@@ -75,17 +66,17 @@ def test_of_a_robot_that_loses_answers_at_any_time_it_is_not_found_out():
     session.add(Topic.LATENCY, latency(session))
     session.add(Topic.LOAD, load(session))
     assert "rest" not in session.facts
-    assert says(session)[0] is Level.AMBER
-    assert says(session)[1].startswith("Not found out")
+    level, text = says(session, Topic.LOAD)
+    assert level is Level.AMBER
+    assert text.startswith("Not found out")
 
 
 def test_a_robot_that_stays_away_gets_no_pace():
     robot = AskedRobot()
-    session = robot.session()
     lose(robot, *range(30, 5000))
-    session.add(Topic.LOAD, load(session))
+    session = asked_for_load(robot)
     assert "rest" not in session.facts
-    assert says(session) == (
+    assert says(session, Topic.LOAD) == (
         Level.RED,
         "It stopped answering when it was asked 29 times within 10 s, and was not back within 5 min",
     )
@@ -93,7 +84,6 @@ def test_a_robot_that_stays_away_gets_no_pace():
 
 def test_one_that_does_not_say_how_long_it_is_on_is_not_taken_for_booted():
     robot = AskedRobot()
-    session = robot.session()
     lose(robot, 12)
     lost = robot.meddle
 
@@ -103,5 +93,4 @@ def test_one_that_does_not_say_how_long_it_is_on_is_not_taken_for_booted():
         return Response(answer.status, json.dumps(status).encode(), answer.headers)
 
     robot.meddle = meddle
-    session.add(Topic.LOAD, load(session))
-    assert "rest" not in session.facts
+    assert "rest" not in asked_for_load(robot).facts

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from itertools import zip_longest
 from typing import Any
 
 import pytest
@@ -24,7 +25,9 @@ from tests.support.recorded_robot import ZONE, AskedRobot
 AMBER, GREEN = Level.AMBER, Level.GREEN
 FEW = "Not found out: too few missions are in its queue"
 GONE = Response(404, b'{"error_human": "not found"}', {})
+BROKEN = Response(500, b"{}", {})
 QUEUE = "/mission_queue"
+Meddle = Callable[[str, str, Response], Response]
 
 
 def read(robot: AskedRobot) -> CheckUpSession:
@@ -33,9 +36,7 @@ def read(robot: AskedRobot) -> CheckUpSession:
     return session
 
 
-def of_queue(
-    change: Callable[[list[dict[str, Any]]], list[dict[str, Any]]],
-) -> Callable[[str, str, Response], Response]:
+def of_queue(change: Callable[[list[dict[str, Any]]], list[dict[str, Any]]]) -> Meddle:
     """Changes every answer with a list of queue items."""
 
     def meddle(method, path, answer):
@@ -46,11 +47,14 @@ def of_queue(
     return meddle
 
 
-def of_status(change: Callable[[dict[str, Any]], object]) -> Callable[[str, str, Response], Response]:
-    def meddle(method, path, answer):
+def without(name: str) -> Meddle:
+    """Of its status."""
+
+    def meddle(_method, path, answer):
         if path != "/status" or answer.status != 200:
             return answer
-        change(status := json.loads(answer.body))
+        status = json.loads(answer.body)
+        del status[name]
         return Response(answer.status, json.dumps(status).encode(), answer.headers)
 
     return meddle
@@ -96,73 +100,15 @@ def test_a_robot_that_ignores_offset_and_gives_short_pages_has_a_limit():
     assert session.facts["page_limit"] == 50
 
 
-def test_lists_that_are_always_the_newest_first_are_not_sorted_as_asked():
-    robot = AskedRobot()
-
-    def meddle(method, path, answer):
-        if path == QUEUE and method == "GET" and answer.body.startswith(b"[") and json.loads(answer.body)[0]["id"] == 1:
-            return Response(200, json.dumps([{"id": 400, "state": "Done"}]).encode(), answer.headers)
-        return answer
-
-    robot.meddle = meddle
-    assert says(read(robot), Topic.SORTING) == (
-        AMBER,
-        "It ignores the order that is asked for: the newest entries come first",
-    )
-
-
 def test_a_search_that_finds_nothing_is_none():
     robot = AskedRobot()
-    robot.meddle = lambda method, path, answer: Response(200, b"[]", {}) if path == f"{QUEUE}/search" else answer
+    robot.gives(Response(200, b"[]", {}), lambda method, path: path == f"{QUEUE}/search")
     session = read(robot)
     assert says(session, Topic.SEARCH) == (AMBER, "Its search does not find items that are in its queue")
     assert session.facts["has_search"] is False
 
 
 # ---------------------------------------------------------------------- who else uses it
-def with_items(*changes: dict[str, Any]) -> AskedRobot:
-    """A robot whose lists have these changes made to their first entries."""
-    robot = AskedRobot()
-
-    def change(rows):
-        if len(rows) < 50:
-            return rows
-        return [{**row, **change} for row, change in zip(rows, changes, strict=False)] + [
-            {**row, "created_by_name": "Distributor", "fleet_schedule_guid": ""} for row in rows[len(changes) :]
-        ]
-
-    robot.meddle = of_queue(change)
-    return robot
-
-
-def test_missions_of_others_without_dates_are_reported():
-    robot = with_items(*[{"created_by_name": "Fleet", "ordered": None}] * 5)
-    assert says(read(robot), Topic.OTHERS) == (
-        AMBER,
-        "5 of the newest 200 missions in its queue were queued by others; it does not report when",
-    )
-
-
-def test_one_recent_mission_of_another_is_reported():
-    robot = with_items({"created_by_name": "Paula", "ordered": "2026-11-23T07:00:00"})
-    assert says(read(robot), Topic.OTHERS) == (AMBER, "One mission of the last two hours is of Paula")
-
-
-@pytest.mark.parametrize("missing", ["created_by_name", "ordered"])
-def test_without_names_or_dates_it_is_not_found_out(missing):
-    robot = AskedRobot()
-    robot.meddle = of_queue(
-        lambda rows: [
-            {
-                **{name: value for name, value in row.items() if name != missing},
-                **({"created_by_name": None} if missing == "ordered" else {}),
-            }
-            for row in rows
-        ]
-    )
-    assert says(read(robot), Topic.OTHERS) == (AMBER, "Not found out: it does not say who queued the newest missions")
-
-
 def test_of_a_long_queue_in_the_other_order_the_newest_missions_are_looked_at():
     """The last page is another one than the first."""
     robot = AskedRobot(history=900, ignores=frozenset({"sort_by"}))
@@ -171,10 +117,7 @@ def test_of_a_long_queue_in_the_other_order_the_newest_missions_are_looked_at():
 
 
 # ---------------------------------------------------------------------- itself
-def test_a_status_without_battery_is_reported():
-    robot = AskedRobot()
-    robot.meddle = of_status(lambda status: status.pop("battery_percentage"))
-    assert says(read(robot), Topic.BATTERY) == (AMBER, "It does not report its battery level")
+def test_the_battery_level_is_reported():
     assert says(read(AskedRobot()), Topic.BATTERY) == (GREEN, "Its battery is at 80 %")
 
 
@@ -202,50 +145,82 @@ def test_the_published_default_password_is_reported(user, password, level):
     assert says(session, Topic.PASSWORD)[0] is level
 
 
-def test_a_robot_that_does_not_report_its_software_is_a_note():
-    robot = AskedRobot()
-
-    def meddle(method, path, answer):
-        headers = {name: value for name, value in answer.headers.items() if name.casefold() != "robot-version"}
-        return Response(answer.status, b"[{}]" if path == "/software/system_status" else answer.body, headers)
-
-    robot.meddle = meddle
-    assert says(read(robot), Topic.SOFTWARE) == (
-        AMBER,
-        "It does not report its software; MiR's definition of 3.5.4 fits",
-    )
-
-
 @pytest.mark.parametrize("status", [403, 500])
 def test_what_the_user_may_not_ask_says_nothing_of_its_software(status):
     robot = AskedRobot()
-    robot.meddle = lambda method, path, answer: (
-        Response(status, b"{}", {}) if path == "/guided_move/waypoints" else answer
-    )
+    robot.gives(Response(status, b"{}", {}), lambda method, path: path == "/guided_move/waypoints")
     assert says(read(robot), Topic.SOFTWARE)[1].startswith("Its software is 3.5.4; not found out")
 
 
-def test_what_failed_for_another_reason_says_nothing_of_rights():
-    robot = AskedRobot()
-    robot.meddle = lambda method, path, answer: Response(500, b"{}", {}) if path == "/maps" else answer
-    assert says(read(robot), Topic.RIGHTS) == (AMBER, "Not found out whether user Distributor may read: maps")
+# ---------------------------------------------------------------------- what it does not say, or says oddly
+def at(path: str, answer: Response) -> Meddle:
+    """Its answer to that, and to what is below it."""
+    return lambda method, asked, own: answer if asked.startswith(path) else own
 
 
-def test_missions_that_can_not_be_read_say_nothing_of_values():
-    robot = AskedRobot()
-    robot.meddle = lambda method, path, answer: GONE if path.startswith("/missions/") else answer
-    assert says(read(robot), Topic.MISSIONS) == (
-        AMBER,
-        "It has 19 missions; not found out which ask for values when they are started",
+def newest_first(method: str, path: str, own: Response) -> Response:
+    """Whichever order is asked for."""
+    if path == QUEUE and method == "GET" and own.body.startswith(b"[") and json.loads(own.body)[0]["id"] == 1:
+        return Response(200, b'[{"id": 400, "state": "Done"}]', own.headers)
+    return own
+
+
+def without_software(_method: str, path: str, own: Response) -> Response:
+    headers = {name: value for name, value in own.headers.items() if name.casefold() != "robot-version"}
+    return Response(own.status, b"[{}]" if path == "/software/system_status" else own.body, headers)
+
+
+def begin_with(*changes: dict[str, Any]) -> Meddle:
+    """Long lists have these changes made to their first entries; all others are the app's."""
+    app = {"created_by_name": "Distributor", "fleet_schedule_guid": ""}
+    return of_queue(
+        lambda rows: (
+            [row | change for row, change in zip_longest(rows, changes, fillvalue=app)] if len(rows) >= 50 else rows
+        )
     )
 
 
-def test_a_status_without_map_or_words_says_nothing_of_them():
+FLEET, PAULA = (
+    {"created_by_name": "Fleet", "ordered": None},
+    {"created_by_name": "Paula", "ordered": "2026-11-23T07:00:00"},
+)
+NO_NAMES = of_queue(lambda rows: [{name: row[name] for name in row if name != "created_by_name"} for row in rows])
+NO_DATES = of_queue(lambda rows: [{**row, "created_by_name": None, "ordered": None} for row in rows])
+WHOSE = "Not found out: it does not say who queued the newest missions"
+NEWEST_FIRST = "It ignores the order that is asked for: the newest entries come first"
+UNDATED = "5 of the newest 200 missions in its queue were queued by others; it does not report when"
+NO_MISSIONS = "It has 19 missions; not found out which ask for values when they are started"
+NO_MAP = "Not found out which of its 1 maps is in use: its status does not say"
+NO_WORDS = "Not found out which language it speaks: it has no words for its state"
+NO_VERSION = "It does not report its software; MiR's definition of 3.5.4 fits"
+
+
+@pytest.mark.parametrize(
+    ("meddle", "topic", "text"),
+    [
+        pytest.param(newest_first, Topic.SORTING, NEWEST_FIRST, id="always the newest first"),
+        pytest.param(begin_with(*[FLEET] * 5), Topic.OTHERS, UNDATED, id="missions of others without dates"),
+        pytest.param(
+            begin_with(PAULA), Topic.OTHERS, "One mission of the last two hours is of Paula", id="one of another"
+        ),
+        pytest.param(NO_NAMES, Topic.OTHERS, WHOSE, id="no names"),
+        pytest.param(NO_DATES, Topic.OTHERS, WHOSE, id="no dates"),
+        pytest.param(without_software, Topic.SOFTWARE, NO_VERSION, id="no software"),
+        pytest.param(at("/missions/", GONE), Topic.MISSIONS, NO_MISSIONS, id="no actions of missions"),
+        pytest.param(
+            at("/maps", BROKEN), Topic.RIGHTS, "Not found out whether user Distributor may read: maps", id="no maps"
+        ),
+        pytest.param(
+            without("battery_percentage"), Topic.BATTERY, "It does not report its battery level", id="no battery"
+        ),
+        pytest.param(without("map_id"), Topic.MAPS, NO_MAP, id="no map in its status"),
+        pytest.param(without("state_text"), Topic.LANGUAGE, NO_WORDS, id="no words in its status"),
+    ],
+)
+def test_what_is_missing_or_odd_is_a_note(meddle, topic, text):
     robot = AskedRobot()
-    robot.meddle = of_status(lambda status: [status.pop("map_id"), status.pop("state_text")])
-    session = read(robot)
-    assert says(session, Topic.MAPS)[1] == "Not found out which of its 1 maps is in use: its status does not say"
-    assert says(session, Topic.LANGUAGE)[1] == "Not found out which language it speaks: it has no words for its state"
+    robot.meddle = meddle
+    assert says(read(robot), topic) == (AMBER, text)
 
 
 # ---------------------------------------------------------------------- a robot that removes what has ended

@@ -144,7 +144,7 @@ ODD = {
 def test_odd_answers_are_findings_and_nothing_else(odd, but_for):
     """To everything, or to everything but its status."""
     robot = AskedRobot()
-    robot.meddle = lambda method, path, answer: answer if path == but_for else ODD[odd]
+    robot.gives(ODD[odd], lambda method, path: path != but_for)
     session = read(robot)
     assert any(finding.level is Level.RED for finding in session.findings), in_words(session)
     assert len({finding.topic for finding in session.findings}) == len(session.findings)
@@ -153,16 +153,9 @@ def test_odd_answers_are_findings_and_nothing_else(odd, but_for):
 
 def test_a_robot_that_is_off_is_one_red_finding():
     robot = AskedRobot()
-    robot.meddle = raises(Unreachable(code="refused"))
+    robot.gives(Unreachable(code="refused"), lambda method, path: True)
     session = read(robot)
     assert [(finding.topic, finding.level) for finding in session.findings] == [(Topic.IDENTITY, Level.RED)]
-
-
-def raises(error):
-    def meddle(method, path, answer):
-        raise error
-
-    return meddle
 
 
 def test_it_ends_where_somebody_wants_it_to():
