@@ -206,9 +206,11 @@ def template(root: Path = ROOT) -> Catalog:
 
 
 def read(path: Path) -> Catalog:
-    """A .po file. Raises ``babel.messages.pofile.PoFileError``, which says where."""
+    """A .po file, or the template, which has no language. Raises ``babel.messages.pofile.PoFileError``, which says
+    where."""
+    language = path.parents[1].name if path.suffix == ".po" else None
     with path.open("rb") as file:
-        return read_po(file, locale=path.parents[1].name, abort_invalid=True)
+        return read_po(file, locale=language, abort_invalid=True)
 
 
 def compiled(catalogue: Catalog) -> bytes:
