@@ -31,7 +31,7 @@ from tests.benchmarks.bench_dispatch import Scenario, stub
 from tests.benchmarks.bench_frames import Frames
 from tests.benchmarks.hostile_robots import CERTIFICATE
 from tests.benchmarks.stub import MISSION_GUID, address
-from tests.hostile.capture import pin_of
+from tests.integration.mir.servers import pin_of
 from tests.screenshots.registry import LANDSCAPE
 from tests.screenshots.studio import open_window
 

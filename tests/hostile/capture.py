@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import socket
-import ssl
 import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from email.message import Message
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from pathlib import Path
 from typing import Any
 
+from tests.integration.mir.servers import tls_of
 from tests.unit.mir.answers import STATUS
 
-CERTIFICATES = Path(__file__).parents[1] / "integration" / "mir" / "certificates"
 API = "/api/v2.0.0"
 
 
@@ -119,9 +116,7 @@ def capture(certificate: str = "", **settings: Any) -> Iterator[Capture]:
 
     with QuietServer(("127.0.0.1", 0), Handler) as server:
         if certificate:
-            context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
-            context.load_cert_chain(CERTIFICATES / certificate)
-            server.socket = context.wrap_socket(server.socket, server_side=True)
+            server.socket = tls_of(certificate).wrap_socket(server.socket, server_side=True)
         machine = Capture(f"http{'s' if certificate else ''}://127.0.0.1:{server.server_port}", **settings)
         thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True)
         thread.start()
@@ -130,9 +125,3 @@ def capture(certificate: str = "", **settings: Any) -> Iterator[Capture]:
         finally:
             server.shutdown()
             thread.join()
-
-
-def pin_of(certificate: str) -> str:
-    """Its SHA-256 fingerprint."""
-    text = (CERTIFICATES / certificate).read_text()
-    return hashlib.sha256(ssl.PEM_cert_to_DER_cert(text[text.index("-----BEGIN CERT") :])).hexdigest()

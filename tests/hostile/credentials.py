@@ -22,7 +22,6 @@ from tests.unit.mir.answers import MISSION
 USER, PASSWORD = "scheduler", "a secret"
 
 TOKEN = Token.derive(USER, PASSWORD).header
-FIELD, PLANT = "field_robot.pem", "plant_robot.pem"
 Listen = Callable[..., Capture]
 
 

@@ -64,13 +64,6 @@ def test_a_run_of_a_day_counts(container: Container, duration: float) -> None:
     assert expected.median_s == duration
 
 
-@pytest.mark.parametrize(
-    "text", ["0001-01-01T00:00:00", "1969-12-31T23:59:59", "2100-01-01T00:00:00", "9999-12-31T23:59:59"]
-)
-def test_a_time_at_which_no_robot_is_built_is_none(text: str) -> None:
-    assert parse.instant(text) is None
-
-
 def test_hundreds_of_such_runs_in_a_day_still_end(container: Container) -> None:
     """The sum of their microseconds has to fit into 64 bits: with thousands of years each, the 37th could not be written."""
     robot, mission = ran(container, 60.0)

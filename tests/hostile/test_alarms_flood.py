@@ -10,9 +10,7 @@ from datetime import timedelta
 import pytest
 
 from app.database.alarms import OPEN_OF_A_KIND
-from app.domain.message import render
 from app.domain.models import Alarm
-from app.domain.robot import RobotProblem, problems_in_words
 from app.process import log_file as logs
 from app.services.live.alarms import KEPT, alarm_sentence
 from tests.support.log import file_in, kept_apart, written
@@ -40,15 +38,6 @@ def test_hundreds_of_errors_make_one_short_alarm(site):
     sentence = alarm_sentence(only_alarm(site))
     assert len(sentence) <= LONGEST_ALARM + len("R1: ")
     assert sentence.endswith("… and 399 more")  # one long description fills it
-
-
-def test_three_short_errors_and_the_number_of_the_others():
-    few = [RobotProblem(number, f"Wheel {number}") for number in range(3)]
-    assert render(problems_in_words(few)) == "Wheel 0 (0); Wheel 1 (1); Wheel 2 (2)"
-    many = [RobotProblem(number, f"Wheel {number}") for number in range(1000)]
-    assert render(problems_in_words(many)) == "Wheel 0 (0); Wheel 1 (1); Wheel 2 (2) … and 997 more"
-    assert problems_in_words([RobotProblem(1, "Wheel"), RobotProblem(1, "Wheel")]) == "Wheel (1)"
-    assert problems_in_words([]) == ""
 
 
 def test_no_detail_of_an_alarm_is_long(site):

@@ -26,6 +26,8 @@ HOSTILE = {
     "a column with a default": "ALTER TABLE robots ADD COLUMN proxy TEXT DEFAULT 'http://evil.example'",
     "a missing trigger": "DROP TRIGGER ended_days_add",
     "a missing index": "DROP INDEX schedules_due",
+    "a definition that was rewritten": """PRAGMA writable_schema = ON;
+        UPDATE sqlite_schema SET sql = replace(sql, 'DEFAULT 1', 'DEFAULT 0') WHERE name = 'robots'""",
 }
 
 
@@ -68,15 +70,6 @@ def test_the_checked_copy_is_installed(backup, tmp_path, monkeypatch):
         backups.restore(backup, target, NOW)
     assert target.read_bytes() == before
     assert not list(target.parent.glob("*restore*"))
-
-
-def test_a_definition_that_was_rewritten_is_another_schema(backup):
-    spoil(
-        backup,
-        """PRAGMA writable_schema = ON;
-                     UPDATE sqlite_schema SET sql = replace(sql, 'DEFAULT 1', 'DEFAULT 0') WHERE name = 'robots'""",
-    )
-    assert backups.problem_of(backup) is not None
 
 
 @pytest.mark.parametrize(

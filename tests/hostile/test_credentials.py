@@ -18,9 +18,8 @@ from app.mir.errors import (
     SerialNumberHidden,
 )
 from app.services.dispatch import messages
-from tests.hostile.capture import Capture, Seen, pin_of
+from tests.hostile.capture import Capture, Seen
 from tests.hostile.credentials import (
-    FIELD,
     PASSWORD,
     TOKEN,
     USER,
@@ -34,6 +33,7 @@ from tests.hostile.credentials import (
     run_now,
     stored,
 )
+from tests.integration.mir.servers import FIELD, pin_of
 
 # ---------------------------------------------------------------------- what a token belongs to
 CHANGES: dict[str, Callable[[Robot, Capture], Robot]] = {

@@ -15,16 +15,14 @@ import pytest
 
 from app.container import Container
 from app.domain.models import Mission, Robot, State
-from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
 from app.mir.errors import RobotError
 from app.mir.texts import clean, resolve
-from app.mir.transport import Response
 from app.services.dispatch import messages
 from app.services.files.history_export import write_history
 from tests.hostile.capture import Seen, capture
-from tests.unit.mir.answers import MISSION, STATUS
+from tests.unit.mir.answers import MISSION, STATUS, answered
 
 USER, PASSWORD = "distributor", "a secret"
 HEADER = Token.derive(USER, PASSWORD).header
@@ -77,24 +75,8 @@ def test_the_rest_of_a_text_stays() -> None:
     assert clean(f"got Authorization: {HEADER}!") == "got Authorization: Basic ***!"
 
 
-class Echoing:
-    """A transport that always gives the same answer."""
-
-    def __init__(self, status: int, body: bytes, headers: dict[str, str]) -> None:
-        self._answer = Response(status, body, headers)
-
-    def send(self, *_args: object, **_options: object) -> Response:
-        return self._answer
-
-    def read_connection(self) -> None:
-        """No connection."""
-
-    def close(self) -> None:
-        """Nothing is open."""
-
-
 def client(status: int, body: bytes, headers: dict[str, str]) -> RobotClient:
-    return RobotClient(Address.parse("10.0.0.1"), Token.from_header(HEADER), transport=Echoing(status, body, headers))
+    return answered(status, body, headers, Token.from_header(HEADER))
 
 
 @however

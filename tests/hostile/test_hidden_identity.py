@@ -18,8 +18,8 @@ from app.mir.errors import (
     SerialNumberHidden,
     Unauthorized,
 )
-from tests.hostile.capture import pin_of
-from tests.hostile.credentials import FIELD, PASSWORD, PLANT, USER, Listen, add, connection, poll, run_now, stored
+from tests.hostile.credentials import PASSWORD, USER, Listen, add, connection, poll, run_now, stored
+from tests.integration.mir.servers import FIELD, PLANT, pin_of
 
 hiding = pytest.mark.parametrize(
     "hides", [{"serial": None}, {"status_is_open": False}], ids=["no serial number", "no status"]

@@ -7,36 +7,30 @@ from dataclasses import replace
 
 import pytest
 
+from app.domain.robot import RobotStatus
 from app.mir import parse
-from app.mir.address import Address
 from app.mir.client import RobotClient
-from app.mir.credentials import Token
 from app.mir.errors import Rejected, Unreadable
-from app.mir.transport import Response
-from app.screens.home.view import LONGEST_QUESTION, prompt
+from app.screens.home.view import LONGEST_QUESTION, PromptView, prompt
 from tests.support.home_facts import READY, snapshot
+from tests.unit.mir.answers import answered
 
 KIB = 1024
 
 
-class Answers:
-    """A transport that always gives the same answer."""
-
-    def __init__(self, status: int, body: bytes) -> None:
-        self.answer = Response(status, body)
-
-    def send(self, *_args, **_options) -> Response:
-        return self.answer
-
-    def read_connection(self) -> None:
-        """No connection."""
-
-    def close(self) -> None:
-        pass
-
-
 def client(status: int, content: object) -> RobotClient:
-    return RobotClient(Address.parse("10.0.0.1"), Token(""), transport=Answers(status, json.dumps(content).encode()))
+    return answered(status, json.dumps(content).encode())
+
+
+def asked(question: str, options: list[object]) -> RobotStatus:
+    """The status of a robot that asks this."""
+    prompted = {"guid": "g", "question": question, "options": options}
+    return client(200, {"state_id": 5, "user_prompt": prompted}).status()
+
+
+def shown(status: RobotStatus) -> PromptView:
+    """What Home shows of its question."""
+    return prompt(replace(snapshot(1, READY), status=status), old=False)
 
 
 def large(size: int) -> dict[str, object]:
@@ -64,24 +58,15 @@ def test_the_words_of_a_large_refusal_are_not_looked_for():
 
 
 def test_a_prompt_shows_twelve_options_and_says_how_many_there_are():
-    asked = {
-        "state_id": 5,
-        "user_prompt": {"guid": "g", "question": "Which?", "options": [f"Door {n}" for n in range(1000)]},
-    }
-    status = client(200, asked).status()
+    status = asked("Which?", [f"Door {n}" for n in range(1000)])
     assert status.user_prompt.options == tuple(f"Door {n}" for n in range(12))
     assert status.user_prompt.more_options == 988
-    shown = prompt(replace(snapshot(1, READY), status=status), old=False)
-    assert len(shown.options) == 12
-    assert shown.question == "Which? (988 more answers can be given at the robot)"
+    assert len(shown(status).options) == 12
+    assert shown(status).question == "Which? (988 more answers can be given at the robot)"
 
 
 def test_a_prompt_with_twelve_options_says_nothing_of_more():
-    asked = {
-        "state_id": 5,
-        "user_prompt": {"guid": "g", "question": "Which?", "options": [f"Door {n}" for n in range(12)]},
-    }
-    assert prompt(replace(snapshot(1, READY), status=client(200, asked).status()), old=False).question == "Which?"
+    assert shown(asked("Which?", [f"Door {n}" for n in range(12)])).question == "Which?"
 
 
 @pytest.mark.parametrize(
@@ -90,17 +75,12 @@ def test_a_prompt_with_twelve_options_says_nothing_of_more():
     ids=["long", "longer", "turned around", "a control character", "empty", "blank", "a number", "none", "a secret"],
 )
 def test_an_answer_is_sent_as_the_robot_offers_it_or_not_offered(option):
-    asked = {"state_id": 5, "user_prompt": {"guid": "g", "question": "Which?", "options": [option, "x" * 255, " No"]}}
-    status = client(200, asked).status()
-    assert (status.user_prompt.options, status.user_prompt.more_options) == (("x" * 255, "No"), 1)
+    found = asked("Which?", [option, "x" * 255, " No"]).user_prompt
+    assert (found.options, found.more_options) == (("x" * 255, "No"), 1)
 
 
 def test_a_question_without_end_leaves_the_answers_in_sight():
-    asked = {
-        "state_id": 5,
-        "user_prompt": {"guid": "g", "question": "Is the aisle free of people? " * 120, "options": ["Yes", "No"]},
-    }
-    question = prompt(replace(snapshot(1, READY), status=client(200, asked).status()), old=False).question
+    question = shown(asked("Is the aisle free of people? " * 120, ["Yes", "No"])).question
     assert question.startswith("Is the aisle free of people? Is the aisle")
     assert question.endswith("… read all of it at the robot")
     assert len(question) <= LONGEST_QUESTION + len(" … read all of it at the robot")

@@ -11,36 +11,19 @@ import pytest
 
 from app.domain.models import Robot
 from app.mir import parse
-from app.mir.address import Address
 from app.mir.client import MOST_MISSIONS, RobotClient
-from app.mir.credentials import Token
 from app.mir.errors import Unreadable
-from app.mir.transport import Response
 from app.screens.settings.view import went_wrong
 from app.services.robots.missions import RobotMissions
 from tests.support.clock import VirtualClock
+from tests.unit.mir.answers import answered
 
 ROBOT = Robot("Aino", "http://10.0.0.1", id=1)
 
 
-class Missions:
-    """A transport to a robot with this many missions."""
-
-    def __init__(self, count: int) -> None:
-        self._body = json.dumps([{"guid": str(n), "name": f"M{n}"} for n in range(count)]).encode()
-
-    def send(self, *_args: object, **_options: object) -> Response:
-        return Response(200, self._body)
-
-    def read_connection(self) -> None:
-        """No connection."""
-
-    def close(self) -> None:
-        """Nothing is open."""
-
-
 def client(count: int) -> RobotClient:
-    return RobotClient(Address.parse(ROBOT.address), Token(), transport=Missions(count))
+    """Of a robot with this many missions."""
+    return answered(200, json.dumps([{"guid": str(n), "name": f"M{n}"} for n in range(count)]).encode())
 
 
 def test_as_many_as_the_limit_are_read() -> None:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import socket
 import ssl
 import struct
 import threading
 from collections.abc import Callable
+from pathlib import Path
 
+CERTIFICATES = Path(__file__).parent / "certificates"
+FIELD, PLANT = "field_robot.pem", "plant_robot.pem"
 HEAD = b"HTTP/1.1 200 OK\r\nContent-Type: application/json\r\n"
 
 
@@ -115,6 +119,19 @@ class Server:
             sock.close()
         for thread in self._threads:
             thread.join(5)
+
+
+def tls_of(certificate: str) -> ssl.SSLContext:
+    """A server with one of the certificates here."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.load_cert_chain(CERTIFICATES / certificate)
+    return context
+
+
+def pin_of(certificate: str) -> str:
+    """Its SHA-256 fingerprint."""
+    text = (CERTIFICATES / certificate).read_text()
+    return hashlib.sha256(ssl.PEM_cert_to_DER_cert(text[text.index("-----BEGIN CERT") :])).hexdigest()
 
 
 def closed_port() -> int:

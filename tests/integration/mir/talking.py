@@ -21,7 +21,7 @@ ACCEPTED = b'{"id": 7, "state": "Pending"}'
 READY = json.dumps(STATUS).encode()
 
 Behaviour = Callable[[Conversation], None]
-Serve = Callable[[Behaviour], Server]
+Serve = Callable[..., Server]
 Connect = Callable[..., RobotClient]
 
 

@@ -7,15 +7,9 @@ import contextlib
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from app.mir.address import Address
-from app.mir.client import RobotClient
-from app.mir.credentials import Token
 from app.mir.errors import RobotError
-from app.mir.transport import Timeouts
-from tests.integration.mir.servers import Conversation, Server
+from tests.integration.mir.talking import Connect, Serve, after_request
 from tests.support.examples import examples
-
-TOKEN = Token.derive("distributor", "distributor")
 
 RAW = st.binary(max_size=200) | st.builds(
     lambda status, headers, body: b"HTTP/1.1 %d X\r\n" % status + headers + b"\r\n" + body,
@@ -43,25 +37,16 @@ RAW = st.binary(max_size=200) | st.builds(
 )
 
 
-def test_whatever_comes_out_of_a_socket_raises_nothing_but_robot_errors() -> None:
+def test_whatever_comes_out_of_a_socket_raises_nothing_but_robot_errors(serve: Serve, connect: Connect) -> None:
     raw = b""
-
-    def behave(conversation: Conversation) -> None:
-        conversation.request()
-        conversation.send(raw)
-
-    server = Server(behave)
-    address = Address.parse(f"127.0.0.1:{server.port}")
-    patient = Timeouts(connect=10, read=20, total=60)
+    server = serve(after_request(lambda robot: robot.send(raw)))
 
     @examples(150)
     @example(b"HTTP/1.1 401 X\r\n\r\n")
     @given(RAW)
     def says(answer: bytes) -> None:
         nonlocal raw
-        raw = answer
-        robot = RobotClient(address, TOKEN)
-        robot.timeouts = patient
+        raw, robot = answer, connect(server)
         for call, most in (
             (lambda: robot.enqueue("g"), 1),
             (robot.status, 2),
@@ -70,9 +55,5 @@ def test_whatever_comes_out_of_a_socket_raises_nothing_but_robot_errors() -> Non
             with contextlib.suppress(RobotError):
                 call()
             assert before < len(server.requests) <= before + most
-        robot.close()
 
-    try:
-        says()
-    finally:
-        server.close()
+    says()

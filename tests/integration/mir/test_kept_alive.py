@@ -12,7 +12,6 @@ from tests.integration.mir.talking import (
     READY,
     Connect,
     Serve,
-    every_request,
     status_fails,
 )
 from tests.unit.mir.answers import MISSION
@@ -90,7 +89,7 @@ def test_a_time_out_on_a_kept_alive_connection_is_not_a_reason_to_ask_again(serv
 
 
 def test_a_closed_client_opens_a_new_connection_when_asked(serve: Serve, connect: Connect) -> None:
-    server = serve(every_request)
+    server = serve()
     robot = connect(server)
     robot.status()
     robot.close()

@@ -31,7 +31,6 @@ from tests.integration.mir.talking import (
     Serve,
     after_request,
     enqueue_fails,
-    every_request,
     status_fails,
 )
 from tests.unit.mir.answers import MISSION
@@ -39,7 +38,7 @@ from tests.unit.mir.answers import MISSION
 
 # ---------------------------------------------------------------------- a well-behaved robot
 def test_reads_share_a_connection_and_writes_get_their_own(serve: Serve, connect: Connect) -> None:
-    server = serve(every_request)
+    server = serve()
     robot = connect(server)
     robot.status()
     robot.status()
@@ -61,7 +60,7 @@ def test_a_mission_leaves_in_one_piece(serve: Serve, connect: Connect, monkeypat
     pieces: list[bytes] = []
     sendall = socket.socket.sendall
     monkeypatch.setattr(socket.socket, "sendall", lambda sock, data: (pieces.append(data), sendall(sock, data))[1])
-    server = serve(every_request)
+    server = serve()
     assert connect(server).enqueue(MISSION) == 7
     assert [piece for piece in pieces if not piece.startswith(b"HTTP/")] == server.requests
 
@@ -132,7 +131,7 @@ def test_a_broken_header_breaks_nothing(serve: Serve, connect: Connect) -> None:
 
 
 def test_ipv6_and_names_work_too(connect: Connect, serve: Serve) -> None:
-    server = serve(every_request)
+    server = serve()
     assert connect(server, host="localhost").status().robot_name == "R1"
 
 
@@ -158,7 +157,7 @@ def test_an_unknown_name_sent_nothing(connect: Connect, monkeypatch: pytest.Monk
 def test_a_name_that_takes_for_ever_sent_nothing_and_leaves_one_thread(
     serve: Serve, connect: Connect, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    server, answered, asked = serve(every_request), threading.Event(), []
+    server, answered, asked = serve(), threading.Event(), []
 
     def slow(host: str, port: int, **options: Any) -> list[Any]:
         asked.append(host)
@@ -177,7 +176,7 @@ def test_a_name_that_takes_for_ever_sent_nothing_and_leaves_one_thread(
 
 
 def test_every_address_of_a_name_is_tried(serve: Serve, connect: Connect, monkeypatch: pytest.MonkeyPatch) -> None:
-    server, deaf = serve(every_request), closed_port()
+    server, deaf = serve(), closed_port()
     monkeypatch.setattr(
         socket,
         "getaddrinfo",
@@ -389,7 +388,7 @@ def test_a_long_answer_within_the_limit_is_read(serve: Serve, connect: Connect) 
 # ---------------------------------------------------------------------- redirects
 @pytest.mark.parametrize("status", [301, 302, 303, 307, 308])
 def test_redirects_are_not_followed(serve: Serve, connect: Connect, status: int) -> None:
-    other = serve(every_request)
+    other = serve()
     server = serve(
         after_request(
             lambda robot: robot.answer(b"", f"{status} Moved", f"Location: http://127.0.0.1:{other.port}/api/v2.0.0/x")

@@ -81,10 +81,15 @@ def test_a_one_time_start_on_an_extra_working_saturday_is_taken(world):
     assert world.schedule(start=datetime(2026, 11, 28, 6, 30), recurrence=None).next_at is not None
 
 
-def test_due_starts_stay_due(world):
+@pytest.mark.parametrize(
+    "change",
+    [lambda catalogue: catalogue.save_days(CLOSED), lambda catalogue: catalogue.change_settings(working_days=["SU"])],
+    ids=["closed days", "working days"],
+)
+def test_due_starts_stay_due(world, change):
     daily = world.schedule()
     world.clock.step(86400 + 1800)
-    world.catalogue.save_days(CLOSED)
+    change(world.catalogue)
     assert world.stored(daily).next_at == daily.next_at
 
 

@@ -17,7 +17,7 @@ from app.domain.models import (
     Settings,
     State,
 )
-from app.services.catalogue import group_edit, mission_edit, robot_edit, settings_edit
+from app.services.catalogue import mission_edit, robot_edit, settings_edit
 from app.services.live.changes import Topic
 from tests.unit.catalogue.world import MISSIONS, ROBOTS, SCHEDULES, refuses
 
@@ -144,13 +144,6 @@ def test_other_working_days_replan_what_respects_them(world):
     assert world.stored(daily).changed_at == daily.changed_at
 
 
-def test_due_starts_stay_due_when_working_days_change(world):
-    daily = world.schedule()
-    world.clock.step(86400 + 1800)
-    world.catalogue.change_settings(working_days=["SU"])
-    assert world.stored(daily).next_at == daily.next_at
-
-
 # ---------------------------------------------------------------------- together
 def test_several_changes_are_made_all_or_not_at_all(world):
     def work(edit):
@@ -166,15 +159,6 @@ def test_several_changes_are_made_all_or_not_at_all(world):
 
 
 # ---------------------------------------------------------------------- places
-def test_a_mission_that_is_restored_uses_the_place_that_was_restored_before_it(world):
-    place = world.catalogue.edit(lambda edit: group_edit.save_place(edit, Place("Dock 2", 1, (world.mission.id,))))
-    mission = world.catalogue.remove_mission(world.mission.id)
-    dock = world.catalogue.remove_place(place.id)
-    world.catalogue.restore(dock)
-    world.catalogue.restore(mission)
-    assert world.catalogue.places() == [place]
-
-
 @pytest.mark.parametrize("place_first", [True, False])
 @pytest.mark.parametrize("undone_first", [True, False])
 def test_a_place_and_its_mission_are_linked_again_in_any_order_of_restoring(world, place_first, undone_first):
@@ -200,9 +184,7 @@ def test_a_use_that_was_restored_is_not_restored_again(world):
 
 def test_a_restored_place_keeps_its_remaining_missions(world):
     other = world.catalogue.save_mission(Mission("Home", "guid-2"))
-    place = world.catalogue.edit(
-        lambda edit: group_edit.save_place(edit, Place("Dock 2", 1, (world.mission.id, other.id)))
-    )
+    place = world.catalogue.save_place(Place("Dock 2", 1, (world.mission.id, other.id)))
     removed = world.catalogue.remove_place(place.id)
     world.catalogue.remove_mission(other.id)
     world.catalogue.restore(removed)
@@ -210,7 +192,7 @@ def test_a_restored_place_keeps_its_remaining_missions(world):
 
 
 def test_a_deleted_place_is_not_restored_twice_nor_to_a_name_in_use(world):
-    place = world.catalogue.edit(lambda edit: group_edit.save_place(edit, Place("Dock 2", 1, (world.mission.id,))))
+    place = world.catalogue.save_place(Place("Dock 2", 1, (world.mission.id,)))
     removed = world.catalogue.remove_place(place.id)
     world.catalogue.restore(removed)
     renamed = world.catalogue.save_place(replace(place, name="Dock 3"))
@@ -231,13 +213,3 @@ def test_the_names_of_groups_differ_in_more_than_capital_letters(world):
     with refuses("name", f"there is a robot {world.robot.name} already"):
         world.catalogue.save_group(Group(world.robot.name.swapcase(), (world.robot.id,)))
     assert world.catalogue.save_group(replace(group, name="HALL")).name == "HALL"
-
-
-def test_a_group_that_was_renamed_since_it_was_restored_is_not_restored_again(world):
-    group = world.catalogue.save_group(Group("Hall", (world.robot.id,)))
-    removed = world.catalogue.remove_group(group.id)
-    world.catalogue.restore(removed)
-    renamed = world.catalogue.save_group(replace(group, name="Yard"))
-    with refuses("name", "this has been restored already"):
-        world.catalogue.restore(removed)
-    assert world.catalogue.groups() == [renamed]

@@ -1,9 +1,10 @@
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -29,6 +30,24 @@ def db(path: Path, clock: VirtualClock) -> Iterator[Database]:
     database = Database.open(path, clock=clock, threaded=False, durable=False)
     yield database
     database.close()
+
+
+@pytest.fixture
+def start(path: Path, clock: VirtualClock) -> Iterator[Callable[..., Database]]:
+    """Open the database as the next process does: the one before is closed."""
+    last: list[Database] = []
+
+    def start(**options: Any) -> Database:
+        stop()
+        last.append(Database.open(path, clock=clock, **options))
+        return last[-1]
+
+    def stop() -> None:
+        while last:
+            last.pop().close()
+
+    yield start
+    stop()
 
 
 @pytest.fixture

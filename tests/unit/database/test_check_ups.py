@@ -90,13 +90,8 @@ def test_it_is_read_back_unchanged(container, robot, report):
     assert CHECK_UPS.report(container.db.read(), robot.id) == report
 
 
-def test_the_robot_has_its_profile(container, robot):
+def test_a_robot_has_its_profile_and_with_another_software_none(container, robot):
     assert robot.known is None
-    put(container, robot)
-    assert current(container, robot).known == PROFILE
-
-
-def test_another_software_has_none_until_it_is_asked_again(container, robot):
     put(container, robot)
     container.db.write(lambda c: container.repositories.robots.note_identity(c, robot, software="3.8.1"))
     assert current(container, robot).known is None

@@ -42,9 +42,9 @@ def deleted(path):
 
 
 @pytest.fixture
-def backed_up(path, clock):
+def backed_up(path, clock, start):
     """A database with one setting and a backup, closed."""
-    db = Database.open(path, clock=clock)
+    db = start()
     db.write(lambda c: SETTINGS.put(c, "a", 1))
     db.write(SETTINGS.install_id)
     daily_backup(path, clock.now())
@@ -54,12 +54,12 @@ def backed_up(path, clock):
 
 
 @pytest.mark.parametrize("damage", [garbage, zeros_in_the_middle, torn_off, emptied, deleted])
-def test_it_is_refused_now_and_at_later_starts_and_the_backup_is_named(backed_up, clock, damage):
+def test_it_is_refused_now_and_at_later_starts_and_the_backup_is_named(backed_up, damage, start):
     damage(backed_up)
     broken = backed_up.read_bytes() if backed_up.exists() else None
     for _ in range(2):
         with pytest.raises(DatabaseDamaged) as caught:
-            Database.open(backed_up, clock=clock)
+            start()
         error = caught.value
         assert error.path == backed_up
         assert error.backup == backed_up.parent / BACKUPS / "daily-2026-11-23.db"
@@ -74,29 +74,27 @@ def test_it_is_refused_now_and_at_later_starts_and_the_backup_is_named(backed_up
         Database.open_for_reading(backed_up)
 
 
-def test_restoring_brings_back_the_backup_and_keeps_everything_else(backed_up, clock):
+def test_restoring_brings_back_the_backup_and_keeps_everything_else(backed_up, clock, start):
     garbage(backed_up)
     with pytest.raises(DatabaseDamaged) as caught:
-        Database.open(backed_up, clock=clock)
+        start()
     restore(caught.value.backup, backed_up, clock.now())
-    db = Database.open(backed_up, clock=clock)
+    db = start()
     assert SETTINGS.get(db.read(), "a") == 1
     assert SETTINGS.restored_at(db.read()) == clock.now()
-    db.close()
     assert caught.value.kept_as.exists()
     assert caught.value.backup.exists()
     assert backed_up.stat().st_mode & 0o777 == 0o600
 
 
-def test_the_installations_id_comes_back_with_the_backup(path, clock):
-    db = Database.open(path, clock=clock)
+def test_the_installations_id_comes_back_with_the_backup(path, clock, start):
+    db = start()
     install_id = db.write(SETTINGS.install_id)
     daily_backup(path, clock.now())
     db.close()
     restore(newest_good_backup(path), path, clock.now())
-    db = Database.open(path, clock=clock)
+    db = start()
     assert db.write(SETTINGS.install_id) == install_id
-    db.close()
 
 
 def test_a_sound_database_is_kept_aside_when_a_backup_takes_its_place(backed_up, clock):
@@ -107,21 +105,20 @@ def test_a_sound_database_is_kept_aside_when_a_backup_takes_its_place(backed_up,
     aside.close()
 
 
-def test_ids_used_after_the_backup_are_not_reused(path, clock):
+def test_ids_used_after_the_backup_are_not_reused(path, clock, start):
     def add(c):
         return c.execute("INSERT INTO missions (name, guid) VALUES (hex(randomblob(8)), 'g') RETURNING id").fetchone()[
             0
         ]
 
-    db = Database.open(path, clock=clock)
+    db = start()
     db.write(add)
     daily_backup(path, clock.now())
     later = db.write(add)
     db.close()
     restore(newest_good_backup(path), path, clock.now())
-    db = Database.open(path, clock=clock)
+    db = start()
     assert db.write(add) > later
-    db.close()
 
 
 def test_a_file_that_is_no_backup_is_refused_and_nothing_changes(backed_up, clock, tmp_path):
@@ -144,16 +141,16 @@ def test_a_file_that_is_no_backup_is_refused_and_nothing_changes(backed_up, cloc
     assert sorted(file.name for file in backed_up.parent.iterdir()) == [backed_up.name, BACKUPS]
 
 
-def test_without_a_good_backup_the_sentence_says_so(path, clock):
-    Database.open(path, clock=clock).close()
+def test_without_a_good_backup_the_sentence_says_so(path, start):
+    start().close()
     garbage(path)
     with pytest.raises(DatabaseDamaged, match="no good backup") as caught:
-        Database.open(path, clock=clock)
+        start()
     assert caught.value.backup is None
 
 
 @pytest.mark.parametrize("renamed", [False, True])
-def test_a_crash_while_it_was_put_aside_does_not_let_an_empty_one_in(backed_up, clock, renamed, monkeypatch):
+def test_a_crash_while_it_was_put_aside_does_not_let_an_empty_one_in(backed_up, renamed, monkeypatch, start):
     garbage(backed_up)
     calls = []
 
@@ -167,17 +164,17 @@ def test_a_crash_while_it_was_put_aside_does_not_let_an_empty_one_in(backed_up, 
     real = getattr(__import__("app.database.files", fromlist=[name]), name)
     monkeypatch.setattr(f"app.database.files.{name}", crash)
     with pytest.raises(KeyboardInterrupt):
-        Database.open(backed_up, clock=clock)
+        start()
     monkeypatch.undo()
     with pytest.raises(DatabaseDamaged):
-        Database.open(backed_up, clock=clock)
+        start()
     assert not backed_up.exists()
 
 
-def test_a_restore_cut_off_before_its_last_step_counts(backed_up, clock, monkeypatch):
+def test_a_restore_cut_off_before_its_last_step_counts(backed_up, clock, monkeypatch, start):
     garbage(backed_up)
     with pytest.raises(DatabaseDamaged) as caught:
-        Database.open(backed_up, clock=clock)
+        start()
 
     def crash(_path):
         raise KeyboardInterrupt
@@ -186,15 +183,14 @@ def test_a_restore_cut_off_before_its_last_step_counts(backed_up, clock, monkeyp
     with pytest.raises(KeyboardInterrupt):
         restore(caught.value.backup, backed_up, clock.now())
     monkeypatch.undo()
-    db = Database.open(backed_up, clock=clock)
+    db = start()
     assert SETTINGS.get(db.read(), "a") == 1
-    db.close()
 
 
 @pytest.mark.parametrize("is_damaged", [False, True])
 @pytest.mark.parametrize("is_done", [False, True])
 def test_a_restore_that_ends_anywhere_is_finished_or_was_never_begun(
-    backed_up, clock, monkeypatch, tmp_path, is_damaged, is_done
+    backed_up, clock, monkeypatch, tmp_path, is_damaged, is_done, start
 ):
     """The process dies before (or after) each step that changes a file: nothing sound is called damaged, and nothing is lost."""
     backup, before, seen = newest_good_backup(backed_up), backed_up.read_bytes(), set()
@@ -202,7 +198,7 @@ def test_a_restore_that_ends_anywhere_is_finished_or_was_never_begun(
     if is_damaged:
         garbage(backed_up)
         with pytest.raises(DatabaseDamaged):
-            Database.open(backed_up, clock=clock)
+            start()
     data, spare = backed_up.parent, tmp_path / "spare"
     shutil.copytree(data, spare)
     for left in itertools.count():
@@ -215,7 +211,7 @@ def test_a_restore_that_ends_anywhere_is_finished_or_was_never_begun(
                 break  # it has no more steps
         kept = None
         try:
-            db = Database.open(backed_up, clock=clock)
+            db = start()
         except DatabaseDamaged as damage:
             assert is_damaged
             kept = damage.kept_as
@@ -264,50 +260,46 @@ def test_an_export_during_an_interrupted_restore_says_so(backed_up):
         Database.open_for_reading(backed_up)
 
 
-def test_wrong_pins_stay_counted(backed_up, clock):
-    db = Database.open(backed_up, clock=clock)
+def test_wrong_pins_stay_counted(backed_up, clock, start):
+    db = start()
     db.write(lambda c: SETTINGS.put(c, WRONG_PINS, 12))
     db.close()
     restore(newest_good_backup(backed_up), backed_up, clock.now())
-    db = Database.open(backed_up, clock=clock)
+    db = start()
     assert SETTINGS.get(db.read(), WRONG_PINS) == 12
-    db.close()
 
 
-def test_a_half_made_first_database_is_simply_begun(path, clock):
+def test_a_half_made_first_database_is_simply_begun(path, start):
     path.parent.mkdir()
     path.write_bytes(b"")
-    db = Database.open(path, clock=clock)
+    db = start()
     assert SETTINGS.load(db.read()).retry_limit == 10
-    db.close()
 
 
 # ---------------------------------------------------------------------- backups
-def test_daily_backups_keep_the_newest_seven(path, clock):
-    db = Database.open(path, clock=clock)
+def test_daily_backups_keep_the_newest_seven(path, clock, start):
+    db = start()
     for day in range(10):
         db.write(lambda c, day=day: SETTINGS.put(c, "day", day))
         assert daily_backup(path, clock.now()) is not None
         assert daily_backup(path, clock.now()) is None
         clock.advance(86400)
-    db.close()
     names = sorted(file.name for file in (path.parent / BACKUPS).iterdir())
     assert len(names) == KEPT
     assert (names[0], names[-1]) == ("daily-2026-11-26.db", "daily-2026-12-02.db")
 
 
-def test_a_backup_made_during_writes_is_one_private_file(path, clock):
-    db = Database.open(path, clock=clock)
+def test_a_backup_made_during_writes_is_one_private_file(path, start):
+    db = start()
     db.write(lambda c: SETTINGS.put(c, "a", 1))
     target = path.parent / BACKUPS / "manual.db"
     back_up(path, target)
     assert problem_of(target) is None
     assert [file.name for file in target.parent.iterdir()] == ["manual.db"]
     assert target.stat().st_mode & 0o777 == 0o600
-    db.close()
 
 
-def test_the_newest_good_backup_is_found_behind_a_bad_one(backed_up, clock):
+def test_the_newest_good_backup_is_found_behind_a_bad_one(backed_up):
     good = newest_good_backup(backed_up)
     garbage(backed_up.parent / BACKUPS / "daily-2026-11-24.db")
     assert newest_good_backup(backed_up) == good

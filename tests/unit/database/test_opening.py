@@ -39,8 +39,8 @@ def pragma(c: sqlite3.Connection, name: str) -> object:
     return c.execute(f"PRAGMA {name}").fetchone()[0]
 
 
-def test_no_committed_row_can_be_lost_and_only_the_writer_writes_back(path, clock):
-    db = Database.open(path, clock=clock)
+def test_no_committed_row_can_be_lost_and_only_the_writer_writes_back(start):
+    db = start()
     wanted = {
         "journal_mode": "wal",
         "synchronous": 2,
@@ -54,18 +54,16 @@ def test_no_committed_row_can_be_lost_and_only_the_writer_writes_back(path, cloc
         "user_version": len(MIGRATIONS),
     }
     assert db.write(lambda c: {name: pragma(c, name) for name in wanted}) == wanted
-    db.close()
 
 
-def test_thirty_readers_keep_no_more_of_a_large_file_than_four_would(path, clock):
-    db = Database.open(path, clock=clock)
+def test_thirty_readers_keep_no_more_of_a_large_file_than_four_would(start):
+    db = start()
     usual = -pragma(sqlite3.connect(":memory:"), "cache_size")
     assert -30 * pragma(db.read(), "cache_size") <= 4 * usual
-    db.close()
 
 
-def test_everything_is_readable_by_its_owner_only(path, clock):
-    db = Database.open(path, clock=clock)
+def test_everything_is_readable_by_its_owner_only(path, start):
+    db = start()
     db.write(lambda c: SettingsRepository().put(c, "a", 1))
     db.read()
     assert mode(path.parent) == 0o700
@@ -74,38 +72,35 @@ def test_everything_is_readable_by_its_owner_only(path, clock):
         f"{path.name}-wal": 0o600,
         f"{path.name}-shm": 0o600,
     }
-    db.close()
 
 
-def test_permissions_that_were_too_open_are_tightened(path, clock):
-    Database.open(path, clock=clock).close()
+def test_permissions_that_were_too_open_are_tightened(path, start):
+    start()
     path.parent.chmod(0o755)
     path.chmod(0o644)
-    Database.open(path, clock=clock).close()
+    start()
     assert (mode(path.parent), mode(path)) == (0o700, 0o600)
 
 
-def test_everything_survives_a_restart(path, clock):
-    db = Database.open(path, clock=clock)
+def test_everything_survives_a_restart(start):
+    db = start()
     install_id = db.write(SettingsRepository().install_id)
     db.write(lambda c: SettingsRepository().save(c, retry_limit=3, working_days=("MO",)))
-    db.close()
-    db = Database.open(path, clock=clock)
+    db = start()
     assert SettingsRepository().load(db.read()).retry_limit == 3
     assert SettingsRepository().load(db.read()).working_days == ("MO",)
     assert db.write(SettingsRepository().install_id) == install_id
-    db.close()
 
 
-def test_a_newer_database_is_refused_and_left_alone(path, clock):
-    Database.open(path, clock=clock, migrations=(*MIGRATIONS, ADD_A_TABLE)).close()
+def test_a_newer_database_is_refused_and_left_alone(path, start):
+    start(migrations=(*MIGRATIONS, ADD_A_TABLE)).close()
     before = path.read_bytes()
     with pytest.raises(DatabaseRefused, match="newer version"):
-        Database.open(path, clock=clock)
+        start()
     assert path.read_bytes() == before
 
 
-def test_another_programs_database_is_refused_and_left_alone(path, clock):
+def test_another_programs_database_is_refused_and_left_alone(path, start):
     path.parent.mkdir()
     other = sqlite3.connect(path)
     other.execute("CREATE TABLE t (a)")
@@ -113,7 +108,7 @@ def test_another_programs_database_is_refused_and_left_alone(path, clock):
     other.close()
     before = path.read_bytes()
     with pytest.raises(DatabaseRefused, match="another program"):
-        Database.open(path, clock=clock)
+        start()
     assert path.read_bytes() == before
 
 
@@ -124,14 +119,12 @@ def test_a_place_that_cannot_be_a_directory_is_reported(tmp_path, clock):
 
 
 # ---------------------------------------------------------------------- migrations
-def test_a_migration_leaves_a_verified_backup_of_what_there_was_before(path, clock):
-    db = Database.open(path, clock=clock)
+def test_a_migration_leaves_a_verified_backup_of_what_there_was_before(path, start):
+    db = start()
     db.write(lambda c: SettingsRepository().put(c, "a", 1))
-    db.close()
-    db = Database.open(path, clock=clock, migrations=(*MIGRATIONS, ADD_A_TABLE))
+    db = start(migrations=(*MIGRATIONS, ADD_A_TABLE))
     assert pragma(db.read(), "user_version") == len(MIGRATIONS) + 1
     assert SettingsRepository().get(db.read(), "a") == 1
-    db.close()
     [backup] = (path.parent / BACKUPS).iterdir()
     assert problem_of(backup) is None
     assert (mode(backup), mode(backup.parent)) == (0o600, 0o700)
@@ -140,35 +133,32 @@ def test_a_migration_leaves_a_verified_backup_of_what_there_was_before(path, clo
     copy.close()
 
 
-def test_a_migration_that_fails_changes_nothing(path, clock):
-    Database.open(path, clock=clock).close()
+def test_a_migration_that_fails_changes_nothing(start):
+    start()
     with pytest.raises(sqlite3.OperationalError):
-        Database.open(path, clock=clock, migrations=(*MIGRATIONS, f"{ADD_A_TABLE} CREATE TABLE settings (a) STRICT;"))
-    db = Database.open(path, clock=clock)
+        start(migrations=(*MIGRATIONS, f"{ADD_A_TABLE} CREATE TABLE settings (a) STRICT;"))
+    db = start()
     assert pragma(db.read(), "user_version") == len(MIGRATIONS)
     assert not db.read().execute("SELECT 1 FROM sqlite_schema WHERE name = 'extra'").fetchone()
-    db.close()
 
 
-def test_steps_are_taken_one_after_another(path, clock):
-    Database.open(path, clock=clock).close()
+def test_steps_are_taken_one_after_another(path, start):
+    start()
     steps = (*MIGRATIONS, ADD_A_TABLE, "INSERT INTO extra VALUES (7);")
-    db = Database.open(path, clock=clock, migrations=steps)
+    db = start(migrations=steps)
     assert db.read().execute("SELECT id FROM extra").fetchone()[0] == 7
-    db.close()
     assert len(list((path.parent / BACKUPS).iterdir())) == 2
 
 
 # ---------------------------------------------------------------------- for reading
-def test_an_export_reads_while_the_app_runs_and_cannot_write(path, clock):
-    db = Database.open(path, clock=clock)
+def test_an_export_reads_while_the_app_runs_and_cannot_write(path, start):
+    db = start()
     reader = Database.open_for_reading(path)
     db.write(lambda c: SettingsRepository().put(c, "a", 1))
     assert SettingsRepository().get(reader.read(), "a") == 1
     with pytest.raises(DatabaseUnavailable, match="reading only"):
         reader.write(lambda c: None)
     reader.close()
-    db.close()
 
 
 def test_reading_needs_a_database(path):
@@ -177,25 +167,22 @@ def test_reading_needs_a_database(path):
     assert not path.parent.exists()
 
 
-def test_reading_leaves_an_older_database_to_the_app(path, clock, monkeypatch):
-    Database.open(path, clock=clock).close()
+def test_reading_leaves_an_older_database_to_the_app(path, monkeypatch, start):
+    start().close()
     monkeypatch.setattr("app.database.connection.MIGRATIONS", (*MIGRATIONS, ADD_A_TABLE))
     with pytest.raises(DatabaseRefused, match="older version"):
         Database.open_for_reading(path)
 
 
-def test_missions_of_before_have_no_typed_duration_and_can_get_one(tmp_path, clock):
-    path = tmp_path / "a.db"
+def test_missions_of_before_have_no_typed_duration_and_can_get_one(start):
     before = MIGRATIONS[: MIGRATIONS.index(_TYPED_DURATIONS)]
-    old = Database.open(path, clock=clock, migrations=before)
+    old = start(migrations=before)
     old.write(lambda c: c.execute("INSERT INTO missions (name, guid) VALUES ('Deliver', 'guid-1')"))
-    old.close()
-    db = Database.open(path, clock=clock)
+    db = start()
     (mission,) = MissionRepository().all(db.read())
     assert (mission.name, mission.usual_minutes) == ("Deliver", None)
     db.write(lambda c: MissionRepository().update(c, replace(mission, usual_minutes=90)))
     assert MissionRepository().get(db.read(), mission.id).usual_minutes == 90
-    db.close()
 
 
 HISTORY = """
@@ -219,12 +206,10 @@ ROWS = [  # trigger, schedule, planned_at (and token), state, reason, ended_at, 
 ]
 
 
-def test_the_migration_stores_what_decisions_read_from_the_history(tmp_path, clock):
-    path = tmp_path / "a.db"
-    old = Database.open(path, clock=clock, migrations=MIGRATIONS[: MIGRATIONS.index(_NO_DECISION_READS_HISTORY)])
+def test_the_migration_stores_what_decisions_read_from_the_history(start):
+    old = start(migrations=MIGRATIONS[: MIGRATIONS.index(_NO_DECISION_READS_HISTORY)])
     old.write(lambda c: [c.execute(statement) for statement in HISTORY.split(";")] and c.executemany(ROW, ROWS))
-    old.close()
-    db = Database.open(path, clock=clock)
+    db = start()
     c = db.read()
     plan = c.execute("SELECT planned_through, started_through FROM schedules ORDER BY id").fetchall()
     assert [tuple(row) for row in plan] == [
@@ -238,15 +223,12 @@ def test_the_migration_stores_what_decisions_read_from_the_history(tmp_path, clo
     robots = c.execute("SELECT last_queue_id, last_token, idle_queue_id FROM robots ORDER BY id").fetchall()
     assert [tuple(row) for row in robots] == [(12, "2026-11-23T06", 14), (None, None, None)]
     assert [row[0] for row in c.execute("SELECT DISTINCT revoked FROM executions")] == [None]
-    db.close()
 
 
-def test_a_start_skipped_beforehand_counts_on_its_day_and_says_when_it_was_skipped(tmp_path, clock):
-    path = tmp_path / "a.db"
-    old = Database.open(path, clock=clock, migrations=MIGRATIONS[: MIGRATIONS.index(_SKIPPED_AHEAD)])
+def test_a_start_skipped_beforehand_counts_on_its_day_and_says_when_it_was_skipped(start):
+    old = start(migrations=MIGRATIONS[: MIGRATIONS.index(_SKIPPED_AHEAD)])
     old.write(lambda c: [c.execute(statement) for statement in HISTORY.split(";")] and c.executemany(ROW, ROWS))
-    old.close()
-    db = Database.open(path, clock=clock)
+    db = start()
     rows = (
         db.read()
         .execute("""SELECT planned_at, ended_at, json_extract(reason_details, '$.skipped_at') FROM executions
@@ -260,4 +242,3 @@ def test_a_start_skipped_beforehand_counts_on_its_day_and_says_when_it_was_skipp
     ]
     days = db.read().execute("SELECT day, number FROM ended_days WHERE state = 'skipped' ORDER BY 1").fetchall()
     assert [tuple(row) for row in days] == [("2026-11-23", 1), ("2026-11-25", 2)]
-    db.close()

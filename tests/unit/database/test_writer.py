@@ -16,10 +16,8 @@ SETTINGS = SettingsRepository()
 
 
 @pytest.fixture(params=[True, False], ids=["thread", "inline"])
-def db(request, path, clock):
-    database = Database.open(path, clock=clock, threaded=request.param, durable=False)
-    yield database
-    database.close()
+def db(request, start):
+    return start(threaded=request.param, durable=False)
 
 
 def put(name: str, value: object):
@@ -28,15 +26,6 @@ def put(name: str, value: object):
 
 def stored(db: Database, name: str) -> object:
     return SETTINGS.get(db.read(), name)
-
-
-def test_a_write_is_visible_when_it_returns(db):
-    db.write(put("a", 1))
-    assert stored(db, "a") == 1
-
-
-def test_write_gives_back_what_the_work_returned(db):
-    assert db.write(lambda c: c.execute("SELECT 40 + 2").fetchone()[0]) == 42
 
 
 def test_a_failing_write_is_rolled_back_and_the_exception_reaches_the_caller(db):
@@ -143,11 +132,9 @@ def test_a_reader_in_the_middle_keeps_what_it_reads_while_the_log_is_written_bac
 
 # ---------------------------------------------------------------------- many at once
 @pytest.fixture
-def busy(path, clock):
+def busy(start):
     """A database whose writer can be held up, so that works pile up behind it."""
-    database = Database.open(path, clock=clock, durable=False)
-    yield database
-    database.close()
+    return start(durable=False)
 
 
 def pile_up(db: Database, works) -> list[object]:
@@ -214,15 +201,13 @@ def test_when_the_shared_transaction_is_lost_every_one_of_it_fails(busy):
     assert stored(busy, "a") == 3
 
 
-def test_closing_finishes_what_waits(busy, path, clock):
+def test_closing_finishes_what_waits(busy, start):
     outcomes = pile_up(busy, [put("a", 1)])
     closer = threading.Thread(target=busy.close)
     closer.start()
     closer.join(10)
     assert not closer.is_alive()
-    again = Database.open(path, clock=clock, threaded=False)
-    assert (outcomes, stored(again, "a")) == ([None], 1)
-    again.close()
+    assert (outcomes, stored(start(threaded=False), "a")) == ([None], 1)
 
 
 def test_a_patient_work_goes_with_the_next_one_in_its_transaction(busy, monkeypatch):
@@ -242,12 +227,3 @@ def test_a_patient_work_goes_with_the_next_one_in_its_transaction(busy, monkeypa
 def test_a_patient_work_that_stays_alone_is_still_done(busy):
     busy.write(put("patient", 1), patient=True)
     assert stored(busy, "patient") == 1
-
-
-def test_two_hundred_threads_at_once_all_get_through(busy):
-    threads = [threading.Thread(target=busy.write, args=(put(f"name {number}", number),)) for number in range(200)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join(30)
-    assert busy.read().execute("SELECT count(*) FROM settings WHERE name LIKE 'name%'").fetchone()[0] == 200

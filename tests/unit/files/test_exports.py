@@ -69,6 +69,7 @@ def test_a_suggestion_is_free_and_named_after_the_day(files, tmp_path):
     assert first == tmp_path / "Documents" / "amr-scheduler-2026-11-20.json"
     files.export_configuration(str(first))
     assert files.suggested("amr-scheduler", ".json").name == "amr-scheduler-2026-11-20-2.json"
+    assert files.suggested("amr-scheduler", ".json", tmp_path) == tmp_path / first.name
 
 
 def test_a_home_without_documents_exports_into_the_data_directory(catalogue, tmp_path):
@@ -128,12 +129,6 @@ def test_an_unusable_import_is_reported(files, tmp_path, monkeypatch):
     monkeypatch.setattr(file_access, "LARGEST_FILE", 10)
     (tmp_path / "Documents" / "big.json").write_text("x" * 11, encoding="utf-8")
     assert refused(files, "import_configuration", "big.json").endswith("is larger than 5 MiB")
-
-
-def test_a_suggestion_may_lie_elsewhere(files, tmp_path):
-    stick = tmp_path / "stick"
-    stick.mkdir()
-    assert files.suggested("amr-scheduler", ".json", stick) == stick / "amr-scheduler-2026-11-20.json"
 
 
 def test_sticks_and_shares_are_found_in_the_table_of_mounts(files, tmp_path, monkeypatch):

@@ -14,15 +14,12 @@ from app.screens.logs import report_page
 from app.services.history.figures import GroupFacts, line
 from app.services.history.kpis import KpiFilter
 from app.services.history.shift_report import ReportPeriod, ShiftReports
-from tests.support.kpi_world import NOON, World
+from tests.support.kpi_world import NOON
 
 
-@pytest.fixture
-def world(tmp_path):
-    world = World(tmp_path)
+@pytest.fixture(autouse=True)
+def hall(world):
     world.db.write(lambda c: GroupRepository().add(c, Group("Hall 1", (1, 2), id=7)))
-    yield world
-    world.db.close()
 
 
 def start(world, hours, *, bound=0.0, sent=1.0, queued=0.0, state=State.COMPLETED, **values):

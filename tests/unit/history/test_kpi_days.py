@@ -22,19 +22,10 @@ from tests.support.clock import VirtualClock
 from tests.support.examples import examples
 from tests.support.kpi_world import HELSINKI, NOON, World
 from tests.support.stored import bring_over
+from tests.unit.history.test_kpi import ROWS
 
 ENDED = [state for state in State if not state.is_open]
 CODES = {state: [code for code in ReasonCode if Reason(code).state is state] for state in ENDED}
-ROWS = st.lists(
-    st.tuples(
-        st.sampled_from(list(State)),
-        st.integers(1, 4),
-        st.integers(-600, 600),
-        st.none() | st.floats(0, 5000),
-        st.sampled_from(list(Trigger)),
-    ),
-    max_size=40,
-)
 CHANGES = st.lists(
     st.tuples(
         st.integers(0, 39),
@@ -160,20 +151,19 @@ def test_a_long_period_is_the_sum_of_its_days(world, rows, start, end, robots):
         )
     since, until = (None if minutes is None else NOON + timedelta(minutes=minutes) for minutes in (start, end))
     figures = world.kpis.facts(KpiFilter(since, until, robots))
-    five = world.kpis.facts(KpiFilter(since, until, robots))
     first, last = since or NOON - timedelta(days=22), until or NOON + timedelta(days=22)
     planned, ran, not_run, completed, failed, seconds = 0, 0, Counter(), 0, 0, 0.0
     day = first.astimezone(HELSINKI).date()
     while midnight(day, HELSINKI) < last:
         bounds = max(first, midnight(day, HELSINKI)), min(last, midnight(day + timedelta(days=1), HELSINKI))
         of_day = KpiFilter(*bounds, robots)
-        one, its = world.kpis.facts(of_day), world.kpis.facts(of_day)
+        one = world.kpis.facts(of_day)
         planned, ran, not_run = planned + one.planned, ran + one.ran, not_run + Counter(one.not_run)
-        completed, failed, seconds = completed + its.completed, failed + its.failed, seconds + its.mission_s
+        completed, failed, seconds = completed + one.completed, failed + one.failed, seconds + one.mission_s
         day += timedelta(days=1)
     assert (figures.planned, figures.ran, Counter(figures.not_run)) == (planned, ran, not_run)
-    assert (five.completed, five.failed) == (completed, failed)
-    assert five.mission_s == pytest.approx(seconds, abs=1e-4)
+    assert (figures.completed, figures.failed) == (completed, failed)
+    assert figures.mission_s == pytest.approx(seconds, abs=1e-4)
 
 
 def test_a_row_that_stands_for_many_starts_counts_as_many(world):

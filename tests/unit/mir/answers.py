@@ -4,6 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from app.mir.address import Address
+from app.mir.client import RobotClient
+from app.mir.credentials import Token
+from app.mir.transport import Response
+
 MISSION = "3d7c7c40-ce85-11ef-904a-000e8e9884eb"
 MAP = "20f7a3b1-ce85-11ef-904a-000e8e9884eb"
 
@@ -62,6 +67,27 @@ def item(number: int = 723, state: str = "Executing", **values: Any) -> dict[str
         "state": state,
         **values,
     }
+
+
+class FixedAnswer:
+    """A transport that always gives the same answer."""
+
+    def __init__(self, answer: Response) -> None:
+        self._answer = answer
+
+    def send(self, *_args: object, **_options: object) -> Response:
+        return self._answer
+
+    def read_connection(self) -> None:
+        """No connection."""
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+
+def answered(status: int, body: bytes, headers: dict[str, str] | None = None, token: Token = Token()) -> RobotClient:  # noqa: B008
+    """A client whose every request is answered with this."""
+    return RobotClient(Address.parse("10.0.0.1"), token, transport=FixedAnswer(Response(status, body, headers or {})))
 
 
 def short(number: int, state: str = "Done") -> dict[str, Any]:

@@ -391,19 +391,6 @@ def test_an_error_without_readable_words(robot: RobotClient, responses: Requests
     assert refused.value.text == "robot.test refused (status 400)"
 
 
-def test_a_secret_that_the_robot_echoes_stays_hidden(robot: RobotClient, responses: RequestsMock) -> None:
-    responses.post(f"{API}/mission_queue", status=400, json={"error_human": f"bad header {TOKEN.header}"})
-    responses.get(f"{API}/status", status=302, headers={"Location": f"http://x/?a={TOKEN.header}"})
-    for call in (lambda: robot.enqueue(MISSION), robot.status):
-        with pytest.raises(RobotError) as failed:
-            call()
-        assert (
-            TOKEN.header.removeprefix("Basic ")
-            not in f"{failed.value!r} {failed.value} {dict(failed.value.params)} {failed.value.args}"
-        )
-    assert TOKEN.header not in repr(robot) + repr(vars(robot))
-
-
 @pytest.mark.parametrize("text", ["<html><body>Sign in</body></html>", "\n <!DOCTYPE html>", "\ufeff<html>"])
 def test_a_web_page_is_no_mir(robot: RobotClient, responses: RequestsMock, text: str) -> None:
     responses.get(f"{API}/status", body=text)
@@ -466,13 +453,6 @@ def test_the_search_is_asked_as_clients_on_robots_do(robot: RobotClient, respons
 
 
 # ---------------------------------------------------------------------- what requests would add
-def test_cookies_are_not_kept(robot: RobotClient, responses: RequestsMock) -> None:
-    responses.get(f"{API}/status", json=STATUS, headers={"Set-Cookie": "session=1"})
-    robot.status()
-    robot.status()
-    assert "Cookie" not in sent(responses).headers
-
-
 @pytest.mark.parametrize("status", [413, 429, 503])
 def test_an_answer_that_asks_for_a_retry_gets_none(robot: RobotClient, responses: RequestsMock, status: int) -> None:
     for method in (responses.get, responses.put):

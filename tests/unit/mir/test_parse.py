@@ -101,7 +101,8 @@ def test_whole_numbers(raw: Any, number: int | None) -> None:
         ("2023-12-07T10:54:31Z", datetime(2023, 12, 7, 10, 54, 31)),
         ("2023-12-07T10:54:31+02:00", datetime(2023, 12, 7, 8, 54, 31)),
         ("2023-12-07T10:54:31.5", datetime(2023, 12, 7, 10, 54, 31, 500_000)),
-        ("1970-01-01T00:00:00", None),
+        *((never, None) for never in ("0001-01-01T00:00:00", "1969-12-31T23:59:59", "1970-01-01T00:00:00")),
+        *((never, None) for never in ("2100-01-01T00:00:00", "9999-12-31T23:59:59")),
         ("", None),
         ("yesterday", None),
         (None, None),
@@ -169,22 +170,6 @@ def test_any_field_of_the_status_may_be_missing_or_null(missing: str) -> None:
     without = {key: value for key, value in STATUS.items() if key != missing}
     assert parse.status(without).state is RobotState.EXECUTING
     assert parse.status({**STATUS, missing: None}).state is RobotState.EXECUTING
-
-
-def test_an_emergency_stop_as_recorded() -> None:
-    status = parse.status(
-        {
-            **STATUS,
-            "state_id": 10,
-            "state_text": "EmergencyStop",
-            "battery_percentage": -1.0,
-            "battery_time_remaining": -1,
-            "mission_queue_id": None,
-            "mission_queue_url": None,
-        }
-    )
-    assert status.state is RobotState.EMERGENCY_STOP
-    assert (status.battery_percentage, status.battery_time_remaining_s, status.mission_queue_id) == (None, None, None)
 
 
 @pytest.mark.parametrize(

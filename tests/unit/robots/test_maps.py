@@ -165,12 +165,6 @@ def test_after_a_good_map_the_next_bad_one_is_reported_again(site: Site, caplog:
     assert len(caplog.records) == 2
 
 
-def test_a_map_that_the_interface_refuses_is_garbage_too(site: Site, caplog: pytest.LogCaptureFixture) -> None:
-    site.client.maps = {"m": Unreadable(address="a", problem="the map has no PNG picture")}
-    assert site.maps.learn(1, "m") is None
-    assert len(caplog.records) == 1
-
-
 def test_a_map_that_came_before_the_serial_number_is_found_after_it(site: Site) -> None:
     site.robots[1] = Robot("Aino", AINO.address, id=1)
     site.maps.learn(1, "m")

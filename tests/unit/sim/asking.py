@@ -58,6 +58,12 @@ class Asker:
         assert response.status == 201, response.body
         return int(response.json()["id"])
 
+    def run_for(self, seconds: float, mission: str = "Deliver") -> int:
+        """Order a mission and let time pass; the number of its item."""
+        number = self.order(mission)
+        self.pass_time(seconds)
+        return number
+
     def item(self, number: int) -> Any:
         return self.get(f"/mission_queue/{number}")
 
@@ -66,6 +72,9 @@ class Asker:
 
     def control(self, **commands: Any) -> None:
         apply(self.robot, commands)
+
+    def pass_until_done(self, number: int, most: float = 3600.0) -> None:
+        self.pass_until(lambda: self.state_of(number) == "Done", most)
 
     def pass_until(self, condition: Any, most: float = 3600.0) -> None:
         """Advance time until a condition holds, checked every half second."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import pytest
 
@@ -21,7 +22,7 @@ def test_pause_freezes_the_running_mission_and_holds_the_queue(aino: Asker) -> N
     assert (status["position"], status["moved"], status["mission_queue_id"]) == (place, metres, running)
     assert (aino.state_of(running), aino.state_of(waiting)) == ("Executing", "Pending")
     assert aino.put_status(state_id=3)["state_text"] == "Executing"
-    aino.pass_until(lambda: aino.state_of(waiting) == "Done")
+    aino.pass_until_done(waiting)
 
 
 def test_a_paused_mission_takes_as_much_longer_as_the_pause_was() -> None:
@@ -32,7 +33,7 @@ def test_a_paused_mission_takes_as_much_longer_as_the_pause_was() -> None:
         asker.put_status(state_id=4)
         asker.pass_time(pause)
         asker.put_status(state_id=3)
-        asker.pass_until(lambda: asker.state_of(number) == "Done")
+        asker.pass_until_done(number)
         return asker.robot.now
 
     assert minutes(100) - minutes(0) == pytest.approx(100, abs=0.6)
@@ -43,21 +44,18 @@ def test_continue_without_a_mission_is_ready(aino: Asker) -> None:
     assert aino.put_status(state_id=3)["state_text"] == "Ready"
 
 
-def test_manual_control_holds_the_queue(aino: Asker) -> None:
-    assert aino.put_status(state_id=11)["state_text"] == "ManualControl"
-    number = aino.order()
-    aino.pass_time(60)
+@pytest.mark.parametrize(
+    ("fields", "shown"),
+    [({"state_id": 11}, ("state_text", "ManualControl")), ({"mode_id": 3}, ("mode_text", "Mapping"))],
+)
+def test_under_manual_control_and_while_mapping_nothing_starts(
+    aino: Asker, fields: dict[str, object], shown: tuple[str, str]
+) -> None:
+    assert shown in aino.put_status(**fields).items()
+    number = aino.run_for(60, "Home")
     assert aino.state_of(number) == "Pending"
-
-
-def test_while_mapping_nothing_starts(aino: Asker) -> None:
-    assert (aino.put_status(mode_id=3)["mode_text"]) == "Mapping"
-    number = aino.order("Home")
-    aino.pass_time(60)
-    assert aino.state_of(number) == "Pending"
-    aino.put_status(mode_id=7)
-    aino.pass_time(60)
-    assert aino.state_of(number) == "Done"
+    aino.put_status(state_id=3, mode_id=7)
+    aino.pass_until_done(number)
 
 
 # ---------------------------------------------------------------------- errors
@@ -74,32 +72,27 @@ def test_a_failed_mission_is_aborted_with_its_text_and_the_robot_is_in_error(ain
     aino.pass_time(60)
     assert aino.state_of(next_one) == "Pending"
     aino.put_status(state_id=3)
-    aino.pass_until(lambda: aino.state_of(next_one) == "Done")
+    aino.pass_until_done(next_one)
 
 
 def test_clear_error_and_continue_may_come_in_one_request(aino: Asker) -> None:
     aino.control(fail_next_mission="Blocked")
-    aino.order()
-    aino.pass_time(60)
+    aino.run_for(60)
     assert aino.put_status(clear_error=True, state_id=3)["state_text"] == "Ready"
 
 
 def test_only_the_next_mission_fails(aino: Asker) -> None:
-    first = aino.order("Home")
-    aino.pass_time(3)
+    first = aino.run_for(3, "Home")
     aino.control(fail_next_mission="Blocked")
-    second = aino.order("Home")
-    aino.pass_time(120)
+    second = aino.run_for(120, "Home")
     assert (aino.state_of(first), aino.state_of(second)) == ("Done", "Aborted")
     aino.put_status(clear_error=True, state_id=3)
-    third = aino.order("Home")
-    aino.pass_time(60)
+    third = aino.run_for(60, "Home")
     assert aino.state_of(third) == "Done"
 
 
 def test_an_error_lasts_until_its_cause_ended_and_the_client_has_cleared_it(aino: Asker) -> None:
-    number = aino.order()
-    aino.pass_time(5)
+    number = aino.run_for(5)
     aino.control(error={"code": 701, "description": "Left motor too hot"})
     assert aino.status()["errors"] == [
         {"code": 701, "description": "Left motor too hot", "module": "MissionController", "non_resettable": False}
@@ -110,12 +103,11 @@ def test_an_error_lasts_until_its_cause_ended_and_the_client_has_cleared_it(aino
     assert aino.put_status(clear_error=True)["state_id"] == 4
     assert aino.state_of(number) == "Executing"  # held, not ended
     aino.put_status(state_id=3)
-    aino.pass_until(lambda: aino.state_of(number) == "Done")
+    aino.pass_until_done(number)
 
 
 def test_an_error_of_the_mission_controller_ends_the_running_mission(aino: Asker) -> None:
-    number = aino.order()
-    aino.pass_time(5)
+    number = aino.run_for(5)
     aino.control(error={"code": 10120, "description": "Failed to reach goal position 'Line 1'"})
     assert (aino.item(number)["state"], aino.item(number)["message"]) == (
         "Aborted",
@@ -148,8 +140,7 @@ def test_missions_that_fail_by_chance_have_template_texts_on_the_older_software(
 
 # ---------------------------------------------------------------------- emergency stop
 def test_emergency_stop_cuts_the_battery_monitor_and_cannot_be_left_through_the_api(aino: Asker) -> None:
-    number = aino.order()
-    aino.pass_time(5)
+    number = aino.run_for(5)
     aino.control(emergency_stop=True)
     status = aino.status()
     assert (status["state_id"], status["state_text"]) == (10, "EmergencyStop")
@@ -162,7 +153,7 @@ def test_emergency_stop_cuts_the_battery_monitor_and_cannot_be_left_through_the_
     status = aino.status()
     assert (status["state_id"], status["battery_percentage"] > 70) == (4, True)
     aino.put_status(state_id=3)
-    aino.pass_until(lambda: aino.state_of(number) == "Done")
+    aino.pass_until_done(number)
 
 
 def test_setting_the_clock_restarts_the_api_and_stops_the_robot(aino: Asker) -> None:
@@ -189,8 +180,7 @@ def test_setting_the_clock_restarts_the_api_and_stops_the_robot(aino: Asker) -> 
 def test_whatever_happens_an_abort_comes_to_its_end(
     aino: Asker, commands: dict[str, object], fields: dict[str, object]
 ) -> None:
-    number = aino.order()
-    aino.pass_time(8)
+    number = aino.run_for(8)
     aino.send("DELETE", f"/mission_queue/{number}")
     assert aino.state_of(number) == "Abort"
     if commands:
@@ -204,8 +194,7 @@ def test_whatever_happens_an_abort_comes_to_its_end(
 
 
 def test_a_held_item_can_still_be_cancelled(aino: Asker) -> None:
-    number = aino.order()
-    aino.pass_time(8)
+    number = aino.run_for(8)
     aino.put_status(state_id=4)
     aino.send("DELETE", f"/mission_queue/{number}")
     assert (aino.state_of(number), aino.status()["state_text"]) == ("Abort", "Pause")
@@ -214,34 +203,22 @@ def test_a_held_item_can_still_be_cancelled(aino: Asker) -> None:
 
 
 # ---------------------------------------------------------------------- reboot
-def test_a_robot_shows_that_it_shuts_down_before_it_is_offline(aino: Asker) -> None:
+def test_a_robot_that_reboots_shows_that_it_shuts_down_and_keeps_its_queue(aino: Asker) -> None:
+    done = aino.run_for(60, "Home")
     running, waiting = aino.order(), aino.order("Home")
     aino.pass_time(5)
     aino.control(reboot_seconds=20)
     status = aino.status()
     assert (status["state_id"], status["state_text"]) == (2, "ShuttingDown")
-    assert (aino.state_of(running), aino.state_of(waiting)) == ("Aborted", "Pending")
     assert aino.put_status(state_id=3)["state_id"] == 2
     aino.control(reboot_seconds=3600)  # being sent already
-    aino.pass_time(1)
-    assert aino.exchange("GET", "/status").fate is Fate.REFUSED
-    aino.pass_time(20)
-    assert aino.status()["state_text"] == "Starting"
-
-
-def test_a_reboot_keeps_the_queue(aino: Asker) -> None:
-    done = aino.order("Home")
-    aino.pass_time(60)
-    running, waiting = aino.order(), aino.order("Home")
-    aino.pass_time(5)
-    aino.control(reboot_seconds=20)
     aino.pass_time(1)
     assert aino.exchange("GET", "/status").fate is Fate.REFUSED
     aino.pass_time(21)
     status = aino.status()
     assert (status["state_id"], status["state_text"], status["uptime"]) == (1, "Starting", 1)
     assert [aino.state_of(number) for number in (done, running, waiting)] == ["Done", "Aborted", "Pending"]
-    aino.pass_until(lambda: aino.state_of(waiting) == "Done")
+    aino.pass_until_done(waiting)
 
 
 def test_the_seconds_of_a_reboot_are_real_ones() -> None:
@@ -261,7 +238,7 @@ def test_standing_driving_and_charging_change_the_battery(aino: Asker) -> None:
     after_standing = aino.status()["battery_percentage"]
     assert 75 < after_standing < 80
     number = aino.order("Charge to 80 %")
-    aino.pass_until(lambda: aino.state_of(number) == "Done")
+    aino.pass_until_done(number)
     assert aino.status()["battery_percentage"] == pytest.approx(80, abs=0.1)
 
 
@@ -284,8 +261,7 @@ def test_a_charging_mission_lasts_until_the_next_item_comes(aino: Asker) -> None
     aino.pass_time(8 * 3600)
     assert (aino.state_of(charging), aino.status()["battery_percentage"]) == ("Executing", 100.0)
     assert aino.status()["mission_text"] == "Charging... Waiting for new mission..."
-    following = aino.order("Home")
-    aino.pass_time(3)
+    following = aino.run_for(3, "Home")
     assert (aino.state_of(charging), aino.state_of(following)) == ("Done", "Executing")
 
 
@@ -299,27 +275,27 @@ def test_a_robot_held_on_its_charger_still_charges(aino: Asker) -> None:
 
 
 # ---------------------------------------------------------------------- prompts
-def test_a_mission_asks_and_continues_when_answered(aino: Asker) -> None:
+def asked(aino: Asker) -> tuple[int, Any]:
+    """A mission that asks, and what it asks."""
     number = aino.order("Ask for release")
     aino.pass_until(lambda: aino.status()["user_prompt"] is not None)
-    prompt = aino.status()["user_prompt"]
+    return number, aino.status()["user_prompt"]
+
+
+def test_a_mission_asks_and_continues_when_answered(aino: Asker) -> None:
+    number, prompt = asked(aino)
     assert (prompt["question"], prompt["options"], prompt["timeout"]) == ("Is the load secured?", ["Yes", "No"], 120.0)
     assert aino.send("PUT", "/status", {"answer": "Yes", "guid": "another"}).status == 400
     assert aino.put_status(answer="Yes", guid=prompt["guid"])["user_prompt"] is None
-    aino.pass_until(lambda: aino.state_of(number) == "Done", most=200)
+    aino.pass_until_done(number, 200)
 
 
-def test_an_unanswered_prompt_goes_away(aino: Asker) -> None:
-    number = aino.order("Ask for release")
-    aino.pass_until(lambda: aino.status()["user_prompt"] is not None)
+def test_a_prompt_ends_with_its_time_or_its_mission(aino: Asker) -> None:
+    number, _prompt = asked(aino)
     aino.pass_time(121)
     assert aino.status()["user_prompt"] is None
-    aino.pass_until(lambda: aino.state_of(number) == "Done")
-
-
-def test_cancelling_a_mission_takes_its_prompt_away(aino: Asker) -> None:
-    number = aino.order("Ask for release")
-    aino.pass_until(lambda: aino.status()["user_prompt"] is not None)
+    aino.pass_until_done(number)
+    number, _prompt = asked(aino)
     aino.send("DELETE", f"/mission_queue/{number}")
     assert aino.status()["user_prompt"] is None
 
