@@ -1,7 +1,6 @@
 """The Scheduler with very much in it: dragging a timeline of 50 robots with 2,000 bars each, and the form's preview among 10,000 schedules.
 
     SDL_VIDEODRIVER=offscreen uv run python -m tests.benchmarks.bench_plan
-    uv run python -m tests.benchmarks.bench_plan --week     # no window: 200 schedules of a week, without groups and with them
 
 Dragging, scrolling, and new bars in the place of the old as they come after a drag: what the main thread does per frame (see
 bench_frames). At 24 hours and more bars are too thin to distinguish and become blocks. Preview: wall time of one answer, off the main
@@ -12,7 +11,6 @@ from __future__ import annotations
 
 import random
 import sqlite3
-import sys
 import tempfile
 import time
 from datetime import UTC, datetime, timedelta
@@ -21,8 +19,7 @@ from statistics import median
 from typing import Any
 
 from app.container import Container
-from app.database.groups import GroupRepository
-from app.domain.models import DurationEstimate, Group, Mission, Robot, Schedule
+from app.domain.models import DurationEstimate, Mission, Robot, Schedule
 from app.screens.common.shell import pick
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Window, read
 from app.screens.scheduler.timeline import timeline
@@ -155,68 +152,7 @@ def preview() -> None:
         container.close()
 
 
-# ---------------------------------------------------------------------- a week, with the forecast of groups
-def week(of_groups: int) -> None:
-    """200 daily schedules on ten robots; this percentage of them is for one of two groups."""
-    with tempfile.TemporaryDirectory() as directory:
-        container = Container.open(Path(directory, "data"))
-        r, now, chance = container.repositories, container.clock.now(), random.Random(2)
-        start = now.replace(tzinfo=None, second=0, microsecond=0)
-
-        def furnish(c: sqlite3.Connection) -> None:
-            robots = [
-                r.robots.add(c, Robot(f"R{n}", f"http://10.0.0.{n}", "distributor", "token")).id for n in range(10)
-            ]
-            missions = [
-                r.missions.add(c, Mission(f"M{n}", f"{GUID}{n}", usual_minutes=chance.randrange(3, 12))).id
-                for n in range(12)
-            ]
-            halls = (
-                [
-                    GroupRepository().add(c, Group(name, tuple(members))).id
-                    for name, members in (("A", robots[:5]), ("B", robots[5:]))
-                ]
-                if of_groups
-                else []
-            )
-            for n in range(200):
-                first, is_of_group = start + timedelta(minutes=chance.randrange(1, 1440)), n % 100 < of_groups
-                r.schedules.add(
-                    c,
-                    Schedule(
-                        f"S{n}",
-                        None if is_of_group else robots[n % 10],
-                        missions[n % 12],
-                        first,
-                        "UTC",
-                        "FREQ=DAILY",
-                        respect_working_days=False,
-                        changed_at=now,
-                        next_at=first.replace(tzinfo=UTC),
-                        group_id=halls[n % 2] if is_of_group else None,
-                    ),
-                )
-
-        container.db.write(furnish)
-        took = []
-        for _ in range(15):
-            began = time.process_time()
-            planned = container.plan.between(now, now + timedelta(days=7))
-            took.append((time.process_time() - began) * 1000)
-        foreseen = sum(run.is_approximate for run in planned.runs)
-        print(
-            f"{of_groups:>3} % of 200 schedules for groups: {len(planned.runs):,} starts of a week, {foreseen:,} with a robot by forecast"
-            f"{min(took):>10.1f} ms of the processor",
-            flush=True,
-        )
-        container.close()
-
-
 def main() -> None:
-    if "--week" in sys.argv:
-        for of_groups in (0, 50, 100):
-            week(of_groups)
-        return
     open_window(LANDSCAPE)
     from kivymd.app import MDApp
 

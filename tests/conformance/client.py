@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-import json
-from base64 import b64encode
-from hashlib import sha256
 from typing import Any
 
-import mir_sim
-from mir_sim import MISSIONS, Request, Response, SimulatedRobot
+from mir_sim import MISSIONS
 from mir_sim.definition import load
 from mir_sim.missions import DEFAULT_GROUP
 from mir_sim.site import USER_GROUPS
 from mir_sim.world import BY_NAME, MAP_GUID, SESSION_GUID
-
-CREDENTIALS = "Basic " + b64encode(b"distributor:" + sha256(b"distributor").hexdigest().encode()).decode()
-JSON = {"Authorization": CREDENTIALS, "Content-Type": "application/json", "Accept-Language": "en_US"}
+from tests.unit.sim.asking import Asker
 
 # Fields of bodies that must refer to something that exists.
 REFERENCES: dict[str, Any] = {
@@ -43,18 +37,12 @@ BODIES: dict[tuple[str, str], Any] = {
 KEYS = ("guid", "id", "uuid", "file_name", "action_type")
 
 
-class Client:
+class Client(Asker):
     """Sends requests to a new robot, without a network."""
 
     def __init__(self, software: str) -> None:
+        super().__init__(software=software)
         self.document = load(software).document
-        self.robot = SimulatedRobot("Aino", seed=1, software=software)
-
-    def send(self, verb: str, path: str, body: Any = None, headers: dict[str, str] | None = None) -> Response:
-        content = b"" if body is None else body if isinstance(body, bytes) else json.dumps(body).encode()
-        return mir_sim.handle(
-            self.robot, Request.of(verb, f"/api/v2.0.0{path}", JSON if headers is None else headers, content)
-        )
 
     def body(self, verb: str, template: str, params: dict[str, str] | None = None) -> Any:
         """A body with every field of the definition, or None when the operation takes none."""

@@ -8,8 +8,9 @@ import pytest
 
 from mir_sim.definition import SOFTWARE, load
 from tests.conformance import exceptions
-from tests.conformance.client import CREDENTIALS, JSON, Client
+from tests.conformance.client import Client
 from tests.conformance.schema import differences
+from tests.unit.sim.asking import HEADERS
 
 DEVIATIONS = exceptions.load()
 OPERATIONS = [
@@ -180,9 +181,9 @@ def check_bodies(software: str, verb: str, template: str) -> None:
     required = client.document["definitions"][schema["$ref"].rsplit("/", 1)[-1]].get("required", [])
     refusals = {
         "Missing content type application/json on the header": client.send(
-            verb, path, b"a=1", {"Authorization": CREDENTIALS, "Content-Type": "application/x-www-form-urlencoded"}
+            verb, path, b"a=1", HEADERS | {"Content-Type": "application/x-www-form-urlencoded"}
         ),
-        "Invalid JSON": client.send(verb, path, b"{", JSON),
+        "Invalid JSON": client.send(verb, path, b"{"),
         "Argument error": client.send(verb, path, []),
     }
     if verb == "put":

@@ -50,45 +50,32 @@ def test_no_detail_of_an_alarm_is_long(site):
     assert all(len(alarm_sentence(alarm)) < 3 * LONGEST_ALARM for alarm in site.container.alarms.open())
 
 
-def test_alarms_of_one_kind_do_not_push_the_others_out_of_the_list(site):
-    """A condition that came back again and again, each time acknowledged."""
-    repository = site.container.repositories.alarms
-    start = site.clock.now()
+@pytest.mark.parametrize(
+    ("others", "flood", "about"),
+    [
+        (100, lambda number: ("unreachable", "robot:1"), {}),
+        (1, lambda number: ("unknown_outcome", f"execution:{number}"), {"robot_id": 1}),
+    ],
+    ids=["a condition that came again and again", "an alarm of each run"],
+)
+def test_alarms_of_one_kind_do_not_push_the_others_out_of_the_list(site, others, flood, about):
+    """Each was acknowledged."""
 
     def fill(c):
         for number in range(KEPT + 500):
-            at = start + timedelta(seconds=number)
-            code, key = ("executions_missed", f"gap:{number}") if number < 100 else ("unreachable", "robot:1")
-            repository.raise_once(c, Alarm(code, key, "medium", at, {}, last_at=at, cleared_at=at))
+            at = site.clock.now() + timedelta(seconds=number)
+            code, key = ("executions_missed", f"gap:{number}") if number < others else flood(number)
+            details = {} if number < others else about
+            site.container.repositories.alarms.raise_once(
+                c, Alarm(code, key, "medium", at, details, last_at=at, cleared_at=at)
+            )
             c.execute("UPDATE alarms SET acknowledged_at = cleared_at")
 
     site.container.db.write(fill)
     site.container.alarms.prune()
     past, total = site.container.alarms.past(KEPT)
     assert total == KEPT
-    assert sum(alarm.code == "executions_missed" for alarm in past) == 100
-
-
-def test_neither_do_those_of_a_robot_s_runs(site):
-    """Each run has its own alarm."""
-    repository, start = site.container.repositories.alarms, site.clock.now()
-
-    def fill(c):
-        for number in range(KEPT + 500):
-            at, code, key, about = (
-                start + timedelta(seconds=number),
-                "unknown_outcome",
-                f"execution:{number}",
-                {"robot_id": 1},
-            )
-            if number == 0:
-                code, key, about = "executions_missed", "plan", {}
-            repository.raise_once(c, Alarm(code, key, "medium", at, about, last_at=at, cleared_at=at))
-            c.execute("UPDATE alarms SET acknowledged_at = cleared_at")
-
-    site.container.db.write(fill)
-    site.container.alarms.prune()
-    assert "executions_missed" in [alarm.code for alarm in site.container.alarms.past(KEPT)[0]]
+    assert sum(alarm.code == "executions_missed" for alarm in past) == others
 
 
 def test_unacknowledged_alarms_are_counted_and_stay_short(site):

@@ -12,6 +12,8 @@ import pytest
 from app.database import backups, files
 from app.database.connection import Database, DatabaseRefused
 from app.database.schema import APPLICATION_ID, MIGRATIONS
+from app.domain.message import render
+from app.services.catalogue.database_check import find_problem
 
 NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)
 HOSTILE = {
@@ -120,8 +122,12 @@ def test_every_version_of_this_app_is_restored(tmp_path, version):
         old,
         "".join(MIGRATIONS[:version]) + f"PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = {version};",
     )
-    assert backups.problem_of(old) is None
-    backups.restore(old, target, NOW)
+    spoil(old, "INSERT INTO robots (name, address) VALUES ('R', 'http://127.0.0.1:9')")
+    spoil(old, "INSERT INTO settings VALUES ('poll_interval_seconds', '0')")
+    assert "table settings" in render(backups.problem_of(old, check=find_problem))
+    spoil(old, "UPDATE settings SET value = '30'")
+    assert backups.problem_of(old, check=find_problem) is None
+    backups.restore(old, target, NOW, find_problem)
     Database.open(target, durable=False).close()
 
 

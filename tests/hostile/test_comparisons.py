@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,10 +35,9 @@ class TimedClient:
     now: float = 0.0
 
 
-@pytest.fixture
-def known(listen: Listen) -> Iterator[tuple[Capture, TimedClient]]:
-    """A machine that has just shown the known serial number."""
-    machine = listen()
+@contextmanager
+def compared(machine: Capture) -> Iterator[tuple[Capture, TimedClient]]:
+    """A machine that has just shown the known serial number to this client."""
     timed = TimedClient(
         RobotClient(
             Address.parse(machine.url),
@@ -52,14 +52,23 @@ def known(listen: Listen) -> Iterator[tuple[Capture, TimedClient]]:
     timed.client.close()
 
 
-def test_within_ten_seconds_of_the_comparison_a_request_needs_no_other(known: tuple[Capture, TimedClient]) -> None:
+Known = tuple[Capture, TimedClient]
+
+
+@pytest.fixture
+def known(listen: Listen) -> Iterator[Known]:
+    with compared(listen()) as found:
+        yield found
+
+
+def test_within_ten_seconds_of_the_comparison_a_request_needs_no_other(known: Known) -> None:
     machine, timed = known
     timed.now = 9.9
     timed.client.missions()
     assert [one.path for one in machine.seen] == ["/status", "/missions"]
 
 
-def test_after_ten_seconds_the_serial_number_is_compared_again(known: tuple[Capture, TimedClient]) -> None:
+def test_after_ten_seconds_the_serial_number_is_compared_again(known: Known) -> None:
     machine, timed = known
     timed.now, machine.serial = 10.1, "B-2"
     with pytest.raises(AnotherRobot):
@@ -72,9 +81,7 @@ def test_after_ten_seconds_the_serial_number_is_compared_again(known: tuple[Capt
     [{"serial": "B-2"}, {"serial": None}, {"status_is_open": False}],
     ids=["another serial number", "no serial number", "no status without credentials"],
 )
-def test_a_comparison_that_fails_ends_the_one_before(
-    known: tuple[Capture, TimedClient], pretends: dict[str, Any]
-) -> None:
+def test_a_comparison_that_fails_ends_the_one_before(known: Known, pretends: dict[str, Any]) -> None:
     machine, timed = known
     machine.pretend(pretends)
     for ask in (timed.client.status, timed.client.missions, lambda: timed.client.enqueue(MISSION)):
@@ -83,7 +90,7 @@ def test_a_comparison_that_fails_ends_the_one_before(
     assert machine.credentials == []
 
 
-def test_a_connection_that_breaks_ends_the_comparison(known: tuple[Capture, TimedClient]) -> None:
+def test_a_connection_that_breaks_ends_the_comparison(known: Known) -> None:
     machine, timed = known
     machine.breaks_at = "/mission_queue"
     with pytest.raises(ConnectionLost):
@@ -105,9 +112,7 @@ by_every_method = pytest.mark.parametrize("ask", EVERY_METHOD.values(), ids=EVER
 
 
 @by_every_method
-def test_a_robot_that_hung_up_is_compared_again_before_anything_else(
-    known: tuple[Capture, TimedClient], ask: Any
-) -> None:
+def test_a_robot_that_hung_up_is_compared_again_before_anything_else(known: Known, ask: Any) -> None:
     machine, timed = known
     machine.hang_up()
     machine.serial = "B-2"
@@ -119,29 +124,19 @@ def test_a_robot_that_hung_up_is_compared_again_before_anything_else(
 
 @by_every_method
 def test_a_robot_that_closes_each_connection_is_trusted_for_two_seconds(listen: Listen, ask: Any) -> None:
-    machine = listen(says_close=True)
-    timed = TimedClient(
-        RobotClient(
-            Address.parse(machine.url),
-            Token.from_header(TOKEN),
-            serial_number="A-1",
-            identified_by=IdentifiedBy.SERIAL_NUMBER,
-            clock=lambda: timed.now,
-        )
-    )
-    timed.client.status()
-    timed.now = 1.9
-    ask(timed.client)
-    assert [one.path for one in machine.seen].count("/status") == 1 + (machine.seen[-1].method == "PUT")
-    machine.seen.clear()
-    timed.now, machine.serial = 2.1, "B-2"
-    with pytest.raises(AnotherRobot):
+    with compared(listen(says_close=True)) as (machine, timed):
+        timed.now = 1.9
         ask(timed.client)
-    assert machine.credentials == []
+        assert [one.path for one in machine.seen].count("/status") == 1 + (machine.seen[-1].method == "PUT")
+        machine.seen.clear()
+        timed.now, machine.serial = 2.1, "B-2"
+        with pytest.raises(AnotherRobot):
+            ask(timed.client)
+        assert machine.credentials == []
 
 
 def test_a_connection_that_was_opened_later_proves_nothing_after_two_seconds(
-    known: tuple[Capture, TimedClient],
+    known: Known,
 ) -> None:
     machine, timed = known
     with pytest.raises(Rejected):
@@ -155,7 +150,7 @@ def test_a_connection_that_was_opened_later_proves_nothing_after_two_seconds(
 
 
 def test_a_read_with_credentials_is_repeated_on_a_new_connection_after_a_comparison_only(
-    known: tuple[Capture, TimedClient],
+    known: Known,
 ) -> None:
     machine, timed = known
     machine.breaks_at = "/missions"
@@ -170,7 +165,7 @@ def test_a_read_with_credentials_is_repeated_on_a_new_connection_after_a_compari
     assert [one.path for one in machine.seen] == ["/status", "/missions", "/status"]
 
 
-def test_a_robot_that_says_nothing_when_it_closes_can_still_be_read(known: tuple[Capture, TimedClient]) -> None:
+def test_a_robot_that_says_nothing_when_it_closes_can_still_be_read(known: Known) -> None:
     machine, timed = known
     answer = machine.answer
 
@@ -185,7 +180,7 @@ def test_a_robot_that_says_nothing_when_it_closes_can_still_be_read(known: tuple
     assert [one.path for one in machine.seen] == ["/status", "/missions/of%20another%20shape"] * 2
 
 
-def test_a_machine_that_was_commanded_is_compared_as_well(known: tuple[Capture, TimedClient]) -> None:
+def test_a_machine_that_was_commanded_is_compared_as_well(known: Known) -> None:
     machine, timed = known
     machine.serial = "B-2"
     with pytest.raises(AnotherRobot, match="that machine got the command") as error:
@@ -197,7 +192,7 @@ def test_a_machine_that_was_commanded_is_compared_as_well(known: tuple[Capture, 
     assert [one.method for one in machine.seen if one.authorization] == ["PUT"]
 
 
-def test_another_known_serial_number_ends_the_comparison(known: tuple[Capture, TimedClient]) -> None:
+def test_another_known_serial_number_ends_the_comparison(known: Known) -> None:
     machine, timed = known
     timed.client.serial_number = "B-2"
     with pytest.raises(AnotherRobot):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -28,11 +29,15 @@ def shared(tmp_path) -> Path:
 
 
 @pytest.fixture
-def precious(tmp_path) -> Path:
+def precious(tmp_path) -> Iterator[Path]:
+    """A file that somebody wants to have written over; nothing else gets into its directory either."""
     precious = tmp_path / "home" / "precious"
     precious.parent.mkdir()
     precious.write_text("precious", encoding="utf-8")
-    return precious
+    yield precious
+    assert [(path.name, path.read_text(encoding="utf-8")) for path in precious.parent.glob("*")] == [
+        ("precious", "precious")
+    ]
 
 
 def write(path: Path) -> None:
@@ -45,7 +50,6 @@ def test_a_link_in_a_shared_directory_is_not_followed(shared, precious):
     link.symlink_to(precious)
     with pytest.raises(BadInput, match=f"{link} is a link or a pipe that somebody else may have put there"):
         write(link)
-    assert precious.read_text(encoding="utf-8") == "precious"
 
 
 def test_the_command_says_so_in_one_line(shared, precious, tmp_path):
@@ -55,22 +59,20 @@ def test_the_command_says_so_in_one_line(shared, precious, tmp_path):
         done = run(tmp_path / "data", option, link)
         assert done.returncode == 2
         assert is_one_line(done.stderr)
-    assert precious.read_text(encoding="utf-8") == "precious"
 
 
-def test_nor_is_one_of_a_directory_or_behind_another_link(shared, precious):
+def test_nor_is_one_of_a_directory_or_behind_another_link(shared, precious, tmp_path):
     (shared / "logs").symlink_to(precious.parent)
     with pytest.raises(BadInput):
         write(shared / "logs" / "precious")
     (shared / "log.csv").symlink_to(precious)
-    own = precious.parent / "own"
+    own, loop = tmp_path / "own", tmp_path / "loop"
     own.symlink_to(shared / "log.csv")
     with pytest.raises(BadInput):
         write(own)
-    (precious.parent / "loop").symlink_to("loop")
+    loop.symlink_to("loop")
     with pytest.raises(BadInput, match="leads nowhere"):
-        write(precious.parent / "loop")
-    assert precious.read_text(encoding="utf-8") == "precious"
+        write(loop)
 
 
 def of_somebody_else(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -99,7 +101,6 @@ def test_a_link_of_somebody_else_is_not_followed_in_any_place(shared, precious, 
     ):
         with pytest.raises(BadInput, match="somebody else may have put there"):
             write(target)
-    assert [path.read_text(encoding="utf-8") for path in precious.parent.iterdir()] == ["precious"]
 
 
 def test_nor_is_one_on_the_way_behind_an_own_link(shared, precious, tmp_path):
@@ -107,18 +108,18 @@ def test_nor_is_one_on_the_way_behind_an_own_link(shared, precious, tmp_path):
     (tmp_path / "mine").symlink_to(shared)
     with pytest.raises(BadInput, match="somebody else may have put there"):
         write(tmp_path / "mine" / "logs" / "precious")
-    assert precious.read_text(encoding="utf-8") == "precious"
 
 
 @pytest.mark.parametrize("mode", [0o755, 0o775])
-def test_own_links_are_followed(shared, precious, mode):
+def test_own_links_are_followed(shared, tmp_path, mode):
     logs = shared / "logs"
     logs.mkdir()
     logs.chmod(mode)
-    (logs / "home").symlink_to("../../home")
-    (logs / "log.csv").symlink_to(logs / "home" / "precious")
+    (tmp_path / "mine").mkdir()
+    (logs / "home").symlink_to("../../mine")
+    (logs / "log.csv").symlink_to(logs / "home" / "log")
     write(logs / "log.csv")
-    assert precious.read_text(encoding="utf-8") == "log"
+    assert (tmp_path / "mine" / "log").read_text(encoding="utf-8") == "log"
     assert (logs / "log.csv").is_symlink()
 
 
@@ -143,7 +144,6 @@ def test_a_file_that_becomes_a_link_after_the_check_is_not_followed(shared, prec
             open_in_place(logs / name)
     with pytest.raises(FileExistsError):  # nor is a file emptied that was a pipe
         open_in_place(precious)
-    assert [path.read_text(encoding="utf-8") for path in precious.parent.iterdir()] == ["precious"]
 
 
 def test_a_directory_that_becomes_a_link_while_it_is_written_gets_nothing(shared, precious):
@@ -153,7 +153,6 @@ def test_a_directory_that_becomes_a_link_while_it_is_written_gets_nothing(shared
         file.write("log")
         logs.rename(shared / "away")
         logs.symlink_to(precious.parent)
-    assert precious.read_text(encoding="utf-8") == "precious"
     assert [path.name for path in (shared / "away").iterdir()] == ["precious"]
 
 
@@ -188,7 +187,6 @@ def test_an_export_on_screen_follows_none_either(shared, precious, tmp_path):
             with pytest.raises(InvalidInput, match="somebody else may have put"):
                 export(str(target))
     container.close()
-    assert [path.name for path in precious.parent.iterdir()] == ["precious"]
 
 
 # ---------------------------------------------------------------------- data directories that somebody else prepared
@@ -217,7 +215,6 @@ def test_the_directory_of_another_user_is_refused(prepared_by_others, precious, 
         DataDirectory.prepare(prepared_by_others, read_only=read_only)
     assert prepared_by_others.stat().st_mode & 0o777 == 0o777
     assert contents(prepared_by_others) == before
-    assert precious.read_text(encoding="utf-8") == "precious"
 
 
 def test_a_data_directory_with_the_sticky_bit_is_refused(shared):
@@ -246,7 +243,6 @@ def test_no_link_that_was_planted_in_ones_own_is_followed(prepared_by_others, pr
     done = run(prepared_by_others, *arguments)
     reads_all_the_same = "log" in planted and arguments[0].startswith("--export")
     assert (done.returncode in (1, 2), is_one_line(done.stderr)) == (not reads_all_the_same,) * 2, done
-    assert precious.read_text(encoding="utf-8") == "precious"
 
 
 def test_a_language_is_a_name_and_no_path(tmp_path):

@@ -16,11 +16,10 @@ from app.container import Container
 from app.database import backups
 from app.database.connection import DatabaseDamaged, DatabaseRefused
 from app.database.group_executions import GroupExecutionRepository, Watch
-from app.database.schema import APPLICATION_ID, MIGRATIONS
+from app.database.schema import MIGRATIONS
 from app.database.value_checks import LARGEST_IN_BACKUP, tables
 from app.domain import rules
 from app.domain.check_up import LeftBehind, Report, RobotProfile
-from app.domain.message import render
 from app.domain.models import DayException, Group, IdleRule, Mission, Place, Robot, Schedule, Trigger
 from app.domain.robot import Pose
 from app.mir import parse
@@ -290,23 +289,6 @@ def test_so_does_an_export_and_leaves_the_file_of_the_last_one(sound, tmp_path, 
     assert (done.returncode, is_one_line(done.stderr)) == (2, True)
     assert "has a value that can't be used" in done.stderr
     assert target.read_text() == "of yesterday"
-
-
-@pytest.mark.parametrize("version", range(1, len(MIGRATIONS) + 1))
-def test_backups_of_every_version_are_read(tmp_path, version):
-    old = tmp_path / "old.db"
-    with closing(sqlite3.connect(old)) as connection:
-        connection.executescript(
-            "".join(MIGRATIONS[:version])
-            + f"""
-            PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = {version};
-            INSERT INTO robots (name, address) VALUES ('R', 'http://127.0.0.1:9');
-            INSERT INTO settings VALUES ('poll_interval_seconds', '30');"""
-        )
-    assert backups.problem_of(old, check=find_problem) is None
-    with closing(sqlite3.connect(old)) as connection, connection:
-        connection.execute("UPDATE settings SET value = '0'")
-    assert "table settings" in render(backups.problem_of(old, check=find_problem))
 
 
 # ---------------------------------------------------------------------- what only grows, or is only counted

@@ -24,17 +24,26 @@ def written(tmp_path_factory) -> tuple[Path, list[int]]:
     """A database as a cut leaves it, log and all, and how long the log was after each commit."""
     directory, aside = tmp_path_factory.mktemp("whole"), tmp_path_factory.mktemp("aside")
     path = directory / "amr-scheduler.db"
-    db = Database.open(path, threaded=False)
-    db.write(lambda c: c.execute("CREATE TABLE intents (number INTEGER PRIMARY KEY, text TEXT)"))
+    db = _opened(path)
     db._writer._writing.checkpoint()
     lengths = []
     for number in range(COMMITS):
-        db.write(lambda c, number=number: c.execute("INSERT INTO intents VALUES (?, ?)", (number, f"{number}" * 300)))
+        _note(db, number)
         lengths.append(_log(path).stat().st_size)
     for name in (path, _log(path)):
         shutil.copy(name, aside / name.name)
     db.close()
     return aside / path.name, lengths
+
+
+def _opened(path: Path) -> Database:
+    db = Database.open(path, threaded=False)
+    db.write(lambda c: c.execute("CREATE TABLE intents (number INTEGER PRIMARY KEY, text TEXT)"))
+    return db
+
+
+def _note(db: Database, number: int) -> None:
+    db.write(lambda c: c.execute("INSERT INTO intents VALUES (?, ?)", (number, f"{number}" * 300)))
 
 
 def _log(path: Path) -> Path:
@@ -92,13 +101,12 @@ def test_a_cut_while_the_log_starts_again_over_itself_loses_nothing(tmp_path):
     """After a checkpoint the log is overwritten from its head: a cut leaves new frames before old ones."""
     path = tmp_path / "running" / "amr-scheduler.db"
     path.parent.mkdir()
-    db = Database.open(path, threaded=False)
-    db.write(lambda c: c.execute("CREATE TABLE intents (number INTEGER PRIMARY KEY, text TEXT)"))
+    db = _opened(path)
     for number in range(WRITE_BACK_EVERY):
-        db.write(lambda c, number=number: c.execute("INSERT INTO intents VALUES (?, ?)", (number, f"{number}" * 300)))
+        _note(db, number)
     chance, logs, file = random.Random(9), [_log(path).read_bytes()], path.read_bytes()
     for number in range(WRITE_BACK_EVERY, WRITE_BACK_EVERY + COMMITS):
-        db.write(lambda c, number=number: c.execute("INSERT INTO intents VALUES (?, ?)", (number, f"{number}" * 300)))
+        _note(db, number)
         logs.append(_log(path).read_bytes())
     db.close()
     assert len(logs[0]) == len(logs[-1]), "it grew instead"

@@ -37,8 +37,10 @@ sys.exit(main.main(sys.argv[1:]))
 WITHIN = 60.0
 
 
-def start(data: Path, *arguments: str, stdin: int = subprocess.DEVNULL) -> subprocess.Popen[str]:
-    return subprocess.Popen(
+@contextmanager
+def started(data: Path, *arguments: str, stdin: int = subprocess.DEVNULL) -> Iterator[subprocess.Popen[str]]:
+    """The app with these arguments, until the block ends."""
+    process = subprocess.Popen(
         [sys.executable, "-c", QUICK, "--data-dir", str(data), *arguments],
         stdin=stdin,
         stdout=subprocess.PIPE,
@@ -48,30 +50,44 @@ def start(data: Path, *arguments: str, stdin: int = subprocess.DEVNULL) -> subpr
         env=environment(),
         cwd=ROOT,
     )
+    with process:
+        try:
+            yield process
+        finally:
+            process.kill()
 
 
-def run(data: Path, *arguments: str) -> tuple[int, str, str]:
-    process = start(data, *arguments)
-    try:
+def run(data: Path, *arguments: str, stdin: int = subprocess.DEVNULL) -> tuple[int, str, str]:
+    with started(data, *arguments, stdin=stdin) as process:
         out, err = process.communicate(timeout=WITHIN)
-    finally:
-        process.kill()
     return process.returncode, out, err
 
 
 @contextmanager
-def headless(data: Path) -> Iterator[None]:
-    process = start(data, "--headless")
-    try:
+def ready(data: Path) -> Iterator[subprocess.Popen[str]]:
+    """The app without a window."""
+    with started(data, "--headless") as process:
         assert process.stdout is not None
         assert process.stdout.readline() == "ready\n"
+        yield process
+
+
+@contextmanager
+def headless(data: Path) -> Iterator[None]:
+    """The same, which ends well."""
+    with ready(data) as process:
         yield
         process.send_signal(signal.SIGTERM)
         process.communicate(timeout=WITHIN)
         assert process.returncode == 0
-    finally:
-        process.kill()
-        process.wait()
+
+
+@contextmanager
+def in_a_trial(data: Path, robot: mir_sim.FleetRobot) -> Iterator[subprocess.Popen[str]]:
+    """A check-up with a mission, when that is in the robot's queue."""
+    with started(data, "--check-up", robot.name, "--with-mission", "--yes") as process:
+        wait_for(lambda: len(queue(robot)) >= 2, within=WITHIN)
+        yield process
 
 
 @pytest.fixture
@@ -130,33 +146,31 @@ def test_to_stdout_the_file_comes_alone_so_that_a_program_can_read_it(data, robo
 
 @pytest.mark.long
 def test_a_report_that_can_not_be_printed_is_kept_and_the_command_is_done(data, robot):
-    process = start(data, "--check-up", robot.name)
-    assert process.stdout is not None
-    assert process.stderr is not None
-    process.stdout.close()
-    err = process.stderr.read()
-    assert process.wait(WITHIN) == 0
+    with started(data, "--check-up", robot.name) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.close()
+        err = process.stderr.read()
+        assert process.wait(WITHIN) == 0
     assert is_one_line(err)
     assert "done, but stdout can't be written: Broken pipe" in err
     assert kept(data) is not None
 
 
-def at_a_terminal(data, *arguments, answer: str) -> tuple[int, str]:
-    """The exit code, and what stood on stderr."""
-    ours, terminal = pty.openpty()
-    try:
-        process = start(data, *arguments, stdin=terminal)
-        os.write(ours, answer.encode())
-        _out, err = process.communicate(timeout=60)
-        return process.returncode, err
-    finally:
-        os.close(ours)
-        os.close(terminal)
+@pytest.fixture
+def terminal() -> Iterator[tuple[int, int]]:
+    """Our side of it, and the command's."""
+    ours, its = pty.openpty()
+    yield ours, its
+    os.close(ours)
+    os.close(its)
 
 
 @pytest.mark.parametrize("answer", ["\n", "n\n", "\x04"])  # the last one ends the input
-def test_a_terminal_asks_before_anything_moves(data, robot, answer):
-    code, err = at_a_terminal(data, "--check-up", robot.name, "--with-mission", answer=answer)
+def test_a_terminal_asks_before_anything_moves(data, robot, terminal, answer):
+    ours, its = terminal
+    os.write(ours, answer.encode())
+    code, _out, err = run(data, "--check-up", robot.name, "--with-mission", stdin=its)
     assert code == 2
     assert f"{robot.name} gets a mission that waits a second" in err
     assert err.endswith("nothing was asked of the robot\n")
@@ -164,18 +178,12 @@ def test_a_terminal_asks_before_anything_moves(data, robot, answer):
 
 
 @pytest.mark.long
-def test_interrupting_the_question_says_that_nothing_was_done(data, robot):
-    ours, terminal = pty.openpty()
-    process = start(data, "--check-up", robot.name, "--with-mission", stdin=terminal)
-    try:
+def test_interrupting_the_question_says_that_nothing_was_done(data, robot, terminal):
+    with started(data, "--check-up", robot.name, "--with-mission", stdin=terminal[1]) as process:
         assert process.stderr is not None
         asked = process.stderr.readline() + process.stderr.read(len("Go on? [y/N] "))
         process.send_signal(signal.SIGINT)
         _out, err = process.communicate(timeout=WITHIN)
-    finally:
-        process.kill()
-        os.close(ours)
-        os.close(terminal)
     assert asked.endswith("Go on? [y/N] ")
     assert (process.returncode, err) == (2, "\nmain.py: nothing was asked of the robot\n")
     assert queue(robot) == []
@@ -242,12 +250,8 @@ def test_wrong_arguments_are_reported_in_one_line(data, fleet, robot):
 @pytest.mark.long
 def test_killed_in_the_middle_the_app_undoes_everything_when_it_starts(data, robot):
     before = missions(robot)
-    process = start(data, "--check-up", robot.name, "--with-mission", "--yes")
-    try:
-        wait_for(lambda: len(queue(robot)) >= 2, within=WITHIN)
-    finally:
-        process.kill()
-        process.communicate(timeout=WITHIN)
+    with in_a_trial(data, robot):
+        pass
     assert missions(robot) == before + 1
     assert robot.state()["state_id"] == 4
     with headless(data):
@@ -258,20 +262,9 @@ def test_killed_in_the_middle_the_app_undoes_everything_when_it_starts(data, rob
 @pytest.mark.long
 def test_when_the_app_is_killed_it_gives_up_so_that_the_app_can_start_again(data, robot):
     before = missions(robot)
-    app = start(data, "--headless")
-    try:
-        assert app.stdout is not None
-        assert app.stdout.readline() == "ready\n"
-        process = start(data, "--check-up", robot.name, "--with-mission", "--yes")
-        try:
-            wait_for(lambda: len(queue(robot)) >= 2, within=WITHIN)
-            app.kill()
-            out, err = process.communicate(timeout=WITHIN)
-        finally:
-            process.kill()
-    finally:
+    with ready(data) as app, in_a_trial(data, robot) as process:
         app.kill()
-        app.communicate(timeout=WITHIN)
+        out, err = process.communicate(timeout=WITHIN)
     assert (process.returncode, out) == (1, "")
     assert is_one_line(err)
     assert "ended before it answered; give the command again" in err
@@ -280,27 +273,14 @@ def test_when_the_app_is_killed_it_gives_up_so_that_the_app_can_start_again(data
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(
-    ("number", "app_runs"),
-    [
-        (signal.SIGINT, False),
-        (signal.SIGINT, True),
-        (signal.SIGTERM, False),
-        (signal.SIGTERM, True),
-        (signal.SIGHUP, False),
-        (signal.SIGHUP, True),
-    ],
-)
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("app_runs", [False, True])
 def test_interrupting_it_or_closing_its_terminal_leaves_nothing(data, robot, number, app_runs):
     before = missions(robot)
     with headless(data) if app_runs else nullcontext():
-        process = start(data, "--check-up", robot.name, "--with-mission", "--yes")
-        try:
-            wait_for(lambda: len(queue(robot)) >= 2, within=WITHIN)
+        with in_a_trial(data, robot) as process:
             process.send_signal(number)
             out, err = process.communicate(timeout=WITHIN)
-        finally:
-            process.kill()
         assert (process.returncode, out) == (1, "")
         assert is_one_line(err)
         assert (missions(robot), robot.state()["state_id"]) == (before, 3), "it ends when the robot has been put back"
@@ -313,15 +293,11 @@ def test_interrupting_it_or_closing_its_terminal_leaves_nothing(data, robot, num
 @pytest.mark.long
 def test_what_could_not_be_restored_is_reported_at_the_end(data, robot):
     with headless(data):
-        process = start(data, "--check-up", robot.name, "--with-mission", "--yes")
-        try:
-            wait_for(lambda: len(queue(robot)) >= 2, within=WITHIN)
+        with in_a_trial(data, robot) as process:
             robot.control({"fault": {"kind": "drop_request", "path": "*", "count": None}})
             process.send_signal(signal.SIGTERM)
             out, err = process.communicate(timeout=WITHIN)
-        finally:
-            process.kill()
-            robot.control({"fault": None})
+        robot.control({"fault": None})
         assert (process.returncode, out) == (1, "")
         assert is_one_line(err)
         assert "interrupted; Its state is not the same as before: " in err

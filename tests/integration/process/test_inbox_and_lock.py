@@ -40,6 +40,18 @@ def test_only_one_process_holds_a_directory_and_a_killed_one_loses_it(tmp_path):
     assert InstanceLock(tmp_path).try_acquire()
 
 
+def left_in(tmp_path) -> list[str]:
+    return sorted(path.name for path in (tmp_path / "inbox").iterdir())
+
+
+def leave(tmp_path, name, text="a password"):
+    """What a killed command left long ago."""
+    left = tmp_path / "inbox" / name
+    left.write_text(text)
+    os.utime(left, (1000.0, 1000.0))
+    return left
+
+
 def served(tmp_path, handlers, **request):
     """Ask while another thread ticks the inbox."""
     inbox, done = Inbox(tmp_path, handlers), threading.Event()
@@ -61,7 +73,7 @@ def test_a_request_is_answered_and_leaves_nothing_behind(tmp_path):
     assert served(tmp_path, {"greet": lambda request: {"text": f"hello {request['name']}"}}, name="Äijä") == {
         "text": "hello Äijä"
     }
-    assert list((tmp_path / "inbox").iterdir()) == []
+    assert left_in(tmp_path) == []
 
 
 def test_a_request_may_take_several_ticks(tmp_path):
@@ -86,7 +98,7 @@ def test_what_can_not_be_done_is_said_with_exit_code_2(tmp_path, problem):
 def test_there_is_no_answer_after_the_app_ended(tmp_path):
     with pytest.raises(HolderEnded, match="ended"):
         ask(tmp_path, "greet", timeout=10, has_holder_ended=lambda: True)
-    assert list((tmp_path / "inbox").iterdir()) == []
+    assert left_in(tmp_path) == []
 
 
 def test_a_full_disk_is_said_and_leaves_no_draft(tmp_path, monkeypatch):
@@ -96,7 +108,7 @@ def test_a_full_disk_is_said_and_leaves_no_draft(tmp_path, monkeypatch):
     monkeypatch.setattr(os, "replace", full)
     with pytest.raises(BadInput, match=r"can't be written: No space left on device; nothing was changed"):
         ask(tmp_path, "greet", timeout=10, has_holder_ended=lambda: False)
-    assert list((tmp_path / "inbox").iterdir()) == []
+    assert left_in(tmp_path) == []
 
 
 def test_an_app_that_was_restarted_at_once_is_asked_again(tmp_path):
@@ -133,7 +145,7 @@ def test_an_interrupted_command_reports_its_outcome_in_bounded_time(tmp_path):
     with pytest.raises(Interrupted) as end:
         ask(tmp_path, "greet", timeout=10.0, has_holder_ended=interrupt, put_back_within=0.2)
     assert end.value.answer is None
-    assert list((tmp_path / "inbox").iterdir()) == []
+    assert left_in(tmp_path) == []
 
 
 def test_a_withdrawn_request_leaves_no_answer(tmp_path):
@@ -141,7 +153,7 @@ def test_a_withdrawn_request_leaves_no_answer(tmp_path):
     left = tmp_path / "inbox" / "left.request"
     left.write_text('{"kind": "greet"}')
     inbox.tick()
-    assert list((tmp_path / "inbox").iterdir()) == []
+    assert left_in(tmp_path) == []
 
 
 def test_bytes_are_handed_over_privately_and_do_not_stay(tmp_path):
@@ -152,23 +164,16 @@ def test_bytes_are_handed_over_privately_and_do_not_stay(tmp_path):
         seen.append((file.read_bytes(), file.stat().st_mode & 0o777))
         return {}
 
-    inbox, ends = Inbox(tmp_path, {"look": look}), threading.Event()
-    app = threading.Thread(target=lambda: [inbox.tick() for _ in iter(lambda: ends.wait(0.01), True)])
-    app.start()
-    ask(tmp_path, "look", timeout=10, has_holder_ended=lambda: False, content=b"secret")
-    ends.set()
-    app.join()
+    served(tmp_path, {"greet": look}, content=b"secret")
     assert seen == [(b"secret", 0o600)]
-    assert list((tmp_path / "inbox").iterdir()) == []
+    assert left_in(tmp_path) == []
 
 
 def test_requests_to_an_earlier_process_are_not_executed(tmp_path):
     """The command and the app were killed; its mission would start late."""
     asked = []
     Inbox(tmp_path, {})
-    left = tmp_path / "inbox" / "left.request"
-    left.write_text('{"kind": "run_now", "id": "left"}')
-    os.utime(left, (1000.0, 1000.0))
+    left = leave(tmp_path, "left.request", '{"kind": "run_now", "id": "left"}')
     inbox = Inbox(tmp_path, {"run_now": lambda request: asked.append(request) or {}}, since=2000.0)
     inbox.tick()
     assert asked == []
@@ -193,9 +198,7 @@ LEFT = ("x.draft", "x.content", "x.answer")
 @pytest.mark.parametrize("name", LEFT)
 def test_files_of_a_killed_command_are_deleted_at_the_next_start(tmp_path, name):
     Inbox(tmp_path, {})
-    left = tmp_path / "inbox" / name
-    left.write_text("a password")
-    os.utime(left, (1000.0, 1000.0))
+    left = leave(tmp_path, name)
     Inbox(tmp_path, {}, since=2000.0)
     assert not left.exists()
 
@@ -203,9 +206,7 @@ def test_files_of_a_killed_command_are_deleted_at_the_next_start(tmp_path, name)
 @pytest.mark.parametrize("name", LEFT)
 def test_a_running_app_deletes_old_files_of_killed_commands(tmp_path, monkeypatch, name):
     inbox = Inbox(tmp_path, {})
-    left = tmp_path / "inbox" / name
-    left.write_text("a password")
-    os.utime(left, (1000.0, 1000.0))  # however old it seems: clocks are set
+    left = leave(tmp_path, name)  # however old it seems: clocks are set
     inbox.tick()
     assert left.exists()
     monkeypatch.setattr(inboxes, "LEFT_FOR", -1.0)
@@ -220,7 +221,7 @@ def test_files_of_a_waiting_request_stay(tmp_path, monkeypatch):
         (tmp_path / "inbox" / "x").with_suffix(suffix).write_text(text)
     inbox.tick()
     inbox.tick()
-    assert sorted(path.name for path in (tmp_path / "inbox").iterdir()) == ["x.content", "x.request"]
+    assert left_in(tmp_path) == ["x.content", "x.request"]
 
 
 def test_a_file_in_the_place_of_the_inbox_is_one_sentence(tmp_path):
