@@ -71,6 +71,13 @@ def ran(container, mission, at, begins, ends, **values):
     container.db.write(lambda c: container.repositories.executions.add(c, row))
 
 
+def save_long_ago(container, schedule):
+    container.clock.advance(-40 * 86_400)
+    saved = container.catalogue.save_schedule(schedule)
+    container.clock.advance(40 * 86_400)
+    return saved
+
+
 def mornings(last=NOW, count=20):
     """The working days up to then, newest first."""
     days = (last.replace(hour=0) - timedelta(days=n) for n in range(60))
@@ -81,25 +88,43 @@ def at(day, minute):
     return day + timedelta(minutes=minute)
 
 
-def usually_late(container, days=None, wait=9, schedule_id=1):
+def kits(container, day, wait=0, planned=450):
+    """They begin so many minutes after they were planned, at 07:30."""
+    begins = at(day, planned + wait)
+    values = {"schedule_id": 1, "trigger": Trigger.SCHEDULED, "schedule": "Kits"}
+    ran(container, "Kits to line 2", at(day, planned), begins, begins + timedelta(minutes=5), **values)
+
+
+def usually_late(container, days=None, wait=9):
     """The waste, of 07:15, takes longer than it should; the kits wait for it."""
     for day in mornings() if days is None else days:
         ran(container, "Waste to compactor", at(day, 435), at(day, 435), at(day, 450 + wait))
-        ran(
-            container,
-            "Kits to line 2",
-            at(day, 450),
-            at(day, 450 + wait),
-            at(day, 455 + wait),
-            schedule_id=schedule_id,
-            trigger=Trigger.SCHEDULED,
-            schedule="Kits",
-        )
+        kits(container, day, wait)
 
 
-def test_what_often_came_late_is_said_with_its_cause_and_when_or_where_it_is_free(container):
+@pytest.fixture
+def late(container):
+    """Its kits are usually late."""
     usually_late(container)
+    return container
+
+
+@pytest.fixture
+def suggestion(late):
+    return only(late)
+
+
+def only(container):
     [suggestion] = container.suggestions.compute().suggestions
+    return suggestion
+
+
+def kinds(container):
+    """Of the changes that are proposed, and where they lead."""
+    return [(change.kind, change.robot or change.group) for change in only(container).changes]
+
+
+def test_what_often_came_late_is_said_with_its_cause_and_when_or_where_it_is_free(container, suggestion):
     assert (
         sentence(suggestion)
         == "Kits was late in 20 of its last 20 starts, typically 9 min: Aino was busy with Waste to compactor"
@@ -112,9 +137,7 @@ def test_what_often_came_late_is_said_with_its_cause_and_when_or_where_it_is_fre
     assert container.suggestions.latest is not None
 
 
-def test_each_change_is_a_schedule_that_can_be_saved_as_it_is(container):
-    usually_late(container)
-    [suggestion] = container.suggestions.compute().suggestions
+def test_each_change_is_a_schedule_that_can_be_saved_as_it_is(container, suggestion):
     drafts = [change.draft for change in suggestion.changes]
     assert [(draft.id, draft.start.time(), draft.robot_id, draft.group_id) for draft in drafts] == [
         (1, time(7, 40), 1, None),
@@ -125,11 +148,10 @@ def test_each_change_is_a_schedule_that_can_be_saved_as_it_is(container):
         assert container.catalogue.save_schedule(draft).id == 1
 
 
-def test_nothing_is_changed_by_computing(container):
-    usually_late(container)
-    before = container.catalogue.schedules()
-    container.suggestions.compute()
-    assert container.catalogue.schedules() == before
+def test_nothing_is_changed_by_computing(late):
+    before = late.catalogue.schedules()
+    late.suggestions.compute()
+    assert late.catalogue.schedules() == before
 
 
 def changed(container, **values):
@@ -151,15 +173,10 @@ def test_too_few_late_starts_one_that_is_off_and_one_that_has_just_been_changed_
     assert container.suggestions.compute().suggestions == ()
 
 
-def test_a_robot_that_is_off_or_lacks_the_mission_is_not_proposed(container):
-    usually_late(container)
-    switch_robot(container.catalogue, 3, False)
-    container.catalogue.save_group(replace(container.catalogue.groups()[0], members=(1, 3)))
-    [suggestion] = container.suggestions.compute().suggestions
-    assert [(change.kind, change.robot or change.group) for change in suggestion.changes] == [
-        (Kind.TIME, "Aino"),
-        (Kind.ROBOT, "Sisu"),
-    ]
+def test_a_robot_that_is_off_or_lacks_the_mission_is_not_proposed(late):
+    switch_robot(late.catalogue, 3, False)
+    late.catalogue.save_group(replace(late.catalogue.groups()[0], members=(1, 3)))
+    assert kinds(late) == [(Kind.TIME, "Aino"), (Kind.ROBOT, "Sisu")]
 
 
 @pytest.mark.parametrize(
@@ -167,15 +184,7 @@ def test_a_robot_that_is_off_or_lacks_the_mission_is_not_proposed(container):
 )
 def test_what_the_robot_was_seen_doing_is_a_cause_where_none_of_ours_ran(container, activity, cause):
     for day in mornings():
-        ran(
-            container,
-            "Kits to line 2",
-            at(day, 450),
-            at(day, 459),
-            at(day, 464),
-            schedule_id=1,
-            trigger=Trigger.SCHEDULED,
-        )
+        kits(container, day, wait=9)
     spans = [ActivitySpan(activity, at(day, 440), at(day, 459)) for day in mornings()]
     container.db.write(lambda c: ActivityRepository().save(c, 1, spans))
     [suggestion] = container.suggestions.compute().suggestions
@@ -183,11 +192,10 @@ def test_what_the_robot_was_seen_doing_is_a_cause_where_none_of_ours_ran(contain
     assert "Aino" in sentence(suggestion)
 
 
-def test_the_edges_of_the_apps_runs_belong_to_no_one_else(container):
-    usually_late(container)
+def test_the_edges_of_the_apps_runs_belong_to_no_one_else(late):
     spans = [ActivitySpan("executing", at(day, 434.5), at(day, 464.8)) for day in mornings()]
-    container.db.write(lambda c: ActivityRepository().save(c, 1, spans))
-    [suggestion] = container.suggestions.compute().suggestions
+    late.db.write(lambda c: ActivityRepository().save(c, 1, spans))
+    [suggestion] = late.suggestions.compute().suggestions
     assert suggestion.finding.cause is Cause.BUSY
     assert action(suggestion.changes[0]) == "Move to 07:40"
 
@@ -222,12 +230,9 @@ def test_starts_that_were_skipped_count_but_not_those_that_a_person_or_the_table
 
 
 def test_at_most_three_at_once(container):
+    daily = container.catalogue.schedules()[0]
     for number in range(2, 6):
-        container.clock.advance(-40 * 86_400)
-        container.catalogue.save_schedule(
-            Schedule(f"Kits {number}", 1, 1, datetime(2026, 10, 12, 7, 30), "UTC", "FREQ=DAILY")
-        )
-        container.clock.advance(40 * 86_400)
+        save_long_ago(container, replace(daily, id=None, name=f"Kits {number}"))
     for day in mornings():
         ran(container, "Waste to compactor", at(day, 435), at(day, 435), at(day, 459))
         for number in range(1, 6):
@@ -248,15 +253,7 @@ def test_at_most_three_at_once(container):
 def test_not_now_is_silent_for_60_days_unless_it_doubles_and_can_be_undone(container, clock):
     usually_late(container, mornings()[10:])
     for day in mornings()[:10]:
-        ran(
-            container,
-            "Kits to line 2",
-            at(day, 450),
-            at(day, 450),
-            at(day, 455),
-            schedule_id=1,
-            trigger=Trigger.SCHEDULED,
-        )
+        kits(container, day)
     suggestions = container.suggestions
     [half] = suggestions.compute().suggestions
     assert (half.finding.late, half.finding.starts) == (10, 20)
@@ -267,30 +264,18 @@ def test_not_now_is_silent_for_60_days_unless_it_doubles_and_can_be_undone(conta
     assert len(suggestions.compute().suggestions) == 1
     suggestions.dismiss(half)
     clock.advance(59 * 86_400)
-    usually_late(container, mornings(clock.now(), 19)[:19])
+    usually_late(container, mornings(clock.now(), 19))
     assert len(suggestions.compute().suggestions) == 1  # all of them: it has doubled
     container.db.write(lambda c: c.execute("DELETE FROM executions"))
-    for number, day in enumerate(mornings(clock.now(), 19)):
-        if number % 2:
-            usually_late(container, [day])
-        else:
-            ran(
-                container,
-                "Kits to line 2",
-                at(day, 450),
-                at(day, 450),
-                at(day, 455),
-                schedule_id=1,
-                trigger=Trigger.SCHEDULED,
-            )
+    usually_late(container, mornings(clock.now(), 19)[1::2])
+    for day in mornings(clock.now(), 19)[::2]:
+        kits(container, day)
     assert suggestions.compute().suggestions == ()
     clock.advance(2 * 86_400)
     assert len(suggestions.compute().suggestions) == 1
 
 
-def test_an_accepted_one_that_is_undone_is_found_again_until_the_schedule_is_changed(container, clock):
-    usually_late(container)
-    [suggestion] = container.suggestions.compute().suggestions
+def test_an_accepted_one_that_is_undone_is_found_again_until_the_schedule_is_changed(container, suggestion, clock):
     container.catalogue.save_schedule(suggestion.changes[0].draft)
     answer = container.suggestions.accept(suggestion, suggestion.changes[0])
     clock.advance(5)
@@ -302,26 +287,14 @@ def test_an_accepted_one_that_is_undone_is_found_again_until_the_schedule_is_cha
     assert container.suggestions.compute().suggestions == ()
 
 
-def test_after_one_was_accepted_later_starts_count_and_it_is_reported_after_two_weeks(container, clock):
-    usually_late(container)
-    [suggestion] = container.suggestions.compute().suggestions
+def test_after_one_was_accepted_later_starts_count_and_it_is_reported_after_two_weeks(container, suggestion, clock):
     change = suggestion.changes[0]
     container.catalogue.save_schedule(change.draft)
     container.suggestions.accept(suggestion, change)
     assert container.suggestions.compute().suggestions == ()
     clock.advance(13 * 86_400)
-    days = mornings(clock.now(), 9)
-    for number, day in enumerate(days):
-        late = 9 if number == 4 else 0
-        ran(
-            container,
-            "Kits to line 2",
-            at(day, 455),
-            at(day, 455 + late),
-            at(day, 460 + late),
-            schedule_id=1,
-            trigger=Trigger.SCHEDULED,
-        )
+    for number, day in enumerate(mornings(clock.now(), 9)):
+        kits(container, day, wait=9 if number == 4 else 0, planned=455)
     assert container.suggestions.compute().results == ()
     clock.advance(2 * 86_400)
     [result] = container.suggestions.compute().results
@@ -340,74 +313,53 @@ def test_after_one_was_accepted_later_starts_count_and_it_is_reported_after_two_
         "option = '[]'",
     ],
 )
-def test_an_answer_that_cannot_be_read_keeps_nothing_silent_and_ends_nothing(container, wrong):
-    usually_late(container)
-    [suggestion] = container.suggestions.compute().suggestions
+def test_an_answer_that_cannot_be_read_keeps_nothing_silent_and_ends_nothing(container, suggestion, wrong):
     container.suggestions.dismiss(suggestion)
     container.db.write(lambda c: c.execute(f"UPDATE suggestion_answers SET {wrong}"))
     assert len(container.suggestions.compute().suggestions) == 1
 
 
-def test_rows_without_a_readable_instant_are_omitted(container):
-    usually_late(container)
-    container.db.write(
+def test_rows_without_a_readable_instant_are_omitted(late):
+    late.db.write(
         lambda c: ActivityRepository().save(c, 1, [ActivitySpan("error", at(mornings()[0], 1), at(mornings()[0], 2))])
     )
-    container.db.write(lambda c: c.execute("UPDATE activity_spans SET ended_at = 'soon'"))
-    container.db.write(lambda c: c.execute("UPDATE executions SET planned_at = '2026-11-19 soon' WHERE id IN (1, 2)"))
-    [suggestion] = container.suggestions.compute().suggestions
-    assert suggestion.finding.starts == 19
+    late.db.write(lambda c: c.execute("UPDATE activity_spans SET ended_at = 'soon'"))
+    late.db.write(lambda c: c.execute("UPDATE executions SET planned_at = '2026-11-19 soon' WHERE id IN (1, 2)"))
+    assert only(late).finding.starts == 19
 
 
-def test_answers_of_long_ago_are_not_kept(container, clock):
-    usually_late(container)
-    [suggestion] = container.suggestions.compute().suggestions
+def test_answers_of_long_ago_are_not_kept(container, suggestion, clock):
     container.suggestions.dismiss(suggestion)
     clock.advance(181 * 86_400)
     container.suggestions.dismiss(suggestion)
     assert container.db.read().execute("SELECT count(*) FROM suggestion_answers").fetchone()[0] == 1
 
 
-def test_a_schedule_several_times_a_day_is_moved_by_minutes_and_one_with_given_hours_not_at_all(container, clock):
-    clock.advance(-40 * 86_400)
-    kits = container.catalogue.schedules()[0]
-    hourly = container.catalogue.save_schedule(replace(kits, recurrence="FREQ=HOURLY;INTERVAL=24"))
-    clock.advance(40 * 86_400)
+def test_a_schedule_several_times_a_day_is_moved_by_minutes_and_one_with_given_hours_not_at_all(container):
+    hourly = save_long_ago(container, replace(container.catalogue.schedules()[0], recurrence="FREQ=HOURLY;INTERVAL=24"))
     usually_late(container)
-    [suggestion] = container.suggestions.compute().suggestions
-    assert [(action(change), promise(change)) for change in suggestion.changes] == [
+    assert [(action(change), promise(change)) for change in only(container).changes] == [
         ("Move 10 min later", "Aino is free 10 min later"),
         ("Use Sisu", "Sisu is free at these times"),
         ("Any of Hall 1", "A robot of Hall 1 is free at these times"),
     ]
-    clock.advance(-40 * 86_400)
-    container.catalogue.save_schedule(replace(hourly, recurrence="FREQ=DAILY;BYHOUR=7,9"))
-    clock.advance(40 * 86_400)
-    [suggestion] = container.suggestions.compute().suggestions
-    assert Kind.TIME not in [change.kind for change in suggestion.changes]
+    save_long_ago(container, replace(hourly, recurrence="FREQ=DAILY;BYHOUR=7,9"))
+    assert Kind.TIME not in dict(kinds(container))
 
 
-def test_another_time_is_proposed_only_where_something_that_is_planned_is_in_the_way(container):
+def test_another_time_is_proposed_only_where_something_that_is_planned_is_in_the_way(late):
     """Here the waste is started by hand, at any time."""
-    usually_late(container)
-    container.catalogue.remove_schedule(2)
-    [suggestion] = container.suggestions.compute().suggestions
-    assert [change.kind for change in suggestion.changes] == [Kind.ROBOT, Kind.GROUP]
+    late.catalogue.remove_schedule(2)
+    assert kinds(late) == [(Kind.ROBOT, "Sisu"), (Kind.GROUP, "Hall 1")]
 
 
-def test_a_robot_that_is_busy_then_is_not_proposed(container):
-    usually_late(container)
-    container.catalogue.save_schedule(Schedule("Sweep", 2, 2, datetime(2026, 11, 21, 7, 30), "UTC", "FREQ=DAILY"))
-    [suggestion] = container.suggestions.compute().suggestions
-    assert [(change.kind, change.robot) for change in suggestion.changes] == [
-        (Kind.TIME, "Aino"),
-        (Kind.ROBOT, "Veikko"),
-    ]
+def test_a_robot_that_is_busy_then_is_not_proposed(late):
+    late.catalogue.save_schedule(Schedule("Sweep", 2, 2, datetime(2026, 11, 21, 7, 30), "UTC", "FREQ=DAILY"))
+    assert kinds(late) == [(Kind.TIME, "Aino"), (Kind.ROBOT, "Veikko")]
 
 
-def test_where_nothing_is_free_nothing_is_said(container):
-    usually_late(container)
-    container.catalogue.remove_schedule(2)
+def test_where_nothing_is_free_nothing_is_said(late):
+    late.catalogue.remove_schedule(2)
     for robot_id in (2, 3):
-        switch_robot(container.catalogue, robot_id, False)
-    assert container.suggestions.compute().suggestions == ()
+        switch_robot(late.catalogue, robot_id, False)
+    assert late.suggestions.compute().suggestions == ()
