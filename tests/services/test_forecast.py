@@ -30,7 +30,6 @@ from app.services.files.exports import DataFiles
 from app.services.planning.planned import ASSUMED_S
 from tests.support.clock import VirtualClock
 from tests.support.edits import switch_robot
-from tests.support.planner import insert_due
 
 ZONE = "Europe/Helsinki"
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)  # Friday, 14:38 in Helsinki
@@ -347,18 +346,9 @@ def test_skipping_writes_the_row_at_once_and_continues_with_the_start_after_it(c
     assert after.changed_at == schedule.changed_at
 
 
-def test_what_was_skipped_is_not_taken_when_its_time_comes(container):
-    schedule = plan(container, recurrence="FREQ=DAILY")
-    skipping(container).skip_next(schedule.id)
-    container.clock.advance((schedule.next_at - NOW).total_seconds() + 1)
-    assert insert_due(container).robot_ids == set()
-    assert container.history.count(ExecutionFilter()) == 1
-
-
 def test_the_last_start_can_be_skipped_and_nothing_after_it(container):
     schedule = plan(container)
     skipping(container).skip_next(schedule.id)
-    assert container.repositories.schedules.get(container.db.read(), schedule.id).next_at is None
     for number in (schedule.id, 999):
         with pytest.raises(InvalidInput):
             skipping(container).skip_next(number)
