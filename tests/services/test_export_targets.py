@@ -14,7 +14,7 @@ import pytest
 from app.failures import BadInput
 from app.process.commands import export_target
 from tests.support.examples import at_night
-from tests.support.process import ROOT, command, configuration_of, environment, is_one_line, prepared, run
+from tests.support.process import ROOT, answer, command, configuration_of, environment, is_one_line, prepared, refusal
 
 EXPORTS = pytest.mark.parametrize("option", ["--export-config", *at_night("--export-log")])
 
@@ -32,9 +32,8 @@ def test_a_data_directory_without_data_is_bad_input_and_stays_as_it_is(tmp_path,
     directory, target = tmp_path / "dtaa", tmp_path / "out"
     if is_there:
         directory.mkdir()
-    ended = run(directory, option, target)
-    assert (ended.returncode, ended.stdout, is_one_line(ended.stderr)) == (2, "", True)
-    assert ("holds no data yet" if is_there else "there is no data directory") in ended.stderr
+    problem = "holds no data yet" if is_there else "there is no data directory"
+    assert problem in refusal(directory, option, target)
     assert not target.exists()
     assert sorted(tmp_path.iterdir()) == ([directory] if is_there else [])
     assert not is_there or not list(directory.iterdir())
@@ -46,9 +45,7 @@ def test_a_data_directory_without_data_is_bad_input_and_stays_as_it_is(tmp_path,
     [("--run-now", "R1", "Home"), ("--check-up", "R1"), ("--remove-pin",), ("--move-here",), ("--clock-is-right",)],
 )
 def test_nor_does_a_command_that_needs_data_make_one(tmp_path, arguments):
-    ended = run(tmp_path / "dtaa", *arguments)
-    assert (ended.returncode, is_one_line(ended.stderr)) == (2, True)
-    assert "there is no data directory" in ended.stderr
+    assert "there is no data directory" in refusal(tmp_path / "dtaa", *arguments)
     assert not list(tmp_path.iterdir())
 
 
@@ -70,40 +67,27 @@ def test_an_export_takes_the_place_of_nothing_that_the_app_keeps(data, tmp_path,
     prepared(other, configuration_of())
     before = (data / "amr-scheduler.db").read_bytes()
     for directory in (data, other):
-        ended = run(directory, option, data / name)
-        assert (ended.returncode, is_one_line(ended.stderr)) == (2, True)
-        assert "belongs to the data of the app" in ended.stderr
+        assert "belongs to the data of the app" in refusal(directory, option, data / name)
     assert (data / "amr-scheduler.db").read_bytes() == before
 
 
 def test_an_export_may_lie_next_to_them(data):
-    assert run(data, "--export-log", data / "exports.csv").returncode == 0
+    answer(data, "--export-log", data / "exports.csv")
     assert (data / "exports.csv").exists()
 
 
 @EXPORTS
-def test_a_stdout_that_takes_nothing_is_bad_input(data, option):
-    with open("/dev/full", "w", encoding="utf-8") as full:
-        ended = subprocess.run(
-            command(data, option, "-"),
-            stdout=full,
-            stderr=subprocess.PIPE,
-            text=True,
-            timeout=60.0,
-            env=environment(),
-            cwd=ROOT,
-            check=False,
-        )
-    assert ended.returncode == 2
-    assert is_one_line(ended.stderr)
-    assert "stdout can't be written: No space left on device" in ended.stderr
-
-
-@pytest.mark.long
-@EXPORTS
-def test_a_closed_stdout_is_bad_input(data, option):
+@pytest.mark.parametrize(
+    ("stdout", "problem"),
+    [
+        ("/dev/full", "stdout can't be written: No space left on device"),
+        pytest.param("&-", "stdout can't be written", marks=pytest.mark.long),
+    ],
+    ids=["full", "closed"],
+)
+def test_a_stdout_that_takes_nothing_is_bad_input(data, option, stdout, problem):
     ended = subprocess.run(
-        ["sh", "-c", '"$@" >&-', "sh", *command(data, option, "-")],
+        ["sh", "-c", f'"$@" >{stdout}', "sh", *command(data, option, "-")],
         stderr=subprocess.PIPE,
         text=True,
         timeout=60.0,
@@ -111,9 +95,8 @@ def test_a_closed_stdout_is_bad_input(data, option):
         cwd=ROOT,
         check=False,
     )
-    assert ended.returncode == 2
-    assert is_one_line(ended.stderr)
-    assert "stdout can't be written" in ended.stderr
+    assert (ended.returncode, is_one_line(ended.stderr)) == (2, True)
+    assert problem in ended.stderr
 
 
 @pytest.fixture

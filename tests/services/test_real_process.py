@@ -26,14 +26,15 @@ from tests.support.crash_drill import drill
 from tests.support.examples import at_night, first_of_each
 from tests.support.process import (
     PATIENCE,
+    answer,
     command,
     configuration_of,
     environment,
     import_configuration,
-    is_one_line,
     once_now,
     prepared,
     read_only,
+    refusal,
     run,
     running,
     wait_for,
@@ -65,6 +66,22 @@ def queue_of(robot) -> list[dict]:
     return robot.state()["queue"]
 
 
+def history(data) -> list[dict]:
+    return list(csv.DictReader(io.StringIO(answer(data, "--export-log", "-"))))
+
+
+def run_now(site, robot) -> subprocess.Popen[str]:
+    """The command, which goes its own way."""
+    return subprocess.Popen(
+        command(site, "--run-now", robot.name, "Home"),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        encoding="utf-8",
+        env=environment(),
+    )
+
+
 # ---------------------------------------------------------------------- killed
 @pytest.mark.parametrize(("kills", "occurrences"), [(2, 15), pytest.param(6, 45, marks=pytest.mark.long)])
 def test_nothing_is_doubled_or_lost_when_the_app_is_killed_at_random_moments(data, kills, occurrences):
@@ -91,10 +108,7 @@ def test_a_robot_that_hangs_holds_up_neither_ready_nor_the_end(site, robot):
 
 def test_a_second_process_on_the_same_data_refuses_and_names_the_first(site):
     with running(site) as app:
-        second = run(site, "--headless")
-        assert second.returncode == 2
-        assert is_one_line(second.stderr), second.stderr
-        assert str(app.process.pid) in second.stderr
+        assert str(app.process.pid) in refusal(site, "--headless")
         assert app.process.poll() is None
 
 
@@ -108,26 +122,18 @@ def test_the_lock_of_a_killed_process_is_free(site):
 
 # ---------------------------------------------------------------------- run now
 def test_run_now_waits_until_the_robot_has_it_and_prints_the_queue_id(site, robot):
-    done = run(
-        site, "--run-now", robot.name, "Go to position", "--parameter", "Position=a1c4e006-5d0f-11ef-93c1-0001297b6e20"
-    )
-    assert (done.returncode, done.stderr) == (0, "")
+    position = "a1c4e006-5d0f-11ef-93c1-0001297b6e20"
+    printed = answer(site, "--run-now", robot.name, "Go to position", "--parameter", f"Position={position}")
     (item,) = queue_of(robot)
-    assert done.stdout == f"{item['id']}\n"
-    assert [p["value"] for p in item["parameters"]] == ["a1c4e006-5d0f-11ef-93c1-0001297b6e20"]
+    assert printed == f"{item['id']}\n"
+    assert [p["value"] for p in item["parameters"]] == [position]
 
 
 def test_run_now_during_a_running_app_is_handed_to_it(site, robot):
     with running(site):
-        done = run(site, "--run-now", robot.name, "Home")
-        assert (done.returncode, done.stderr) == (0, "")
-        (item,) = queue_of(robot)
-        assert done.stdout == f"{item['id']}\n"
-        wait_for(
-            lambda: (
-                "queued" in (log := run(site, "--export-log", "-").stdout) or "executing" in log or "completed" in log
-            )
-        )
+        printed = answer(site, "--run-now", robot.name, "Home")
+        assert [f"{item['id']}\n" for item in queue_of(robot)] == [printed]
+        wait_for(lambda: [row["state"] in ("queued", "executing", "completed") for row in history(site)] == [True])
 
 
 @pytest.mark.long
@@ -141,23 +147,19 @@ def test_an_answer_lost_on_the_radio_does_not_make_run_now_send_twice(site, robo
 def test_run_now_says_why_it_did_not_run(site, robot):
     import_configuration(site, {"format": "amr-scheduler/1", "missions": [{"name": "Fly", "guid": "00000000-1"}]})
     for wanted, code, words in (
-        (("Nobody", "Home"), 2, "no robot 'Nobody'"),
+        (("R9", "Home"), 2, "no robot 'R9'"),
         ((robot.name, "Swim"), 2, "no mission 'Swim'"),
         ((robot.name, "Fly"), 1, "Fly on Aino was not started: "),
     ):
-        done = run(site, "--run-now", *wanted)
-        assert (done.returncode, done.stdout) == (code, "")
-        assert is_one_line(done.stderr)
-        assert words in done.stderr
+        assert words in refusal(site, "--run-now", *wanted, code=code)
     assert queue_of(robot) == []
 
 
 @pytest.mark.long
 def test_run_now_on_a_group_without_robots_leaves_nothing_behind_that_may_start_later(site):
     import_configuration(site, {"format": "amr-scheduler/1", "groups": [{"name": "Hall", "robots": []}]})
-    done = run(site, "--run-now", "Hall", "Home")
-    assert (done.returncode, done.stdout, is_one_line(done.stderr)) == (1, "", True)
-    (row,) = csv.DictReader(io.StringIO(run(site, "--export-log", "-").stdout))
+    refusal(site, "--run-now", "Hall", "Home", code=1)
+    (row,) = history(site)
     assert (row["state"], row["reason_code"]) == ("cancelled", "robot_removed")
 
 
@@ -165,10 +167,8 @@ def test_run_now_on_a_group_without_robots_leaves_nothing_behind_that_may_start_
 def test_run_now_gives_up_at_the_retry_limit(data, fleet, robot):
     import_configuration(data, configuration_of(fleet, retry_limit=0))
     fleet.stop()
-    done = run(data, "--run-now", robot.name, "Home")
-    assert (done.returncode, done.stdout) == (1, "")
-    assert is_one_line(done.stderr)
-    (row,) = csv.DictReader(io.StringIO(run(data, "--export-log", "-").stdout))
+    refusal(data, "--run-now", robot.name, "Home", code=1)
+    (row,) = history(data)
     assert (row["state"], row["reason_code"], row["attempts"]) == ("failed", "retry_limit", "1")
 
 
@@ -176,14 +176,11 @@ def test_run_now_gives_up_at_the_retry_limit(data, fleet, robot):
 def test_an_import_during_a_running_app_is_done_at_once_and_only_once(site, robot):
     schedules = {"format": "amr-scheduler/1", "schedules": [once_now(robot.name, "Home", "Now")]}
     with running(site):
-        assert "Now added" in import_configuration(site, schedules).stdout
+        assert "Now added" in import_configuration(site, schedules)
         wait_for(lambda: len(queue_of(robot)) == 1, what="the robot has it")
-        assert import_configuration(site, schedules).stdout == "nothing changed\n"
-        wrong = run(
-            site, "--import-config", write_configuration(site.with_name("wrong.json"), {"format": "amr-scheduler/2"})
-        )
-        assert wrong.returncode == 2
-        assert is_one_line(wrong.stderr)
+        assert import_configuration(site, schedules) == "nothing changed\n"
+        wrong = write_configuration(site.with_name("wrong.json"), {"format": "amr-scheduler/2"})
+        refusal(site, "--import-config", wrong)
     with running(site):
         assert len(queue_of(robot)) == 1
 
@@ -193,7 +190,7 @@ def test_an_import_of_a_new_password_says_that_backups_hold_the_former_token(sit
     def changed_to(password: str) -> str:
         return import_configuration(
             site, {"format": "amr-scheduler/1", "robots": [{"name": robot.name, "password": password}]}
-        ).stdout
+        )
 
     said = "backups made before still hold the former access tokens: the daily ones for a week, others until they are deleted\n"
     assert changed_to("another").endswith(said)
@@ -204,12 +201,10 @@ def test_an_import_of_a_new_password_says_that_backups_hold_the_former_token(sit
 
 def test_exports_during_a_running_app(site, robot, tmp_path):
     with running(site):
-        exported = run(site, "--export-config", "-")
-        assert exported.returncode == 0
-        assert json.loads(exported.stdout)["robots"][0]["name"] == robot.name
-        assert run(site, "--export-config", tmp_path / "out.json").returncode == 0
-        assert run(site, "--import-config", tmp_path / "out.json").stdout == "nothing changed\n"
-        assert run(site, "--export-log", tmp_path / "log.csv").returncode == 0
+        assert json.loads(answer(site, "--export-config", "-"))["robots"][0]["name"] == robot.name
+        answer(site, "--export-config", tmp_path / "out.json")
+        assert answer(site, "--import-config", tmp_path / "out.json") == "nothing changed\n"
+        answer(site, "--export-log", tmp_path / "log.csv")
         assert (tmp_path / "log.csv").read_bytes().startswith(b"id,trigger,schedule,robot,mission,")
 
 
@@ -222,15 +217,12 @@ def test_a_forgotten_pin_is_removed_with_and_without_a_running_app(data):
         db.close()
 
     set_pin()
-    assert run(data, "--remove-pin").stdout == "the PIN for Settings was removed\n"
-    assert run(data, "--remove-pin").stdout == "there was no PIN for Settings\n"
+    assert answer(data, "--remove-pin") == "the PIN for Settings was removed\n"
+    assert answer(data, "--remove-pin") == "there was no PIN for Settings\n"
     set_pin()
     with running(data):
-        done = run(data, "--remove-pin")
-        assert (done.returncode, done.stdout) == (0, "the PIN for Settings was removed\n")
-    refused = run(data, "--remove-pin", "--headless")
-    assert refused.returncode == 2
-    assert is_one_line(refused.stderr)
+        assert answer(data, "--remove-pin") == "the PIN for Settings was removed\n"
+    refusal(data, "--remove-pin", "--headless")
 
 
 @pytest.mark.long
@@ -238,14 +230,7 @@ def test_a_forgotten_pin_is_removed_with_and_without_a_running_app(data):
 def test_run_now_takes_over_from_an_app_that_is_killed_before_it_answers(site, robot, is_accepted):
     with running(site) as app:
         robot.control({"fault": {"kind": "hang", "count": None}})
-        asking = subprocess.Popen(
-            command(site, "--run-now", robot.name, "Home"),
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            encoding="utf-8",
-            env=environment(),
-        )
+        asking = run_now(site, robot)
         try:
             if is_accepted:
                 wait_for(lambda: any(row["trigger"] == "manual" for row in history(site)), what="the app to accept it")
@@ -266,24 +251,10 @@ def test_run_now_takes_over_from_an_app_that_is_killed_before_it_answers(site, r
 
 @pytest.mark.long
 def test_several_commands_at_one_instant_each_start_their_mission(site, robot):
-    asking = [
-        subprocess.Popen(
-            command(site, "--run-now", robot.name, "Home"),
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            encoding="utf-8",
-            env=environment(),
-        )
-        for _ in range(3)
-    ]
+    asking = [run_now(site, robot) for _ in range(3)]
     said = [one.communicate(timeout=PATIENCE) for one in asking]
     assert [(one.returncode, stderr) for one, (_stdout, stderr) in zip(asking, said, strict=True)] == [(0, "")] * 3
     assert sorted(stdout for stdout, _stderr in said) == sorted(f"{item['id']}\n" for item in queue_of(robot))
-
-
-def history(site):
-    return list(csv.DictReader(io.StringIO(run(site, "--export-log", "-").stdout)))
 
 
 # ---------------------------------------------------------------------- only reading
@@ -291,15 +262,14 @@ def history(site):
 def test_exports_read_where_nothing_can_be_written(site, robot, tmp_path):
     with running(site) as app:
         wait_for(lambda: list((site / "backups").glob("*.db")), what="the daily backup")
-        assert run(site, "--run-now", robot.name, "Home").returncode == 0
+        answer(site, "--run-now", robot.name, "Home")
         assert app.stop() == 0
     shutil.copytree(site, tmp_path / "copy")
     for kind in ("--export-log", "--export-config"):
-        wanted = run(tmp_path / "copy", kind, "-").stdout
+        wanted = answer(tmp_path / "copy", kind, "-")
         assert "Home" in wanted
         with read_only(site) as as_anybody:
-            done = run(site, kind, "-", before=as_anybody)
-            assert (done.returncode, done.stderr, done.stdout) == (0, "", wanted)
+            assert answer(site, kind, "-", before=as_anybody) == wanted
     assert not list(site.glob(f"{DATABASE}-*"))
 
 
@@ -307,23 +277,20 @@ def test_exports_read_where_nothing_can_be_written(site, robot, tmp_path):
 def test_changes_next_to_a_read_only_database_are_read(site, robot, tmp_path):
     """After a killed app: with SQLite's index file they are read, without it one sentence says what to do."""
     with running(site) as app:
-        assert run(site, "--run-now", robot.name, "Home").returncode == 0
+        answer(site, "--run-now", robot.name, "Home")
         app.kill()
     shutil.copytree(site, tmp_path / "copy")
     assert (tmp_path / "copy" / f"{DATABASE}-wal").stat().st_size
-    wanted = run(site, "--export-log", "-").stdout
+    wanted = answer(site, "--export-log", "-")
     assert "Home" in wanted
     with read_only(tmp_path / "copy") as as_anybody:
-        done = run(tmp_path / "copy", "--export-log", "-", before=as_anybody)
-        assert (done.returncode, done.stderr, done.stdout) == (0, "", wanted)
+        assert answer(tmp_path / "copy", "--export-log", "-", before=as_anybody) == wanted
     (tmp_path / "copy" / f"{DATABASE}-shm").unlink()
     with read_only(tmp_path / "copy") as as_anybody:
-        done = run(tmp_path / "copy", "--export-log", "-", before=as_anybody)
-        assert (done.returncode, done.stdout) == (1, "")
-        assert is_one_line(done.stderr), done.stderr
-        assert "copy the data directory elsewhere and name the copy with --data-dir" in done.stderr
+        problem = refusal(tmp_path / "copy", "--export-log", "-", code=1, before=as_anybody)
+        assert "copy the data directory elsewhere and name the copy with --data-dir" in problem
     with read_only(site) as as_anybody:
-        assert run(site, "--import-config", "-", before=as_anybody).returncode == 2
+        refusal(site, "--import-config", "-", before=as_anybody)
 
 
 # ---------------------------------------------------------------------- damage
@@ -337,22 +304,17 @@ def test_a_damaged_database_is_kept_aside_and_cured_by_its_backup_alone(site, ro
     damaged[100:8192] = b"\x55" * 8092
     database.write_bytes(damaged)
 
-    first = run(site, "--headless")
-    assert first.returncode == 2
-    assert is_one_line(first.stderr), first.stderr
     (backup,) = (site / "backups").glob("*.db")
-    assert f"--restore-backup {backup}" in first.stderr
+    assert f"--restore-backup {backup}" in refusal(site, "--headless")
     (kept,) = site.glob(f"{DATABASE}.damaged-*")
     assert kept.read_bytes() == damaged
     for later in (("--headless",), ("--run-now", robot.name, "Home"), ("--export-log", "-"), ("--export-config", "-")):
-        refused = run(site, *later)
-        assert (refused.returncode, refused.stdout) == (2, ""), later
-        assert f"--restore-backup {backup}" in refused.stderr
+        assert f"--restore-backup {backup}" in refusal(site, *later)
     assert not database.exists()
 
     assert run(site, "--restore-backup", backup).returncode == 0
     with running(site):
-        assert run(site, "--run-now", robot.name, "Home").returncode == 0
+        answer(site, "--run-now", robot.name, "Home")
     assert kept.exists()
 
 
@@ -361,12 +323,10 @@ def test_what_is_no_backup_is_not_restored(site, tmp_path):
     before = (site / DATABASE).read_bytes()
     (tmp_path / "text.db").write_text("hello")
     for backup in (tmp_path / "text.db", tmp_path / "none.db"):
-        done = run(site, "--restore-backup", backup)
-        assert done.returncode == 2
-        assert is_one_line(done.stderr)
+        refusal(site, "--restore-backup", backup)
     assert (site / DATABASE).read_bytes() == before
     with running(site):
-        assert run(site, "--restore-backup", site / DATABASE).returncode == 2
+        refusal(site, "--restore-backup", site / DATABASE)
 
 
 # ---------------------------------------------------------------------- usage
@@ -392,9 +352,7 @@ USAGES = (
 
 @pytest.mark.parametrize("arguments", first_of_each({" ".join(each): (each,) for each in USAGES}))
 def test_wrong_usage_is_one_line_and_2(data, arguments):
-    done = run(data, *arguments)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert is_one_line(done.stderr), done.stderr
+    refusal(data, *arguments)
 
 
 UNREADABLE = (
@@ -412,9 +370,7 @@ UNREADABLE = (
 @pytest.mark.parametrize("content", first_of_each({repr(each[:60]): each for each in UNREADABLE}))
 def test_a_configuration_that_can_t_be_read_is_one_line_and_2(data, tmp_path, content):
     (tmp_path / "c.json").write_bytes(content)
-    done = run(data, "--import-config", tmp_path / "c.json")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert is_one_line(done.stderr), done.stderr
+    refusal(data, "--import-config", tmp_path / "c.json")
 
 
 # ---------------------------------------------------------------------- the data directory
@@ -431,9 +387,7 @@ def test_a_directory_of_others_is_refused_and_left_as_it_was(tmp_path):
     (tmp_path / "logs").mkdir()
     (tmp_path / "thesis.txt").write_text("mine")
     tmp_path.chmod(0o755)
-    done = run(tmp_path, "--headless")
-    assert done.returncode == 2
-    assert is_one_line(done.stderr)
+    refusal(tmp_path, "--headless")
     assert sorted(path.name for path in tmp_path.rglob("*")) == ["logs", "thesis.txt"]
     assert stat.S_IMODE(tmp_path.stat().st_mode) == 0o755
 

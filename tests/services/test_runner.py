@@ -160,6 +160,29 @@ def start(tmp_path, polls) -> Iterator[Callable[..., App]]:
     container.db.close()
 
 
+@pytest.fixture
+def started(start, polls) -> Callable[[int], App]:
+    """Start one, which has polled each of its robots once and does it again in a minute."""
+
+    def make(count: int) -> App:
+        app = start(count, every=60.0)
+        wait_for(lambda: len(polls) == count)
+        return app
+
+    return make
+
+
+class Hanging:
+    """What a worker does that hangs until it is ``free``."""
+
+    def __init__(self) -> None:
+        self.began, self.free = threading.Event(), threading.Event()
+
+    def __call__(self) -> None:
+        self.began.set()
+        self.free.wait()
+
+
 @pytest.mark.parametrize("count", [3, 2 * POLLED_AT_ONCE + 1])
 def test_every_robot_is_polled_again_and_again(start, polls, count):
     start(count)
@@ -201,20 +224,18 @@ def test_a_worker_that_meets_an_unexpected_error_continues(start, polls, monkeyp
 
 
 @pytest.mark.parametrize("topic", [Topic.SCHEDULES, Topic.EXECUTIONS, Topic.HOLDS, Topic.ROBOTS])
-def test_every_worker_learns_what_an_operator_has_changed(start, polls, topic):
+def test_every_worker_learns_what_an_operator_has_changed(started, topic):
     """It may hold an intent that must not be sent any more."""
-    app = start(3, every=60.0)
-    wait_for(lambda: len(polls) == 3)
+    app = started(3)
     before = app.engine.plan_version
     app.changes.publish(topic)
     wait_for(lambda: all(messages.LedgerChanged in worker.received for worker in app.workers.values()))
     assert app.engine.plan_version == before + 1
 
 
-def test_a_change_of_one_robots_executions_is_its_own(start, polls):
+def test_a_change_of_one_robots_executions_is_its_own(started):
     """And it takes nothing back that others hold."""
-    app = start(3, every=60.0)
-    wait_for(lambda: len(polls) == 3)
+    app = started(3)
     before = app.engine.plan_version
     app.changes.publish(Topic.EXECUTIONS, 1)
     wait_for(lambda: messages.LedgerChanged in app.workers[1].received)
@@ -222,18 +243,16 @@ def test_a_change_of_one_robots_executions_is_its_own(start, polls):
     assert app.engine.plan_version == before
 
 
-def test_a_worker_gets_no_message_about_its_own_change(start, polls):
-    app = start(2, every=60.0)
-    wait_for(lambda: len(polls) == 2)
+def test_a_worker_gets_no_message_about_its_own_change(started):
+    app = started(2)
     app.workers[1].acts = lambda: app.changes.publish(Topic.EXECUTIONS, None)
     app.engine.poll(1)
     wait_for(lambda: messages.LedgerChanged in app.workers[0].received)
     assert messages.LedgerChanged not in app.workers[1].received
 
 
-def test_what_is_posted_arrives_in_its_order(start, polls):
-    app = start(1, every=60.0)
-    wait_for(lambda: len(polls) == 1)
+def test_what_is_posted_arrives_in_its_order(started):
+    app = started(1)
     app.workers[0].received.clear()
     intent: object = object()
     posted = [
@@ -255,20 +274,13 @@ def test_what_is_posted_arrives_in_its_order(start, polls):
     assert received() == [type(message) for message in posted]
 
 
-def test_a_robots_new_worker_begins_when_the_one_before_has_ended(start, polls):
+def test_a_robots_new_worker_begins_when_the_one_before_has_ended(started):
     """Which may wait for an answer for long, and then still send what it has in hand."""
-    free, hangs = threading.Event(), threading.Event()
-    app = start(2, every=60.0)
-    wait_for(lambda: len(polls) == 2)
+    app = started(2)
     before = app.workers[1]
-
-    def hang() -> None:
-        hangs.set()
-        free.wait()
-
-    before.acts = hang
+    before.acts = hanging = Hanging()
     app.engine.poll(1)
-    hangs.wait()
+    hanging.began.wait()
     app.robots[1] = replace(app.robots[1], address="http://other")
     app.changes.publish(Topic.ROBOTS)
     wait_for(lambda: app.workers[1] is not before)
@@ -277,28 +289,21 @@ def test_a_robots_new_worker_begins_when_the_one_before_has_ended(start, polls):
     received = len(app.workers[0].received)
     wait_for(lambda: len(app.workers[0].received) >= received)
     assert (app.workers[1].received, before.untaken) == ([], None)
-    free.set()
+    hanging.free.set()
     wait_for(lambda: messages.Poll in app.workers[1].received)
     assert before.untaken is not None
 
 
-def test_an_intent_that_reaches_no_worker_any_more_is_handed_back(start, polls):
+def test_an_intent_that_reaches_no_worker_any_more_is_handed_back(started):
     """It was posted while the worker was busy with its last round."""
-    busy, free = threading.Event(), threading.Event()
-    app = start(1, every=60.0)
-    wait_for(lambda: len(polls) == 1)
-
-    def hang() -> None:
-        busy.set()
-        free.wait()
-
+    app = started(1)
     worker, intent = app.workers[0], object()
-    worker.acts = hang
+    worker.acts = hanging = Hanging()
     app.engine.poll(0)
-    busy.wait()
+    hanging.began.wait()
     app.runner.post(0, messages.Start(intent, 1))  # type: ignore[arg-type]
     app.runner.close(0)
-    free.set()
+    hanging.free.set()
     wait_for(lambda: worker.untaken is not None)
     assert worker.untaken == [intent]
     app.runner.post(0, messages.Poll())  # no receiver: it is lost without harm
@@ -307,9 +312,8 @@ def test_an_intent_that_reaches_no_worker_any_more_is_handed_back(start, polls):
 @pytest.mark.parametrize(
     ("change", "is_new"), [({"name": "Other"}, False), ({"enabled": False}, False), ({"address": "http://q"}, True)]
 )
-def test_a_robot_that_is_edited_keeps_its_worker_unless_its_connection_changed(start, polls, change, is_new):
-    app = start(2, every=60.0)
-    wait_for(lambda: len(polls) == 2)
+def test_a_robot_that_is_edited_keeps_its_worker_unless_its_connection_changed(started, change, is_new):
+    app = started(2)
     before = dict(app.workers)
     app.robots[1] = Robot(**{"name": "R1", "address": "http://r", "id": 1, **change})
     app.changes.publish(Topic.ROBOTS)
@@ -363,12 +367,11 @@ class SlowPlanner(QuietPlanner):
     """Its round lasts longer than the stop, and finds the database closed."""
 
     def __init__(self) -> None:
-        self.began, self.closed, self.ended = threading.Event(), threading.Event(), threading.Event()
+        self.hanging, self.has_ended = Hanging(), False
 
     def insert_due(self, ready: object, hand_over: object) -> DueBatch:
-        self.began.set()
-        self.closed.wait(20)
-        self.ended.set()
+        self.hanging()
+        self.has_ended = True
         raise DatabaseUnavailable("{path} is closed", path="a.db")
 
 
@@ -376,11 +379,11 @@ def test_a_round_that_outlives_the_stop_is_no_failing_database(start, monkeypatc
     monkeypatch.setattr(runner, "STOP_WITHIN", 0.05)
     planner = SlowPlanner()
     app = start(1, planner=planner)
-    assert planner.began.wait(20)
+    assert planner.hanging.began.wait(20)
     app.runner.stop()
-    planner.closed.set()
+    planner.hanging.free.set()
     wait_for(lambda: not any(thread.name == runner.SCHEDULER for thread in threading.enumerate()))
-    assert (planner.ended.is_set(), caplog.records, app.container.alarms.open()) == (True, [], [])
+    assert (planner.has_ended, caplog.records, app.container.alarms.open()) == (True, [], [])
 
 
 class TellingPlanner(QuietPlanner):

@@ -32,6 +32,7 @@ class CheckedRobot:
     def __init__(self, directory: Path, profile: Profile | None = None, **values: Any) -> None:
         self.asked = AskedRobot(profile, **values)
         self._directory, self.id = directory, 1
+        directory.mkdir(exist_ok=True)
         (directory / DATABASE).write_bytes(_database(self.machine.serial_number))
         self.open()
 

@@ -15,6 +15,13 @@ def says(found: Found, topic: Topic) -> tuple[Level, str]:
     return finding.level, render(finding.says)
 
 
+def why_not_tried(report: Report) -> str:
+    [finding] = [finding for finding in report.findings if finding.topic.is_tried]
+    assert not report.is_complete
+    assert (finding.topic, finding.level) == (Topic.ORDER, Level.AMBER)
+    return render(finding.says)
+
+
 def not_green(found: Found) -> dict[Topic, Level]:
     return {finding.topic: finding.level for finding in found.findings if finding.level is not Level.GREEN}
 

@@ -52,6 +52,20 @@ def run(
     )
 
 
+def answer(data_dir: Path, *arguments: object, before: Sequence[str] = ()) -> str:
+    """What a one-shot command prints that succeeds."""
+    done = run(data_dir, *arguments, before=before)
+    assert (done.returncode, done.stderr) == (0, ""), done
+    return done.stdout
+
+
+def refusal(data_dir: Path, *arguments: object, code: int = 2, before: Sequence[str] = ()) -> str:
+    """The one line that a command prints which ends with that code."""
+    done = run(data_dir, *arguments, before=before)
+    assert (done.returncode, done.stdout, is_one_line(done.stderr)) == (code, "", True), done
+    return done.stderr
+
+
 @contextmanager
 def read_only(directory: Path) -> Iterator[list[str]]:
     """Nothing in it can be written. Returns the command that removes the right to write from root too; no other user
@@ -186,14 +200,10 @@ def write_configuration(path: Path, content: dict[str, Any]) -> Path:
     return path
 
 
-def import_configuration(data_dir: Path, content: dict[str, Any]) -> subprocess.CompletedProcess[str]:
-    done = run(
-        data_dir,
-        "--import-config",
-        write_configuration(data_dir.with_name(data_dir.name + "-configuration.json"), content),
-    )
-    assert (done.returncode, done.stderr) == (0, ""), done
-    return done
+def import_configuration(data_dir: Path, content: dict[str, Any]) -> str:
+    """Returns what the command prints."""
+    path = write_configuration(data_dir.with_name(f"{data_dir.name}-configuration.json"), content)
+    return answer(data_dir, "--import-config", path)
 
 
 def prepared(data_dir: Path, content: dict[str, Any]) -> None:

@@ -41,11 +41,9 @@ def requests_of(directory, profile, trial) -> tuple[int, int]:
 def test_whenever_it_is_killed_the_robot_is_restored(tmp_path, name, mission, is_handled, every):
     """At each of so many requests."""
     profile = deviant(name) if name else None
-    (tmp_path / "whole").mkdir()
     first, of = requests_of(tmp_path / "whole", profile, Trial(mission))
     for number in range(first, of + 1, every):
-        (directory := tmp_path / str(number)).mkdir()
-        robot = CheckedRobot(directory, profile)
+        robot = CheckedRobot(tmp_path / str(number), profile)
         before = robot.as_it_is()
         robot.kill_at(number, is_handled=is_handled)
         with pytest.raises(Killed):
@@ -66,11 +64,9 @@ LOST, REFUSED = ConnectionLost(address="10.0.0.1"), Unreachable(code="refused", 
     [(LOST, 5), pytest.param(LOST, 1, marks=pytest.mark.long), pytest.param(REFUSED, 1, marks=pytest.mark.long)],
 )
 def test_a_robot_that_goes_away_for_a_request_is_restored_at_the_end(tmp_path, error, every):
-    (tmp_path / "whole").mkdir()
     first, of = requests_of(tmp_path / "whole", None, Trial())
     for number in range(first, of + 1, every):
-        (directory := tmp_path / str(number)).mkdir()
-        robot = CheckedRobot(directory)
+        robot = CheckedRobot(tmp_path / str(number))
         before, count = robot.as_it_is(), itertools.count(1)
         robot.asked.gives(error, lambda method, path, count=count, number=number: next(count) == number)
         report = robot.trial()

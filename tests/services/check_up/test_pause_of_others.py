@@ -71,16 +71,17 @@ def test_pause_pressed_while_its_mission_runs_stays(robot, mission, seconds):
     check_is_left_paused(robot, report)
 
 
-def test_pause_pressed_before_the_trials_own_stays(robot):
-    pressed = press_pause(robot, lambda _path: has_sent(robot, "POST /missions"))
-    report = robot.trial()
-    assert pressed == ["pause"]
-    check_is_left_paused(robot, report)
-
-
-def test_pause_pressed_after_the_trials_second_release_stays(robot):
-    pressed = press_pause(robot, lambda _path: has_sent(robot, "PUT /status") == 4 and runs(robot))
-    report = robot.trial("Home")
+@pytest.mark.parametrize(
+    ("mission", "is_time"),
+    [
+        (None, lambda robot: has_sent(robot, "POST /missions")),
+        ("Home", lambda robot: has_sent(robot, "PUT /status") == 4 and runs(robot)),
+    ],
+    ids=["before its first", "after its second"],
+)
+def test_pause_pressed_before_or_after_the_trials_own_stays(robot, mission, is_time):
+    pressed = press_pause(robot, lambda _path: is_time(robot))
+    report = robot.trial(mission)
     assert pressed == ["pause"]
     check_is_left_paused(robot, report)
 
@@ -202,20 +203,16 @@ def check_is_said_until_it_is_released(robot: CheckedRobot) -> None:
     assert not robot.check_ups.left_behind()
 
 
-@pytest.mark.parametrize("pauses", [1, 2])
-def test_a_robot_that_ran_and_was_paused_since_stays_paused(robot, pauses):
+RAN, BOOTED = (lambda robot: robot.machine.resume()), (lambda robot: robot.machine.reboot(20))
+
+
+@pytest.mark.parametrize(
+    ("pauses", "happened"), [(1, RAN), (2, RAN), (1, BOOTED)], ids=["ran", "ran, second pause", "booted"]
+)
+def test_a_robot_that_was_paused_again_since_stays_paused(robot, pauses, happened):
     killed_in_pause(robot, pauses)
-    robot.machine.resume()
+    happened(robot)
     robot.asked.clock.advance(120)
-    robot.machine.catch_up()
-    robot.machine.pause()
-    check_is_said_until_it_is_released(robot)
-
-
-def test_a_robot_that_has_booted_since_stays_paused(robot):
-    killed_in_pause(robot, 1)
-    robot.machine.reboot(20)
-    robot.asked.clock.advance(60)
     robot.machine.catch_up()
     robot.machine.pause()
     check_is_said_until_it_is_released(robot)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 
 import pytest
@@ -51,6 +52,20 @@ def cut_in_pause(site: Site, robot, off_for: float) -> None:
     site.switch_on()
 
 
+@pytest.fixture
+def due(site, plan, robot) -> None:
+    """The power comes back some seconds before a start."""
+    plan("2026-11-23T06:30")
+    cut_in_pause(site, robot, 1795 - site.seconds())
+
+
+def check_is_restored(site: Site, robot) -> None:
+    assert check_ups_of(site).put_back(robot.id) is None
+    assert not site.machines["R1"].paused
+    assert not site.container.holds.current()
+    assert LEFT not in alarms(site)
+
+
 def queue_by_another(site: Site, robot) -> None:
     site.container.make_client(robot).enqueue(GUIDS["Home"], description="of another")
 
@@ -62,23 +77,17 @@ def of_the_plan(site: Site) -> list[str]:
 
 
 # ---------------------------------------------------------------------- the plan waits
-def test_a_start_that_is_due_waits_until_the_robot_is_restored(site, plan, robot, machine):
-    plan("2026-11-23T06:30")
-    cut_in_pause(site, robot, 1795 - site.seconds())
+def test_a_start_that_is_due_waits_until_the_robot_is_restored(due, site, robot):
     site.run(60)
     [row] = site.executions()
     assert (row.state, row.wait) == (State.WAITING, Wait.HOLD)
     assert not of_the_plan(site)
-    assert check_ups_of(site).put_back(robot.id) is None
-    assert not machine.paused
-    assert not site.container.holds.current()
+    check_is_restored(site, robot)
     site.run_until(lambda: site.executions(State.COMPLETED), within=600)
     assert len(of_the_plan(site)) == 1
 
 
-def test_a_silent_robot_is_held_until_it_answers_and_an_alarm_says_so(site, plan, robot, machine):
-    plan("2026-11-23T06:30")
-    cut_in_pause(site, robot, 1795 - site.seconds())
+def test_a_silent_robot_is_held_until_it_answers_and_an_alarm_says_so(due, site, robot):
     site.network.down.add("R1")
     check_ups_of(site).put_back_all([robot.id])
     assert LEFT in alarms(site)
@@ -91,9 +100,7 @@ def test_a_silent_robot_is_held_until_it_answers_and_an_alarm_says_so(site, plan
     site.run_until(lambda: site.executions(State.COMPLETED), within=600)
 
 
-def test_a_person_releases_it(site, plan, robot, machine):
-    plan("2026-11-23T06:30")
-    cut_in_pause(site, robot, 1795 - site.seconds())
+def test_a_person_releases_it(due, site, robot, machine):
     site.container.holds.release(robot.id)
     machine.resume()
     site.run_until(lambda: site.executions(State.COMPLETED), within=600)
@@ -112,10 +119,7 @@ def test_what_could_not_be_undone_at_the_end_holds_the_plan(site, robot, machine
     assert (hold.robot_id, hold.until) == (robot.id, None)
     site.network.interrupt = lambda where: None
     site.network.down.clear()
-    assert check_ups_of(site).put_back(robot.id) is None
-    assert not site.container.holds.current()
-    assert not machine.paused
-    assert LEFT not in alarms(site)
+    check_is_restored(site, robot)
 
 
 # ---------------------------------------------------------------------- missions of others in the queue
@@ -124,24 +128,18 @@ def test_a_pause_of_minutes_is_the_trials_and_a_longer_one_may_be_a_persons(site
     """With an empty queue nothing moves when it is released; with missions of others it drives off."""
     cut_in_pause(site, robot, off_for)
     queue_by_another(site, robot)
-    problem = check_ups_of(site).put_back(robot.id)
-    assert machine.paused is not is_released
-    assert (problem is None) is is_released
-    assert (LEFT in alarms(site)) is not is_released
-    assert bool(site.container.holds.current()) is not is_released
     if not is_released:
+        assert render(check_ups_of(site).put_back(robot.id)) == OTHERS
+        assert (machine.paused, len(site.container.holds.current()), LEFT in alarms(site)) == (True, 1, True)
         machine.resume()  # by a person
-        assert check_ups_of(site).put_back(robot.id) is None
-        assert not site.container.holds.current()
-        assert LEFT not in alarms(site)
+    check_is_restored(site, robot)
     machine.catch_up()
     assert [str(item.state) for item in machine.queue].count("Aborted") == 2
 
 
 def test_long_after_it_a_robot_with_nothing_in_its_queue_is_released(site, robot, machine):
     cut_in_pause(site, robot, 12 * 3600)
-    assert check_ups_of(site).put_back(robot.id) is None
-    assert not machine.paused
+    check_is_restored(site, robot)
 
 
 def test_a_hold_that_was_released_says_that_a_person_has_the_robot(site, robot, machine):
@@ -153,33 +151,28 @@ def test_a_hold_that_was_released_says_that_a_person_has_the_robot(site, robot, 
 
 
 # ---------------------------------------------------------------------- hold and note are one
-def writes_of(directory) -> int:
-    robot = CheckedRobot(directory)
-    count = count_writes(robot, lambda number: None)
-    robot.trial()
-    return count()
-
-
-def count_writes(robot: CheckedRobot, at: Callable[[int], None]) -> Callable[[], int]:
+def count_writes(robot: CheckedRobot, at: Callable[[int], None]) -> None:
     """``at`` is called after each transaction, with its number."""
-    number, write = 0, robot.container.db.write
+    numbers, write = itertools.count(1), robot.container.db.write
 
     def counted(work, patient=False):
-        nonlocal number
         result = write(work, patient)
-        number += 1
-        at(number)
+        at(next(numbers))
         return result
 
     robot.container.db.write = counted
-    return lambda: number
+
+
+def writes_of(directory) -> int:
+    robot, done = CheckedRobot(directory), list[int]()
+    count_writes(robot, done.append)
+    robot.trial()
+    return len(done)
 
 
 def test_whenever_the_power_is_cut_after_a_transaction_the_robot_is_restored(tmp_path):
-    (tmp_path / "whole").mkdir()
     for number in range(1, writes_of(tmp_path / "whole") + 1):
-        (directory := tmp_path / str(number)).mkdir()
-        robot = CheckedRobot(directory)
+        robot = CheckedRobot(tmp_path / str(number))
         before = robot.as_it_is()
 
         def cut(done, robot=robot, number=number):
@@ -238,9 +231,7 @@ def test_a_robot_removed_in_the_middle_and_restored_is_released_in_the_end(site,
     removed = site.container.catalogue.remove_robot(robot.id)
     site.container.catalogue.restore(removed)
     assert site.container.holds.current()
-    assert check_ups_of(site).put_back(robot.id) is None
-    assert not site.container.holds.current()
-    assert not machine.paused
+    check_is_restored(site, robot)
 
 
 def test_a_mission_that_may_not_be_removed_does_not_hold_the_plan(tmp_path):

@@ -21,7 +21,6 @@ MEASURED = ("clock_offset", "latency", "lost", "quiet_s", "timeout_s", "rest")
 
 
 def checked(directory, profile=None) -> Report:
-    directory.mkdir()
     robot = CheckedRobot(directory, profile)
     robot.asked.clock.advance(3630)
     return robot.trial()
@@ -136,8 +135,7 @@ def test_a_robot_without_facts_is_known_by_its_address_and_a_question_keeps_its_
 
 
 def test_the_file_has_the_simulators_keys_the_findings_and_no_secret(tmp_path):
-    (tmp_path / "robot").mkdir()
-    robot = CheckedRobot(tmp_path / "robot")
+    robot = CheckedRobot(tmp_path)
     written = reports.document(robot.check_ups.run(robot.id), ZONE)
     found = json.loads(written)
     assert set(found) <= set(KEYS)
