@@ -40,6 +40,12 @@ def door(tmp_path, monkeypatch):
     door.db.close()
 
 
+@pytest.fixture
+def locked(door):
+    door.access.set_pin("4711")
+    return door
+
+
 def test_without_a_pin_the_door_is_open(door):
     assert not door.access.is_set()
     assert door.access.check("") == Verdict(True)
@@ -52,29 +58,27 @@ def test_a_pin_has_four_to_eight_digits(door, pin):
     assert not door.access.is_set()
 
 
-def test_it_is_set_changed_and_removed_and_survives_a_restart(door):
-    door.access.set_pin("4711")
-    assert door.again().check("4711").is_right
-    assert not door.again().check("04711").is_right
-    door.access.set_pin("00000000")
-    assert not door.again().check("4711").is_right
-    assert door.again().check("00000000").is_right
-    assert door.access.remove() is True
-    assert door.access.remove() is False
-    assert not door.again().is_set()
+def test_it_is_set_changed_and_removed_and_survives_a_restart(locked):
+    assert locked.again().check("4711").is_right
+    assert not locked.again().check("04711").is_right
+    locked.access.set_pin("00000000")
+    assert not locked.again().check("4711").is_right
+    assert locked.again().check("00000000").is_right
+    assert locked.access.remove() is True
+    assert locked.access.remove() is False
+    assert not locked.again().is_set()
 
 
-def test_after_five_wrong_ones_nothing_is_taken_for_half_a_minute(door):
-    door.access.set_pin("4711")
-    assert [door.access.check("0000").tries_left for _n in range(TRIES)] == [4, 3, 2, 1, 0]
-    assert door.access.check("4711") == Verdict(False, 0, WAIT_S)
-    door.clock.step(3600)  # the tablet's clock was set
-    assert door.access.check("4711").wait_s == WAIT_S
-    door.clock.advance(WAIT_S - 1)
-    assert door.access.check("4711").wait_s == 1
-    door.clock.advance(1)
-    assert door.access.check("4711").is_right
-    assert door.access.check("0000") == Verdict(False, 4)
+def test_after_five_wrong_ones_nothing_is_taken_for_half_a_minute(locked):
+    assert [locked.access.check("0000").tries_left for _n in range(TRIES)] == [4, 3, 2, 1, 0]
+    assert locked.access.check("4711") == Verdict(False, 0, WAIT_S)
+    locked.clock.step(3600)  # the tablet's clock was set
+    assert locked.access.check("4711").wait_s == WAIT_S
+    locked.clock.advance(WAIT_S - 1)
+    assert locked.access.check("4711").wait_s == 1
+    locked.clock.advance(1)
+    assert locked.access.check("4711").is_right
+    assert locked.access.check("0000") == Verdict(False, 4)
 
 
 def guess(door, times: int) -> list[float]:
@@ -86,77 +90,70 @@ def guess(door, times: int) -> list[float]:
     return waits
 
 
-def test_further_guesses_wait_twice_as_long_each_time_and_an_hour_at_most(door):
-    door.access.set_pin("4711")
-    assert guess(door, 14) == [0, 0, 0, 0, 30, 60, 120, 240, 480, 960, 1920, 3600, 3600, 3600]
-    assert door.access.check("4711").is_right
-    assert guess(door, 5) == [0, 0, 0, 0, 30]
+def test_further_guesses_wait_twice_as_long_each_time_and_an_hour_at_most(locked):
+    assert guess(locked, 14) == [0, 0, 0, 0, 30, 60, 120, 240, 480, 960, 1920, 3600, 3600, 3600]
+    assert locked.access.check("4711").is_right
+    assert guess(locked, 5) == [0, 0, 0, 0, 30]
 
 
-def test_a_restart_shortens_no_waiting_time(door):
-    door.access.set_pin("4711")
-    guess(door, 7)
-    door.access.check("0000")
-    door.clock.advance(200)
-    door.access = door.again()
-    assert door.access.check("4711") == Verdict(False, 0, 240)
-    door.clock.advance(240)
-    assert door.access.check("0000").wait_s == 480
+def test_a_restart_shortens_no_waiting_time(locked):
+    guess(locked, 7)
+    locked.access.check("0000")
+    locked.clock.advance(200)
+    locked.access = locked.again()
+    assert locked.access.check("4711") == Verdict(False, 0, 240)
+    locked.clock.advance(240)
+    assert locked.access.check("0000").wait_s == 480
 
 
-def test_ten_wrong_ones_are_an_alarm_until_the_right_one_comes(door):
-    door.access.set_pin("4711")
-    guess(door, ALARM_AFTER - 1)
-    assert door.alarms.open() == []
-    guess(door, 2)
-    [alarm] = door.alarms.open()
+def test_ten_wrong_ones_are_an_alarm_until_the_right_one_comes(locked):
+    guess(locked, ALARM_AFTER - 1)
+    assert locked.alarms.open() == []
+    guess(locked, 2)
+    [alarm] = locked.alarms.open()
     assert (alarm.code, alarm.count, alarm.cleared_at) == ("pin_guessed", 1, None)
     assert alarm_sentence(alarm) == "Somebody is guessing the PIN of Settings: 10 wrong ones in a row, or more"
-    assert door.access.check("4711").is_right
-    [alarm] = door.alarms.open()
+    assert locked.access.check("4711").is_right
+    [alarm] = locked.alarms.open()
     assert alarm.cleared_at is not None
 
 
-def test_many_at_one_instant_are_tried_one_after_the_other(door):
+def test_many_at_one_instant_are_tried_one_after_the_other(locked):
     """Else all of them are judged before the first is counted."""
-    door.access.set_pin("4711")
     begin = Barrier(20)
 
     def attempt(number: int) -> Verdict:
         begin.wait()
-        return door.access.check(f"{number:04}")
+        return locked.access.check(f"{number:04}")
 
     with ThreadPoolExecutor(20) as pool:
         verdicts = list(pool.map(attempt, range(20)))
     assert sorted(verdict.tries_left for verdict in verdicts) == [0] * 16 + [1, 2, 3, 4]
-    door.clock.advance(WAIT_S)
-    assert door.access.check("4711").is_right
+    locked.clock.advance(WAIT_S)
+    assert locked.access.check("4711").is_right
 
 
-def test_a_count_that_outlived_a_restored_backup_is_an_alarm_again(door):
-    door.access.set_pin("4711")
-    door.db.write(lambda c: SettingsRepository().put(c, WRONG_PINS, ALARM_AFTER))
-    door.access = door.again()
-    assert [alarm.code for alarm in door.alarms.open()] == ["pin_guessed"]
-    door.access = door.again()
-    assert door.alarms.open()[0].count == 1
+def test_a_count_that_outlived_a_restored_backup_is_an_alarm_again(locked):
+    locked.db.write(lambda c: SettingsRepository().put(c, WRONG_PINS, ALARM_AFTER))
+    locked.access = locked.again()
+    assert [alarm.code for alarm in locked.alarms.open()] == ["pin_guessed"]
+    locked.access = locked.again()
+    assert locked.alarms.open()[0].count == 1
 
 
-def test_removing_the_pin_ends_the_waiting(door):
-    door.access.set_pin("4711")
-    guess(door, 8)
-    door.access.check("0000")
-    assert door.access.remove()
-    door.access.set_pin("4711")
-    assert door.access.check("4711").is_right
+def test_removing_the_pin_ends_the_waiting(locked):
+    guess(locked, 8)
+    locked.access.check("0000")
+    assert locked.access.remove()
+    locked.access.set_pin("4711")
+    assert locked.access.check("4711").is_right
 
 
-def test_a_right_one_makes_the_count_start_again(door):
-    door.access.set_pin("4711")
+def test_a_right_one_makes_the_count_start_again(locked):
     for _n in range(3):
         for _m in range(TRIES - 1):
-            assert not door.access.check("1111").is_right
-        assert door.access.check("4711").is_right
+            assert not locked.access.check("1111").is_right
+        assert locked.access.check("4711").is_right
 
 
 def test_it_can_be_read_nowhere(door, caplog):
@@ -173,11 +170,10 @@ def test_it_can_be_read_nowhere(door, caplog):
     assert "8041726" not in stored
 
 
-def test_two_tablets_with_one_pin_keep_different_hashes(door):
-    door.access.set_pin("4711")
-    first = door.access._stored()
-    door.access.set_pin("4711")
-    second = door.access._stored()
+def test_two_tablets_with_one_pin_keep_different_hashes(locked):
+    first = locked.access._stored()
+    locked.access.set_pin("4711")
+    second = locked.access._stored()
     assert first["salt"] != second["salt"]
     assert first["hash"] != second["hash"]
 

@@ -40,15 +40,19 @@ def on_its_way(site, plan, monkeypatch) -> messages.Start:
     return start
 
 
+def check_was_sent(site, attempts: int = 1) -> None:
+    """The robot has the only start once, after so many attempts."""
+    [run] = site.executions()
+    assert (tokens(site), run.attempts) == ([run.token], attempts)
+
+
 def test_what_is_on_its_way_to_its_worker_is_not_looked_for(site, on_its_way, asked):
     site.kick()
     site.run(1.0)
     assert "POST /mission_queue" not in asked
     site.post(R1, on_its_way)
     site.run(0.1)
-    [run] = site.executions()
-    assert tokens(site) == [run.token]
-    assert (run.state, run.attempts) == (State.QUEUED, 1)
+    check_was_sent(site)
 
 
 @pytest.mark.parametrize("late", [3.0, 600.0])
@@ -57,9 +61,7 @@ def test_however_late_it_comes_it_is_sent_once(site, on_its_way, late):
     site.run(late)
     site.post(R1, on_its_way)
     site.run(10.0)
-    [run] = site.executions()
-    assert tokens(site) == [run.token]
-    assert run.attempts == 1
+    check_was_sent(site)
 
 
 def test_nothing_is_written_ahead_for_a_worker_that_is_still_to_look_for_what_it_may_have_lost(site, plan):
@@ -93,8 +95,7 @@ def test_a_start_that_is_searched_for_is_not_sent(site, on_its_way, asked):
     site.run(QUIET - 5.0)
     assert tokens(site) == []  # it might be another's
     site.run(QUIET)
-    [run] = site.executions()
-    assert tokens(site) == [run.token]
+    check_was_sent(site, attempts=2)
     assert asked.count("POST /mission_queue") == 1
 
 
@@ -115,8 +116,7 @@ def test_after_an_error_what_the_worker_has_in_hand_stays_its_own(site, plan, as
     site.run(DUE - 0.05)
     site.post(R1, site._workers[R1].expect_recovery())
     site.run(0.06)
-    [run] = site.executions()
-    assert (run.state, run.attempts) == (State.QUEUED, 1)
+    check_was_sent(site)
 
 
 def test_a_new_worker_looks_for_what_the_one_before_has_left_submitted(site, on_its_way, asked):
@@ -128,9 +128,7 @@ def test_a_new_worker_looks_for_what_the_one_before_has_left_submitted(site, on_
     assert tokens(site) == []
     assert [path for path in asked if path.startswith("POST /mission_queue/search")]
     site.run(QUIET)
-    [run] = site.executions()
-    assert tokens(site) == [run.token]
-    assert run.attempts == 2
+    check_was_sent(site, attempts=2)
 
 
 def test_an_intent_whose_write_is_said_to_have_failed_is_looked_for(site, plan, monkeypatch):
@@ -152,5 +150,4 @@ def test_an_intent_whose_write_is_said_to_have_failed_is_looked_for(site, plan, 
     site.run(5.0)
     assert ([run.state for run in site.executions()], tokens(site)) == ([State.SUBMITTING], [])
     site.run(QUIET + 10.0)
-    [run] = site.executions()
-    assert tokens(site) == [run.token]
+    check_was_sent(site, attempts=2)
