@@ -16,6 +16,7 @@ from app.mir.errors import (
 )
 from app.services.catalogue.configuration.importing import import_configuration
 from app.services.dispatch import messages
+from app.services.dispatch.worker import RobotWorker
 from tests.hostile.capture import Capture
 from tests.unit.mir.answers import MISSION
 
@@ -34,12 +35,16 @@ def stored(container: Container) -> Robot:
     return robot
 
 
+def look(worker: RobotWorker) -> None:
+    worker.handle(messages.Poll())
+    worker.advance()
+
+
 def poll(container: Container, rounds: int = 2) -> None:
     """As the robot's worker does after a restart."""
     worker = container.make_worker(stored(container))
     for _ in range(rounds):
-        worker.handle(messages.Poll())
-        worker.advance()
+        look(worker)
     worker.close()
 
 

@@ -13,7 +13,6 @@ import pytest
 from app.domain.models import InvalidInput
 from app.services.files import calendar_days, ics
 from app.services.files.calendar_days import read_days
-from tests.support.site import Site
 
 TODAY = date(2026, 11, 23)
 MONTHS = "BYMONTH=" + ",".join(map(str, range(1, 13)))
@@ -194,11 +193,9 @@ def test_a_rule_that_names_no_day_takes_little_time(starts, rule):
     assert time.process_time() - begins < 4
 
 
-def test_a_calendar_bomb_is_refused_in_one_sentence(tmp_path):
-    site = Site(tmp_path / "data")
+def test_a_calendar_bomb_is_refused_in_one_sentence(container, tmp_path):
     bomb = tmp_path / "bomb.ics"
     bomb.write_bytes(calendar([EVERY_DAY]))
     with pytest.raises(InvalidInput, match=r"bomb\.ics is too large for a calendar of closed days"):
-        site.container.calendar_files.read(str(bomb))
-    assert site.container.catalogue.day_exceptions() == []
-    site.switch_off()
+        container.calendar_files.read(str(bomb))
+    assert container.catalogue.day_exceptions() == []

@@ -29,6 +29,7 @@ from tests.hostile.credentials import (
     connection,
     everything_an_operator_asks_for,
     import_robot,
+    look,
     poll,
     run_now,
     stored,
@@ -140,11 +141,9 @@ def test_a_poll_of_a_known_robot_costs_one_status(container: Container, listen: 
     add(container, machine.url)
     poll(container)
     worker = container.make_worker(stored(container))
-    worker.handle(messages.Poll())
-    worker.advance()
+    look(worker)
     machine.seen.clear()
-    worker.handle(messages.Poll())
-    worker.advance()
+    look(worker)
     worker.close()
     assert [one.path for one in machine.seen].count("/status") == 1
     assert len(machine.seen) > 1
@@ -196,8 +195,7 @@ def test_a_machine_that_replaces_a_robot_during_polling_gets_nothing(container: 
     for serial in ("A-1", "B-2", "B-2"):
         machine.seen.clear()
         machine.serial = serial
-        worker.handle(messages.Poll())
-        worker.advance()
+        look(worker)
         by_serial[serial] = by_serial.get(serial, []) + machine.credentials
     worker.close()
     assert by_serial["A-1"]
@@ -216,8 +214,7 @@ def test_a_robot_edited_during_polling_gets_nothing_before_its_new_serial_number
     machine.seen.clear()
     worker.handle(messages.RobotEdited(replace(stored(container), serial_number="B-2")))
     assert (worker.seen.fresh_status, worker.readiness()) == (None, None)
-    worker.handle(messages.Poll())
-    worker.advance()
+    look(worker)
     worker.close()
     assert [one.path for one in machine.seen] == ["/status"]
     assert machine.credentials == []

@@ -19,9 +19,9 @@ from app.mir.client import RobotClient
 from app.mir.credentials import Token
 from app.mir.errors import RobotError
 from app.mir.texts import clean, resolve
-from app.services.dispatch import messages
 from app.services.files.history_export import write_history
 from tests.hostile.capture import Seen, capture
+from tests.hostile.credentials import look
 from tests.unit.mir.answers import MISSION, STATUS, answered
 
 USER, PASSWORD = "distributor", "a secret"
@@ -138,12 +138,10 @@ def test_a_run_leaves_it_nowhere(container: Container, caplog: pytest.LogCapture
 
         machine.answer = echo  # type: ignore[method-assign]
         worker = container.make_worker(robot)
-        worker.handle(messages.Poll())
-        worker.advance()
+        look(worker)
         run = container.operator.run_now(robot.id, mission.id)
         for _ in range(3):
-            worker.handle(messages.Poll())
-            worker.advance()
+            look(worker)
         with pytest.raises(RobotError) as error:
             container.operator.fetch_missions(robot.id)
         worker.close()

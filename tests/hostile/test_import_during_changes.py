@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from sqlite3 import Connection
 from typing import Any
 
@@ -65,9 +65,8 @@ def content(**schedule: Any) -> bytes:
 
 
 @pytest.fixture
-def container(tmp_path) -> Iterator[Container]:
+def container(container: Container) -> Container:
     """With a plan in which everything is there that an import looks at; something of both schedules waits."""
-    container = Container.open(tmp_path)
     schedule = {"robot": "R", "mission": "M", "start": "2026-11-25T06:30", "recurrence": "FREQ=DAILY"}
     schedules = [{"name": name, **schedule} for name in ("mine", "other")]
     import_configuration(
@@ -89,8 +88,7 @@ def container(tmp_path) -> Iterator[Container]:
             "'2026-12-24', 0)"
         )
     )
-    yield container
-    container.close()
+    return container
 
 
 def disturb(monkeypatch: pytest.MonkeyPatch, db: Database, statement: str, times: int) -> list[Rehearsal]:

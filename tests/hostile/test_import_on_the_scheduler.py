@@ -25,7 +25,6 @@ from app.process.requests import handlers
 from app.services.catalogue.configuration import import_configuration, importing
 from app.services.catalogue.configuration.document import LARGEST_FILE
 from tests.support.process import PATIENCE, run, running
-from tests.support.site import Site
 
 OFTEN = 8  # writes by others during the import; once or twice where an import delays them
 
@@ -181,10 +180,8 @@ def test_a_pipe_is_not_read_on_screen(container, tmp_path):
         container.files.import_configuration(str(pipe))
 
 
-def test_an_import_changes_and_withdraws_waiting_starts_like_an_edit(tmp_path):
+def test_an_import_changes_and_withdraws_waiting_starts_like_an_edit(site):
     """Its row is changed on the copy, and then where the robot's worker sees it."""
-    site = Site(tmp_path)
-    site.add_robots()
     site.add_mission("Deliver")
     catalogue = site.container.catalogue
     fields = {
@@ -206,7 +203,6 @@ def test_an_import_changes_and_withdraws_waiting_starts_like_an_edit(tmp_path):
     assert [(row.state, row.priority) for row in site.executions()] == [(State.WAITING, 7)]
     take(enabled=False)
     assert [row.state for row in site.executions()] == [State.CANCELLED]
-    site.switch_off()
 
 
 @pytest.mark.parametrize(

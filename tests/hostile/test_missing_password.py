@@ -39,6 +39,11 @@ def let_import_change_the_user(site):
     )
 
 
+def enter_password(site):
+    (robot,) = site.container.catalogue.robots()
+    site.container.catalogue.save_robot(replace(robot, username="distributor"), PASSWORD)
+
+
 def requests(site):
     """Those from now on."""
     asked = []
@@ -57,8 +62,7 @@ def test_a_missing_password_is_an_alarm_until_it_is_entered(site):
     (alarm,) = alarms(site)
     assert alarm.priority is Priority.HIGH
     assert alarm_sentence(alarm) == "R1 is switched off until its password is entered; nothing is sent"
-    (robot,) = site.container.catalogue.robots()
-    site.container.catalogue.save_robot(replace(robot, username="distributor"), PASSWORD)
+    enter_password(site)
     assert alarms(site) == []
 
 
@@ -75,8 +79,7 @@ def test_without_it_nothing_is_asked_and_the_run_is_found_afterwards(site, runni
     site.run(600.0)
     assert asked == []
     assert site.executions(State.EXECUTING)
-    (robot,) = site.container.catalogue.robots()
-    site.container.catalogue.save_robot(replace(robot, username="distributor"), PASSWORD)
+    enter_password(site)
     site.run_until(lambda: site.executions(State.COMPLETED))
 
 

@@ -8,7 +8,6 @@ from datetime import datetime
 
 import pytest
 
-from app.container import Container
 from app.domain.models import InvalidInput, Mission, Robot, Schedule
 from app.mir.errors import Unreadable
 from app.mir.parameters import MOST_PARAMETERS, from_actions, from_definition
@@ -26,12 +25,10 @@ ENOUGH = {**{f"p{number}": "y" * 1000 for number in range(48)}, "a": 2**63 - 1, 
 
 
 @pytest.fixture
-def container(tmp_path):
-    container = Container.open(tmp_path / "data")
+def container(container):
     container.catalogue.save_mission(Mission("M", "guid-1"))
     container.catalogue.save_robot(Robot("R", "http://127.0.0.1:9", "distributor"), "secret")
-    yield container
-    container.close()
+    return container
 
 
 def schedule(parameters: object) -> bytes:
@@ -76,5 +73,5 @@ def test_a_robot_that_asks_for_more_has_no_fields_made_for_them(count):
 
 def test_the_command_says_so_in_one_line(container, tmp_path):
     container.close()
-    done = run(tmp_path / "data", "--run-now", "R", "M", "--parameter", f"x={'9' * 4000}")
+    done = run(tmp_path, "--run-now", "R", "M", "--parameter", f"x={'9' * 4000}")
     assert (done.returncode, is_one_line(done.stderr)) == (2, True)

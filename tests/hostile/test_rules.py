@@ -15,7 +15,6 @@ from app.services.planning.recurrence import check_has_instants, next_occurrence
 from app.services.planning.working_days import WorkingCalendar
 from tests.hostile.test_import_on_the_scheduler import OFTEN, document, somebody_else
 from tests.support.edits import add_days
-from tests.support.site import Site
 from tests.support.steps import steps
 
 EVERY_DAY = WorkingCalendar(Settings(working_days=WEEKDAYS))
@@ -158,9 +157,7 @@ def test_a_recurrence_has_at_most_five_hundred_characters(container):
 
 
 # ---------------------------------------------------------------------- the plan
-def test_odd_rules_that_fall_due_together_delay_no_other_start(tmp_path):
-    site = Site(tmp_path)
-    site.add_robots()
+def test_odd_rules_that_fall_due_together_delay_no_other_start(site):
     site.add_mission("Deliver")
     schedules = [
         {
@@ -180,7 +177,6 @@ def test_odd_rules_that_fall_due_together_delay_no_other_start(tmp_path):
     steps(lambda: site.run(60), most=60 * FEW * 2)  # all of them fall due, and what comes next is searched
     assert {f"{each.next_at:%Y-%m-%d %H:%M}" for each in site.container.catalogue.schedules()} == {"2037-11-23 06:05"}
     assert len(site.executions()) == 60
-    site.switch_off()
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from app.container import Container
 from app.domain.models import InvalidInput
 from app.failures import BadInput
 from app.i18n import translation
@@ -178,15 +177,13 @@ def test_plain_files_there_are_written(shared):
     assert (shared / "log.csv").read_text(encoding="utf-8") == "log"
 
 
-def test_an_export_on_screen_follows_none_either(shared, precious, tmp_path):
-    container = Container.open(tmp_path / "data")
+def test_an_export_on_screen_follows_none_either(container, shared, precious):
     (shared / "logs").symlink_to(precious.parent)
     (shared / "log.csv").symlink_to(precious.parent / "new")
     for export in (container.files.export_history, container.files.export_configuration):
         for target in (shared / "logs" / "log.csv", shared / "log.csv"):
             with pytest.raises(InvalidInput, match="somebody else may have put"):
                 export(str(target))
-    container.close()
 
 
 # ---------------------------------------------------------------------- data directories that somebody else prepared
@@ -245,8 +242,7 @@ def test_no_link_that_was_planted_in_ones_own_is_followed(prepared_by_others, pr
     assert (done.returncode in (1, 2), is_one_line(done.stderr)) == (not reads_all_the_same,) * 2, done
 
 
-def test_a_language_is_a_name_and_no_path(tmp_path):
-    container = Container.open(tmp_path / "data")
+def test_a_language_is_a_name_and_no_path(container, tmp_path):
     planted = tmp_path / "planted" / "LC_MESSAGES"
     planted.mkdir(parents=True)
     (planted / "amr.po").write_text(
@@ -258,4 +254,3 @@ def test_a_language_is_a_name_and_no_path(tmp_path):
         with pytest.raises(InvalidInput):
             container.catalogue.change_settings(language=language)
     assert container.catalogue.change_settings(language="fi").language == "fi"
-    container.close()

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from pathlib import Path
 
 from app.container import Container
 from app.database.connection import Database
+from app.database.schema import MIGRATIONS
+from app.domain.clock import Clock
 from app.services.live.changes import Topic
 
 Rows = list[tuple[object, ...]]
@@ -44,6 +47,15 @@ def _tables(c: sqlite3.Connection) -> Iterator[tuple[str, Rows]]:
         "SELECT name FROM sqlite_master WHERE type = 'table' AND name NOT LIKE 'sqlite_%' ORDER BY rowid"
     ).fetchall():
         yield table, [tuple(row) for row in c.execute(f"SELECT * FROM {table}").fetchall()]
+
+
+def brought_up_to_date(path: Path, clock: Clock, step: str, fill: Callable[[Database], object]) -> Database:
+    """A database of the version before this step, filled, and opened by the present version."""
+    before = MIGRATIONS[: MIGRATIONS.index(step)]
+    old = Database.open(path, clock=clock, threaded=False, durable=False, migrations=before)
+    fill(old)
+    old.close()
+    return Database.open(path, clock=clock, threaded=False, durable=False)
 
 
 def bring_over(new: Database, old: Database) -> None:

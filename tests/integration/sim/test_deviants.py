@@ -64,56 +64,23 @@ def client_of(profile: Profile) -> Iterator[Client]:
 
 
 # ---------------------------------------------------------------------- what is asked, in this order
-def refused(client: Client) -> Any:
-    return client.ask("GET", "/nothing")
+def item(client: Client, number: int = OLD + 1) -> Any:
+    return client.get(f"/mission_queue/{number}")
 
 
-def ready(client: Client) -> Any:
-    return client.get("/status")
+def only(shown: Any, are: Callable[[str], bool]) -> Any:
+    return {name: shown[name] for name in sorted(shown) if are(name)}
 
 
-def answer_to_an_order(client: Client) -> Any:
-    return client.order()
-
-
-def item(client: Client) -> Any:
-    shown = client.get(f"/mission_queue/{OLD + 1}")
-    return {
-        name: shown[name]
-        for name in sorted(shown)
-        if name not in ("state", "message", "description", "ordered", "order_description")
-    }
-
-
-def description(client: Client) -> Any:
-    shown = client.get(f"/mission_queue/{OLD + 1}")
-    return {name: value for name, value in shown.items() if "description" in name}
-
-
-def descriptions_in_lists(client: Client) -> Any:
-    return client.get(f"/mission_queue?whitelist=description&offset={OLD}")
-
-
-def found_by_description(client: Client) -> Any:
-    return search(client, "description", "LIKE", "order%")
-
-
-def found_by_state(client: Client) -> Any:
-    return search(client, "state", "IN", ["Pending", "Executing"])
-
-
-def search(client: Client, name: str, operator: str, value: Any) -> Any:
-    """The ids that are found, or the code of the refusal."""
+def search(client: Client, what: str, shown: str, name: str, operator: str, value: Any) -> Any:
+    """What is found, or the code of the refusal."""
     filters = [{"fieldname": name, "operator": operator, "value": value}]
-    code, found = client.ask("POST", "/mission_queue/search?whitelist=id", {"filters": filters})
-    return [one["id"] for one in found] if code == 201 else code
+    code, found = client.ask("POST", f"/{what}/search?whitelist={shown}", {"filters": filters})
+    return [one[shown] for one in found] if code == 201 else code
 
 
-def positions_found(client: Client) -> Any:
-    code, found = client.ask(
-        "POST", "/positions/search", {"filters": [{"fieldname": "name", "operator": "=", "value": "Press"}]}
-    )
-    return [one["name"] for one in found] if code == 201 else code
+def ids(client: Client, query: str = "") -> Any:
+    return [one["id"] for one in client.get(f"/mission_queue{query}")]
 
 
 def executing(client: Client) -> Any:
@@ -122,14 +89,10 @@ def executing(client: Client) -> Any:
     return shown["state_id"], shown["state_text"], shown["mission_text"]
 
 
-def executing_item(client: Client) -> Any:
-    return client.get(f"/mission_queue/{OLD + 1}")["state"]
-
-
 def cancelled_item(client: Client) -> Any:
     client.ask("DELETE", f"/mission_queue/{OLD + 1}")
     client.now += 2
-    shown = client.get(f"/mission_queue/{OLD + 1}")
+    shown = item(client)
     return shown["state"], shown["message"]
 
 
@@ -137,7 +100,7 @@ def failed_item(client: Client) -> Any:
     mir_sim.control.apply(client.robot, {"fail_next_mission": "Failed to reach goal position 'Line 1'"})
     client.order("order 18")
     client.now += 20
-    shown = client.get(f"/mission_queue/{OLD + 2}")
+    shown = item(client, OLD + 2)
     return shown["state"], shown["message"]
 
 
@@ -150,30 +113,6 @@ def cleared(client: Client) -> Any:
     client.ask("PUT", "/status", {"clear_error": True})
     shown = client.ask("PUT", "/status", {"state_id": 3})[1]
     return shown["state_id"], shown["errors"]
-
-
-def times(client: Client) -> Any:
-    return [client.get(f"/mission_queue/{OLD + 1}?whitelist={name}") for name in ("ordered", "started", "finished")]
-
-
-def every_item(client: Client) -> Any:
-    return [one["id"] for one in client.get("/mission_queue")]
-
-
-def long_page(client: Client) -> Any:
-    return [one["id"] for one in client.get("/mission_queue?limit=60&offset=30")]
-
-
-def short_page(client: Client) -> Any:
-    return client.get("/mission_queue?limit=2&offset=3&whitelist=id,mission_id")
-
-
-def newest(client: Client) -> Any:
-    return [one["id"] for one in client.get("/mission_queue?sort_by=id,desc&limit=2")]
-
-
-def old_states(client: Client) -> Any:
-    return [client.get(f"/mission_queue/{number}")["state"] for number in (1, 2, 3)]
 
 
 def an_hour_later(client: Client) -> Any:
@@ -195,30 +134,31 @@ def afterwards(client: Client) -> Any:
     return client.get("/status")["state_id"]
 
 
-PROBES: tuple[Callable[[Client], Any], ...] = (
-    refused,
-    ready,
-    answer_to_an_order,
-    item,
-    description,
-    descriptions_in_lists,
-    found_by_description,
-    found_by_state,
-    positions_found,
-    executing,
-    executing_item,
-    cancelled_item,
-    failed_item,
-    error,
-    cleared,
-    times,
-    every_item,
-    long_page,
-    short_page,
-    newest,
-    old_states,
-)
-LAST: tuple[Callable[[Client], Any], ...] = (an_hour_later, many_at_once, afterwards)
+NOT_COMPARED = ("state", "message", "description", "ordered", "order_description")
+PROBES: dict[str, Callable[[Client], Any]] = {
+    "refused": lambda client: client.ask("GET", "/nothing"),
+    "ready": lambda client: client.get("/status"),
+    "answer_to_an_order": lambda client: client.order(),
+    "item": lambda client: only(item(client), lambda name: name not in NOT_COMPARED),
+    "description": lambda client: only(item(client), lambda name: "description" in name),
+    "descriptions_in_lists": lambda client: client.get(f"/mission_queue?whitelist=description&offset={OLD}"),
+    "found_by_description": lambda client: search(client, "mission_queue", "id", "description", "LIKE", "order%"),
+    "found_by_state": lambda client: search(client, "mission_queue", "id", "state", "IN", ["Pending", "Executing"]),
+    "positions_found": lambda client: search(client, "positions", "name", "name", "=", "Press"),
+    "executing": executing,
+    "executing_item": lambda client: item(client)["state"],
+    "cancelled_item": cancelled_item,
+    "failed_item": failed_item,
+    "error": error,
+    "cleared": cleared,
+    "times": lambda client: only(item(client), lambda name: name in ("ordered", "started", "finished")),
+    "every_item": ids,
+    "long_page": lambda client: ids(client, "?limit=60&offset=30"),
+    "short_page": lambda client: client.get("/mission_queue?limit=2&offset=3&whitelist=id,mission_id"),
+    "newest": lambda client: ids(client, "?sort_by=id,desc&limit=2"),
+    "old_states": lambda client: [item(client, number)["state"] for number in (1, 2, 3)],
+}
+LAST = {"an_hour_later": an_hour_later, "many_at_once": many_at_once, "afterwards": afterwards}
 OTHERS = [
     path
     for path, verbs in load("3.5.4").document["paths"].items()
@@ -227,9 +167,9 @@ OTHERS = [
 
 
 def answers(client: Client) -> dict[str, Any]:
-    found = {probe.__name__: probe(client) for probe in PROBES}
+    found = {name: probe(client) for name, probe in PROBES.items()}
     found |= {path: client.ask("GET", path) for path in OTHERS}
-    return found | {probe.__name__: probe(client) for probe in LAST}
+    return found | {name: probe(client) for name, probe in LAST.items()}
 
 
 @pytest.fixture(scope="module")

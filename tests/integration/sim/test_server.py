@@ -8,6 +8,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from email.utils import parsedate_to_datetime
 from typing import Any
 
@@ -232,11 +233,8 @@ def test_orders_from_many_threads_are_all_there_once(aino: FleetRobot) -> None:
             numbers.append(ask(aino, "POST", "/mission_queue", body).json()["id"])
             aino.state()
 
-    threads = [threading.Thread(target=work, args=(worker,)) for worker in range(6)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    with ThreadPoolExecutor(6) as pool:
+        list(pool.map(work, range(6)))
     assert sorted(numbers) == list(range(1, 61))
     assert len({item.description for item in aino.model.queue}) == 60
 

@@ -84,8 +84,12 @@ class World:
         self.db = Database.open(path / "data" / "a.db", clock=self.clock, threaded=False, durable=False)
         self.catalogue = Catalogue(self.db, self.clock)
 
-    def take(self, document: Any) -> list[str]:
-        return [render(line) for line in self.take_in_parts(document)]
+    def take(self, document: Any = None, **sections: Any) -> list[str]:
+        """What an import of a document changes, or of one with only these sections."""
+        return [
+            render(line)
+            for line in self.take_in_parts({"format": FORMAT, **sections} if document is None else document)
+        ]
 
     def take_in_parts(self, document: Any) -> list[Message]:
         return import_configuration(

@@ -40,6 +40,13 @@ def world(tmp_path):
     world.db.close()
 
 
+@pytest.fixture
+def full(world):
+    """After FULL was imported."""
+    world.take(FULL)
+    return world
+
+
 # ---------------------------------------------------------------------- what it does
 def test_everything_that_can_be_said_is_taken(world):
     assert world.take(FULL) == [
@@ -116,13 +123,10 @@ def test_changes_by_an_import_are_reported_in_the_language_of_the_screen(world):
 
 def test_omitted_keys_have_the_defaults(world):
     world.take(
-        {
-            "format": FORMAT,
-            "robots": [{"name": "R1", "address": "10.0.0.1"}],
-            "missions": [{"name": "Go", "guid": "g"}],
-            "settings": {"timezone": "Asia/Tokyo"},
-            "schedules": [{"robot": "R1", "mission": "Go", "start": "2026-11-24T06:30"}],
-        }
+        robots=[{"name": "R1", "address": "10.0.0.1"}],
+        missions=[{"name": "Go", "guid": "g"}],
+        settings={"timezone": "Asia/Tokyo"},
+        schedules=[{"robot": "R1", "mission": "Go", "start": "2026-11-24T06:30"}],
     )
     robot, [mission] = world.robots["R1"], world.missions
     assert (robot.username, robot.enabled, robot.needs_password) == ("", False, True)
@@ -137,24 +141,22 @@ def test_omitted_keys_have_the_defaults(world):
     )
 
 
-def test_sections_may_be_left_out_and_nothing_is_ever_deleted(world):
-    world.take(FULL)
-    before = world.everything()
-    assert world.take({"format": FORMAT}) == []
-    assert world.take({"format": FORMAT, "settings": {}, "robots": [], "missions": [], "schedules": []}) == []
-    assert world.everything() == before
+def test_sections_may_be_left_out_and_nothing_is_ever_deleted(full):
+    before = full.everything()
+    assert full.take({"format": FORMAT}) == []
+    assert full.take(settings={}, robots=[], missions=[], schedules=[]) == []
+    assert full.everything() == before
 
 
-def test_an_earlier_export_restores_deleted_entries(world):
+def test_an_earlier_export_restores_deleted_entries(full):
     """With new ids: those of deleted robots and missions never come back."""
-    world.take(FULL)
-    before = world.robots["R2"].id
-    world.catalogue.remove_mission(next(mission.id for mission in world.missions if mission.guid == "home-2"))
-    for robot in world.robots.values():
-        world.catalogue.remove_robot(robot.id)
-    world.take(FULL)
-    assert world.robots["R1"].id > before
-    assert {schedule.robot_id for schedule in world.schedules.values()} == {world.robots["R1"].id}
+    before = full.robots["R2"].id
+    full.catalogue.remove_mission(next(mission.id for mission in full.missions if mission.guid == "home-2"))
+    for robot in full.robots.values():
+        full.catalogue.remove_robot(robot.id)
+    full.take(FULL)
+    assert full.robots["R1"].id > before
+    assert {schedule.robot_id for schedule in full.schedules.values()} == {full.robots["R1"].id}
 
 
 def test_an_import_after_deleting_a_robot_plans_on_the_robots_it_names(world):
@@ -170,43 +172,35 @@ def test_an_import_after_deleting_a_robot_plans_on_the_robots_it_names(world):
     assert world.schedules["Morning"].robot_id == world.robots["R2"].id
 
 
-def test_keys_in_the_file_are_set_and_the_others_stay(world):
-    world.take(FULL)
-    before = world.robots["R1"]
+def test_keys_in_the_file_are_set_and_the_others_stay(full):
+    before = full.robots["R1"]
     moved = {"name": "R1", "address": "10.0.0.9", "password": "secret"}
-    assert world.take({"format": FORMAT, "robots": [moved]}) == ["robot R1 changed: address"]
-    assert world.robots["R1"] == replace(before, address="http://10.0.0.9")
-    morning = world.schedules["Morning"]
-    lines = world.take(
-        {
-            "format": FORMAT,
-            "schedules": [
-                {
-                    "name": "Morning",
-                    "robot": "R2",
-                    "mission": "Home",
-                    "start": "2026-11-23T09:30",
-                    "priority": 1,
-                    "between": None,
-                }
-            ],
-        }
+    assert full.take(robots=[moved]) == ["robot R1 changed: address"]
+    assert full.robots["R1"] == replace(before, address="http://10.0.0.9")
+    morning = full.schedules["Morning"]
+    lines = full.take(
+        schedules=[
+            {
+                "name": "Morning",
+                "robot": "R2",
+                "mission": "Home",
+                "start": "2026-11-23T09:30",
+                "priority": 1,
+                "between": None,
+            }
+        ]
     )
     assert lines == ["schedule Morning changed: between, priority, robot, mission"]
-    after = world.schedules["Morning"]
+    after = full.schedules["Morning"]
     assert (after.priority, after.between, after.parameters, after.overlap) == (
         1,
         None,
         morning.parameters,
         morning.overlap,
     )
-    assert after.robot_id == world.robots["R2"].id
-    assert world.take({"format": FORMAT, "robots": [{"name": "R1", "address": "10.0.0.9", "idle": None}]}) == [
-        "robot R1 changed: idle"
-    ]
-    assert world.take({"format": FORMAT, "missions": [{"name": "Deliver", "guid": "new"}]}) == [
-        "mission Deliver changed: guid"
-    ]
+    assert after.robot_id == full.robots["R2"].id
+    assert full.take(robots=[{"name": "R1", "address": "10.0.0.9", "idle": None}]) == ["robot R1 changed: idle"]
+    assert full.take(missions=[{"name": "Deliver", "guid": "new"}]) == ["mission Deliver changed: guid"]
 
 
 GROUP_AND_PLACE = {"groups": [{"name": "Hall", "robots": ["R1", "R2"]}], "places": [{"name": "Dock", "most": 2}]}
@@ -237,14 +231,13 @@ GROUP_AND_PLACE = {"groups": [{"name": "Hall", "robots": ["R1", "R2"]}], "places
 )
 def test_an_existing_schedule_is_changed_by_its_name_and_the_changed_keys(world, section, item, lines):
     world.take({**FULL, **GROUP_AND_PLACE})
-    assert world.take({"format": FORMAT, section: [item]}) == lines
+    assert world.take(**{section: [item]}) == lines
 
 
-def test_a_schedule_that_is_changed_by_its_name_keeps_everything_else(world):
-    world.take(FULL)
-    before = world.schedules["Morning"]
-    world.take({"format": FORMAT, "schedules": [{"name": "Morning", "priority": 7}]})
-    assert replace(world.schedules["Morning"], priority=before.priority, changed_at=before.changed_at) == before
+def test_a_schedule_that_is_changed_by_its_name_keeps_everything_else(full):
+    before = full.schedules["Morning"]
+    full.take(schedules=[{"name": "Morning", "priority": 7}])
+    assert replace(full.schedules["Morning"], priority=before.priority, changed_at=before.changed_at) == before
 
 
 @pytest.mark.parametrize(
@@ -260,41 +253,37 @@ def test_a_schedule_that_is_changed_by_its_name_keeps_everything_else(world):
         ("schedules", {"enabled": False}, r"schedules\[0\]: 'mission' is missing"),
     ],
 )
-def test_a_new_one_has_to_say_what_it_cannot_do_without(world, section, item, missing):
-    world.take(FULL)
-    before = world.everything()
+def test_a_new_one_has_to_say_what_it_cannot_do_without(full, section, item, missing):
+    before = full.everything()
     with pytest.raises(InvalidInput, match=missing):
-        world.take({"format": FORMAT, section: [item]})
-    assert world.everything() == before
+        full.take(**{section: [item]})
+    assert full.everything() == before
 
 
-def test_an_idle_rule_keeps_what_is_not_said(world):
-    world.take(FULL)
-    before = world.robots["R1"].idle
-    world.take({"format": FORMAT, "robots": [{"name": "R1", "address": "10.0.0.9", "idle": {"enabled": True}}]})
-    assert world.robots["R1"].idle == replace(before, enabled=True)
+def test_an_idle_rule_keeps_what_is_not_said(full):
+    before = full.robots["R1"].idle
+    full.take(robots=[{"name": "R1", "address": "10.0.0.9", "idle": {"enabled": True}}])
+    assert full.robots["R1"].idle == replace(before, enabled=True)
     with pytest.raises(InvalidInput, match=r"robots\[0\]\.idle: 'mission' is missing"):
-        world.take({"format": FORMAT, "robots": [{"name": "R2", "address": "10.0.0.8", "idle": {"after_minutes": 5}}]})
+        full.take(robots=[{"name": "R2", "address": "10.0.0.8", "idle": {"after_minutes": 5}}])
 
 
-def test_taking_the_same_file_again_changes_nothing_and_fires_nothing(world):
-    world.take(FULL)
-    due = world.schedules["Home on R1"]
-    world.clock.step(86400 * 3)  # past a one-time start and many others
-    world.db.write(lambda c: ScheduleRepository().advance(c, due.id, None))
-    before = world.everything()
-    assert world.take(FULL) == []
-    assert world.everything() == before
+def test_taking_the_same_file_again_changes_nothing_and_fires_nothing(full):
+    due = full.schedules["Home on R1"]
+    full.clock.step(86400 * 3)  # past a one-time start and many others
+    full.db.write(lambda c: ScheduleRepository().advance(c, due.id, None))
+    before = full.everything()
+    assert full.take(FULL) == []
+    assert full.everything() == before
 
 
 @pytest.mark.parametrize(
     ("path", "value", "state"),
     [("schedules.0.priority", 4, State.WAITING), ("schedules.0.start", "2026-11-23T09:40", State.CANCELLED)],
 )
-def test_a_waiting_start_of_a_changed_schedule_is_updated_unless_its_instant_was_removed(world, path, value, state):
-    world.take(FULL)
-    schedule, now = world.schedules["Morning"], world.clock.now()
-    row = world.db.write(
+def test_a_waiting_start_of_a_changed_schedule_is_updated_unless_its_instant_was_removed(full, path, value, state):
+    schedule, now = full.schedules["Morning"], full.clock.now()
+    row = full.db.write(
         lambda c: ExecutionRepository().add(
             c,
             Execution(
@@ -313,8 +302,8 @@ def test_a_waiting_start_of_a_changed_schedule_is_updated_unless_its_instant_was
             ),
         )
     )
-    world.take(changed(path, value))
-    found = ExecutionRepository().get(world.db.read(), row.id)
+    full.take(changed(path, value))
+    found = ExecutionRepository().get(full.db.read(), row.id)
     assert (found.state, found.priority) == (state, 4 if state is State.WAITING else 3)
 
 
@@ -334,42 +323,31 @@ def test_schedules_without_a_name_are_numbered_and_found_again(world):
 
 
 # ---------------------------------------------------------------------- passwords
-def test_a_password_becomes_a_token_at_once_and_is_not_stored(world):
-    world.take(FULL)
-    dump = world.everything()
+def test_a_password_becomes_a_token_at_once_and_is_not_stored(full):
+    dump = full.everything()
     assert "secret" not in dump
-    assert world.robots["R1"].token is not None
-    assert world.take(FULL) == []
+    assert full.robots["R1"].token is not None
+    assert full.take(FULL) == []
 
 
-def test_without_a_password_an_existing_robot_keeps_its_token(world):
-    world.take(FULL)
-    before = world.robots["R1"]
-    assert (
-        world.take(
-            {"format": FORMAT, "robots": [{"name": "R1", "address": "192.168.12.20", "username": "distributor"}]}
-        )
-        == []
-    )
-    assert world.robots["R1"] == before
+def test_without_a_password_an_existing_robot_keeps_its_token(full):
+    before = full.robots["R1"]
+    assert full.take(robots=[{"name": "R1", "address": "192.168.12.20", "username": "distributor"}]) == []
+    assert full.robots["R1"] == before
 
 
 def test_a_new_robot_or_user_without_a_password_is_off_and_needs_one(world):
     robot = {"name": "R1", "address": "10.0.0.1", "username": "a", "enabled": True}
-    assert world.take({"format": FORMAT, "robots": [robot]}) == [
-        "robot R1 added; it is switched off and needs a password"
-    ]
+    assert world.take(robots=[robot]) == ["robot R1 added; it is switched off and needs a password"]
     assert (world.robots["R1"].enabled, world.robots["R1"].needs_password) == (False, True)
-    assert world.take({"format": FORMAT, "robots": [robot]}) == []
-    assert world.take({"format": FORMAT, "robots": [{**robot, "password": "x"}]}) == [
-        "robot R1 changed: enabled, password"
-    ]
+    assert world.take(robots=[robot]) == []
+    assert world.take(robots=[{**robot, "password": "x"}]) == ["robot R1 changed: enabled, password"]
     assert (world.robots["R1"].enabled, world.robots["R1"].needs_password) == (True, False)
-    assert world.take({"format": FORMAT, "robots": [{**robot, "username": "b"}]}) == [
+    assert world.take(robots=[{**robot, "username": "b"}]) == [
         "robot R1 changed: username, enabled; it is switched off and needs a password"
     ]
     assert world.robots["R1"].token is None
-    assert world.take({"format": FORMAT, "robots": [{**robot, "username": "b", "address": "10.0.0.2"}]}) == [
+    assert world.take(robots=[{**robot, "username": "b", "address": "10.0.0.2"}]) == [
         "robot R1 changed: address; it is switched off and needs a password"
     ]  # it still does
 
@@ -382,39 +360,37 @@ def test_the_end_of_a_trusted_certificate_is_said(world):
         "password": "x",
         "certificate_sha256": "ab" * 32,
     }
-    world.take({"format": FORMAT, "robots": [robot]})
-    assert world.take({"format": FORMAT, "robots": [{**robot, "certificate_sha256": None}]})[-1] == (
+    world.take(robots=[robot])
+    assert world.take(robots=[{**robot, "certificate_sha256": None}])[-1] == (
         "the certificate of robot R1 is no longer the only trusted one"
     )
 
 
 def test_a_robot_can_get_its_password_and_stay_off(world):
     robot = {"name": "R1", "address": "10.0.0.1", "username": "a"}
-    world.take({"format": FORMAT, "robots": [robot]})
-    world.take({"format": FORMAT, "robots": [{**robot, "password": "x", "enabled": False}]})
+    world.take(robots=[robot])
+    world.take(robots=[{**robot, "password": "x", "enabled": False}])
     assert (world.robots["R1"].enabled, world.robots["R1"].needs_password) == (False, False)
 
 
-def test_two_robots_may_swap_their_addresses_and_a_new_one_may_not_take_one(world):
-    world.take(FULL)
+def test_two_robots_may_swap_their_addresses_and_a_new_one_may_not_take_one(full):
     first, second = FULL["robots"]
     swapped = [{**first, "address": second["address"]}, {**second, "address": first["address"]}]
-    world.take({"format": FORMAT, "robots": swapped})
-    assert [world.robots[name].address for name in ("R1", "R2")] == ["https://r2.local:8443", "http://192.168.12.20"]
+    full.take(robots=swapped)
+    assert [full.robots[name].address for name in ("R1", "R2")] == ["https://r2.local:8443", "http://192.168.12.20"]
     with pytest.raises(
         InvalidInput, match=r"robots\[0\].address: R3 has the address of R2, which is configured already"
     ):
-        world.take({"format": FORMAT, "robots": [{"name": "R3", "address": "192.168.12.20"}]})
+        full.take(robots=[{"name": "R3", "address": "192.168.12.20"}])
     with pytest.raises(
         InvalidInput, match=r"robots\[0\].address: this is the address of R2, which is configured already"
     ):
-        world.take({"format": FORMAT, "robots": [{"name": "R1", "address": "192.168.12.20"}]})
+        full.take(robots=[{"name": "R1", "address": "192.168.12.20"}])
 
 
-def test_a_file_with_the_name_that_a_robot_had_makes_no_second_one_of_it(world):
-    world.take(FULL)
-    world.catalogue.save_robot(replace(world.robots["R1"], name="Aino"))
-    before = world.export()
+def test_a_file_with_the_name_that_a_robot_had_makes_no_second_one_of_it(full):
+    full.catalogue.save_robot(replace(full.robots["R1"], name="Aino"))
+    before = full.export()
     for document, problem in (
         (
             FULL,
@@ -426,8 +402,8 @@ def test_a_file_with_the_name_that_a_robot_had_makes_no_second_one_of_it(world):
         ),
     ):
         with pytest.raises(InvalidInput, match=problem):
-            world.take(document)
-    assert world.export() == before
+            full.take(document)
+    assert full.export() == before
 
 
 # ---------------------------------------------------------------------- its form and its days
@@ -436,7 +412,7 @@ def test_a_byte_order_mark_is_tolerated(world):
 
 
 def test_null_working_days_mean_every_day(world):
-    world.take({"format": FORMAT, "settings": {"working_days": None}})
+    world.take(settings={"working_days": None})
     assert world.settings.working_days == WEEKDAYS
 
 
@@ -446,36 +422,33 @@ def test_a_one_time_schedule_is_judged_by_the_working_days_of_the_same_file(worl
     with pytest.raises(InvalidInput, match="not a working day"):
         world.take(document)
     world.take({**document, "settings": {"working_days": ["SU"]}})
-    assert world.take({"format": FORMAT, "settings": {"working_days": ["MO"]}, "schedules": [sunday]}) == [
+    assert world.take(settings={"working_days": ["MO"]}, schedules=[sunday]) == [
         "setting working_days changed: SU -> MO"
     ]  # an unchanged one is not judged again
 
 
 # ---------------------------------------------------------------------- out again
-def test_an_export_has_no_secret_and_reading_it_in_again_changes_nothing(world):
-    world.take(FULL)
-    text = export_configuration(world.db.read())
-    assert world.robots["R1"].token not in text
+def test_an_export_has_no_secret_and_reading_it_in_again_changes_nothing(full):
+    text = export_configuration(full.db.read())
+    assert full.robots["R1"].token not in text
     assert "password" not in text
-    before = world.everything()
-    assert world.take(text.encode()) == []
-    assert world.everything() == before
+    before = full.everything()
+    assert full.take(text.encode()) == []
+    assert full.everything() == before
 
 
-def test_an_export_carries_everything_to_another_tablet(world, tmp_path):
-    world.take(FULL)
+def test_an_export_carries_everything_to_another_tablet(full, tmp_path):
     other = World(tmp_path / "other")
-    other.take(export_configuration(world.db.read()).encode())
-    exported = world.export()
+    other.take(export_configuration(full.db.read()).encode())
+    exported = full.export()
     for robot in exported["robots"]:
         robot["enabled"] = False  # until somebody enters the passwords there
     assert other.export() == exported
     other.db.close()
 
 
-def test_an_export_says_what_the_contract_shows(world):
-    world.take(FULL)
-    exported = world.export()
+def test_an_export_says_what_the_contract_shows(full):
+    exported = full.export()
     assert list(exported) == ["format", "settings", "display", "calendar", "robots", "missions", "schedules"]
     assert exported["settings"] == FULL["settings"]
     assert exported["robots"][0] == {key: value for key, value in FULL["robots"][0].items() if key != "password"}
@@ -526,25 +499,22 @@ def test_whatever_is_taken_comes_out_and_in_again_unchanged(
     if robot in world.robots:
         address = world.robots[robot].address
     world.take(
-        {
-            "format": FORMAT,
-            "settings": {"working_days": working},
-            "robots": [{"name": robot, "address": address}],
-            "missions": [{"name": mission, "guid": "g"}],
-            "schedules": [
-                {
-                    "name": schedule,
-                    "robot": robot,
-                    "mission": mission,
-                    "start": "2026-11-23T06:30",
-                    "recurrence": "FREQ=DAILY",
-                    "start_window_minutes": window,
-                    "minimum_battery_percent": battery,
-                    "overlap": overlap,
-                    "parameters": parameters,
-                }
-            ],
-        }
+        settings={"working_days": working},
+        robots=[{"name": robot, "address": address}],
+        missions=[{"name": mission, "guid": "g"}],
+        schedules=[
+            {
+                "name": schedule,
+                "robot": robot,
+                "mission": mission,
+                "start": "2026-11-23T06:30",
+                "recurrence": "FREQ=DAILY",
+                "start_window_minutes": window,
+                "minimum_battery_percent": battery,
+                "overlap": overlap,
+                "parameters": parameters,
+            }
+        ],
     )
     assert world.take(export_configuration(world.db.read()).encode()) == []
 
@@ -554,7 +524,7 @@ def test_a_file_with_places_writes_about_as_much_as_it_says(world):
     places = [f"P{number}" for number in range(8)]
     missions = [{"name": f"M{number}", "guid": f"g{number}", "places": places} for number in range(40)]
     before = world.db.write(lambda c: c.total_changes)
-    world.take({"format": FORMAT, "places": [{"name": name, "most": 1} for name in places], "missions": missions})
+    world.take(places=[{"name": name, "most": 1} for name in places], missions=missions)
     written = world.db.write(lambda c: c.total_changes) - before
     assert written <= 2 * len(missions) * len(places)
     assert world.export()["missions"] == sorted(missions, key=lambda mission: mission["name"])
@@ -568,14 +538,12 @@ def test_a_mission_uses_the_places_that_a_file_names_and_no_others(world):
     }
     world.take(document)
     assert world.take(document) == []
-    assert world.take({"format": FORMAT, "missions": [{"name": "M", "guid": "g", "places": ["B", "C"]}]}) == [
-        "mission M changed: places"
-    ]
+    assert world.take(missions=[{"name": "M", "guid": "g", "places": ["B", "C"]}]) == ["mission M changed: places"]
     assert [mission["places"] for mission in world.export()["missions"]] == [["B", "C"], ["A"]]
-    world.take({"format": FORMAT, "missions": [{"name": "M", "guid": "g"}]})
+    world.take(missions=[{"name": "M", "guid": "g"}])
     assert world.export()["missions"][0]["places"] == ["B", "C"]
     with pytest.raises(InvalidInput, match=r"missions\[0\].places: there is no place D"):
-        world.take({"format": FORMAT, "missions": [{"name": "M", "guid": "g", "places": ["D"]}]})
+        world.take(missions=[{"name": "M", "guid": "g", "places": ["D"]}])
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])

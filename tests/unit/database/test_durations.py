@@ -6,13 +6,12 @@ from datetime import timedelta
 
 import pytest
 
-from app.database.connection import Database
 from app.database.executions import ExecutionRepository
 from app.database.missions import DurationRepository
 from app.database.robots import RobotRepository
-from app.database.schema import _RUN_DURATIONS, MIGRATIONS
+from app.database.schema import _RUN_DURATIONS
 from app.domain.models import OPEN_STATES, Robot, State
-from tests.support.stored import bring_over
+from tests.support.stored import bring_over, brought_up_to_date
 from tests.unit.database.conftest import NOON
 
 DURATIONS, EXECUTIONS, ROBOTS = DurationRepository(), ExecutionRepository(), RobotRepository()
@@ -97,13 +96,6 @@ def test_durations_are_deleted_and_restored_with_their_robot(db, ran):
 
 
 def test_an_older_database_takes_durations_from_its_history(tmp_path, clock, row, db):
-    path = tmp_path / "a.db"
-    old = Database.open(path, clock=clock, migrations=MIGRATIONS[: MIGRATIONS.index(_RUN_DURATIONS)])
-    old.write(
-        lambda c: c.execute(
-            "INSERT INTO robots (id, name, address) VALUES (1, 'Aino', 'http://a'), (2, 'Toivo', 'http://b')"
-        )
-    )
     runs = [
         row(state=State.COMPLETED, ended_at=NOON + timedelta(minutes=n), duration_s=float(n), robot_id=robot_id)
         for robot_id in (1, 3)
@@ -116,9 +108,16 @@ def test_an_older_database_takes_durations_from_its_history(tmp_path, clock, row
         row(state=State.COMPLETED, ended_at=NOON, duration_s=86_400.0, robot_id=2),
     ]
     db.write(lambda c: EXECUTIONS.add_many(c, [*runs, *others]))
-    bring_over(db, old)
-    old.close()
-    new = Database.open(path, clock=clock)
+
+    def fill(old):
+        old.write(
+            lambda c: c.execute(
+                "INSERT INTO robots (id, name, address) VALUES (1, 'Aino', 'http://a'), (2, 'Toivo', 'http://b')"
+            )
+        )
+        bring_over(db, old)
+
+    new = brought_up_to_date(tmp_path / "a.db", clock, _RUN_DURATIONS, fill)
     assert usual(new) == tuple(float(n) for n in range(5, 25))
     assert (usual(new, 2), usual(new, 3)) == ((86_400.0,), None)
     new.close()

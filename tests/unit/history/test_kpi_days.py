@@ -11,9 +11,8 @@ import pytest
 from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 
-from app.database.connection import Database
 from app.database.executions import ExecutionRepository
-from app.database.schema import _ENDED_DAYS, _FIGURES, MIGRATIONS
+from app.database.schema import _ENDED_DAYS, _FIGURES
 from app.database.values import to_text
 from app.domain.clock import midnight
 from app.domain.models import Reason, ReasonCode, State, Trigger
@@ -21,7 +20,7 @@ from app.services.history.kpis import KpiFilter, Kpis
 from tests.support.clock import VirtualClock
 from tests.support.examples import examples
 from tests.support.kpi_world import HELSINKI, NOON, World
-from tests.support.stored import bring_over
+from tests.support.stored import bring_over, brought_up_to_date
 from tests.unit.history.test_kpi import ROWS
 
 ENDED = [state for state in State if not state.is_open]
@@ -86,20 +85,15 @@ def test_daily_sums_always_equal_a_recount(world, rows, changes, starts):
 
 @pytest.mark.parametrize("step", [_ENDED_DAYS, _FIGURES], ids=["before there were days", "before days knew groups"])
 def test_history_of_before_is_counted_when_the_database_is_brought_up_to_date(tmp_path, step):
-    path, clock = tmp_path / "old.db", VirtualClock(NOON)
-    before = MIGRATIONS[: MIGRATIONS.index(step)]
-    old = Database.open(path, clock=clock, threaded=False, durable=False, migrations=before)
-    made = World(tmp_path / "other")
+    made, clock = World(tmp_path / "other"), VirtualClock(NOON)
     rows = [
         made.row(state, hours, duration_s=None if hours % 3 else hours * 1.5, robot_group="Hall" if hours % 2 else "")
         for hours in range(60)
         for state in (State.COMPLETED, State.FAILED, State.SKIPPED, State.WAITING)
     ]
     assert len(rows) == 240
-    bring_over(made.db, old)
+    db = brought_up_to_date(tmp_path / "old.db", clock, step, lambda old: bring_over(made.db, old))
     made.db.close()
-    old.close()
-    db = Database.open(path, clock=clock, threaded=False, durable=False)
     assert is_true(db.read())
     assert db.read().execute("SELECT sum(number) FROM ended_days").fetchone()[0] == 180
     clock.step(timedelta(hours=60).total_seconds())

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from app.database import activities
 from app.database.activities import ActivityRepository
-from app.database.connection import Database
-from app.database.schema import _ACTIVITY_DAYS, MIGRATIONS
+from app.database.schema import _ACTIVITY_DAYS
 from app.domain.activity import ACTIVITIES, ActivitySpan, seen_seconds
 from app.domain.clock import midnight
 from app.domain.models import State
@@ -20,6 +19,7 @@ from app.services.history.runs import RobotStates
 from tests.support.clock import VirtualClock
 from tests.support.examples import examples
 from tests.support.kpi_world import HELSINKI, NOON, World
+from tests.support.stored import brought_up_to_date
 
 DAY, TODAY = timedelta(days=1), date(2026, 11, 23)
 BACK = 40  # days; a clock change is among them
@@ -168,10 +168,6 @@ def test_sums_of_days_to_come_hide_nothing(world):
 
 
 def test_days_observed_before_there_were_spans_are_carried_over(tmp_path):
-    path, clock = tmp_path / "old.db", VirtualClock(NOON)
-    old = Database.open(
-        path, clock=clock, threaded=False, durable=False, migrations=MIGRATIONS[: MIGRATIONS.index(_ACTIVITY_DAYS)]
-    )
     begins = datetime(2026, 11, 10, 12, tzinfo=HELSINKI)  # of the spans, in the middle of a day
 
     def fill(c):
@@ -185,9 +181,8 @@ def test_days_observed_before_there_were_spans_are_carried_over(tmp_path):
             c, 1, [ActivitySpan("idle", begins + n * DAY, begins + n * DAY + timedelta(hours=1)) for n in range(13)]
         )
 
-    old.write(fill)
-    old.close()
-    db = Database.open(path, clock=clock, threaded=False, durable=False)
+    clock = VirtualClock(NOON)
+    db = brought_up_to_date(tmp_path / "old.db", clock, _ACTIVITY_DAYS, lambda old: old.write(fill))
     days = Kpis(db, clock).per_day(dates=[date(2026, 1, 1), TODAY - DAY])
     observed = [
         {day.day: day.robots[number].observed_s for day in days if day.robots[number].observed_s} for number in range(2)

@@ -116,23 +116,6 @@ def test_missions(robot: RobotClient, responses: RequestsMock) -> None:
     ]
 
 
-def test_mission(robot: RobotClient, responses: RequestsMock) -> None:
-    responses.get(
-        f"{API}/missions/{MISSION}",
-        json={
-            "guid": MISSION,
-            "name": "Deliver",
-            "valid": True,
-            "has_user_parameters": False,
-            "definition": f"/v2.0.0/missions/{MISSION}/definition",
-            "hidden": False,
-        },
-    )
-    mission = robot.mission(MISSION)
-    assert (mission.guid, mission.has_user_parameters) == (MISSION, False)
-    assert mission.definition_url == f"/api/v2.0.0/missions/{MISSION}/definition"
-
-
 def test_a_guid_cannot_lead_anywhere_else(robot: RobotClient, responses: RequestsMock) -> None:
     responses.get(f"{API}/missions/..%2Fstatus%3Fx%3D%3F", status=404)
     with pytest.raises(Rejected):
@@ -146,11 +129,11 @@ def test_parameters_are_asked_for_where_the_mission_says(robot: RobotClient, res
             "guid": MISSION,
             "name": "Deliver",
             "has_user_parameters": True,
-            "definition": f"/v2.0.0/missions/{MISSION}/definition",
+            "definition": "/v2.0.0/missions/elsewhere/definition",
         },
     )
     responses.get(
-        f"{API}/missions/{MISSION}/definition",
+        f"{API}/missions/elsewhere/definition",
         json=[{"parameters": [{"id": "goal", "name": "Goal", "type": "Reference"}]}],
     )
     responses.get(f"{API}/missions/{MISSION}/actions", status=404)
