@@ -4,7 +4,6 @@ when it is asked."""
 from __future__ import annotations
 
 import itertools
-from dataclasses import replace
 
 import pytest
 
@@ -12,7 +11,9 @@ from app.domain.models import Connection
 from app.mir.errors import CertificateMismatch
 from app.screens.common.alarms_view import alarm_note
 from app.services.live.alarms import alarm_sentence
+from tests.support.edits import switch_robot
 from tests.support.network import Fate
+from tests.support.seen import robot_of
 from tests.support.site import Site
 
 
@@ -20,25 +21,19 @@ def active(site):
     return [alarm.code for alarm in site.container.alarms.open() if alarm.cleared_at is None]
 
 
-def switch(site, robot_id, on):
-    catalogue = site.container.catalogue
-    robot = site.container.repositories.robots.get(site.container.db.read(), robot_id)
-    catalogue.save_robot(replace(robot, enabled=on))
-
-
 @pytest.fixture
 def robot(site):
-    return site.container.repositories.robots.by_name(site.container.db.read(), "R1")
+    return robot_of(site)
 
 
 def test_a_robot_that_is_still_unreachable_when_it_is_switched_on_again_has_its_alarm_again(site, robot):
     site.network.down.add("R1")
     site.run(120)
     assert active(site) == ["unreachable"]
-    switch(site, robot.id, False)
+    switch_robot(site.container.catalogue, robot.id, False)
     site.run(120)
     assert active(site) == []
-    switch(site, robot.id, True)
+    switch_robot(site.container.catalogue, robot.id, True)
     site.run(120)
     assert active(site) == ["unreachable"]
 
@@ -76,7 +71,7 @@ def test_an_answer_that_comes_after_the_robot_was_given_up_raises_no_alarm(site,
             if leave == "removed":
                 site.container.catalogue.remove_robot(robot.id)
             else:
-                switch(site, robot.id, False)
+                switch_robot(site.container.catalogue, robot.id, False)
 
     given_up: list[str] = []
     site.run(20)

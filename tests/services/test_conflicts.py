@@ -10,12 +10,13 @@ import pytest
 from app.container import Container
 from app.database.connection import Database
 from app.domain import conflicts
-from app.domain.models import Execution, Group, Mission, Overlap, Place, Robot, Schedule, State, Trigger
+from app.domain.models import Group, Mission, Overlap, Place, Robot, Schedule
 from app.services.catalogue.preview import ConcernCode, Forecasts
 from app.services.planning.durations import LiveRobots
 from app.services.planning.plan import Plan
 from tests.support.clock import VirtualClock
 from tests.support.edits import switch_robot
+from tests.support.history import add_run
 
 ZONE = "Europe/Helsinki"
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)  # Friday, 14:38 in Helsinki
@@ -64,24 +65,9 @@ def found(container, schedule):
 
 def ran(container, seconds, mission="Kits", robot_id=1):
     """Completed runs that took so long."""
-    for number, lasted in enumerate(seconds):
+    for lasted in seconds:
         at = NOW - timedelta(days=1)
-        row = Execution(
-            trigger=Trigger.MANUAL,
-            robot_id=robot_id,
-            robot="Aino",
-            mission=mission,
-            mission_guid=f"guid-{mission.lower()}",
-            planned_at=at,
-            closes_at=at,
-            created_at=at,
-            token=f"{mission}{robot_id}{number}",
-            timezone=ZONE,
-            state=State.COMPLETED,
-            ended_at=at,
-            duration_s=lasted,
-        )
-        container.db.write(lambda c, row=row: container.repositories.executions.add(c, row))
+        add_run(container, at, robot_id=robot_id, mission_guid=f"guid-{mission.lower()}", duration_s=lasted)
 
 
 # ---------------------------------------------------------------------- robots of a group

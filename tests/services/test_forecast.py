@@ -14,7 +14,6 @@ from app.database.executions import ExecutionFilter
 from app.domain.models import (
     Between,
     DayException,
-    Execution,
     InvalidInput,
     Mission,
     Reason,
@@ -24,12 +23,12 @@ from app.domain.models import (
     State,
     Trigger,
 )
-from app.services.catalogue.pausing import Pausing
-from app.services.catalogue.preview import ConcernCode, Forecasts
+from app.services.catalogue.preview import ConcernCode
 from app.services.files.exports import DataFiles
 from app.services.planning.planned import ASSUMED_S
 from tests.support.clock import VirtualClock
 from tests.support.edits import switch_robot
+from tests.support.history import add_run
 
 ZONE = "Europe/Helsinki"
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)  # Friday, 14:38 in Helsinki
@@ -48,10 +47,6 @@ def container(tmp_path):
     container.close()
 
 
-def forecasts(container):
-    return Forecasts(container.db, container.clock)
-
-
 def draft(**values):
     return Schedule(
         **{
@@ -65,6 +60,10 @@ def draft(**values):
     )
 
 
+def preview(container, **values):
+    return container.forecasts.of(draft(**values))
+
+
 def plan(container, **values):
     return container.catalogue.save_schedule(draft(mission_id=2, **values))
 
@@ -72,22 +71,7 @@ def plan(container, **values):
 def usually(container, mission_guid, seconds, robot_id=1):
     """One completed run that took so long."""
     at = NOW - timedelta(days=1)
-    row = Execution(
-        trigger=Trigger.MANUAL,
-        robot_id=robot_id,
-        robot="Aino",
-        mission="x",
-        mission_guid=mission_guid,
-        planned_at=at,
-        closes_at=at,
-        created_at=at,
-        token=f"{mission_guid}{seconds}",
-        timezone=ZONE,
-        state=State.COMPLETED,
-        ended_at=at,
-        duration_s=seconds,
-    )
-    container.db.write(lambda c: container.repositories.executions.add(c, row))
+    add_run(container, at, mission_guid=mission_guid, robot_id=robot_id, duration_s=seconds)
 
 
 def codes(forecast):
@@ -96,7 +80,7 @@ def codes(forecast):
 
 # ---------------------------------------------------------------------- starts
 def test_the_next_five_starts_skip_days_without_work(container):
-    found = forecasts(container).of(draft(recurrence="FREQ=DAILY", start=datetime(2026, 11, 20, 18, 0)))
+    found = preview(container, recurrence="FREQ=DAILY", start=datetime(2026, 11, 20, 18, 0))
     assert [start.nominal.date() for start in found.starts] == [date(2026, 11, day) for day in (20, 23, 24, 25, 26)]
     assert found.usual_s is None
     assert codes(found) == []
@@ -105,25 +89,25 @@ def test_the_next_five_starts_skip_days_without_work(container):
 def test_the_usual_duration_is_that_of_the_mission_on_the_robot(container):
     usually(container, "guid-kits", 400.0)
     usually(container, "guid-kits", 900.0, robot_id=2)
-    assert forecasts(container).of(draft()).usual_s == 400.0
+    assert preview(container).usual_s == 400.0
 
 
 def test_a_paused_schedule_has_no_start_in_its_pause(container):
     until = datetime(2026, 11, 24, 22, 0, tzinfo=UTC)  # midnight in Helsinki
-    found = forecasts(container).of(draft(recurrence="FREQ=DAILY", paused_until=until))
+    found = preview(container, recurrence="FREQ=DAILY", paused_until=until)
     assert [start.nominal.date().day for start in found.starts] == [25, 26, 27, 30, 1]
     assert [(concern.code, concern.details) for concern in found.concerns] == [(ConcernCode.PAUSED, {"until": until})]
-    over = forecasts(container).of(draft(recurrence="FREQ=DAILY", paused_until=NOW - timedelta(days=1)))
+    over = preview(container, recurrence="FREQ=DAILY", paused_until=NOW - timedelta(days=1))
     assert (over.starts[0].nominal.date().day, codes(over)) == (23, [])
 
 
 def test_a_schedule_that_is_switched_off_has_no_starts(container):
-    found = forecasts(container).of(draft(recurrence="FREQ=DAILY", enabled=False))
+    found = preview(container, recurrence="FREQ=DAILY", enabled=False)
     assert (found.starts, codes(found)) == ((), [ConcernCode.SWITCHED_OFF])
 
 
 def test_a_schedule_that_is_over_says_so(container):
-    found = forecasts(container).of(draft(start=datetime(2026, 11, 2, 6, 30), recurrence="FREQ=DAILY;UNTIL=20261110"))
+    found = preview(container, start=datetime(2026, 11, 2, 6, 30), recurrence="FREQ=DAILY;UNTIL=20261110")
     assert (found.starts, codes(found)) == ((), [ConcernCode.NO_START])
 
 
@@ -139,7 +123,7 @@ def test_a_schedule_that_is_over_says_so(container):
 )
 def test_what_cannot_be_is_refused_as_when_it_is_saved(container, values, field):
     with pytest.raises(InvalidInput) as caught:
-        forecasts(container).of(draft(**values))
+        preview(container, **values)
     assert caught.value.field == field
     with pytest.raises(InvalidInput) as saved:
         container.catalogue.save_schedule(draft(**values))
@@ -162,7 +146,7 @@ def test_a_conflict_is_found_by_the_learned_durations(container, other, meets):
     usually(container, "guid-empties", 1500.0)
     hour, minute = map(int, other.split(":"))
     plan(container, start=datetime(2026, 11, 23, hour, minute), recurrence="FREQ=DAILY")
-    found = forecasts(container).of(draft())
+    found = preview(container)
     assert codes(found) == ([ConcernCode.OVERLAP] if meets else [])
     if meets:
         (concern,) = found.concerns
@@ -182,23 +166,23 @@ def type_duration(container, mission_id, minutes):
 
 def test_a_typed_duration_holds_until_a_run_on_that_robot_shows_it(container):
     plan(container, start=datetime(2026, 11, 23, 6, 40), recurrence="FREQ=DAILY")  # Empties, ten minutes later
-    assert codes(forecasts(container).of(draft())) == []  # five minutes are assumed
+    assert codes(preview(container)) == []  # five minutes are assumed
     type_duration(container, 1, 30)
-    found = forecasts(container).of(draft())
+    found = preview(container)
     assert (found.usual_s, found.usual.typed, codes(found)) == (1800.0, True, [ConcernCode.OVERLAP])
     assert found.concerns[0].details["likely"] is None  # no runs that could say
     usually(container, "guid-kits", 400.0, robot_id=2)  # of another robot: says nothing about this one
-    assert forecasts(container).of(draft()).usual.typed
+    assert preview(container).usual.typed
     usually(container, "guid-kits", 420.0)
-    found = forecasts(container).of(draft())
+    found = preview(container)
     assert (found.usual_s, found.usual.typed, codes(found)) == (420.0, False, [])
 
 
 def test_the_typed_duration_of_the_other_mission_counts_as_much(container):
     plan(container, start=datetime(2026, 11, 23, 6, 10), recurrence="FREQ=DAILY")  # Empties, twenty minutes before
-    assert codes(forecasts(container).of(draft())) == []
+    assert codes(preview(container)) == []
     type_duration(container, 2, 25)
-    (concern,) = forecasts(container).of(draft()).concerns
+    (concern,) = preview(container).concerns
     assert (concern.code, concern.details["end"] - concern.details["start"]) == (
         ConcernCode.OVERLAP,
         timedelta(minutes=25),
@@ -222,17 +206,17 @@ def test_plan_and_runs_under_way_know_the_typed_duration_and_that_it_is_one(cont
 
 
 def several(container, mission_guid, *seconds):
-    for n, lasted in enumerate(seconds):
-        usually(container, mission_guid, lasted + n / 1000)
+    for lasted in seconds:
+        usually(container, mission_guid, lasted)
 
 
 def test_how_likely_they_meet_is_the_share_of_runs_that_took_long_enough(container):
     several(container, "guid-empties", *[600.0] * 16, *[1500.0] * 4)  # median 10 min, P90 25 min
     plan(container, start=datetime(2026, 11, 23, 6, 10), recurrence="FREQ=DAILY")
-    concern = forecasts(container).of(draft()).concerns[0]  # 20 min later
+    concern = preview(container).concerns[0]  # 20 min later
     assert (concern.code, concern.details["likely"]) == (ConcernCode.OVERLAP, pytest.approx(0.2))
     same_time = draft(start=datetime(2026, 11, 23, 6, 10))
-    assert forecasts(container).of(same_time).concerns[0].details["likely"] == 1.0
+    assert container.forecasts.of(same_time).concerns[0].details["likely"] == 1.0
 
 
 def test_the_nearest_free_time_is_offered_and_is_free(container):
@@ -240,42 +224,27 @@ def test_the_nearest_free_time_is_offered_and_is_free(container):
     usually(container, "guid-empties", 1500.0)
     plan(container, start=datetime(2026, 11, 23, 6, 10), recurrence="FREQ=DAILY")  # until 06:35
     plan(container, start=datetime(2026, 11, 23, 6, 40), recurrence="FREQ=DAILY", name="next")  # until 07:05
-    found = forecasts(container).of(draft())  # 06:30, 7 min
+    found = preview(container)  # 06:30, 7 min
     assert found.free_at == datetime(2026, 11, 23, 6, 0)
-    assert codes(forecasts(container).of(draft(start=found.free_at))) == []
-    assert forecasts(container).of(draft(start=datetime(2026, 11, 23, 9, 0))).free_at is None  # nothing in its way
+    assert codes(preview(container, start=found.free_at)) == []
+    assert preview(container, start=datetime(2026, 11, 23, 9, 0)).free_at is None  # nothing in its way
 
 
 @pytest.mark.parametrize(("more", "reported"), [((), []), (((6, 6),), [(ConcernCode.LOW_BATTERY, 3)])])
 def test_a_battery_that_was_too_low_at_that_time_is_reported_from_three_times_on(container, more, reported):
+    low = Reason(ReasonCode.BATTERY_LOW, {"battery": 12, "minimum": 30})
     for days, hour in ((1, 6), (3, 7), (5, 12), (40, 6), *more):
         at = datetime(2026, 11, 20, hour, 20, tzinfo=UTC) - timedelta(days=days, hours=2)  # Helsinki is two hours ahead
-        row = Execution(
-            trigger=Trigger.SCHEDULED,
-            robot_id=1,
-            robot="Aino",
-            mission="x",
-            mission_guid="g",
-            planned_at=at,
-            closes_at=at,
-            created_at=at,
-            token=f"low {days}",
-            timezone=ZONE,
-            state=State.SKIPPED,
-            ended_at=at,
-            schedule_id=9,
-            reason=Reason(ReasonCode.BATTERY_LOW, {"battery": 12, "minimum": 30}),
-        )
-        container.db.write(lambda c, row=row: container.repositories.executions.add(c, row))
-    found = forecasts(container).of(draft(minimum_battery_percent=30.0)).concerns
+        add_run(container, at, trigger=Trigger.SCHEDULED, schedule_id=9, state=State.SKIPPED, reason=low)
+    found = preview(container, minimum_battery_percent=30.0).concerns
     assert [(concern.code, concern.details["count"]) for concern in found] == reported
-    assert codes(forecasts(container).of(draft(minimum_battery_percent=0.0))) == []
+    assert codes(preview(container, minimum_battery_percent=0.0)) == []
 
 
 def test_every_start_that_conflicts_is_reported_once(container):
     plan(container, start=datetime(2026, 11, 23, 6, 30), recurrence="FREQ=WEEKLY;BYDAY=MO,WE")
     plan(container, start=datetime(2026, 11, 23, 6, 31), recurrence="FREQ=DAILY", name="second")
-    found = forecasts(container).of(draft(recurrence="FREQ=DAILY"))
+    found = preview(container, recurrence="FREQ=DAILY")
     assert [concern.at.day for concern in found.concerns] == [23, 24, 25, 26, 27]
 
 
@@ -283,55 +252,51 @@ def test_another_robot_itself_and_schedules_that_are_off_cause_no_overlap(contai
     plan(container, robot_id=2, recurrence="FREQ=DAILY", name="elsewhere")
     plan(container, recurrence="FREQ=DAILY", enabled=False, name="off")
     own = plan(container, recurrence="FREQ=DAILY", name="own")
-    assert codes(forecasts(container).of(replace(own, start=datetime(2026, 11, 23, 6, 31)))) == []
+    assert codes(container.forecasts.of(replace(own, start=datetime(2026, 11, 23, 6, 31)))) == []
 
 
 def test_unknown_durations_count_as_five_minutes(container):
     plan(container, start=datetime(2026, 11, 23, 6, 26), recurrence="FREQ=DAILY")
     assert ASSUMED_S == 300
-    assert codes(forecasts(container).of(draft())) == [ConcernCode.OVERLAP]
+    assert codes(preview(container)) == [ConcernCode.OVERLAP]
 
 
 # ---------------------------------------------------------------------- what else a person should know
 def test_a_clock_change_is_reported_with_both_times(container):
-    gap = forecasts(container).of(draft(start=datetime(2027, 3, 28, 3, 30), respect_working_days=False))
+    gap = preview(container, start=datetime(2027, 3, 28, 3, 30), respect_working_days=False)
     assert [(concern.code, concern.details["nominal"], concern.details["twice"]) for concern in gap.concerns] == [
         (ConcernCode.CLOCK_CHANGE, datetime(2027, 3, 28, 3, 30), False)
     ]
     assert gap.starts[0].instant == datetime(2027, 3, 28, 1, 30, tzinfo=UTC)  # 04:30 there
-    twice = forecasts(container).of(draft(start=datetime(2027, 10, 31, 3, 30), respect_working_days=False))
+    twice = preview(container, start=datetime(2027, 10, 31, 3, 30), respect_working_days=False)
     assert [(concern.code, concern.details["twice"]) for concern in twice.concerns] == [
         (ConcernCode.CLOCK_CHANGE, True)
     ]
-    assert codes(forecasts(container).of(draft(start=datetime(2027, 3, 29, 3, 30)))) == []
+    assert codes(preview(container, start=datetime(2027, 3, 29, 3, 30))) == []
 
 
 def test_a_first_day_without_work_a_robot_that_is_off_and_a_missing_mission_are_reported(container):
     switch_robot(container.catalogue, 2, False)
-    found = forecasts(container).of(
+    found = container.forecasts.of(
         draft(robot_id=2, start=datetime(2026, 11, 21, 6, 30), recurrence="FREQ=DAILY"), {"other": "Other"}
     )
     assert codes(found) == [ConcernCode.ROBOT_OFF, ConcernCode.MISSION_MISSING, ConcernCode.DAY_OFF]
-    assert codes(forecasts(container).of(draft(), {"guid-kits": "Kits"})) == []
-    assert codes(forecasts(container).of(draft(), {})) == []  # it did not answer
+    assert codes(container.forecasts.of(draft(), {"guid-kits": "Kits"})) == []
+    assert codes(container.forecasts.of(draft(), {})) == []  # it did not answer
 
 
 def test_a_first_day_that_has_passed_says_nothing_about_when_it_begins(container):
     saturday = draft(start=datetime(2026, 11, 14, 6, 30), recurrence="FREQ=DAILY")
-    assert codes(forecasts(container).of(saturday)) == []
-    assert codes(forecasts(container).of(replace(saturday, start=datetime(2026, 11, 21, 6, 30)))) == [
+    assert codes(container.forecasts.of(saturday)) == []
+    assert codes(container.forecasts.of(replace(saturday, start=datetime(2026, 11, 21, 6, 30)))) == [
         ConcernCode.DAY_OFF
     ]
 
 
 # ---------------------------------------------------------------------- skipping
-def skipping(container):
-    return Pausing(container.catalogue)
-
-
 def test_skipping_writes_the_row_at_once_and_continues_with_the_start_after_it(container):
     schedule = plan(container, recurrence="FREQ=DAILY")
-    assert skipping(container).skip_next(schedule.id) == datetime(2026, 11, 23, 4, 30, tzinfo=UTC)
+    assert container.pausing.skip_next(schedule.id) == datetime(2026, 11, 23, 4, 30, tzinfo=UTC)
     row = container.history.last_of_schedule(schedule.id)
     assert (row.state, row.reason.code, row.planned_at, row.ended_at) == (
         State.SKIPPED,
@@ -348,24 +313,24 @@ def test_skipping_writes_the_row_at_once_and_continues_with_the_start_after_it(c
 
 def test_the_last_start_can_be_skipped_and_nothing_after_it(container):
     schedule = plan(container)
-    skipping(container).skip_next(schedule.id)
+    container.pausing.skip_next(schedule.id)
     for number in (schedule.id, 999):
         with pytest.raises(InvalidInput):
-            skipping(container).skip_next(number)
+            container.pausing.skip_next(number)
 
 
 def test_the_preview_names_the_skipped_starts_that_would_run_again(container):
     schedule = plan(container, recurrence="FREQ=DAILY")
-    monday = skipping(container).skip_next(schedule.id)
-    thursday = skipping(container).skip(schedule.id, monday + timedelta(days=3))
-    found = forecasts(container).of(schedule)
+    monday = container.pausing.skip_next(schedule.id)
+    thursday = container.pausing.skip(schedule.id, monday + timedelta(days=3))
+    found = container.forecasts.of(schedule)
     assert (found.skipped, [start.nominal.day for start in found.starts]) == ((monday, thursday), [24, 25, 27, 30, 1])
     assert (
-        forecasts(container).of(replace(schedule, start=datetime(2026, 11, 23, 7, 30))).skipped == ()
+        container.forecasts.of(replace(schedule, start=datetime(2026, 11, 23, 7, 30))).skipped == ()
     )  # its rule has them no more
-    assert forecasts(container).of(replace(schedule, paused_until=thursday - timedelta(hours=1))).skipped == (thursday,)
-    assert forecasts(container).of(replace(schedule, enabled=False)).skipped == ()
-    assert forecasts(container).of(draft(recurrence="FREQ=DAILY")).skipped == ()  # another schedule
+    assert container.forecasts.of(replace(schedule, paused_until=thursday - timedelta(hours=1))).skipped == (thursday,)
+    assert container.forecasts.of(replace(schedule, enabled=False)).skipped == ()
+    assert preview(container, recurrence="FREQ=DAILY").skipped == ()  # another schedule
 
 
 # ---------------------------------------------------------------------- the export of what is filtered
@@ -386,18 +351,18 @@ def test_the_export_has_what_the_filter_lets_through_and_says_where_it_went(cont
 def test_days_that_the_calendar_closes_between_the_next_starts_are_reported_by_name(container):
     closed = DayException("Audit", date(2026, 11, 24), date(2026, 11, 25))
     container.catalogue.save_days(closed)
-    found = forecasts(container).of(draft(recurrence="FREQ=DAILY"))
+    found = preview(container, recurrence="FREQ=DAILY")
     assert [concern.details["days"] for concern in found.concerns] == [
         ((date(2026, 11, 24), "Audit"), (date(2026, 11, 25), "Audit"))
     ]
     assert found.starts[1].nominal.date() == date(2026, 11, 26)
-    assert forecasts(container).of(draft(recurrence="FREQ=DAILY", respect_working_days=False)).concerns == ()
-    assert forecasts(container).of(draft(recurrence="FREQ=WEEKLY;BYDAY=MO")).concerns == ()
+    assert preview(container, recurrence="FREQ=DAILY", respect_working_days=False).concerns == ()
+    assert preview(container, recurrence="FREQ=WEEKLY;BYDAY=MO").concerns == ()
 
 
 def test_a_first_day_that_is_closed_is_reported_by_name(container):
     container.catalogue.save_days(DayException("Audit", date(2026, 11, 23), date(2026, 11, 23)))
-    [concern] = forecasts(container).of(draft(recurrence="FREQ=DAILY")).concerns
+    [concern] = preview(container, recurrence="FREQ=DAILY").concerns
     assert (concern.code, concern.details) == (ConcernCode.DAY_OFF, {"day": date(2026, 11, 23), "name": "Audit"})
     with pytest.raises(InvalidInput, match="Audit"):
-        forecasts(container).of(draft())
+        preview(container)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 
 from app.database.robots import RobotRepository
 from app.services.live.alarms import alarm_sentence
 from app.services.live.changes import Topic
+from tests.support.edits import switch_robot
 from tests.support.site import Site
 
 
@@ -46,10 +45,10 @@ def test_both_are_named_at_once(site):
 def test_it_is_over_when_one_is_switched_off_or_removed(site):
     _first, _second, third = site.add_robots()
     site.run(10)
-    site.container.catalogue.save_robot(replace(site.container.catalogue.robot(third.id), enabled=False))
+    switch_robot(site.container.catalogue, third.id, False)
     site.run(10)
     assert alarms(site) == []
-    site.container.catalogue.save_robot(replace(site.container.catalogue.robot(third.id), enabled=True))
+    switch_robot(site.container.catalogue, third.id, True)
     site.run(10)
     assert alarms(site) == [said(site)]
     site.container.catalogue.remove_robot(third.id)

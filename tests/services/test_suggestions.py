@@ -11,11 +11,12 @@ from app.container import Container
 from app.database.activities import ActivityRepository
 from app.database.connection import Database
 from app.domain.activity import ActivitySpan
-from app.domain.models import Execution, Group, Mission, Reason, ReasonCode, Robot, Schedule, State, Trigger
+from app.domain.models import Group, Mission, Reason, ReasonCode, Robot, Schedule, State, Trigger
 from app.services.suggestions.late_schedules import Cause
 from app.services.suggestions.suggestions import Kind, action, promise, sentence, since_then
 from tests.support.clock import VirtualClock
 from tests.support.edits import switch_robot
+from tests.support.history import add_run
 
 NOW = datetime(2026, 11, 20, 20, 0, tzinfo=UTC)  # Friday evening
 
@@ -51,24 +52,9 @@ def guid(mission):
 
 
 def ran(container, mission, at, begins, ends, **values):
-    values = {"robot_id": 1, "schedule_id": None, "trigger": Trigger.MANUAL, "state": State.COMPLETED, **values}
-    row = Execution(
-        robot="Aino",
-        mission=mission,
-        mission_guid=guid(mission),
-        planned_at=at,
-        closes_at=at + timedelta(minutes=30),
-        created_at=at,
-        token=f"{mission} {at} {values['robot_id']}",
-        timezone="UTC",
-        submitted_at=at,
-        started_at=begins,
-        ended_at=ends,
-        duration_s=(ends - begins).total_seconds(),
-        robot_delay_s=(begins - at).total_seconds(),
-        **values,
-    )
-    container.db.write(lambda c: container.repositories.executions.add(c, row))
+    times = {"closes_at": at + timedelta(minutes=30), "submitted_at": at, "started_at": begins, "ended_at": ends}
+    times |= {"duration_s": (ends - begins).total_seconds(), "robot_delay_s": (begins - at).total_seconds()}
+    add_run(container, at, mission=mission, mission_guid=guid(mission), **times, **values)
 
 
 def save_long_ago(container, schedule):
@@ -203,23 +189,8 @@ def test_the_edges_of_the_apps_runs_belong_to_no_one_else(late):
 def test_starts_that_were_skipped_count_but_not_those_that_a_person_or_the_tablet_left_out(container):
     def lost(code):
         for day in mornings():
-            row = Execution(
-                Trigger.SCHEDULED,
-                1,
-                "Aino",
-                "Kits to line 2",
-                "g",
-                at(day, 450),
-                at(day, 480),
-                at(day, 450),
-                f"{code} {day}",
-                "UTC",
-                State.SKIPPED,
-                schedule_id=1,
-                reason=Reason(code),
-                ended_at=at(day, 480),
-            )
-            container.db.write(lambda c, row=row: container.repositories.executions.add(c, row))
+            values = {"state": State.SKIPPED, "reason": Reason(code), "ended_at": at(day, 480)}
+            add_run(container, at(day, 450), trigger=Trigger.SCHEDULED, schedule_id=1, **values)
         found = container.suggestions.compute().suggestions
         container.db.write(lambda c: c.execute("DELETE FROM executions"))
         return [one.finding.cause for one in found]

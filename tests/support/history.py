@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from datetime import timedelta
+from datetime import datetime, timedelta
+from typing import Any
+from uuid import uuid4
 
 from app.container import Container
 from app.domain.models import Execution, State, Trigger
@@ -11,21 +13,17 @@ from app.domain.models import Execution, State, Trigger
 def add_runs(container: Container, count: int) -> None:
     """So many completed ones of Deliver on R1, one a second from now; their tokens are "0", "1" and so on."""
     now = container.clock.now()
-    rows = [
-        Execution(
-            trigger=Trigger.MANUAL,
-            robot_id=1,
-            robot="R1",
-            mission="Deliver",
-            mission_guid="guid",
-            timezone="UTC",
-            token=str(number),
-            planned_at=now,
-            closes_at=now,
-            created_at=now,
-            state=State.COMPLETED,
-            ended_at=now + timedelta(seconds=number),
-        )
-        for number in range(count)
-    ]
+    rows = [_run(now, token=str(number), ended_at=now + timedelta(seconds=number)) for number in range(count)]
     container.db.write(lambda c: container.repositories.executions.add_many(c, rows))
+
+
+def add_run(container: Container, at: datetime, **values: Any) -> None:
+    """One of that instant which is over, completed unless ``values`` of the row say otherwise."""
+    run = _run(at, **{"token": str(uuid4()), "ended_at": at} | values)
+    container.db.write(lambda c: container.repositories.executions.add(c, run))
+
+
+def _run(at: datetime, **values: Any) -> Execution:
+    usual = {"trigger": Trigger.MANUAL, "robot_id": 1, "mission": "Deliver", "mission_guid": "guid", "closes_at": at}
+    usual |= {"robot": "R1", "timezone": "UTC", "state": State.COMPLETED}
+    return Execution(planned_at=at, created_at=at, **usual | values)
