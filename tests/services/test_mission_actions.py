@@ -6,12 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-import mir_sim
 from app.domain.models import Connection, Mission, Robot
 from tests.support.network import Fate
 from tests.support.seen import robot_of, sent_at
-
-GUIDS = {mission.name: mission.guid for mission in mir_sim.MISSIONS}
+from tests.support.site import GUIDS
 
 
 @pytest.fixture
@@ -31,15 +29,21 @@ def learn(site):
     charging.ask(charging.to_ask())
 
 
+@pytest.fixture
+def learnt(low):
+    """What its missions do is known."""
+    learn(low)
+    return low
+
+
 def named(site, name="Return to charger"):
     return next(mission for mission in site.container.catalogue.missions() if mission.name == name)
 
 
-def test_a_robot_with_a_low_battery_is_sent_to_its_charger(low):
-    learn(low)
-    low.run(600)
-    assert named(low).charges
-    assert len(sent_at(low)) == 1
+def test_a_robot_with_a_low_battery_is_sent_to_its_charger(learnt):
+    learnt.run(600)
+    assert named(learnt).charges
+    assert len(sent_at(learnt)) == 1
 
 
 def test_while_it_is_unknown_that_it_charges_it_waits_for_the_battery(low):
@@ -62,12 +66,11 @@ def test_a_mission_that_delivers_waits_for_the_battery(low):
     assert len(sent_at(low)) == 1
 
 
-def test_a_schedule_of_it_is_not_held_up_either(low, plan):
-    learn(low)
-    low.container.catalogue.save_idle_rule(robot_of(low).id, named(low).id, after_minutes=5, enabled=False)
-    plan("2026-11-23T06:05", mission_id=named(low).id)
-    low.run(400)
-    assert len(sent_at(low)) == 1
+def test_a_schedule_of_it_is_not_held_up_either(learnt, plan):
+    learnt.container.catalogue.save_idle_rule(robot_of(learnt).id, named(learnt).id, after_minutes=5, enabled=False)
+    plan("2026-11-23T06:05", mission_id=named(learnt).id)
+    learnt.run(400)
+    assert len(sent_at(learnt)) == 1
 
 
 def test_a_robot_that_does_not_answer_is_asked_again_and_none_twice(low):
@@ -82,36 +85,26 @@ def test_a_robot_that_does_not_answer_is_asked_again_and_none_twice(low):
     assert charging.to_ask() == []
 
 
-def test_another_guid_is_another_mission(low):
-    learn(low)
-    learnt = named(low)
-    mission = low.container.catalogue.save_mission(replace(learnt, guid=GUIDS["Deliver kits to line 2"]))
-    assert learnt.charges
-    assert not mission.charges
+def test_a_robot_without_an_answer_changes_nothing_and_is_asked_again(learnt):
+    learnt.switch_off()
+    learnt.switch_on()
+    learnt.run(60)
+    learnt.network.next("GET", "/missions/" + named(learnt).guid, Fate.NOT_FOUND)
+    learn(learnt)
+    assert named(learnt).charges
+    assert learnt.container.mission_actions.to_ask() == []
+    learnt.run(700)
+    assert len(sent_at(learnt)) == 1
+    assert len(learnt.container.mission_actions.to_ask()) == 1
 
 
-def test_a_robot_without_an_answer_changes_nothing_and_is_asked_again(low):
-    learn(low)
-    low.switch_off()
-    low.switch_on()
-    low.run(60)
-    low.network.next("GET", "/missions/" + named(low).guid, Fate.NOT_FOUND)
-    learn(low)
-    assert named(low).charges
-    assert low.container.mission_actions.to_ask() == []
-    low.run(700)
-    assert len(sent_at(low)) == 1
-    assert len(low.container.mission_actions.to_ask()) == 1
-
-
-def test_what_is_known_of_a_guid_holds_for_every_mission_with_it(low):
-    learn(low)
-    guid = named(low).guid
-    other = low.container.catalogue.save_mission(replace(named(low), guid=GUIDS["Deliver kits to line 2"]))
+def test_what_is_known_of_a_guid_holds_for_every_mission_with_it(learnt):
+    guid = named(learnt).guid
+    other = learnt.container.catalogue.save_mission(replace(named(learnt), guid=GUIDS["Deliver kits to line 2"]))
     assert not other.charges
-    low.container.catalogue.save_mission(replace(other, guid=guid))
-    learn(low)
-    assert named(low).charges
+    learnt.container.catalogue.save_mission(replace(other, guid=guid))
+    learn(learnt)
+    assert named(learnt).charges
 
 
 def test_as_many_robots_as_there_are_take_one_look_at_the_plan(low):

@@ -111,8 +111,7 @@ def headless(site: Path, script: str) -> subprocess.Popen[bytes]:
 def test_whatever_takes_ready_it_schedules(site, robot, output):
     app = headless(site, f'exec "$@" {output}')
     try:
-        import_when_it_runs(site)
-        wait_for(lambda: started(robot) == 1, what="the robot to get its start")
+        check_it_schedules(site, robot)
         app.send_signal(signal.SIGTERM)
         assert app.wait(PATIENCE) == 0
     finally:
@@ -120,9 +119,15 @@ def test_whatever_takes_ready_it_schedules(site, robot, output):
         app.wait()
 
 
-def import_when_it_runs(site: Path) -> None:
+def check_it_schedules(site: Path, robot) -> None:
     wait_for(lambda: "schedules on" in logged(site), what="the app to run")
     import_configuration(site, {"format": "amr-scheduler/1", "schedules": [once_now("Łaźnia 東", "Home", "Now")]})
+    wait_for(lambda: started(robot) == 1, what="the robot to get its start")
+
+
+def check_it_ends(app: subprocess.Popen[bytes]) -> None:
+    app.send_signal(signal.SIGTERM)
+    assert app.wait(ENDS_WITHIN) == 0
 
 
 def logged(site: Path) -> str:
@@ -170,11 +175,9 @@ def test_a_blocked_terminal_delays_no_start_and_no_end(site, robot, stopped):
         if stopped == "while it runs":
             wait_for(lambda: b"ready" in b"".join(said), what="ready")
         os.write(terminal, XOFF)
-        import_when_it_runs(site)
-        wait_for(lambda: started(robot) == 1, what="the robot to get its start")
+        check_it_schedules(site, robot)
         assert b"Now added" not in b"".join(said)
-        app.send_signal(signal.SIGTERM)
-        assert app.wait(ENDS_WITHIN) == 0
+        check_it_ends(app)
 
 
 @pytest.mark.long
@@ -182,12 +185,10 @@ def test_lines_that_a_terminal_missed_come_when_it_continues(site, robot):
     with on_a_terminal(site) as (app, terminal, said):
         wait_for(lambda: b"ready" in b"".join(said), what="ready")
         os.write(terminal, XOFF)
-        import_when_it_runs(site)
-        wait_for(lambda: started(robot) == 1, what="the robot to get its start")
+        check_it_schedules(site, robot)
         os.write(terminal, XON)
         wait_for(lambda: b"Home" in b"".join(said), what="the line about it")
-        app.send_signal(signal.SIGTERM)
-        assert app.wait(ENDS_WITHIN) == 0
+        check_it_ends(app)
 
 
 def test_a_log_file_on_a_disk_that_hangs_delays_nothing(site, robot):
@@ -209,8 +210,7 @@ def test_a_log_file_on_a_disk_that_hangs_delays_nothing(site, robot):
         assert app.stdout.readline() == b"ready\n"
         import_configuration(site, {"format": "amr-scheduler/1", "schedules": [once_now("Łaźnia 東", "Home", "Now")]})
         wait_for(lambda: started(robot) == 1, what="the robot to get its start")
-        app.send_signal(signal.SIGTERM)
-        assert app.wait(ENDS_WITHIN) == 0
+        check_it_ends(app)
     finally:
         app.kill()
         app.communicate()

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from app.container import Container
 from app.database.connection import Database
 from app.domain.models import DayException, DurationEstimate, InvalidInput, Mission, Robot, Schedule
-from app.services.catalogue.pausing import Pausing
 from app.services.files import plan_export
 from app.services.files.plan_export import PlanFiles, write_plan
 from app.services.planning.planned import PlannedRun
@@ -85,7 +84,7 @@ def test_every_start_of_thirty_days_is_an_event(container, files, tmp_path):
 def test_what_the_calendar_closes_and_what_is_paused_is_not_in_it(container, files):
     daily = plan(container)
     container.catalogue.save_days(DayException("Audit", date(2026, 11, 26), date(2026, 11, 27)))
-    Pausing(container.catalogue).pause(daily.id, datetime(2026, 11, 24, 22, tzinfo=UTC))
+    container.pausing.pause(daily.id, datetime(2026, 11, 24, 22, tzinfo=UTC))
     days = [f"{event.start:%Y%m%d}" for event in events_of(files.export().path)]
     assert days[:2] == ["20261125", "20261130"]
 

@@ -30,6 +30,11 @@ def ask(machine, prompt):
     COMMANDS["user_prompt"](prompt)(machine)
 
 
+def answer(site, text):
+    prompt = site.container.snapshots.get(1).status.user_prompt
+    site.container.operator.answer_prompt(1, prompt.guid, text)
+
+
 def test_a_question_is_an_alarm_until_it_is_answered(site, machine):
     site.run(10)
     ask(machine, LOADED)
@@ -40,9 +45,7 @@ def test_a_question_is_an_alarm_until_it_is_answered(site, machine):
         ["Yes", "No"],
         "R1 asks: Loaded?",
     )
-    robot = site.container.catalogue.robots()[0]
-    prompt = site.container.snapshots.get(robot.id).status.user_prompt
-    site.container.operator.answer_prompt(robot.id, prompt.guid, "Yes")
+    answer(site, "Yes")
     site.run(40)
     assert active(site) == []
 
@@ -59,9 +62,7 @@ def test_the_past_alarm_says_what_was_answered(site, machine):
     site.run(10)
     ask(machine, LOADED)
     site.run(40)
-    robot = site.container.catalogue.robots()[0]
-    first = site.container.snapshots.get(robot.id).status.user_prompt
-    site.container.operator.answer_prompt(robot.id, first.guid, "No")
+    answer(site, "No")
     site.run(40)
     assert past_notes(site)[0].endswith(" · answered: No")
     ask(machine, {**LOADED, "question": "Empty?", "timeout": 60})
@@ -92,10 +93,9 @@ def test_one_that_runs_out_is_over(site, machine):
 def test_a_robot_that_is_switched_off_asks_nothing(site, machine):
     ask(machine, LOADED)
     site.run(40)
-    robot = site.container.catalogue.robots()[0]
-    switch_robot(site.container.catalogue, robot.id, False)
+    switch_robot(site.container.catalogue, 1, False)
     site.run(120)
     assert active(site) == []
-    switch_robot(site.container.catalogue, robot.id, True)
+    switch_robot(site.container.catalogue, 1, True)
     site.run(60)
     assert active(site) == ["R1 asks: Loaded?"]

@@ -18,10 +18,11 @@ from tests.support.recorded_robot import AskedRobot
 LOST = ConnectionLost(address="10.0.0.1")
 
 
-def lose(robot: AskedRobot, *numbers: int) -> None:
-    """Answers to these requests, counted from now on."""
-    count = itertools.count(1)
+def losing(*numbers: int) -> AskedRobot:
+    """One whose answers to these requests never arrive."""
+    robot, count = AskedRobot(), itertools.count(1)
     robot.gives(LOST, lambda method, path: next(count) in numbers)
+    return robot
 
 
 def asked_for_load(robot: AskedRobot) -> CheckUpSession:
@@ -32,9 +33,7 @@ def asked_for_load(robot: AskedRobot) -> CheckUpSession:
 
 @pytest.mark.parametrize("number", [3, 20, 41])
 def test_one_gap_sets_no_pace(number):
-    robot = AskedRobot()
-    lose(robot, number)
-    session = asked_for_load(robot)
+    session = asked_for_load(losing(number))
     assert "rest" not in session.facts
     level, text = says(session, Topic.LOAD)
     assert level is Level.AMBER
@@ -60,9 +59,7 @@ def test_a_robot_that_does_not_bear_it_twice_is_asked_less():
 
 
 def test_of_a_robot_that_loses_answers_at_any_time_it_is_not_found_out():
-    robot = AskedRobot()
-    session = robot.session()
-    lose(robot, 7, 19, 44, 80, 95)
+    session = losing(7, 19, 44, 80, 95).session()
     session.add(Topic.LATENCY, latency(session))
     session.add(Topic.LOAD, load(session))
     assert "rest" not in session.facts
@@ -72,9 +69,7 @@ def test_of_a_robot_that_loses_answers_at_any_time_it_is_not_found_out():
 
 
 def test_a_robot_that_stays_away_gets_no_pace():
-    robot = AskedRobot()
-    lose(robot, *range(30, 5000))
-    session = asked_for_load(robot)
+    session = asked_for_load(losing(*range(30, 5000)))
     assert "rest" not in session.facts
     assert says(session, Topic.LOAD) == (
         Level.RED,
@@ -83,8 +78,7 @@ def test_a_robot_that_stays_away_gets_no_pace():
 
 
 def test_one_that_does_not_say_how_long_it_is_on_is_not_taken_for_booted():
-    robot = AskedRobot()
-    lose(robot, 12)
+    robot = losing(12)
     lost = robot.meddle
 
     def meddle(method, path, answer):

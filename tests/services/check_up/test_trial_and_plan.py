@@ -44,8 +44,12 @@ def refused(check_ups, robot, trial=None) -> str:
 
 
 # ---------------------------------------------------------------------- refused
-def test_a_start_that_is_due_soon_goes_first(site, plan, check_ups, robot):
-    plan("2026-11-23T06:05")
+@pytest.mark.parametrize("of_its_group", [False, True])
+def test_a_start_that_is_due_soon_goes_first(site, plan, check_ups, robot, of_its_group):
+    schedule = plan("2026-11-23T06:05")
+    if of_its_group:
+        group = site.container.catalogue.save_group(Group("Tuggers", (robot.id,)))
+        site.container.catalogue.save_schedule(replace(schedule, robot_id=None, group_id=group.id))
     assert refused(check_ups, robot) == "S1 is planned at 06:05: check up after it"
     assert not site.network.submissions
 
@@ -56,13 +60,6 @@ def test_one_that_is_skipped_or_later_is_not_in_the_way(site, plan, check_ups, r
     paused = plan("2026-11-23T06:05", recurrence="FREQ=DAILY")
     site.container.pausing.pause(paused.id, datetime(2026, 11, 24, tzinfo=UTC))
     assert check_ups.run(robot.id, Trial()).is_complete
-
-
-def test_a_start_of_its_group_goes_first_too(site, plan, check_ups, robot):
-    group = site.container.catalogue.save_group(Group("Tuggers", (robot.id,)))
-    schedule = plan("2026-11-23T06:05")
-    site.container.catalogue.save_schedule(replace(schedule, robot_id=None, group_id=group.id))
-    assert refused(check_ups, robot) == "S1 is planned at 06:05: check up after it"
 
 
 def test_a_start_that_is_open_goes_first(site, check_ups, robot, mission):
