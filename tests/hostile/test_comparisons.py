@@ -61,6 +61,14 @@ def known(listen: Listen) -> Iterator[Known]:
         yield found
 
 
+def assert_refused(known: Known) -> None:
+    """It is asked for its serial number, and gets no credentials."""
+    machine, timed = known
+    with pytest.raises(AnotherRobot):
+        timed.client.missions()
+    assert machine.credentials == []
+
+
 def test_within_ten_seconds_of_the_comparison_a_request_needs_no_other(known: Known) -> None:
     machine, timed = known
     timed.now = 9.9
@@ -71,9 +79,7 @@ def test_within_ten_seconds_of_the_comparison_a_request_needs_no_other(known: Kn
 def test_after_ten_seconds_the_serial_number_is_compared_again(known: Known) -> None:
     machine, timed = known
     timed.now, machine.serial = 10.1, "B-2"
-    with pytest.raises(AnotherRobot):
-        timed.client.missions()
-    assert machine.credentials == []
+    assert_refused(known)
 
 
 @pytest.mark.parametrize(
@@ -97,9 +103,7 @@ def test_a_connection_that_breaks_ends_the_comparison(known: Known) -> None:
         timed.client.enqueue(MISSION)
     machine.serial = "B-2"
     machine.seen.clear()
-    with pytest.raises(AnotherRobot):
-        timed.client.missions()
-    assert machine.credentials == []
+    assert_refused(known)
 
 
 EVERY_METHOD = {
@@ -144,9 +148,7 @@ def test_a_connection_that_was_opened_later_proves_nothing_after_two_seconds(
     timed.client.missions()
     timed.now, machine.serial = 2.1, "B-2"
     machine.seen.clear()
-    with pytest.raises(AnotherRobot):
-        timed.client.missions()
-    assert machine.credentials == []
+    assert_refused(known)
 
 
 def test_a_read_with_credentials_is_repeated_on_a_new_connection_after_a_comparison_only(
@@ -193,8 +195,5 @@ def test_a_machine_that_was_commanded_is_compared_as_well(known: Known) -> None:
 
 
 def test_another_known_serial_number_ends_the_comparison(known: Known) -> None:
-    machine, timed = known
-    timed.client.serial_number = "B-2"
-    with pytest.raises(AnotherRobot):
-        timed.client.missions()
-    assert machine.credentials == []
+    known[1].client.serial_number = "B-2"
+    assert_refused(known)

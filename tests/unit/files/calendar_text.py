@@ -37,3 +37,8 @@ def timed(found: Found) -> list[str]:
 def text(day) -> str:
     days = f"{day.first_day}" if day.first_day == day.last_day else f"{day.first_day}/{day.last_day}"
     return f"{days} yearly" if day.yearly else days
+
+
+def days_of(*lines: str) -> list[str]:
+    """The whole days of an event of these lines."""
+    return whole(read(calendar(*event(*lines))))

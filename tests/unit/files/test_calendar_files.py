@@ -7,7 +7,7 @@ import re
 import pytest
 
 from app.services.files.calendar_days import LeftOut
-from tests.unit.files.calendar_text import FILES, HEAD, calendar, event, read, timed, whole
+from tests.unit.files.calendar_text import FILES, HEAD, calendar, days_of, event, read, timed, whole
 
 FRIDAYS = [f"2027-{day}" for day in ("06-04", "06-11", "06-18", "06-25", "07-02", "07-09", "07-16", "07-23", "07-30")]
 FIRST_OF_JUNE = [
@@ -143,6 +143,7 @@ def test_garbage_around_an_event_is_ignored(lines):
         ["DTSTART:20270705", "RRULE:FREQ=YEARLY;BYMONTH=1;BYEASTER=0"],
         ["DTSTART:20270705", "RRULE:FREQ=HOURLY;COUNT=9"],
         ["DTSTART:20270705", "RRULE:FREQ=YEARLY;UNTIL=soon"],
+        ["DTSTART:20270705", "RRULE:FREQ=DAILY;COUNT=5", "EXRULE:nonsense"],
     ],
 )
 def test_a_broken_event_costs_that_event_and_is_counted(bad):
@@ -177,12 +178,12 @@ def test_a_text_with_a_raw_line_end_spoils_nothing(text):
 
 @pytest.mark.parametrize("text", ["Status: cancelled", "Duration: 3 hours"])
 def test_a_text_with_a_raw_line_end_is_no_property(text):
-    assert whole(read(calendar(*event("DTSTART;VALUE=DATE:20270705", "DESCRIPTION:Agenda", text)))) == ["2027-07-05"]
+    assert days_of("DTSTART;VALUE=DATE:20270705", "DESCRIPTION:Agenda", text) == ["2027-07-05"]
 
 
 @pytest.mark.parametrize("state", ["CANCELLED", "Cancelled", "cancelled"])
 def test_a_state_counts_in_any_letters(state):
-    assert whole(read(calendar(*event("DTSTART;VALUE=DATE:20270705", f"STATUS:{state}")))) == []
+    assert days_of("DTSTART;VALUE=DATE:20270705", f"STATUS:{state}") == []
 
 
 @pytest.mark.parametrize(

@@ -193,23 +193,145 @@ def test_the_first_three_instants_of_each_kind(rule, expected):
     assert starts(source, "2026-11-23 04:30", 3)[:2] == [text for text in expected if text > "2026-11-23 04:30"][:2]
 
 
+# By what they prove; "end": no start comes after these.
+NEXT = {
+    # days off
+    "count counts skipped days too": (  # from a Friday; Saturday and Sunday count
+        schedule("2026-11-20T06:30", "FREQ=DAILY;COUNT=5", respects=True),
+        ["2026-11-20 04:30", "2026-11-23 04:30", "2026-11-24 04:30", "end"],
+    ),
+    "count counts skipped hours too": (
+        schedule("2026-11-20T06:30", "FREQ=HOURLY;INTERVAL=12;COUNT=8", respects=True),
+        ["2026-11-20 04:30", "2026-11-20 16:30", "2026-11-23 04:30", "2026-11-23 16:30", "end"],
+    ),
+    "daily ones skip days off by their local date": (  # 00:30 in Helsinki is the day before in UTC
+        schedule("2026-11-19T00:30", "FREQ=DAILY", respects=True),
+        [
+            "2026-11-18 22:30",
+            "2026-11-19 22:30",
+            "2026-11-22 22:30",
+        ],
+    ),
+    "hourly ones skip days off by their local date": (
+        schedule("2026-11-20T12:00", "FREQ=HOURLY;INTERVAL=6", respects=True),
+        [
+            "2026-11-20 10:00",
+            "2026-11-20 16:00",
+            "2026-11-22 22:00",
+            "2026-11-23 04:00",
+        ],
+    ),
+    "a one-time schedule runs whatever day it is": (
+        schedule("2026-11-22T06:30", respects=True),
+        ["2026-11-22 04:30", "end"],
+    ),
+    # part of the day
+    "steps start again each day, and both ends are included": (
+        schedule("2026-11-23T00:00", "FREQ=MINUTELY;INTERVAL=45", between=("08:30", "10:00")),
+        [
+            "2026-11-23 06:30",
+            "2026-11-23 07:15",
+            "2026-11-23 08:00",
+            "2026-11-24 06:30",
+            "2026-11-24 07:15",
+            "2026-11-24 08:00",
+        ],
+    ),
+    "on the first day the steps still count from where the part begins": (
+        schedule("2026-11-23T09:00", "FREQ=MINUTELY;INTERVAL=45", between=("08:30", "10:00")),
+        ["2026-11-23 07:15", "2026-11-23 08:00", "2026-11-24 06:30"],
+    ),
+    "the part of the day knows days and count": (
+        schedule("2026-11-20T00:00", "FREQ=HOURLY;BYDAY=FR,SU,MO;COUNT=5", between=("08:00", "09:00"), respects=True),
+        ["2026-11-20 06:00", "2026-11-20 07:00", "2026-11-23 06:00", "end"],
+    ),
+    "the part of the day knows minutes": (
+        schedule("2026-11-23T00:00", "FREQ=HOURLY;BYMINUTE=0,50", between=("08:10", "10:00")),
+        [
+            "2026-11-23 06:50",
+            "2026-11-23 07:00",
+            "2026-11-23 07:50",
+            "2026-11-23 08:00",
+            "2026-11-24 06:50",
+        ],
+    ),
+    "a part of the day missing by a clock change is skipped": (
+        schedule("2027-03-27T00:00", "FREQ=MINUTELY;INTERVAL=20", between=("03:10", "03:50")),
+        [
+            "2027-03-27 01:10",
+            "2027-03-27 01:30",
+            "2027-03-27 01:50",
+            "2027-03-29 00:10",
+            "2027-03-29 00:30",
+            "2027-03-29 00:50",
+        ],
+    ),
+    "a repeated part of the day runs on": (
+        schedule("2026-10-25T00:00", "FREQ=MINUTELY;INTERVAL=30", between=("03:00", "03:45")),
+        [
+            "2026-10-25 00:00",
+            "2026-10-25 00:30",
+            "2026-10-25 01:00",
+            "2026-10-25 01:30",
+            "2026-10-26 01:00",
+        ],
+    ),
+    # clock changes
+    "a weekly time early on Monday stays where people expect it": (
+        schedule("2026-10-19T00:05", "FREQ=WEEKLY;BYDAY=MO"),
+        ["2026-10-18 21:05", "2026-10-25 22:05"],
+    ),
+    "two times that a change pushes onto one instant run once": (
+        schedule("2027-03-28T03:00", "FREQ=DAILY;BYHOUR=3,4"),
+        ["2027-03-28 01:00*", "2027-03-29 00:00", "2027-03-29 01:00"],
+    ),
+    "a shifted time that passes a later one keeps the order": (
+        schedule("2027-03-28T00:00", "FREQ=DAILY;BYHOUR=3,4;BYMINUTE=10,30"),
+        ["2027-03-28 01:10*", "2027-03-28 01:30*", "2027-03-29 00:10", "2027-03-29 00:30"],
+    ),
+    "a shifted time over midnight keeps the order": (  # over midnight: gap 23:00–24:00
+        schedule("2026-03-28T12:00", "FREQ=DAILY;BYHOUR=0,23;BYMINUTE=0,30", zone="America/Nuuk"),
+        ["2026-03-29 01:00*", "2026-03-29 01:30*", "2026-03-30 00:00"],
+    ),
+    "sub-daily steps run on through a repeated hour": (
+        schedule("2026-10-25T02:10", "FREQ=HOURLY"),
+        [
+            "2026-10-24 23:10",
+            "2026-10-25 00:10",
+            "2026-10-25 01:10",
+            "2026-10-25 02:10",
+        ],
+    ),
+    "sub-daily steps run on over a missing hour": (
+        schedule("2027-03-28T02:10", "FREQ=HOURLY"),
+        [
+            "2027-03-28 00:10",
+            "2027-03-28 01:10",
+            "2027-03-28 02:10",
+        ],
+    ),
+    "a missing hour is not counted": (
+        schedule("2027-03-28T00:00", "FREQ=HOURLY;BYHOUR=2,3,4;COUNT=3"),
+        ["2027-03-28 00:00", "2027-03-28 01:00", "2027-03-28 23:00", "end"],
+    ),
+    "a skipped calendar day of a zone does not double the next": (  # there was no 30 December 2011
+        schedule("2011-12-28T12:00", "FREQ=DAILY", zone="Pacific/Apia"),
+        ["2011-12-28 22:00", "2011-12-29 22:00", "2011-12-30 22:00*", "2011-12-31 22:00"],
+    ),
+}
+
+
+@pytest.mark.parametrize(("source", "expected"), NEXT.values(), ids=NEXT)
+def test_the_next_instants(source, expected):
+    found = starts(source, number=len(expected), calendar=MONDAY_TO_FRIDAY)
+    assert [*found, "end"][: len(expected)] == expected
+
+
 def test_until_is_included_whatever_its_form():
     for until in ("20261125", "20261125T063000", "20261125T043000Z"):
         assert len(starts(schedule("2026-11-23T06:30", f"FREQ=DAILY;UNTIL={until}"))) == 3
     for until in ("20261125T062959", "20261125T042959Z"):
         assert len(starts(schedule("2026-11-23T06:30", f"FREQ=DAILY;UNTIL={until}"))) == 2
-
-
-def test_count_counts_what_is_skipped_too():
-    rule = schedule("2026-11-20T06:30", "FREQ=DAILY;COUNT=5", respects=True)  # Friday; Saturday and Sunday count
-    assert starts(rule, calendar=MONDAY_TO_FRIDAY) == ["2026-11-20 04:30", "2026-11-23 04:30", "2026-11-24 04:30"]
-    sub_daily = schedule("2026-11-20T06:30", "FREQ=HOURLY;INTERVAL=12;COUNT=8", respects=True)
-    assert starts(sub_daily, calendar=MONDAY_TO_FRIDAY) == [
-        "2026-11-20 04:30",
-        "2026-11-20 16:30",
-        "2026-11-23 04:30",
-        "2026-11-23 16:30",
-    ]
 
 
 def test_count_is_counted_from_the_start_also_when_that_is_twenty_years_ago():
@@ -226,73 +348,11 @@ def test_count_is_counted_from_the_start_also_when_that_is_twenty_years_ago():
 
 
 # ---------------------------------------------------------------------- working days
-def test_recurring_ones_skip_days_off_by_their_local_date():
-    rule = schedule("2026-11-19T00:30", "FREQ=DAILY", respects=True)  # 00:30 in Helsinki is the day before in UTC
-    assert starts(rule, number=3, calendar=MONDAY_TO_FRIDAY) == [
-        "2026-11-18 22:30",
-        "2026-11-19 22:30",
-        "2026-11-22 22:30",
-    ]
-    hourly = schedule("2026-11-20T12:00", "FREQ=HOURLY;INTERVAL=6", respects=True)
-    assert starts(hourly, number=4, calendar=MONDAY_TO_FRIDAY) == [
-        "2026-11-20 10:00",
-        "2026-11-20 16:00",
-        "2026-11-22 22:00",
-        "2026-11-23 04:00",
-    ]
-
-
 def test_a_rule_for_days_off_only_never_comes_and_that_is_found_out():
     weekend = schedule("2026-11-20T06:30", "FREQ=WEEKLY;BYDAY=SA,SU", respects=True)
     assert next_occurrence(weekend, LONG_AGO, MONDAY_TO_FRIDAY) is None
     minutes = schedule("2026-11-20T06:30", "FREQ=MINUTELY;BYDAY=SU", respects=True)
     assert next_occurrence(minutes, LONG_AGO, MONDAY_TO_FRIDAY) is None
-
-
-def test_a_one_time_schedule_runs_whatever_day_it_is():
-    assert starts(schedule("2026-11-22T06:30", respects=True), calendar=MONDAY_TO_FRIDAY) == ["2026-11-22 04:30"]
-
-
-# ---------------------------------------------------------------------- part of the day
-def test_steps_start_again_each_day_and_both_ends_are_included():
-    rule = schedule("2026-11-23T00:00", "FREQ=MINUTELY;INTERVAL=45", between=("08:30", "10:00"))
-    assert starts(rule, number=6) == [
-        "2026-11-23 06:30",
-        "2026-11-23 07:15",
-        "2026-11-23 08:00",
-        "2026-11-24 06:30",
-        "2026-11-24 07:15",
-        "2026-11-24 08:00",
-    ]
-
-
-def test_on_the_first_day_the_steps_still_count_from_where_the_part_begins():
-    rule = schedule("2026-11-23T09:00", "FREQ=MINUTELY;INTERVAL=45", between=("08:30", "10:00"))
-    assert starts(rule, number=3) == ["2026-11-23 07:15", "2026-11-23 08:00", "2026-11-24 06:30"]
-
-
-def test_the_part_of_the_day_knows_days_hours_and_count():
-    rule = schedule("2026-11-20T00:00", "FREQ=HOURLY;BYDAY=FR,SU,MO;COUNT=5", between=("08:00", "09:00"), respects=True)
-    assert starts(rule, calendar=MONDAY_TO_FRIDAY) == ["2026-11-20 06:00", "2026-11-20 07:00", "2026-11-23 06:00"]
-    assert starts(schedule("2026-11-23T00:00", "FREQ=HOURLY;BYMINUTE=0,50", between=("08:10", "10:00")), number=5) == [
-        "2026-11-23 06:50",
-        "2026-11-23 07:00",
-        "2026-11-23 07:50",
-        "2026-11-23 08:00",
-        "2026-11-24 06:50",
-    ]
-
-
-def test_a_part_of_the_day_missing_by_a_clock_change_is_skipped():
-    rule = schedule("2027-03-27T00:00", "FREQ=MINUTELY;INTERVAL=20", between=("03:10", "03:50"))
-    assert starts(rule, number=6) == [
-        "2027-03-27 01:10",
-        "2027-03-27 01:30",
-        "2027-03-27 01:50",
-        "2027-03-29 00:10",
-        "2027-03-29 00:30",
-        "2027-03-29 00:50",
-    ]
 
 
 # ---------------------------------------------------------------------- clock changes in Helsinki: gap 03:00–04:00, fold 04:00–03:00
@@ -336,47 +396,9 @@ def test_a_week_is_an_hour_shorter_or_longer_across_a_change(start, spacings):
     assert hours == spacings
 
 
-def test_a_weekly_time_early_on_monday_stays_where_people_expect_it():
-    weekly = schedule("2026-10-19T00:05", "FREQ=WEEKLY;BYDAY=MO")
-    assert starts(weekly, number=2) == ["2026-10-18 21:05", "2026-10-25 22:05"]
-
-
-def test_two_times_that_a_change_pushes_onto_one_instant_run_once():
-    both = schedule("2027-03-28T03:00", "FREQ=DAILY;BYHOUR=3,4")
-    assert starts(both, number=3) == ["2027-03-28 01:00*", "2027-03-29 00:00", "2027-03-29 01:00"]
-
-
-def test_a_shifted_time_that_passes_a_later_one_keeps_the_order():
-    both = schedule("2027-03-28T00:00", "FREQ=DAILY;BYHOUR=3,4;BYMINUTE=10,30")
-    assert starts(both, number=4) == ["2027-03-28 01:10*", "2027-03-28 01:30*", "2027-03-29 00:10", "2027-03-29 00:30"]
-    across_midnight = schedule(
-        "2026-03-28T12:00", "FREQ=DAILY;BYHOUR=0,23;BYMINUTE=0,30", zone="America/Nuuk"
-    )  # gap 23:00–24:00
-    assert starts(across_midnight, number=3) == ["2026-03-29 01:00*", "2026-03-29 01:30*", "2026-03-30 00:00"]
-
-
 def test_the_end_goes_by_the_wall_clock_when_times_are_shifted():
     assert len(starts(schedule("2027-03-27T03:30", "FREQ=DAILY;UNTIL=20270328T033000"))) == 2
     assert len(starts(schedule("2027-03-27T03:30", "FREQ=DAILY;COUNT=2"))) == 2
-
-
-def test_sub_daily_steps_run_on_through_a_repeated_hour_and_over_a_missing_one():
-    assert starts(schedule("2026-10-25T02:10", "FREQ=HOURLY"), number=4) == [
-        "2026-10-24 23:10",
-        "2026-10-25 00:10",
-        "2026-10-25 01:10",
-        "2026-10-25 02:10",
-    ]
-    assert starts(schedule("2027-03-28T02:10", "FREQ=HOURLY"), number=3) == [
-        "2027-03-28 00:10",
-        "2027-03-28 01:10",
-        "2027-03-28 02:10",
-    ]
-    assert starts(schedule("2027-03-28T00:00", "FREQ=HOURLY;BYHOUR=2,3,4;COUNT=3")) == [
-        "2027-03-28 00:00",
-        "2027-03-28 01:00",
-        "2027-03-28 23:00",
-    ]
 
 
 def wall(source: Schedule, after: str, number: int) -> list[str]:
@@ -436,22 +458,6 @@ def test_count_counts_times_of_day_over_clock_changes():
         starts(schedule("2006-05-02T06:00", "FREQ=HOURLY;INTERVAL=8;COUNT=21915"), "2026-04-30")[-1]
         == "2026-05-01 19:00"
     )
-
-
-def test_a_repeated_part_of_the_day_runs_on():
-    rule = schedule("2026-10-25T00:00", "FREQ=MINUTELY;INTERVAL=30", between=("03:00", "03:45"))
-    assert starts(rule, number=5) == [
-        "2026-10-25 00:00",
-        "2026-10-25 00:30",
-        "2026-10-25 01:00",
-        "2026-10-25 01:30",
-        "2026-10-26 01:00",
-    ]
-
-
-def test_a_skipped_calendar_day_of_a_zone_does_not_double_the_next():
-    rule = schedule("2011-12-28T12:00", "FREQ=DAILY", zone="Pacific/Apia")  # there was no 30 December 2011
-    assert starts(rule, number=4) == ["2011-12-28 22:00", "2011-12-29 22:00", "2011-12-30 22:00*", "2011-12-31 22:00"]
 
 
 # ---------------------------------------------------------------------- the nominal time
