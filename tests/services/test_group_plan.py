@@ -12,6 +12,7 @@ from app.domain.models import Group, HandOver, InvalidInput, Mission, Overlap, P
 from app.services.catalogue import group_edit
 from app.services.catalogue.configuration import import_configuration
 from app.services.catalogue.configuration.exporting import export_configuration
+from tests.support.edits import import_file
 from tests.support.site import Site
 
 START = datetime(2026, 11, 23, 6, 5)
@@ -157,7 +158,7 @@ def _all_switched_on(exported):
 def test_a_file_that_is_wrong_about_groups_says_where_and_changes_nothing(site, catalogue, section, problem):
     before = export_configuration(site.container.db.read())
     with pytest.raises(InvalidInput, match=problem):
-        import_configuration(catalogue, json.dumps({"format": "amr-scheduler/1", **section}).encode())
+        import_file(catalogue, **section)
     assert export_configuration(site.container.db.read()) == before
 
 
@@ -212,7 +213,7 @@ def test_a_file_takes_a_finish_by_away(site, catalogue):
 
 def test_a_file_moves_a_start_with_a_finish_by_to_one_robot(catalogue):
     schedule = catalogue.save_schedule(of_group(hall(catalogue), finish_by_minutes=45))
-    given = {"name": schedule.name, "robot": "R1", "mission": "Deliver", "start": "2026-11-23T06:05"}
-    import_configuration(catalogue, json.dumps({"format": "amr-scheduler/1", "schedules": [given]}).encode())
+    moved = {"name": schedule.name, "robot": "R1", "mission": "Deliver", "start": "2026-11-23T06:05"}
+    import_file(catalogue, schedules=[moved])
     [moved] = catalogue.schedules()
     assert (moved.robot_id, moved.finish_by_minutes) == (1, None)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 
 import pytest
@@ -11,7 +10,7 @@ from app.domain.models import Mission, ReasonCode, State
 from app.domain.robot import MissionParameter
 from app.mir.client import RobotClient
 from app.mir.errors import AnotherRobot, NotAMir, Unauthorized
-from app.services.catalogue.configuration import import_configuration
+from tests.support.edits import import_file
 from tests.support.examples import at_night
 from tests.support.network import Planned
 
@@ -53,17 +52,8 @@ def hall_b(site, positions, line_1):
 
 
 def take(site, parameters, **values):
-    schedule = {
-        "name": "S",
-        "robot": "R1",
-        "mission": "Go to position",
-        "start": START,
-        "parameters": parameters,
-        **values,
-    }
-    import_configuration(
-        site.container.catalogue, json.dumps({"format": "amr-scheduler/1", "schedules": [schedule]}).encode()
-    )
+    schedule = {"name": "S", "robot": "R1", "mission": "Go to position", "start": START, **values}
+    import_file(site.container.catalogue, schedules=[schedule | {"parameters": parameters}])
 
 
 def sent(site) -> list[object]:

@@ -14,7 +14,7 @@ from app.domain.models import InvalidInput, Mission, ReasonCode, State
 from app.domain.reasons import sentence
 from app.domain.robot import MissionParameter
 from app.mir.client import RobotClient
-from app.services.catalogue.configuration import import_configuration
+from tests.support.edits import import_file
 
 GO_TO_POSITION = "3d7c7c49-ce85-11ef-904a-000e8e9884eb"
 START = "2026-11-23T06:05"
@@ -47,9 +47,7 @@ def asked(site) -> list[str]:
 
 
 def take(site, *schedules, **sections):
-    return import_configuration(
-        site.container.catalogue, json.dumps({"format": "amr-scheduler/1", **sections, "schedules": schedules}).encode()
-    )
+    return import_file(site.container.catalogue, **sections, schedules=schedules)
 
 
 def schedule(parameters, **values):

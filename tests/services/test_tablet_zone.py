@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -11,9 +10,9 @@ import pytest
 from app.container import Container
 from app.database.connection import Database
 from app.domain.models import Mission, Robot, Schedule
-from app.services.catalogue.configuration import import_configuration
 from app.services.live.tablet_zone import LOCALTIME, TIMEZONE_FILE, TabletZone, WindowsZone, read_registry, tablet_zone
 from tests.support.clock import VirtualClock
+from tests.support.edits import import_file
 from tests.support.zone_files import file_of_rule, put, zone_file
 
 NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)
@@ -245,10 +244,8 @@ class Tablet:
 
     def plan(self, zone: str) -> Schedule:
         c = self.container
-        robot, mission = (
-            c.catalogue.save_robot(Robot("R1", "10.0.0.1", "u"), password="p"),
-            c.catalogue.save_mission(Mission("Go", "g")),
-        )
+        robot = c.catalogue.save_robot(Robot("R1", "10.0.0.1", "u"), password="p")
+        mission = c.catalogue.save_mission(Mission("Go", "g"))
         saved = c.catalogue.save_schedule(
             Schedule("S", robot.id, mission.id, datetime(2026, 11, 23, 9), "Asia/Tokyo", "FREQ=DAILY")
         )
@@ -295,8 +292,7 @@ def test_a_guess_is_taken_and_alarmed_until_somebody_chooses(tablet, caplog):
 def test_a_configuration_with_a_zone_is_a_choice(tablet):
     tablet.zone = GUESS
     tablet.start()
-    document = {"format": "amr-scheduler/1", "settings": {"timezone": "Europe/Riga"}}
-    import_configuration(tablet.container.catalogue, json.dumps(document).encode())
+    import_file(tablet.container.catalogue, settings={"timezone": "Europe/Riga"})
     assert tablet.container.settings().timezone == "Europe/Riga"
     assert tablet.codes() == []
 

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 from app.domain.models import DayException, Robot
 from app.services.catalogue import robot_edit, settings_edit
 from app.services.catalogue.catalogue import Catalogue
+from app.services.catalogue.configuration import import_configuration
+
+
+def import_file(catalogue: Catalogue, **sections: Any) -> list[str]:
+    """A configuration of these sections. Returns what has changed."""
+    content = json.dumps({"format": "amr-scheduler/1", **sections})
+    return import_configuration(catalogue, content.encode())
 
 
 def switch_robot(catalogue: Catalogue, robot_id: int, on: bool) -> Robot:
