@@ -101,14 +101,17 @@ def test_a_paused_schedule_has_no_start_in_its_pause(container):
     assert (over.starts[0].nominal.date().day, codes(over)) == (23, [])
 
 
-def test_a_schedule_that_is_switched_off_has_no_starts(container):
-    found = preview(container, recurrence="FREQ=DAILY", enabled=False)
-    assert (found.starts, codes(found)) == ((), [ConcernCode.SWITCHED_OFF])
+OVER = {"start": datetime(2026, 11, 2, 6, 30), "recurrence": "FREQ=DAILY;UNTIL=20261110"}
 
 
-def test_a_schedule_that_is_over_says_so(container):
-    found = preview(container, start=datetime(2026, 11, 2, 6, 30), recurrence="FREQ=DAILY;UNTIL=20261110")
-    assert (found.starts, codes(found)) == ((), [ConcernCode.NO_START])
+@pytest.mark.parametrize(
+    ("values", "code"),
+    [({"recurrence": "FREQ=DAILY", "enabled": False}, ConcernCode.SWITCHED_OFF), (OVER, ConcernCode.NO_START)],
+    ids=["switched off", "over"],
+)
+def test_a_schedule_without_a_start_says_why(container, values, code):
+    found = preview(container, **values)
+    assert (found.starts, codes(found)) == ((), [code])
 
 
 @pytest.mark.parametrize(

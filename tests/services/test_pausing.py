@@ -83,13 +83,6 @@ def test_starts_of_a_pause_are_skipped_with_their_row_and_the_next_one_runs(plan
     assert plant.container.alarms.open() == []  # who pauses a schedule knows it
 
 
-def test_what_waits_of_it_is_skipped_at_once(plant):
-    plant.go_to(at(23) + timedelta(seconds=1))
-    plant.skipping.pause(plant.daily.id, WEDNESDAY)
-    [row] = plant.rows()
-    assert (row.state, row.reason.code) == (State.SKIPPED, ReasonCode.HOLD)
-
-
 def test_starts_of_a_pause_were_not_missed_when_the_app_was_off(plant):
     plant.skipping.pause(plant.daily.id, WEDNESDAY)
     plant.container.downtime.add(Gap(NOW, NOW + timedelta(days=4)))

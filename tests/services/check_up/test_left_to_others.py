@@ -121,15 +121,21 @@ def test_another_machine_at_the_address_is_left_alone(robot):
     assert not robot.check_ups.left_behind()
 
 
-def test_a_robot_that_does_not_let_the_mission_be_removed_is_released(robot):
+@pytest.mark.parametrize("most", [1, 100], ids=["ended by a person", "to its end"])
+def test_a_robot_that_does_not_let_the_mission_be_removed_is_released(robot, most):
+    """It holds no start, and what people do with it until the mission can be removed stays so."""
     robot.asked.gives(FORBIDDEN, lambda method, path: method == "DELETE" and path.startswith("/missions/"))
-    report = robot.trial(is_wanted=lambda: f"POST {QUEUE}" not in robot.asked.writes)
+    report = robot.trial(is_wanted=lambda: robot.asked.writes.count(f"POST {QUEUE}") < most)
     assert says(report, Topic.LEFT)[0] is Level.RED
-    assert not robot.machine.paused
-    robot.machine.pause()  # by a person
+    assert list(robot.check_ups.left_behind()) == [robot.id]
+    assert [alarm.code for alarm in robot.container.alarms.open()] == ["check_up_left"]
+    assert (robot.machine.paused, robot.container.holds.current()) == (False, [])
     robot.asked.behave()
+    robot.machine.pause()
+    robot.container.holds.hold("Cleaning", robot_id=robot.id)
     assert robot.check_ups.put_back(robot.id) is None
     assert robot.machine.paused
+    assert [hold.reason for hold in robot.container.holds.current()] == ["Cleaning"]
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,6 @@ from app.database.errors import DatabaseUnavailable
 from app.domain.check_up import Level, Topic, Trial
 from app.domain.message import render
 from app.domain.models import InvalidInput, State, Wait
-from app.mir.transport import Response
 from tests.support.check_up_site import CheckedRobot, Killed, check_ups_of
 from tests.support.findings import says
 from tests.support.site import GUIDS, Site
@@ -232,18 +231,3 @@ def test_a_robot_removed_in_the_middle_and_restored_is_released_in_the_end(site,
     site.container.catalogue.restore(removed)
     assert site.container.holds.current()
     check_is_restored(site, robot)
-
-
-def test_a_mission_that_may_not_be_removed_does_not_hold_the_plan(tmp_path):
-    robot = CheckedRobot(tmp_path)
-    forbidden = Response(403, b'{"error_human": "no"}', {})
-    robot.asked.gives(forbidden, lambda method, path: method == "DELETE" and path.startswith("/missions/"))
-    robot.trial()
-    assert list(robot.check_ups.left_behind()) == [robot.id]
-    assert not robot.container.holds.current()
-    [alarm] = robot.container.alarms.open()
-    assert alarm.code == LEFT
-    robot.asked.behave()
-    robot.container.holds.hold("Cleaning", robot_id=robot.id)
-    assert robot.check_ups.put_back(robot.id) is None
-    assert [hold.reason for hold in robot.container.holds.current()] == ["Cleaning"]
