@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from app.database.robots import RobotRepository
@@ -18,12 +18,17 @@ class GroupRepository(Table[Group]):
                    SELECT robot_id FROM current_group_members WHERE group_id = robot_groups.id ORDER BY robot_id)) AS members
                FROM current_robot_groups AS robot_groups"""
 
+    @classmethod
+    def read(cls, row: sqlite3.Row) -> Group:
+        """Its members in order of their ids."""
+        members = tuple(from_json(row["members"]))
+        keep_free = cls._can_keep_free(members, row["keep_free"])
+        return Group(row["name"], members, HandOver(row["hand_over"]), keep_free, row["id"])
+
     @staticmethod
-    def read(row: sqlite3.Row) -> Group:
-        """Its members in order of their ids. Where too many of them were removed it keeps none free."""
-        members, keep_free = tuple(from_json(row["members"])), row["keep_free"]
-        are_enough = len(members) >= max(FEWEST_TO_KEEP_FREE, keep_free + 1)
-        return Group(row["name"], members, HandOver(row["hand_over"]), keep_free if are_enough else 0, row["id"])
+    def _can_keep_free(members: Sequence[int], keep_free: int) -> int:
+        """A group that lost too many robots keeps none free, until they are put back."""
+        return keep_free if len(members) >= max(FEWEST_TO_KEEP_FREE, keep_free + 1) else 0
 
     def add(self, c: sqlite3.Connection, group: Group) -> Group:
         added = super().add(c, group)
@@ -31,11 +36,9 @@ class GroupRepository(Table[Group]):
         return added
 
     def update(self, c: sqlite3.Connection, group: Group) -> None:
-        before = self.get(c, group.id)
-        if before is not None and before.keep_free == group.keep_free:
-            # As it is stored, for robots that may be put back.
-            stored = c.execute("SELECT keep_free FROM robot_groups WHERE id = ?", (group.id,)).fetchone()
-            group = replace(group, keep_free=stored[0])
+        (stored,) = c.execute("SELECT keep_free FROM robot_groups WHERE id = ?", (group.id,)).fetchone()
+        if self._can_keep_free(group.members, stored) == group.keep_free:
+            group = replace(group, keep_free=stored)
         super().update(c, group)
         c.execute(
             "DELETE FROM group_members WHERE group_id = ? AND robot_id IN (SELECT id FROM current_robots)", (group.id,)

@@ -5,14 +5,13 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Collection, Mapping
 from dataclasses import replace
-from datetime import date, datetime, timedelta
+from datetime import date, datetime
 from typing import Any, ClassVar, Generic, TypeVar
 
 from app.database.values import placeholders, to_json, to_text
 
 T = TypeVar("T", bound=Any)  # a dataclass with an ``id`` and a ``name``
 _REMOVED = "\x1f"  # between the name of a removed object and its id: it can't be typed
-_UNDOABLE = timedelta(hours=1)
 
 
 class Table(Generic[T]):
@@ -80,11 +79,9 @@ class Table(Generic[T]):
         found: T | None = self.get(c, id_) if changed.rowcount else None
         return found and replace(found, name=found.name.rpartition(_REMOVED)[0])
 
-    def purge(self, c: sqlite3.Connection, now: datetime) -> None:
-        """Finally delete objects that were removed more than an hour ago, or at a future time."""
-        c.execute(
-            f"DELETE FROM {self.name} WHERE deleted_at NOT BETWEEN ? AND ?", (to_text(now - _UNDOABLE), to_text(now))
-        )
+    def purge(self, c: sqlite3.Connection) -> None:
+        """Finally delete what was removed."""
+        c.execute(f"DELETE FROM {self.name} WHERE deleted_at IS NOT NULL")
 
     def select_one(self, c: sqlite3.Connection, rest: str, *values: object) -> T | None:
         """The first row with this ``rest`` of a query."""

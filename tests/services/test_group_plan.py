@@ -174,6 +174,14 @@ def test_a_mission_that_comes_back_uses_its_places_again(catalogue, goes):
     assert catalogue.places() == before != []
 
 
+def test_a_group_that_keeps_none_free_any_more_is_saved_so(catalogue):
+    hall(catalogue, keep_free=1)
+    catalogue.remove_robot(1)
+    saved = catalogue.save_group(replace(catalogue.groups()[0], members=(2, 3, 4, 5)))
+    assert saved.keep_free == 0
+    assert catalogue.groups() == [saved]
+
+
 def test_a_group_keeps_fewer_free_when_a_robot_is_removed_and_again_as_many_when_that_is_undone(catalogue):
     group = hall(catalogue, keep_free=1)
     removed = catalogue.remove_robot(1)

@@ -134,7 +134,6 @@ class Edit:
             )
         }
         removed = replace(removed, schedules=[schedule.id for schedule in schedules], made_names=made_names)
-        self.purge()
         for table, ids in (
             (self.robots, removed.robots),
             (self.groups, removed.groups),
@@ -148,9 +147,9 @@ class Edit:
         return removed
 
     def purge(self) -> None:
-        """Finally delete objects that were removed too long ago for an undo."""
+        """Finally delete what was removed. Only when the app starts: what it can undo is in its memory."""
         for table in (self.robots, self.groups, self.places, self.missions, self.schedules, self.days):
-            table.purge(self.c, self.now)
+            table.purge(self.c)
 
     def apply(self, found: Iterable[Transition]) -> list[Execution]:
         """Returns the rows after those that could be made."""

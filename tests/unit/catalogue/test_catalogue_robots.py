@@ -203,13 +203,15 @@ def test_a_schedule_that_was_deleted_before_its_mission_is_back_after_it(world):
     assert world.stored(schedule).id == schedule.id
 
 
-def test_what_was_deleted_an_hour_ago_is_deleted_for_good_with_the_next_deletion(world):
-    schedule = world.schedule()
-    world.catalogue.remove_schedule(schedule.id)
-    world.clock.advance(3601)
-    world.catalogue.remove_robot(world.robot.id)
+def test_a_deletion_can_be_undone_until_the_app_starts_again(world):
+    removed = world.catalogue.remove_robot(world.robot.id)
+    world.clock.advance(365 * 86400)
+    world.catalogue.remove_mission(world.mission.id)
+    world.catalogue.restore(removed)
+    assert [robot.name for robot in ROBOTS.all(world.db.read())] == [world.robot.name]
+    world.catalogue.edit(lambda edit: edit.purge())
     c = world.db.read()
-    assert [c.execute(f"SELECT count(*) FROM {table}").fetchone()[0] for table in ("schedules", "robots")] == [0, 1]
+    assert [c.execute(f"SELECT count(*) FROM {table}").fetchone()[0] for table in ("robots", "missions")] == [1, 0]
 
 
 def test_undo_says_when_the_name_is_in_use(world):

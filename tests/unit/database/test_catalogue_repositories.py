@@ -124,7 +124,7 @@ def test_a_removed_robot_takes_its_schedules_missions_and_hold_along(db, robot, 
     db.write(lambda c: MISSIONS.add(c, Mission("Own", "guid-2", robot_id=robot.id)))
     db.write(lambda c: HOLDS.add(c, Hold(since=NOON, robot_id=robot.id)))
     db.write(lambda c: ROBOTS.remove(c, robot.id, NOON))
-    db.write(lambda c: ROBOTS.purge(c, NOON + timedelta(hours=2)))
+    db.write(ROBOTS.purge)
     c = db.read()
     assert (ROBOTS.all(c), SCHEDULES.all(c), HOLDS.all(c)) == ([], [], [])
     assert [mission.name for mission in MISSIONS.all(c)] == ["Deliver"]
@@ -132,7 +132,7 @@ def test_a_removed_robot_takes_its_schedules_missions_and_hold_along(db, robot, 
 
 def test_an_id_never_comes_back(db, robot):
     db.write(lambda c: ROBOTS.remove(c, robot.id, NOON))
-    db.write(lambda c: ROBOTS.purge(c, NOON + timedelta(hours=2)))
+    db.write(ROBOTS.purge)
     assert db.write(lambda c: ROBOTS.add(c, FULL)).id > robot.id
 
 
@@ -166,17 +166,13 @@ def test_the_name_of_what_was_removed_is_free(db, robot):
         db.write(lambda c: ROBOTS.update(c, back))
 
 
-@pytest.mark.parametrize(("hours", "is_kept"), [(0.5, True), (1.5, False), (-0.5, False)])
-def test_what_was_removed_is_kept_for_an_hour(db, schedule, hours, is_kept):
-    db.write(lambda c: SCHEDULES.remove(c, schedule.id, NOON))
-    db.write(lambda c: SCHEDULES.purge(c, NOON + timedelta(hours=hours)))
-    assert (db.write(lambda c: SCHEDULES.put_back(c, schedule.id, NOON)) is not None) == is_kept
-
-
 def test_a_purge_takes_only_what_was_removed(db, robot, schedule):
-    db.write(lambda c: SCHEDULES.purge(c, NOON + timedelta(days=9)))
-    db.write(lambda c: ROBOTS.purge(c, NOON + timedelta(days=9)))
+    other = db.write(lambda c: ROBOTS.add(c, replace(FULL, name="Other")))
+    db.write(lambda c: ROBOTS.remove(c, other.id, NOON))
+    db.write(SCHEDULES.purge)
+    db.write(ROBOTS.purge)
     assert (ROBOTS.all(db.read()), SCHEDULES.all(db.read())) == ([robot], [schedule])
+    assert db.write(lambda c: ROBOTS.put_back(c, other.id, NOON)) is None
 
 
 def test_two_robots_of_one_name_are_refused(db, robot):
@@ -289,7 +285,7 @@ def test_starts_left_out_go_with_their_schedule(db, schedule):
     assert SCHEDULES.skipped(db.read(), schedule.id) == {NOON, NOON + timedelta(hours=1)}
     assert SCHEDULES.skipped(db.read(), schedule.id + 1) == set()
     db.write(lambda c: SCHEDULES.remove(c, schedule.id, NOON))
-    db.write(lambda c: SCHEDULES.purge(c, NOON + timedelta(hours=2)))
+    db.write(SCHEDULES.purge)
     assert SCHEDULES.skipped(db.read(), schedule.id) == set()
 
 

@@ -91,7 +91,7 @@ def test_durations_are_deleted_and_restored_with_their_robot(db, ran):
     ran(70.0, 1)
     db.write(lambda c: (ROBOTS.remove(c, 1, NOON), ROBOTS.put_back(c, 1, NOON)))
     assert usual(db) == (60.0, 70.0)
-    db.write(lambda c: (ROBOTS.remove(c, 1, NOON), ROBOTS.purge(c, NOON + timedelta(hours=2))))
+    db.write(lambda c: (ROBOTS.remove(c, 1, NOON), ROBOTS.purge(c)))
     assert usual(db) is None
 
 
