@@ -1,6 +1,6 @@
 """What the main thread does for each frame while All robots shows 200 of them, whose snapshots change, drawn for real.
 
-    SDL_VIDEODRIVER=offscreen uv run python -m tests.benchmarks.bench_fleet [seconds per scene] [--python-garbage]
+    SDL_VIDEODRIVER=offscreen uv run python -m tests.benchmarks.bench_fleet [seconds per scene]
 
 Columns as in bench_frames. The snapshots are written by another thread, as the robots' workers do: each robot's is new every 2 s, spread
 over that time or all 200 within 50 ms, with another battery, another time left or another state.
@@ -12,7 +12,6 @@ import random
 import sys
 import tempfile
 import threading
-from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -73,7 +72,7 @@ def main() -> None:
     from app.window.window import quiet_garbage
     from tests.support import month
 
-    with tempfile.TemporaryDirectory() as directory, ExitStack() as stack:
+    with tempfile.TemporaryDirectory() as directory, quiet_garbage():
         container = Container.open(Path(directory, "data"), with_window=True)
         month.furnish(container, container.clock.now())
         container.db.write(
@@ -86,8 +85,6 @@ def main() -> None:
         app = SchedulerApp(container, animate=False)
         app._run_prepare()
         frames = Frames()
-        if "--python-garbage" not in sys.argv:
-            stack.enter_context(quiet_garbage())
         frames.run(2)
         page = app.shell.navigator.screen("home")
         grid = next(widget for widget in page.walk() if isinstance(widget, PanelGrid))

@@ -1,6 +1,6 @@
 """What the main thread does for each frame while 50 robots are polled, at rest and while lists scroll, drawn for real.
 
-    SDL_VIDEODRIVER=offscreen uv run python -m tests.benchmarks.bench_frames [seconds per scene] [--python-garbage]
+    SDL_VIDEODRIVER=offscreen uv run python -m tests.benchmarks.bench_frames [seconds per scene]
 
 Of each frame, in ms from the touch or clock that begins it to the flip: CPU time of the main thread, and wall time, in which it also
 waited for other threads and processes. Not the flip, in which a graphics card (here a software renderer) does its part; of the CPU time
@@ -15,7 +15,6 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
@@ -149,7 +148,7 @@ def main() -> None:
     with (
         tempfile.TemporaryDirectory() as directory,
         stub(ROBOTS, Path(directory, "posts.csv")) as port,
-        ExitStack() as stack,
+        quiet_garbage(),
     ):
         container = Container.open(Path(directory, "data"), with_window=True)
         month.furnish(container, container.clock.now())
@@ -170,8 +169,6 @@ def main() -> None:
         app = SchedulerApp(container, animate=False)
         app._run_prepare()
         frames = Frames()
-        if "--python-garbage" not in sys.argv:
-            stack.enter_context(quiet_garbage())
 
         def show(screen: str, **intent: Any) -> Any:
             app.shell.go(screen, **intent)
@@ -189,14 +186,8 @@ def main() -> None:
         report("Home at rest, 50 robots polled every 2 s", frames.run(seconds))
         moves = [swing(rows.ids.scroll, rows.direction == "x") for rows in lists(home, ScrollRows)]
         report("Home, all its lists scrolling", frames.run(seconds, lambda frame: [move(frame) for move in moves]))
-        logs = show("logs")
-        report("Logs at rest", frames.run(seconds))
-        runs = lists(logs, LongList)[0]
+        runs = lists(show("logs"), LongList)[0]
         report("Logs, the runs scrolling", frames.run(seconds, swing(runs)))
-        show("scheduler")
-        report("Scheduler at rest", frames.run(seconds))
-        show("settings")
-        report("Settings at rest", frames.run(seconds))
         print(f"a turn of an empty loop: {turn_ns():.1f} ns")
         app.dispatch("on_stop")
         container.close()

@@ -1,11 +1,10 @@
 """What a thousand screens, a thousand dialogs and some hundred sizes of the window leave behind, in the window without a display.
 
-    uv run python -m tests.benchmarks.bench_leak [count] [--kinds] [--memory]
+    uv run python -m tests.benchmarks.bench_leak [count] [--kinds]
 
 Printed for each: memory that the process has resident, after a collection of garbage, when the first hundred are over and at the end of
 ``count`` (1,000; of sizes 300), and the most between; then counts before and after of all of it (widgets, kv's rules and bindings, who
-follows theme and language). With ``--kinds`` also the classes of objects that became more; with ``--memory``, which takes several times
-as long, where the memory was taken. What grows with the count leaks.
+follows theme and language). With ``--kinds`` also the classes of objects that became more. What grows with the count leaks.
 """
 
 from __future__ import annotations
@@ -15,7 +14,6 @@ import gc
 import logging
 import os
 import tempfile
-import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
 
@@ -32,7 +30,6 @@ def main() -> None:
     options = argparse.ArgumentParser(prog="python -m tests.benchmarks.bench_leak")
     options.add_argument("count", type=int, nargs="?", default=1000)
     options.add_argument("--kinds", action="store_true")
-    options.add_argument("--memory", action="store_true")
     args = options.parse_args()
     logging.getLogger("kivy").addHandler(logging.NullHandler())  # missing clipboards of this machine are not logged
     logging.getLogger("kivy").propagate = False
@@ -50,9 +47,6 @@ def main() -> None:
             wear.rounds(WARM)
             gc.unfreeze()
             counts, classes, kinds_of_widgets = wear.counts(), kinds(), widgets()
-            if args.memory:
-                tracemalloc.start()
-                memory = tracemalloc.take_snapshot()
             print(f"{'resident, MiB':<36} {'after 100':>9} {'at end':>9} {'growth':>8} {'most':>8}")
             for name, count, step in (
                 ("screens", args.count, wear.switch),
@@ -69,8 +63,6 @@ def main() -> None:
                     print(f"  {name:<60} {classes[name]:>8} +{more}")
                 for name, more in (widgets() - kinds_of_widgets).most_common(10):
                     print(f"  widget {name:<53} {kinds_of_widgets[name]:>8} +{more}")
-            if args.memory:
-                tell_memory(memory, tracemalloc.take_snapshot())
         container.close()
 
 
@@ -94,16 +86,6 @@ def settled(settle: Callable[[], object]) -> float:
 
 def resident() -> float:
     return int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1]) * PAGE_MIB
-
-
-def tell_memory(before: tracemalloc.Snapshot, after: tracemalloc.Snapshot) -> None:
-    print("\nmemory taken since, by line:")
-    growth = sorted(after.compare_to(before, "lineno"), key=lambda line: -line.size_diff)
-    print(f"  all together {sum(line.size_diff for line in growth) / 1024:+.0f} KiB")
-    for line in growth[:15]:
-        frame = line.traceback[0]
-        place = "/".join(Path(frame.filename).parts[-3:])
-        print(f"  {line.size_diff / 1024:>+8.1f} KiB {line.count_diff:>+7}  {place}:{frame.lineno}")
 
 
 if __name__ == "__main__":

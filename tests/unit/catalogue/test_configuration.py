@@ -7,8 +7,6 @@ from dataclasses import replace
 from datetime import datetime, time, timedelta
 
 import pytest
-from hypothesis import HealthCheck, given
-from hypothesis import strategies as st
 
 from app.database.executions import ExecutionRepository
 from app.database.schedules import ScheduleRepository
@@ -26,10 +24,8 @@ from app.domain.models import (
     State,
     Trigger,
 )
-from app.domain.names import cleaned
 from app.i18n import translation
 from app.services.catalogue.configuration import FORMAT, export_configuration
-from tests.support.examples import examples
 from tests.unit.catalogue.configured import FULL, World, changed
 
 
@@ -407,10 +403,6 @@ def test_a_file_with_the_name_that_a_robot_had_makes_no_second_one_of_it(full):
 
 
 # ---------------------------------------------------------------------- its form and its days
-def test_a_byte_order_mark_is_tolerated(world):
-    assert world.take(b"\xef\xbb\xbf" + json.dumps(FULL).encode()) != []
-
-
 def test_null_working_days_mean_every_day(world):
     world.take(settings={"working_days": None})
     assert world.settings.working_days == WEEKDAYS
@@ -435,16 +427,6 @@ def test_an_export_has_no_secret_and_reading_it_in_again_changes_nothing(full):
     before = full.everything()
     assert full.take(text.encode()) == []
     assert full.everything() == before
-
-
-def test_an_export_carries_everything_to_another_tablet(full, tmp_path):
-    other = World(tmp_path / "other")
-    other.take(export_configuration(full.db.read()).encode())
-    exported = full.export()
-    for robot in exported["robots"]:
-        robot["enabled"] = False  # until somebody enters the passwords there
-    assert other.export() == exported
-    other.db.close()
 
 
 def test_an_export_says_what_the_contract_shows(full):
@@ -473,50 +455,6 @@ def test_a_typed_duration_travels_and_is_omitted_where_there_is_none(world, tmp_
     assert world.take(FULL) == []  # not said: it stays
     assert world.take(changed("missions.0.usual_minutes", None)) == ["mission Deliver changed: usual_minutes"]
     assert world.export()["missions"] == FULL["missions"]
-
-
-NAMES = (
-    st.text(st.characters(exclude_categories=("Cc", "Cs", "Zl", "Zp")), min_size=1, max_size=20)
-    .map(cleaned)
-    .filter(bool)
-)
-
-
-@examples(40, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(
-    names=st.lists(NAMES, min_size=3, max_size=3, unique=True),
-    working=st.lists(st.sampled_from(WEEKDAYS), min_size=1, unique=True),
-    window=st.none() | st.integers(0, 1440),
-    battery=st.none() | st.floats(0, 100),
-    overlap=st.sampled_from(["skip", "queue"]),
-    parameters=st.dictionaries(NAMES, st.none() | st.booleans() | st.integers(-9, 9) | NAMES, max_size=3),
-)
-def test_whatever_is_taken_comes_out_and_in_again_unchanged(
-    world, names, working, window, battery, overlap, parameters
-):
-    robot, mission, schedule = names
-    address = f"http://10.0.{len(world.robots) // 200}.{len(world.robots) % 200}"
-    if robot in world.robots:
-        address = world.robots[robot].address
-    world.take(
-        settings={"working_days": working},
-        robots=[{"name": robot, "address": address}],
-        missions=[{"name": mission, "guid": "g"}],
-        schedules=[
-            {
-                "name": schedule,
-                "robot": robot,
-                "mission": mission,
-                "start": "2026-11-23T06:30",
-                "recurrence": "FREQ=DAILY",
-                "start_window_minutes": window,
-                "minimum_battery_percent": battery,
-                "overlap": overlap,
-                "parameters": parameters,
-            }
-        ],
-    )
-    assert world.take(export_configuration(world.db.read()).encode()) == []
 
 
 def test_a_file_with_places_writes_about_as_much_as_it_says(world):

@@ -23,22 +23,20 @@ def schedule(recurrence: str | None = None, **values) -> Schedule:
 
 
 @pytest.mark.parametrize(
-    ("now", "due"),
+    ("window", "late", "due"),
     [
-        (AT - timedelta(days=3), True),
-        (AT, True),
-        (AT + timedelta(minutes=14, seconds=59), True),
-        (AT + timedelta(minutes=15), False),
+        (None, timedelta(days=-3), True),
+        (None, timedelta(0), True),
+        (None, timedelta(minutes=14, seconds=59), True),
+        (None, timedelta(minutes=15), False),
+        (60, timedelta(minutes=59), True),
+        (0, timedelta(seconds=59), True),
+        (0, timedelta(seconds=60), False),
     ],
 )
-def test_a_one_time_start_is_due_until_its_window_closes(now, due):
-    assert first_due(schedule(), SETTINGS, now, CALENDAR) == (AT if due else None)
-
-
-def test_its_own_window_counts_and_is_never_shorter_than_a_minute():
-    assert first_due(schedule(start_window_minutes=60), SETTINGS, AT + timedelta(minutes=59), CALENDAR) == AT
-    assert first_due(schedule(start_window_minutes=0), SETTINGS, AT + timedelta(seconds=59), CALENDAR) == AT
-    assert first_due(schedule(start_window_minutes=0), SETTINGS, AT + timedelta(seconds=60), CALENDAR) is None
+def test_a_one_time_start_is_due_until_its_window_closes(window, late, due):
+    found = first_due(schedule(start_window_minutes=window), SETTINGS, AT + late, CALENDAR)
+    assert found == (AT if due else None)
 
 
 @pytest.mark.parametrize(
