@@ -70,15 +70,6 @@ def test_nothing_is_written_earlier_than_that(site, plan):
     assert [run.state for run in site.executions()] == [State.SUBMITTING]
 
 
-def test_the_ledger_is_not_read_without_changes(site, in_hand, monkeypatch):
-    """It would be one more wait between the instant and the POST."""
-    asked = []
-    monkeypatch.setattr(site.container.ledger, "get", asked.append)
-    site.run(EARLIER + 0.01)
-    assert len(tokens(site)) == 1
-    assert asked == []
-
-
 # ---------------------------------------------------------------- clocks, stops, trouble
 def test_a_worker_that_is_closed_releases_what_it_holds(site, in_hand):
     robot = only_worker(site).robot

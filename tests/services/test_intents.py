@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from app.domain.models import ReasonCode, State
 from app.services.dispatch.timing import INTENT_LEAD
-from tests.support.seen import requests, tokens
+from tests.support.seen import tokens
 
 DUE = 300.0  # s from the beginning: 06:05
 QUIET = 90.0  # s until a submission of unknown outcome is sent again
@@ -16,19 +16,6 @@ def insert_due(site) -> list[State]:
     site.clock.advance(INTENT_LEAD + 0.05)
     site.engine.advance()
     return [run.state for run in site.executions()]
-
-
-def test_row_and_intent_are_one_write_and_the_post_is_next(site, plan):
-    plan("2026-11-23T06:05")
-    assert insert_due(site) == [State.SUBMITTING]
-    [run] = site.executions()
-    assert run.attempts == 1
-    assert tokens(site) == []
-    asked = requests(site)
-    site.run(0.1)
-    assert asked[0] == "POST /mission_queue"
-    assert tokens(site) == [run.token]
-    assert [run.state for run in site.executions()] == [State.QUEUED]
 
 
 def test_one_that_is_cancelled_on_its_way_is_cancelled_on_the_robot(site, plan):

@@ -38,7 +38,9 @@ def ledger(site, monkeypatch) -> SimpleNamespace:
     return seen
 
 
-def test_what_is_held_is_sent_without_opening_the_ledger(site, plan, ledger):
+def test_what_is_held_is_sent_without_opening_the_ledger(site, plan, ledger, monkeypatch):
+    """It would be one more wait between the instant and the POST."""
+    monkeypatch.setattr(site.container.ledger, "get", lambda _id: pytest.fail("the row was read"))
     plan("2026-11-23T06:05")
     site.run(DUE - 0.05)
     [worker] = site._workers.values()
