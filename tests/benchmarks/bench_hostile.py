@@ -29,9 +29,8 @@ from typing import Any
 
 from tests.benchmarks.bench_dispatch import Scenario, stub
 from tests.benchmarks.bench_frames import Frames
-from tests.benchmarks.hostile_robots import CERTIFICATE
 from tests.benchmarks.stub import MISSION_GUID, address
-from tests.integration.mir.servers import pin_of
+from tests.integration.mir.servers import FIELD, pin_of
 from tests.screenshots.registry import LANDSCAPE
 from tests.screenshots.studio import open_window
 
@@ -94,7 +93,7 @@ def main() -> None:
     from app.window.window import quiet_garbage
 
     attackers, addresses = hostile()
-    pin = pin_of(CERTIFICATE)
+    pin = pin_of(FIELD)
     planned: dict[str, dict[str, float]] = {"first ": {}, "": {}, "attack ": {}}
     with tempfile.TemporaryDirectory() as directory:
         base = Path(directory)

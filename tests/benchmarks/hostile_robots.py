@@ -1,7 +1,7 @@
 """Robots that answer wrongly, each kind on its own port: at every path, or at one path behind a good status.
 
 Started by ``bench_hostile``: ``python -m tests.benchmarks.hostile_robots`` prints a line ``address fate`` for each, then ``ready``, and
-runs until it is terminated. Those at https are robots that are known by ``CERTIFICATE``.
+runs until it is terminated. Those at https are robots that are known by the certificate ``FIELD``.
 """
 
 from __future__ import annotations
@@ -20,8 +20,9 @@ from types import MappingProxyType
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
-from tests.hostile.capture import API, CERTIFICATES
+from tests.hostile.capture import API
 from tests.hostile.test_pictures import GREY, RGBA, header, png, rows
+from tests.integration.mir.servers import FIELD, PLANT, tls_of
 
 STATUS: dict[str, Any] = {
     "state_id": 3,
@@ -35,7 +36,6 @@ STATUS: dict[str, Any] = {
     "mission_text": "",
     "uptime": 1000,
 }
-CERTIFICATE, OTHER_CERTIFICATE = "field_robot.pem", "plant_robot.pem"
 CHANGING = "certificates that change"  # over https
 _number = itertools.count(1)
 
@@ -249,11 +249,7 @@ async def talk(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, fate:
 
 def changing_certificates() -> ssl.SSLContext:
     """The one by which the robot is known, and at every second connection another."""
-    contexts = []
-    for name in (CERTIFICATE, OTHER_CERTIFICATE):
-        context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
-        context.load_cert_chain(CERTIFICATES / name)
-        contexts.append(context)
+    contexts = [tls_of(FIELD), tls_of(PLANT)]
     turn = itertools.cycle(contexts)
 
     def chosen(connection: ssl.SSLObject, _name: str | None, _context: ssl.SSLContext) -> None:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import random
 import statistics
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 
 from app.services.allocation.choose import AHEAD, LAST_CALL, choose
 from app.services.allocation.situation import Ineligible, Member, PlannedStart, Situation, Start
@@ -46,68 +45,19 @@ class FixedRobot(Rule):
             day.send(run, day.robots[number])
 
 
-class WhenDue(Rule):
-    """Chosen when it falls due, then in that robot's queue."""
+class NearestIdle(Rule):
+    """With the app until a robot is free, of these to the one that is done first, and into a queue just before it is too late."""
 
     def give(self, day: Day, run: Run) -> None:
-        if robots := [robot for robot in day.robots if day.can_take(run, robot)]:
-            day.send(run, self.choose(day, run, robots))
+        def done(robot: Robot) -> tuple[float, int]:
+            farther = day.learned.way(robot.place, run.mission)
+            return day.learned.takes(robot.number, run.mission, farther), robot.number
 
-    def choose(self, day: Day, run: Run, robots: Sequence[Robot]) -> Robot:
-        raise NotImplementedError
-
-
-class AtRandom(WhenDue):
-    def __init__(self) -> None:
-        self._rng = random.Random(5)
-
-    def choose(self, day: Day, run: Run, robots: Sequence[Robot]) -> Robot:
-        return self._rng.choice(robots)
-
-
-class RoundRobin(WhenDue):
-    last = -1
-
-    def choose(self, day: Day, run: Run, robots: Sequence[Robot]) -> Robot:
-        robot = min(robots, key=lambda each: (each.number - self.last - 1) % len(day.robots))
-        self.last = robot.number
-        return robot
-
-
-class EarliestCompletion(WhenDue):
-    def choose(self, day: Day, run: Run, robots: Sequence[Robot]) -> Robot:
-        def done(robot: Robot) -> float:
-            seconds, place = day.free_in(robot)
-            return seconds + day.learned.takes(robot.number, run.mission, day.learned.way(place, run.mission))
-
-        return min(robots, key=lambda robot: (done(robot), robot.number))
-
-
-class WhenIdle(Rule):
-    """With the app until a robot is free, and into a queue just before it is too late."""
-
-    def give(self, day: Day, run: Run) -> None:
         robots = [robot for robot in day.robots if day.can_take(run, robot)]
         if idle := [robot for robot in robots if day.is_idle(robot)]:
-            day.send(run, self.choose(day, run, idle))
+            day.send(run, min(idle, key=done))
         elif robots and day.now >= run.closes - LAST_CALL:
             day.send(run, min(robots, key=lambda robot: (day.free_in(robot)[0], robot.number)))
-
-    def choose(self, day: Day, run: Run, robots: Sequence[Robot]) -> Robot:
-        raise NotImplementedError
-
-
-class FirstIdle(WhenIdle):
-    def choose(self, day: Day, run: Run, robots: Sequence[Robot]) -> Robot:
-        return robots[0]
-
-
-class NearestIdle(WhenIdle):
-    def choose(self, day: Day, run: Run, robots: Sequence[Robot]) -> Robot:
-        def done(robot: Robot) -> float:
-            return day.learned.takes(robot.number, run.mission, day.learned.way(robot.place, run.mission))
-
-        return min(robots, key=lambda robot: (done(robot), robot.number))
 
 
 class ThisApp(Rule):
@@ -190,10 +140,6 @@ class ThisApp(Rule):
 NO_METRES = "this app without positions"
 POLICIES: Mapping[str, Callable[[], Rule]] = {
     "fixed robot": FixedRobot,
-    "random": AtRandom,
-    "round robin": RoundRobin,
-    "earliest completion, when due": EarliestCompletion,
-    "first idle": FirstIdle,
     "nearest idle": NearestIdle,
     "this app without look-ahead": lambda: ThisApp(0.0),
     NO_METRES: ThisApp,

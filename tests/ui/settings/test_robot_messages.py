@@ -12,7 +12,8 @@ from app.domain.models import Connection, Robot
 from app.screens.settings.robot_dialog import RobotDialog
 from app.screens.settings.robots import RobotPanel
 from app.widgets.dialogs import ConfirmDialog
-from tests.hostile.capture import Capture, capture, pin_of
+from tests.hostile.capture import Capture, capture
+from tests.integration.mir.servers import pin_of
 from tests.ui import checks
 from tests.ui.integrator import enter, fill_in, go, press, robots
 from tests.ui.whole_app import PASSWORD, USER

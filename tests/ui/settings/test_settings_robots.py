@@ -16,7 +16,8 @@ from app.widgets.buttons import CommandButton, Toggle
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.frame import NavItem
 from app.widgets.rows import RobotChip
-from tests.hostile.capture import capture, pin_of
+from tests.hostile.capture import capture
+from tests.integration.mir.servers import pin_of
 from tests.ui.integrator import enter, fill_in, go, page, press, robots, says, schedules, undo
 from tests.ui.whole_app import PASSWORD, USER
 
