@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from datetime import UTC, datetime
 
 import pytest
@@ -16,10 +15,10 @@ from app.mir.errors import Busy, ConnectionLost, Delivery, Rejected, RobotError,
 from app.mir.transport import Timeouts
 from mir_sim import FleetRobot, serve
 from mir_sim.definition import SOFTWARE
+from tests.support.process import wait_for
 
 QUICK = Timeouts(connect=5.0, read=0.5, total=1.0)
 USUAL = Timeouts()
-BOUND = 30.0  # s; only to end a test that would wait for ever
 
 
 @pytest.fixture(params=SOFTWARE)
@@ -43,13 +42,6 @@ def robot(machine: FleetRobot) -> Iterator[RobotClient]:
     client = connect(machine)
     yield client
     client.close()
-
-
-def wait_until(condition: Callable[[], bool]) -> None:
-    ends = time.monotonic() + BOUND
-    while not condition():
-        assert time.monotonic() < ends
-        time.sleep(0.01)
 
 
 def guid_of(robot: RobotClient, name: str) -> str:
@@ -109,7 +101,7 @@ def test_a_mission_from_the_queue_to_its_end(robot: RobotClient) -> None:
     assert robot.highest_queue_id() == number
     assert robot.items_after(number) == []
     robot.set_state(RobotState.READY)
-    wait_until(lambda: robot.queue_item(number).state is QueueState.DONE)
+    wait_for(lambda: robot.queue_item(number).state is QueueState.DONE)
     done = robot.queue_item(number)
     assert done.ordered is not None
     assert done.started is not None
@@ -222,7 +214,7 @@ def test_after_a_fault_the_queue_says_whether_the_mission_landed(
     hasty.close()
     assert failed.value.delivery is Delivery.UNKNOWN
     if lands:
-        wait_until(lambda: [item.description for item in robot.items_after(floor)] == ["token-1"])
+        wait_for(lambda: [item.description for item in robot.items_after(floor)] == ["token-1"])
     else:
         assert robot.items_after(floor) == []
     assert robot.enqueue(guid, description="token-2") > floor
@@ -250,6 +242,6 @@ def test_a_robot_that_reboots_is_unreachable_and_comes_back(machine: FleetRobot,
             return isinstance(error, Unreachable) and error.delivery is Delivery.NOT_SENT
         return False
 
-    wait_until(is_gone)
-    wait_until(lambda: not is_gone())
+    wait_for(is_gone)
+    wait_for(lambda: not is_gone())
     assert robot.queue_item(number).id == number

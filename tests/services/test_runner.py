@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -89,10 +90,10 @@ class App:
         polls: Counter[int],
         count: int,
         *,
-        every: float,
-        planner: QuietPlanner,
-        acts: Callable[[Robot], None],
-        reading: Callable[[App], object],
+        every: float = 0.2,
+        planner: QuietPlanner | None = None,
+        acts: Callable[[Robot], None] = lambda robot: None,
+        reading: Callable[[App], object] = lambda app: None,
     ) -> None:
         self.container, self.changes, self.workers = container, Changes(), {}
         self.robots = [Robot(f"R{number}", "http://r", id=number) for number in range(count)]
@@ -108,7 +109,7 @@ class App:
 
         clock, alarms = container.clock, container.alarms
         self.engine = Engine(
-            planner=planner,
+            planner=planner or QuietPlanner(),
             guard=TrustingGuard(),
             ledger=container.ledger,
             clock=clock,  # type: ignore[arg-type]
@@ -138,20 +139,11 @@ def polls() -> Counter[int]:
 
 @pytest.fixture
 def start(tmp_path, polls) -> Iterator[Callable[..., App]]:
-    """Start an app over so many robots."""
+    """Start an app over so many robots, with ``values`` of ``App``."""
     apps, container = [], Container(Database.open(tmp_path / "a.db", durable=False))
 
-    def make(
-        count: int,
-        *,
-        every: float = 0.2,
-        planner: QuietPlanner | None = None,
-        acts: Callable[[Robot], None] = lambda robot: None,
-        reading: Callable[[App], object] = lambda app: None,
-    ) -> App:
-        apps.append(
-            App(container, polls, count, every=every, planner=planner or QuietPlanner(), acts=acts, reading=reading)
-        )
+    def make(count: int, **values: Any) -> App:
+        apps.append(App(container, polls, count, **values))
         return apps[-1]
 
     yield make

@@ -38,6 +38,11 @@ def ledger(site, monkeypatch) -> SimpleNamespace:
     return seen
 
 
+def plan_each(plan, *names) -> None:
+    for name in names:
+        plan("2026-11-23T06:05", name=str(name))
+
+
 def test_what_is_held_is_sent_without_opening_the_ledger(site, plan, ledger, monkeypatch):
     """It would be one more wait between the instant and the POST."""
     monkeypatch.setattr(site.container.ledger, "get", lambda _id: pytest.fail("the row was read"))
@@ -67,8 +72,7 @@ def test_what_could_not_be_sent_is_taken_up_again(site, plan, ledger):
 
 
 def test_starts_that_wait_for_an_absent_robot_are_one_write_a_try(site, plan, ledger):
-    for number in range(COUNT):
-        plan("2026-11-23T06:05", name=f"S{number}")
+    plan_each(plan, *range(COUNT))
     site.run(DUE - 1.0)
     site.network.down.add("R1")
     site.run(2.0)
@@ -101,8 +105,7 @@ def test_what_comes_for_a_robot_that_does_not_answer_is_judged_together(site, le
 
 
 def test_one_that_is_cancelled_while_another_of_the_same_write_is_sent_is_not_sent(site, plan, monkeypatch):
-    for name in ("first", "second"):
-        plan("2026-11-23T06:05", name=name)
+    plan_each(plan, "first", "second")
     site.network.down.add("R1")
     site.run(DUE + 1.0)
     site.network.down.clear()
@@ -121,8 +124,7 @@ def test_one_that_is_cancelled_while_another_of_the_same_write_is_sent_is_not_se
 
 
 def test_what_one_look_brings_is_one_write(site, plan, ledger):
-    for number in range(COUNT):
-        plan("2026-11-23T06:05", name=f"S{number}")
+    plan_each(plan, *range(COUNT))
     site.run(DUE + 2.0)
     site.machines["R1"].cancel_all()
     ledger.writes.clear()
@@ -132,8 +134,7 @@ def test_what_one_look_brings_is_one_write(site, plan, ledger):
 
 
 def test_a_look_that_breaks_off_keeps_what_it_has_seen(site, plan, monkeypatch):
-    for name in ("first", "second"):
-        plan("2026-11-23T06:05", name=name)
+    plan_each(plan, "first", "second")
     site.run(DUE + 2.0)
     _first, second = site.executions()
     site.machines["R1"].cancel_all()
