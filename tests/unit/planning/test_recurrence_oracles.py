@@ -330,17 +330,26 @@ def test_those_about_a_clock_change_are_as_many_as_walking_finds(zone, since, da
         assert passed_occurrences(some, begin, until, EVERY_DAY) == (len(walked), walked[-1] if walked else None)
 
 
-def test_a_year_of_minutes_is_counted_and_not_walked_through():
-    """In less than the time in which a hundredth of it is walked through."""
-    every_minute_of = schedule(datetime(2025, 1, 1), "FREQ=MINUTELY", "Europe/Helsinki", respects=True)
+@pytest.mark.parametrize(
+    ("rule", "of_a_day", "share"),
+    [
+        ("FREQ=MINUTELY", 1440, 100),
+        (f"FREQ=DAILY;BYHOUR={','.join(map(str, range(6, 24)))};BYMINUTE=0,10,20,30,40,50", 108, 10),
+        ("FREQ=HOURLY;INTERVAL=2", 12, 3),
+    ],
+)
+def test_a_year_is_counted_and_not_walked_through(rule, of_a_day, share):
+    """In less than the time in which that share of it is walked through."""
+    some, instants = schedule(datetime(2025, 1, 1), rule, "Europe/Helsinki", respects=True), 365 * of_a_day
     since, calendar = datetime(2025, 7, 1, tzinfo=UTC), WorkingCalendar(Settings(working_days=WEEKDAYS))
-    walks = min(
-        repeat(lambda: sum(1 for _ in islice(occurrences(every_minute_of, since, calendar), 5256)), number=1, repeat=3)
-    )
-    counts = min(
-        repeat(lambda: passed_occurrences(every_minute_of, since, since + 365 * DAY, calendar), number=1, repeat=3)
-    )
-    assert passed_occurrences(every_minute_of, since, since + 365 * DAY, calendar).number == 525_600
+
+    def walk() -> None:
+        assert sum(1 for _ in islice(occurrences(some, since, calendar), instants // share))
+
+    def count() -> None:
+        assert passed_occurrences(some, since, since + 365 * DAY, calendar).number == instants
+
+    walks, counts = (min(repeat(action, number=1, repeat=3)) for action in (walk, count))
     assert counts < walks
 
 

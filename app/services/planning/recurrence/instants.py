@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, time, timedelta
 from functools import cached_property, lru_cache
-from itertools import islice, takewhile
+from itertools import groupby, islice
 from typing import NamedTuple
 from zoneinfo import ZoneInfo
 
@@ -23,7 +23,17 @@ from app.domain.clock import DAY
 from app.domain.models import Between, InvalidInput, Schedule
 from app.services.planning.recurrence.dates import LAST_DAY, dates
 from app.services.planning.recurrence.rule import Recurrence
-from app.services.planning.recurrence.times import DAY_S, HOUR_S, SECOND, days_of, seconds_of, step_of, stretches, times
+from app.services.planning.recurrence.times import (
+    DAY_S,
+    HOUR_S,
+    SECOND,
+    days_of,
+    number_of_times,
+    seconds_of,
+    step_of,
+    stretches,
+    times,
+)
 from app.services.planning.working_days import WorkingCalendar
 
 LONG_AGO = datetime.min.replace(tzinfo=UTC)
@@ -32,7 +42,10 @@ LAST_MOMENT = datetime.combine(LAST_DAY, time.max, UTC)
 SEARCHED = 10_000  # dates of a rule, one after the other, on which it has no time
 # Dates of a rule that are no working days, and the time that they take
 CLOSED, LONG_CLOSED = 100, timedelta(days=10 * 365)
+MICROSECOND = timedelta(microseconds=1)
 COUNTED = 4_000  # dates, at most, on which COUNT of a sub-daily rule is used up: eleven years of days
+
+_Counted = tuple[datetime, int, datetime | None]  # of days in a row: the first instant, how many, the last one
 
 
 @dataclass(frozen=True, order=True)
@@ -61,8 +74,8 @@ def occurrences(schedule: Schedule, after: datetime, calendar: WorkingCalendar) 
 
 
 def passed_occurrences(schedule: Schedule, after: datetime, until: datetime, calendar: WorkingCalendar) -> Passed:
-    """Those of ``occurrences`` up to and including ``until``. Of minutes and hours whole days are counted without
-    stepping: a year of minutes takes some ms."""
+    """Those of ``occurrences`` up to and including ``until``. Whole days are counted without stepping: a year takes about
+    1 ms, of 1,440 times of day 30 ms."""
     return _rule_of(schedule).passed(after, until, _respected(schedule, calendar))
 
 
@@ -110,8 +123,8 @@ def _respected(schedule: Schedule, calendar: WorkingCalendar) -> WorkingCalendar
 
 
 class _Part(NamedTuple):
-    """Of a day with one ``offset``, in seconds ahead of UTC. ``within``: seconds after midnight of the origin of steps,
-    of the first allowed one, and of the end."""
+    """Of a day with one ``offset``, in seconds ahead of UTC. ``within``: seconds after midnight of any step, of the
+    first allowed one, and of the end."""
 
     day: date
     offset: int
@@ -173,17 +186,16 @@ class _Rule:
         return Occurrence(instant, nominal, instant.astimezone(self.zone).replace(tzinfo=None, fold=0) != nominal)
 
     def passed(self, after: datetime, until: datetime, calendar: WorkingCalendar | None) -> Passed:
-        """Steps of whole days are counted; the rest is walked through."""
-        number, newest = 0, None
-        if not self.names_times:
-            low, last_day = max(after, to_utc(self.start, self.zone)), self._last_day(self._end) - DAY
-            days = self._dates(low, min(last_day, until.astimezone(self.zone).date()) - DAY)
-            for part in self._parts(_working(days, calendar), max(seconds_of(after) + 1, self._begin)):
-                if steps := self._count(part):
-                    number, newest = number + steps, part
-        last = None if newest is None else newest.instant(max(times(self.recurrence, *newest.within)))
-        for each in takewhile(lambda each: each.instant <= until, self.after(last or after, calendar)):
-            number, last = number + 1, each.instant
+        """Whole days are counted; what is between and after them is walked."""
+        number, last = 0, None
+        last_day = min(self._last_day(self._end) - DAY, until.astimezone(self.zone).date()) - DAY
+        count = self._count_by_date if self.names_times else self._count_by_steps
+        for first, counted, newest in (*count(after, calendar, last_day), (until + MICROSECOND, 0, None)):
+            for each in self.after(last or after, calendar):
+                if each.instant >= first:
+                    break
+                number, last = number + 1, each.instant
+            number, last = number + counted, newest or last
         return Passed(number, last)
 
     @cached_property
@@ -222,6 +234,21 @@ class _Rule:
                 yield occurrence
         while waiting:
             yield heapq.heappop(waiting)
+
+    def _count_by_date(self, after: datetime, calendar: WorkingCalendar | None, last_day: date) -> Iterator[_Counted]:
+        """Of days between clock changes."""
+        moments, first = self.times_of_day, self._wall_clock_at(after).date() + 2 * DAY
+        days = _working(dates(self.recurrence, self.start.date(), first, last_day), calendar)
+        for is_even, group in groupby(days, self._is_even):
+            if is_even and moments:
+                even = list(group)
+                ends = datetime.combine(even[0], moments[0]), datetime.combine(even[-1], moments[-1])
+                yield to_utc(ends[0], self.zone), len(even) * len(moments), to_utc(ends[1], self.zone)
+
+    def _is_even(self, day: date) -> bool:
+        """The clock is changed neither on this day nor on those next to it."""
+        around = (day - DAY, day, day + DAY)
+        return len({stretch for each in around for stretch in stretches(self.zone_name, each)}) == 1
 
     def _wall_clock_at(self, after: datetime) -> datetime:
         """The earliest time of the rule that may be after an instant."""
@@ -296,19 +323,16 @@ class _Rule:
                     origin = self._begin_on_clock - midnight
                 if between:
                     first, end = max(first, origin, _seconds(between.start)), min(end, _seconds(between.end) + 1)
-                yield _Part(day, offset, (origin, first, end))
+                yield _Part(day, offset, (origin % step_of(self.recurrence), first, end))
 
-    def _count(self, part: _Part) -> int:
-        """How many steps it has."""
-        origin, first, end = part.within
-        kind = origin % step_of(self.recurrence), first, end
-        if kind not in self._known:
-            self._known[kind] = sum(1 for _ in times(self.recurrence, *part.within))
-        return self._known[kind]
-
-    @cached_property
-    def _known(self) -> dict[tuple[int, int, int], int]:
-        return {}
+    def _count_by_steps(self, after: datetime, calendar: WorkingCalendar | None, last_day: date) -> Iterator[_Counted]:
+        """Of all days at once."""
+        days = _working(self._dates(max(after, to_utc(self.start, self.zone)), last_day), calendar)
+        parts = self._parts(days, max(seconds_of(after) + 1, self._begin))
+        if counted := [(each, n) for each in parts if (n := number_of_times(self.recurrence, *each.within))]:
+            newest, _ = counted[-1]
+            last = newest.instant(max(times(self.recurrence, *newest.within)))
+            yield after, sum(n for _, n in counted), last
 
     def count_steps(self, count: int) -> datetime | None:
         """The time of that many instants of the rule; None if that takes more than ``COUNTED`` dates."""
@@ -318,7 +342,7 @@ class _Rule:
             return begin + min(count - 1, (LAST_MOMENT - begin) // step) * step
         days = islice(self._dates(begin), None if self.takes_every_step else COUNTED)
         for part in self._parts(days, self._begin):
-            if count <= (number := self._count(part)):
+            if count <= (number := number_of_times(self.recurrence, *part.within)):
                 return part.instant(next(islice(times(self.recurrence, *part.within), count - 1, None)))
             count -= number
         return LAST_MOMENT if self.takes_every_step else None

@@ -81,6 +81,11 @@ def times(rule: Recurrence, origin: int, low: int, high: int) -> Iterator[int]:
         yield from range(begin + (origin - begin) % step, min(end, high), step)
 
 
+@lru_cache(maxsize=4096)
+def number_of_times(rule: Recurrence, origin: int, low: int, high: int) -> int:
+    return sum(1 for _ in times(rule, origin, low, high))
+
+
 def _by_minute(rule: Recurrence, origin: int, low: int, high: int) -> Iterator[int]:
     """With BYMINUTE: a selection of the steps, or for an hourly rule each of these minutes in an hour with a step."""
     step, is_hourly = step_of(rule), rule.frequency is Frequency.HOURLY
