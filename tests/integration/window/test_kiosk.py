@@ -21,17 +21,16 @@ print(*(Config.get("graphics", name) for name in ("width", "height", "fullscreen
 """
 
 
-def configured(tmp_path: Path, kiosk: bool) -> str:
-    environment = {**os.environ, "SDL_VIDEODRIVER": "dummy", "XDG_CACHE_HOME": str(tmp_path)}
+def printed(tmp_path: Path, program: str, **variables: str) -> str:
+    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path), **variables}
     done = subprocess.run(
-        [sys.executable, "-c", PROGRAM.format(kiosk=kiosk)],
-        cwd=ROOT,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=True,
+        [sys.executable, "-c", program], cwd=ROOT, env=environment, capture_output=True, text=True, check=True
     )
-    return done.stdout.strip()
+    return done.stdout
+
+
+def configured(tmp_path: Path, kiosk: bool) -> str:
+    return printed(tmp_path, PROGRAM.format(kiosk=kiosk), SDL_VIDEODRIVER="dummy").strip()
 
 
 def test_a_kiosk_has_the_size_of_its_display(tmp_path):
@@ -63,9 +62,6 @@ def test_parts_of_kivy_that_this_system_lacks_are_not_logged_as_errors(tmp_path)
         "import logging, sys; logging.basicConfig(stream=sys.stdout, format='%(levelname)s %(message)s', level='INFO')\n"
         "from app.window.window import configure; configure(False)\nimport kivy.core.window, kivy.core.clipboard, kivy.input"
     )
-    environment = {**os.environ, "SDL_VIDEODRIVER": "offscreen", "XDG_CACHE_HOME": str(tmp_path), "PATH": str(tmp_path)}
-    done = subprocess.run(
-        [sys.executable, "-c", program], cwd=ROOT, env=environment, capture_output=True, text=True, check=True
-    )
-    assert "INFO Clipboard: Provider: " in done.stdout
-    assert [line for line in done.stdout.splitlines() if not line.startswith("INFO ")] == []
+    lines = printed(tmp_path, program, SDL_VIDEODRIVER="offscreen", PATH=str(tmp_path))
+    assert "INFO Clipboard: Provider: " in lines
+    assert [line for line in lines.splitlines() if not line.startswith("INFO ")] == []

@@ -18,6 +18,7 @@ from app.services.live.changes import Topic
 from tests.support.clock import VirtualClock
 from tests.support.edits import add_days
 from tests.support.site import Site
+from tests.support.stored import brought_up_to_date
 from tests.unit.catalogue.world import refuses
 
 CALENDAR = CalendarRepository()
@@ -131,11 +132,13 @@ def test_entries_survive_a_restart(world):
 
 
 def test_a_database_from_before_gets_an_empty_calendar_and_keeps_what_it_has(tmp_path):
-    path, clock = tmp_path / "data" / "a.db", VirtualClock()
-    old = Database.open(path, clock=clock, threaded=False, durable=False, migrations=MIGRATIONS[:1])
-    old.write(lambda c: c.execute("INSERT INTO robots (name, address) VALUES ('Aino', 'http://a')"))
-    old.close()
-    db = Database.open(path, clock=clock, threaded=False, durable=False)
+    path = tmp_path / "data" / "a.db"
+    db = brought_up_to_date(
+        path,
+        VirtualClock(),
+        MIGRATIONS[1],
+        lambda old: old.write(lambda c: c.execute("INSERT INTO robots (name, address) VALUES ('Aino', 'http://a')")),
+    )
     assert CALENDAR.all(db.read()) == []
     assert db.read().execute("SELECT name FROM robots").fetchone()["name"] == "Aino"
     db.close()

@@ -66,10 +66,12 @@ def container(tmp_path):
 @pytest.fixture
 def robot(container) -> Robot:
     robot = container.catalogue.save_robot(Robot("R1", "http://10.0.0.1", "admin"), password="admin")
-    container.db.write(
-        lambda c: container.repositories.robots.note_identity(c, robot, serial_number="S1", software="3.5.4")
-    )
+    note(container, robot, serial_number="S1", software="3.5.4")
     return current(container, robot)
+
+
+def note(container, robot, **identity: str) -> None:
+    container.db.write(lambda c: container.repositories.robots.note_identity(c, robot, **identity))
 
 
 def current(container, robot) -> Robot:
@@ -93,9 +95,9 @@ def test_it_is_read_back_unchanged(container, robot, report):
 def test_a_robot_has_its_profile_and_with_another_software_none(container, robot):
     assert robot.known is None
     put(container, robot)
-    container.db.write(lambda c: container.repositories.robots.note_identity(c, robot, software="3.8.1"))
+    note(container, robot, software="3.8.1")
     assert current(container, robot).known is None
-    container.db.write(lambda c: container.repositories.robots.note_identity(c, robot, software="3.5.4"))
+    note(container, robot, software="3.5.4")
     assert current(container, robot).known == PROFILE
 
 

@@ -53,14 +53,19 @@ def backed_up(path, clock, start):
     return path
 
 
+def damage_of(start) -> DatabaseDamaged:
+    """What the next start says of it."""
+    with pytest.raises(DatabaseDamaged) as caught:
+        start()
+    return caught.value
+
+
 @pytest.mark.parametrize("damage", [garbage, zeros_in_the_middle, torn_off, emptied, deleted])
 def test_it_is_refused_now_and_at_later_starts_and_the_backup_is_named(backed_up, damage, start):
     damage(backed_up)
     broken = backed_up.read_bytes() if backed_up.exists() else None
     for _ in range(2):
-        with pytest.raises(DatabaseDamaged) as caught:
-            start()
-        error = caught.value
+        error = damage_of(start)
         assert error.path == backed_up
         assert error.backup == backed_up.parent / BACKUPS / "daily-2026-11-23.db"
         assert f"--restore-backup {error.backup}" in error.text
@@ -76,14 +81,13 @@ def test_it_is_refused_now_and_at_later_starts_and_the_backup_is_named(backed_up
 
 def test_restoring_brings_back_the_backup_and_keeps_everything_else(backed_up, clock, start):
     garbage(backed_up)
-    with pytest.raises(DatabaseDamaged) as caught:
-        start()
-    restore(caught.value.backup, backed_up, clock.now())
+    damage = damage_of(start)
+    restore(damage.backup, backed_up, clock.now())
     db = start()
     assert SETTINGS.get(db.read(), "a") == 1
     assert SETTINGS.restored_at(db.read()) == clock.now()
-    assert caught.value.kept_as.exists()
-    assert caught.value.backup.exists()
+    assert damage.kept_as.exists()
+    assert damage.backup.exists()
     assert backed_up.stat().st_mode & 0o777 == 0o600
 
 
@@ -173,15 +177,14 @@ def test_a_crash_while_it_was_put_aside_does_not_let_an_empty_one_in(backed_up, 
 
 def test_a_restore_cut_off_before_its_last_step_counts(backed_up, clock, monkeypatch, start):
     garbage(backed_up)
-    with pytest.raises(DatabaseDamaged) as caught:
-        start()
+    damage = damage_of(start)
 
     def crash(_path):
         raise KeyboardInterrupt
 
     monkeypatch.setattr("app.database.files.clear_mark", crash)
     with pytest.raises(KeyboardInterrupt):
-        restore(caught.value.backup, backed_up, clock.now())
+        restore(damage.backup, backed_up, clock.now())
     monkeypatch.undo()
     db = start()
     assert SETTINGS.get(db.read(), "a") == 1

@@ -206,10 +206,15 @@ ROWS = [  # trigger, schedule, planned_at (and token), state, reason, ended_at, 
 ]
 
 
-def test_the_migration_stores_what_decisions_read_from_the_history(start):
-    old = start(migrations=MIGRATIONS[: MIGRATIONS.index(_NO_DECISION_READS_HISTORY)])
+def with_history(start, step: str) -> Database:
+    """Written by the version before this step."""
+    old = start(migrations=MIGRATIONS[: MIGRATIONS.index(step)])
     old.write(lambda c: [c.execute(statement) for statement in HISTORY.split(";")] and c.executemany(ROW, ROWS))
-    db = start()
+    return start()
+
+
+def test_the_migration_stores_what_decisions_read_from_the_history(start):
+    db = with_history(start, _NO_DECISION_READS_HISTORY)
     c = db.read()
     plan = c.execute("SELECT planned_through, started_through FROM schedules ORDER BY id").fetchall()
     assert [tuple(row) for row in plan] == [
@@ -226,9 +231,7 @@ def test_the_migration_stores_what_decisions_read_from_the_history(start):
 
 
 def test_a_start_skipped_beforehand_counts_on_its_day_and_says_when_it_was_skipped(start):
-    old = start(migrations=MIGRATIONS[: MIGRATIONS.index(_SKIPPED_AHEAD)])
-    old.write(lambda c: [c.execute(statement) for statement in HISTORY.split(";")] and c.executemany(ROW, ROWS))
-    db = start()
+    db = with_history(start, _SKIPPED_AHEAD)
     rows = (
         db.read()
         .execute("""SELECT planned_at, ended_at, json_extract(reason_details, '$.skipped_at') FROM executions

@@ -75,12 +75,6 @@ def test_a_failed_mission_is_aborted_with_its_text_and_the_robot_is_in_error(ain
     aino.pass_until_done(next_one)
 
 
-def test_clear_error_and_continue_may_come_in_one_request(aino: Asker) -> None:
-    aino.control(fail_next_mission="Blocked")
-    aino.run_for(60)
-    assert aino.put_status(clear_error=True, state_id=3)["state_text"] == "Ready"
-
-
 def test_only_the_next_mission_fails(aino: Asker) -> None:
     first = aino.run_for(3, "Home")
     aino.control(fail_next_mission="Blocked")
