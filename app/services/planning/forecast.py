@@ -72,9 +72,12 @@ def _independent_parts(starts: Sequence[ForecastStart]) -> Iterator[tuple[list[i
     for members in together:
         joined = set(members).union(*(part for part in parts if not part.isdisjoint(members)))
         parts = [joined, *(part for part in parts if part.isdisjoint(members))]
-    for robots in parts:
-        numbers = [number for number, each in enumerate(starts) if each.members and each.members[0] in robots]
-        yield numbers, sorted(robots)
+    part_of = {robot_id: part for part, robots in enumerate(parts) for robot_id in robots}
+    numbers = [list[int]() for _ in parts]
+    for number, each in enumerate(starts):
+        if each.members and each.members[0] in part_of:
+            numbers[part_of[each.members[0]]].append(number)
+    yield from zip(numbers, map(sorted, parts), strict=True)
 
 
 class _Simulation:
