@@ -123,14 +123,14 @@ def watch(container: Container, lock: InstanceLock) -> None:
 
 def _alarm_while(alarms: Alarms, code: str, find: Callable[[], Details | None]) -> Callable[[], None]:
     """A chore that raises the alarm when ``find`` returns its details, and ends it when that returns None."""
-    last: Details | None = None
+    last: Details | None = {}  # so that the first tick ends an alarm of an earlier run
 
     def chore() -> None:
         nonlocal last
         now = find()
-        if now is None:
+        if now is None and last is not None:
             alarms.clear(code, "app")
-        elif now != last:
+        elif now is not None and now != last:
             alarms.raise_(code, "app", **now)
         last = now
 
