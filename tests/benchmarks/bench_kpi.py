@@ -22,20 +22,14 @@ from app.database.missions import DurationRepository
 from app.database.settings import SettingsRepository
 from app.domain.models import Execution, Reason, ReasonCode, State, Trigger
 from app.services.history.kpis import KpiFilter, Kpis
+from tests.support.clock import VirtualClock
 
 MOST_MS = 500.0
 START, DAYS, ROBOTS = datetime(2024, 11, 21, tzinfo=UTC), 730, 10
+END = START + timedelta(days=DAYS)
 SCAN = """SELECT robot_id, count(*) FILTER (WHERE state = 'completed'), count(*) FILTER (WHERE state = 'failed'),
           avg(duration_s) FILTER (WHERE state = 'completed'), sum(duration_s), count(DISTINCT substr(ended_at, 1, 10))
           FROM executions NOT INDEXED WHERE ended_at >= ? AND ended_at < ? GROUP BY robot_id"""
-
-
-class _Clock:
-    def now(self) -> datetime:
-        return START + timedelta(days=DAYS)
-
-    def monotonic(self) -> float:
-        return 0.0
 
 
 def rows(number: int) -> Iterator[Execution]:
@@ -98,8 +92,8 @@ def measure(number: int, directory: Path) -> bool:
     before = time.perf_counter()
     db.write(lambda c: ExecutionRepository().add_many(c, rows(number)))
     print(f"\n{number:,} rows in {time.perf_counter() - before:.0f} s, SQLite {sqlite3.sqlite_version}")
-    kpis, end = Kpis(db, _Clock()), START + timedelta(days=DAYS)
-    month, one_robot = KpiFilter(end - timedelta(days=30), end), KpiFilter(end - timedelta(days=30), end, [1])
+    kpis = Kpis(db, VirtualClock(END))
+    month, one_robot = KpiFilter(END - timedelta(days=30), END), KpiFilter(END - timedelta(days=30), END, [1])
     executions, c, is_fast = ExecutionRepository(), db.read(), True
     for name, work in {
         "what is counted": kpis.facts,

@@ -23,7 +23,7 @@ from app.screens.logs.figures import read_figures, read_more_figures
 from app.screens.logs.robot_states import read_states
 from app.screens.logs.view import Filters, Period
 from app.services.history.shift_report import ReportPeriod, ShiftReports
-from tests.benchmarks.bench_kpi import DAYS, ROBOTS, START, _Clock, best_ms, rows
+from tests.benchmarks.bench_kpi import DAYS, END, ROBOTS, START, best_ms, rows
 from tests.support.clock import VirtualClock
 
 ZONE = ZoneInfo("Europe/Helsinki")
@@ -31,14 +31,14 @@ ZONE = ZoneInfo("Europe/Helsinki")
 
 def make(number: int, directory: Path) -> None:
     """Two years of ten robots."""
-    db = Database.open(directory / DATABASE_NAME, clock=_Clock(), durable=False)
+    db = Database.open(directory / DATABASE_NAME, clock=VirtualClock(END), durable=False)
     db.write(lambda c: SettingsRepository().save(c, timezone=ZONE.key))
     db.write(lambda c: ExecutionRepository().add_many(c, rows(number)))
     db.close()
 
 
 def measure(directory: Path) -> None:
-    clock = VirtualClock(_Clock().now())
+    clock = VirtualClock(END)
     container = Container(Database.open(directory / DATABASE_NAME, clock=clock, durable=False), clock)
     services = pick(LogsServices, container)
     known = {robot.name for robot in container.catalogue.robots()}

@@ -11,6 +11,7 @@ from app.domain.models import Priority, Schedule, State
 from app.services.catalogue.configuration import import_configuration
 from app.services.live.alarms import alarm_sentence
 from tests.support.edits import switch_robot
+from tests.support.seen import requests
 from tests.support.site import PASSWORD
 
 
@@ -42,13 +43,6 @@ def let_import_change_the_user(site):
 def enter_password(site):
     (robot,) = site.container.catalogue.robots()
     site.container.catalogue.save_robot(replace(robot, username="distributor"), PASSWORD)
-
-
-def requests(site):
-    """Those from now on."""
-    asked = []
-    site.network.interrupt = asked.append
-    return asked
 
 
 def alarms(site):

@@ -11,6 +11,7 @@ from app.domain.check_up import Rest
 from app.domain.robot import RobotState
 from app.mir.client import RobotClient
 from app.mir.transport import OF_ALL, Pace
+from tests.support.clock import VirtualClock
 from tests.unit.mir.answers import STATUS
 
 API = "http://robot.test/api/v2.0.0"
@@ -24,25 +25,11 @@ ORDERS: dict[str, Callable[[RobotClient], object]] = {
 }
 
 
-class Clock:
-    """``waited``: seconds in all."""
-
-    def __init__(self) -> None:
-        self.now = self.waited = 0.0
-
-    def __call__(self) -> float:
-        return self.now
-
-    def wait(self, seconds: float) -> None:
-        self.now += seconds
-        self.waited += seconds
-
-
 @pytest.fixture
-def clock(robot: RobotClient, responses: RequestsMock) -> Clock:
+def clock(robot: RobotClient, responses: RequestsMock) -> VirtualClock:
     """The clock of a robot that allows one request in 10 s and just had one."""
-    clock = Clock()
-    robot.pace, robot.serial_number = Pace(clock, clock.wait), STATUS["serial_number"]
+    clock = VirtualClock()
+    robot.pace, robot.serial_number = Pace(clock.monotonic, clock.sleep), STATUS["serial_number"]
     robot.pace.rest = Rest(1, 10.0)
     robot.pace.wait(OF_ALL)
     responses.assert_all_requests_are_fired = False
@@ -54,15 +41,15 @@ def clock(robot: RobotClient, responses: RequestsMock) -> Clock:
 
 
 @pytest.mark.parametrize("name", ORDERS)
-def test_commands_of_a_person_do_not_wait(robot: RobotClient, clock: Clock, name: str) -> None:
+def test_commands_of_a_person_do_not_wait(robot: RobotClient, clock: VirtualClock, name: str) -> None:
     """The serial number is compared first, which takes a request more."""
     ORDERS[name](robot)
-    assert clock.waited == 0.0
+    assert clock.elapsed() == 0.0
 
 
-def test_commands_of_a_person_count(robot: RobotClient, clock: Clock) -> None:
+def test_commands_of_a_person_count(robot: RobotClient, clock: VirtualClock) -> None:
     robot.set_state(RobotState.PAUSE)
-    clock.now += 9.0
+    clock.advance(9.0)
     robot.set_state(RobotState.READY)
     robot.status()
-    assert clock.now == pytest.approx(19.0, abs=0.1)
+    assert clock.elapsed() == pytest.approx(19.0, abs=0.1)
