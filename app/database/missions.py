@@ -46,6 +46,11 @@ class MissionRepository(Table[Mission]):
         """The mission with that name on that robot: its own if it has one, else the one for all."""
         return self.by_name(c, name, robot_id) or self.by_name(c, name)
 
+    def own_of_name(self, c: sqlite3.Connection, name: str) -> list[tuple[int, int]]:
+        """The robots with a mission of that name of their own: the robot's id, and the mission's."""
+        found = c.execute("SELECT robot_id, id FROM current_missions WHERE name = ? AND robot_id IS NOT NULL", (name,))
+        return [(row[0], row[1]) for row in found]
+
     def with_guid(self, c: sqlite3.Connection, guid: str, robot_id: int) -> Mission | None:
         """The mission with that guid on that robot: of several, the robot's own, then one with a typed duration."""
         return self.select_one(

@@ -23,8 +23,7 @@ def save(edit: Edit, mission: Mission) -> Mission:
     other = edit.missions.by_name(edit.c, mission.name, mission.robot_id)
     if other is not None and other.id != mission.id:
         raise InvalidInput("name", "there is a mission {name} already", name=mission.name)
-    if stored is not None and mission.robot_id is not None:
-        _check_used_only_on(edit, mission)
+    check_used_only_there(edit, mission)
     if stored is not None and stored.guid != mission.guid:
         mission = replace(mission, charges=False)  # the robot has not been asked about that one
     if mission == stored:
@@ -44,18 +43,21 @@ def save(edit: Edit, mission: Mission) -> Mission:
         schedule_edit.update_waiting(edit, edit.schedules.for_mission(edit.c, mission.id))
         if stored.guid != mission.guid:
             robot_edit.withdraw_idle_of(edit, mission.id)
-    use_own(edit, mission)
+    use_own(edit, mission.name)
     edit.topics.add(Topic.MISSIONS)
     return mission
 
 
-def use_own(edit: Edit, mission: Mission) -> None:
-    if mission.robot_id is not None and (general := edit.missions.by_name(edit.c, mission.name)):
-        _replace(edit, general.id, mission.id, mission.robot_id)
+def use_own(edit: Edit, name: str) -> None:
+    """Robots that have a mission of that name of their own use that instead of the one for all robots."""
+    if general := edit.missions.by_name(edit.c, name):
+        for robot_id, own_id in edit.missions.own_of_name(edit.c, name):
+            _replace(edit, general.id, own_id, robot_id)
 
 
-def _check_used_only_on(edit: Edit, mission: Mission) -> None:
-    if edit.missions.used_on(edit.c, mission.id) - {mission.robot_id}:
+def check_used_only_there(edit: Edit, mission: Mission) -> None:
+    """Check that no other robot, and no group, uses a robot's own mission."""
+    if mission.robot_id is not None and edit.missions.used_on(edit.c, mission.id) - {mission.robot_id}:
         raise InvalidInput("robot", "the mission {name} is used on other robots too", name=mission.name)
 
 

@@ -55,7 +55,8 @@ def switch_back(edit: Edit, switched: Switched) -> None:
 
 def restore(edit: Edit, removed: Removed) -> None:
     """Put back what a deletion hid, and what waited of it. What would have fallen due in between writes no row."""
-    for robot in _put_back(edit, edit.robots, removed.robots, removed.at):
+    robots = _put_back(edit, edit.robots, removed.robots, removed.at)
+    for robot in robots:
         _check_name_is_free(edit, robot.name)
         try:
             robot_edit.check_is_no_other(edit, robot)
@@ -87,7 +88,10 @@ def restore(edit: Edit, removed: Removed) -> None:
             )
         edit.missions.update(edit.c, mission)
         edit.notes.append(f"mission {mission.name!r} put back")
-        mission_edit.use_own(edit, mission)
+        mission_edit.check_used_only_there(edit, mission)
+        mission_edit.use_own(edit, mission.name)
+    for robot in robots:  # its own missions are there again
+        robot_edit.set_idle_rule(edit, robot.id, edit.the_robot(robot.id).idle)
     schedules = _put_back(edit, edit.schedules, removed.schedules, removed.at)
     for schedule in schedules:
         _restore_schedule(edit, schedule, removed)
@@ -123,7 +127,9 @@ def _check_name_is_free(edit: Edit, name: str) -> None:
 
 
 def _restore_schedule(edit: Edit, schedule: Schedule, removed: Removed) -> None:
-    does = edit.the_mission(schedule.mission_id).name, edit.target_of(schedule).name
+    target = edit.target_of(schedule)
+    mission = edit.mission_for(target, schedule.mission_id)
+    schedule, does = replace(schedule, mission_id=mission.id), (mission.name, target.name)
     is_taken = edit.schedules.by_name(edit.c, schedule.name) is not None
     if schedule.id in removed.made_names and (is_taken or not names.is_generated(schedule.name, *does)):
         schedule = replace(schedule, name=schedule_edit.free_name(edit, *does))

@@ -64,6 +64,67 @@ def test_a_mission_of_another_robot_cannot_be_planned(world):
         world.catalogue.save_idle_rule(world.robot.id, own.id)
 
 
+@pytest.mark.parametrize("general_first", [True, False])
+def test_a_robots_own_mission_is_used_again_in_any_order_of_restoring(world, general_first):
+    own = world.catalogue.save_mission(Mission("Deliver", "guid-2", robot_id=world.robot.id))
+    schedule = world.schedule()
+    world.catalogue.save_idle_rule(world.robot.id, own.id)
+    removed = [world.catalogue.remove_mission(id_) for id_ in (own.id, world.mission.id)]
+    for each in reversed(removed) if general_first else removed:
+        world.catalogue.restore(each)
+    assert world.stored(schedule).mission_id == own.id
+    assert ROBOTS.get(world.db.read(), world.robot.id).idle.mission_id == own.id
+
+
+def test_a_robots_own_mission_is_used_when_the_one_for_all_comes_by_its_name(world):
+    schedule = world.schedule()
+    removed = world.catalogue.remove_mission(world.mission.id)
+    own = world.catalogue.save_mission(Mission("Deliver", "guid-2", robot_id=world.robot.id))
+    home = world.catalogue.save_mission(Mission("Home", "guid-3"))
+    other = world.schedule(name="Other", mission_id=home.id)
+    own_home = world.catalogue.save_mission(Mission("Rest", "guid-4", robot_id=world.robot.id))
+    world.catalogue.restore(removed)
+    assert world.stored(schedule).mission_id == own.id
+    world.catalogue.save_mission(replace(home, name="Rest"))
+    assert world.stored(other).mission_id == own_home.id
+
+
+@pytest.mark.parametrize("what", ["schedule", "robot", "group"])
+def test_undo_refuses_what_used_a_mission_that_is_only_another_robots_since(world, what):
+    other = world.catalogue.save_robot(Robot("Alma", "10.0.0.2", "user"), password="secret")
+    catalogue, robot_id = world.catalogue, world.robot.id
+    if what == "schedule":
+        removed = catalogue.remove_schedule(world.schedule().id)
+    elif what == "robot":
+        catalogue.save_idle_rule(robot_id, world.mission.id)
+        removed = catalogue.remove_robot(robot_id)
+    else:
+        group = catalogue.save_group(Group("Carts", (robot_id, other.id)))
+        world.schedule(robot_id=None, group_id=group.id)
+        removed = catalogue.remove_group(group.id)
+    catalogue.save_mission(replace(world.mission, robot_id=other.id))
+    with refuses(
+        "mission", "the mission Deliver is for (another robot only|one robot only; a group needs one for all)"
+    ):
+        catalogue.restore(removed)
+    general = catalogue.save_mission(Mission("Deliver", "guid-2"))
+    catalogue.restore(removed)
+    used = [schedule.mission_id for schedule in catalogue.schedules()]
+    used += [robot.idle.mission_id for robot in catalogue.robots() if robot.idle]
+    assert used == [general.id]
+
+
+def test_undo_refuses_a_mission_that_a_restored_robot_would_have_to_use(world):
+    other = world.catalogue.save_robot(Robot("Alma", "10.0.0.2", "user"), password="secret")
+    world.catalogue.save_idle_rule(world.robot.id, world.mission.id)
+    robot = world.catalogue.remove_robot(world.robot.id)
+    world.catalogue.save_mission(replace(world.mission, robot_id=other.id))
+    mission = world.catalogue.remove_mission(world.mission.id)
+    world.catalogue.restore(robot)
+    with refuses("robot", "the mission Deliver is used on other robots too"):
+        world.catalogue.restore(mission)
+
+
 def test_a_mission_is_deleted_and_restored_with_schedules_and_idle_rules(world):
     schedule = world.schedule()
     waiting = world.row(schedule)
