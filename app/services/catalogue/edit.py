@@ -7,7 +7,7 @@ import of a configuration does many in one.
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 
@@ -52,6 +52,7 @@ class Edit:
     topics: set[Topic] = field(default_factory=set)  # what changed, to be published after the commit
     notes: list[str] = field(default_factory=list)  # the same in lines for the log
     known_calendar: WorkingCalendar | None = None  # until a day changes
+    untried_names: dict[tuple[str, str], Iterator[str]] = field(default_factory=dict)  # by mission and robot
 
     def __post_init__(self) -> None:
         self.robots, self.missions, self.schedules = RobotRepository(), MissionRepository(), ScheduleRepository()

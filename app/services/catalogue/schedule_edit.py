@@ -204,7 +204,9 @@ def _name(edit: Edit, schedule: Schedule, stored: Schedule | None, target: Robot
 
 
 def free_name(edit: Edit, mission: str, robot: str) -> str:
-    return next(name for name in names.generated(mission, robot) if edit.schedules.by_name(edit.c, name) is None)
+    """The first free name: each one is tried once in a transaction, however many schedules need one."""
+    untried = edit.untried_names.setdefault((mission, robot), names.generated(mission, robot))
+    return next(name for name in untried if edit.schedules.by_name(edit.c, name) is None)
 
 
 def remove(edit: Edit, schedule_id: int) -> Removed:
