@@ -84,9 +84,9 @@ def save_days(edit: Edit, exceptions: Sequence[DayException]) -> list[DayExcepti
 
 def remove_days(edit: Edit, ids: Sequence[int]) -> Removed:
     """Those of them that are still there."""
-    days = [day for id_ in ids if (day := edit.days.get(edit.c, id_))]
-    edit.notes += [f"{change_log.days(day)} removed" for day in days]
-    removed = edit.hide(Removed(edit.now, days=[day.id for day in days]))
+    days = edit.days.by_ids(edit.c, ids)
+    edit.notes += [f"{change_log.days(day)} removed" for day in days.values()]
+    removed = edit.hide(Removed(edit.now, days=list(days)))
     days_changed(edit)
     return removed
 

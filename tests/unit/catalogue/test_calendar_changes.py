@@ -37,7 +37,7 @@ def test_closed_days_move_the_next_start_and_their_removal_moves_it_back(world):
     saved = world.catalogue.save_days(CLOSED)
     assert (next_of(world, daily), next_of(world, free)) == ("2026-11-26", "2026-11-24")
     assert world.announced == [Topic.CALENDAR, Topic.SCHEDULES]
-    removed = world.catalogue.remove_days(saved.id)
+    removed = world.catalogue.remove_days(saved.id, saved.id)
     assert next_of(world, daily) == "2026-11-24"
     world.catalogue.restore(removed)
     assert (next_of(world, daily), CALENDAR.all(world.db.read())) == ("2026-11-26", [saved])
