@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
+import tempfile
 from datetime import datetime
 from pathlib import Path
 
@@ -48,15 +49,14 @@ def make_private(path: Path) -> None:
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Whole or not at all, readable by its owner only. Raises OSError."""
-    draft = path.with_suffix(".draft")
-    descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | NO_LINK, FILE_MODE)
+    """Whole or not at all, readable by its owner only; of several threads the last one counts. Raises OSError."""
+    descriptor, draft = tempfile.mkstemp(".draft", f"{path.stem}.", path.parent)
     try:
         with os.fdopen(descriptor, "wb") as file:
             file.write(content)
         os.replace(draft, path)
     except OSError:
-        draft.unlink(missing_ok=True)
+        Path(draft).unlink(missing_ok=True)
         raise
 
 
