@@ -65,15 +65,22 @@ class _WritingConnection:
                     if not c.in_transaction:  # SQLite gave up the whole transaction (disk full, I/O error)
                         raise
                     c.execute("ROLLBACK TO work")
-                    notices.append(partial(outcome.set_exception, translated(error, self._path)))
+                    notices.append(partial(outcome.set_exception, self._translated(error)))
                 c.execute("RELEASE work")
             c.execute("COMMIT")
             self._transactions += 1
         except BaseException as error:
             self._roll_back()
-            notices = [partial(outcome.set_exception, translated(error, self._path)) for _, outcome, _ in tasks]
+            notices = [partial(outcome.set_exception, self._translated(error)) for _, outcome, _ in tasks]
         for notice in notices:
             notice()
+
+    def _translated(self, error: BaseException) -> BaseException:
+        """With SQLite's own error as its cause, for the log."""
+        known = translated(error, self._path)
+        if known is not error:
+            known.__cause__ = error
+        return known
 
     def _begin(self) -> None:
         self._roll_back()  # should the last one still be open

@@ -76,8 +76,9 @@ def test_the_disk_being_full_is_reported_and_nothing_is_half_written(db):
         for number in range(1000):
             put(f"name {number}", "x" * 1000)(c)
 
-    with pytest.raises(DatabaseUnavailable, match="disk is full"):
+    with pytest.raises(DatabaseUnavailable, match="disk is full") as refused:
         db.write(work)
+    assert str(refused.value.__cause__) == "database or disk is full"
     assert stored(db, "name 0") is None
     db.write(lambda c: c.execute("PRAGMA max_page_count = 1000000").fetchone())
     db.write(put("a", 1))
@@ -86,8 +87,9 @@ def test_the_disk_being_full_is_reported_and_nothing_is_half_written(db):
 
 def test_a_read_only_disk_is_reported(db):
     db.write(lambda c: c.execute("PRAGMA query_only = ON"))
-    with pytest.raises(DatabaseUnavailable, match="read-only"):
+    with pytest.raises(DatabaseUnavailable, match="read-only") as refused:
         db.write(put("a", 1))
+    assert str(refused.value.__cause__) == "attempt to write a readonly database"
 
 
 def test_a_closed_database_says_so(db):
