@@ -149,6 +149,10 @@ class QueueItem:
     def is_pending(self) -> bool:
         return self.state is QueueState.PENDING
 
+    @property
+    def may_be_open(self) -> bool:
+        return self.state.is_open or (self.state is QueueState.UNKNOWN and self.finished is None)
+
 
 @dataclass(frozen=True)
 class MissionInfo:

@@ -76,14 +76,7 @@ class QueueReader:
             "GET", "/mission_queue", {"whitelist": "all", "sort_by": "id,desc", "limit": str(self._page)}, None
         )
         items = [parse.listed_item(entry) for entry in entries if parse.is_whole_item(entry)]
-        return sorted(
-            (
-                item
-                for item in items
-                if item.state.is_open or (item.state is QueueState.UNKNOWN and item.finished is None)
-            ),
-            key=lambda item: item.id,
-        )
+        return sorted((item for item in items if item.may_be_open), key=lambda item: item.id)
 
     def items_after(self, floor: int, known: Known | None = None, highest: int = 0) -> list[QueueItem]:
         known = {} if known is None else known

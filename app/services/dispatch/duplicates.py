@@ -265,13 +265,14 @@ class Duplicates:
             self._ledger.drop_watches(self._seen.robot.id, over)
 
     def _whole(self, row: Execution, item: QueueItem) -> QueueItem | None:
-        """Reads by number what the list may not show. None: it can't be read."""
+        """Reads by number what the list may not show. None: it can't be read, and may be the row's own."""
         if item.state_text and item.id != row.queue_id:
             return item
         try:
             return self._client.queue_item(item.id)
         except (Rejected, RobotFault, Unreadable):
-            return None
+            is_extra = item.id != row.queue_id and (row.queue_id is not None or transitions.why_withdrawn(row))
+            return item if is_extra else None  # an extra one must not run, whatever its state
 
     def _search(self, mono: float) -> list[QueueItem]:
         """Items above the floor of all watched starts, also after a long absence of the robot. A queue that can't be
@@ -371,14 +372,14 @@ class Duplicates:
         if item.id < row.queue_id and row.state.is_open:  # the earlier one is ours
             later = row.queue_id
             return not self._reopen(row, item) or self.cancel_copy(self._client.queue_item(later), row)
-        if row.cancel_code and item.state.is_open:  # cancelled, however often it comes
+        if row.cancel_code and item.may_be_open:  # cancelled, however often it comes
             return self._cancel_late(row, item)
         return self.cancel_copy(item, row)
 
     def _item_elsewhere(self, row: Execution, item: QueueItem) -> bool:
         """A group's start that this robot gave back, and another one may have: the first item found counts, if nothing
         has been sent to the other. Returns whether that is done."""
-        if row.cancel_code and item.state.is_open:  # cancelled, on any robot
+        if row.cancel_code and item.may_be_open:  # cancelled, on any robot
             return self._cancel_late(row, item)
         if row.state is State.WAITING:  # a copy that was cancelled here is no evidence
             return item.state is QueueState.ABORTED or bool(

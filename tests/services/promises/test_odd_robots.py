@@ -27,6 +27,9 @@ REPAIRED = do(lambda s: (s.network.unreadable.clear(), s.network.shown.clear()))
 STRANGER = do(lambda s: s.noted.append(s.stranger_queues()))
 
 
+ARRIVES = do(lambda s: s.container.make_client(s.robot("R1")).enqueue(s.row().mission_guid, description=s.row().token))
+
+
 def outcome(row):
     return row.state, row.reason and row.reason.code
 
@@ -69,6 +72,15 @@ test_unreadable = cases_of(
             true(lambda s: "unknown_outcome" not in s.alarms()),
         )
         for others in (0, 3)
+    ),
+    *(
+        Story(
+            f"the late request of a cancelled start is cancelled as number {number}",
+            [plan(), post(LOST), *before, 60, robot_pauses(), 5, ARRIVES],
+            spoilt(number),
+            [60, items(*["Aborted"] * number), ends(CANCELLED), raised("late_cancelled")],
+        )
+        for number, before in ((1, [306, cancel(), 60]), (2, [450, cancel()]))
     ),
     Story("readable again it is followed further", [plan(), 320], spoilt(), [30, REPAIRED, 300, ends(DONE), tries(1)]),
     Story(
