@@ -255,7 +255,7 @@ class ScheduleRepository(Table[Schedule]):
         return {tuple(map(int, members.split(","))): count for members, count in rows if members}
 
     def robots_due(self, c: sqlite3.Connection, after: datetime, until: datetime) -> set[int]:
-        """Schedules with instants after the first and not after the second time."""
+        """Ids of robots, also as members of groups, of schedules with an instant after the first and not after the second time."""
         rows = c.execute(
             """SELECT DISTINCT coalesce(schedules.robot_id, group_members.robot_id) FROM current_schedules AS schedules
                             LEFT JOIN current_group_members AS group_members USING (group_id)
@@ -266,13 +266,6 @@ class ScheduleRepository(Table[Schedule]):
 
     def for_group(self, c: sqlite3.Connection, group_id: int) -> list[Schedule]:
         return self.select(c, "WHERE group_id = ? ORDER BY name", group_id)
-
-    def upcoming(self, c: sqlite3.Connection, limit: int, robot_id: int | None = None) -> list[Schedule]:
-        """The next to fall due, earliest first."""
-        where = "WHERE enabled = 1 AND next_at IS NOT NULL"
-        if robot_id is None:
-            return self.select(c, f"{where} ORDER BY next_at, id LIMIT ?", limit)
-        return self.select(c, f"{where} AND robot_id = ? ORDER BY next_at, id LIMIT ?", robot_id, limit)
 
     def advance(self, c: sqlite3.Connection, schedule_id: int, next_at: datetime | None) -> None:
         """Store the next instant; None: the schedule has no more."""

@@ -140,10 +140,6 @@ class Tokens(Colours):
         """
         self._followers[WeakMethod(appearance_changed, self._forget)] = None
 
-    @property
-    def followers(self) -> int:
-        return len(self._followers)
-
     def _forget(self, dead: WeakMethod) -> None:
         self._followers.pop(dead, None)
 

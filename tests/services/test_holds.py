@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from datetime import UTC, datetime, timedelta
 
 import pytest
@@ -10,10 +11,10 @@ from hypothesis import strategies as st
 
 from app.container import Container
 from app.database.connection import Database
-from app.database.robots import Hold
+from app.database.robots import Hold, HoldRepository
 from app.domain.models import InvalidInput, Robot
-from app.services.live.changes import Topic
-from app.services.live.holds import LONGEST_REASON
+from app.services.live.changes import Changes, Topic
+from app.services.live.holds import LONGEST_REASON, Holds
 from tests.support.clock import VirtualClock
 
 NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)
@@ -108,3 +109,33 @@ def test_a_hold_covers_its_robots_from_its_start_to_its_end(held, robot, hours, 
     hold = Hold("", NOW + until * HOUR if until else None, NOW, robot_id=held)
     covered = (held is None or held == robot) and hours >= 0 and (until is None or hours < until)
     assert hold.covers(robot, NOW + hours * HOUR) is covered
+
+
+def test_a_hold_is_kept_though_a_release_that_began_earlier_is_read_later(tmp_path, clock, monkeypatch):
+    """Both read what is stored, and each remembers it: the one that read less must not come last."""
+    db, everything = Database.open(tmp_path / "a.db", durable=False), HoldRepository.all
+    holds = Holds(db, clock, Changes())
+    holds.hold("check-up")
+    has_read, may_go_on = threading.Event(), threading.Event()
+
+    def slowly(repository, c):
+        found = everything(repository, c)
+        if threading.current_thread() is releasing and not c.in_transaction:
+            has_read.set()
+            may_go_on.wait(5)
+        return found
+
+    monkeypatch.setattr(HoldRepository, "all", slowly)
+    releasing = threading.Thread(target=holds.release)
+    releasing.start()
+    assert has_read.wait(5)
+    holding = threading.Thread(target=holds.hold, args=("stop everything",))
+    holding.start()
+    holding.join(0.2)  # it waits for the release, or has come before it
+    may_go_on.set()
+    releasing.join(5)
+    holding.join(5)
+    assert [hold.reason for hold in holds.current()] == [
+        hold.reason for hold in everything(HoldRepository(), db.read())
+    ]
+    db.close()

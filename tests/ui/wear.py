@@ -182,7 +182,7 @@ class Wear:
             "kv rules": len(Builder.rules),
             "texts that follow the language": tr.bound,
             "followers of the language": len(translator._observers),
-            "followers of the theme": tk.followers + _observers(tk),
+            "followers of the theme": len(tk._followers) + _observers(tk),
             "followers of the window": _observers(Window),
             "followers of the metrics": _observers(Metrics),
             "followers of KivyMD's theme": _observers(self._app.theme_cls),

@@ -99,12 +99,10 @@ class ClockGuard:
         self._started_at: float | None = None  # on the monotonic clock, until the time off is reported
         self._went_back = False
         self._step = timedelta()
-        self._overruled: dict[
-            int, float
-        ] = {}  # robots against whose clocks a person decided, and when they last differed
-        self._wrong_since: datetime | None = (
-            clock.now()
-        )  # the begin of the wrong time, if it is found wrong; None: when the doubt began
+        # Robots against whose clocks a person decided, and when they last differed.
+        self._overruled: dict[int, float] = {}
+        # The begin of the wrong time, if it is found wrong; None: when the doubt began.
+        self._wrong_since: datetime | None = clock.now()
         self._wrong: Span | None = None
         self._confirmed_at: datetime | None = None  # by a person, before this run
         self.is_proven = False  # by a robot or a person; else one robot's word counts

@@ -1,8 +1,8 @@
 """The execution ledger: every change of an execution is one short transaction, published to listeners and written to
 the log.
 
-Each method returns the changed row, or None if the row had changed before (somebody cancelled it): then nothing was
-changed and the caller must not act on it.
+A row that had changed before (somebody cancelled it) is not changed, and is not among those returned: the caller must
+not act on it.
 """
 
 from __future__ import annotations

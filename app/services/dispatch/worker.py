@@ -58,10 +58,8 @@ class RobotWorker:
         self._idle = IdleWatch()
         self._watched = self._sought = False
         self._recoveries = itertools.count(1)
-        self._to_recover, self._expected = (
-            {0},
-            {0},
-        )  # rows may be without a worker: messages that arrived, and all that will
+        # Rows may be without a worker: messages that arrived, and all that will.
+        self._to_recover, self._expected = {0}, {0}
         self._poll_wanted = True
         self._ledger_changed = True
         self._unanswered = 0  # attempts in a row to read its items while it is switched off

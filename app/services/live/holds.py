@@ -28,9 +28,8 @@ class Holds:
     def __init__(self, db: Database, clock: Clock, changes: Changes) -> None:
         self._db, self._repository, self._clock, self._changes = db, HoldRepository(), clock, changes
         self._lock = threading.Lock()
-        self.clock_problem: Message | None = (
-            None  # why the clock is not plausible, or is still being checked; None: it is trusted
-        )
+        # Why the clock is not plausible, or is still being checked; None: it is trusted.
+        self.clock_problem: Message | None = None
         self._is_clock_confirmed = False
         self.is_copy: Message | None = None  # why nothing may be sent from this tablet
         self._wall_ahead: float | None = None  # of the monotonic clock, in s, when the wall clock was judged last
@@ -38,7 +37,8 @@ class Holds:
         self.reload()
 
     def reload(self) -> None:
-        self._stored = self._repository.all(self._db.read())
+        with self._lock:  # else what was read earlier may replace what was read later
+            self._stored = self._repository.all(self._db.read())
 
     def check_is_no_copy(self) -> None:
         """Raises InvalidInput where the data was copied from another tablet."""

@@ -230,7 +230,8 @@ def test_due_are_the_enabled_ones_whose_time_has_come(db, schedule):
 
     db.write(lambda c: SCHEDULES.remove(c, schedule.id, NOON))
     second, first = add("b", -1), add("a", -2)
-    exact, later = add("c", 0), add("d", 1)
+    exact = add("c", 0)
+    add("d", 1)
     add("off", -5, enabled=False)
     add("done", None)
     c = db.read()
@@ -243,7 +244,6 @@ def test_due_are_the_enabled_ones_whose_time_has_come(db, schedule):
         "a",
     ]  # what waited long waits a moment more
     assert SCHEDULES.next_due(c) == first.next_at
-    assert [found.id for found in SCHEDULES.upcoming(c, 4)] == [first.id, second.id, exact.id, later.id]
     db.write(lambda w: SCHEDULES.advance(w, first.id, None))
     assert SCHEDULES.next_due(c) == second.next_at
     assert SCHEDULES.next_to_run(c, schedule.robot_id) == exact.next_at  # all are paused until then
@@ -427,4 +427,5 @@ def test_instants_sort_as_text_whatever_their_zone_and_fraction(db, schedule):
     ]
     for number, instant in enumerate(instants):
         db.write(lambda c, n=number, i=instant: SCHEDULES.add(c, replace(schedule, id=0, name=str(n), next_at=i)))
-    assert [found.name for found in SCHEDULES.upcoming(db.read(), 4)] == ["0", "1", "2", "3"]
+    rows = db.read().execute("SELECT name FROM current_schedules WHERE id <> ? ORDER BY next_at", (schedule.id,))
+    assert [row["name"] for row in rows] == ["0", "1", "2", "3"]
