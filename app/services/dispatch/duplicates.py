@@ -124,10 +124,12 @@ class Duplicates:
         )
 
     def is_ours(self, row: Execution, item: QueueItem) -> bool:
-        """Whether the item under this number is the app's; after a reset of the robot's database it may be somebody
-        else's."""
+        """Whether the item under this number is the app's; after a reset of the robot's database, or if another machine
+        took the request, it may be somebody else's."""
         if looks_like_token(item.description):
             return item.description == row.token
+        if item.id <= (row.queue_floor or 0):  # it was there before the request left
+            return False
         self._has_forgotten |= item.mission_id == row.mission_guid
         return item.mission_id in (None, "", row.mission_guid)
 

@@ -7,12 +7,14 @@ from datetime import timedelta
 from app.domain.models import Mission, Overlap
 from app.domain.reasons import sentence, waiting_sentence
 from app.services.dispatch import messages
-from mir_sim import world
+from mir_sim import SimulatedRobot, world
 from mir_sim.mission_queue import MissionQueue
 from tests.services.story import *
 
 LINE_1 = world.BY_NAME["Line 1"].guid
 CUT_OFF = [plan(window=5), post(ANSWER_LOST), 306, down("R1")]
+REPLACED = do(lambda s: s.network.impostors.update(R1=SimulatedRobot("X", clock=s.seconds, start=s.clock.now())))
+BACK = do(lambda s: s.network.impostors.clear())
 CANCEL_THERE = do(lambda s: s.container.make_client(s.robot("R1")).cancel(s.row().queue_id))
 
 test_constraints = cases_of(
@@ -118,6 +120,11 @@ test_refused = cases_of(
         [60, do(lambda s: setattr(s.machines["R1"], "serial_number", "somebody else")), plan(), 400, runs(0)],
         [ends((FAILED, ReasonCode.WRONG_ROBOT)), raised("wrong_robot")],
         true(lambda s: s.row().reason.details["found"] == "somebody else"),
+    ),
+    Story(
+        "what another machine takes at the last moment is not a person's item with the same number on the robot",
+        [stranger(count=2), plan(), 299.9, REPLACED, 10, true(lambda s: s.row().queue_id == 1), BACK, 120],
+        [items("Done", "Done"), ends((FAILED, ReasonCode.VANISHED)), tries(1)],
     ),
     Story(
         "a retry limit of zero means no second try",
