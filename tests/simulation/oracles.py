@@ -333,7 +333,7 @@ class Judge:
             if until - start < self._together or self._gave_up(robot, first, start):
                 continue
             others = self.diary.names.values() if self.diary.is_of_restored_time(key[1]) else ()
-            if not all(self.diary.is_clear(other, start, until) for other in others):
+            if self.may_stay_uncertain(key[1]) or not all(self.diary.is_clear(other, start, until) for other in others):
                 continue  # each has to say that it does not have it
             between = next(
                 instants(plan, key[1] + timedelta(seconds=1), key[1] + timedelta(seconds=start - due + 35.0)), None
@@ -341,6 +341,13 @@ class Judge:
             if between is None or start == due:
                 return start, until
         return None
+
+    def may_stay_uncertain(self, planned_at: datetime) -> bool:
+        """A robot that has lost its queue, or has an item that can't be read, never says that it does not have a start
+        from before a restore. That start waits until its window is over (docs/reliability.md, 6)."""
+        network = self.world.site.network
+        cannot_say = network.unreadable or network.shown or any(self.diary.lost_items.values())
+        return bool(cannot_say) and self.diary.is_of_restored_time(planned_at)
 
     def _gave_up(self, robot: str, due: float, start: float) -> bool:
         """Whether earlier faults may have used up its attempts or hidden their outcome."""

@@ -1,5 +1,6 @@
 """What the judge holds against the app, and what not: a second copy that runs, where it could have been cancelled; a late start that was
-not listed first, unless a person let it go; a start of an absence that has a row of its own, unless a person cancelled it."""
+not listed first, unless a person let it go; a restored start that waits, unless a robot can't say whether it has it; a start of an absence
+that has a row of its own, unless a person cancelled it."""
 
 from __future__ import annotations
 
@@ -7,12 +8,12 @@ from datetime import timedelta
 
 import pytest
 
-from app.domain.models import Wait
+from app.domain.models import Schedule, Wait
 from mir_sim.mission_queue import ItemState
 from tests.simulation.diary import KEPT_S, Restore
 from tests.simulation.mutants import MUTANTS, planted
 from tests.simulation.profile import Profile
-from tests.simulation.world import World
+from tests.simulation.world import START, World
 from tests.support.network import QUEUE, Fate
 
 LANDS_AFTER = 300.0  # s after the request left: the start has been sent again by then, and has run
@@ -115,6 +116,30 @@ def test_a_late_start_that_a_person_lets_go_need_not_stay_on_the_list(tmp_path):
         world.site.run(2.0)
     assert len(world.site.network.submissions) == 1
     assert objections(world) == []
+    world.site.container.db.close()
+
+
+# ---------------------------------------------------------------------- a restored start
+def test_a_restored_start_may_wait_for_a_robot_that_lost_its_queue(tmp_path):
+    world = World(tmp_path, 1, STILL.only(site=PLACE | {"with_window": True}))
+    for _item in range(5):
+        world.site.stranger_queues()
+    world.site.run_until(lambda: world.site.container.history.open(), within=120)
+    world.site.run(30.0)
+    robot_id = next(iter(world.diary.names))
+    start, deliver = (START + timedelta(minutes=5)).replace(tzinfo=None), next(iter(world.missions))
+    world.plan(Schedule("A", robot_id, deliver, start, "UTC", start_window_minutes=60))
+    world.person.back_up()
+    world.weather.queue_is_reset()
+    world.site.run(300.0 - world.site.seconds() - 0.5)
+    world._off("restore")
+    world.site.run(1100.0 - world.site.seconds())  # until before the next start that the robot would take
+    assert [(row.schedule, row.wait) for row in world.site.container.history.open()] == [("A", Wait.ELSEWHERE)]
+    world.judge.all_is_well(660.0)
+    assert objections(world) == []
+    world.diary.lost_items.clear()
+    world.judge.all_is_well(660.0)
+    assert any("liveness: open for" in each for each in world.findings.violations)
     world.site.container.db.close()
 
 

@@ -7,7 +7,7 @@ from collections.abc import Collection
 from datetime import datetime, timedelta
 from typing import TYPE_CHECKING
 
-from app.domain.models import Execution, State
+from app.domain.models import Execution, State, Wait
 from mir_sim.mission_queue import ItemState
 from tests.simulation.diary import Wishes, instants
 
@@ -118,6 +118,8 @@ class Truth:
         is_clear = self.diary.is_clear(row.robot, now - ENDS_WITHIN, now) and row.robot not in self.diary.now.off
         is_held = any(row.token in each.held_starts for each in self.diary.between(now - ENDS_WITHIN, now))
         is_bound = row.robot_id is not None  # else it waits for a robot of its group, however long that is away
+        if row.wait is Wait.ELSEWHERE and world.site.clock.now() < row.closes_at:
+            is_bound &= not self.judge_.may_stay_uncertain(row.planned_at)
         if is_bound and age > ENDS_WITHIN and since >= ENDS_WITHIN and not is_busy and is_clear and not is_held:
             self.judge_.object(f"liveness: open for {age:.0f} s: {self._shown(row)}")
         if (
