@@ -150,7 +150,7 @@ def test_a_start_that_no_robot_can_take_waits_above_the_queue_and_is_assigned_by
     assert "Waiting for a robot (1)" in ui.texts(card)
     assert waiting(ui) == [("Home", "Critical")]
     ui.wait(lambda: "Aino stopped; Veikko stopped" in ui.find(WaitingRow).note)
-    assert "Given up at " in ui.find(WaitingRow).note
+    assert "Not run if none can by " in ui.find(WaitingRow).note
     press(ui, "Give to a robot", ui.find(WaitingRow))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
     ui.advance(0.3)

@@ -409,7 +409,7 @@ def test_a_row_of_counts_is_as_wide_as_those_that_are_left(ui):
 def test_how_full_the_battery_is_and_when_the_mission_is_done_is_seen_at_once(ui, small):
     card = home(small, sample.FACTS).vm.card
     ui.advance(0.5)
-    for text in (card.battery.text, card.side_by_side.value):
+    for text in (card.battery.text, card.end_tile.value):
         assert checks.is_seen(ui.find(Value, text=text, root=ui.find(RobotCard)))
 
 

@@ -271,7 +271,7 @@ def test_stopping_a_mission_says_what_the_robot_continues_with(home, ui):
     ui.wait(lambda: ui.find_all(QueueRow, number="1", mission="Home"))
     ui.tap(ui.find(IconButton, ui.find(QueueRow)))
     assert "Stop Deliver?" in ui.texts()
-    assert any("goes on with Home, the next in its queue" in text for text in ui.texts())
+    assert any("continues with Home, the next in its queue" in text for text in ui.texts())
     press(ui, "Let it run")
     ui.wait(lambda: home.shell.dialogs.top is None)
     press(ui, "Pause")  # and then with nothing, until somebody resumes

@@ -126,13 +126,13 @@ def test_a_robot_that_takes_no_answer_to_what_it_asks_is_not_said_to_ask_no_more
     ui.wait(lambda: "Is the aisle free?" in ui.texts())
 
     def refuse(*_args: object) -> None:
-        raise Rejected("Not now", status=400)
+        raise Rejected(status=400, address="r1", reason="Not now")
 
     monkeypatch.setattr(questions, "READ_WITHIN", 600.0)  # it is known sooner, by what is read
     monkeypatch.setattr(home.site.container.operator, "answer_prompt", refuse)
     press(ui, "Yes")
     ui.wait(lambda: home.shell.snackbars.texts)
-    assert home.shell.snackbars.texts == ["Aino · Answer: Not now"]
+    assert home.shell.snackbars.texts == ["Answer: Aino refused: Not now (status 400)"]
 
 
 def test_a_dialog_ends_when_the_robot_asks_something_else(home, ui):

@@ -114,7 +114,7 @@ def test_a_story_that_finds_no_room_where_it_was_opened_comes_into_sight(screen,
 def test_a_figure_says_what_it_means(screen, ui):
     tap(screen, ui, ui.find(FigureCard, label="Schedule adherence"))
     dialog = ui.find(FigureDialog)
-    assert dialog.text.startswith("Planned starts that ran")
+    assert dialog.text.startswith("Planned starts that reached the robot")
     assert {"Planned", "Ran"} <= {line.label for line in dialog.rows}
     ui.key(27)
     assert not ui.find_all(FigureDialog)

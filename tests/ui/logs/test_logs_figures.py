@@ -77,8 +77,8 @@ def test_a_mission_is_shown_with_what_is_usual(screen, container, ui):
 @pytest.mark.parametrize(
     ("title", "beginning"),
     [
-        ("Reasons for failure", "Failed runs, however"),
-        ("Schedule adherence", "Planned starts that ran"),
+        ("Reasons for failure", "All failed runs by their reason"),
+        ("Schedule adherence", "Planned starts that reached the robot"),
         ("Starting and waiting", "The newest 5,000"),
         ("Duration of missions", "The median duration"),
     ],

@@ -289,7 +289,7 @@ def test_a_place_that_will_be_wanted_too_much_says_so_before_it_is_saved(site, a
     enter(ui, dialog.ids.name_field, "Dock 2")
     dialog.vm.most = 1
     dialog.vm.missions = [mission.id]
-    ui.wait(lambda: "Dock 2 is wanted for" in dialog.vm.warning)
+    ui.wait(lambda: "Dock 2 is in use" in dialog.vm.warning)
     dialog.vm.most = 9
     ui.wait(lambda: not dialog.vm.warning)
 
