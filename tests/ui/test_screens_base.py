@@ -213,6 +213,26 @@ def test_work_queued_before_the_end_is_done_and_separate_work_is_not_awaited(ui,
     go.set()
 
 
+@pytest.mark.parametrize(("apart", "logged"), [("", True), ("check-up", False)])
+def test_what_fails_after_the_end_is_logged_if_it_was_pressed(ui, bus, caplog, apart, logged):
+    """A robot that refuses while the window closes fails no press, and its traceback would keep the screen."""
+    background, began, go = Background(bus), threading.Event(), threading.Event()
+
+    def refused():
+        began.set()
+        go.wait(5)
+        raise ConnectionError
+
+    background.run(refused, apart=apart)
+    work = [thread for thread in threading.enumerate() if thread.name.startswith("ui-")]
+    assert began.wait(5)
+    background.close()
+    go.set()
+    for thread in work:
+        thread.join(5)
+    assert ("work in the background failed" in caplog.text) is logged
+
+
 def test_cancelled_work_delivers_nothing(ui, background):
     gate = threading.Event()
     done: list[object] = []

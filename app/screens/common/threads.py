@@ -197,7 +197,7 @@ class Background:
         threads = self._threads[apart]
         threads.jobs[job] = result = threads.pool.submit(work)
         threads.peak = max(threads.peak, len(threads.jobs))
-        result.add_done_callback(partial(self._finish, job))
+        result.add_done_callback(partial(self._finish, job, apart))
         return job
 
     @property
@@ -207,7 +207,7 @@ class Background:
 
     def close(self) -> None:
         """Take no more work and deliver nothing more. Pressed commands are still run, so that no entry is lost; work
-        that runs apart only ends."""
+        that runs apart only ends, and its failures are not in the log."""
         self._is_closed = True
         for job in self._pending:
             job.cancel()
@@ -217,10 +217,10 @@ class Background:
         for late in wait(pressed, LAST_WORDS).not_done:
             late.cancel()  # unless it runs
 
-    def _finish(self, job: Job, result: Future[Any]) -> None:
+    def _finish(self, job: Job, apart: str, result: Future[Any]) -> None:
         if result.cancelled():
             return
-        if self._is_closed and (problem := result.exception()):  # results are no longer delivered
+        if self._is_closed and not apart and (problem := result.exception()):  # results are no longer delivered
             log.error("work in the background failed", exc_info=problem)
         self._bus.post(partial(self._deliver, job, result))
 
