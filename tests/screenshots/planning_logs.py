@@ -13,7 +13,7 @@ from tests.screenshots.registry import BOTH, LANDSCAPE, picture
 def logs(studio: Any) -> Any:
     stand = Stand(studio, "logs")
     stand.vm.toggle(
-        next(row.key for row in stand.vm.rows if row.outcome == _("Running"))
+        next(row.key for row in stand.vm.rows if row.outcome == _("Working"))
     )  # seen with all that is newer
     return stand.settle()
 

@@ -20,18 +20,15 @@ LOOKS = {
 
 
 def word(state: State) -> str:
-    """The state as one word."""
+    """The state as one word. What is sent but has not begun waits, wherever it waits."""
     return {
-        State.WAITING: _("Waiting"),
-        State.SUBMITTING: _("Checking"),
-        State.QUEUED: _("Queued"),
-        State.EXECUTING: _("Running"),
+        State.EXECUTING: _("Working"),
         State.COMPLETED: _("Completed"),
         State.FAILED: pgettext("run", "Failed"),
         State.CANCELLED: _("Cancelled"),
         State.SKIPPED: _("Not run"),
         State.MISSED: _("Not run"),  # why is said by the reason
-    }[state]
+    }.get(state, _("Waiting"))
 
 
 def trigger_word(trigger: Trigger) -> str:

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import date
 
-from app.domain.models import Reason
+from app.domain.models import Reason, State
 from app.domain.reasons import sentence
 from app.i18n import _, ngettext
-from app.screens.common import formats
+from app.screens.common import execution_appearance, formats
 from app.screens.logs.figures import Figures
 from app.services.history.figures import FIGURES, Facts, Figure, Unit
 from app.services.planning.durations import wilson
@@ -257,7 +257,7 @@ def _numbers(key: str, figures: Figures) -> list[FactLine]:
     if key == "success":
         counts = {
             _("Completed"): facts.completed,
-            _("Failed"): facts.failed,
+            execution_appearance.word(State.FAILED): facts.failed,
             _("Cancelled, not counted"): facts.cancelled,
         }
         return [*_counted(counts), *_interval_lines(facts.completed, facts.completed + facts.failed)]

@@ -80,7 +80,7 @@ def test_five_figures_with_their_counts_and_what_the_charts_show(screen, contain
 def test_runs_are_listed_newest_first_with_their_reasons(screen, ui):
     _queued, _waiting, first, second, *_rest = rows(ui)
     assert (first.outcome, first.mission, first.robot, first.trigger, first.reason) == (
-        "Running",
+        "Working",
         "Deliver kits to line 2",
         "Aino",
         "Run now",

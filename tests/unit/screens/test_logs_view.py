@@ -173,7 +173,7 @@ def test_rows_are_built_again_in_another_language(finnish):
 
     assert outcomes() == ["Completed"]
     finnish()
-    assert outcomes() == ["Valmis"]
+    assert outcomes() == ["Suoritettu"]
 
 
 def test_a_story_has_four_steps_and_ends_in_its_outcome():
@@ -205,7 +205,7 @@ def test_a_story_ends_where_the_run_ended():
     running = replace(DONE, state=State.EXECUTING, ended_at=None, duration_s=None, robot_delay_s=0.2)
     assert [(step.label, step.note) for step in view.story(running, ZONE, USUAL)][2:] == [
         ("Started", "no wait"),
-        ("Running", "not ended yet"),
+        ("Working", "not ended yet"),
     ]
     assert view.message(SKIPPED) == ""
 

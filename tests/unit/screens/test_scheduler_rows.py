@@ -196,7 +196,7 @@ def test_what_is_over_without_a_row_says_when_it_was_due_or_that_it_was_off():
 
 def test_what_still_runs_or_may_be_switched_on_is_not_over():
     row, _place = row_of(ONCE, execution(State.EXECUTING, 0, planned_at=MORNING))
-    assert (row.over, row.last) == (False, "Running")
+    assert (row.over, row.last) == (False, "Working")
     tomorrow = replace(ONCE, enabled=False, start=datetime(2026, 11, 21, 6, 30))
     assert not view.schedule_rows(facts(schedules=(tomorrow,)), NOW)[0].over
     assert not view.schedule_rows(facts(schedules=(replace(HOURLY, enabled=False, next_at=None),)), NOW)[0].over
