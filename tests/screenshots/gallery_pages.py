@@ -232,7 +232,7 @@ PAGES = """
                             tone: "fault"
                             loud: True
                             icon: "alert-octagon"
-                            text: "Emergency stop"
+                            text: "Stopped"
                         Widget:
 
 <GalleryLists@GalleryFrame>:

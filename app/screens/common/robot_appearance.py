@@ -34,11 +34,12 @@ class Appearance:
 
 
 def state_appearance(robot: Robot, snapshot: RobotSnapshot, stale: bool) -> Appearance:
-    """What the robot does; if it has not answered lately, only that."""
+    """What the robot does, in one of the words that the whole app has for it; if it has not answered lately, only that.
+    A state that is not known is "–"."""
     if not robot.enabled or snapshot.connection is Connection.DISABLED:
         return off_appearance(robot)
     if snapshot.status is None and snapshot.connection is Connection.UNKNOWN:
-        return Appearance(_("Connecting"), "timer-sand", "offline")
+        return Appearance(formats.NOTHING, "timer-sand", "offline")
     if snapshot.status is None or stale or is_silent(snapshot.connection):
         return _silence(snapshot.connection)
     return _appearance_of(snapshot.status)
@@ -47,33 +48,32 @@ def state_appearance(robot: Robot, snapshot: RobotSnapshot, stale: bool) -> Appe
 def off_appearance(robot: Robot) -> Appearance:
     """Of one that is switched off, by a person or because its password is missing."""
     if robot.needs_password:
-        return Appearance(_("Needs its password"), "account-lock-outline", "attention")
-    return Appearance(_("Switched off"), "power-plug-off-outline", "offline")
+        return Appearance(_("Off"), "account-lock-outline", "attention")
+    return Appearance(_("Off"), "power-plug-off-outline", "offline")
 
 
 def off_word(robot: Robot) -> str:
     """Why nothing is sent to a robot that is switched off, in small print."""
-    return _("needs its password") if robot.needs_password else _("switched off")
+    return _("needs its password") if robot.needs_password else _("off")
 
 
 def _appearance_of(status: RobotStatus) -> Appearance:
     if status.user_prompt is not None and status.state not in STOPPED:
-        return Appearance(_("Waits for an answer"), "comment-question", "action")
+        return Appearance(_("Asks"), "comment-question", "action")
     if status.state not in HOLDING and is_charging(status):
         return Appearance(_("Charging"), "lightning-bolt")
+    ready = Appearance(_("Ready"), "check-circle-outline", disc_icon="check")
+    working = Appearance(_("Working"), "play-circle-outline", "accent", disc_icon="play")
     return {
-        RobotState.STARTING: Appearance(_("Starting up"), "timer-sand"),
-        RobotState.SHUTTING_DOWN: Appearance(_("Shutting down"), "power"),
-        RobotState.READY: Appearance(_("Ready"), "check-circle-outline", disc_icon="check"),
+        RobotState.STARTING: Appearance(_("Starting up"), "timer-sand", "offline"),
+        RobotState.SHUTTING_DOWN: Appearance(_("Off"), "power", "offline"),
+        **dict.fromkeys((RobotState.READY, RobotState.ABORTED, RobotState.COMPLETED), ready),
         RobotState.PAUSE: Appearance(_("Paused"), "pause-circle-outline", "action", disc_icon="pause"),
-        RobotState.EXECUTING: Appearance(_("Executing"), "play-circle-outline", "accent", disc_icon="play"),
-        RobotState.ABORTED: Appearance(_("Mission ended early"), "close-circle-outline", disc_icon="close"),
-        RobotState.COMPLETED: Appearance(_("Mission done"), "check-circle-outline", disc_icon="check"),
-        RobotState.DOCKING: Appearance(_("Docking"), "map-marker-radius-outline", "accent"),
-        RobotState.EMERGENCY_STOP: Appearance(_("Emergency stop"), "alert-octagon", "fault", loud=True),
+        **dict.fromkeys((RobotState.EXECUTING, RobotState.DOCKING), working),
+        RobotState.EMERGENCY_STOP: Appearance(_("Stopped"), "alert-octagon", "fault", loud=True),
         RobotState.MANUAL_CONTROL: Appearance(_("Manual control"), "gamepad-variant-outline", "attention"),
-        RobotState.ERROR: Appearance(_("Error"), "alert-circle", "fault", loud=True, disc_icon="exclamation-thick"),
-    }.get(status.state) or Appearance(status.state_text or _("Unknown state"), "help-circle-outline", "attention")
+        RobotState.ERROR: Appearance(_("Stopped"), "alert-circle", "fault", loud=True, disc_icon="exclamation-thick"),
+    }.get(status.state) or Appearance(formats.NOTHING, "help-circle-outline", "attention")
 
 
 def link_appearance(robot: Robot, snapshot: RobotSnapshot, now: datetime, settings: Settings) -> Appearance:
@@ -89,7 +89,7 @@ def link_appearance(robot: Robot, snapshot: RobotSnapshot, now: datetime, settin
             return Appearance(_("Slow · {age}").format(age=age), "wifi-strength-2-alert", "attention")
         return Appearance(_("Connected · {age}").format(age=age), "wifi")
     if not is_silent(connection):
-        return Appearance(_("Connecting"), "timer-sand")
+        return Appearance(formats.NOTHING, "timer-sand", "offline")
     shown = _silence(connection)
     if snapshot.since is None:
         return shown
@@ -112,8 +112,8 @@ def _silence(connection: Connection) -> Appearance:
         Connection.UNAUTHORIZED: (_("Wrong password"), "account-lock-outline"),
         Connection.WRONG_ROBOT: (_("Another robot"), "robot-confused-outline"),
         Connection.OTHER_CERTIFICATE: (_("Another certificate"), "certificate-outline"),
-        Connection.UNTRUSTED: (_("Unknown certificate"), "certificate-outline"),
-        Connection.NOT_A_ROBOT: (_("Not a MiR robot"), "robot-off-outline"),
+        Connection.UNTRUSTED: (_("Another certificate"), "certificate-outline"),
+        Connection.NOT_A_ROBOT: (_("Another robot"), "robot-off-outline"),
     }.get(connection, (_("No answer"), "wifi-off"))
     return Appearance(words, icon, "attention")
 

@@ -103,11 +103,11 @@ def look_of(group: Group) -> GroupLook:
         Group.SILENT: GroupLook(_("No answer"), "wifi-off", "attention"),
         Group.LOOK: GroupLook(_("Look at it"), "eye-outline", "attention"),
         Group.PAUSED: GroupLook(_("Paused"), "pause-circle-outline", "action"),
-        Group.HELD: GroupLook(_("Held"), HAND),
+        Group.HELD: GroupLook(_("On hold"), HAND),
         Group.WORKING: GroupLook(_("Working"), "play-circle-outline"),
         Group.READY: GroupLook(_("Ready"), "check-circle-outline"),
         Group.CHARGING: GroupLook(_("Charging"), "lightning-bolt"),
-        Group.STARTING: GroupLook(_("Starting"), "timer-sand"),
+        Group.STARTING: GroupLook(_("Starting up"), "timer-sand"),
         Group.OFF: GroupLook(_("Off"), "power-plug-off-outline"),
     }[group]
 

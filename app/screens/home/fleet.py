@@ -131,6 +131,8 @@ def _detail(
             return render(problems_in_words(status.errors), _)
         case Group.LOOK if status is not None and status.state in AT_REST:
             return _("Battery under {minimum} %").format(minimum=formats.plain(settings.minimum_battery_percent or LOW))
+        case Group.LOOK if status is not None and status.state is RobotState.UNKNOWN:
+            return status.state_text or state
         case Group.STOPPED | Group.LOOK | Group.STARTING:
             return state
     return ""

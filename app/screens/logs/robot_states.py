@@ -145,12 +145,12 @@ def read_states(services: LogsServices, filters: Filters, now: datetime, zone: Z
 # ---------------------------------------------------------------------- in words
 def word(activity: str) -> str:
     return {
-        "executing": _("On a mission"),
+        "executing": _("Working"),
         "charging": _("Charging"),
-        "idle": _("Idle"),
+        "idle": _("Ready"),
         "paused": _("Paused"),
-        "error": _("Error"),
-        "offline": _("Offline"),
+        "error": _("Stopped"),
+        "offline": _("No answer"),
         NO_DATA: _("No data"),
     }[activity]
 

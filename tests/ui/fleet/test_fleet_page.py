@@ -123,7 +123,7 @@ def test_a_poll_changes_its_tile_and_the_counts_and_no_place(container, robots, 
         assert "All well" not in ui.texts()
         assert tiles(ui) == before
         tile = ui.find(FleetTile, name=robots[3].name)
-        assert (tile.word, tile.detail, tile.loud) == ("Stopped", "Emergency stop", True)
+        assert (tile.word, tile.detail, tile.loud) == ("Stopped", "Stopped", True)
 
 
 def test_while_the_list_moves_one_tile_a_frame_becomes_another(container, ui):

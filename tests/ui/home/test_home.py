@@ -29,7 +29,7 @@ def test_both_robots_and_the_selected_one_are_shown(home, ui):
 
 def test_an_emergency_stop_shows_within_a_poll_with_banner_and_advice(home, ui):
     home.aino.control({"emergency_stop": True})
-    ui.wait(lambda: "Emergency stop" in ui.texts())
+    ui.wait(lambda: "Stopped" in ui.texts())
     ui.wait(lambda: ui.find_all(AlarmBanner))
     assert ui.find(AlarmBanner).text == "Aino is stopped: emergency stop pressed"
     assert ui.find(CommandButton, text="Resume").disabled

@@ -59,7 +59,7 @@ def test_run_now_that_the_robot_refuses_says_why_and_nothing_else(home, ui):
 def test_a_mission_in_the_queue_says_that_it_came_from_run_now(home, ui):
     run(ui, "Deliver")
     ui.wait(lambda: any(mission == "Deliver" and origin.startswith("Run now") for mission, origin in rows(ui)))
-    ui.wait(lambda: {"Executing", "no earlier run to compare with"} <= set(ui.texts()))
+    ui.wait(lambda: {"Working", "no earlier run to compare with"} <= set(ui.texts()))
 
 
 def test_two_taps_start_one_mission(home, ui):

@@ -44,7 +44,7 @@ def test_every_robot_has_a_band_that_fills_the_period(screen, ui):
         assert (lane.spans[0].start, lane.spans[-1].end) == pytest.approx((0, 1))
         assert all(first.end == second.start for first, second in pairwise(lane.spans))
     assert sorted(item.text for item in ui.find_all(ActivityLegend)) == sorted(
-        ["On a mission", "Charging", "Idle", "Paused", "Error", "Offline", "No data"]
+        ["Working", "Charging", "Ready", "Paused", "Stopped", "No answer", "No data"]
     )
 
 
@@ -67,7 +67,7 @@ def test_a_tap_shows_what_from_when_to_when_and_how_long(screen, ui):
 def test_a_current_span_has_no_end(screen, ui):
     tap(screen, ui, ui.find(Segment, text="Today"))
     dialog = tap_band(screen, ui, "Aino", 0.999)
-    assert (dialog.title, dialog.rows[1].value) == ("Aino: On a mission", "ongoing")
+    assert (dialog.title, dialog.rows[1].value) == ("Aino: Working", "ongoing")
 
 
 def test_one_robot_alone_and_what_the_bands_mean(screen, ui):
@@ -78,7 +78,7 @@ def test_one_robot_alone_and_what_the_bands_mean(screen, ui):
     dialog = ui.find(FigureDialog)
     assert dialog.text.startswith("Recorded at every poll")
     assert dialog.rows[0].label == "Veikko"
-    assert "On a mission" in dialog.rows[0].note
+    assert "Working" in dialog.rows[0].note
 
 
 def test_longer_periods_are_thinned_out_but_keep_every_robot(screen, ui):

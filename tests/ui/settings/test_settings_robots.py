@@ -307,7 +307,7 @@ def test_a_robot_can_be_switched_off_without_answering(site, app, ui):
     press(ui, "Save robot", dialog)
     ui.wait(lambda: not ui.find_all(RobotDialog))
     assert not robots(site)[0].enabled
-    ui.wait(lambda: ui.find(RobotPanel, name="Aino").badge == "Switched off")
+    ui.wait(lambda: ui.find(RobotPanel, name="Aino").badge == "Off")
 
 
 def test_a_certificate_is_asked_for_only_with_https(site, app, ui):

@@ -52,10 +52,10 @@ def test_without_a_robot_the_bar_says_so():
 
 def test_the_list_of_robots_shows_state_and_battery():
     assert robot_option(AINO, snapshot(1, EXECUTING), SETTINGS, NOW, [Hold(robot_id=1)]).note.startswith(
-        "Executing, held · "
+        "Working, held · "
     )
     option = robot_option(AINO, snapshot(1, EXECUTING), SETTINGS, NOW)
-    assert (option.text, option.note) == ("Aino", "Executing · 78 %")
+    assert (option.text, option.note) == ("Aino", "Working · 78 %")
     assert (
         robot_option(AINO, silent(AINO, EXECUTING, minutes=4), SETTINGS, NOW).note == "No answer · –"
     )  # old, not as it is now

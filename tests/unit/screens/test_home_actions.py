@@ -36,7 +36,7 @@ def view(facts: HomeFacts, chosen: int | None = None):
 # ---------------------------------------------------------------------- the controls
 def test_emergency_stop_says_what_to_do_by_hand_and_offers_nothing_useless():
     shown = view(with_aino(STOPPED))
-    assert (shown.card.state, shown.card.tone, shown.card.loud) == ("Emergency stop", "fault", True)
+    assert (shown.card.state, shown.card.tone, shown.card.loud) == ("Stopped", "fault", True)
     assert shown.card.mission.name == "Release the red button, then press Reset on the robot"
     assert shown.card.mission.note == ""  # the state's word says it
     assert shown.controls.next_step == "hands"
@@ -109,7 +109,7 @@ def test_pause_can_be_tried_on_a_robot_that_does_not_answer():
 def test_a_robot_that_is_switched_off_can_do_nothing():
     facts = replace(FACTS, robots=(replace(AINO, enabled=False), VEIKKO))
     shown = view(facts)
-    assert shown.card.state == "Switched off"
+    assert shown.card.state == "Off"
     assert shown.controls.pause_off
     assert shown.controls.clear_count == 0
     assert shown.run.text == "Aino is switched off"
@@ -119,7 +119,7 @@ def test_a_question_of_the_robot_can_be_answered():
     shown = view(with_aino(ASKING))
     assert shown.prompt.question == "Is the pallet loaded at Dock 3?"
     assert shown.prompt.options == ("Yes", "No", "Skip this stop")
-    assert shown.card.state == "Waits for an answer"
+    assert shown.card.state == "Asks"
     assert not view(with_aino(ASKING, age=300)).prompt.guid  # an old question may have been answered at the robot
 
 

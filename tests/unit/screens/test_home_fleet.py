@@ -33,7 +33,7 @@ def test_a_held_robot_is_not_called_ready():
     assert or_held(Group.WORKING, (Hold(robot_id=1),), AINO, NOW) is Group.WORKING
     held = or_held(group, (Hold(robot_id=1),), AINO, NOW)
     tile = robot_tile(AINO, snapshot(1, sample.READY), None, held, False, SETTINGS, NOW)
-    assert (tile.word, tile.icon, tile.tone) == ("Held", HAND, "neutral")
+    assert (tile.word, tile.icon, tile.tone) == ("On hold", HAND, "neutral")
     assert [count.text for count in counts({1: held, 2: group}, Look())] == ["1 held", "1 ready"]
 
 
@@ -45,7 +45,7 @@ def in_state(state: RobotState, **values) -> RobotStatus:
 @pytest.mark.parametrize(
     ("status", "group", "tone", "detail"),
     [
-        (sample.STOPPED, Group.STOPPED, "fault", "Emergency stop"),
+        (sample.STOPPED, Group.STOPPED, "fault", "Stopped"),
         (sample.FAILED, Group.STOPPED, "fault", "Failed to reach goal position 'Line 2' (10120)"),
         (sample.ASKING, Group.ASKS, "action", "Is the pallet loaded at Dock 3?"),
         (in_state(RobotState.PAUSE), Group.PAUSED, "action", ""),
@@ -61,7 +61,7 @@ def in_state(state: RobotState, **values) -> RobotStatus:
         (sample.READY, Group.READY, "neutral", ""),
         (in_state(RobotState.COMPLETED), Group.READY, "neutral", ""),
         (sample.CHARGING, Group.CHARGING, "neutral", ""),
-        (in_state(RobotState.SHUTTING_DOWN), Group.STARTING, "neutral", "Shutting down"),
+        (in_state(RobotState.SHUTTING_DOWN), Group.STARTING, "neutral", "Off"),
         (in_state(RobotState.DOCKING), Group.WORKING, "neutral", ""),
     ],
 )
@@ -104,7 +104,7 @@ def test_a_reading_that_is_too_old_is_no_answer():
 )
 def test_a_disabled_robot_needs_attention_only_for_a_missing_password(robot, group):
     found, tile = look(sample.STOPPED, robot)
-    assert (found, tile.detail) == (group, "Needs its password" if robot.needs_password else "")
+    assert (found, tile.detail) == (group, "Off" if robot.needs_password else "")
 
 
 def test_a_robot_that_was_not_asked_yet_is_starting():

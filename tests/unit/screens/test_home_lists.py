@@ -216,7 +216,7 @@ def test_a_planned_start_in_a_hold_says_so_instead_of_how_soon_it_comes(until, w
         (Connection.UNREACHABLE, "No answer · "),
         (Connection.UNAUTHORIZED, "Wrong password · "),
         (Connection.WRONG_ROBOT, "Another robot · "),
-        (Connection.UNTRUSTED, "Unknown certificate · "),
+        (Connection.UNTRUSTED, "Another certificate · "),
         (Connection.SLOW, ""),
         (Connection.UNKNOWN, ""),
     ],

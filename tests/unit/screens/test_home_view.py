@@ -74,7 +74,7 @@ def test_every_robot_has_a_chip_with_state_and_battery():
 # ---------------------------------------------------------------------- the card
 def test_a_running_mission_shows_elapsed_against_usual():
     card = view(FACTS).card
-    assert (card.state, card.tone) == ("Executing", "accent")
+    assert (card.state, card.tone) == ("Working", "accent")
     assert card.mission.name == KITS.name
     assert card.mission.elapsed == "4 min 12 s"
     assert card.mission.note == "of usually 6 min 30 s"
@@ -286,8 +286,8 @@ def test_connected_but_silent_for_three_polls_is_old_too():
     [
         (Connection.UNAUTHORIZED, "Wrong password"),
         (Connection.WRONG_ROBOT, "Another robot"),
-        (Connection.UNTRUSTED, "Unknown certificate"),
-        (Connection.NOT_A_ROBOT, "Not a MiR robot"),
+        (Connection.UNTRUSTED, "Another certificate"),
+        (Connection.NOT_A_ROBOT, "Another robot"),
     ],
 )
 def test_each_problem_with_the_connection_has_its_words(connection, words):
@@ -302,8 +302,8 @@ def test_a_robot_that_needs_its_password_says_so_everywhere():
     waiting = replace(AINO, enabled=False, needs_password=True, token=None)
     shown = view(replace(FACTS, robots=(waiting, VEIKKO), planned=()))
     assert (shown.card.state, shown.card.end_tile.note, shown.card.tone) == (
-        "Needs its password",
-        "Needs its password",
+        "Off",
+        "Off",
         "attention",
     )
     assert shown.card.mission.note == "Its password has to be entered in Settings"
@@ -370,7 +370,7 @@ def test_a_held_robot_says_so_on_its_card_and_its_tile():
     assert (shown.card.state, shown.card.note) == ("Ready, held", "Veikko · MiR100 · held until 15:16")
     assert [(robot.name, robot.word) for robot in shown.robots] == [
         ("Aino", "Working"),
-        ("Veikko", "Held"),
+        ("Veikko", "On hold"),
         ("Sisu", "Charging"),
     ]
     assert present(replace(held, holds=(replace(until, until=None),)), NOW).card.note.endswith(" · held until released")

@@ -60,7 +60,7 @@ def test_missing_starts_are_marked_in_the_timeline_and_the_list():
 
 def test_there_is_a_lane_for_every_robot_and_one_that_is_off_says_so():
     lanes = timeline(facts(), NOW).lanes
-    assert [(lane.name, lane.note) for lane in lanes] == [("Aino", "MiR250"), ("Veikko", "switched off")]
+    assert [(lane.name, lane.note) for lane in lanes] == [("Aino", "MiR250"), ("Veikko", "off")]
 
 
 def test_a_planned_bar_is_as_long_as_the_mission_usually_takes():
