@@ -58,16 +58,21 @@ class HomeCommands(HomeState):
                 self._refused(robot, _("Pause")),
             )
         else:
+            self.resume(robot)
+
+    def resume(self, robot: Robot) -> None:
+        key = OfRobot("pause", robot.id)
+        if not self._presses.is_same(key):
             self._act(
                 key,
-                lambda: operator.resume(robot_id),
+                lambda: self._services.operator.resume(robot.id),
                 self._saying(_("{robot} continues").format(robot=robot.name), "play", key),
                 self._refused(robot, _("Resume")),
             )
 
-    def reset_errors(self) -> None:
-        """The result is shown after the next reading of the robot."""
-        robot = self.facts.robot
+    def reset_errors(self, robot: Robot | None = None) -> None:
+        """Of the selected robot, or of that one. The result is shown after its next reading."""
+        robot = robot or self.facts.robot
         if robot is not None and not self._presses.is_same(OfRobot("reset", robot.id)):
             pressed_at = self._services.clock.now()
             self._act(
@@ -173,14 +178,18 @@ class HomeCommands(HomeState):
             self._refused(robot, name)(problem)
 
     def answer(self, option: str) -> None:
-        robot, prompt = self.facts.robot, self.prompt
-        if robot is not None and prompt.guid and not self._presses.is_same(OfRobot("answer", robot.id)):
+        if self.facts.robot is not None and self.prompt.guid:
+            self.answer_of(self.facts.robot, self.prompt.guid, option)
+
+    def answer_of(self, robot: Robot, guid: str, option: str) -> None:
+        """Answer that robot's question."""
+        if not self._presses.is_same(OfRobot("answer", robot.id)):
             said = _("Answer sent to {robot}: {answer}").format(robot=robot.name, answer=option)
             self._act(
                 OfRobot("answer", robot.id),
-                lambda: self._services.operator.answer_prompt(robot.id, prompt.guid, option),
+                lambda: self._services.operator.answer_prompt(robot.id, guid, option),
                 self._saying(said, "comment-check-outline"),
-                lambda problem: questions.say_not_answered(self._shell, self._services, robot, prompt.guid, problem),
+                lambda problem: questions.say_not_answered(self._shell, self._services, robot, guid, problem),
             )
 
     # ------------------------------------------------------------------ inside

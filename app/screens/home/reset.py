@@ -7,7 +7,7 @@ from datetime import datetime
 
 from kivy.clock import Clock
 
-from app.domain.models import Robot
+from app.domain.models import Robot, RobotSnapshot
 from app.i18n import _
 from app.screens.common.shell import PROBLEM_SECONDS
 from app.screens.home.facts import HomeFacts, Standing, standing
@@ -18,8 +18,7 @@ READ_WITHIN = 5.0  # s until the message that errors remain after the reset
 
 
 class ResetReport:
-    """``say(text, icon, about, seconds)`` shows the result, once for each ``begin``, unless another robot or screen is
-    shown."""
+    """``say(text, icon, about, seconds)`` shows the result, once for each ``begin``, unless another screen is shown."""
 
     def __init__(self, say: Callable[[str, str, Hashable, float], object]) -> None:
         self._say = say
@@ -43,9 +42,10 @@ class ResetReport:
         if self._asked is None:
             return
         robot_id, since, until = self._asked
-        robot, seen = facts.robot, facts.snapshot
+        robot = next((robot for robot in facts.robots if robot.id == robot_id), None)
+        seen = facts.snapshots.get(robot_id) or RobotSnapshot(robot_id)
         status = seen.status if seen.read_at is not None and seen.read_at >= since else None
-        if robot is None or robot.id != robot_id:
+        if robot is None:
             self._asked = None
         elif status is not None and not has_errors(status):
             self._asked = None
