@@ -172,6 +172,21 @@ def test_a_cancelled_start_has_its_own_row_and_is_not_counted_as_missed(absent):
     assert (absent.findings.absences, absent.findings.violations) == (1, [])
 
 
+def test_a_start_due_before_an_absence_and_once_more_in_it_needs_no_list(tmp_path):
+    """It waited already, and a clock that was set back by the time of the absence does not show one."""
+    world = World(tmp_path, 1, STILL.only(site=PLACE | {"with_window": True}))
+    world.site.network.down.add("R1")
+    world.site.run(130.0)
+    world.weather._step(-WAITS_FOR, 5.0)
+    left_at = world.site.seconds()
+    wait_while_the_app_is_off(world)
+    world.judge.came_back(left_at)
+    world.site.network.down.clear()
+    world.site.run_until(lambda: world.site.network.submissions, within=60)
+    assert objections(world) == []
+    world.site.container.db.close()
+
+
 def test_a_missed_start_with_a_row_that_no_person_caused_is_an_error(absent):
     (row,) = absent.site.container.history.open()
     absent.site.container.operator.cancel_execution(row.id)  # not in the diary
