@@ -18,6 +18,7 @@ MODULES = (
     "display",
     "fields",
     "frame",
+    "list_row",
     "lists",
     "long_list",
     "pages",
@@ -31,7 +32,19 @@ MODULES = (
     "text",
     "timeline",
 )  # that register classes in kivy's Factory
-WIDGETS_KV = ("tokens", "components", "fields", "lists", "rows", "dialogs", "pickers", "snackbar", "frame", "slots")
+WIDGETS_KV = (
+    "tokens",
+    "components",
+    "fields",
+    "lists",
+    "list_row",
+    "rows",
+    "dialogs",
+    "pickers",
+    "snackbar",
+    "frame",
+    "slots",
+)
 
 
 def load_kv(*names: str) -> None:

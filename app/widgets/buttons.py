@@ -53,6 +53,8 @@ class Styled(Toned):
 
     def _over_solid(self):
         """The border has a contrast of 3:1 to the block, where the button's fill has less: white on amber, dark on dark red."""
+        if self.style in PLAIN:
+            return CLEAR, self.tint_ink, CLEAR
         if tk.theme == "dark":
             return tk.surface, tk.ink, tk.ink
         return tk.surface, self.fg, tk.amber_ink if self.tone == "attention" else tk.surface
@@ -63,10 +65,10 @@ class Styled(Toned):
         if self.style == "tonal":
             return tk.accent_bg, tk.accent_on, tk.accent if tk.strong else tk.accent_bg
         if self.style in PLAIN:
-            return CLEAR, tk.ink2, CLEAR
+            return CLEAR, tk.accent if self.style == "text" else tk.ink2, CLEAR
         if self.tone == "attention":
             return self.tint, self.tint_ink, self.fg
-        return (tk.surface, tk.fault, tk.fault) if self.tone == "fault" else (tk.surface, tk.ink, tk.outline)
+        return (tk.surface, self.fg, self.fg) if self.tone in ("fault", "action") else (tk.surface, tk.ink, tk.outline)
 
 
 class ButtonIcon(Ico, MDButtonIcon):

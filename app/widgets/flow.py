@@ -82,7 +82,7 @@ class Offer(NamedTuple):
     tone: str = "neutral"
 
 
-class ListRow(PickField):
+class ChoiceField(PickField):
     """A choice of many, in a list that can be searched: ``chosen`` is its key."""
 
     options = ListProperty()  # [(key, word), …]
@@ -113,7 +113,7 @@ class PositionRow(BoxLayout):
     map = ObjectProperty(None, allownone=True)
 
 
-CHOICES = {"choice": ChoiceRow, "list": ListRow, "position": PositionRow}
+CHOICES = {"choice": ChoiceRow, "list": ChoiceField, "position": PositionRow}
 
 
 class ParameterFields(BoxLayout):
@@ -133,7 +133,7 @@ class ParameterFields(BoxLayout):
     __events__ = ("on_entered",)
 
     def __init__(self, **kwargs):
-        self._views: dict[str, FormField | StepField | ChoiceRow | ListRow | PositionRow] = {}
+        self._views: dict[str, FormField | StepField | ChoiceRow | ChoiceField | PositionRow] = {}
         super().__init__(**kwargs)
         self.fbind("fields", self._build)
         self.fbind("problems", self._show_problems)

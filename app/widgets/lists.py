@@ -180,7 +180,7 @@ class Rows(MDBoxLayout):
         for key, data in rows.items():
             view = old.get(key) or (self._spare.pop() if self._spare else kind())
             view.host, view.standing = self.host or self, self._standing
-            Row.take(view, data)
+            (type(view) if isinstance(view, Row) else Row).take(view, data)
             self._views[key] = view
         del self._spare[SPARE:]
         shown = set(self._views.values())

@@ -65,7 +65,15 @@ class Surface(OnlySeen, MDBoxLayout):
 
 
 class Tap(OnlySeen, MDCard):
-    """A card that can be pressed: ``on_press``, ``on_release``. It shows the press at once, with Material's state layer."""
+    """A card that can be pressed: ``on_press``, ``on_release``. It shows the press at once, with Material's state layer. Without
+    ``can_press`` only what is in it can be."""
+
+    can_press = True
+
+    def on_touch_down(self, touch):
+        if self.can_press:
+            return super().on_touch_down(touch)
+        return self.is_seen and Widget.on_touch_down(self, touch)
 
 
 class Passive:

@@ -151,11 +151,13 @@ def _role(font_style: str, role: str, name: str) -> type[Txt]:
     )
 
 
-Body, BodyStrong = _role("Body", "large", "Body"), _role("Title", "medium", "BodyStrong")  # 16 sp
-Note, NoteStrong = _role("Body", "medium", "Note"), _role("Label", "medium", "NoteStrong")  # 14
-Title, Value = _role("Title", "large", "Title"), _role("Title", "large", "Value")  # 20
+Note, NoteStrong = _role("Body", "small", "Note"), _role("Label", "medium", "NoteStrong")  # 14 sp
+Body, BodyStrong = _role("Body", "medium", "Body"), _role("Title", "medium", "BodyStrong")  # 16
+Large, Title, Value = (
+    _role(style, "large", name) for style, name in (("Body", "Large"), ("Title", "Title"), ("Title", "Value"))
+)  # 18
 BigValue, ScreenTitle = _role("Headline", "small", "BigValue"), _role("Headline", "small", "ScreenTitle")  # 24
-StateWord, Kpi = _role("Headline", "medium", "StateWord"), _role("Display", "small", "Kpi")  # 28, 36
+StateWord, Kpi = _role("Headline", "medium", "StateWord"), _role("Display", "small", "Kpi")  # 28, 40
 
 
 class Ico(MDIcon):

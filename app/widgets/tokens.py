@@ -85,10 +85,10 @@ COLOURS = {
 
 # KivyMD's styles of text and their roles, in sp; nothing is smaller than 14, and there are two weights
 TYPE_SCALE = {
-    "Display": {"large": 45, "medium": 40, "small": 36},
+    "Display": {"large": 45, "medium": 40, "small": 40},
     "Headline": {"large": 32, "medium": 28, "small": 24},
-    "Title": {"large": 20, "medium": 16, "small": 14},
-    "Body": {"large": 16, "medium": 14, "small": 14},
+    "Title": {"large": 18, "medium": 16, "small": 14},
+    "Body": {"large": 18, "medium": 16, "small": 14},
     "Label": {"large": 16, "medium": 14, "small": 14},
 }
 

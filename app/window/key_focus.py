@@ -153,6 +153,7 @@ class KeyFocus:
             if not widget.opacity or widget.width < 1 or widget.height < 1:
                 continue
             presses = isinstance(widget, ButtonBehavior) and not isinstance(widget, Passive | Overlay)
+            presses = presses and getattr(widget, "can_press", True)
             if presses or isinstance(widget, FieldInput):
                 found.append(widget)
             waiting[:0] = (

@@ -18,7 +18,7 @@ from app.widgets import load_kv
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog, Dialog
 from app.widgets.fields import FormField
-from app.widgets.flow import ListRow, ParameterFields
+from app.widgets.flow import ChoiceField, ParameterFields
 from app.widgets.positions import OnMap, PositionDialog, PositionsMap, Spot
 from app.widgets.robot_map import touch_each_other
 from app.widgets.tokens import tk
@@ -59,7 +59,7 @@ def test_the_problem_of_a_value_disappears_once_another_is_entered(ui):
     fields = ui.show(ParameterFields(fields=fields_of([GOAL, speed])), (600, 200))
     problems = {"goal": "Choose one", "speed": "At most 2"}
     fields.problems = problems
-    goal, typed = ui.find(ListRow, fields), ui.find(FormField, fields)
+    goal, typed = ui.find(ChoiceField, fields), ui.find(FormField, fields)
     assert (goal.problem, typed.problem) == ("Choose one", "At most 2")
     goal.chosen = "g-1"
     assert (goal.problem, typed.problem) == ("", "At most 2")
@@ -95,7 +95,7 @@ def test_a_tap_near_a_position_marks_it_and_it_is_chosen_when_that_is_confirmed(
     assert chart.chosen == "g-1"
     assert fields.values() == {"goal": None}
     ui.tap(ui.find(CommandButton, text="Choose Dock 3"))
-    assert (fields.values(), ui.find(ListRow).value, ui.find_all(PositionDialog)) == ({"goal": "g-1"}, "Dock 3", [])
+    assert (fields.values(), ui.find(ChoiceField).value, ui.find_all(PositionDialog)) == ({"goal": "g-1"}, "Dock 3", [])
     assert open_map(ui).chosen == "g-1"
 
 
@@ -203,7 +203,7 @@ def test_without_a_map_that_has_them_there_is_only_the_list(ui, fields, known):
     fields.map = known
     ui.advance(0.1)
     assert not ui.find_all(OnMap)
-    ui.tap(ui.find(ListRow))
+    ui.tap(ui.find(ChoiceField))
     assert ui.find_all(ChoiceDialog)
 
 
@@ -211,7 +211,7 @@ def test_the_first_empty_field_is_reported_as_missing(ui, fields):
     text = MissionParameter("note", "Note", "String")
     fields.fields = fields_of([GOAL, text])
     assert fields.missing == "Choose Goal first"
-    ui.find(ListRow).chosen = "g-2"
+    ui.find(ChoiceField).chosen = "g-2"
     assert fields.missing == "Enter Note first"
     ui.find(FormField).text = " x"
     assert fields.missing == ""

@@ -1,0 +1,210 @@
+"""The one row of all lists: a time at the left, an icon, a title and what supports it, columns, buttons."""
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+
+from kivy.metrics import dp
+from kivy.properties import BooleanProperty, NumericProperty, ObjectProperty, StringProperty
+from kivymd.icon_definitions import md_icons
+from kivymd.uix.boxlayout import MDBoxLayout
+
+from app.widgets.buttons import CommandButton, IconButton
+from app.widgets.lists import RecycledRow
+from app.widgets.rest import rest
+from app.widgets.shapes import Colour
+from app.widgets.surfaces import CLEAR, Tap
+from app.widgets.text import Ico, Title
+from app.widgets.tokens import tk
+
+
+@dataclass(frozen=True)
+class Action:
+    """A button of a row. Without ``text`` it is an icon, without ``name`` only a word between two buttons. ``off`` says why it can't be
+    pressed, which the row shows."""
+
+    name: str
+    text: str = ""
+    icon: str = ""
+    style: str = ""  # of CommandButton; usually outlined, an icon without an outline
+    tone: str = "neutral"
+    off: str = ""
+
+
+@dataclass(frozen=True)
+class Item:
+    """What one row shows. The ``tone`` colours the icon, and the whole row where its look is ``tint``."""
+
+    key: Hashable
+    title: str = ""
+    support: str = ""  # below the title
+    meta: str = ""  # at the right, or a column
+    lead: str = ""  # a time at the left
+    icon: str = ""
+    tone: str = "neutral"
+    actions: tuple[Action, ...] = ()
+    look: str = "plain"  # tint: of its tone; chosen: the present one; faint: off; head: of the rows below it
+    number: str = ""  # in a ring, in the place of the icon
+    disc: bool = False  # the icon is on a disc
+    loud: bool = False  # the disc is solid
+    edge: bool = False  # a line of its tone at the left edge
+    aside: str = ""  # beside the title
+    note: str = ""  # below the support
+    place: str = ""  # a column: the robot, the group
+    support_tone: str = ""
+    meta_tone: str = ""
+    meta_icon: str = ""
+    strong: bool = True  # the title has medium weight
+    large: bool = False  # the title is 24 sp, the support 18
+    below: bool = False  # buttons with words have a line of their own
+    opens: bool = True  # a tap on the row is the action "open"
+    on: bool | None = None  # a switch: action "switch" with the wanted state
+    ticked: bool | None = None  # a box in the place of the icon
+
+    @property
+    def beside(self) -> tuple[Action, ...]:
+        """The buttons in the line of the title."""
+        return tuple(action for action in self.actions if not (self.below and action.text))
+
+    @property
+    def under(self) -> tuple[Action, ...]:
+        """The buttons in a line of their own."""
+        return tuple(action for action in self.actions if self.below and action.text)
+
+    @property
+    def at_right(self) -> str:
+        """The meta, or why a button is off."""
+        return self.meta or next((action.off for action in self.actions if action.off), "")
+
+
+class RowMark(Ico):
+    """An icon, on a disc if it is a ``disc``; a ``number`` in a ring; a box to tick."""
+
+    number = StringProperty()
+
+    def on_icon(self, *_):
+        self.text = self.number or (md_icons[self.icon] if self.icon else "")
+
+    on_number = on_icon
+
+
+class RowPress:
+    """Mixin of the buttons in a row, which get a ``name``."""
+
+    name = StringProperty()
+
+    def on_release(self):
+        self.parent.row.act(self.name, self)
+
+
+class RowButton(RowPress, CommandButton):
+    """A button with a word."""
+
+
+class RowIcon(RowPress, IconButton):
+    """A button with an icon only."""
+
+
+class RowWord(Title):
+    """A value between two buttons."""
+
+
+class RowActions(MDBoxLayout):
+    """The buttons of a row; they stay while only their words change."""
+
+    actions = ObjectProperty(())
+    row = ObjectProperty(None, allownone=True)
+    over = BooleanProperty(False)  # on a tinted row
+    shared = BooleanProperty(False)  # equal buttons that share the width
+
+    def on_actions(self, *_):
+        kinds = [RowWord if not action.name else RowButton if action.text else RowIcon for action in self.actions]
+        if [type(button) for button in self.children[::-1]] != kinds:
+            for button in self.children:
+                rest.after_pressing(button)
+            self.clear_widgets()
+            for kind in kinds:
+                self.add_widget(kind())
+        for button, action in zip(self.children[::-1], self.actions, strict=True):
+            if isinstance(button, RowWord):
+                button.text = action.text
+            else:
+                self._show(button, action)
+
+    on_over = on_actions
+
+    def _show(self, button, action):
+        button.name, button.disabled, button.over_solid = action.name, bool(action.off), self.over
+        button.tone = action.tone if action.tone != "neutral" or not self.over else self.row.item.tone
+        button.icon = action.icon
+        if action.text:
+            button.text, button.style, button.fit = action.text, action.style or "outlined", not self.shared
+        else:
+            button.style = action.style or "standard"
+
+
+class ListRow(RecycledRow, Tap):
+    """Shows ``item``. A tap is the action "open", the switch "switch" (with the wanted state), a button its name (with the button, so that
+    a menu can hang on it).
+
+    A list sets its columns in kv (``<RunRow@ListRow>:``): ``least`` is the height of a row, ``lead_width`` the width for times, and
+    ``place_width`` and ``meta_width`` those of the columns, all in px; 0: as wide as the text, and no column for the place. A ``folded``
+    row has place and meta in the line of its support.
+    """
+
+    item = ObjectProperty(Item(None), rebind=True)
+    least = NumericProperty("56dp")
+    lead_width = NumericProperty(0)
+    place_width = NumericProperty(0)
+    meta_width = NumericProperty(0)
+    folded = BooleanProperty(False)
+
+    def take(self, data):
+        self.key, self.item = data.key, data
+        self.can_press = data.opens and data.look != "head"
+
+    def on_release(self):
+        self.act("open")
+
+    def supporting(self, item, folded: bool, place_width: float) -> str:
+        """The text below the title."""
+        parts = (item.place if folded or not place_width else "", item.support, item.at_right if folded else "")
+        return " · ".join(part for part in parts if part)
+
+    # ------------------------------------------------------------------ colours, when the item or the theme has changed
+    def ink(self, tone: str, usual: str, item: Item, *_theme) -> Colour:
+        """The colour of a text: that of its ``tone``, or the ``usual`` one, on the row's background."""
+        if item.look == "chosen":
+            return tk.accent_on
+        if item.look == "tint":
+            return getattr(tk, item.tone + "_on")
+        return tk.disabled if item.look == "faint" else getattr(tk, tone if tone not in ("", "neutral") else usual)
+
+    def back(self, item: Item, *_theme) -> Colour:
+        fills = {"chosen": tk.accent_bg, "tint": getattr(tk, item.tone + "_bg"), "head": tk.surface2}
+        return fills.get(item.look, CLEAR)
+
+    def edge_of(self, item: Item, *_theme) -> Colour:
+        """The line at the left edge."""
+        return getattr(tk, item.tone + "_solid") if item.edge else CLEAR
+
+    def icon_of(self, item: Item) -> str:
+        return ("check" if item.ticked else "") if item.ticked is not None else item.icon
+
+    def mark_size(self, item: Item) -> tuple[float, float]:
+        side = dp(40) if item.disc else dp(28) if item.icon or item.number or item.ticked is not None else 0
+        return side, side
+
+    def mark_ink(self, item: Item, *_theme) -> Colour:
+        if item.ticked or (item.disc and item.loud):
+            return tk.amber_ink if item.disc and item.tone == "attention" else tk.solid_ink
+        return getattr(tk, item.tone + "_on") if item.disc else self.ink(item.tone, "ink2", item)
+
+    def mark_fill(self, item: Item, *_theme) -> Colour:
+        if item.disc:
+            return getattr(tk, item.tone + ("_solid" if item.loud else "_bg"))
+        return tk.accent_solid if item.ticked else CLEAR
+
+    def mark_edge(self, item: Item, *_theme) -> Colour:
+        if item.ticked is None and not item.number:
+            return getattr(tk, item.tone) if item.disc and tk.strong else CLEAR
+        return tk.accent_solid if item.ticked else self.ink("", "outline", item)
