@@ -8,7 +8,8 @@ import pytest
 from kivy.lang import Builder
 
 from app.widgets.buttons import Toggle
-from app.widgets.list_row import Action, Item, ListRow, RowButton, RowIcon
+from app.widgets.items import Action, Item
+from app.widgets.list_row import ListRow, RowButton, RowIcon
 from app.widgets.lists import Rows, ScrollRows
 from app.widgets.long_list import LongList
 from app.widgets.tokens import tk

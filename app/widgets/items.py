@@ -1,0 +1,63 @@
+"""What the rows of lists show: without kivy, so that a screen's words are made and tested without a window."""
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Action:
+    """A button of a row. Without ``text`` it is an icon, without ``name`` only a word between two buttons. ``off`` says why it can't be
+    pressed, which the row shows."""
+
+    name: str
+    text: str = ""
+    icon: str = ""
+    style: str = ""  # of CommandButton; usually outlined, an icon without an outline
+    tone: str = "neutral"
+    off: str = ""
+
+
+@dataclass(frozen=True)
+class Item:
+    """What one row shows. The ``tone`` colours the icon, and the whole row where its look is ``tint``."""
+
+    key: Hashable
+    title: str = ""
+    support: str = ""  # below the title
+    meta: str = ""  # at the right, or a column
+    lead: str = ""  # a time at the left
+    icon: str = ""
+    tone: str = "neutral"
+    actions: tuple[Action, ...] = ()
+    look: str = "plain"  # tint: of its tone; chosen: the present one; faint: off; head: of the rows below it
+    number: str = ""  # in a ring, in the place of the icon
+    disc: bool = False  # the icon is on a disc
+    loud: bool = False  # the disc is solid
+    edge: bool = False  # a line of its tone at the left edge
+    aside: str = ""  # beside the title
+    note: str = ""  # below the support
+    place: str = ""  # a column: the robot, the group
+    support_tone: str = ""
+    meta_tone: str = ""
+    meta_icon: str = ""
+    strong: bool = True  # the title has medium weight
+    large: bool = False  # the title is 24 sp, the support 18
+    below: bool = False  # buttons with words have a line of their own
+    opens: bool = True  # a tap on the row is the action "open"
+    on: bool | None = None  # a switch: action "switch" with the wanted state
+    ticked: bool | None = None  # a box in the place of the icon
+
+    @property
+    def beside(self) -> tuple[Action, ...]:
+        """The buttons in the line of the title."""
+        return tuple(action for action in self.actions if not (self.below and action.text))
+
+    @property
+    def under(self) -> tuple[Action, ...]:
+        """The buttons in a line of their own."""
+        return tuple(action for action in self.actions if self.below and action.text)
+
+    @property
+    def at_right(self) -> str:
+        """The meta, or why a button is off."""
+        return self.meta or next((action.off for action in self.actions if action.off), "")
