@@ -217,12 +217,17 @@ class GroupJudge:
                     and not self._was_edited(plan, now)
                     and self.diary.is_clear("", due - 60.0, now, but=("slow",))
                     and not self._has_been_away(due)
+                    and not self._was_due_before(key, due)
                 ):
                     yield plan, key
 
     def _has_been_away(self, due: float) -> bool:
         """Not yet written, or listed first, after the app was off."""
         return self.judge._back_at > due - 120.0
+
+    def _was_due_before(self, key: Key, due: float) -> bool:
+        """It may have been given up then, and the clock was set back since."""
+        return any(at < due - 60.0 for at in self.judge._times_shown(key[1]))
 
     # ------------------------------------------------------------------ every few seconds
     def sample(self) -> None:
@@ -293,6 +298,8 @@ class GroupJudge:
             return None
         if token in self._posts or any(token in each.assigned for each in wishes):
             return None  # if that request got lost, its robot keeps the start
+        if self._was_due_before(key, due):
+            return None
         members = [self.diary.robots_of(each.plans[key[0]], each) for each in wishes if key[0] in each.plans]
         for robot in sorted(frozenset.intersection(*members)):
             was_stopped = any(start <= at <= closes for at in self._stopped_at[robot])

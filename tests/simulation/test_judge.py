@@ -51,7 +51,9 @@ def let_it_run(world):
 
 def wait_while_the_app_is_off(world, seconds=WAITS_FOR):
     trouble = world.diary.begin("app", None, world.site.seconds())
+    world.is_on = False
     world.site.power_cut(seconds)
+    world.is_on = True
     trouble.end = world.site.seconds() + 5.0
 
 
@@ -183,6 +185,20 @@ def test_a_start_due_before_an_absence_and_once_more_in_it_needs_no_list(tmp_pat
     world.judge.came_back(left_at)
     world.site.network.down.clear()
     world.site.run_until(lambda: world.site.network.submissions, within=60)
+    assert objections(world) == []
+    world.site.container.db.close()
+
+
+def test_a_start_for_a_group_missed_before_the_clock_was_set_back_need_not_run(tmp_path):
+    world = World(tmp_path, 3, STILL.with_groups().only(site=PLACE | {"robots": 3, "with_window": False}))
+    world.site.run(30.0)
+    wait_while_the_app_is_off(world, 1200.0)
+    world.judge.came_back(30.0)
+    world.site.run(20.0)
+    world.weather._step(-500.0, 5.0)
+    for _ in range(8):
+        world.site.run(300.0)
+        world.judge.all_is_well(300.0)
     assert objections(world) == []
     world.site.container.db.close()
 
