@@ -84,7 +84,7 @@ class ButtonText(BodyStrong, MDButtonText):
 
 
 class CommandButton(OnlySeen, Styled, MDButton):
-    """A button with text and icon. ``stacked``: icon above the text; ``large``: 20 sp. A text that is too long wraps.
+    """A button with text and icon. ``stacked``: icon above the text; ``large``: 24 sp. A text that is too long wraps.
 
     While ``busy`` it ignores presses, and after 300 ms a spinner takes the place of the icon, or of the text if there
     is none. ``fit``: as wide as its text, at least ``least_width``, and without width while it is not ``visible``.

@@ -29,6 +29,7 @@ from app.failures import BadInput, Failure
 from app.i18n import _, translator
 from app.screens.common import formats
 from app.screens.common.problems import sentence_of
+from app.screens.common.sheets import Sheets
 from app.screens.common.shell import SCREENS, Loudspeaker, Shell, pick
 from app.screens.common.threads import Background, Changed, UiBus, forward
 from app.screens.common.view_model import Dialogs, Navigator, ScreenBase, Snackbars
@@ -110,14 +111,16 @@ class SchedulerApp(MDApp):
         frame = Factory.Frame()
         background = Background(self._bus, unexpected=self._show_unexpected)
         builders = {name: partial(self._build_screen, name) for name in SCREENS}
+        navigator, snackbars = Navigator(frame.ids.body.__self__, builders), Snackbars()
         self.shell = Shell(
-            Navigator(frame.ids.body.__self__, builders),
+            navigator,
             Dialogs(self._animate),
-            Snackbars(),
+            snackbars,
             self._bus,
             background,
             self._restore if self._restorer is not None else None,
             self._loudspeaker,
+            sheets=Sheets(frame.ids.sheets.__self__, snackbars, navigator),
         )
         self._frame = FrameController(pick(FrameController.Services, container), self.shell, frame)
         self.root_box.clear_widgets()

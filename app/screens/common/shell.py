@@ -21,6 +21,7 @@ from app.i18n import _
 from app.mir.errors import RobotError
 from app.screens.common.mission_names import SharedMissionNames
 from app.screens.common.problems import sentence_of
+from app.screens.common.sheets import Sheets
 
 if TYPE_CHECKING:
     from app.screens.common.view_model import Background, Dialogs, Navigator, Snackbars, UiBus
@@ -57,10 +58,10 @@ class Loudspeaker(Protocol):
 class Shell:
     """The services of the window (app/screens/common/view_model.py shows how they are used); tests pass fakes.
 
-    ``navigator`` shows another screen; ``dialogs`` asks; ``snackbars`` reports what was done, with Undo; ``bus``
-    delivers events of other threads on the UI thread; ``background`` runs work off the UI thread and its result back on
-    it. ``restore`` closes the services, replaces the database by a backup and continues with it; None: this window
-    can't. Without a ``loudspeaker`` it is silent. ``mission_names`` are the known names and values of missions.
+    ``navigator`` shows another screen; ``dialogs`` asks; ``sheets`` shows a sheet beside the page; ``snackbars`` reports what was done,
+    with Undo; ``bus`` delivers events of other threads on the UI thread; ``background`` runs work off the UI thread and its result back on
+    it. ``restore`` closes the services, replaces the database by a backup and continues with it; None: this window can't. Without a
+    ``loudspeaker`` it is silent. ``mission_names`` are the known names and values of missions.
     """
 
     navigator: Navigator
@@ -71,6 +72,7 @@ class Shell:
     restore: Callable[[Path], object] | None = None
     loudspeaker: Loudspeaker | None = None
     mission_names: SharedMissionNames = field(default_factory=SharedMissionNames)
+    sheets: Sheets = field(default_factory=Sheets)
 
     def go(self, screen: str, **intent: Any) -> None:
         """Show ``screen`` (a key of SCREENS): ``go("settings", section="robots", add=True)``, ``go("scheduler", schedule_id=3)``."""

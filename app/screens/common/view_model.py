@@ -249,6 +249,8 @@ class Navigator(EventDispatcher):
         None  # asked before a screen is shown; proceeds, or not
     )
 
+    __events__ = ("on_hide",)
+
     def __init__(
         self, manager: MDScreenManager, builders: Mapping[str, Callable[[], ScreenBase]], **kwargs: Any
     ) -> None:
@@ -309,8 +311,12 @@ class Navigator(EventDispatcher):
         self._hide()
         self._manager.clear_widgets()
 
+    def on_hide(self) -> None:
+        """The present screen is about to be left."""
+
     def _hide(self) -> None:
         if self._shown is not None:
+            self.dispatch("on_hide")
             dock.leave(self._shown)
             self._shown.hidden()
             self._shown = None

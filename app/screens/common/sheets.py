@@ -1,0 +1,88 @@
+"""The sheets of the window: one at a time, beside the page."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from app.i18n import _
+
+if TYPE_CHECKING:
+    from app.screens.common.view_model import Navigator, Snackbars
+    from app.widgets.sheet import Sheet
+
+
+class Sheets:
+    """Shows sheets in ``place``, a SheetPlace of the frame, or over the window where there is no frame. The sheet closes when another
+    screen is shown. A ``draft`` that was closed with X, Esc or by leaving the screen can be had back with Undo."""
+
+    def __init__(
+        self, place: Any = None, snackbars: Snackbars | None = None, navigator: Navigator | None = None
+    ) -> None:
+        self._frame_place = place
+        self._snackbars, self._navigator = snackbars, navigator
+        self._stack: list[Sheet] = []  # the last one is shown; the arrow leads back to the one before
+        if navigator is not None:
+            navigator.bind(on_hide=lambda *_args: self.give_up())
+
+    @property
+    def _place(self) -> Any:
+        if self._frame_place is not None:
+            return self._frame_place
+        from kivy.core.window import Window  # not before the window is configured
+
+        return Window
+
+    @property
+    def top(self) -> Sheet | None:
+        """The one that is shown."""
+        return self._stack[-1] if self._stack else None
+
+    def show(self, sheet: Sheet) -> Sheet:
+        """Show it, in the place of what was shown before."""
+        if sheet is not self.top:
+            self.give_up()
+            self._put(sheet)
+        return sheet
+
+    def over(self, sheet: Sheet) -> Sheet:
+        """Show it in the place of the present one, to which its arrow leads back."""
+        if self.top is not None:
+            self.top.leave()
+            sheet.can_go_back = True
+        self._put(sheet)
+        return sheet
+
+    def back(self) -> None:
+        """To the sheet before this one; without one it closes."""
+        self._stack.pop().leave()
+        if self._stack:
+            self._place.add_widget(self._stack[-1])
+
+    def close(self) -> None:
+        """What was entered is done with."""
+        if self._stack:
+            self._stack[-1].leave()
+        self._stack.clear()
+
+    def give_up(self) -> None:
+        """Close, and offer to bring a draft back."""
+        stack = self._stack[:]
+        self.close()
+        if self._snackbars is not None and any(sheet.draft for sheet in stack):
+            screen = self._navigator.current if self._navigator is not None else ""
+            self._snackbars.undo(_("Not saved"), _("Undo"), lambda: self._bring_back(stack, screen), about=self)
+
+    def _bring_back(self, stack: list[Sheet], screen: str) -> None:
+        if self._navigator is not None and self._navigator.current != screen:
+            self._navigator.go(screen)
+        if self._navigator is None or self._navigator.current == screen:
+            self.close()
+            self._stack = stack
+            self._place.add_widget(stack[-1])
+
+    def _put(self, sheet: Sheet) -> None:
+        if not getattr(sheet, "is_known", False):
+            sheet.is_known = True
+            sheet.bind(on_close=lambda *_args: self.give_up(), on_back=lambda *_args: self.back())
+        self._stack.append(sheet)
+        self._place.add_widget(sheet)

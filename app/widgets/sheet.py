@@ -1,0 +1,145 @@
+"""Sheets: cards that lie beside the page, or over a part of it, in the frame. Nothing is dimmed; what is not covered can be used."""
+
+from kivy.clock import Clock
+from kivy.core.window import Window
+from kivy.metrics import dp
+from kivy.properties import BooleanProperty, NumericProperty, OptionProperty, StringProperty
+from kivy.uix.floatlayout import FloatLayout
+from kivymd.uix.card import MDCard
+
+from app.widgets.dialogs import ESCAPE
+from app.widgets.dock import dock
+from app.widgets.pages import LowColumn
+from app.widgets.rest import rest
+from app.widgets.surfaces import Passive
+
+EDGES = ("right", "bottom", "full")
+PARTS = ("head", "body", "foot")
+
+
+class SheetPlace(FloatLayout):
+    """The part of the frame in which the page and sheets are. ``taken``: px at its right that a sheet takes from the page."""
+
+    taken = NumericProperty(0)
+
+
+class SheetPage(LowColumn):
+    """The body of a sheet, which scrolls."""
+
+
+class Sheet(Passive, MDCard):
+    """Title, body, and at most one filled button at its ``foot``. Children are its body: they scroll, unless it ``scrolls`` not, as with a
+    list of its own.
+
+    Where it lies depends on the window: in a wide one at its ``edge``, at the right ``span`` px wide and, if it ``shrinks`` the page,
+    beside it; in a low one over all but the ``keeps`` px at the left; in a tall one at its ``tall_edge``. It ends above the on-screen
+    keyboard.
+
+    X and Esc fire ``on_close``, the buttons ``on_done``, ``on_other``, ``on_dots(button)`` and, with ``can_go_back``, ``on_back``.
+    ``foot_off`` says why its button can't be pressed. With a ``draft`` its closing can be undone.
+    """
+
+    edge = OptionProperty("right", options=EDGES)
+    tall_edge = OptionProperty("full", options=EDGES)
+    at = OptionProperty("right", options=EDGES)  # where it is now
+    span = NumericProperty("420dp")
+    keeps = NumericProperty(0)
+    shrinks = BooleanProperty(True)
+    scrolls = BooleanProperty(True)
+    title = StringProperty()
+    foot = StringProperty()
+    foot_icon = StringProperty()
+    foot_style = StringProperty("filled")
+    foot_off = StringProperty()
+    second = StringProperty()
+    second_icon = StringProperty()
+    busy = BooleanProperty(False)
+    menu = BooleanProperty(False)
+    closable = BooleanProperty(True)
+    can_go_back = BooleanProperty(False)
+    draft = BooleanProperty(False)
+    content_height = NumericProperty(0)  # px of the body
+    around = NumericProperty(0)  # px of head and foot
+
+    __events__ = ("on_close", "on_done", "on_other", "on_dots", "on_back")
+
+    def __init__(self, **kwargs):
+        self._arrange = Clock.create_trigger(self.arrange, -1)
+        super().__init__(**kwargs)
+        for name in ("edge", "tall_edge", "span", "keeps", "shrinks", "content_height", "around"):
+            self.fbind(name, self._arrange)
+
+    def add_widget(self, widget, *args, **kwargs):
+        if len(self.children) < len(PARTS):
+            return super().add_widget(widget, *args, **kwargs)
+        return (self.ids.page if self.scrolls else self.ids.body).add_widget(widget, *args, **kwargs)
+
+    def on_close(self):
+        """X or Esc."""
+
+    def on_done(self):
+        """The button at the foot."""
+
+    def on_other(self):
+        """The button next to it."""
+
+    def on_dots(self, button):
+        """The dots; a menu hangs on the button."""
+
+    def on_back(self):
+        """The arrow in front of the title."""
+
+    def on_parent(self, _sheet, place):
+        if place is None:
+            return
+        for name in self._followed(place):
+            place.fbind(name, self._arrange)
+        dock.fbind("height", self._arrange)
+        Window.bind(on_keyboard=self._key)
+        self.arrange()
+        rest.let_go()
+        rest.after_leaving(self)  # a second tap is not meant for it
+
+    @staticmethod
+    def _followed(place) -> tuple[str, ...]:
+        return ("size",) if place is Window else ("size", "pos")
+
+    def leave(self) -> None:
+        """Take it from its place; its widgets stay, so that it can be shown again."""
+        place = self.parent
+        rest.let_go()
+        rest.after_leaving(self)
+        dock.leave(self)
+        dock.funbind("height", self._arrange)
+        Window.unbind(on_keyboard=self._key)
+        for name in self._followed(place):
+            place.funbind(name, self._arrange)
+        place.remove_widget(self)
+        if place is not Window:
+            place.taken = 0
+
+    def arrange(self, *_):
+        """Take its part of the place."""
+        place = self.parent
+        if place is None:
+            return
+        (x, y), (width, height) = ((0, 0), Window.size) if place is Window else (place.pos, place.size)
+        is_tall, is_low = Window.width < dp(840), Window.height < dp(700)
+        self.at = self.tall_edge if is_tall else self.edge
+        bottom = max(y, dock.height)
+        top = y + height
+        self.width = width
+        if self.at == "right":
+            self.width = width - self.keeps if is_low and self.keeps else min(self.span, width)
+        self.height = top - bottom if self.at != "bottom" else min(top - bottom, self.around + self.content_height)
+        self.pos = x + width - self.width, bottom
+        if place is not Window:
+            place.taken = self.width if self.at == "right" and self.shrinks and not (is_low and self.keeps) else 0
+
+    def _key(self, _window, key, *_args):
+        if key == ESCAPE:
+            self.dispatch("on_close")
+        return key == ESCAPE
+
+    def on_touch_down(self, touch):
+        return super().on_touch_down(touch) or self.collide_point(*touch.pos)

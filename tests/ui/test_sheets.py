@@ -1,0 +1,161 @@
+"""Sheets: where they lie in each window, what closes them, and how a draft comes back."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+from kivy.core.window import Window
+from kivy.factory import Factory
+from kivy.properties import StringProperty
+from kivy.uix.label import Label
+
+from app.screens.common.sheets import Sheets
+from app.screens.common.view_model import Navigator, ScreenBase, Snackbars
+from app.widgets.buttons import CommandButton, IconButton
+from app.widgets.dialogs import ESCAPE
+from app.widgets.dock import dock
+from app.widgets.fields import FormField
+from app.widgets.sheet import Sheet, SheetPlace
+
+WIDE, LOW, TALL = (1280, 800), (1024, 600), (800, 1280)
+
+
+class Page(ScreenBase):
+    name = StringProperty()
+
+
+@pytest.fixture
+def room(ui):
+    """The frame's place with a page in it, two screens, and the sheets."""
+    place = SheetPlace()
+    frame = ui.show(place)
+    manager = Factory.Screens()
+    place.add_widget(manager)
+    navigator, snackbars = Navigator(manager, dict.fromkeys(("home", "logs"), Page)), Snackbars()
+    navigator.go("home")
+    yield SimpleNamespace(
+        place=frame, navigator=navigator, snackbars=snackbars, sheets=Sheets(place, snackbars, navigator)
+    )
+    snackbars.clear()
+
+
+def tall_body(height: float) -> Label:
+    return Label(text="x", size_hint_y=None, height=height)
+
+
+@pytest.mark.parametrize(
+    ("size", "values", "expected"),
+    [
+        (WIDE, {}, (860, 0, 420, 800)),
+        (WIDE, {"span": 688}, (592, 0, 688, 800)),
+        (WIDE, {"edge": "bottom"}, (0, 0, 1280, 308)),
+        (WIDE, {"edge": "full"}, (0, 0, 1280, 800)),
+        (LOW, {"keeps": 380}, (380, 0, 644, 600)),
+        (TALL, {}, (0, 0, 800, 1280)),
+        (TALL, {"tall_edge": "bottom"}, (0, 0, 800, 308)),
+    ],
+)
+def test_a_sheet_lies_where_its_window_has_room(ui, room, size, values, expected, monkeypatch):
+    monkeypatch.setattr(Window, "_size", size)
+    room.place.size = size
+    sheet = Sheet(title="Aino", foot="Save", **values)
+    sheet.add_widget(tall_body(124))
+    room.sheets.show(sheet)
+    ui.advance(0.1)
+    assert (*sheet.pos, *sheet.size) == expected
+
+
+def test_the_page_shrinks_beside_a_sheet_unless_the_sheet_only_covers_it(ui, room):
+    room.sheets.show(Sheet())
+    assert room.place.taken == 420
+    room.sheets.show(Sheet(shrinks=False))
+    assert room.place.taken == 0
+
+
+def test_a_sheet_ends_above_the_keyboard(ui, room):
+    sheet = room.sheets.show(Sheet(foot="Save"))
+    dock.height = 250
+    ui.advance(0.1)
+    assert (sheet.y, sheet.top) == (250, Window.height)
+    dock.height = 0
+
+
+@pytest.mark.parametrize("way", ["cross", "escape", "screen", "same screen"])
+def test_a_sheet_closes_by_its_cross_by_esc_and_with_its_screen(ui, room, way):
+    sheet = room.sheets.show(Sheet())
+    ui.advance(1)
+    if way == "cross":
+        ui.tap(ui.find(IconButton, sheet, icon="close"))
+    elif way == "escape":
+        ui.key(ESCAPE)
+    else:
+        room.navigator.go("logs" if way == "screen" else "home")
+    assert (sheet.parent, room.sheets.top) == (None, None)
+    assert room.snackbars.texts == []
+
+
+def test_undo_brings_back_what_was_entered_even_from_another_screen(ui, room):
+    field = FormField(label="Name")
+    sheet = Sheet(draft=True)
+    sheet.add_widget(field)
+    room.sheets.show(sheet)
+    field.text = "Aino"
+    room.navigator.go("logs")
+    ui.advance(1)
+    ui.tap_text("Undo")
+    assert room.navigator.current == "home"
+    assert room.sheets.top is sheet
+    assert field.text == "Aino"
+
+
+def test_what_was_saved_is_not_offered_again(room):
+    room.sheets.show(Sheet(draft=True))
+    room.sheets.close()
+    assert room.snackbars.texts == []
+
+
+def test_the_arrow_leads_back_to_the_sheet_below_and_the_cross_closes_both(ui, room):
+    first = room.sheets.show(Sheet(title="New schedule"))
+    second = room.sheets.over(Sheet(title="From"))
+    ui.advance(1)
+    assert first.parent is None
+    ui.tap(ui.find(IconButton, second, icon="arrow-left"))
+    assert room.sheets.top is first
+    second = room.sheets.over(second)
+    ui.advance(1)
+    ui.tap(ui.find(IconButton, second, icon="close"))
+    assert room.sheets.top is None
+
+
+def test_a_second_tap_presses_neither_the_sheet_that_came_nor_the_page_after_it_went(ui, room):
+    pressed = []
+    below = CommandButton(text="Below", size_hint=(None, None), size=(400, 72), pos=(870, 12))
+    below.bind(on_release=lambda *_args: pressed.append("page"))
+    room.place.add_widget(below)
+    sheet = Sheet(foot="Run on Aino")
+    sheet.bind(on_done=lambda *_args: pressed.append("foot"))
+    ui.advance(1)
+    room.sheets.show(sheet)
+    ui.tap_at(1000, 40)
+    assert pressed == []
+    ui.advance(1)
+    ui.tap_at(1000, 40)
+    room.sheets.close()
+    ui.tap_at(1000, 40)
+    assert pressed == ["foot"]
+    ui.advance(1)
+    ui.tap_at(1000, 40)
+    assert pressed == ["foot", "page"]
+
+
+def test_a_sheet_lets_no_tap_through_and_says_why_its_button_is_off(ui, room):
+    pressed = []
+    room.place.add_widget(CommandButton(text="Below", on_release=lambda *_args: pressed.append("page")))
+    sheet = room.sheets.show(Sheet(foot="Run on Aino", foot_off="Reset errors first"))
+    sheet.bind(on_done=lambda *_args: pressed.append("foot"))
+    ui.advance(1)
+    ui.tap(sheet)
+    ui.tap_text("Run on Aino")
+    assert pressed == []
+    assert "Reset errors first" in ui.texts()
