@@ -51,15 +51,6 @@ def test_a_link_in_a_shared_directory_is_not_followed(shared, precious):
         write(link)
 
 
-def test_the_command_says_so_in_one_line(shared, precious, tmp_path):
-    link = shared / "log.csv"
-    link.symlink_to(precious)
-    for option in ("--export-log", "--export-config"):
-        done = run(tmp_path / "data", option, link)
-        assert done.returncode == 2
-        assert is_one_line(done.stderr)
-
-
 def test_nor_is_one_of_a_directory_or_behind_another_link(shared, precious, tmp_path):
     (shared / "logs").symlink_to(precious.parent)
     with pytest.raises(BadInput):

@@ -101,14 +101,6 @@ def test_a_deleted_group_takes_its_schedules_along_and_undo_brings_them_back(sit
     assert [run.robot_group for run in site.executions()] == ["Hall"]
 
 
-def test_a_deleted_robot_is_a_member_again_when_that_is_undone(catalogue):
-    group = hall(catalogue)
-    removed = catalogue.remove_robot(1)
-    assert catalogue.groups()[0].members == (2, 3, 4)
-    catalogue.restore(removed)
-    assert catalogue.groups() == [group]
-
-
 def test_ids_of_schedules_that_were_deleted_are_not_given_again(catalogue):
     group = hall(catalogue)
     first = catalogue.save_schedule(of_group(group))

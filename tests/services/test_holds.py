@@ -84,14 +84,6 @@ def test_a_new_hold_takes_the_place_of_the_old_one_and_release_ends_it(container
     assert container.holds.current() == []
 
 
-def test_it_survives_a_restart(container, tmp_path, clock):
-    hold = container.holds.hold("Maintenance", NOW + HOUR, robot_id=1)
-    container.close()
-    again = opened(tmp_path, clock)
-    assert again.holds.current() == [hold]
-    again.close()
-
-
 @pytest.mark.parametrize(
     ("reason", "until", "field"),
     [("", NOW, "until"), ("", NOW - HOUR, "until"), ("x" * (LONGEST_REASON + 1), None, "reason")],

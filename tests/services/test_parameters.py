@@ -1,10 +1,10 @@
-"""What a mission asks for, on a simulated robot: positions by name, and nothing is sent without a required value."""
+"""What a mission asks for, on a simulated robot: positions by name."""
 
 from __future__ import annotations
 
 import pytest
 
-from app.domain.models import InvalidInput, Mission, State
+from app.domain.models import Mission, State
 
 GO_TO_POSITION = "3d7c7c49-ce85-11ef-904a-000e8e9884eb"
 
@@ -32,16 +32,6 @@ def test_positions_of_the_robots_map_can_be_chosen_by_name(site, robot, mission)
     assert names == sorted(names, key=str.casefold)
     assert "Line 1" in names
     assert parameter.default is None
-
-
-@pytest.mark.parametrize("given", [{}, {"Position": ""}, {"Position": None}])
-def test_nothing_is_sent_without_what_is_required(site, robot, mission, given):
-    site.run(10)
-    asked(site, robot)
-    with pytest.raises(InvalidInput, match="Position is missing"):
-        site.container.operator.run_now(robot.id, mission.id, given)
-    site.run(10)
-    assert site.container.history.open() == site.container.history.last_finished(5) == []
 
 
 @pytest.mark.parametrize("given", ["Line 1", "line 1", None])

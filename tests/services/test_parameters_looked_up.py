@@ -12,7 +12,7 @@ from app.mir.client import RobotClient
 from app.mir.errors import AnotherRobot, NotAMir, Unauthorized
 from tests.support.edits import import_file
 from tests.support.examples import at_night
-from tests.support.network import Planned
+from tests.support.seen import requests
 
 GO_TO_POSITION = "3d7c7c49-ce85-11ef-904a-000e8e9884eb"
 HALL_B = "22222222-ce85-11ef-904a-000e8e9884eb"
@@ -58,20 +58,6 @@ def take(site, parameters, **values):
 
 def sent(site) -> list[object]:
     return [item.parameters[0]["value"] for item in site.machines["R1"].queue]
-
-
-def questions(site) -> list[str]:
-    """What is read of missions and positions from now on."""
-    seen: list[str] = []
-    handle = site.network.fate_of
-
-    def fate_of(robot: str, method: str, path: str) -> Planned:
-        if method == "GET" and ("/missions/" in path or "/positions" in path):
-            seen.append(path)
-        return handle(robot, method, path)
-
-    site.network.fate_of = fate_of
-    return seen
 
 
 def test_a_robot_that_has_changed_its_map_goes_to_the_position_on_that_map(site, mission, line_1, hall_b):
@@ -120,9 +106,10 @@ def test_it_is_looked_up_before_the_instant(site, mission, line_1):
 def test_a_position_by_its_guid_is_asked_for_once_only(site, mission, line_1):
     take(site, {"Position": line_1["guid"]}, recurrence="FREQ=DAILY")
     site.run(600)
-    seen = questions(site)
+    asked = requests(site)
     site.run(DAY)
-    assert (sent(site), seen) == ([line_1["guid"]] * 2, [])
+    assert sent(site) == [line_1["guid"]] * 2
+    assert [request for request in asked if "/missions/" in request or "/positions" in request] == []
 
 
 def test_a_robot_that_answers_400_is_asked_what_the_mission_needs_now(site, robot, mission, line_1):

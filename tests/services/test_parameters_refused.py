@@ -3,7 +3,6 @@ a robot's silence. Others are refused before sending, and nothing is sent."""
 
 from __future__ import annotations
 
-import json
 import time
 from threading import Event
 
@@ -15,6 +14,7 @@ from app.domain.reasons import sentence
 from app.domain.robot import MissionParameter
 from app.mir.client import RobotClient
 from tests.support.edits import import_file
+from tests.support.seen import requests
 
 GO_TO_POSITION = "3d7c7c49-ce85-11ef-904a-000e8e9884eb"
 START = "2026-11-23T06:05"
@@ -32,20 +32,6 @@ def mission(site):
     return site.container.catalogue.save_mission(Mission("Go to position", GO_TO_POSITION))
 
 
-def asked(site) -> list[str]:
-    """The questions about a mission's parameters, from now on."""
-    seen: list[str] = []
-    handle = site.network.fate_of
-
-    def fate_of(robot, method, path):
-        if method == "GET" and path.startswith("/missions/"):
-            seen.append(f"{robot} {path}")
-        return handle(robot, method, path)
-
-    site.network.fate_of = fate_of
-    return seen
-
-
 def take(site, *schedules, **sections):
     return import_file(site.container.catalogue, **sections, schedules=schedules)
 
@@ -59,6 +45,7 @@ WRONG = [
     ({"Position": "Nowhere"}, "Go to position can't take Nowhere for Position: Choose one of "),
     ({"Position": 7}, "Go to position can't take 7 for Position: Choose one of "),
     ({"Position": ""}, "Position is missing: the robot does not start Go to position without it"),
+    ({"Position": None}, "Position is missing: the robot does not start Go to position without it"),
 ]
 
 
@@ -83,10 +70,12 @@ def test_a_mission_without_parameters_is_given_none(site, robot):
         take(site, schedule({"Speed": 1}, mission="Deliver"))
 
 
-def test_a_schedule_that_is_saved_is_refused_by_what_is_known(site, robot, mission, plan):
+def test_what_is_known_refuses_a_schedule_and_run_now_without_asking(site, robot, mission, plan):
     site.container.robot_missions.parameters(robot.id, GO_TO_POSITION)
     with pytest.raises(InvalidInput, match="Go to position has no parameter Speed"):
         plan(START, mission_id=mission.id, parameters={"Speed": 1})
+    with pytest.raises(InvalidInput, match="Position is missing"):
+        site.container.operator.run_now(robot.id, mission.id)
 
 
 def test_an_idle_mission_may_not_ask_for_anything(site, robot, mission):
@@ -98,22 +87,6 @@ def test_an_idle_mission_may_not_ask_for_anything(site, robot, mission):
     site.container.robot_missions.parameters(robot.id, GO_TO_POSITION)
     with pytest.raises(InvalidInput, match="Go to position asks for Position"):
         site.container.catalogue.save_idle_rule(robot.id, mission.id)
-
-
-def test_a_position_is_kept_by_its_name_and_sent_by_its_guid(site, robot, mission):
-    """The export has it as entered."""
-    take(site, schedule({"Position": "line 1"}))
-    assert site.container.catalogue.schedules()[0].parameters == {"Position": "line 1"}
-    site.run(900)
-    (row,) = site.executions(State.COMPLETED)
-    (item,) = site.machines["R1"].queue
-    by_name = {
-        name: guid for guid, name in site.container.robot_missions.parameters(robot.id, GO_TO_POSITION)[0].choices
-    }
-    assert (row.parameters, json.loads(json.dumps(item.parameters))) == (
-        {"Position": "line 1"},
-        [{"input_name": "Position", "value": by_name["Line 1"]}],
-    )
 
 
 # ---------------------------------------------------------------------- robots that do not answer
@@ -181,19 +154,18 @@ def test_a_mission_that_lost_a_parameter_on_the_robot_is_known_to_after_its_firs
 
 # ---------------------------------------------------------------------- what it costs
 def test_each_robot_is_asked_once_for_each_mission_of_a_file(site, robot, mission):
-    seen = asked(site)
+    asked = requests(site)
     take(site, *(schedule({"Position": "Line 1"}, name=f"S{number}") for number in range(20)))
-    assert seen.count(f"R1 /missions/{GO_TO_POSITION}") == 1
     take(site, schedule({"Position": "Line 2"}, name="S1"))
-    assert seen.count(f"R1 /missions/{GO_TO_POSITION}") == 1
+    assert asked.count(f"GET /missions/{GO_TO_POSITION}") == 1
 
 
 def test_starts_without_parameters_ask_nothing(site, robot, plan):
-    seen = asked(site)
+    asked = requests(site)
     plan(START)
     site.run(600)
     assert [row.state for row in site.executions()] == [State.COMPLETED]
-    assert seen == []
+    assert [request for request in asked if "/missions/" in request] == []
 
 
 def test_a_robot_that_has_not_been_asked_yet_is_asked_before_the_instant(site, mission):

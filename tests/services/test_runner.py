@@ -55,8 +55,11 @@ class CountingWorker:
         self.untaken = untaken
 
 
-class QuietPlanner:
-    """Nothing is ever due."""
+class Planner:
+    """Nothing is ever due; ``acts`` in each round, and ``beats`` counts those that it ended well."""
+
+    def __init__(self, acts: Callable[[], object] = lambda: None) -> None:
+        self.acts, self.beats = acts, 0
 
     def next_due(self) -> None: ...
     def close_expired_run_nows(self) -> None: ...
@@ -65,6 +68,8 @@ class QuietPlanner:
         return set()
 
     def insert_due(self, ready: object, hand_over: object) -> DueBatch:
+        self.acts()
+        self.beats += 1
         return DueBatch()
 
 
@@ -91,7 +96,7 @@ class App:
         count: int,
         *,
         every: float = 0.2,
-        planner: QuietPlanner | None = None,
+        planner: Planner | None = None,
         acts: Callable[[Robot], None] = lambda robot: None,
         reading: Callable[[App], object] = lambda app: None,
     ) -> None:
@@ -109,7 +114,7 @@ class App:
 
         clock, alarms = container.clock, container.alarms
         self.engine = Engine(
-            planner=planner or QuietPlanner(),
+            planner=planner or Planner(),
             guard=TrustingGuard(),
             ledger=container.ledger,
             clock=clock,  # type: ignore[arg-type]
@@ -316,24 +321,16 @@ def test_a_robot_that_is_edited_keeps_its_worker_unless_its_connection_changed(s
         wait_for(lambda: before[1].untaken is not None)
 
 
-class FailingPlanner(QuietPlanner):
-    """Its first rounds raise what no code should."""
-
-    def __init__(self) -> None:
-        self.left, self.beats = 3, 0
-
-    def insert_due(self, ready: object, hand_over: object) -> DueBatch:
-        if self.left:
-            self.left -= 1
-            raise RuntimeError("planted")
-        self.beats += 1
-        return DueBatch()
-
-
 def test_the_scheduler_continues_after_an_unexpected_error(start, polls, monkeypatch, caplog):
     for module in (runner, engine):
         monkeypatch.setattr(module, "LONGEST_WAIT", 0.02)
-    planner = FailingPlanner()
+    left = [RuntimeError("planted")] * 3
+
+    def fail() -> None:
+        if left:
+            raise left.pop()
+
+    planner = Planner(fail)
     app = start(2, planner=planner)
     wait_for(lambda: planner.beats >= 2 and len(polls) == 2)
     assert sum(record.exc_info is not None for record in caplog.records) == 3
@@ -355,48 +352,29 @@ def test_while_nothing_works_there_is_an_alarm(start, monkeypatch):
     )
 
 
-class SlowPlanner(QuietPlanner):
-    """Its round lasts longer than the stop, and finds the database closed."""
-
-    def __init__(self) -> None:
-        self.hanging, self.has_ended = Hanging(), False
-
-    def insert_due(self, ready: object, hand_over: object) -> DueBatch:
-        self.hanging()
-        self.has_ended = True
-        raise DatabaseUnavailable("{path} is closed", path="a.db")
-
-
 def test_a_round_that_outlives_the_stop_is_no_failing_database(start, monkeypatch, caplog):
     monkeypatch.setattr(runner, "STOP_WITHIN", 0.05)
-    planner = SlowPlanner()
-    app = start(1, planner=planner)
-    assert planner.hanging.began.wait(20)
+    hanging = Hanging()
+
+    def meet_a_closed_database() -> None:
+        hanging()
+        raise DatabaseUnavailable("{path} is closed", path="a.db")
+
+    app = start(1, planner=Planner(meet_a_closed_database))
+    assert hanging.began.wait(20)
     app.runner.stop()
-    planner.hanging.free.set()
+    hanging.free.set()
     wait_for(lambda: not any(thread.name == runner.SCHEDULER for thread in threading.enumerate()))
-    assert (planner.has_ended, caplog.records, app.container.alarms.open()) == (True, [], [])
-
-
-class TellingPlanner(QuietPlanner):
-    """Each of its rounds plans something and publishes that."""
-
-    def __init__(self) -> None:
-        self.beats, self.publish = 0, lambda: None
-
-    def insert_due(self, ready: object, hand_over: object) -> DueBatch:
-        self.publish()
-        self.beats += 1
-        return DueBatch()
+    assert (caplog.records, app.container.alarms.open()) == ([], [])
 
 
 def test_what_the_scheduler_plans_does_not_wake_itself_but_what_others_plan_does(start, polls, monkeypatch):
     for module in (runner, engine):
         monkeypatch.setattr(module, "LONGEST_WAIT", 60.0)
-    planner = TellingPlanner()
+    planner = Planner()
     app = start(1, every=60.0, planner=planner)
     wait_for(lambda: planner.beats >= 1 and len(polls) == 1)
-    planner.publish = lambda: app.changes.publish(Topic.SCHEDULES)
+    planner.acts = lambda: app.changes.publish(Topic.SCHEDULES)
     version = app.engine.plan_version
     for _ in range(3):
         seen = planner.beats

@@ -142,8 +142,12 @@ test_forgotten = cases_of(
 
 
 # ---------------------------------------------------------------------- the same for everything a person may do
-# An example takes a second: one of the default run is made up, besides those that are written here.
-FEW = settings(max_examples=settings.default.max_examples // 12, phases=[Phase.explicit, Phase.generate])
+# An example takes a second: the default run has those that are written here.
+IS_QUICK = settings.default.max_examples <= 12
+FEW = settings(
+    max_examples=settings.default.max_examples // 12,
+    phases=[Phase.explicit] if IS_QUICK else [Phase.explicit, Phase.generate],
+)
 NUMBERS = st.integers(0, 1)
 ACTS = (
     "rename",

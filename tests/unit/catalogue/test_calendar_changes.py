@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import sqlite3
 from dataclasses import replace
 from datetime import date, datetime, timedelta
 
 import pytest
 
 from app.database.connection import Database
-from app.database.schema import MIGRATIONS
 from app.database.settings import CalendarRepository
 from app.domain.models import DayException, InvalidInput, ReasonCode, Schedule, State
 from app.services.catalogue import validation
 from app.services.catalogue.pausing import Pausing
 from app.services.live.changes import Topic
-from tests.support.clock import VirtualClock
 from tests.support.edits import add_days
 from tests.support.site import Site
-from tests.support.stored import brought_up_to_date
 from tests.unit.catalogue.world import refuses
 
 CALENDAR = CalendarRepository()
@@ -129,22 +125,6 @@ def test_entries_survive_a_restart(world):
     world.db.close()
     world.db = Database.open(world.db.path, clock=world.clock, threaded=False, durable=False)
     assert CALENDAR.all(world.db.read()) == [saved]
-
-
-def test_a_database_from_before_gets_an_empty_calendar_and_keeps_what_it_has(tmp_path):
-    path = tmp_path / "data" / "a.db"
-    db = brought_up_to_date(
-        path,
-        VirtualClock(),
-        MIGRATIONS[1],
-        lambda old: old.write(lambda c: c.execute("INSERT INTO robots (name, address) VALUES ('Aino', 'http://a')")),
-    )
-    assert CALENDAR.all(db.read()) == []
-    assert db.read().execute("SELECT name FROM robots").fetchone()["name"] == "Aino"
-    db.close()
-    kept = sqlite3.connect(next((path.parent / "backups").glob("before-version-2-*")))
-    assert kept.execute("PRAGMA user_version").fetchone()[0] == 1
-    kept.close()
 
 
 def test_the_planner_skips_closed_days(tmp_path):

@@ -147,7 +147,8 @@ def test_an_idle_rule_can_be_removed(world):
     assert world.catalogue.save_idle_rule(world.robot.id, world.mission.id, 30, enabled=False).idle == IdleRule(
         world.mission.id, 30, False
     )
-    assert world.catalogue.edit(lambda edit: robot_edit.set_idle_rule(edit, world.robot.id, None)).idle is None
+    world.catalogue.edit(lambda edit: robot_edit.set_idle_rule(edit, world.robot.id, None))
+    assert ROBOTS.get(world.db.read(), world.robot.id) == world.robot
 
 
 # ---------------------------------------------------------------------- settings

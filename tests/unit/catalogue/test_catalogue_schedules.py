@@ -37,22 +37,12 @@ def test_a_blank_name_is_made_of_mission_and_robot(world):
     ]
 
 
-def test_schedules_that_the_app_named_carry_the_new_name_of_their_robot(world):
-    made = [world.schedule(name=""), world.schedule(name=""), world.schedule(name="Deliver on Aino tonight")]
-    world.announced.clear()
-    world.catalogue.save_robot(replace(world.robot, name="Alma"))
-    assert [world.stored(schedule).name for schedule in made] == [
-        "Deliver on Alma",
-        "Deliver on Alma 2",
-        "Deliver on Aino tonight",
-    ]
-    assert set(world.announced) == {Topic.ROBOTS, Topic.SCHEDULES}
-
-
 def test_renaming_keeps_the_order_of_numbers_and_leaves_what_a_person_typed(world):
     made = [world.schedule(name="").id for _ in range(12)]
     typed = world.schedule(name="Deliver on Aino 2026")
+    world.announced.clear()
     world.catalogue.save_robot(replace(world.robot, name="Alma"))
+    assert set(world.announced) == {Topic.ROBOTS, Topic.SCHEDULES}
     names = [SCHEDULES.get(world.db.read(), number).name for number in made]
     assert names == ["Deliver on Alma", *(f"Deliver on Alma {number}" for number in range(2, 13))]
     assert world.stored(typed).name == "Deliver on Aino 2026"
@@ -139,16 +129,6 @@ def test_saving_what_was_not_changed_touches_nothing(world):
     assert world.stored(schedule) == replace(schedule, next_at=None)
     assert world.outcome(waiting) == (State.WAITING, None)
     assert world.announced == []
-
-
-def test_switching_off_and_on(world):
-    schedule = world.schedule()
-    waiting = world.row(schedule)
-    world.catalogue.switch_schedule(schedule.id, False)
-    assert world.stored(schedule).next_at is None
-    assert world.outcome(waiting) == (State.CANCELLED, ReasonCode.SCHEDULE_CHANGED)
-    world.catalogue.switch_schedule(schedule.id, True)
-    assert world.stored(schedule).next_at == schedule.next_at
 
 
 def test_a_deleted_schedule_is_off_at_once_and_undo_brings_it_back_from_then_on(world):

@@ -4,25 +4,21 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from datetime import datetime, time, timedelta
+from datetime import datetime, time
 
 import pytest
 
-from app.database.executions import ExecutionRepository
 from app.database.schedules import ScheduleRepository
 from app.domain.message import render
 from app.domain.models import (
     WEEKDAYS,
     Between,
-    Execution,
     IdleRule,
     InvalidInput,
     Overlap,
     Robot,
     Schedule,
     Settings,
-    State,
-    Trigger,
 )
 from app.i18n import translation
 from app.services.catalogue.configuration import FORMAT, export_configuration
@@ -271,36 +267,6 @@ def test_taking_the_same_file_again_changes_nothing_and_fires_nothing(full):
     before = full.everything()
     assert full.take(FULL) == []
     assert full.everything() == before
-
-
-@pytest.mark.parametrize(
-    ("path", "value", "state"),
-    [("schedules.0.priority", 4, State.WAITING), ("schedules.0.start", "2026-11-23T09:40", State.CANCELLED)],
-)
-def test_a_waiting_start_of_a_changed_schedule_is_updated_unless_its_instant_was_removed(full, path, value, state):
-    schedule, now = full.schedules["Morning"], full.clock.now()
-    row = full.db.write(
-        lambda c: ExecutionRepository().add(
-            c,
-            Execution(
-                Trigger.SCHEDULED,
-                schedule.robot_id,
-                "R1",
-                "Deliver",
-                "g",
-                schedule.next_at,
-                schedule.next_at + timedelta(hours=1),
-                now,
-                "t",
-                "UTC",
-                schedule_id=schedule.id,
-                priority=3,
-            ),
-        )
-    )
-    full.take(changed(path, value))
-    found = ExecutionRepository().get(full.db.read(), row.id)
-    assert (found.state, found.priority) == (state, 4 if state is State.WAITING else 3)
 
 
 def test_schedules_without_a_name_are_numbered_and_found_again(world):

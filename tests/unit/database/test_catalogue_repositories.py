@@ -14,7 +14,7 @@ from app.database.robots import Accepted, Hold, HoldRepository, RobotRepository
 from app.database.schedules import Progress, ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.database.values import to_text
-from app.domain.models import Alarm, Between, IdleRule, Mission, Overlap, Priority, Robot, Schedule, Settings
+from app.domain.models import Alarm, Between, Mission, Overlap, Priority, Robot, Schedule, Settings
 from app.domain.robot import IdentifiedBy
 from tests.unit.database.conftest import NOON
 
@@ -87,14 +87,6 @@ def test_a_robot_is_read_back_unchanged(db, robot):
     assert ROBOTS.all(db.read()) == [robot]
 
 
-def test_an_idle_rule_comes_and_goes_with_its_robot(db, robot, mission):
-    with_rule = replace(robot, idle=IdleRule(mission.id, 7, enabled=False))
-    db.write(lambda c: ROBOTS.update(c, with_rule))
-    assert ROBOTS.get(db.read(), robot.id) == with_rule
-    db.write(lambda c: ROBOTS.update(c, robot))
-    assert ROBOTS.get(db.read(), robot.id) == robot
-
-
 def test_only_facts_of_the_machine_itself_are_stored(db, robot):
     db.write(lambda c: ROBOTS.update(c, replace(robot, serial_number=None)))
     for number in ("2", "3"):  # a known serial number is not overwritten by what answers
@@ -136,34 +128,11 @@ def test_an_id_never_comes_back(db, robot):
     assert db.write(lambda c: ROBOTS.add(c, FULL)).id > robot.id
 
 
-def test_a_restored_object_is_unchanged_except_for_its_token(db, robot, mission):
-    db.write(lambda c: HOLDS.add(c, Hold(since=NOON, robot_id=robot.id)))
-    db.write(lambda c: ROBOTS.update(c, replace(robot, idle=IdleRule(mission.id, 7))))
-    db.write(lambda c: ROBOTS.remove(c, robot.id, NOON))
-    c = db.read()
-    assert (ROBOTS.all(c), ROBOTS.count(c), ROBOTS.by_name(c, robot.name), HOLDS.all(c)) == ([], 0, None, [])
-    assert MISSIONS.used_on(c, mission.id) == set()
-    before = replace(robot, idle=IdleRule(mission.id, 7), token=None)
-    assert db.write(lambda c: ROBOTS.put_back(c, robot.id, NOON)) == before
-    db.write(lambda c: ROBOTS.update(c, before))
-    assert ROBOTS.get(db.read(), robot.id) == before
-    assert [hold.robot_id for hold in HOLDS.all(db.read())] == [robot.id]
-
-
 def test_only_the_removal_that_is_meant_is_undone(db, schedule):
     assert db.write(lambda c: SCHEDULES.put_back(c, schedule.id, NOON)) is None
     db.write(lambda c: SCHEDULES.remove(c, schedule.id, NOON))
     assert db.write(lambda c: SCHEDULES.put_back(c, schedule.id, NOON - timedelta(hours=1))) is None
     assert db.write(lambda c: SCHEDULES.put_back(c, schedule.id, NOON)) == schedule
-
-
-def test_the_name_of_what_was_removed_is_free(db, robot):
-    db.write(lambda c: ROBOTS.remove(c, robot.id, NOON))
-    other = db.write(lambda c: ROBOTS.add(c, FULL))
-    assert ROBOTS.all(db.read()) == [other]
-    back = db.write(lambda c: ROBOTS.put_back(c, robot.id, NOON))
-    with pytest.raises(sqlite3.IntegrityError):
-        db.write(lambda c: ROBOTS.update(c, back))
 
 
 def test_a_purge_takes_only_what_was_removed(db, robot, schedule):
@@ -323,27 +292,9 @@ def test_a_fresh_database_has_the_defaults(db):
     assert not SETTINGS.is_stored(db.read(), "timezone")
 
 
-def test_settings_come_back_as_they_were(db):
-    values = {
-        "history_limit": None,
-        "working_days": ("MO", "SU"),
-        "minimum_battery_percent": 12.5,
-        "timezone": "Asia/Tokyo",
-    }
-    changed = db.write(lambda c: SETTINGS.save(c, **values))
-    assert changed == SETTINGS.load(db.read()) == Settings(**values)
-    assert SETTINGS.is_stored(db.read(), "timezone")
-
-
 def test_a_setting_that_does_not_exist_is_a_mistake_in_the_program(db):
     with pytest.raises(ValueError, match="install_id"):
         db.write(lambda c: SETTINGS.save(c, install_id="x"))
-
-
-def test_the_heartbeat_is_kept(db):
-    assert SETTINGS.heartbeat(db.read()) is None
-    db.write(lambda c: SETTINGS.set_heartbeat(c, NOON))
-    assert SETTINGS.heartbeat(db.read()) == NOON
 
 
 # ---------------------------------------------------------------------- alarms
@@ -387,15 +338,6 @@ def test_an_event_is_counted_each_time_and_stays_open_until_acknowledged(db):
     assert raise_(db, alarm("app_was_off", event=True), minutes=2) is True
 
 
-def test_a_condition_stays_open_until_it_has_ended_and_was_acknowledged(db):
-    raise_(db, alarm())
-    [found] = ALARMS.open(db.read())
-    db.write(lambda c: ALARMS.acknowledge(c, found.id, NOON))
-    assert [each.id for each in ALARMS.open(db.read())] == [found.id]
-    db.write(lambda c: ALARMS.clear(c, "unreachable", "robot:1", NOON))
-    assert ALARMS.open(db.read()) == []
-
-
 def test_shelving_and_dropping_old_ones(db):
     for number in range(5):
         raise_(db, alarm("app_was_off", str(number), event=True), minutes=number)
@@ -410,14 +352,6 @@ def test_shelving_and_dropping_old_ones(db):
 
 
 # ---------------------------------------------------------------------- holds
-def test_holds_of_all_and_of_one_robot_are_apart(db, robot):
-    everywhere = db.write(lambda c: HOLDS.add(c, Hold("fire drill", NOON + timedelta(hours=1), NOON)))
-    here = db.write(lambda c: HOLDS.add(c, Hold(since=NOON, robot_id=robot.id)))
-    assert HOLDS.all(db.read()) == [everywhere, here]
-    db.write(lambda c: HOLDS.remove(c, None))
-    assert HOLDS.all(db.read()) == [here]
-
-
 def test_instants_sort_as_text_whatever_their_zone_and_fraction(db, schedule):
     instants = [
         datetime(2026, 1, 1, tzinfo=UTC),

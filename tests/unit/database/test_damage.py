@@ -175,21 +175,6 @@ def test_a_crash_while_it_was_put_aside_does_not_let_an_empty_one_in(backed_up, 
     assert not backed_up.exists()
 
 
-def test_a_restore_cut_off_before_its_last_step_counts(backed_up, clock, monkeypatch, start):
-    garbage(backed_up)
-    damage = damage_of(start)
-
-    def crash(_path):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("app.database.files.clear_mark", crash)
-    with pytest.raises(KeyboardInterrupt):
-        restore(damage.backup, backed_up, clock.now())
-    monkeypatch.undo()
-    db = start()
-    assert SETTINGS.get(db.read(), "a") == 1
-
-
 @pytest.mark.parametrize("is_damaged", [False, True])
 @pytest.mark.parametrize("is_done", [False, True])
 def test_a_restore_that_ends_anywhere_is_finished_or_was_never_begun(

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import sqlite3
 import stat
-from dataclasses import replace
 
 import pytest
 
 from app.database import connection
 from app.database.backups import BACKUPS, problem_of
 from app.database.connection import Database, DatabaseRefused, DatabaseUnavailable
-from app.database.missions import MissionRepository
 from app.database.schema import (
     _NO_DECISION_READS_HISTORY,
     _SKIPPED_AHEAD,
-    _TYPED_DURATIONS,
     APPLICATION_ID,
     MIGRATIONS,
 )
@@ -80,16 +77,6 @@ def test_permissions_that_were_too_open_are_tightened(path, start):
     path.chmod(0o644)
     start()
     assert (mode(path.parent), mode(path)) == (0o700, 0o600)
-
-
-def test_everything_survives_a_restart(start):
-    db = start()
-    install_id = db.write(SettingsRepository().install_id)
-    db.write(lambda c: SettingsRepository().save(c, retry_limit=3, working_days=("MO",)))
-    db = start()
-    assert SettingsRepository().load(db.read()).retry_limit == 3
-    assert SettingsRepository().load(db.read()).working_days == ("MO",)
-    assert db.write(SettingsRepository().install_id) == install_id
 
 
 def test_a_newer_database_is_refused_and_left_alone(path, start):
@@ -172,17 +159,6 @@ def test_reading_leaves_an_older_database_to_the_app(path, monkeypatch, start):
     monkeypatch.setattr("app.database.connection.MIGRATIONS", (*MIGRATIONS, ADD_A_TABLE))
     with pytest.raises(DatabaseRefused, match="older version"):
         Database.open_for_reading(path)
-
-
-def test_missions_of_before_have_no_typed_duration_and_can_get_one(start):
-    before = MIGRATIONS[: MIGRATIONS.index(_TYPED_DURATIONS)]
-    old = start(migrations=before)
-    old.write(lambda c: c.execute("INSERT INTO missions (name, guid) VALUES ('Deliver', 'guid-1')"))
-    db = start()
-    (mission,) = MissionRepository().all(db.read())
-    assert (mission.name, mission.usual_minutes) == ("Deliver", None)
-    db.write(lambda c: MissionRepository().update(c, replace(mission, usual_minutes=90)))
-    assert MissionRepository().get(db.read(), mission.id).usual_minutes == 90
 
 
 HISTORY = """

@@ -11,7 +11,7 @@ import requests
 import urllib3
 from responses import RequestsMock, matchers
 
-from app.domain.robot import MapPosition, MissionInfo, MissionParameter, Pose, QueueState, RobotState, Spot
+from app.domain.robot import MapPosition, MissionInfo, MissionParameter, Pose, RobotState, Spot
 from app.mir.client import RobotClient
 from app.mir.errors import (
     Busy,
@@ -67,13 +67,6 @@ def test_identify_takes_the_version_from_the_header_when_there_is_one(
     responses.get(f"{API}/status", json=STATUS, headers={"Robot-Version": "2.13.1.4"})
     responses.get(f"{API}/users/me", json=[{"guid": "u", "name": "Admin"}])
     assert robot.identify().software == "2.13.1.4"
-
-
-def test_a_wrong_password_shows_although_status_answers(robot: RobotClient, responses: RequestsMock) -> None:
-    responses.get(f"{API}/status", json=STATUS)
-    responses.get(f"{API}/users/me", status=401, json={"error_code": "unauthorized", "error_human": "no"})
-    with pytest.raises(Unauthorized):
-        robot.identify()
 
 
 @pytest.mark.parametrize("password_holds", [True, False])
@@ -251,26 +244,11 @@ def test_only_201_with_an_integer_id_is_accepted(
     assert failed.value.delivery is Delivery.UNKNOWN
 
 
-def test_a_queue_item(robot: RobotClient, responses: RequestsMock) -> None:
-    responses.get(f"{API}/mission_queue/723", json=item(723, "Pending"))
-    found = robot.queue_item(723)
-    assert (found.id, found.state, found.mission_id) == (723, QueueState.PENDING, MISSION)
-
-
 def test_an_unknown_queue_item(robot: RobotClient, responses: RequestsMock) -> None:
     responses.get(f"{API}/mission_queue/723", status=404, json={"error_code": "not_found", "error_human": "Not found"})
     with pytest.raises(Rejected) as refused:
         robot.queue_item(723)
     assert (refused.value.status, refused.value.reason) == (404, "Not found")
-
-
-def test_cancel_and_clear(robot: RobotClient, responses: RequestsMock) -> None:
-    responses.delete(f"{API}/mission_queue/723", status=204)
-    responses.delete(f"{API}/mission_queue", status=204)
-    robot.cancel(723)
-    robot.clear_queue()
-    assert [call.request.url for call in responses.calls] == [f"{API}/mission_queue/723", f"{API}/mission_queue"]
-    assert sent(responses).body is None
 
 
 # ---------------------------------------------------------------------- the robot

@@ -92,7 +92,7 @@ def window(new_window: Window) -> Window:
 def test_what_was_shown_for_a_while_is_collected_in_use(window: Window) -> None:
     shown: list[list[Ring]] = []
     most = 0
-    for _n in range(500):
+    for _n in range(100):
         shown.append([Ring() for _m in range(1000)])
         del shown[:-20]
         window.frames()
