@@ -24,6 +24,7 @@ from app.mir.transport import Pace
 from app.services.catalogue import schedule_edit, zones
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.database_check import find_problem
+from app.services.catalogue.moving import Moving
 from app.services.catalogue.pausing import Pausing
 from app.services.catalogue.preview import Forecasts
 from app.services.check_up.service import CheckUps
@@ -202,6 +203,7 @@ class Container:
         self.forecasts = Forecasts(db, clock, live)
         self.suggestions = Suggestions(db, clock, self._may_have, self.forecasts.free_at)
         self.pausing = Pausing(self.catalogue)
+        self.moving = Moving(self.catalogue)
         self.files = DataFiles(db, self.catalogue, clock)
         self.plan_files = PlanFiles(db, self.catalogue, clock, self.plan)
         self.calendar_files = CalendarFiles(db, self.catalogue, clock)

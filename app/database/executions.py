@@ -35,6 +35,7 @@ _INSTANTS = (
     "finish_by",
     "bound_at",
     "planned_at",
+    "moved_from",
     "closes_at",
     "created_at",
     "submitted_at",

@@ -18,6 +18,7 @@ from app.database.values import (
 )
 from app.domain.models import Between, Overlap, Schedule
 
+_MOVED = "\x1e"  # begins the stored names of moved starts: it can't be typed
 Skip = tuple[int, datetime]  # a start skipped in advance: its schedule's id and its instant
 
 
@@ -32,7 +33,11 @@ class Progress(NamedTuple):
 
 
 class ScheduleRepository(Table[Schedule]):
-    name, query = "schedules", "SELECT * FROM current_schedules AS schedules"
+    """A moved start has the name of its schedule; stored is one that people can not type, as names are unique."""
+
+    name = "schedules"
+    query = """SELECT *, iif(moved_of IS NULL, name, (SELECT name FROM schedules AS whole WHERE whole.id = schedules.moved_of))
+               AS shown_name FROM current_schedules AS schedules"""
     columns = (
         "name",
         "robot_id",
@@ -56,6 +61,8 @@ class ScheduleRepository(Table[Schedule]):
         "paused_until",
         "planned_through",
         "started_through",
+        "moved_of",
+        "moved_from",
     )
 
     @staticmethod
@@ -64,7 +71,7 @@ class ScheduleRepository(Table[Schedule]):
         if row["between_start"] is not None:
             between = Between(time.fromisoformat(row["between_start"]), time.fromisoformat(row["between_end"]))
         return Schedule(
-            name=row["name"],
+            name=row["shown_name"],
             robot_id=row["robot_id"],
             group_id=row["group_id"],
             mission_id=row["mission_id"],
@@ -86,11 +93,14 @@ class ScheduleRepository(Table[Schedule]):
             paused_until=to_optional_instant(row["paused_until"]),
             planned_through=to_optional_instant(row["planned_through"]),
             started_through=to_optional_instant(row["started_through"]),
+            moved_of=row["moved_of"],
+            moved_from=to_optional_instant(row["moved_from"]),
         )
 
     def values(self, each: Schedule) -> list[object]:
         between = each.between
         found = vars(each) | {
+            "name": each.name if each.moved_of is None else f"{_MOVED}{each.moved_of} {each.moved_from}",
             "start": each.start.isoformat(timespec="minutes"),
             "between_start": between and f"{between.start:%H:%M}",
             "between_end": between and f"{between.end:%H:%M}",
@@ -163,6 +173,36 @@ class ScheduleRepository(Table[Schedule]):
         c.execute(
             "UPDATE schedules SET changed_at = ? WHERE respect_working_days = 1 AND recurrence IS NOT NULL",
             (to_text(now),),
+        )
+
+    # ------------------------------------------------------------------ starts that a person moved
+    def moved_starts(self, c: sqlite3.Connection, schedule_id: int) -> list[Schedule]:
+        """Of this schedule, each a one-time schedule."""
+        return self.select(c, "WHERE moved_of = ?", schedule_id)
+
+    def moved_away(self, c: sqlite3.Connection) -> set[Skip]:
+        """All that schedules skip because a person moved them."""
+        rows = c.execute("SELECT moved_of, moved_from FROM current_schedules WHERE moved_of IS NOT NULL")
+        return {(schedule_id, to_instant(moved_from)) for schedule_id, moved_from in rows}
+
+    def move_original(self, c: sqlite3.Connection, schedule_id: int, old: datetime, new: datetime) -> None:
+        """By newer rules its schedule has it at another instant."""
+        c.execute(
+            "UPDATE schedules SET moved_from = ? WHERE moved_of = ? AND moved_from = ?",
+            (to_text(new), schedule_id, to_text(old)),
+        )
+
+    def drop_moved(self, c: sqlite3.Connection, id_: int) -> None:
+        """A moved start is where its schedule has it again."""
+        c.execute("DELETE FROM schedules WHERE id = ? AND moved_of IS NOT NULL", (id_,))
+
+    def purge(self, c: sqlite3.Connection) -> None:
+        """Also moved starts that are over."""
+        super().purge(c)
+        c.execute(
+            """DELETE FROM schedules WHERE moved_of IS NOT NULL AND planned_through IS NOT NULL AND next_at IS NULL
+                      AND NOT EXISTS (SELECT 1 FROM executions WHERE schedule_id = schedules.id
+                                      AND state IN ('waiting', 'submitting', 'queued', 'executing'))"""
         )
 
     # ------------------------------------------------------------------ starts skipped in advance

@@ -331,6 +331,17 @@ CREATE VIEW current_holds AS SELECT * FROM holds WHERE (SELECT deleted_at FROM r
 CREATE VIEW current_check_ups AS SELECT * FROM check_ups WHERE (SELECT deleted_at FROM robots WHERE id = robot_id) IS NULL;
 """
 
+_MOVED_STARTS = """
+-- A start that a person moved is a one-time schedule; the schedule that it is of skips it. It is current as long as that one is.
+ALTER TABLE schedules ADD COLUMN moved_of INTEGER REFERENCES schedules(id) ON DELETE CASCADE;
+ALTER TABLE schedules ADD COLUMN moved_from TEXT;            -- when that schedule has it
+ALTER TABLE executions ADD COLUMN moved_from TEXT;
+CREATE INDEX schedules_moved ON schedules (moved_of) WHERE moved_of IS NOT NULL;
+DROP VIEW current_schedules;
+CREATE VIEW current_schedules AS SELECT * FROM schedules WHERE deleted_at IS NULL
+    AND (moved_of IS NULL OR (SELECT deleted_at FROM schedules AS whole WHERE whole.id = schedules.moved_of) IS NULL);
+"""
+
 MIGRATIONS: tuple[str, ...] = (
     _FIRST,
     _EXCEPTION_CALENDAR,
@@ -355,6 +366,7 @@ MIGRATIONS: tuple[str, ...] = (
     _MISSION_PARAMETERS,
     _FIGURES,
     _DELETED,
+    _MOVED_STARTS,
 )
 
 

@@ -77,7 +77,7 @@ class Table(Generic[T]):
             f"UPDATE {self.name} SET deleted_at = NULL WHERE id = ? AND deleted_at = ?", (id_, to_text(removed_at))
         )
         found: T | None = self.get(c, id_) if changed.rowcount else None
-        return found and replace(found, name=found.name.rpartition(_REMOVED)[0])
+        return found and replace(found, name=found.name.partition(_REMOVED)[0])
 
     def purge(self, c: sqlite3.Connection) -> None:
         """Finally delete what was removed."""

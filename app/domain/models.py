@@ -271,6 +271,8 @@ class Schedule:
     paused_until: datetime | None = None  # occurrences before it are skipped
     planned_through: datetime | None = None  # instants up to here have their rows, or had them
     started_through: datetime | None = None  # the newest instant that was begun
+    moved_of: int | None = None  # of one start that a person moved: the schedule that it is of
+    moved_from: datetime | None = None  # and when that one has it (UTC)
 
     def is_paused(self, at: datetime) -> bool:
         """Whether an occurrence at that instant is skipped because a person paused the schedule."""
@@ -320,6 +322,7 @@ class Execution:
     id: int = 0
     schedule_id: int | None = None
     schedule: str = ""
+    moved_from: datetime | None = None  # when its schedule has it, if a person moved it
     parameters: Mapping[str, Any] = field(default_factory=dict)
     priority: int = 0
     minimum_battery_percent: float | None = None  # resolved when the row was made; None or 0 = no minimum

@@ -90,6 +90,7 @@ def scheduled(
         queue_floor=intent_floor,
         trigger=Trigger.SCHEDULED,
         schedule_id=schedule.id,
+        moved_from=schedule.moved_from,
         **_for(target),
         robot_address=robot.address if robot and is_intent else None,
         robot_serial=robot.serial_number if robot and is_intent else None,

@@ -108,6 +108,20 @@ def unskip(s):
 
 
 @step
+def move(s, start, to, on=None):
+    """A single start; ``on``: a robot's number."""
+    planned = s.container.plan.next(9)
+    run = next(run for run in planned if run.at == instant(start).replace(tzinfo=UTC))
+    s.noted.append(s.container.moving.move(run.schedule.id, run.at, instant(to), robot_id=on))
+
+
+@step
+def move_back(s):
+    """The undo of the last move."""
+    s.container.moving.undo(s.noted[-1])
+
+
+@step
 def set_up(s, **settings):
     s.container.catalogue.change_settings(**settings)
 

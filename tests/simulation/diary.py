@@ -8,7 +8,7 @@ import math
 import uuid
 from collections import defaultdict
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, date, datetime, timedelta
 from zoneinfo import ZoneInfo
 
@@ -49,11 +49,26 @@ class Manual:
     group_id: int | None = None
 
 
+Target = tuple[int | None, int | None]  # a robot's id or a group's
+
+
+@dataclass(frozen=True)
+class Move:
+    """One start, ``of`` a schedule, is at another time (of the clock on its wall) or on another robot. ``beside``: what
+    its schedule is for, which it follows where that is its own too."""
+
+    of: Key
+    start: datetime
+    target: Target
+    beside: Target
+
+
 @dataclass
 class Wishes:
-    """What people want, as they have decided it."""
+    """What people want, as they have decided it. ``moves``: by the ids of their plans, which follow from the others."""
 
     plans: dict[int, Schedule] = field(default_factory=dict)
+    moves: dict[int, Move] = field(default_factory=dict)
     off: set[str] = field(default_factory=set)  # robots
     holds: dict[str | None, datetime | None] = field(
         default_factory=dict
@@ -74,6 +89,38 @@ class Wishes:
 
     def copy(self) -> Wishes:
         return Wishes(**{name: copy.copy(value) for name, value in vars(self).items()})
+
+    def follow(self) -> None:
+        """Moved starts are as their schedules are now."""
+        for id_, move in self.moves.items():
+            self.plans.pop(id_, None)
+            self.paused.pop(id_, None)
+            if (whole := self.plans.get(move.of[0])) is None:
+                continue
+            beside = whole.robot_id, whole.group_id
+            robot_id, group_id = beside if move.target == move.beside else move.target
+            self.moves[id_] = replace(move, target=(robot_id, group_id), beside=beside)
+            has_it = next(instants(whole, move.of[1], move.of[1] + MINUTE), None) == move.of[1]
+            is_of_group = group_id is not None
+            self.plans[id_] = replace(
+                whole,
+                id=id_,
+                start=move.start,
+                recurrence=None,
+                respect_working_days=False,
+                robot_id=robot_id,
+                group_id=group_id,
+                enabled=whole.enabled and has_it,
+                finish_by_minutes=whole.finish_by_minutes if is_of_group else None,
+                overlap=whole.overlap if is_of_group else Overlap.SKIP,
+            )
+            if whole.id in self.paused:
+                self.paused[id_] = self.paused[whole.id]
+
+    @property
+    def whole(self) -> dict[int, Schedule]:
+        """The schedules, without single starts that were moved."""
+        return {id_: plan for id_, plan in self.plans.items() if id_ not in self.moves}
 
     def is_held(self, robot: str, wall: datetime) -> bool:
         return any(who in (None, robot) and (until is None or wall < until) for who, until in self.holds.items())

@@ -68,7 +68,7 @@ class GroupPerson(Person):
 
     def delete_group(self) -> None:
         group = self._group()
-        plans = [plan for plan in self.diary.now.plans.values() if plan.group_id == group.id]
+        plans = [plan for plan in self.diary.now.whole.values() if plan.group_id == group.id]
         self.diary.uncertain |= {
             token for token, manual in self.diary.now.manual.items() if manual.group_id == group.id
         }

@@ -9,10 +9,13 @@ import sys
 import textwrap
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from tests.simulation.profile import CALM as CALM_HOURS
-from tests.simulation.profile import Profile
+from tests.simulation.profile import ACTS, Profile
+from tests.simulation.profile import CALM as CALM_ACTS
+
+# The stories of the seeds below are of before starts could be moved.
+CALM_HOURS = replace(CALM_ACTS, acts={name: often for name, often in ACTS.items() if name != "move_start"})
 
 CLOCKS = Profile(events_per_hour=6).only(
     acts="move switch_schedule delete plan_once",
@@ -58,6 +61,13 @@ LOST = Profile(events_per_hour=40).only(
     fault_rate=0.0,
     crash_rate=0.0,
     site={"every_minutes": 3, "fleet": "normal"},
+)
+MOVED_STARTS = Profile(acts_per_hour=60, events_per_hour=0).only(
+    acts="move_start switch_schedule move other_robot change_mission",
+    events="",
+    fault_rate=0.0,
+    crash_rate=0.0,
+    site={"fleet": "normal", "every_minutes": 10},
 )
 FLAT_ROBOTS = Profile(acts_per_hour=20, events_per_hour=12).only(
     acts="change_battery",
@@ -190,6 +200,7 @@ TRACKING, ENGINE, HOLDS = (
 )
 SCHEDULES, EXECUTIONS = "database.schedules:ScheduleRepository", "database.executions:ExecutionRepository"
 RULES = "domain.rules"
+MOVING = "services.catalogue.moving"
 TRANSITIONS = "services.executions.transitions"
 
 MUTANTS = (
@@ -627,6 +638,39 @@ MUTANTS = (
         "without the list",
         WINDOW,
         seed=2,
+    ),
+    Mutant(
+        "a moved start runs where it was too",
+        f"{MOVING}:_save",
+        "leave_out(edit, whole, instant)",
+        "pass",
+        "withdrawn",
+        replace(MOVED_STARTS, acts_per_hour=8),  # moved twice it breaks a rule of the database
+        seed=2,
+    ),
+    Mutant(
+        "a start that was moved back runs twice",
+        f"{MOVING}:_save",
+        "edit.schedules.drop_moved(edit.c, shown.id)",
+        "pass",
+        "withdrawn",
+        MOVED_STARTS,
+    ),
+    Mutant(
+        "a moved start is lost when it is moved back",
+        f"{MOVING}:_save",
+        "put_back(edit, whole, changed.moved_from or instant)",
+        "pass",
+        "never ran",
+        MOVED_STARTS,
+    ),
+    Mutant(
+        "a moved start does not follow its schedule",
+        "services.catalogue.schedule_edit:_change_moved",
+        "edit.schedules.moved_starts(edit.c, schedule.id)",
+        "[]",
+        "withdrawn",
+        MOVED_STARTS,
     ),
     # ------------------------------------------------------------------ truth
     Mutant(

@@ -6,6 +6,7 @@ import json
 import random
 import uuid
 from collections.abc import Callable, Collection
+from contextlib import suppress
 from dataclasses import replace
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -17,7 +18,8 @@ from app.database.errors import DatabaseError
 from app.domain.models import DayException, InvalidInput, Overlap, Schedule
 from app.mir.errors import RobotError
 from app.services.catalogue.configuration import import_configuration
-from tests.simulation.diary import MINUTE, OVERLAPS, Wishes, instants
+from app.services.catalogue.moving import Moved
+from tests.simulation.diary import MINUTE, OVERLAPS, Move, Target, Wishes, instants
 from tests.support.edits import switch_robot
 
 if TYPE_CHECKING:
@@ -57,7 +59,9 @@ class Person:
         """Do it with one write of the app, and note it."""
         with self.world.without_crash():
             result = act()
-        note(self.diary.decide(self.world.site.seconds()))
+        wishes = self.diary.decide(self.world.site.seconds())
+        note(wishes)
+        wishes.follow()
         return result
 
     def _robot(self) -> str:
@@ -67,7 +71,7 @@ class Person:
         return next(key for key, name in self.diary.names.items() if name == robot)
 
     def _plan(self) -> Schedule:
-        plans = self.diary.now.plans
+        plans = self.diary.now.whole
         if not plans:
             raise LookupError
         return plans[self.rng.choice(sorted(plans))]
@@ -142,13 +146,13 @@ class Person:
 
     def plan_once(self) -> None:
         local = self._wall.astimezone(ZoneInfo(self.world.nature.zone)).replace(second=0, microsecond=0, tzinfo=None)
-        ended = [plan for plan in self.diary.now.plans.values() if plan.recurrence is None]
+        ended = [plan for plan in self.diary.now.whole.values() if plan.recurrence is None]
         if len(ended) > MOST_PLANS // 2:
             self._remove(ended[0])
         self._add(start=local + timedelta(minutes=self.rng.choice((0, 1, 2, 5, 9))), respect_working_days=False)
 
     def plan_often(self) -> None:
-        if len(self.diary.now.plans) > MOST_PLANS:
+        if len(self.diary.now.whole) > MOST_PLANS:
             self._remove(self._plan())
         local = self._wall.astimezone(ZoneInfo(self.world.nature.zone)).replace(second=0, microsecond=0, tzinfo=None)
         self._add(
@@ -213,7 +217,7 @@ class Person:
 
     def delete_mission(self) -> None:
         mission_id = self._mission()
-        plans = [plan for plan in self.diary.now.plans.values() if plan.mission_id == mission_id]
+        plans = [plan for plan in self.diary.now.whole.values() if plan.mission_id == mission_id]
         removed = self._decide(
             lambda: self._app.catalogue.remove_mission(mission_id),
             lambda wishes: [wishes.plans.pop(plan.id) for plan in plans],
@@ -223,7 +227,7 @@ class Person:
     def delete_robot(self) -> None:
         robot = self._robot()
         robot_id, was_off = self._id(robot), robot in self.diary.now.off
-        plans = [plan for plan in self.diary.now.plans.values() if plan.robot_id == robot_id]
+        plans = [plan for plan in self.diary.now.whole.values() if plan.robot_id == robot_id]
         now = self.diary.now
         dropped = {token for token, manual in now.manual.items() if manual.robot == robot} - now.cancelled
         for row in self._app.history.open():
@@ -315,12 +319,13 @@ class Person:
 
         def note(wishes: Wishes) -> None:
             wishes.paused[plan.id] = until
-            self._stop_due(wishes, [plan])
+            for each in (plan, *(wishes.plans[id_] for id_, move in wishes.moves.items() if move.of[0] == plan.id)):
+                self._stop_due(wishes, [each])
 
         self._decide(lambda: self._app.pausing.pause(plan.id, until), note)
 
     def resume(self) -> None:
-        paused = sorted(self.diary.now.paused.keys() & self.diary.now.plans.keys())
+        paused = sorted(self.diary.now.paused.keys() & self.diary.now.whole.keys())
         if paused:
             schedule_id = self.rng.choice(paused)
             self._decide(lambda: self._app.pausing.resume(schedule_id), lambda wishes: wishes.paused.pop(schedule_id))
@@ -330,6 +335,57 @@ class Person:
         with self.world.without_crash():
             instant = self._app.pausing.skip_next(plan.id)
         self.diary.decide(self.world.site.seconds()).skipped.add((plan.id, instant))
+
+    def move_start(self) -> None:
+        """The next start of a schedule, or one that was moved, to another time and perhaps another robot."""
+        plan = self.diary.now.plans[self.rng.choice(sorted(self.diary.now.plans))]
+        at = next((run.at for run in self._app.plan.next(40) if run.schedule.id == plan.id), None)
+        if at is None:
+            raise LookupError
+        shift = timedelta(minutes=self.rng.choice((-9, -2, 0, 1, 2, 5, 11, 60)))
+        start = at.astimezone(ZoneInfo(plan.timezone)).replace(tzinfo=None) + shift
+        robot_id = self.rng.choice((None, None, self._id(self._robot())))
+        target = (plan.robot_id, plan.group_id) if robot_id is None else (robot_id, None)
+        if plan.recurrence is not None and shift == timedelta() and target == (plan.robot_id, plan.group_id):
+            raise LookupError  # nothing is moved
+        was = self.diary.now.copy()
+        moved = self._decide(
+            lambda: self._app.moving.move(plan.id, at, start, robot_id=robot_id, any_day=True),
+            lambda wishes: None,
+        )
+        self._note_move(plan, at, start, target, moved.after.id)
+        if self.rng.random() < 0.4:
+            self._undo_move_later(moved, was, plan.id)
+
+    def _note_move(self, plan: Schedule, at: datetime, start: datetime, target: Target, id_: int) -> None:
+        wishes = self.diary.now
+        if (move := wishes.moves.get(plan.id)) is not None and id_ == plan.id:
+            wishes.moves[id_] = replace(move, start=start, target=target)
+        elif move is not None:  # back
+            del wishes.moves[plan.id], wishes.plans[plan.id]
+            wishes.skipped.discard(move.of)
+        elif plan.recurrence is None:
+            wishes.plans[id_] = replace(plan, start=start, robot_id=target[0], group_id=target[1])
+            wishes.stopped -= {key for key in wishes.stopped if key[0] == id_ and key[1] > self._wall}
+        else:
+            wishes.skipped.add((plan.id, at))
+            wishes.moves[id_] = Move((plan.id, at), start, target, (plan.robot_id, plan.group_id))
+            self.diary.ids.add(id_)
+        wishes.follow()
+
+    def _undo_move_later(self, moved: Moved, was: Wishes, id_: int) -> None:
+        def undo() -> None:
+            if self.world.is_on and not self.world.was_restored_since(made_at):
+                with suppress(InvalidInput, DatabaseError):
+                    back = self._decide(lambda: self._app.moving.undo(moved), lambda wishes: None)
+                    whole = self.diary.now.plans[id_ if id_ not in was.moves else was.moves[id_].of[0]]
+                    start = moved.was_at.astimezone(ZoneInfo(whole.timezone)).replace(tzinfo=None)
+                    before = whole if plan.recurrence is not None else plan
+                    target = before.robot_id, before.group_id
+                    self._note_move(self.diary.now.plans[moved.after.id], moved.at, start, target, back.after.id)
+
+        plan, made_at = was.plans[id_], self.world.site.seconds()
+        self.world.site.at(self.rng.choice((0.5, 8.0, 90.0)), undo)
 
     def hold(self) -> None:
         robot = self.rng.choice((None, *self.diary.names.values()))

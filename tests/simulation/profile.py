@@ -27,6 +27,7 @@ ACTS: Mapping[str, float] = MappingProxyType(
         "pause": 2,
         "resume": 2,
         "skip": 2,
+        "move_start": 3,
         "hold": 2,
         "release": 2,
         "cancel": 3,

@@ -91,8 +91,12 @@ class Catalogue:
         return self._missions.available_on(self._db.read(), robot_id)
 
     def schedules(self) -> list[Schedule]:
-        """In order of name."""
-        return self._schedules.all(self._db.read())
+        """In order of name; without single starts that were moved, which are of one of these."""
+        return [schedule for schedule in self._schedules.all(self._db.read()) if schedule.moved_of is None]
+
+    def schedule(self, schedule_id: int) -> Schedule | None:
+        """Also a single start that was moved."""
+        return self._schedules.get(self._db.read(), schedule_id)
 
     def day_exceptions(self) -> list[DayException]:
         """Closed days and extra working days."""

@@ -124,6 +124,10 @@ class Edit:
             )
         return meant
 
+    def with_moved(self, schedules: Iterable[Schedule]) -> list[Schedule]:
+        """These, and their starts that a person moved."""
+        return [each for one in schedules for each in (one, *self.schedules.moved_starts(self.c, one.id))]
+
     # ------------------------------------------------------------------ what follows from a change
     def hide(self, removed: Removed, schedules: Sequence[Schedule] = ()) -> Removed:
         """Hide what is named by its ids, and these schedules with it."""
@@ -134,7 +138,7 @@ class Edit:
                 schedule.name, self.the_mission(schedule.mission_id).name, self.target_of(schedule).name
             )
         }
-        removed = replace(removed, schedules=[schedule.id for schedule in schedules], made_names=made_names)
+        removed = replace(removed, schedules=sorted(schedule.id for schedule in schedules), made_names=made_names)
         for table, ids in (
             (self.robots, removed.robots),
             (self.groups, removed.groups),

@@ -47,6 +47,8 @@ def _rename(edit: Edit, schedules: Sequence[Schedule], made_of: Mapping[int, tup
     taken, free = edit.schedules.names(edit.c), dict[Made, Iterator[str]]()
     for schedule in sorted(schedules, key=lambda schedule: (len(schedule.name), schedule.name)):
         before, now = made_of[schedule.id]
+        if schedule.moved_of is not None:
+            continue
         if names.is_generated(schedule.name, *before) and not names.is_generated(schedule.name, *now):
             name = next(name for name in free.setdefault(now, names.generated(*now)) if name not in taken)
             edit.schedules.update(edit.c, replace(schedule, name=name))

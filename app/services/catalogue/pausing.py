@@ -31,7 +31,7 @@ class Pausing:
             if seen in edit.schedules.skipped(edit.c, schedule_id):
                 raise InvalidInput("schedule", "this start is skipped already")
             if seen is not None:
-                _check_is_to_come(edit, schedule, seen)
+                check_is_to_come(edit, schedule, seen)
             at = _next_to_run(edit, replace(schedule, next_at=seen or schedule.next_at), may_be_paused=False)
             if not schedule.enabled or at is None:
                 raise _nothing_to_skip()
@@ -46,7 +46,7 @@ class Pausing:
             schedule = edit.the_schedule(schedule_id)
             if instant in edit.schedules.skipped(edit.c, schedule_id):
                 return instant
-            _check_is_to_come(edit, schedule, instant)
+            check_is_to_come(edit, schedule, instant)
             return _skip(edit, schedule, instant)
 
         return self._catalogue.edit(work)
@@ -56,24 +56,19 @@ class Pausing:
         it still would not run: the schedule is off, paused until then or has another rule now."""
 
         def work(edit: Edit) -> None:
-            schedule, c = edit.the_schedule(schedule_id), edit.c
+            schedule = edit.the_schedule(schedule_id)
             if _has_passed(edit, schedule, instant):
                 raise InvalidInput("schedule", "the time of this start has passed")
+            if (schedule_id, instant) in edit.schedules.moved_away(edit.c):
+                raise InvalidInput("schedule", "this start was moved to another time: move it back")
             if must_run and not schedule.enabled:
                 raise InvalidInput("schedule", "this schedule is switched off: switch it on first")
             if must_run and schedule.is_paused(instant):
                 raise InvalidInput("schedule", "this schedule is paused beyond that start: resume it first")
             if must_run and next_occurrence(schedule, instant - MOMENT, edit.calendar) != instant:
                 raise InvalidInput("schedule", "this schedule no longer has this start")
-            edit.schedules.unskip(c, schedule_id, instant)
-            edit.executions.drop_skipped(c, schedule_id, instant)
-            if edit.executions.has_instant(c, schedule_id, instant):
-                raise InvalidInput("schedule", "this start may have been sent already")
-            if schedule.next_at is None or instant < schedule.next_at:  # else a start due just now would be passed over
-                edit.schedules.advance(c, schedule_id, schedule_edit.next_due(edit, schedule))
-            _note(
-                edit, f"schedule {schedule.name!r}: the start at {change_log.moment(instant)} is not skipped any more"
-            )
+            put_back(edit, schedule, instant)
+            note(edit, f"schedule {schedule.name!r}: the start at {change_log.moment(instant)} is not skipped any more")
 
         self._catalogue.edit(work)
 
@@ -86,7 +81,8 @@ class Pausing:
             if until <= edit.now:
                 raise InvalidInput("until", "choose a time in the future")
             reason = Reason(ReasonCode.HOLD, {"paused_until": until.isoformat()})
-            edit.withdraw((row for row in edit.unsent_of([schedule]) if row.planned_at < until), reason)
+            unsent = edit.unsent_of(edit.with_moved([schedule]))
+            edit.withdraw((row for row in unsent if row.planned_at < until), reason)
             return _pause(edit, schedule, until)
 
         return self._catalogue.edit(work)
@@ -97,18 +93,20 @@ class Pausing:
 
 
 def _pause(edit: Edit, schedule: Schedule, until: datetime | None) -> Schedule:
-    edit.schedules.pause(edit.c, schedule.id, until)
+    for each in edit.with_moved([schedule]):
+        edit.schedules.pause(edit.c, each.id, until)
     before, after = map(change_log.shown, (schedule.paused_until, until))
-    _note(edit, f"schedule {schedule.name!r} changed: paused until {before} → {after}")
+    note(edit, f"schedule {schedule.name!r} changed: paused until {before} → {after}")
     return replace(schedule, paused_until=until)
 
 
-def _note(edit: Edit, line: str) -> None:
+def note(edit: Edit, line: str) -> None:
+    """For the log and for those who show starts."""
     edit.notes.append(line)
     edit.topics |= {Topic.SCHEDULES, Topic.EXECUTIONS}
 
 
-def _check_is_to_come(edit: Edit, schedule: Schedule, instant: datetime) -> None:
+def check_is_to_come(edit: Edit, schedule: Schedule, instant: datetime) -> None:
     if not schedule.enabled or schedule.next_at is None:
         raise _nothing_to_skip()
     if instant < schedule.next_at and _has_passed(edit, schedule, instant):
@@ -137,10 +135,25 @@ def _skip(edit: Edit, schedule: Schedule, at: datetime) -> datetime:
     row = rules.scheduled(schedule, target, mission, edit.settings, edit.stored_settings.install_id(c), at, now)
     reason = Reason(ReasonCode.HOLD, {"skipped_at": now.isoformat()})
     edit.executions.add_once(c, rules.ended(row, reason, max(at, now)))
-    edit.schedules.skip(c, schedule.id, at)
-    edit.schedules.advance(c, schedule.id, _next_to_run(edit, schedule))
-    _note(edit, f"schedule {schedule.name!r}: the start at {change_log.moment(at)} is skipped")
+    leave_out(edit, schedule, at)
+    note(edit, f"schedule {schedule.name!r}: the start at {change_log.moment(at)} is skipped")
     return at
+
+
+def leave_out(edit: Edit, schedule: Schedule, at: datetime) -> None:
+    """It does not start then."""
+    edit.schedules.skip(edit.c, schedule.id, at)
+    edit.schedules.advance(edit.c, schedule.id, _next_to_run(edit, schedule))
+
+
+def put_back(edit: Edit, schedule: Schedule, at: datetime) -> None:
+    """It starts then after all."""
+    edit.schedules.unskip(edit.c, schedule.id, at)
+    edit.executions.drop_skipped(edit.c, schedule.id, at)
+    if edit.executions.has_instant(edit.c, schedule.id, at):
+        raise InvalidInput("schedule", "this start may have been sent already")
+    if schedule.next_at is None or at < schedule.next_at:  # else a start due just now would be passed over
+        edit.schedules.advance(edit.c, schedule.id, schedule_edit.next_due(edit, schedule))
 
 
 def _nothing_to_skip() -> InvalidInput:

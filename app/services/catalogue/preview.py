@@ -116,7 +116,10 @@ class Forecasts:
         now = self._clock.now()
         paused_until = draft.paused_until if draft.paused_until is not None and draft.paused_until > now else None
         begins = paused_until - MOMENT if paused_until else now
+        moved = self._schedules.moved_away(c)
         skips = self._schedules.skips_from(c, now)
+        if draft.moved_of is not None and draft.moved_from is not None:
+            skips.add((draft.moved_of, draft.moved_from))
         ahead = (start for start in occurrences(draft, begins, calendar) if (draft.id, start.instant) not in skips)
         starts = tuple(islice(ahead, count)) if draft.enabled else ()
         skipped = tuple(
@@ -124,6 +127,7 @@ class Forecasts:
                 at
                 for number, at in skips
                 if number == draft.id
+                and (number, at) not in moved
                 and draft.enabled
                 and at > begins
                 and next_occurrence(draft, at - MOMENT, calendar) == at

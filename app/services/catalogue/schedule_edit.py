@@ -11,7 +11,7 @@ from datetime import datetime, timedelta
 
 from app.domain import names
 from app.domain.clock import MOMENT
-from app.domain.models import Group, InvalidInput, Mission, Robot, Schedule, State
+from app.domain.models import Group, InvalidInput, Mission, Overlap, Robot, Schedule, State
 from app.domain.rules import token_of
 from app.services.catalogue import change_log, checks, validation
 from app.services.catalogue.edit import Edit, Removed
@@ -54,7 +54,8 @@ def save(edit: Edit, schedule: Schedule) -> Schedule:
     validation.one_time_on_working_day(schedule, edit.calendar)
     schedule = replace(schedule, changed_at=edit.now)
     if stored is None:
-        edit.notes.append(f"schedule {schedule.name!r} added")
+        if schedule.moved_of is None:
+            edit.notes.append(f"schedule {schedule.name!r} added")
         schedule = edit.schedules.add(edit.c, replace(schedule, next_at=next_due(edit, schedule)))
     else:
         was_on, ran = edit.target_of(stored), edit.the_mission(stored.mission_id)
@@ -66,8 +67,43 @@ def save(edit: Edit, schedule: Schedule) -> Schedule:
         edit.schedules.update(edit.c, schedule)
         change_waiting(edit, schedule, mission)
         _choose_again(edit, schedule)
+        _change_moved(edit, stored, schedule)
     edit.topics.add(Topic.SCHEDULES)
     return schedule
+
+
+def moved_start(
+    schedule: Schedule, instant: datetime, to: datetime, robot_id: int | None, group_id: int | None
+) -> Schedule:
+    """The start of that instant (UTC) as a one-time schedule at another time (naive, of the schedule's zone), on that
+    robot or group; otherwise as its schedule is defined."""
+    is_of_group = group_id is not None
+    return replace(
+        schedule,
+        id=0,
+        start=to,
+        recurrence=None,
+        between=None,
+        robot_id=robot_id,
+        group_id=group_id,
+        finish_by_minutes=schedule.finish_by_minutes if is_of_group else None,
+        overlap=schedule.overlap if is_of_group else Overlap.SKIP,
+        planned_through=None,
+        started_through=None,
+        moved_of=schedule.id,
+        moved_from=instant,
+    )
+
+
+def _change_moved(edit: Edit, was: Schedule, schedule: Schedule) -> None:
+    """Its moved starts are as it is defined now; those that it no longer has don't run, unless it has them again."""
+    for moved in edit.schedules.moved_starts(edit.c, schedule.id):
+        has_own = (moved.robot_id, moved.group_id) != (was.robot_id, was.group_id)
+        robot_id, group_id = (moved if has_own else schedule).robot_id, (moved if has_own else schedule).group_id
+        instant = moved.moved_from or edit.now
+        changed = moved_start(schedule, instant, moved.start, robot_id, group_id)
+        is_planned = schedule.enabled and _nearest(edit, schedule, instant) == instant
+        save(edit, replace(changed, id=moved.id, enabled=is_planned, respect_working_days=False))
 
 
 def replan_outdated(edit: Edit) -> int:
@@ -116,6 +152,7 @@ def _move_skips(edit: Edit, schedule: Schedule) -> None:
             if new == old or (through is not None and old <= through):
                 continue
             edit.schedules.unskip(edit.c, schedule.id, old)
+            edit.schedules.move_original(edit.c, schedule.id, old, new)
             if held:
                 edit.schedules.hold(edit.c, schedule.id, new)
             else:
@@ -146,7 +183,7 @@ def _replan(edit: Edit, stored: Schedule, schedule: Schedule) -> Schedule:
         return schedule
     kept = [row for row in edit.unsent_of([schedule]) if has_start(row, schedule, edit.settings, edit.calendar)]
     edit.apply(transitions.want_again(row) for row in kept)
-    was = "changed" if schedule.enabled else "switched_off"
+    was = "changed" if schedule.enabled or schedule.moved_of is not None else "switched_off"
     withdrawn = [
         row for row in edit.withdraw_all(stored, was, {row.id for row in kept}) if row.was_never_sent and not row.held
     ]
@@ -193,6 +230,8 @@ def definition(schedule: Schedule) -> Schedule:
 
 
 def _name(edit: Edit, schedule: Schedule, stored: Schedule | None, target: Robot | Group, mission: Mission) -> str:
+    if schedule.moved_of is not None:
+        return schedule.name
     if not schedule.name.strip():
         is_generated = stored is not None and names.is_generated(stored.name, mission.name, target.name)
         return stored.name if stored is not None and is_generated else free_name(edit, mission.name, target.name)
@@ -212,8 +251,10 @@ def free_name(edit: Edit, mission: str, robot: str) -> str:
 def remove(edit: Edit, schedule_id: int) -> Removed:
     """Takes effect at once; waiting starts are cancelled, running ones continue, history stays."""
     schedule = edit.the_schedule(schedule_id)
-    starts = edit.open_of([schedule])
-    edit.withdraw_all(schedule, "deleted")
+    schedules = edit.with_moved([schedule])
+    starts = edit.open_of(schedules)
+    for each in schedules:
+        edit.withdraw_all(each, "deleted")
     edit.notes.append(f"schedule {schedule.name!r} removed")
     edit.topics.add(Topic.SCHEDULES)
     return edit.hide(Removed(edit.now, starts=starts), [schedule])

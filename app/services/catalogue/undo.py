@@ -30,7 +30,7 @@ class Switched:
 
 def switch(edit: Edit, schedule_id: int, on: bool) -> Switched:
     schedule = edit.the_schedule(schedule_id)
-    before = Switched(schedule, edit.open_of([schedule]))
+    before = Switched(schedule, edit.open_of(edit.with_moved([schedule])))
     schedule_edit.save(edit, replace(schedule, enabled=on))
     return before
 
@@ -98,7 +98,7 @@ def restore(edit: Edit, removed: Removed) -> None:
     together = {start.planned_at for start in removed.starts}
     for start in removed.starts:
         _restore_start(edit, start, together, has_its_robot_again=start.robot_id in removed.robots)
-    unsent = edit.unsent_of(schedules)
+    unsent = edit.unsent_of(edit.with_moved(schedules))
     edit.apply(transitions.want_again(row) for row in unsent if wanted(edit.c, row, reopen=True).why is None)
     days = _put_back(edit, edit.days, removed.days, removed.at)
     for exception in days:
@@ -130,7 +130,7 @@ def _restore_schedule(edit: Edit, schedule: Schedule, removed: Removed) -> None:
     target = edit.target_of(schedule)
     mission = edit.mission_for(target, schedule.mission_id)
     schedule, does = replace(schedule, mission_id=mission.id), (mission.name, target.name)
-    is_taken = edit.schedules.by_name(edit.c, schedule.name) is not None
+    is_taken = schedule.moved_of is None and edit.schedules.by_name(edit.c, schedule.name) is not None
     if schedule.id in removed.made_names and (is_taken or not names.is_generated(schedule.name, *does)):
         schedule = replace(schedule, name=schedule_edit.free_name(edit, *does))
     elif is_taken:
@@ -148,7 +148,8 @@ def _restore_schedule(edit: Edit, schedule: Schedule, removed: Removed) -> None:
         if row.schedule_id == schedule.id and row.state is State.WAITING and row.held and row.planned_at > through:
             edit.schedules.hold(edit.c, schedule.id, row.planned_at)
     edit.executions.make_room_after(edit.c, schedule.id, through, edit.now)
-    edit.schedules.advance(edit.c, schedule.id, schedule_edit.next_due(edit, schedule))
+    for each in edit.with_moved([schedule]):
+        edit.schedules.advance(edit.c, each.id, schedule_edit.next_due(edit, each))
 
 
 def _restore_start(edit: Edit, before: Execution, together: Collection[datetime], *, has_its_robot_again: bool) -> None:

@@ -38,6 +38,7 @@ COLUMNS = (
     "group",
     "choice",
     "starts",
+    "moved_from",
 )
 BYTE_ORDER_MARK = "\ufeff"
 # The begin of a cell that a spreadsheet takes for a formula; inside a text, too, for spreadsheets that separate by semicolons or tabs.
@@ -84,6 +85,7 @@ def _cells(execution: Execution) -> list[object]:
         _text(execution.robot_group),
         _text(chosen(execution.choice, zone) if execution.robot_id else ""),
         execution.starts,
+        _instant(execution.moved_from, zone),
     ]
 
 

@@ -2,7 +2,7 @@
 takes.
 
 An event's UID is the token of its occurrence, so importing a new export updates the earlier events instead of doubling
-them.
+them, and moves those of moved starts.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def write_plan(file: TextIO, runs: Iterable[PlannedRun], install_id: str, now: d
         ends = run.at + timedelta(seconds=max(60, round(run.usual_s or ASSUMED_S)))
         file.write(
             line("BEGIN", "VEVENT")
-            + line("UID", f"{rules.token_of(install_id, run.schedule.id, run.at)}@{DOMAIN}")
+            + line("UID", f"{_occurrence(install_id, run)}@{DOMAIN}")
             + line("DTSTAMP", _instant(now))
             + line("DTSTART", _instant(run.at))
             + line("DTEND", _instant(ends))
@@ -87,6 +87,12 @@ def write_plan(file: TextIO, runs: Iterable[PlannedRun], install_id: str, now: d
             + line("END", "VEVENT")
         )
     file.write(line("END", "VCALENDAR"))
+
+
+def _occurrence(install_id: str, run: PlannedRun) -> str:
+    """Of a moved start the one that it had before, so that a calendar moves its event."""
+    schedule = run.schedule
+    return rules.token_of(install_id, schedule.moved_of or schedule.id, schedule.moved_from or run.at)
 
 
 def _description(run: PlannedRun) -> str:

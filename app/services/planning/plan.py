@@ -89,8 +89,9 @@ class Plan:
         return place_warning(self.between(now, now + WEEK).runs, place, names)
 
     def skips(self) -> set[Skip]:
-        """Future starts that a person has skipped."""
-        return ScheduleRepository().skips_from(self._db.read(), self._clock.now())
+        """Future starts that a person has skipped; not those that were moved."""
+        c, schedules = self._db.read(), ScheduleRepository()
+        return schedules.skips_from(c, self._clock.now()) - schedules.moved_away(c)
 
 
 class _Reading:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from datetime import datetime, time
 from types import MappingProxyType
+from zoneinfo import ZoneInfo
 
 from app.domain import writing
 from app.domain.models import InvalidInput, Schedule
@@ -69,8 +70,16 @@ class _Words:
     def sentence(self) -> str:
         start, rule = self._schedule.start, self._rule
         if rule.frequency is Frequency.ONCE:
-            return self._say(
-                "Once on {day} at {time}", day=writing.day_in_words(start, self._translate), time=self._time(start)
+            once = self._say("Once on {day} at {time}", **self._moment(start))
+            was = self._schedule.moved_from
+            return (
+                once
+                if was is None
+                else self._say(
+                    "{once}, moved from {day} {time}",
+                    once=once,
+                    **self._moment(was.astimezone(ZoneInfo(self._schedule.timezone))),
+                )
             )
         head = self._every()
         if not rule.frequency.is_sub_daily:
@@ -84,6 +93,9 @@ class _Words:
             )
         working_days = [self._say("on working days only")] if self._schedule.respect_working_days else []
         return ", ".join([head, *self._limits(), *self.missing_months(), *self._end(), *working_days])
+
+    def _moment(self, local: datetime) -> dict[str, str]:
+        return {"day": writing.day_in_words(local, self._translate), "time": self._time(local)}
 
     def _every(self) -> str:
         one, many = _EVERY[self._rule.frequency]

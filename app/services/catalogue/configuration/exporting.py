@@ -32,7 +32,8 @@ class _Export:
             GroupRepository().all(c),
             MissionRepository().all(c),
         )
-        self._places, self._schedules = PlaceRepository().all(c), ScheduleRepository().all(c)
+        self._places = PlaceRepository().all(c)
+        self._schedules = [each for each in ScheduleRepository().all(c) if each.moved_of is None]
         self._settings, self._days = SettingsRepository().load(c), CalendarRepository().all(c)
         self._calendar = WorkingCalendar(self._settings, self._days)
         self._robot_names = {robot.id: robot.name for robot in self._robots}
