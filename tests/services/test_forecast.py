@@ -278,6 +278,48 @@ def test_a_clock_change_is_reported_with_both_times(container):
     assert codes(preview(container, start=datetime(2027, 3, 29, 3, 30))) == []
 
 
+@pytest.mark.parametrize(
+    ("days", "off", "instead"),
+    [("SA", (5,), (0,)), ("FR,SA", (5,), (0, 4)), ("MO,SA,SU", (5, 6), (0,)), ("MO,FR", (), None)],
+)
+@pytest.mark.parametrize("every", ["WEEKLY", "DAILY"])
+def test_chosen_days_of_the_week_that_are_no_working_days_are_a_finding_with_its_remedies(
+    container, every, days, off, instead
+):
+    rule = f"FREQ={every};BYDAY={days}"
+    concerns = preview(container, recurrence=rule).concerns
+    details = {"weekdays": off, "all": len(off) == len(days.split(",")), "instead": instead}
+    assert [(each.code, each.details) for each in concerns] == [(ConcernCode.WEEKDAYS_OFF, details)] * bool(off)
+    assert codes(preview(container, recurrence=rule, respect_working_days=False)) == []
+    names = ",".join(("MO", "TU", "WE", "TH", "FR")[day] for day in instead or ())
+    assert not off or codes(preview(container, recurrence=f"FREQ={every};BYDAY={names}")) == []
+
+
+@pytest.mark.parametrize(
+    ("values", "instead"),
+    [
+        ({"start": datetime(2026, 11, 21, 6, 30), "recurrence": "FREQ=WEEKLY"}, (0,)),  # the Saturday of its start
+        ({"recurrence": "FREQ=MONTHLY;BYDAY=1SA"}, ()),  # the first Monday may be another week
+    ],
+)
+def test_a_rule_without_any_working_day_never_starts_and_has_no_free_time(container, values, instead):
+    (concern,) = preview(container, **values).concerns
+    assert (concern.code, concern.details["all"], concern.details["instead"]) == (
+        ConcernCode.WEEKDAYS_OFF,
+        True,
+        instead,
+    )
+    assert container.forecasts.free_at(draft(**values)) is None
+
+
+def test_a_one_time_start_on_a_day_off_names_the_next_working_day(container):
+    container.catalogue.save_days(DayException("Audit", date(2026, 11, 23), date(2026, 11, 23)))
+    for day, following in ((21, "2026-11-24"), (23, "2026-11-24")):
+        with pytest.raises(InvalidInput) as caught:
+            preview(container, start=datetime(2026, 11, day, 6, 30))
+        assert (caught.value.field, caught.value.details["next"]) == ("start", following)
+
+
 def test_a_first_day_without_work_a_robot_that_is_off_and_a_missing_mission_are_reported(container):
     switch_robot(container.catalogue, 2, False)
     found = container.forecasts.of(

@@ -190,7 +190,7 @@ class Draft:
         if self.kind is not Kind.EVERY or self.all_day:
             return None
         if self.until_time <= self.at:
-            raise InvalidInput("until_time", "It must end after it begins")
+            raise InvalidInput("until_time", "It must end after it begins. Over midnight: make two schedules")
         return Between(self.at, self.until_time)
 
     def schedule(self) -> Schedule:

@@ -60,6 +60,8 @@ def _line(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int) -> 
             return _("Battery too low {n} times lately").format(n=details["count"])
         case ConcernCode.DAY_OFF:
             return _("Begins after {day}").format(day=formats.wall_day(details["day"]))
+        case ConcernCode.WEEKDAYS_OFF:
+            return _("{days}: not a working day").format(days=_weekdays(details["weekdays"]))
         case ConcernCode.CLOSED_DAYS:
             return ngettext("{n} day is left out", "{n} days are left out", len(details["days"])).format(
                 n=len(details["days"])
@@ -114,6 +116,13 @@ def _warning(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int, 
                     day=formats.wall_day(details["day"]), name=details["name"]
                 )
             return _("{day} is not a working day, so it begins later").format(day=formats.wall_day(details["day"]))
+        case ConcernCode.WEEKDAYS_OFF:
+            text = (
+                _("{days}: not a working day, so it never starts")
+                if details["all"]
+                else _("{days}: not a working day, so nothing starts then")
+            )
+            return text.format(days=_weekdays(details["weekdays"]))
         case ConcernCode.CLOSED_DAYS:
             return _passed_over(details["days"])
         case ConcernCode.CLOCK_CHANGE:
@@ -143,6 +152,10 @@ def _warning(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int, 
         case _:
             text = conflicts.sentence(concern.code, concern.at, details, zone, _)
             return _("{day}: {what}").format(day=day, what=text) if day else text
+
+
+def _weekdays(days: Sequence[int]) -> str:
+    return ", ".join(formats.current().weekdays[day] for day in days)
 
 
 def _passed_over(days: Sequence[tuple[date, str]]) -> str:

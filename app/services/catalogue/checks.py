@@ -260,7 +260,10 @@ def between(value: Between, field: str) -> Between:
         if moment.tzinfo is not None or moment.second or moment.microsecond:
             raise InvalidInput(field, "times of day are in whole minutes")
     if value.start > value.end:
-        raise InvalidInput(field, "the part of the day has to end after it begins, on the same day")
+        raise InvalidInput(
+            field,
+            "the part of the day has to end after it begins: over midnight make two schedules, one until 23:59 and one from 00:00",
+        )
     return value
 
 

@@ -29,7 +29,7 @@ from app.services.planning.conflicts import finish_by_short
 from app.services.planning.draft_conflicts import DraftConflicts
 from app.services.planning.durations import NO_LIVE_ROBOTS, LiveRobots, MissionDurations
 from app.services.planning.overlaps import RunOverlap, find_overlaps, free_shift
-from app.services.planning.recurrence import Occurrence, next_occurrence, occurrences
+from app.services.planning.recurrence import Frequency, Occurrence, Recurrence, next_occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
 LOOKS_BACK = 30  # days, for low batteries
@@ -45,6 +45,7 @@ class ConcernCode(StrEnum):
     OVERLAP = "overlap"  # another planned run of that robot is still under way, or begins before its end
     LOW_BATTERY = "low_battery"  # its battery stayed too low around that time of day several times lately
     DAY_OFF = "day_off"  # the first day is not a working day, so the schedule begins later
+    WEEKDAYS_OFF = "weekdays_off"  # chosen days of the week that are no working days: nothing starts on them
     CLOSED_DAYS = "closed_days"  # between the next starts lie days that the exception calendar closes
     CLOCK_CHANGE = "clock_change"  # the wall-clock time does not exist on that day, or comes twice
     MISSION_MISSING = "mission_missing"  # the robot, or every one of the group, does not have it
@@ -150,12 +151,14 @@ class Forecasts:
             concerns.append(Concern(ConcernCode.SWITCHED_OFF))
         elif paused_until:
             concerns.append(Concern(ConcernCode.PAUSED, details={"until": paused_until}))
+        concerns += (off := tuple(_weekdays_off(draft, calendar)))
         if not starts and draft.enabled:
-            concerns.append(Concern(ConcernCode.NO_START))
+            concerns += [Concern(ConcernCode.NO_START)] if not any(each.details["all"] for each in off) else []
         elif (
             starts
             and draft.recurrence is not None
             and draft.respect_working_days
+            and not off
             and _begins_on_day_off(draft, now, calendar)
         ):
             concerns.append(
@@ -199,7 +202,7 @@ class Forecasts:
         is none, or if it can't run. Raises InvalidInput for an invalid rule."""
         found = self.of(draft)
         codes = {concern.code for concern in found.concerns}
-        if codes & _CANNOT_RUN:
+        if codes & _CANNOT_RUN or (draft.enabled and not found.starts):
             return None
         return found.free_at if codes & _IN_THE_WAY else draft.start
 
@@ -249,6 +252,20 @@ def _overlap(overlap: RunOverlap) -> Concern:
             "likely": overlap.likely,
         },
     )
+
+
+def _weekdays_off(draft: Schedule, calendar: WorkingCalendar) -> Iterator[Concern]:
+    """Of a rule that names days of the week (Monday is 0) those that are no working days, and whether they are ``all``
+    of them. ``instead``: its days with the next working ones in their place; empty for a rule of certain weeks of a
+    month. It may also run anyway, without respect for working days."""
+    rule = Recurrence.parse(draft.recurrence)
+    implied = ((0, draft.start.weekday()),) if rule.frequency is Frequency.WEEKLY else ()
+    days = {day: number for number, day in rule.weekdays or implied}
+    off = tuple(sorted(day for day in days if calendar.working_weekday(day) != day))
+    if off and draft.respect_working_days:
+        instead = () if any(days.values()) else tuple(sorted({calendar.working_weekday(day) for day in days}))
+        details = {"weekdays": off, "all": len(off) == len(days), "instead": instead}
+        yield Concern(ConcernCode.WEEKDAYS_OFF, details=details)
 
 
 def _begins_on_day_off(draft: Schedule, now: datetime, calendar: WorkingCalendar) -> bool:

@@ -99,25 +99,30 @@ def schedule(entered: Schedule) -> Schedule:
 
 
 def one_time_on_working_day(schedule: Schedule, calendar: WorkingCalendar) -> None:
-    """A one-time schedule that respects working days can't lie on another day: it would never run."""
+    """A one-time schedule that respects working days can't lie on another day: it would never run. ``next`` of the
+    error is the first working day after it ("" if there is none within a year)."""
     if schedule.recurrence is not None or not schedule.respect_working_days:
         return
     day = schedule.start.date()
     status = calendar.day_status(day)
     if status.is_working:
         return
+    following = calendar.next_working_day(day)
+    next_day = "" if following is None else following.isoformat()
     if status.name:
         raise InvalidInput(
             "start",
             "{day} is not a working day: {name}; choose another day or do not respect working days",
             day=f"{day:%Y-%m-%d}",
             name=status.name,
+            next=next_day,
         )
     raise InvalidInput(
         "start",
         "{day} is a {weekday}, which is not a working day; choose another day or do not respect working days",
         day=f"{day:%Y-%m-%d}",
         weekday=_WEEKDAY_NAMES[day.weekday()],
+        next=next_day,
     )
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from datetime import date
+from datetime import date, timedelta
 from enum import StrEnum
 
 from app.database.settings import CalendarRepository
@@ -56,6 +56,15 @@ class WorkingCalendar:
     def is_working_day(self, day: date) -> bool:
         found = self._of_year(day.year).get(day)
         return day.weekday() in self._weekdays if found is None else found.is_working
+
+    def working_weekday(self, weekday: int) -> int:
+        """This day of the week or, where it is none by the weekly rule, the next working one. Monday is 0."""
+        return next(day % 7 for day in range(weekday, weekday + 7) if day % 7 in self._weekdays)
+
+    def next_working_day(self, day: date) -> date | None:
+        """The first one after that day; None: none within a year."""
+        days = days_between(day + timedelta(days=1), day + timedelta(days=366))
+        return next(filter(self.is_working_day, days), None)
 
     def day_status(self, day: date) -> DayStatus:
         """Whether it is a working day, and the name of the exception that decides it."""

@@ -182,6 +182,14 @@ def test_a_schedule_that_is_off_may_be_set_to_a_later_time_but_not_to_a_past_one
         ),
         (Concern(ConcernCode.NO_START), "No more starts"),
         (
+            Concern(ConcernCode.WEEKDAYS_OFF, details={"weekdays": (5, 6), "all": True}),
+            "Saturday, Sunday: not a working day, so it never starts",
+        ),
+        (
+            Concern(ConcernCode.WEEKDAYS_OFF, details={"weekdays": (5,), "all": False}),
+            "Saturday: not a working day, so nothing starts then",
+        ),
+        (
             Concern(
                 ConcernCode.CLOCK_CHANGE, start(25).instant, {"nominal": datetime(2026, 11, 25, 3, 30), "twice": False}
             ),
