@@ -238,7 +238,7 @@ class Segment(Tap):
     key = ObjectProperty(None, allownone=True)
     text = StringProperty()
     selected = BooleanProperty(False)
-    tight = BooleanProperty(False)  # smaller text, closer to the edge
+    tight = BooleanProperty(False)  # closer to the edge, without a tick
     word_width = NumericProperty(0)  # its width in full size
 
 
@@ -274,14 +274,15 @@ class SwitchFace(Passive, MDSwitch):
 
 
 class Segments(BoxLayout):
-    """A row of segments with one selected: ``options`` = [(key, label), …]. ``selected`` is the key; a tap fires
-    ``on_choose(key)``.
+    """A row of connected segments, one of them ``selected`` by its key, or ``several`` (a list): ``options`` = [(key, label), …]. A tap
+    fires ``on_choose(key)``.
 
     Labels that don't fit side by side get smaller.
     """
 
     options = ListProperty()
     selected = ObjectProperty(None, allownone=True)
+    several = BooleanProperty(False)
 
     __events__ = ("on_choose",)
 
@@ -289,7 +290,8 @@ class Segments(BoxLayout):
         self._fit = Clock.create_trigger(self._fit_words, -1)
         super().__init__(**kwargs)
         self.fbind("options", self._build)
-        self.fbind("selected", self._mark)
+        for name in ("selected", "several", "height"):
+            self.fbind(name, self._mark)
         self.fbind("width", self._fit)
         self._build()
 
@@ -297,12 +299,15 @@ class Segments(BoxLayout):
         """A segment was tapped; ``selected`` already shows it."""
 
     def _build(self, *_):
-        self.clear_widgets()
-        for key, label in self.options:
-            segment = Segment(text=label)
-            segment.key = key
-            segment.bind(on_release=self._tapped, word_width=self._fit)
-            self.add_widget(segment)
+        """New labels for the same keys go into the existing segments: a finger may be on one of them."""
+        if [segment.key for segment in reversed(self.children)] != [key for key, _label in self.options]:
+            self.clear_widgets()
+            for key, _label in self.options:
+                segment = Segment(key=key)
+                segment.bind(on_release=self._tapped, word_width=self._fit)
+                self.add_widget(segment)
+        for segment, (_key, label) in zip(reversed(self.children), self.options, strict=True):
+            segment.text = label
         self._mark()
         self._fit()
 
@@ -314,9 +319,18 @@ class Segments(BoxLayout):
             segment.tight = wanted > self.width
 
     def _mark(self, *_):
-        for segment in self.children:
-            segment.selected = segment.key == self.selected
+        """The outer corners are round, and all of what is selected."""
+        end, last = self.height / 2, len(self.children) - 1
+        for n, segment in enumerate(reversed(self.children)):
+            segment.selected = segment.key in (self.selected or ()) if self.several else segment.key == self.selected
+            is_round = segment.selected or self.several
+            left, right = (end if is_round or n == edge else dp(8) for edge in (0, last))
+            segment.radius = [left, right, right, left]
 
     def _tapped(self, segment):
-        self.selected = segment.key
+        if self.several:
+            chosen = list(self.selected or ())
+            self.selected = [key for key in chosen if key != segment.key] + [segment.key] * (segment.key not in chosen)
+        else:
+            self.selected = segment.key
         self.dispatch("on_choose", segment.key)

@@ -1,4 +1,4 @@
-"""Fields of forms. All have a label, a help line and a ``problem``: one sentence that replaces the help and turns the frame red.
+"""Fields of forms, and the field that searches a list.
 
 The line that is typed into is KivyMD's text field. Its own hint and helper text are not used: 12 sp, outside its bounds and over other
 widgets, and on one line.
@@ -8,8 +8,8 @@ import re
 
 from kivy.base import EventLoop
 from kivy.clock import Clock
+from kivy.factory import Factory
 from kivy.properties import (
-    AliasProperty,
     BooleanProperty,
     NumericProperty,
     ObjectProperty,
@@ -17,6 +17,7 @@ from kivy.properties import (
     StringProperty,
 )
 from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.floatlayout import FloatLayout
 from kivy.uix.textinput import TextInput
 from kivymd.uix.textfield import MDTextField
 
@@ -123,53 +124,92 @@ class FieldInput(MDTextField):
         return super().insert_text(substring, from_undo)
 
 
-class FieldBase(BoxLayout):
-    """Label above, help or problem below."""
+class Field(BoxLayout):
+    """A field of a form, with its label on the outline; ``problem`` is one sentence that replaces the ``help`` and turns the outline red.
 
+    ``kind``: text, url, count (a whole number from 0), int and decimal are typed; any text can be, as it is checked when it is saved. A
+    ``pick`` shows its ``value``, and a tap is ``on_release``. A ``step`` is a whole number from ``minimum`` to ``maximum`` between two
+    buttons, which lead to multiples of ``step``; its ``help`` should say the range: it turns red while the number is outside of it. With
+    ``optional`` an empty one means None.
+
+    ``on_commit`` fires on Enter or when the field is left, with the text, or the number of a step, if that has changed and is in the range;
+    ``on_enter`` after it. ``password`` hides the text; the eye shows what was typed.
+    """
+
+    kind = OptionProperty("text", options=[*KINDS, "pick", "step"])
     label = StringProperty()
     help = StringProperty()
     problem = StringProperty()
-
-
-class FormField(FieldBase):
-    """A text field. ``on_commit(text)`` fires on Enter or when the field is left, if the text has changed.
-
-    ``kind``: text, count (a whole number from 0), int, decimal, url. For numbers, too, any text can be typed: it is
-    checked when it is saved. ``password`` hides the text; the eye button shows it.
-    """
-
     text = StringProperty()
     hint = StringProperty()
-    kind = OptionProperty("text", options=list(KINDS))
+    value = ObjectProperty(None, allownone=True)
+    icon = StringProperty("menu-down")  # of a pick
     password = BooleanProperty(False)
     shown = BooleanProperty(False)
     max_length = NumericProperty(0)
-    input_type = StringProperty("text")
-    signs = StringProperty()
     focus = BooleanProperty(False)
+    minimum = NumericProperty(0)
+    maximum = NumericProperty(100)
+    step = NumericProperty(1)
+    unit = StringProperty()
+    optional = BooleanProperty(False)
+    outside = BooleanProperty(False)  # the text is not a number of the range
+    is_number = BooleanProperty(True)  # the text is empty or a whole number
+    is_cut = BooleanProperty(False)
 
-    __events__ = ("on_commit", "on_enter")
+    __events__ = ("on_commit", "on_enter", "on_release")
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
         self._committed = self.text
-        self.fbind("focus", self._focus_changed)
+        for name, follow in (
+            ("focus", self._focus_changed),
+            ("value", self._value_changed),
+            ("disabled", self._value_changed),  # a field that can't be changed has no problem
+            ("text", self._validate),
+            ("minimum", self._validate),
+            ("maximum", self._validate),
+            ("optional", self._validate),
+        ):
+            self.fbind(name, follow)
 
-    def on_kind(self, *_):
-        self.input_type, self.signs = KINDS[self.kind]
+    def on_kv_post(self, _base):
+        """Before, its kind is not known; afterwards it stays."""
+        line = {"pick": "FieldPick", "step": "FieldStep"}.get(self.kind, "FieldLine")
+        self.ids.line.add_widget(Factory.get(line)(card=self))
+        self._value_changed()
 
-    def on_commit(self, text):
-        """The text was changed and the field was left."""
+    @property
+    def signs(self) -> str:
+        """What the number pad offers besides digits."""
+        return ("-" if self.minimum < 0 else "") if self.kind == "step" else KINDS.get(self.kind, ("", ""))[1]
+
+    @property
+    def input_type(self) -> str:
+        return "number" if self.kind == "step" else KINDS[self.kind][0]
+
+    def on_commit(self, value):
+        """The text or number was changed and the field was left."""
 
     def on_enter(self):
         """Enter was pressed; ``on_commit`` fired before it if there was a change."""
+
+    def on_release(self):
+        """A pick was tapped."""
 
     def show(self, text: str) -> None:
         """Set the text without ``on_commit``."""
         self.text = self._committed = text
 
     def commit(self):
-        if self.text != self._committed:
+        """Take over what is in the field; a number outside the range stays red."""
+        if self.kind == "step":
+            if not self.outside and (number := self._number()) != self.value:
+                self.value = number
+                self.dispatch("on_commit", number)
+            if not self.outside:
+                self._show_value()  # "007" is taken as 7
+        elif self.text != self._committed:
             self._committed = self.text
             self.dispatch("on_commit", self.text)
 
@@ -178,10 +218,81 @@ class FormField(FieldBase):
         self.dispatch("on_enter")
 
     def _focus_changed(self, *_):
-        if self.focus:
-            self._committed = self.text
-        else:
+        if not self.focus:
             self.commit()
+        elif self.kind != "step":
+            self._committed = self.text
+
+    # ------------------------------------------------------------------ steps
+    def _number(self) -> int | None:
+        """The number in the field, None if it is empty and ``optional``. Raises ValueError if it is not a number of the
+        range."""
+        if not self.text.strip() and self.optional:
+            return None
+        number = whole_number(self.text)
+        if not self.minimum <= number <= self.maximum:
+            raise ValueError(number)
+        return number
+
+    def _validate(self, *_):
+        if self.kind != "step":
+            return
+        self.is_number = not self.text.strip() or WHOLE.fullmatch(self.text.strip()) is not None
+        try:
+            self._number()
+            self.outside = False
+        except ValueError:
+            self.outside = True
+
+    def _value_changed(self, *_):
+        """None, for a text that is not a number, is what the text says already."""
+        if self.kind == "step" and (self.value is not None or self.is_number or self.disabled):
+            self._show_value()
+
+    def _show_value(self):
+        self.text = "" if self.value is None else str(int(self.value))
+        self._validate()
+
+    def nudge(self, direction: int):
+        """One step up (1) or down (-1), within the range; from an empty field to the minimum or maximum."""
+        step = int(self.step) or 1
+        try:
+            number = self._number()
+        except ValueError:
+            number = self.value
+        if number is None:
+            new = int(self.minimum if direction > 0 else self.maximum)
+        else:
+            new = (number // step + 1) * step if direction > 0 else (-(-number // step) - 1) * step
+            new = min(int(self.maximum), max(int(self.minimum), new))
+        self.text = str(new)
+        self.commit()
+
+
+class FormField(Field):
+    """Going: a Field."""
+
+
+class PickField(Field):
+    """Going: a Field of the kind pick."""
+
+    kind = OptionProperty("pick", options=["pick"])
+    value = ObjectProperty("–")
+
+
+class StepField(Field):
+    """Going: a Field of the kind step."""
+
+    kind = OptionProperty("step", options=["step"])
+
+
+class FieldPart(FloatLayout):
+    """The line of one kind of field, ``card``."""
+
+    card = ObjectProperty(None, rebind=True)
+    label = ObjectProperty(None, rebind=True)
+    lift = NumericProperty(0)  # px by which the label rises above the outline
+    is_narrow = BooleanProperty(False)
 
 
 class SearchField(SeenBox):
@@ -190,20 +301,6 @@ class SearchField(SeenBox):
     text = StringProperty()
     hint = StringProperty()
     focus = BooleanProperty(False)
-
-
-class PickField(BoxLayout):
-    """Label and value in a frame; a tap (``on_release``) opens a picker."""
-
-    label = StringProperty()
-    value = StringProperty("–")
-    icon = StringProperty("chevron-down")
-    problem = StringProperty()
-
-    __events__ = ("on_release",)
-
-    def on_release(self):
-        """The field was tapped."""
 
 
 class PickBox(Tap):
@@ -255,101 +352,3 @@ class RepeatButton(CommandButton):
             self._again.cancel()
             return
         self.dispatch("on_step")
-
-
-class StepField(FieldBase):
-    """A whole number between ``minimum`` and ``maximum``: minus button, text field, plus button. ``on_commit(value)``
-    when it has changed.
-
-    ``help`` should say the range: it turns red while the number is outside of it, and nothing is committed then; for
-    other text it says that a whole number is needed. With ``optional`` an empty field means None. The buttons go to
-    multiples of ``step``.
-    """
-
-    value = ObjectProperty(None, allownone=True)
-    minimum = NumericProperty(0)
-    maximum = NumericProperty(100)
-    step = NumericProperty(1)
-    unit = StringProperty()
-    hint = StringProperty("–")
-    optional = BooleanProperty(False)
-    outside = BooleanProperty(False)  # the text is not a number of the range
-    is_number = BooleanProperty(True)  # the text is empty or a whole number
-    text = StringProperty()
-    focus = BooleanProperty(False)
-
-    __events__ = ("on_commit",)
-
-    def __init__(self, **kwargs):
-        super().__init__(**kwargs)
-        self.fbind("value", self._value_changed)
-        self.fbind("disabled", self.show)  # a field that can't be changed has no problem
-        self.fbind("focus", self._focus_changed)
-        for name in ("text", "minimum", "maximum", "optional"):
-            self.fbind(name, self._validate)
-        self.show()
-
-    def on_commit(self, value):
-        """The value was changed to another valid one."""
-
-    def _number(self) -> int | None:
-        """The number in the field, None if it is empty and ``optional``. Raises ValueError if it is not a number of the
-        range."""
-        if not self.text.strip() and self.optional:
-            return None
-        number = whole_number(self.text)
-        if not self.minimum <= number <= self.maximum:
-            raise ValueError(number)
-        return number
-
-    def _validate(self, *_):
-        self.is_number = not self.text.strip() or WHOLE.fullmatch(self.text.strip()) is not None
-        try:
-            self._number()
-            self.outside = False
-        except ValueError:
-            self.outside = True
-
-    def _value_changed(self, *_):
-        """None, for a text that is not a number, is what the text says already."""
-        if self.value is not None or self.is_number:
-            self.show()
-
-    def show(self, *_):
-        """The value, in place of what was typed."""
-        self.text = "" if self.value is None else str(int(self.value))
-        self._validate()
-
-    def _focus_changed(self, *_):
-        if not self.focus:
-            self.commit()
-
-    def commit(self):
-        """Take over the number in the field; one outside the range stays red."""
-        if self.outside:
-            return
-        number = self._number()
-        if number != self.value:
-            self.value = number
-            self.dispatch("on_commit", number)
-        self.show()  # "007" is taken as 7
-
-    def nudge(self, direction: int):
-        """One step up (1) or down (-1), within the range; from an empty field to the minimum or maximum."""
-        step = int(self.step) or 1
-        try:
-            number = self._number()
-        except ValueError:
-            number = self.value
-        if number is None:
-            new = int(self.minimum if direction > 0 else self.maximum)
-        else:
-            new = (number // step + 1) * step if direction > 0 else (-(-number // step) - 1) * step
-            new = min(int(self.maximum), max(int(self.minimum), new))
-        self.text = str(new)
-        self.commit()
-
-    def _unit_text(self):
-        return f"{self.label} ({self.unit})" if self.unit and self.label else self.label or self.unit
-
-    heading = AliasProperty(_unit_text, None, bind=("label", "unit"))

@@ -16,7 +16,7 @@ from kivy.uix.widget import Widget
 from app.widgets import finger, load_kv
 from app.widgets.dialogs import Dialog
 from app.widgets.dock import dock
-from app.widgets.fields import FieldBase
+from app.widgets.fields import Field
 from app.widgets.rest import rest
 from app.widgets.surfaces import Surface, Tap
 
@@ -176,7 +176,7 @@ class DockedKeyboard(Surface):
         field = dock.field
         if field is None:
             return
-        shown = next((parent for parent in self._around(field) if isinstance(parent, FieldBase)), field)
+        shown = next((parent for parent in self._around(field) if isinstance(parent, Field)), field)
         for view in self._around(field):
             if isinstance(view, ScrollView):
                 view.scroll_to(shown if shown.height <= view.height else field, padding=0, animate=False)

@@ -22,7 +22,7 @@ from kivy.uix.textinput import TextInput
 from kivy.uix.widget import Widget
 
 from app.widgets.buttons import CommandButton
-from app.widgets.fields import FieldBase
+from app.widgets.fields import Field
 from app.widgets.surfaces import Passive
 from app.widgets.text import SEAM, line_width
 from app.widgets.tokens import COLOURS, THEMES, TONES, tk
@@ -235,7 +235,7 @@ def _box_problems(box: BoxLayout) -> Iterator[str]:
 
 def _level_problems(box: Widget) -> Iterator[str]:
     """Fields in one row whose labels are not: one has more lines below it."""
-    fields = [child for child in box.children if isinstance(child, FieldBase)]
+    fields = [child for child in box.children if isinstance(child, Field)]
     for a, b in combinations(fields, 2):
         if min(a.top, b.top) - max(a.y, b.y) > SLACK and abs(a.top - b.top) > SLACK:
             yield f"{name_of(a)} is not level with {name_of(b)}: {a.top:.0f}, {b.top:.0f}"

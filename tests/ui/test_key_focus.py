@@ -214,7 +214,7 @@ def test_enter_ends_a_field_and_leaves_its_place_in_the_round(ui, keys):
 def test_tab_into_a_field_selects_what_is_in_it(ui, keys):
     field = ui.show(FormField(label="Minutes", text="15"), (300, 90))
     ui.key(TAB)
-    assert field.ids.input.selection_text == "15"
+    assert ui.find(FieldInput, field).selection_text == "15"
 
 
 @pytest.mark.parametrize(("forth", "back"), [((TAB, ()), (TAB, ("shift",))), ((DOWN, ()), (UP, ()))])

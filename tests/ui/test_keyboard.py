@@ -37,7 +37,7 @@ def test_the_field_is_lifted_above_it_and_all_is_put_down_again(ui):
     keys.start()
     try:
         ui.tap(ui.find(FieldInput, field))
-        assert bottom(field.ids.input) >= keyboard(ui).top
+        assert bottom(ui.find(FieldInput, field)) >= keyboard(ui).top
         tap_keys(ui, "x")
         assert field.text == "x"
         tap_keys(ui, "done")

@@ -11,7 +11,7 @@ from kivymd.uix.textfield import MDTextField
 from app.widgets.buttons import IconButton
 from app.widgets.fields import FieldInput, FormField, PickField, RepeatButton, SearchField, StepField
 from app.widgets.scrolling import ScrollPage
-from app.widgets.text import BodyStrong, Ico, Note
+from app.widgets.text import Ico, Large
 from app.widgets.tokens import THEMES, apply_theme, tk
 from tests.ui.checks import contrast_ratio
 
@@ -43,17 +43,17 @@ def test_typing_commits_once_when_the_field_is_left(ui):
 def test_help_is_there_while_there_is_some(ui):
     field = ui.show(FormField(label="Name"), (400, 120))
     without = field.height
-    assert ui.find_all(Note) == []
+    assert ui.find_all(Ico, field) == []
     field.help = "As it is called on the floor"
     ui.advance(0.1)
-    assert ui.find(Note).text == field.help
-    assert field.height >= without + ui.find(Note).height
+    assert field.height >= without + ui.find(text=field.help).height
     field.problem = "A robot is called that"
     ui.advance(0.1)
-    assert (ui.find(Note).text, ui.find_all(Ico)[-1].icon) == (field.problem, "alert-circle")
+    assert ui.find(text=field.problem)
+    assert ui.find(Ico, field).icon == "alert-circle"
     field.help = field.problem = ""
     ui.advance(0.1)
-    assert ui.find_all(Note) == []
+    assert ui.find_all(Ico, field) == []
     assert field.height == without
 
 
@@ -281,7 +281,7 @@ def test_the_range_may_come_after_the_value(ui):
 
 def test_a_narrow_pick_field_breaks_no_word(ui):
     field = ui.show(PickField(label="Battery ≥", value="No minimum"), (126, 90))
-    assert ui.find(BodyStrong, field).lines == 2
+    assert ui.find(Large, field).lines == 2
 
 
 # ---------------------------------------------------------------------- numbers are replaced
