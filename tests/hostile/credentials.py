@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from typing import Any
 
@@ -14,10 +13,10 @@ from app.mir.credentials import Token
 from app.mir.errors import (
     RobotError,
 )
-from app.services.catalogue.configuration.importing import import_configuration
 from app.services.dispatch import messages
 from app.services.dispatch.worker import RobotWorker
 from tests.hostile.capture import Capture
+from tests.support.edits import import_file
 from tests.unit.mir.answers import MISSION
 
 USER, PASSWORD = "scheduler", "a secret"
@@ -53,8 +52,7 @@ def connection(container: Container) -> Connection:
 
 
 def import_robot(container: Container, **keys: Any) -> list[Any]:
-    content = {"format": "amr-scheduler/1", "robots": [{"name": "Aino", **keys}]}
-    return import_configuration(container.catalogue, json.dumps(content).encode())
+    return import_file(container.catalogue, robots=[{"name": "Aino", **keys}])
 
 
 def assert_needs_password(container: Container) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import threading
 from collections.abc import Callable
 from sqlite3 import Connection
@@ -15,7 +14,7 @@ from app.database.connection import Database
 from app.database.rehearsal import Rehearsal
 from app.domain.models import InvalidInput, State
 from app.services.catalogue import catalogue as catalogues
-from app.services.catalogue.configuration import import_configuration
+from tests.support.edits import import_file
 
 ROBOTS = [{"name": "R", "address": "h", "idle": {"mission": "M"}}, {"name": "Q", "address": "q"}]
 MISSIONS = [{"name": "M", "guid": "g"}]
@@ -52,7 +51,7 @@ NOTED = {
 }
 
 
-def content(**schedule: Any) -> bytes:
+def take(container: Container, **schedule: Any) -> list[Any]:
     fields = {
         "name": "mine",
         "robot": "R",
@@ -61,7 +60,7 @@ def content(**schedule: Any) -> bytes:
         "recurrence": "FREQ=DAILY",
         **schedule,
     }
-    return json.dumps({"format": "amr-scheduler/1", "schedules": [fields]}).encode()
+    return import_file(container.catalogue, schedules=[fields])
 
 
 @pytest.fixture
@@ -69,18 +68,8 @@ def container(container: Container) -> Container:
     """With a plan in which everything is there that an import looks at; something of both schedules waits."""
     schedule = {"robot": "R", "mission": "M", "start": "2026-11-25T06:30", "recurrence": "FREQ=DAILY"}
     schedules = [{"name": name, **schedule} for name in ("mine", "other")]
-    import_configuration(
-        container.catalogue,
-        json.dumps(
-            {
-                "format": "amr-scheduler/1",
-                "settings": {"timezone": "UTC", "retry_limit": 1},
-                "robots": ROBOTS,
-                "missions": MISSIONS,
-                "schedules": schedules,
-            }
-        ).encode(),
-    )
+    settings = {"timezone": "UTC", "retry_limit": 1}
+    import_file(container.catalogue, settings=settings, robots=ROBOTS, missions=MISSIONS, schedules=schedules)
     container.db.write(lambda c: [c.execute(WAITING, (name,)) for name in ("mine", "other")])
     container.db.write(
         lambda c: c.execute(
@@ -113,7 +102,7 @@ def priority(container: Container) -> int:
 @pytest.mark.parametrize("statement", CHANGED.values(), ids=CHANGED.keys())
 def test_an_import_is_repeated_when_its_basis_changed(container, monkeypatch, statement):
     made = disturb(monkeypatch, container.db, statement, times=1)
-    assert len(import_configuration(container.catalogue, content(priority=7))) == 1
+    assert len(take(container, priority=7)) == 1
     assert (len(made), priority(container)) == (2, 7)
 
 
@@ -124,14 +113,14 @@ def test_what_starting_missions_writes_does_not_restart_the_import(container, mo
         lambda c: c.execute("UPDATE executions SET state = 'completed', ended_at = created_at WHERE id = 3")
     )
     made = disturb(monkeypatch, container.db, statement, times=1)
-    assert len(import_configuration(container.catalogue, content(priority=7, start="2026-11-25T07:30"))) == 1
+    assert len(take(container, priority=7, start="2026-11-25T07:30")) == 1
     assert (len(made), priority(container)) == (1, 7)
 
 
 def test_a_plan_that_changes_all_the_time_is_not_imported(container, monkeypatch):
     made = disturb(monkeypatch, container.db, CHANGED["a setting"], times=1000)
     with pytest.raises(InvalidInput, match="the plan keeps changing; try again"):
-        import_configuration(container.catalogue, content(priority=7))
+        take(container, priority=7)
     assert (len(made), priority(container)) == (catalogues.REHEARSALS, 0)
 
 
@@ -139,7 +128,7 @@ def test_switching_a_robot_off_withdraws_what_became_due_during_the_import(conta
     container.db.write(lambda c: c.execute("UPDATE robots SET token = 'Basic eDp5', enabled = 1, needs_password = 0"))
     made = disturb(monkeypatch, container.db, WAITING.replace("?", "'other'"), times=1)
     robots = [{"name": "R", "address": "h", "enabled": False}]
-    import_configuration(container.catalogue, json.dumps({"format": "amr-scheduler/1", "robots": robots}).encode())
+    import_file(container.catalogue, robots=robots)
     assert len(made) == 2
     rows = container.db.read().execute("SELECT DISTINCT state FROM executions").fetchall()
     assert [row[0] for row in rows] == [State.CANCELLED]
@@ -148,9 +137,9 @@ def test_switching_a_robot_off_withdraws_what_became_due_during_the_import(conta
 def test_what_falls_due_during_the_import_is_not_planned_twice(container, monkeypatch):
     """The planner notes how far a schedule has been planned; an import that changes another one leaves that."""
     disturb(monkeypatch, container.db, NOTED["how far another schedule is planned"], times=1)
-    import_configuration(container.catalogue, content(priority=1))
+    take(container, priority=1)
     assert container.catalogue.schedules()[1].planned_through.year == 2027
-    import_configuration(container.catalogue, content(name="other", priority=2))
+    take(container, name="other", priority=2)
     assert container.catalogue.schedules()[1].planned_through.year == 2027
 
 
@@ -166,7 +155,7 @@ def test_somebody_who_plans_all_the_time_neither_stops_an_import_nor_waits_for_i
     planner.start()
     try:
         for number in range(1, 21):
-            import_configuration(container.catalogue, content(priority=number))
+            take(container, priority=number)
     finally:
         ends.set()
         planner.join()

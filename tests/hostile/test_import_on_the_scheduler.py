@@ -24,6 +24,7 @@ from app.process.inbox import Inbox, ask
 from app.process.requests import handlers
 from app.services.catalogue.configuration import import_configuration, importing
 from app.services.catalogue.configuration.document import LARGEST_FILE
+from tests.support.edits import import_file
 from tests.support.process import PATIENCE, run, running
 
 OFTEN = 8  # writes by others during the import; once or twice where an import delays them
@@ -192,8 +193,7 @@ def test_an_import_changes_and_withdraws_waiting_starts_like_an_edit(site):
     }
 
     def take(**values: Any) -> None:
-        content = {"format": "amr-scheduler/1", "schedules": [{**fields, "respect_working_days": False, **values}]}
-        import_configuration(catalogue, json.dumps(content).encode())
+        import_file(catalogue, schedules=[{**fields, "respect_working_days": False, **values}])
 
     take()
     site.network.down.add("R1")

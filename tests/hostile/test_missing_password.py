@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 
 import pytest
 
 from app.domain.models import Priority, Schedule, State
-from app.services.catalogue.configuration import import_configuration
 from app.services.live.alarms import alarm_sentence
-from tests.support.edits import switch_robot
+from tests.support.edits import import_file, switch_robot
 from tests.support.seen import requests
 from tests.support.site import PASSWORD
 
@@ -29,15 +27,8 @@ def running(site):
 
 
 def let_import_change_the_user(site):
-    import_configuration(
-        site.container.catalogue,
-        json.dumps(
-            {
-                "format": "amr-scheduler/1",
-                "robots": [{"name": "R1", "address": "http://r1", "username": "somebody else"}],
-            }
-        ).encode(),
-    )
+    robot = {"name": "R1", "address": "http://r1", "username": "somebody else"}
+    import_file(site.container.catalogue, robots=[robot])
 
 
 def enter_password(site):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from contextlib import nullcontext
 from datetime import datetime
 
@@ -11,7 +10,7 @@ import pytest
 from app.domain.models import InvalidInput, Mission, Robot, Schedule
 from app.mir.errors import Unreadable
 from app.mir.parameters import MOST_PARAMETERS, from_actions, from_definition
-from app.services.catalogue.configuration import import_configuration
+from tests.support.edits import import_file
 from tests.support.process import is_one_line, run
 
 ENDLESS = {
@@ -31,22 +30,16 @@ def container(container):
     return container
 
 
-def schedule(parameters: object) -> bytes:
-    return json.dumps(
-        {
-            "format": "amr-scheduler/1",
-            "schedules": [
-                {"name": "S", "robot": "R", "mission": "M", "start": "2026-11-23T06:30", "parameters": parameters}
-            ],
-        }
-    ).encode()
+def take(container, parameters: object) -> None:
+    schedule = {"name": "S", "robot": "R", "mission": "M", "start": "2026-11-23T06:30", "parameters": parameters}
+    import_file(container.catalogue, schedules=[schedule])
 
 
 @pytest.mark.parametrize(("parameters", "problem"), ENDLESS.values(), ids=ENDLESS.keys())
 def test_they_are_refused_in_a_file_in_a_schedule_and_for_one_run(container, parameters, problem):
     robot, mission = container.catalogue.robots()[0], container.catalogue.missions()[0]
     with pytest.raises(InvalidInput, match=problem):
-        import_configuration(container.catalogue, schedule(parameters))
+        take(container, parameters)
     with pytest.raises(InvalidInput, match=problem):
         container.catalogue.save_schedule(
             Schedule("S", robot.id, mission.id, datetime(2026, 11, 23, 6), "UTC", "FREQ=DAILY", parameters=parameters)
@@ -57,7 +50,7 @@ def test_they_are_refused_in_a_file_in_a_schedule_and_for_one_run(container, par
 
 
 def test_ordinary_parameters_are_accepted(container):
-    import_configuration(container.catalogue, schedule(ENOUGH))
+    take(container, ENOUGH)
     assert container.catalogue.schedules()[0].parameters == ENOUGH
 
 

@@ -3,7 +3,6 @@ in lines that run, not timed."""
 
 from __future__ import annotations
 
-import json
 from datetime import UTC, date, datetime, timedelta
 
 import pytest
@@ -14,7 +13,7 @@ from app.services.catalogue.configuration import import_configuration
 from app.services.planning.recurrence import check_has_instants, next_occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar
 from tests.hostile.test_import_on_the_scheduler import OFTEN, document, somebody_else
-from tests.support.edits import add_days
+from tests.support.edits import add_days, import_file
 from tests.support.steps import steps
 
 EVERY_DAY = WorkingCalendar(Settings(working_days=WEEKDAYS))
@@ -169,10 +168,8 @@ def test_odd_rules_that_fall_due_together_delay_no_other_start(site):
         }
         for number in range(60)
     ]
-    content = json.dumps(
-        {"format": "amr-scheduler/1", "settings": {"timezone": "UTC"}, "schedules": schedules}
-    ).encode()
-    steps(lambda: import_configuration(site.container.catalogue, content), most=60 * FEW * 2)
+    catalogue = site.container.catalogue
+    steps(lambda: import_file(catalogue, settings={"timezone": "UTC"}, schedules=schedules), most=60 * FEW * 2)
     site.run(290)
     steps(lambda: site.run(60), most=60 * FEW * 2)  # all of them fall due, and what comes next is searched
     assert {f"{each.next_at:%Y-%m-%d %H:%M}" for each in site.container.catalogue.schedules()} == {"2037-11-23 06:05"}

@@ -11,7 +11,7 @@ from app.domain.robot import QueueState, RobotState
 from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
-from app.mir.errors import Busy, ConnectionLost, Delivery, Rejected, RobotError, TimedOut, Unauthorized, Unreachable
+from app.mir.errors import Busy, ConnectionLost, Delivery, RobotError, TimedOut, Unauthorized, Unreachable
 from app.mir.transport import Timeouts
 from mir_sim import FleetRobot, serve
 from mir_sim.definition import SOFTWARE
@@ -111,25 +111,6 @@ def test_a_mission_from_the_queue_to_its_end(robot: RobotClient) -> None:
     assert robot.open_items() == []
 
 
-def test_parameters_travel_with_the_mission(robot: RobotClient) -> None:
-    guid = guid_of(robot, "Go to position")
-    place = robot.positions()[0].guid
-    number = robot.enqueue(guid, parameters={"Position": place})
-    assert robot.queue_item(number).parameters[0]["value"] == place
-    with pytest.raises(RobotError):
-        robot.enqueue(guid, parameters={"Nowhere": place})
-
-
-def test_an_unknown_mission_is_refused(robot: RobotClient) -> None:
-    with pytest.raises(Rejected) as refused:
-        robot.enqueue("00000000-0000-0000-0000-000000000000")
-    assert refused.value.delivery is Delivery.REFUSED
-    with pytest.raises(Rejected) as missing:
-        robot.mission("00000000-0000-0000-0000-000000000000")
-    assert missing.value.status == 404
-    assert robot.open_items() == []
-
-
 def test_cancelling_one_and_all(machine: FleetRobot, robot: RobotClient) -> None:
     other = connect(machine, "admin")
     guid = guid_of(robot, "Deliver")
@@ -148,42 +129,6 @@ def test_cancelling_one_and_all(machine: FleetRobot, robot: RobotClient) -> None
     assert robot.open_items() == []
     assert [item.state for item in robot.items_after(0)] == [QueueState.ABORTED] * 3
     other.close()
-
-
-# ---------------------------------------------------------------------- states
-def test_error_and_reset(machine: FleetRobot, robot: RobotClient) -> None:
-    machine.control({"error": {"code": 10120, "description": "Failed to reach goal position 'Dock'"}})
-    status = robot.status()
-    assert status.state is RobotState.ERROR
-    assert [(error.code, error.description) for error in status.errors] == [
-        (10120, "Failed to reach goal position 'Dock'")
-    ]
-    machine.control({"error": None})
-    robot.clear_error()
-    assert robot.status().state is RobotState.PAUSE
-    robot.set_state(RobotState.READY)
-    assert robot.status().state is RobotState.READY
-
-
-def test_emergency_stop(machine: FleetRobot, robot: RobotClient) -> None:
-    machine.control({"emergency_stop": True})
-    status = robot.status()
-    assert (status.state, status.battery_percentage, status.battery_time_remaining_s) == (
-        RobotState.EMERGENCY_STOP,
-        None,
-        None,
-    )
-    machine.control({"emergency_stop": False})
-    assert robot.status().state is RobotState.PAUSE
-
-
-def test_a_question_is_answered(machine: FleetRobot, robot: RobotClient) -> None:
-    machine.control({"user_prompt": {"question": "Loaded?", "options": ["Yes", "No"], "timeout": 600}})
-    prompt = robot.status().user_prompt
-    assert prompt is not None
-    assert (prompt.question, prompt.options) == ("Loaded?", ("Yes", "No"))
-    robot.answer_prompt(prompt.guid, "Yes")
-    assert robot.status().user_prompt is None
 
 
 # ---------------------------------------------------------------------- faults
@@ -219,16 +164,6 @@ def test_after_a_fault_the_queue_says_whether_the_mission_landed(
         assert robot.items_after(floor) == []
     assert robot.enqueue(guid, description="token-2") > floor
     assert [item.description for item in robot.items_after(floor)] == [*(["token-1"] if lands else []), "token-2"]
-
-
-@pytest.mark.parametrize("kind", ["drop_request", "drop_response", "status_503", "html", "truncate", "garbage"])
-def test_reading_continues_after_a_fault(machine: FleetRobot, robot: RobotClient, kind: str) -> None:
-    robot.missions()
-    robot.close()  # a kept-alive connection would silently be replaced
-    machine.control({"fault": {"kind": kind, "path": "/status", "count": 1}})
-    with pytest.raises(RobotError):
-        robot.status()
-    assert robot.status().robot_name == machine.name
 
 
 def test_a_robot_that_reboots_is_unreachable_and_comes_back(machine: FleetRobot, robot: RobotClient) -> None:

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import sqlite3
-import threading
-
-from app.database.connection import Database
 from mir_sim.mission_queue import MissionQueue
 from tests.services.story import *
 
@@ -99,17 +95,3 @@ test_withdrawn = cases_of(
         [300, states(State.CANCELLED), tries(0), runs(0)],
     ),
 )
-
-
-def test_a_database_that_somebody_holds_for_a_moment_is_waited_for(tmp_path):
-    """A virus scanner, a copy: the writer waits, and what it was given is written."""
-    db = Database.open(tmp_path / "amr-scheduler.db")
-    other = sqlite3.connect(db.path, isolation_level=None, check_same_thread=False)
-    other.execute("BEGIN IMMEDIATE")
-    held = threading.Timer(0.2, other.execute, ["ROLLBACK"])
-    held.start()
-    db.write(lambda c: c.execute("INSERT INTO settings VALUES ('x', '1')"))
-    held.join()
-    assert db.read().execute("SELECT value FROM settings WHERE name = 'x'").fetchone()[0] == "1"
-    other.close()
-    db.close()

@@ -9,7 +9,6 @@ from datetime import datetime
 import pytest
 
 from app.domain.models import Group, HandOver, InvalidInput, Mission, Overlap, Place, Robot, Schedule
-from app.services.catalogue import group_edit
 from app.services.catalogue.configuration import import_configuration
 from app.services.catalogue.configuration.exporting import export_configuration
 from tests.support.edits import import_file
@@ -152,18 +151,6 @@ def test_a_file_that_is_wrong_about_groups_says_where_and_changes_nothing(site, 
     with pytest.raises(InvalidInput, match=problem):
         import_file(catalogue, **section)
     assert export_configuration(site.container.db.read()) == before
-
-
-@pytest.mark.parametrize("goes", ["mission", "robot"])
-def test_a_mission_that_comes_back_uses_its_places_again(catalogue, goes):
-    robot = catalogue.robots()[0]
-    mission = catalogue.save_mission(
-        Mission("Fetch empties", "guid-of-its-own", robot_id=robot.id if goes == "robot" else None)
-    )
-    catalogue.edit(lambda edit: group_edit.save_place(edit, Place("Dock 2", 1, (mission.id,))))
-    before = catalogue.places()
-    catalogue.restore(catalogue.remove_robot(robot.id) if goes == "robot" else catalogue.remove_mission(mission.id))
-    assert catalogue.places() == before != []
 
 
 def test_a_group_that_keeps_none_free_any_more_is_saved_so(catalogue):

@@ -297,12 +297,16 @@ def test_a_configuration_with_a_zone_is_a_choice(tablet):
     assert tablet.codes() == []
 
 
-def test_an_unknown_zone_of_the_settings_gives_way_to_the_tablets(tablet):
+def test_an_unknown_zone_of_the_settings_gives_way_to_the_tablets(tablet, caplog):
     tablet.start()
     tablet.plan("Mars/Base")
     tablet.lose_zone()
     assert tablet.start().settings().timezone == "Europe/Helsinki"
     assert tablet.planned() == ("Europe/Helsinki", True, datetime(2026, 11, 23, 7, tzinfo=UTC))
+    assert [message for message in caplog.messages if "Mars/Base" in message] == [
+        f"At the start the time zone Mars/Base is not known here; {what} Europe/Helsinki"
+        for what in ("the settings take", "the schedule S takes")
+    ]
 
 
 def test_nothing_starts_by_a_guess_in_place_of_an_unknown_zone(tablet):

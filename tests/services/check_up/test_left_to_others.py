@@ -59,13 +59,6 @@ def run_now(robot: CheckedRobot) -> Execution:
     return robot.container.operator.run_now(robot.id, mission.id)
 
 
-def test_a_start_made_while_it_waits_goes_first(robot):
-    report = robot.trial(on_progress=once(WAITING, lambda: run_now(robot)))
-    assert why_not_tried(report) == "Not tried: Home waits for Aino or runs there: check up after it"
-    assert robot.asked.writes == []
-    assert not robot.container.holds.current()
-
-
 def test_a_start_that_is_on_its_way_is_not_taken_for_the_trials(robot):
     robot.leave(queued=HOME)
     row = run_now(robot)

@@ -83,6 +83,7 @@ test_clear_queue = cases_of(
     ),
     Story(
         "its answer lost: waiting starts are not sent",
+        READ_OFTEN,
         [WHEN_FREE, TWO, 303, states(EXECUTING, WAITING), others_continue(), meets(*CLEAR, ANSWER_LOST)],
         [refused(clear_queue(), error=RobotError), 600, runs(1)],
     ),

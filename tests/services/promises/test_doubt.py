@@ -130,6 +130,7 @@ test_given_up = cases_of(
     ),
     Story(
         "its only item corrects the row while it runs",
+        READ_OFTEN,
         POLLED_OFTEN,
         each([robot_pauses(), SILENT, items("Pending")], [COMES_LATE, items()]),
         [robot_goes_on(), 30, up(), 30, items("Executing"), states(EXECUTING), 300, states(COMPLETED)],

@@ -9,11 +9,12 @@ import pytest
 
 from app.database.rehearsal import Rehearsal
 from app.domain.models import Connection, HandOver, Overlap, Place
-from app.services.catalogue import configuration, group_edit
+from app.services.catalogue import group_edit
 from app.services.dispatch import allocator
 from app.services.executions import transitions
 from app.services.executions.transitions import Event
 from tests.services.story import *
+from tests.support.edits import import_file
 from tests.support.examples import at_night
 from tests.support.moments import once
 
@@ -272,6 +273,7 @@ test_a_robot_edited = cases_of(
     ),
     Story(
         "undo restores the start that waited while another one ran",
+        READ_OFTEN,
         do(lambda s: s.container.catalogue.save_robot(replace(s.robot("R1"), hand_over=HandOver.WHEN_FREE))),
         plan(window=60, every=5, overlap=Overlap.QUEUE),
         each(
@@ -363,6 +365,5 @@ def test_what_happens_to_a_start_while_an_import_is_rehearsed_stays(group, monke
         return True
 
     just_after(monkeypatch, Rehearsal, "close", act)
-    content = b'{"format": "amr-scheduler/1", "settings": {"start_window_minutes": 45}}'
-    configuration.import_configuration(group.container.catalogue, content)
+    import_file(group.container.catalogue, settings={"start_window_minutes": 45})
     assert group.row().priority == 50 if what == "priority" else group.row().tried

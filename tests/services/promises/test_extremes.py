@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import time
 from dataclasses import replace
 
-from app.services.catalogue import configuration
 from tests.services.story import *
+from tests.support.edits import import_file
 from tests.support.site import PASSWORD
 
 LONGEST_TRANSACTION = 0.1  # s of processor time: 50 ms, on a machine half as fast
@@ -20,8 +19,7 @@ RUNS = [ONE_OF_TWO, plan(), 320, items("Executing")]
 def import_for_ever(s):
     values = {"name": "A", "robot": "R1", "mission": "Deliver", "start": "2026-11-23T06:05", "timezone": "UTC"}
     schedules = [{**values, "recurrence": "FREQ=DAILY;UNTIL=99991231"}]
-    content = json.dumps({"format": "amr-scheduler/1", "schedules": schedules}).encode()
-    configuration.import_configuration(s.container.catalogue, content)
+    import_file(s.container.catalogue, schedules=schedules)
 
 
 @step

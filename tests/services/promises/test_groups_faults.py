@@ -277,6 +277,7 @@ test_worker = cases_of(
     ),
     Story(
         "an old row begun after a failure of the database is not taken for a lost one",
+        READ_OFTEN,
         [hold("R1"), plan(), DUE + 5, do(lambda s: s.post(1, s._workers[1].expect_recovery())), release(), 3],
         [states(EXECUTING), tries(1), 200],
         on="group",

@@ -36,6 +36,7 @@ def ours_started(number):
 test_late = cases_of(
     GroupStory(
         "while no robot has it again the late item counts",
+        READ_OFTEN,
         each(
             [given_up(200.0), ALL_HELD, 140, robots(""), down(), 300, up(), 60],
             [given_up(400.0, 1), ALL_HELD, 140, states(FAILED), off_for(3600), 60],
@@ -61,6 +62,7 @@ test_late = cases_of(
     ),
     GroupStory(
         "while another robot has it, a pending late item is cancelled, a running one reported",
+        READ_OFTEN,
         given_up(130.0),
         60,
         each(
@@ -77,6 +79,7 @@ test_late = cases_of(
     ),
     GroupStory(
         "a start that may still arrive is not pruned",
+        READ_OFTEN,
         [given_up(400.0, 3), ALL_HELD, set_up(history_limit=1), 220, do(lambda s: s.container.holds.release(2))],
         [plan("B", "06:12", on=2), plan("C", "06:14", on=2), 700, raised("late_cancelled"), ours_started(0)],
         true(lambda s: s.row("A").robot == ""),

@@ -68,6 +68,7 @@ test_constraints = cases_of(
     ),
     Story(
         "a busy robot gets it in its own queue",
+        READ_OFTEN,
         [
             plan(),
             298,

@@ -93,24 +93,6 @@ def test_no_caller_waits_for_ever_when_the_roll_back_of_a_shared_transaction_fai
 
 
 # ---------------------------------------------------------------------- a disk that can't be written for a while
-@pytest.mark.parametrize("harm", ["make_read_only", "fill_disk"])
-def test_nothing_is_sent_while_nothing_can_be_written_and_it_is_sent_once_when_it_can(site, plan, harm):
-    """Without a durable intent nothing is submitted; an alarm says so, and stays until a person has seen it."""
-    plan("2026-11-23T06:05")
-    site.run(60)
-    mend = getattr(site, harm)()
-    run_through(site, 400)
-    if harm == "make_read_only":
-        assert items(site) == []
-    mend()
-    run_through(site, 400)
-    assert outcomes(site) == [(State.COMPLETED, None, 1)]
-    assert len(items(site)) == 1
-    database = [alarm for alarm in site.container.alarms.open() if alarm.code == "database"]
-    assert all(alarm.cleared_at is not None for alarm in database)
-    assert database or harm != "make_read_only", "what no person has seen stays until it is acknowledged"
-
-
 def test_what_was_missed_while_nothing_could_be_written_says_so(site, plan):
     """The app was on: neither the row nor the alarm of it may say that it was off."""
     plan("2026-11-23T06:05", start_window_minutes=1)

@@ -260,6 +260,7 @@ test_a_cancel_undone = cases_of(
 test_one_failed_read = cases_of(
     Story(
         "an alarm of an earlier run stays when a later one turns out to have arrived",
+        READ_OFTEN,
         [plan(every=10, window=1), mission(guid="00000000-0000-0000-0000-000000000001"), 310, states(FAILED)],
         [raised("execution_failed"), mission(does="Deliver"), set_up(unknown_outcome_quiet_seconds=60), 585],
         [post(LATE, 200.0), later(8, down()), later(185, up()), 150, raised("execution_failed", "unknown_outcome")],

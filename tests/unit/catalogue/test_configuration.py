@@ -26,22 +26,15 @@ from tests.unit.catalogue.configured import FULL, World, changed
 
 
 @pytest.fixture
-def world(tmp_path):
-    world = World(tmp_path)
-    yield world
-    world.db.close()
-
-
-@pytest.fixture
-def full(world):
+def full(tablet):
     """After FULL was imported."""
-    world.take(FULL)
-    return world
+    tablet.take(FULL)
+    return tablet
 
 
 # ---------------------------------------------------------------------- what it does
-def test_everything_that_can_be_said_is_taken(world):
-    assert world.take(FULL) == [
+def test_everything_that_can_be_said_is_taken(tablet):
+    assert tablet.take(FULL) == [
         "setting poll_interval_seconds changed: 30 -> 20",
         "setting retry_limit changed: 10 -> 5",
         "setting minimum_battery_percent changed: none -> 15",
@@ -58,9 +51,9 @@ def test_everything_that_can_be_said_is_taken(world):
         "schedule Morning added",
         "schedule Home on R1 added",
     ]
-    assert world.settings == Settings(**FULL["settings"] | {"working_days": ("MO", "TU")})
-    general, home, own = world.missions
-    r1, r2 = world.robots["R1"], world.robots["R2"]
+    assert tablet.settings == Settings(**FULL["settings"] | {"working_days": ("MO", "TU")})
+    general, home, own = tablet.missions
+    r1, r2 = tablet.robots["R1"], tablet.robots["R2"]
     assert (r1.address, r1.username, r1.enabled, r1.idle) == (
         "http://192.168.12.20",
         "distributor",
@@ -69,7 +62,7 @@ def test_everything_that_can_be_said_is_taken(world):
     )
     assert (r2.address, r2.certificate_sha256, r2.enabled, r2.idle) == ("https://r2.local:8443", "ab" * 32, True, None)
     assert (home.robot_id, own.robot_id) == (None, r1.id)
-    assert replace(world.schedules["Morning"], id=0, next_at=None, changed_at=None) == Schedule(
+    assert replace(tablet.schedules["Morning"], id=0, next_at=None, changed_at=None) == Schedule(
         "Morning",
         r1.id,
         general.id,
@@ -84,13 +77,13 @@ def test_everything_that_can_be_said_is_taken(world):
         priority=3,
         parameters={"speed": 0.5, "place": "Ä"},
     )
-    assert world.schedules["Morning"].next_at.isoformat() == "2026-11-23T08:30:00+00:00"
-    assert world.schedules["Home on R1"].mission_id == own.id
+    assert tablet.schedules["Morning"].next_at.isoformat() == "2026-11-23T08:30:00+00:00"
+    assert tablet.schedules["Home on R1"].mission_id == own.id
 
 
-def test_changes_by_an_import_are_reported_in_the_language_of_the_screen(world):
+def test_changes_by_an_import_are_reported_in_the_language_of_the_screen(tablet):
     finnish = translation("fi").gettext
-    lines = [render(line, finnish) for line in world.take_in_parts(changed("settings.minimum_battery_percent", 12.5))]
+    lines = [render(line, finnish) for line in tablet.take_in_parts(changed("settings.minimum_battery_percent", 12.5))]
     assert lines[2] == "asetus muuttui – akun alaraja (%): ei asetettu → 12,5"
     assert lines[8:14] == [
         "robotti R1 lisätty",
@@ -107,22 +100,22 @@ def test_changes_by_an_import_are_reported_in_the_language_of_the_screen(world):
             {"name": "Morning", "robot": "R1", "mission": "Deliver", "start": "2026-11-24T09:00", "overlap": "skip"}
         ],
     }
-    assert [render(line, finnish) for line in world.take_in_parts(again)] == [
+    assert [render(line, finnish) for line in tablet.take_in_parts(again)] == [
         "robotti R1 muuttui: osoite, käyttäjätunnus, käytössä; se on poissa käytöstä ja tarvitsee salasanan",
         "ajastus Morning muuttui: aloitusaika, päällekkäiset suoritukset",
     ]
 
 
-def test_omitted_keys_have_the_defaults(world):
-    world.take(
+def test_omitted_keys_have_the_defaults(tablet):
+    tablet.take(
         robots=[{"name": "R1", "address": "10.0.0.1"}],
         missions=[{"name": "Go", "guid": "g"}],
         settings={"timezone": "Asia/Tokyo"},
         schedules=[{"robot": "R1", "mission": "Go", "start": "2026-11-24T06:30"}],
     )
-    robot, [mission] = world.robots["R1"], world.missions
+    robot, [mission] = tablet.robots["R1"], tablet.missions
     assert (robot.username, robot.enabled, robot.needs_password) == ("", False, True)
-    assert replace(world.schedules["Go on R1"], id=0, next_at=None, changed_at=None) == Schedule(
+    assert replace(tablet.schedules["Go on R1"], id=0, next_at=None, changed_at=None) == Schedule(
         "Go on R1",
         robot.id,
         mission.id,
@@ -151,17 +144,17 @@ def test_an_earlier_export_restores_deleted_entries(full):
     assert {schedule.robot_id for schedule in full.schedules.values()} == {full.robots["R1"].id}
 
 
-def test_an_import_after_deleting_a_robot_plans_on_the_robots_it_names(world):
+def test_an_import_after_deleting_a_robot_plans_on_the_robots_it_names(tablet):
     for number, name in enumerate(("Stays", "Goes")):
-        last = world.catalogue.save_robot(
+        last = tablet.catalogue.save_robot(
             Robot(name, f"http://192.168.12.{90 + number}", "distributor"), password="secret"
         )
-    world.catalogue.remove_robot(last.id)
+    tablet.catalogue.remove_robot(last.id)
     document = changed("schedules.0.robot", "R2")
     document["schedules"], document["missions"] = document["schedules"][:1], document["missions"][:1]
     del document["robots"][0]["idle"]
-    world.take(document)
-    assert world.schedules["Morning"].robot_id == world.robots["R2"].id
+    tablet.take(document)
+    assert tablet.schedules["Morning"].robot_id == tablet.robots["R2"].id
 
 
 def test_keys_in_the_file_are_set_and_the_others_stay(full):
@@ -221,9 +214,9 @@ GROUP_AND_PLACE = {"groups": [{"name": "Hall", "robots": ["R1", "R2"]}], "places
         ),
     ],
 )
-def test_an_existing_schedule_is_changed_by_its_name_and_the_changed_keys(world, section, item, lines):
-    world.take({**FULL, **GROUP_AND_PLACE})
-    assert world.take(**{section: [item]}) == lines
+def test_an_existing_schedule_is_changed_by_its_name_and_the_changed_keys(tablet, section, item, lines):
+    tablet.take({**FULL, **GROUP_AND_PLACE})
+    assert tablet.take(**{section: [item]}) == lines
 
 
 def test_a_schedule_that_is_changed_by_its_name_keeps_everything_else(full):
@@ -269,19 +262,21 @@ def test_taking_the_same_file_again_changes_nothing_and_fires_nothing(full):
     assert full.everything() == before
 
 
-def test_schedules_without_a_name_are_numbered_and_found_again(world):
+def test_schedules_without_a_name_are_numbered_and_found_again(tablet):
     home = {"robot": "R1", "mission": "Home"}
     named = {"name": "Home on R1 2", **home, "start": "2026-11-24T09:00"}
     unnamed = [{**home, "start": "2026-11-24T07:00"}, {**home, "start": "2026-11-24T08:00", "name": None}]
     document = {**FULL, "schedules": [*unnamed, named]}
-    assert world.take(document)[-3:] == [
+    assert tablet.take(document)[-3:] == [
         "schedule Home on R1 added",
         "schedule Home on R1 3 added",
         "schedule Home on R1 2 added",
     ]
-    assert world.take(document) == []
-    assert world.take({**FULL, "schedules": [{**home, "start": "2026-11-24T10:00"}]}) == ["schedule Home on R1 4 added"]
-    assert len(world.schedules) == 4
+    assert tablet.take(document) == []
+    assert tablet.take({**FULL, "schedules": [{**home, "start": "2026-11-24T10:00"}]}) == [
+        "schedule Home on R1 4 added"
+    ]
+    assert len(tablet.schedules) == 4
 
 
 # ---------------------------------------------------------------------- passwords
@@ -298,23 +293,23 @@ def test_without_a_password_an_existing_robot_keeps_its_token(full):
     assert full.robots["R1"] == before
 
 
-def test_a_new_robot_or_user_without_a_password_is_off_and_needs_one(world):
+def test_a_new_robot_or_user_without_a_password_is_off_and_needs_one(tablet):
     robot = {"name": "R1", "address": "10.0.0.1", "username": "a", "enabled": True}
-    assert world.take(robots=[robot]) == ["robot R1 added; it is switched off and needs a password"]
-    assert (world.robots["R1"].enabled, world.robots["R1"].needs_password) == (False, True)
-    assert world.take(robots=[robot]) == []
-    assert world.take(robots=[{**robot, "password": "x"}]) == ["robot R1 changed: enabled, password"]
-    assert (world.robots["R1"].enabled, world.robots["R1"].needs_password) == (True, False)
-    assert world.take(robots=[{**robot, "username": "b"}]) == [
+    assert tablet.take(robots=[robot]) == ["robot R1 added; it is switched off and needs a password"]
+    assert (tablet.robots["R1"].enabled, tablet.robots["R1"].needs_password) == (False, True)
+    assert tablet.take(robots=[robot]) == []
+    assert tablet.take(robots=[{**robot, "password": "x"}]) == ["robot R1 changed: enabled, password"]
+    assert (tablet.robots["R1"].enabled, tablet.robots["R1"].needs_password) == (True, False)
+    assert tablet.take(robots=[{**robot, "username": "b"}]) == [
         "robot R1 changed: username, enabled; it is switched off and needs a password"
     ]
-    assert world.robots["R1"].token is None
-    assert world.take(robots=[{**robot, "username": "b", "address": "10.0.0.2"}]) == [
+    assert tablet.robots["R1"].token is None
+    assert tablet.take(robots=[{**robot, "username": "b", "address": "10.0.0.2"}]) == [
         "robot R1 changed: address; it is switched off and needs a password"
     ]  # it still does
 
 
-def test_the_end_of_a_trusted_certificate_is_said(world):
+def test_the_end_of_a_trusted_certificate_is_said(tablet):
     robot = {
         "name": "R1",
         "address": "https://10.0.0.1",
@@ -322,17 +317,17 @@ def test_the_end_of_a_trusted_certificate_is_said(world):
         "password": "x",
         "certificate_sha256": "ab" * 32,
     }
-    world.take(robots=[robot])
-    assert world.take(robots=[{**robot, "certificate_sha256": None}])[-1] == (
+    tablet.take(robots=[robot])
+    assert tablet.take(robots=[{**robot, "certificate_sha256": None}])[-1] == (
         "the certificate of robot R1 is no longer the only trusted one"
     )
 
 
-def test_a_robot_can_get_its_password_and_stay_off(world):
+def test_a_robot_can_get_its_password_and_stay_off(tablet):
     robot = {"name": "R1", "address": "10.0.0.1", "username": "a"}
-    world.take(robots=[robot])
-    world.take(robots=[{**robot, "password": "x", "enabled": False}])
-    assert (world.robots["R1"].enabled, world.robots["R1"].needs_password) == (False, False)
+    tablet.take(robots=[robot])
+    tablet.take(robots=[{**robot, "password": "x", "enabled": False}])
+    assert (tablet.robots["R1"].enabled, tablet.robots["R1"].needs_password) == (False, False)
 
 
 def test_two_robots_may_swap_their_addresses_and_a_new_one_may_not_take_one(full):
@@ -369,18 +364,18 @@ def test_a_file_with_the_name_that_a_robot_had_makes_no_second_one_of_it(full):
 
 
 # ---------------------------------------------------------------------- its form and its days
-def test_null_working_days_mean_every_day(world):
-    world.take(settings={"working_days": None})
-    assert world.settings.working_days == WEEKDAYS
+def test_null_working_days_mean_every_day(tablet):
+    tablet.take(settings={"working_days": None})
+    assert tablet.settings.working_days == WEEKDAYS
 
 
-def test_a_one_time_schedule_is_judged_by_the_working_days_of_the_same_file(world):
+def test_a_one_time_schedule_is_judged_by_the_working_days_of_the_same_file(tablet):
     sunday = {"name": "Once", "robot": "R1", "mission": "Home", "start": "2026-11-29T06:30"}
     document = {**FULL, "schedules": [sunday]}
     with pytest.raises(InvalidInput, match="not a working day"):
-        world.take(document)
-    world.take({**document, "settings": {"working_days": ["SU"]}})
-    assert world.take(settings={"working_days": ["MO"]}, schedules=[sunday]) == [
+        tablet.take(document)
+    tablet.take({**document, "settings": {"working_days": ["SU"]}})
+    assert tablet.take(settings={"working_days": ["MO"]}, schedules=[sunday]) == [
         "setting working_days changed: SU -> MO"
     ]  # an unchanged one is not judged again
 
@@ -405,10 +400,10 @@ def test_an_export_says_what_the_contract_shows(full):
     assert exported["schedules"][0]["recurrence"] is exported["schedules"][0]["between"] is None
 
 
-def test_a_typed_duration_travels_and_is_omitted_where_there_is_none(world, tmp_path):
-    assert world.take(changed("missions.0.usual_minutes", 25))[10:11] == ["mission Deliver added"]
-    assert [mission.usual_minutes for mission in world.missions] == [25, None, None]
-    exported = world.export()
+def test_a_typed_duration_travels_and_is_omitted_where_there_is_none(tablet, tmp_path):
+    assert tablet.take(changed("missions.0.usual_minutes", 25))[10:11] == ["mission Deliver added"]
+    assert [mission.usual_minutes for mission in tablet.missions] == [25, None, None]
+    exported = tablet.export()
     assert [list(mission) for mission in exported["missions"]] == [
         ["name", "guid", "usual_minutes"],
         ["name", "guid"],
@@ -418,39 +413,39 @@ def test_a_typed_duration_travels_and_is_omitted_where_there_is_none(world, tmp_
     other.take(json.dumps(exported).encode())
     assert other.export()["missions"] == exported["missions"]
     other.db.close()
-    assert world.take(FULL) == []  # not said: it stays
-    assert world.take(changed("missions.0.usual_minutes", None)) == ["mission Deliver changed: usual_minutes"]
-    assert world.export()["missions"] == FULL["missions"]
+    assert tablet.take(FULL) == []  # not said: it stays
+    assert tablet.take(changed("missions.0.usual_minutes", None)) == ["mission Deliver changed: usual_minutes"]
+    assert tablet.export()["missions"] == FULL["missions"]
 
 
-def test_a_file_with_places_writes_about_as_much_as_it_says(world):
+def test_a_file_with_places_writes_about_as_much_as_it_says(tablet):
     """All is written again while no one else can write, and once took missions² × places²."""
     places = [f"P{number}" for number in range(8)]
     missions = [{"name": f"M{number}", "guid": f"g{number}", "places": places} for number in range(40)]
-    before = world.db.write(lambda c: c.total_changes)
-    world.take(places=[{"name": name, "most": 1} for name in places], missions=missions)
-    written = world.db.write(lambda c: c.total_changes) - before
+    before = tablet.db.write(lambda c: c.total_changes)
+    tablet.take(places=[{"name": name, "most": 1} for name in places], missions=missions)
+    written = tablet.db.write(lambda c: c.total_changes) - before
     assert written <= 2 * len(missions) * len(places)
-    assert world.export()["missions"] == sorted(missions, key=lambda mission: mission["name"])
+    assert tablet.export()["missions"] == sorted(missions, key=lambda mission: mission["name"])
 
 
-def test_a_mission_uses_the_places_that_a_file_names_and_no_others(world):
+def test_a_mission_uses_the_places_that_a_file_names_and_no_others(tablet):
     document = {
         "format": FORMAT,
         "places": [{"name": name, "most": 1} for name in "ABC"],
         "missions": [{"name": "M", "guid": "g", "places": ["A", "B"]}, {"name": "N", "guid": "g", "places": ["A"]}],
     }
-    world.take(document)
-    assert world.take(document) == []
-    assert world.take(missions=[{"name": "M", "guid": "g", "places": ["B", "C"]}]) == ["mission M changed: places"]
-    assert [mission["places"] for mission in world.export()["missions"]] == [["B", "C"], ["A"]]
-    world.take(missions=[{"name": "M", "guid": "g"}])
-    assert world.export()["missions"][0]["places"] == ["B", "C"]
+    tablet.take(document)
+    assert tablet.take(document) == []
+    assert tablet.take(missions=[{"name": "M", "guid": "g", "places": ["B", "C"]}]) == ["mission M changed: places"]
+    assert [mission["places"] for mission in tablet.export()["missions"]] == [["B", "C"], ["A"]]
+    tablet.take(missions=[{"name": "M", "guid": "g"}])
+    assert tablet.export()["missions"][0]["places"] == ["B", "C"]
     with pytest.raises(InvalidInput, match=r"missions\[0\].places: there is no place D"):
-        world.take(missions=[{"name": "M", "guid": "g", "places": ["D"]}])
+        tablet.take(missions=[{"name": "M", "guid": "g", "places": ["D"]}])
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
-def test_a_file_with_the_mark_of_its_encoding_is_read(world, encoding):
-    world.take(json.dumps(FULL, ensure_ascii=False).encode(encoding))
-    assert world.schedules["Morning"].parameters == FULL["schedules"][0]["parameters"]
+def test_a_file_with_the_mark_of_its_encoding_is_read(tablet, encoding):
+    tablet.take(json.dumps(FULL, ensure_ascii=False).encode(encoding))
+    assert tablet.schedules["Morning"].parameters == FULL["schedules"][0]["parameters"]

@@ -8,7 +8,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -75,17 +74,10 @@ EXCEPTIONS = st.lists(
 )
 
 
-@pytest.fixture
-def world(tmp_path):
-    world = World(tmp_path)
-    yield world
-    world.db.close()
-
-
 @st.composite
-def catalogues(draw: st.DrawFn, world: World) -> None:
+def catalogues(draw: st.DrawFn, tablet: World) -> None:
     """Fill one as people do, in any order: what was entered under other working days stays."""
-    catalogue = world.catalogue
+    catalogue = tablet.catalogue
     robots = [
         catalogue.save_robot(
             Robot(name, f"http://10.0.0.{n}", "user" if draw(st.booleans()) else "", enabled=draw(st.booleans()))
@@ -109,29 +101,29 @@ def catalogues(draw: st.DrawFn, world: World) -> None:
                         usual_minutes=draw(minutes),
                     )
                 )
-    _draw_days(draw, world)
+    _draw_days(draw, tablet)
     for robot in robots:
         available = catalogue.missions_of(robot.id)
         if available and draw(st.booleans()):
             rule = IdleRule(draw(st.sampled_from(available)).id, draw(st.integers(5, 30)), draw(st.booleans()))
             catalogue.save_idle_rule(robot.id, rule.mission_id, rule.after_minutes, rule.enabled)
         for mission in available:
-            _draw_schedule(draw, world, robot, mission)
-    _draw_days(draw, world)
+            _draw_schedule(draw, tablet, robot, mission)
+    _draw_days(draw, tablet)
 
 
-def _draw_days(draw: st.DrawFn, world: World) -> None:
+def _draw_days(draw: st.DrawFn, tablet: World) -> None:
     country, region = draw(COUNTRIES)
-    world.catalogue.change_settings(
+    tablet.catalogue.change_settings(
         working_days=tuple(draw(WORKING)),
         holiday_country=country,
         holiday_subdivision=region,
         **{name: draw(values) for name, values in SETTINGS.items()},
     )
-    add_days(world.catalogue, draw(EXCEPTIONS))
+    add_days(tablet.catalogue, draw(EXCEPTIONS))
 
 
-def _draw_schedule(draw: st.DrawFn, world: World, robot: Robot, mission: Mission) -> None:
+def _draw_schedule(draw: st.DrawFn, tablet: World, robot: Robot, mission: Mission) -> None:
     recurrence = draw(RULES)
     between = (
         Between(time(6, 30), time(17)) if recurrence and "MINUTELY" in recurrence and draw(st.booleans()) else None
@@ -153,7 +145,7 @@ def _draw_schedule(draw: st.DrawFn, world: World, robot: Robot, mission: Mission
         parameters=draw(PARAMETERS),
     )
     try:
-        world.catalogue.save_schedule(schedule)
+        tablet.catalogue.save_schedule(schedule)
     except InvalidInput as error:
         if error.field != "start":  # of one time, on a day off
             raise
@@ -163,10 +155,10 @@ def _draw_schedule(draw: st.DrawFn, world: World, robot: Robot, mission: Mission
 @given(st.data())
 def test_every_export_is_taken_by_an_empty_directory_and_comes_out_the_same(data):
     with TemporaryDirectory() as directory:
-        world, other = World(Path(directory) / "one"), World(Path(directory) / "other")
+        tablet, other = World(Path(directory) / "one"), World(Path(directory) / "other")
         try:
-            data.draw(catalogues(world))
-            exported = world.export()
+            data.draw(catalogues(tablet))
+            exported = tablet.export()
             assert "secret" not in json.dumps(exported)
             other.take(exported)
             assert other.export() == without_passwords(exported)
@@ -174,7 +166,7 @@ def test_every_export_is_taken_by_an_empty_directory_and_comes_out_the_same(data
             assert other.export() == exported
             assert other.take(exported) == []
         finally:
-            world.db.close()
+            tablet.db.close()
             other.db.close()
 
 
@@ -191,22 +183,22 @@ def with_passwords(exported: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def test_closed_and_extra_days_country_favourites_and_display_come_along(world, tmp_path):
-    world.take(FULL)
-    world.catalogue.set_public_holidays("DE", "BY")
+def test_closed_and_extra_days_country_favourites_and_display_come_along(tablet, tmp_path):
+    tablet.take(FULL)
+    tablet.catalogue.set_public_holidays("DE", "BY")
     add_days(
-        world.catalogue,
+        tablet.catalogue,
         [
             DayException("Inventory", date(2026, 12, 7), date(2026, 12, 8)),
             DayException("Saturday", date(2026, 11, 28), date(2026, 11, 28), is_working=True, source="plant.ics"),
         ],
     )
-    world.catalogue.save_mission(Mission("Fetch", "g", favourite=True))
-    world.catalogue.change_settings(language="fi", theme="dark", gloves=True, font_scale_percent=115, keyboard="on")
-    world.catalogue.save_schedule(
-        Schedule("", world.robots["R1"].id, world.missions[0].id, datetime(2026, 11, 28, 9, 0), "UTC")
+    tablet.catalogue.save_mission(Mission("Fetch", "g", favourite=True))
+    tablet.catalogue.change_settings(language="fi", theme="dark", gloves=True, font_scale_percent=115, keyboard="on")
+    tablet.catalogue.save_schedule(
+        Schedule("", tablet.robots["R1"].id, tablet.missions[0].id, datetime(2026, 11, 28, 9, 0), "UTC")
     )
-    exported = world.export()
+    exported = tablet.export()
     other = World(tmp_path / "other")
     lines = other.take(exported)  # a Saturday that would be refused without its day
     assert [line for line in lines if "days" in line or "region" in line or "gloves" in line] == [
@@ -251,25 +243,25 @@ def test_closed_and_extra_days_country_favourites_and_display_come_along(world, 
     other.db.close()
 
 
-def test_a_one_time_start_whose_day_was_closed_later_is_exported_as_it_will_run(world, tmp_path):
-    world.take(FULL)
-    world.catalogue.change_settings(working_days=("WE",))  # "Home on R1" is on a Tuesday
-    exported = world.export()
+def test_a_one_time_start_whose_day_was_closed_later_is_exported_as_it_will_run(tablet, tmp_path):
+    tablet.take(FULL)
+    tablet.catalogue.change_settings(working_days=("WE",))  # "Home on R1" is on a Tuesday
+    exported = tablet.export()
     assert exported["schedules"][0]["respect_working_days"] is False
     other = World(tmp_path / "other")
     other.take(exported)
     assert other.export() == without_passwords(exported)
-    assert other.schedules["Home on R1"].next_at == world.schedules["Home on R1"].next_at
+    assert other.schedules["Home on R1"].next_at == tablet.schedules["Home on R1"].next_at
     other.db.close()
 
 
-def test_another_country_has_no_region_of_the_former(world):
-    world.take({"format": FULL["format"], "calendar": {"country": "DE", "region": "BY"}})
-    assert world.take({"format": FULL["format"], "calendar": {"country": "FI"}}) == [
+def test_another_country_has_no_region_of_the_former(tablet):
+    tablet.take({"format": FULL["format"], "calendar": {"country": "DE", "region": "BY"}})
+    assert tablet.take({"format": FULL["format"], "calendar": {"country": "FI"}}) == [
         "setting country changed: DE -> FI",
         "setting region changed: BY -> none",
     ]
-    assert json.loads(export_configuration(world.db.read()))["calendar"] == {
+    assert json.loads(export_configuration(tablet.db.read()))["calendar"] == {
         "country": "FI",
         "region": None,
         "days": [],

@@ -9,15 +9,7 @@ import pytest
 from app.domain.models import (
     InvalidInput,
 )
-from tests.unit.catalogue.configured import World, changed
-
-
-@pytest.fixture
-def world(tmp_path):
-    world = World(tmp_path)
-    yield world
-    world.db.close()
-
+from tests.unit.catalogue.configured import changed
 
 BAD: list[tuple[str, Any, str, str]] = [
     ("format", "amr-scheduler/2", "format", "this app reads amr-scheduler/1"),
@@ -122,17 +114,17 @@ BAD: list[tuple[str, Any, str, str]] = [
 @pytest.mark.parametrize(
     ("path", "value", "field", "problem"), BAD, ids=[f"{path}={value!r:.30}" for path, value, _, _ in BAD]
 )
-def test_an_invalid_value_is_reported_with_its_path_and_changes_nothing(world, path, value, field, problem):
-    before = world.everything()
+def test_an_invalid_value_is_reported_with_its_path_and_changes_nothing(tablet, path, value, field, problem):
+    before = tablet.everything()
     with pytest.raises(InvalidInput) as caught:
-        world.take(changed(path, value))
+        tablet.take(changed(path, value))
     assert caught.value.field == field
     assert problem in caught.value.text
     assert (
         field == "file" or caught.value.text.startswith(field) or caught.value.text.startswith(field.rpartition(".")[0])
     )
     assert "\n" not in caught.value.text
-    assert world.everything() == before
+    assert tablet.everything() == before
 
 
 @pytest.mark.parametrize(
@@ -154,8 +146,8 @@ def test_an_invalid_value_is_reported_with_its_path_and_changes_nothing(world, p
     ],
     ids=range(13),
 )
-def test_a_file_that_is_no_configuration_is_refused_in_one_sentence(world, content, problem):
+def test_a_file_that_is_no_configuration_is_refused_in_one_sentence(tablet, content, problem):
     with pytest.raises(InvalidInput, match=problem) as caught:
-        world.take(content)
+        tablet.take(content)
     assert caught.value.field in ("file", "format")
     assert "\n" not in caught.value.text

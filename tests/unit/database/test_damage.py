@@ -6,13 +6,12 @@ import contextlib
 import itertools
 import os
 import shutil
-import sqlite3
 from pathlib import Path
 
 import pytest
 
 from app.database import files
-from app.database.backups import BACKUPS, KEPT, back_up, daily_backup, newest_good_backup, problem_of, restore
+from app.database.backups import BACKUPS, back_up, daily_backup, newest_good_backup, problem_of, restore
 from app.database.connection import Database, DatabaseDamaged, DatabaseRefused, DatabaseUnavailable
 from app.database.settings import WRONG_PINS, SettingsRepository
 
@@ -99,14 +98,6 @@ def test_the_installations_id_comes_back_with_the_backup(path, clock, start):
     restore(newest_good_backup(path), path, clock.now())
     db = start()
     assert db.write(SETTINGS.install_id) == install_id
-
-
-def test_a_sound_database_is_kept_aside_when_a_backup_takes_its_place(backed_up, clock):
-    kept = restore(newest_good_backup(backed_up), backed_up, clock.now())
-    assert kept.name == "amr-scheduler.db.before-restore-20261123T120000Z"
-    aside = sqlite3.connect(kept)
-    assert aside.execute("SELECT value FROM settings WHERE name = 'a'").fetchone()[0] == "2"
-    aside.close()
 
 
 def test_ids_used_after_the_backup_are_not_reused(path, clock, start):
@@ -265,18 +256,6 @@ def test_a_half_made_first_database_is_simply_begun(path, start):
 
 
 # ---------------------------------------------------------------------- backups
-def test_daily_backups_keep_the_newest_seven(path, clock, start):
-    db = start()
-    for day in range(10):
-        db.write(lambda c, day=day: SETTINGS.put(c, "day", day))
-        assert daily_backup(path, clock.now()) is not None
-        assert daily_backup(path, clock.now()) is None
-        clock.advance(86400)
-    names = sorted(file.name for file in (path.parent / BACKUPS).iterdir())
-    assert len(names) == KEPT
-    assert (names[0], names[-1]) == ("daily-2026-11-26.db", "daily-2026-12-02.db")
-
-
 def test_a_backup_made_during_writes_is_one_private_file(path, start):
     db = start()
     db.write(lambda c: SETTINGS.put(c, "a", 1))

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from app.container import Container
 from app.database.connection import Database
 from app.domain import names
-from app.domain.models import InvalidInput, Mission, Robot, Schedule
+from app.domain.models import InvalidInput, Mission, Robot
 from app.domain.robot import MissionInfo
 from app.process.requests import find_mission, find_target
 from app.screens.settings.missions_view import offers
@@ -165,31 +165,3 @@ def test_parameters_keep_the_names_that_the_robot_gave_them():
 def test_only_zones_of_iana_are_taken(zone):
     with pytest.raises(InvalidInput, match="is no time zone"):
         checks.timezone(zone)
-
-
-@pytest.mark.parametrize("zone", ["localtime", "Mars/Base"])
-def test_a_stored_zone_that_is_none_is_left_at_the_start(tmp_path, monkeypatch, caplog, zone):
-    monkeypatch.setenv("TZ", "Europe/Helsinki")
-    clock = VirtualClock()  # Monday 2026-11-23 06:00 UTC
-    container = Container(Database.open(tmp_path / "a.db", clock=clock, threaded=False, durable=False), clock)
-    container.first_start()
-    robot = container.catalogue.save_robot(Robot("R1", "10.0.0.1", "u"), password="p")
-    mission = container.catalogue.save_mission(Mission("Go", "g"))
-    saved = [
-        container.catalogue.save_schedule(
-            Schedule(name, robot.id, mission.id, clock.now().replace(hour=9, tzinfo=None), "Asia/Tokyo", "FREQ=DAILY")
-        )
-        for name in ("Kept", "Lost")
-    ]
-    container.db.write(lambda c: container.repositories.settings.save(c, timezone=zone))
-    container.db.write(lambda c: c.execute("UPDATE schedules SET timezone = ? WHERE id = ?", (zone, saved[1].id)))
-    container.first_start()
-    assert container.settings().timezone == "Europe/Helsinki"
-    kept, lost = (container.repositories.schedules.get(container.db.read(), schedule.id) for schedule in saved)
-    assert kept == saved[0]
-    assert (lost.timezone, lost.next_at.isoformat()) == ("Europe/Helsinki", "2026-11-23T07:00:00+00:00")
-    assert [message for message in caplog.messages if zone in message] == [
-        f"At the start the time zone {zone} is not known here; the settings take Europe/Helsinki",
-        f"At the start the time zone {zone} is not known here; the schedule Lost takes Europe/Helsinki",
-    ]
-    container.close()

@@ -71,12 +71,6 @@ def test_a_mission_has_the_recorded_fields(aino: Asker) -> None:
     assert aino.get(f"/missions/{GUIDS['Home']}")["has_user_parameters"] is False
 
 
-def test_a_missions_definition_says_what_it_asks_for(aino: Asker) -> None:
-    (definition,) = aino.get(f"/missions/{GUIDS['Go to position']}/definition")
-    assert [(one["id"], one["type"]) for one in definition["parameters"]] == [("Position", "Reference")]
-    assert aino.get(f"/missions/{GUIDS['Home']}/definition")[0]["parameters"] == []
-
-
 def test_a_mission_made_by_a_client_runs(aino: Asker) -> None:
     group = aino.get("/mission_groups")[0]["guid"]
     made = aino.send(
