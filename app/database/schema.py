@@ -332,14 +332,18 @@ CREATE VIEW current_check_ups AS SELECT * FROM check_ups WHERE (SELECT deleted_a
 """
 
 _MOVED_STARTS = """
--- A start that a person moved is a one-time schedule; the schedule that it is of skips it. It is current as long as that one is.
+-- A start that a person moved is a one-time schedule; the schedule that it is of skips it. It is current as long as that one is, and
+-- what it was moved to.
 ALTER TABLE schedules ADD COLUMN moved_of INTEGER REFERENCES schedules(id) ON DELETE CASCADE;
 ALTER TABLE schedules ADD COLUMN moved_from TEXT;            -- when that schedule has it
 ALTER TABLE executions ADD COLUMN moved_from TEXT;
 CREATE INDEX schedules_moved ON schedules (moved_of) WHERE moved_of IS NOT NULL;
 DROP VIEW current_schedules;
-CREATE VIEW current_schedules AS SELECT * FROM schedules WHERE deleted_at IS NULL
-    AND (moved_of IS NULL OR (SELECT deleted_at FROM schedules AS whole WHERE whole.id = schedules.moved_of) IS NULL);
+CREATE VIEW current_schedules AS SELECT * FROM schedules WHERE deleted_at IS NULL AND (moved_of IS NULL OR coalesce(
+    (SELECT deleted_at FROM schedules AS whole WHERE whole.id = schedules.moved_of),
+    (SELECT deleted_at FROM robots WHERE robots.id = schedules.robot_id),
+    (SELECT deleted_at FROM robot_groups WHERE robot_groups.id = schedules.group_id),
+    (SELECT deleted_at FROM missions WHERE missions.id = schedules.mission_id)) IS NULL);
 """
 
 MIGRATIONS: tuple[str, ...] = (

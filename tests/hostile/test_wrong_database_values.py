@@ -78,6 +78,8 @@ WRONG = {
     "an instant without a zone": ("schedules", "UPDATE schedules SET next_at = '2026-11-23'"),
     "an instant at the end of time": ("schedules", "UPDATE schedules SET next_at = '9999-12-31T23:59:59.999999Z'"),
     "a window of ages": ("schedules", "UPDATE schedules SET start_window_minutes = 4611686018427387904"),
+    "a start that was moved from no time": ("schedules", "UPDATE schedules SET moved_of = id"),
+    "a moved start of itself": ("schedules", "UPDATE schedules SET moved_of = id, moved_from = next_at"),
     "parameters that are a list": ("schedules", "UPDATE schedules SET parameters = '[1]'"),
     "a start that was skipped at no time": ("skips", "INSERT INTO skips SELECT id, 'tomorrow', 0 FROM schedules"),
     "a start that is neither skipped nor kept back": (

@@ -15,6 +15,7 @@ from app.container import Container
 from app.database.connection import Database
 from app.domain.models import DayException, Group, InvalidInput, Mission, Robot, Schedule, State
 from app.services.catalogue.configuration import export_configuration
+from app.services.catalogue.database_check import find_problem
 from app.services.files.history_export import write_history
 from app.services.files.plan_export import write_plan
 from app.services.planning import sentences
@@ -336,6 +337,15 @@ def test_deleted_with_its_robot_and_put_back_with_it(plant):
     assert plant.planned() == AS_BEFORE[1:]
     plant.catalogue.restore(removed)
     assert plant.planned() == [("Sisu", "24 09:00", "Deliver"), AS_BEFORE[1]]
+
+
+def test_its_schedule_is_put_back_after_its_robot_was_deleted(plant):
+    plant.move(robot_id=plant.sisu)
+    removed = plant.catalogue.remove_schedule(plant.daily.id)
+    plant.catalogue.remove_robot(plant.sisu)
+    plant.catalogue.restore(removed)
+    assert plant.planned() == AS_BEFORE[1:]
+    assert find_problem(plant.container.db.read()) is None
 
 
 def test_what_waits_of_it_is_ended_with_its_schedule(plant):

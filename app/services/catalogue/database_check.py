@@ -178,7 +178,10 @@ def _schedules(c: sqlite3.Connection) -> None:
     """Values that older versions allowed are accepted: only those that would stop the planning of others are
     refused."""
     found = ScheduleRepository().all(c)
+    moved = {schedule.id for schedule in found if schedule.moved_of is not None}
     for schedule in found:
+        is_moved = schedule.id in moved
+        _require(is_moved == (schedule.moved_from is not None) and schedule.moved_of not in moved, "a moved start")
         _check_objects(schedule.parameters)
         Recurrence.parse(schedule.recurrence)
         checked(schedule, fields.SCHEDULE, "minimum_battery_percent", "start_window_minutes", "finish_by_minutes")
