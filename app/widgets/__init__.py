@@ -30,6 +30,7 @@ MODULES = (
     "snackbar",
     "surfaces",
     "swatch",
+    "tabs",
     "text",
     "timeline",
 )  # that register classes in kivy's Factory
@@ -44,6 +45,7 @@ WIDGETS_KV = (
     "pickers",
     "sheet",
     "snackbar",
+    "tabs",
     "frame",
     "slots",
 )

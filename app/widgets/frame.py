@@ -1,4 +1,5 @@
-"""The frame around all screens: top bar, banner when needed, body, bottom navigation. Built once; the screens change in its ``body``."""
+"""The frame around all screens: rail or bar with the screens, top bar, banner when needed, body. Built once; the screens change in its
+``body``."""
 
 import math
 
@@ -30,15 +31,16 @@ SETTLES = 0.5  # s after the page has moved, in which a touch was meant for what
 
 
 class TopBar(Toned, MDTopAppBar):
-    """Name of the screen, date and time, the selected robot with its connection, and the bell, which keeps its place; a
-    tap on the robot fires ``on_pick_robot``, one on the bell ``on_list_alarms``.
+    """The tabs of the present screen, or its title if it has none; the time; the selected robot with its connection; and the bell, which
+    keeps its place. With ``can_go_back`` an arrow is in front of the tabs.
 
-    ``help_count`` says how many robots need a person. Without enough room (``narrow``) the date is omitted; long names
-    of robots wrap.
+    ``on_choose_tab(key)``, ``on_back``, ``on_pick_robot``, ``on_list_alarms`` are taps. ``help_count`` says how many robots need a person.
     """
 
     title = StringProperty()
-    date = StringProperty()
+    tabs = ListProperty()
+    tab = ObjectProperty(None, allownone=True)
+    can_go_back = BooleanProperty(False)
     clock = StringProperty()
     robot = StringProperty()
     link = StringProperty()
@@ -46,17 +48,26 @@ class TopBar(Toned, MDTopAppBar):
     bell_icon = StringProperty("bell-outline")
     bell_count = StringProperty()
     help_count = StringProperty()
-    narrow = BooleanProperty(False)
-    free = NumericProperty(0)  # px at its left without anything to press
+    free_left = NumericProperty(0)  # px: between these there is nothing to press
+    free_right = NumericProperty(0)
 
-    __events__ = ("on_pick_robot", "on_list_alarms")
+    __events__ = ("on_choose_tab", "on_back", "on_pick_robot", "on_list_alarms")
 
-    def on_free(self, *_):
-        dock.free_bar = self.free
+    def on_free_left(self, *_):
+        dock.free_left = self.free_left
+
+    def on_free_right(self, *_):
+        dock.free_right = self.free_right
 
     def add_widget(self, widget, *args, **kwargs):
         """At once: KivyMD puts title and buttons in their places a frame later."""
         return BoxLayout.add_widget(self, widget, *args, **kwargs)
+
+    def on_choose_tab(self, key):
+        """Another tab was tapped."""
+
+    def on_back(self):
+        """The arrow was tapped."""
 
     def on_pick_robot(self):
         """The robot in the bar was tapped."""
@@ -93,14 +104,13 @@ class AlarmBanner(TonedSurface):
 
 
 class NavIndicator(Surface):
-    """The background of icon and label, for the present screen and the one under a finger."""
+    """The background of the icon, for the present screen and the one under a finger."""
 
     state_layer_color = ColorProperty(CLEAR)
 
 
 class NavItem(StateLayerBehavior, MDNavigationItem):
-    """One screen, icon and label side by side as in Material's wide windows; the present one is ``active``, with a
-    filled icon."""
+    """One screen; the present one is ``active``, with a filled icon."""
 
     name = StringProperty()
     icon = StringProperty()
@@ -117,10 +127,11 @@ class NavItem(StateLayerBehavior, MDNavigationItem):
 
 class NavBar(MDNavigationBar):
     """``items`` = [(name, label, icon, icon when selected), …], with ``current`` marked; a tap fires
-    ``on_switch_tabs(item, icon, label)``, even on the present one."""
+    ``on_switch_tabs(item, icon, label)``, even on the present one. ``upright`` it is a rail at the side."""
 
     items = ListProperty()
     current = StringProperty()
+    upright = BooleanProperty(False)
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
@@ -177,14 +188,17 @@ class Screens(MDScreenManager):
 
 
 class Frame(Surface):
-    """The window's content. Screens added to it go into the body. With an empty ``alarm`` there is no banner.
+    """The window's content. Screens added to it go into the body. With an empty ``alarm`` there is no banner. The present ``screen`` says
+    which tabs are in the top bar.
 
     A banner that comes, goes or changes its height moves the page. A tap on either within the next moment was meant for
     the earlier content, and presses nothing.
     """
 
+    screen = ObjectProperty(None, allownone=True, rebind=True)
+    tall = BooleanProperty(False)
+    low = BooleanProperty(False)
     title = StringProperty()
-    date = StringProperty()
     clock = StringProperty()
     robot = StringProperty()
     link = StringProperty()
@@ -211,6 +225,7 @@ class Frame(Surface):
         self._rests_until = self._banner_rests_until = 0.0
         super().__init__(**kwargs)
         self.ids.banner_place.fbind("height", self._moved)
+        self.ids.body.fbind("current_screen", self.setter("screen"))
 
     def _moved(self, *_):
         self._rests_until = math.inf
@@ -240,7 +255,7 @@ class Frame(Surface):
 
     def on_touch_down(self, touch):
         now, banner = Clock.get_time(), self.ids.banner_place
-        is_on_page = self.ids.nav.top <= touch.y <= self.ids.bar.y
+        is_on_page = self.ids.sheets.collide_point(*touch.pos)
         is_for_before = (is_on_page and now < self._rests_until) or (
             banner.collide_point(*touch.pos) and now < self._banner_rests_until
         )
@@ -252,7 +267,7 @@ class Frame(Surface):
             self.dispatch(event)
 
     def on_go(self, name):
-        """A screen of the navigation bar was tapped."""
+        """A screen of the rail was tapped."""
 
     def on_pick_robot(self):
         """The robot in the top bar was tapped."""

@@ -72,7 +72,6 @@ def framed(screen: SettingsScreen):
     """Top bar and navigation around the screen, so that it has the room it really has."""
     frame = Factory.Frame(
         title="Settings",
-        date="Fri 20 Nov 2026",
         clock="14:38",
         robot="Aino",
         link="Connected · now",

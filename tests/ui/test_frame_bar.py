@@ -15,9 +15,7 @@ from app.widgets.tokens import tk
 @pytest.fixture
 def bar(ui):
     load_kv("widgets/frame")
-    bar = TopBar(
-        title="Scheduler", date="Fri 20 Nov 2026", clock="14:38", robot="Aino", link="Connected · now", icon="wifi"
-    )
+    bar = TopBar(title="Scheduler", clock="14:38", robot="Aino", link="Connected · now", icon="wifi")
     ui.show(BoxLayout(), (1280, 600)).add_widget(bar)
     ui.advance()
     return bar

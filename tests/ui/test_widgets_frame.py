@@ -7,15 +7,16 @@ from dataclasses import replace
 import pytest
 from kivy.graphics import StencilUse
 from kivy.metrics import Metrics
-from kivymd.uix.screen import MDScreen
 
 from app.domain.models import THEMES
 from app.screens.common.alarms_view import Act
+from app.screens.common.view_model import ScreenBase
 from app.screens.frame.controller import show_banner
 from app.screens.frame.view import BannerView
 from app.widgets.buttons import CommandButton
 from app.widgets.frame import AlarmBanner, Frame, NavIndicator, NavItem, TopBar
-from app.widgets.text import Txt
+from app.widgets.tabs import Tab, TabButton
+from app.widgets.text import Ico, Txt
 from app.widgets.tokens import apply_theme, tk
 from app.window.key_focus import ENTER, TAB
 from tests.ui import checks
@@ -28,7 +29,6 @@ def frame(ui, **values) -> Frame:
     return ui.show(
         Frame(
             title="Home",
-            date="Fri 20 Nov 2026",
             clock="14:38",
             robot="Aino",
             link="Connected",
@@ -81,20 +81,9 @@ def test_the_present_screen_is_marked_in_the_colours_of_the_theme(ui, stage, the
     ui.advance()
     marks = {item.name: ui.find(NavIndicator, root=item) for item in ui.find_all(NavItem)}
     assert list(marks["logs"].md_bg_color) == list(tk.accent_bg)
-    assert [list(label.color) for label in marks["logs"].children] == [list(tk.accent_on)] * 2
+    assert [list(icon.color) for icon in marks["logs"].children] == [list(tk.accent_on)]
     assert marks["home"].md_bg_color[3] == 0
-    assert [list(label.color) for label in marks["home"].children] == [list(tk.ink2)] * 2
-
-
-@pytest.mark.parametrize("width", range(640, 1280, 40))
-def test_a_growing_age_does_not_change_whether_the_date_is_shown(ui, width):
-    bar = ui.show(TopBar(title="Home", date="Fri 20 Nov 2026", clock="14:38", robot="Aino"), (width, 64))
-    narrow = set()
-    for age in ("now", "2 s ago", "58 s ago", "59 min ago"):
-        bar.link = f"Connected · {age}"
-        ui.advance()
-        narrow.add(bar.narrow)
-    assert len(narrow) == 1
+    assert [list(icon.color) for icon in marks["home"].children] == [list(tk.ink2)]
 
 
 def test_the_robot_in_the_bar_can_be_tapped(ui):
@@ -135,15 +124,14 @@ def test_the_banner_follows_the_font_scale_while_it_is_there(ui):
     assert banner.ids.banner_text.font_size == pytest.approx(before)
 
 
-def test_a_screen_that_is_added_to_the_frame_goes_between_bar_and_navigation(ui):
+def test_a_screen_that_is_added_to_the_frame_goes_beside_the_rail_and_below_the_bar(ui):
     window = frame(ui)
-    screen = MDScreen()
+    screen = ScreenBase()
     window.add_widget(screen)
     ui.advance()
     assert screen in window.ids.body.children
-    bar = ui.find(TopBar)
-    assert screen.top < bar.y
-    assert screen.y > ui.find(NavItem).top
+    assert screen.top < ui.find(TopBar).y
+    assert screen.x > window.ids.nav.right
 
 
 def test_screens_are_not_cut_off_at_their_edge(ui):
@@ -155,7 +143,6 @@ def test_screens_are_not_cut_off_at_their_edge(ui):
 def test_the_bar_has_room_for_long_names(ui, width):
     bar = TopBar(
         title="Scheduler",
-        date="Wed 30 Sep 2026",
         clock="14:38",
         robot="Kuljetusrobotti hallin 2 eteläpäässä, pakkaamon puolella",
         link="Not seen since 14:02",
@@ -167,14 +154,36 @@ def test_the_bar_has_room_for_long_names(ui, width):
     assert checks.problems(bar) == []
 
 
-def test_the_date_gives_way_where_there_is_no_room(ui):
-    bar = TopBar(title="Home", date="Fri 20 Nov 2026", clock="14:38", robot="Aino", link="Connected · now", icon="wifi")
-    ui.show(bar, (800, 64))
+def test_the_tabs_of_the_present_screen_are_in_the_bar(ui):
+    window = frame(ui)
+    screen = ScreenBase(tabs=[Tab("open", "Open", count=4), Tab("past", "Past")], tab="open", name="alarms")
+    window.add_widget(screen)
     ui.advance()
-    assert "Fri 20 Nov 2026" in ui.texts()
-    bar.width = 560
+    assert ui.find(TopBar).ids.bar_title.text == ""
+    ui.tap_text("Past")
+    assert screen.tab == "past"
+    assert [button.tab.key for button in ui.find_all(TabButton) if button.active] == ["past"]
+
+
+def test_a_screen_with_a_way_back_has_an_arrow_in_front_of_its_tabs(ui):
+    window = frame(ui)
+    screen, back = ScreenBase(tabs=[Tab("open", "Open")], tab="open", name="alarms", can_go_back=True), []
+    screen.go_back = lambda: back.append(1)
+    window.add_widget(screen)
     ui.advance()
-    assert "Fri 20 Nov 2026" not in ui.texts()
+    ui.tap(ui.find(Ico, icon="arrow-left"))
+    assert back == [1]
+
+
+@pytest.mark.parametrize(("size", "upright"), [((1280, 800), True), ((1024, 600), True), ((800, 1280), False)])
+def test_the_screens_are_at_the_side_where_the_window_is_wide(ui, size, upright):
+    window = ui.show(Frame(title="Home", items=ITEMS, current="home"), size)
+    ui.advance()
+    nav, home = window.ids.nav, ui.find(NavItem, name="home")
+    assert (nav.width, nav.height) == ((96, size[1]) if upright else (size[0], 72))
+    assert home.width >= 96
+    assert home.height >= 72
+    assert window.ids.sheets.x == (96 if upright else 0)
 
 
 @pytest.mark.parametrize("by_key", [False, True])

@@ -6,10 +6,10 @@ import pytest
 from kivy.core.window import Window
 from kivy.tests.common import UnitTestTouch
 from kivy.uix.boxlayout import BoxLayout
-from kivymd.uix.screen import MDScreen
 
 from app.screens.common.options import MenuItem, Option
 from app.screens.common.overlays import Dialogs
+from app.screens.common.view_model import ScreenBase
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog, Dialog, FormDialog
 from app.widgets.fields import FieldInput, FormField
@@ -73,7 +73,7 @@ def test_a_frame_that_takes_long_to_draw_takes_nothing_of_the_moment(ui, page, d
 
 def test_another_screen_takes_no_second_tap_where_the_finger_was(ui):
     frame = ui.show(Frame(current="home"), Window.size)
-    frame.add_widget(screen := MDScreen(name="home"))
+    frame.add_widget(screen := ScreenBase(name="home"))
     screen.add_widget(button := CommandButton(text="Save"))
     button.center = 200, 300
     pressed: list[str] = []

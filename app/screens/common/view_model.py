@@ -58,8 +58,9 @@ Rules
 - Ask only before what can't be undone, or takes more with it: ``shell.dialogs.confirm(title, text, action, done, danger=True)``. Also
   ``choose``, ``choose_many``, ``pick_time``, ``pick_date``, ``menu``, and ``open`` for dialogs of your own (``FormDialog``,
   app/widgets/dialogs.py).
+- A screen has no title of its own: the top bar has its ``tabs`` (``tab``, ``choose_tab``), else its name, and ``can_go_back`` an arrow.
 - Sizes of targets come from ``tk.h_touch``, ``tk.h_field``, ``tk.h_action``; they grow in glove mode, and ``Navigator.rebuild`` then
-  builds the screens again. Landscape and portrait: ``root.portrait``; a low window (600 px): let cards scroll (``ScrollPage``).
+  builds the screens again. Windows are ``root.tall``, ``root.low``, else wide, whatever a banner takes of the page.
 - Fields go red with a sentence in ``problem``; fields of settings commit when the focus leaves them (``on_commit``).
 
 Tests: ``tests/ui/conftest.py`` gives the fixture ``ui`` (taps, typing, virtual time); ``tests/screenshots`` takes the pictures.
@@ -73,7 +74,8 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from kivy.clock import Clock
 from kivy.core.window import Window
 from kivy.event import EventDispatcher
-from kivy.properties import BooleanProperty, NumericProperty, ObjectProperty, StringProperty
+from kivy.metrics import dp
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivymd.uix.screen import MDScreen
 from kivymd.uix.screenmanager import MDScreenManager
 
@@ -210,11 +212,19 @@ class Refresher(Generic[T]):
 
 
 class ScreenBase(MDScreen):
-    """A screen: a view model, and a widget that fills it. The navigator says when it is shown. ``portrait`` is the
-    window's, also if an alarm takes some of the screen's height."""
+    """A screen: a view model, and a widget that fills it. The navigator says when it is shown. The frame shows its ``tabs``, with the
+    chosen ``tab`` marked, and an arrow if it ``can_go_back``; without tabs its name.
+
+    ``portrait``, ``tall`` (narrower than 840 dp) and ``low`` (below 700 dp) are the window's, whatever the frame takes of it.
+    """
 
     vm = ObjectProperty(None, rebind=True, allownone=True)
+    tabs = ListProperty()
+    tab = ObjectProperty(None, allownone=True)
+    can_go_back = BooleanProperty(False)
     portrait = BooleanProperty(False)
+    tall = BooleanProperty(False)
+    low = BooleanProperty(False)
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -232,8 +242,16 @@ class ScreenBase(MDScreen):
         """The intent that leads back to what it shows now."""
         return {}
 
+    def choose_tab(self, key: Any) -> None:
+        """A tab was tapped."""
+        self.tab = key
+
+    def go_back(self) -> None:
+        """The arrow was tapped."""
+
     def _turned(self, *_: Any) -> None:
         self.portrait = Window.height > Window.width
+        self.tall, self.low = Window.width < dp(840), Window.height < dp(700)
 
 
 class Navigator(EventDispatcher):

@@ -56,7 +56,7 @@ def screen_word(name: str) -> str:
 
 
 def show_bar(frame: Frame, bar: BarView) -> None:
-    frame.date, frame.clock, frame.robot = bar.date, bar.clock, bar.robot
+    frame.clock, frame.robot = bar.clock, bar.robot
     frame.link, frame.link_icon, frame.link_tone, frame.help_count = (
         bar.link,
         bar.link_icon,

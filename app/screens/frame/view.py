@@ -38,9 +38,8 @@ from app.screens.frame.sounding import is_overdue
 
 @dataclass(frozen=True)
 class BarView:
-    """The top bar, except the screen's name."""
+    """The top bar, except tabs and name of the screen."""
 
-    date: str = ""
     clock: str = ""
     robot: str = ""
     link: str = ""
@@ -53,13 +52,13 @@ def top_bar(
     robot: Robot | None, snapshot: RobotSnapshot | None, settings: Settings, now: datetime, groups: Sequence[Group] = ()
 ) -> BarView:
     """``groups`` are those of all robots."""
-    date, clock = formats.day(now, settings.timezone, year=True), formats.clock_time(now, settings.timezone)
+    clock = formats.clock_time(now, settings.timezone)
     if robot is None:
-        return BarView(date, clock, _("No robot"))
+        return BarView(clock, _("No robot"))
     link = link_appearance(robot, snapshot or RobotSnapshot(robot.id), now, settings)
     needy = sum(group in NEEDS_HELP for group in groups)
     return BarView(
-        date, clock, robot.name, link.word, link.icon, link.tone, str(needy) if needy and len(groups) > FEW else ""
+        clock, robot.name, link.word, link.icon, link.tone, str(needy) if needy and len(groups) > FEW else ""
     )
 
 

@@ -399,5 +399,5 @@ class HomeScreen(Pages):
             return "column"
         around = dp(64 + 64 + 32) + dp(97)  # bars, margins, and a banner of two lines
         fixed = 2 * tk.h_action + dp(56) + sp(14)  # the robots' strip and the controls
-        is_small = self.width < dp(850) or Window.height - around - fixed < sp(110)
+        is_small = self.width < dp(890) or Window.height - around - fixed < sp(110)
         return "tall" if self.portrait or is_small else "wide"

@@ -42,7 +42,7 @@ def test_bar_and_list_say_how_many_of_many_robots_need_help():
 
 def test_the_bar_shows_time_in_the_zone_of_the_settings_and_the_robot_with_its_age():
     bar = top_bar(AINO, snapshot(1, EXECUTING), SETTINGS, NOW)
-    assert (bar.date, bar.clock) == ("Fri 20 Nov 2026", "14:38")
+    assert bar.clock == "14:38"
     assert (bar.robot, bar.link, bar.link_tone) == ("Aino", "Connected · now", "neutral")
 
 

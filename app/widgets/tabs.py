@@ -1,0 +1,97 @@
+"""Tabs: words side by side, a line below the chosen one. Those of the present screen are in the top bar; a card may have its own."""
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+
+from kivy.metrics import dp, sp
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty
+from kivy.uix.boxlayout import BoxLayout
+
+from app.widgets.surfaces import TonedTap
+from app.widgets.text import line_width
+from app.widgets.tokens import tk
+
+AROUND = 26  # dp: the margins of a word
+ICON = 32  # dp, with the gap after it
+
+
+@dataclass(frozen=True)
+class Tab:
+    """``count`` 0 is not shown. A ``tone`` colours icon and count: something there is not normal."""
+
+    key: Hashable
+    text: str
+    icon: str = ""
+    tone: str = ""
+    count: int = 0
+
+
+class TabButton(TonedTap):
+    """One tab, as wide as ``Tabs`` says."""
+
+    tab = ObjectProperty(Tab("", ""), rebind=True)
+    active = BooleanProperty(False)
+
+    @property
+    def wanted(self) -> float:
+        """Width in px with the word on one line."""
+        around = dp(AROUND + (ICON if self.tab.icon else 0))
+        count = line_width(f"  {self.tab.count}", "RobotoMedium", sp(18)) if self.tab.count else 0
+        return around + count + line_width(self.tab.text, "RobotoMedium", sp(18))
+
+
+class Tabs(BoxLayout):
+    """``tabs`` are ``Tab``s, ``selected`` is the key of the chosen one; a tap on another one fires ``on_choose(key)``.
+
+    They are as wide as their words, or with ``fill`` share the width. Without enough room the longest wrap. ``used`` is the width in px
+    that they take.
+    """
+
+    tabs = ListProperty()
+    selected = ObjectProperty(None, allownone=True)
+    fill = BooleanProperty(False)
+    used = NumericProperty(0)
+
+    __events__ = ("on_choose",)
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.fbind("tabs", self._build)
+        self.fbind("selected", self._mark)
+        for name in ("width", "spacing", "fill"):
+            self.fbind(name, self._share)
+        tk.follow(self._share)
+        self._build()
+
+    def on_choose(self, key):
+        """A tab was tapped that was not chosen."""
+
+    def _pressed(self, button):
+        if button.tab.key != self.selected:
+            self.dispatch("on_choose", button.tab.key)
+
+    def _build(self, *_):
+        """New words of the same tabs go into the existing buttons: a finger may be on one of them."""
+        if [button.tab.key for button in reversed(self.children)] != [tab.key for tab in self.tabs]:
+            self.clear_widgets()
+            for _tab in self.tabs:
+                self.add_widget(TabButton(on_release=self._pressed))
+        for button, tab in zip(reversed(self.children), self.tabs, strict=True):
+            button.tab = tab
+        self._mark()
+        self._share()
+
+    def _mark(self, *_):
+        for button in self.children:
+            button.active = button.tab.key == self.selected
+
+    def _share(self, *_):
+        """The shortest get what they want first."""
+        left = len(self.children)
+        gaps = self.spacing * max(0, left - 1)
+        room = self.width - gaps
+        for button in sorted(self.children, key=lambda button: button.wanted):
+            share = room / left
+            button.width = share if self.fill else min(button.wanted, share)
+            room, left = room - button.width, left - 1
+        self.used = gaps + sum(button.width for button in self.children)
