@@ -24,9 +24,9 @@ LEAVES_ROBOT_FREE = (Wait.HOLD, Wait.BATTERY, Wait.LATE_START, Wait.PLACE, Wait.
 
 _OUT: Mapping[str, str] = MappingProxyType(
     {
-        "off": "{robot} switched off",
-        "silent": "{robot} silent",
-        "wrong_robot": "{robot} is another machine",
+        "off": "{robot} off",
+        "silent": "{robot}: no answer",
+        "wrong_robot": "{robot}: another robot",
         "held": "{robot} on hold",
         "stopped": "{robot} stopped",
         "lacks_mission": "{robot} has no such mission",
@@ -97,7 +97,7 @@ def stuck_since(execution: Execution, snapshot: RobotSnapshot) -> datetime | Non
 
 
 def stuck(robot: str, since: datetime, zone: tzinfo | str, translate: Translate = lambda text: text) -> str:
-    words = translate("{robot} may have it, silent since {since}: it goes to no other robot")
+    words = translate("{robot} may have it, no answer since {since}: it goes to no other robot")
     return words.format(robot=robot, since=_time(since, zone, translate))
 
 

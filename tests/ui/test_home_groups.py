@@ -333,7 +333,9 @@ def test_a_start_that_a_silent_robot_may_have_is_run_on_another_by_a_person_only
     ui.wait(lambda: [row for row in container.history.open() if row.state is State.SUBMITTING and row.robot == "Aino"])
     ui.wait(lambda: not aino.model.faults.full())  # being sent
     aino.control({"fault": {"kind": "drop_request", "path": "*", "count": None}})
-    ui.wait(lambda: [row for row in ui.find_all(WaitingRow) if row.note.startswith("Aino may have it, silent since ")])
+    ui.wait(
+        lambda: [row for row in ui.find_all(WaitingRow) if row.note.startswith("Aino may have it, no answer since ")]
+    )
     veikko.model.resume()
     ui.advance(1)
     press(ui, "Start elsewhere", ui.find(WaitingRow))

@@ -243,12 +243,12 @@ def moves(robot: str, trial: Trial) -> Message:
     if trial.mission is None:
         return message(
             "{robot} gets a mission that waits a second, four times; one of them is cancelled before it runs. The robot is "
-            "paused twice for a few seconds and released. The mission is removed afterwards. Nothing drives.",
+            "paused twice for a few seconds and resumed. The mission is removed afterwards. Nothing drives.",
             robot=robot,
         )
     return message(
         "{mission} is queued four times on {robot}. One of them is cancelled before it runs, so the robot runs the "
-        "mission three times and may drive. It is paused twice for a few seconds and released.",
+        "mission three times and may drive. It is paused twice for a few seconds and resumed.",
         mission=trial.mission,
         robot=robot,
     )

@@ -1,7 +1,7 @@
 """The second stage of a check-up: a harmless mission is queued and watched.
 
 Four items while the robot is paused: one, the same again, one to cancel, one of higher priority. Then the robot is
-released, and paused again while one of them runs. What is about to change is noted before it is changed.
+resumed, and paused again while one of them runs. What is about to change is noted before it is changed.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ PAUSED = amber("Somebody paused it while it was tried", _ENDED)
 RELEASED = amber("Somebody ended the pause of the trial", _ENDED)
 WENT_ON = red(
     "A mission continued while it was in Pause",
-    "Either somebody released it and paused it again, or Pause in the app does not stop it from driving: look at the "
+    "Either somebody resumed it and paused it again, or Pause in the app does not stop it from driving: look at the "
     "robot, and check up again.",
 )
 

@@ -300,7 +300,7 @@ def _pause(result: TrialResult) -> Found | None:
         )
     if result.runs_on is False and all(parse.queue_state(item.now) is not QueueState.PENDING for item in result.items):
         return amber(
-            "A paused mission does not continue when the robot is released",
+            "A paused mission does not continue when the robot is resumed",
             "After Pause and Resume a run counts as failed: start it again.",
         )
     if result.waits_in_pause:

@@ -159,7 +159,7 @@ def test_a_robot_that_others_use_since_is_not_released_by_what_is_done_late(robo
     assert machine.paused
     robot.asked.clock.advance(RELEASED_WITHIN.total_seconds())
     problem = robot.check_ups.put_back(robot.id)
-    assert render(problem) == "it is paused, with missions of others in its queue; release it there or in the app"
+    assert render(problem) == "it is paused, with missions of others in its queue; press Resume there or in the app"
     assert [str(item.state) for item in machine.queue][-1] == "Pending"
     machine.resume()
     assert robot.check_ups.put_back(robot.id) is None

@@ -11,7 +11,7 @@ from app.domain.message import render
 from tests.support.check_up_site import ENDED, CheckedRobot, Killed
 from tests.support.findings import says
 
-MAYBE_THEIRS = "it is paused, and somebody may have paused it; release it there or in the app"
+MAYBE_THEIRS = "it is paused, and somebody may have paused it; press Resume there or in the app"
 
 
 def press_pause(robot: CheckedRobot, is_time: Callable[[str], object]) -> list[str]:

@@ -271,7 +271,7 @@ test_by_hand = cases_of(
         true(
             lambda s: (
                 stuck(s.row().robot, stuck_since(s.row(), s.container.snapshots.get(s.row().robot_id)), "UTC")
-                == f"{s.row().robot} may have it, silent since 06:05: it goes to no other robot"
+                == f"{s.row().robot} may have it, no answer since 06:05: it goes to no other robot"
             )
         ),
         [600, ends(UNKNOWN), true(lambda s: len(s.network.posts()) == 1)],

@@ -64,7 +64,7 @@ def test_runs_of_a_group_are_found_and_say_why_that_robot_came(logs, container, 
     assert row.mission == "For any robot"
     tap(logs, ui, row)
     names = [robot.name for robot in container.catalogue.robots()]
-    assert f"{names[0]}: free now; {names[1]} silent" in [step.note for step in ui.find(LogRow).steps]
+    assert f"{names[0]}: free now; {names[1]}: no answer" in [step.note for step in ui.find(LogRow).steps]
     assert ui.find(LogRow).steps[0].note.endswith(" · any of Hall 1")
     assert "Chosen" in [step.label for step in ui.find(LogRow).steps]
     steps = sorted(ui.find_all(StoryStep), key=lambda step: step.x)

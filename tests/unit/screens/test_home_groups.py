@@ -160,7 +160,7 @@ def test_other_robots_are_offered_for_a_start_that_a_silent_robot_may_have():
     shown = facts(lost, snapshots={1: silent, 2: snapshot(2, READY)})
     [(found, start)] = waiting.starts_with_a_robot(shown, NOW)
     assert (found, start.is_stuck) == (lost, True)
-    assert start.note.startswith("Aino may have it, silent since ")
+    assert start.note.startswith("Aino may have it, no answer since ")
     assert [(option.key, option.text) for option in waiting.others_for(lost, (AINO, VEIKKO), (HALL,))] == [
         (2, "Veikko")
     ]
