@@ -3,7 +3,7 @@ cost as much as four. The next ones are made (with ``ahead``) and filled in adva
 at once is forty texts, 8 ms in the middle of a fling.
 """
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable
 from dataclasses import dataclass
 
 from kivy.clock import Clock
@@ -25,7 +25,7 @@ class Shelf:
     """Values of PanelShelf: ``panels`` with the names of their classes, and how many places there are side by side, px apart."""
 
     key: Hashable
-    panels: Sequence[tuple[str, object]]
+    panels: list[tuple[str, object]]
     columns: int
     spacing: float
 
@@ -33,7 +33,7 @@ class Shelf:
 class PanelGrid(LongList):
     """``panels`` are objects whose attributes are properties of the panel class, with a ``key`` each. Panel classes mix in
     ``RecycledRow``, fill their cell and set their least height in ``size_hint_min_y``; the class is ``panelclass``, or the class attribute
-    ``panelclass`` of the values of one panel.
+    ``panelclass`` of the values of one panel; one that ``is_whole_row`` has no other beside it.
 
     ``panel_width`` is the least width of a panel. ``on_action(key, action, *values)`` comes from the panels.
     """
@@ -102,8 +102,15 @@ class PanelGrid(LongList):
         panels = [
             (getattr(panel, "panelclass", usual), panel) for panel in self.standing.in_order(self.panels, self._known)
         ]
-        shelves = [panels[start : start + columns] for start in range(0, len(panels), columns)]
-        self.data = [Shelf(shelf[0][1].key, shelf, columns, spacing) for shelf in shelves]
+        shelves: list[Shelf] = []
+        for name, panel in panels:
+            whole = getattr(panel, "is_whole_row", False)
+            last = shelves[-1] if shelves else None
+            if last is None or whole or last.columns == len(last.panels):
+                shelves.append(Shelf(panel.key, [(name, panel)], 1 if whole else columns, spacing))
+            else:
+                last.panels.append((name, panel))
+        self.data = shelves
 
 
 class PanelShelf(BoxLayout):

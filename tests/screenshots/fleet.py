@@ -1,16 +1,19 @@
-"""All robots: a dozen and fifty, with something abnormal and all well; a filter, and one that finds nothing any more."""
+"""All robots: a dozen, fifty and two hundred, with something abnormal and all well; an outage, a filter, the wall view."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from app.screens.common.robot_groups import Group
 from app.screens.frame.facts import OpenIssues
-from app.screens.home.fleet_model import FleetViewModel
+from app.screens.home.facts import HomeFacts
+from app.screens.home.fleet_model import LEFT_ALONE, FleetViewModel
 from tests.screenshots.home import home
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
 from tests.support import fleet_facts as sample
+from tests.support import home_facts as home_sample
 
 EVERY_SIZE = (*BOTH, SMALL, SHARP, LARGE_TEXT, SMALL_LARGE_TEXT, GLOVES)
 
@@ -30,16 +33,10 @@ class _AtOnce:
             done(work())
 
 
-def fleet(studio: Any, count: int, *, well: bool = False, issues: OpenIssues | None = None) -> FleetViewModel:
+def fleet(studio: Any, facts: HomeFacts, *, issues: OpenIssues | None = None) -> FleetViewModel:
     """``issues``: those that the app would have of these robots."""
-    answers = sample.Answers()
-    screen = home(
-        studio,
-        sample.facts(count, well=well),
-        issues=issues,
-        background=_AtOnce(),
-        more=dict.fromkeys(("catalogue", "history", "robot_missions"), answers),
-    )
+    answers = dict.fromkeys(("catalogue", "history", "robot_states", "alarms"), sample.Answers())
+    screen = home(studio, facts, issues=issues, background=_AtOnce(), more=answers)
     page: FleetViewModel = screen.vm.fleet
     page.open()
     studio.afterwards(page.close)
@@ -49,44 +46,65 @@ def fleet(studio: Any, count: int, *, well: bool = False, issues: OpenIssues | N
 
 @picture("fleet-twelve", sizes=EVERY_SIZE)
 def twelve(studio: Any) -> None:
-    fleet(studio, 12)
+    fleet(studio, sample.facts(12))
 
 
 @picture("fleet-twelve-well", sizes=BOTH)
 def twelve_well(studio: Any) -> None:
-    fleet(studio, 12, well=True)
-
-
-@picture("fleet-twenty-four", sizes=(LANDSCAPE,))
-def twenty_four(studio: Any) -> None:
-    fleet(studio, 24)
+    fleet(studio, sample.facts(12, well=True))
 
 
 @picture("fleet-fifty", sizes=EVERY_SIZE)
 def fifty(studio: Any) -> None:
-    fleet(studio, 50)
+    fleet(studio, sample.facts(50))
 
 
-@picture("fleet-fifty-well", sizes=BOTH)
+@picture("fleet-fifty-well", sizes=EVERY_SIZE)
 def fifty_well(studio: Any) -> None:
-    fleet(studio, 50, well=True)
+    fleet(studio, sample.facts(50, well=True))
 
 
-@picture("fleet-first", sizes=(LANDSCAPE,))
-def needy_first(studio: Any) -> None:
-    fleet(studio, 50).sort()
+@picture("fleet-200", sizes=EVERY_SIZE)
+def two_hundred(studio: Any) -> None:
+    fleet(studio, replace(sample.facts(200), groups=sample.halls(200)))
+
+
+@picture("fleet-outage", sizes=(*BOTH, SMALL))
+def outage(studio: Any) -> None:
+    fleet(studio, sample.outage(50))
+
+
+@picture("fleet-outage-opened", sizes=(*BOTH, SMALL))
+def outage_opened(studio: Any) -> None:
+    page = fleet(studio, sample.outage(50))
+    page.act(page.pane.rows[4].key, "open")
 
 
 @picture("fleet-filter", sizes=BOTH)
 def filtered(studio: Any) -> None:
-    fleet(studio, 50).show_only(Group.SILENT)
+    fleet(studio, sample.facts(50)).show_only(Group.CHARGING)
 
 
-@picture("fleet-filter-empty", sizes=(LANDSCAPE,))
-def filtered_empty(studio: Any) -> None:
-    fleet(studio, 12, well=True).show_only(Group.STOPPED)
+@picture("fleet-search", sizes=(*BOTH, SMALL))
+def searched(studio: Any) -> None:
+    page = fleet(studio, sample.facts(50))
+    page.show_only("search")
+    page.query = "rob"
+
+
+@picture("fleet-waiting", sizes=(LANDSCAPE,))
+def waiting(studio: Any) -> None:
+    fleet(studio, replace(sample.facts(8), open=home_sample.WITH_WAITING.open, groups=home_sample.WITH_WAITING.groups))
+
+
+@picture("fleet-wall", sizes=(*BOTH, SMALL))
+def wall(studio: Any) -> None:
+    page = fleet(studio, sample.facts(50))
+    page.is_kiosk = True
+    studio.driver.skip(LEFT_ALONE + 1)
+    studio.afterwards(page.leave_wall)
 
 
 @picture("fleet-one-robot", sizes=(*BOTH, SMALL))
 def one(studio: Any) -> None:
-    fleet(studio, 50).leave()
+    fleet(studio, sample.facts(50)).leave()

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from datetime import datetime
 
-from app.domain.models import DurationEstimate, Execution, Robot, RobotSnapshot, State
+from app.domain.activity import ActivitySpan
+from app.domain.models import Alarm, DurationEstimate, Execution, Group, Priority, Robot, RobotSnapshot, State
 from app.domain.robot import QueueItem, QueueState, RobotState
 from app.screens.home.facts import HomeFacts
+from app.services.history.runs import RobotTimeline
 from tests.support import home_facts as sample
 
 NAMES = ("Aino", "Eino", "Helmi", "Ilmari", "Kaisa", "Lempi", "Onni", "Sisu", "Toivo", "Urho", "Veikko", "Väinö")
@@ -28,7 +30,7 @@ def robots(count: int) -> tuple[Robot, ...]:
     """As many with names of their own as there are; of more, the plant's three and others with numbers."""
     numbered = tuple(
         Robot(
-            NAMES[n] if count <= len(NAMES) else f"Robot {n + 1}" if n % 9 else f"Trukki hallissa {n + 1}",
+            NAMES[n] if count <= len(NAMES) else f"Robot {n + 1}" if n % 9 else f"Trukki {n + 1}",
             f"http://10.40.12.{21 + n}",
             id=n + 1,
             model="MiR250",
@@ -53,6 +55,25 @@ def troubled(robot: Robot) -> RobotSnapshot | None:
     return None
 
 
+def halls(count: int) -> tuple[Group, ...]:
+    """Six groups of the robots."""
+    names, size = ("Hall 1", "Hall 2", "Hall 3", "Hall 4", "Yard", "Spare"), -(-count // 6)
+    return tuple(
+        Group(name, tuple(range(n * size + 1, min(count, (n + 1) * size) + 1)), id=n + 1)
+        for n, name in enumerate(names)
+    )
+
+
+def outage(count: int) -> HomeFacts:
+    """Most robots have stopped answering in the same minute."""
+    known = facts(count)
+    lost = [
+        robot for robot in known.robots if robot.id not in (1, 2, 5, 13, 20, 27, 33, 39, 44, 48) and not troubled(robot)
+    ]
+    silent = {robot.id: sample.silent(robot, sample.EXECUTING, minutes=2) for robot in lost}
+    return replace(known, snapshots={**known.snapshots, **silent})
+
+
 def facts(count: int, *, well: bool = False) -> HomeFacts:
     """``well``: nothing is abnormal."""
     everybody = robots(count)
@@ -69,7 +90,7 @@ def facts(count: int, *, well: bool = False) -> HomeFacts:
             snapshots[number] = trouble
         elif number % 7 == 3:
             snapshots[number] = sample.snapshot(number, replace(sample.CHARGING, battery_percentage=battery / 2))
-        elif number % 4 == 1:
+        elif number % 3 == 1:
             snapshots[number] = sample.snapshot(number, replace(sample.READY, battery_percentage=battery))
         else:
             guid = f"task-{number % len(TASKS)}"
@@ -90,13 +111,20 @@ def facts(count: int, *, well: bool = False) -> HomeFacts:
 
 
 class Answers:
-    """The services that the page asks about what runs."""
-
-    def missions(self) -> Sequence[Any]:
-        return ()
+    """The services that the page asks about what runs, and since when robots need a person."""
 
     def expected(self, _robot_id: int, _guid: str) -> DurationEstimate:
         return USUAL
 
-    def names(self, _robot_id: int) -> dict[str, str]:
-        return {}
+    def timelines(self, start: datetime, end: datetime, robot_ids: Sequence[int]) -> list[RobotTimeline]:
+        """The robots that are stopped, paused or driven by hand."""
+        began = {4: 2, 11: 40, 31: 7, 36: 26}
+        return [
+            RobotTimeline(number, "", (ActivitySpan("error", sample.ago(minutes=began[number]), end),))
+            for number in robot_ids
+            if number in began
+        ]
+
+    def open(self) -> Sequence[Alarm]:
+        question = {"robot": "Robot 7", "question": "Is the pallet loaded at Dock 3?"}
+        return [Alarm("question", "robot:7", Priority.HIGH, sample.ago(minutes=1), question, id=1)]

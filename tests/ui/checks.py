@@ -29,6 +29,7 @@ from app.widgets.tokens import COLOURS, THEMES, TONES, tk
 
 SLACK = 1.5  # px: tolerance for rounding
 GAP = 8  # dp
+DIVIDED = ("ListRow", "FleetHead")
 LONGEST_WORD = 30  # characters, also in Finnish
 
 
@@ -249,8 +250,15 @@ def _gap_problems(targets: list[tuple[Widget, tuple[Widget, ...]]]) -> Iterator[
             if a in b_above or b in a_above or _one_field(a_above, b_above):
                 continue
             gap = max(bx - aright, ax - bright, by - atop, ay - btop)
+            if gap > -SLACK and _is_divided(a) and _is_divided(b):
+                continue
             if gap < dp(GAP) - SLACK:
                 yield f"gap {gap:.0f} px between {name_of(a)} and {name_of(b)}"
+
+
+def _is_divided(widget: Widget) -> bool:
+    """A line separates it from the next row."""
+    return any(kind.__name__ in DIVIDED for kind in type(widget).__mro__)
 
 
 def _bar_problems(targets: list[tuple[Widget, tuple[Widget, ...]]]) -> Iterator[str]:

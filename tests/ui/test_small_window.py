@@ -19,7 +19,6 @@ from app.domain.robot import RobotProblem, UserPrompt, problems_in_words
 from app.i18n import _
 from app.screens.common.overlays import Dialogs
 from app.screens.common.pin_dialog import PinDialog
-from app.screens.common.robot_groups import Group as State
 from app.screens.frame.facts import OpenIssues
 from app.screens.home.cards import (
     BlockedLine,
@@ -34,27 +33,26 @@ from app.screens.home.cards import (
     RobotStrip,
 )
 from app.screens.home.facts import HomeFacts
-from app.screens.home.fleet import Count
-from app.screens.home.fleet_page import CountChip, Counts, SmallTile
+from app.screens.home.fleet_page import RobotCell
 from app.screens.home.screen import HomeScreen
 from app.screens.home.waiting_model import WaitingDialog
 from app.screens.settings.idle import IdlePanel
 from app.screens.settings.missions import MissionRow
 from app.screens.settings.places import PlaceRow
-from app.widgets import load_kv
 from app.widgets.buttons import CommandButton
 from app.widgets.display import ValueTile
 from app.widgets.fields import StepField
 from app.widgets.frame import AlarmBanner, Frame
+from app.widgets.list_row import ListRow
 from app.widgets.number_pad import PadKey
 from app.widgets.pages import LowPage
-from app.widgets.panel_grid import PanelGrid
 from app.widgets.rows import LogRow, QueueRow, RobotChip
 from app.widgets.text import ScreenTitle, Title, Value
 from tests.screenshots.fleet import fleet
 from tests.screenshots.home import ERROR, SILENT, damaged, home
 from tests.screenshots.planning import Stand
 from tests.screenshots.settings import Plant, with_groups
+from tests.support import fleet_facts
 from tests.support import home_facts as sample
 from tests.ui import checks
 from tests.ui.window_sizes import Rig, reach, window
@@ -346,26 +344,23 @@ def test_a_map_is_not_cut_where_the_page_ends(ui, small):
         assert page or shown <= 1 or shown >= plan.height - 1
 
 
-@pytest.mark.parametrize("issues", [OpenIssues(), None], ids=["well", "banner"])
-def test_some_tiles_are_seen_below_the_counts_of_all_robots(ui, small, issues):
-    page = fleet(small, 12, issues=issues)
+def test_the_worst_robot_is_seen_and_some_cells_beside_it(ui, small):
+    fleet(small, fleet_facts.facts(12), issues=OpenIssues())
     ui.advance(0.5)
-    assert page.is_shown
-    head, tiles = ui.find(Counts), ui.find(PanelGrid)
-    assert head.to_window(0, head.top)[1] <= ui.find(Frame).ids.body.to_window(0, ui.find(Frame).ids.body.top)[1] + 1
-    assert tiles.height >= 40
+    worst = min(ui.find_all(ListRow), key=lambda row: -row.to_window(*row.pos)[1])
+    assert checks.is_seen(worst) or Window.height < 500
+    assert any(checks.is_seen(cell) for cell in ui.find_all(RobotCell)) or Window.height < 500
 
 
 @pytest.mark.parametrize(("scale", "gloves"), [(1.0, False), (1.0, True), (1.3, False), (1.3, True)])
-def test_two_rows_of_fifty_robots_are_readable_below_a_banner(ui, scale, gloves):
+def test_two_rows_of_fifty_robots_are_readable_in_a_low_window(ui, scale, gloves):
     with window(ui, (1024, 600), scale, "fi", gloves=gloves) as rig:
-        fleet(rig, 50)
+        fleet(rig, fleet_facts.facts(50), issues=OpenIssues())
         ui.advance(0.5)
-        assert ui.find(AlarmBanner).height > 60
         tops = {
-            round(tile.to_window(*tile.pos)[1])
-            for tile in ui.find_all(SmallTile)
-            if all(checks.is_seen(label) for label in ui.find_all(Label, root=tile))
+            round(cell.to_window(*cell.pos)[1])
+            for cell in ui.find_all(RobotCell)
+            if all(checks.is_seen(label) for label in ui.find_all(Label, root=cell) if label.text)
         }
         assert len(tops) >= 2
         assert "\n".join(checks.problems(ui.find(Frame))) == ""
@@ -374,7 +369,7 @@ def test_two_rows_of_fifty_robots_are_readable_below_a_banner(ui, scale, gloves)
 @pytest.mark.long
 def test_the_button_back_to_all_robots_is_level_with_the_blocked_start(ui):
     with window(ui, (1024, 600), 1.3, "fi") as rig:
-        fleet(rig, 50).leave()
+        fleet(rig, fleet_facts.facts(50)).leave()
         ui.advance(0.5)
         strip = ui.find(RobotStrip)
         button, line = ui.find(CommandButton, root=strip), ui.find(BlockedLine, root=strip)
@@ -382,27 +377,6 @@ def test_the_button_back_to_all_robots_is_level_with_the_blocked_start(ui):
         assert checks.is_seen(button)
         assert strip.height == button.height
         assert abs(line.center_y - button.center_y) < 1
-
-
-@pytest.mark.parametrize("small", [pytest.param(((600, 480), "plain"), id="600x480")], indirect=True)
-def test_counts_that_have_no_room_in_their_row_are_dragged_into_sight(ui, small):
-    fleet(small, 12)
-    ui.advance(0.5)
-    chips = sorted(ui.find_all(CountChip), key=lambda chip: chip.x)
-    assert not checks.is_seen(chips[-1])
-    for _n in range(3):
-        ui.drag(ui.find(Counts).parent, -300, 0)
-    assert checks.is_seen(chips[-1])
-
-
-def test_a_row_of_counts_is_as_wide_as_those_that_are_left(ui):
-    load_kv("home/fleet")
-    counts = ui.show(Counts(), (600, 64))
-    counts.data = [Count(State.STOPPED, "1 stopped", "alert", "fault"), Count(State.READY, "11 ready", "check")]
-    ui.advance()
-    counts.data = counts.data[1:]
-    ui.advance()
-    assert counts.row_width == ui.find(CountChip).width
 
 
 @pytest.mark.parametrize("small", [pytest.param(((1024, 600), "plain"), id="1024x600")], indirect=True)

@@ -35,6 +35,7 @@ class Group(Enum):
 FEW = 3  # robots, up to which Home shows one of them and the others as chips
 URGENCY = {group: number for number, group in enumerate(Group)}
 NEEDS_HELP = frozenset((Group.STOPPED, Group.ASKS, Group.SILENT, Group.LOOK, Group.PAUSED))
+CALM = (Group.WORKING, Group.READY, Group.CHARGING, Group.HELD, Group.STARTING, Group.OFF)  # as they are counted
 
 
 def help_rank(group: Group) -> int:
@@ -113,18 +114,13 @@ def look_of(group: Group) -> GroupLook:
 
 
 def count_words(group: Group, n: int) -> str:
-    """ "2 stopped", "1 asks"."""
+    """ "22 working", of a normal group."""
     return {
-        Group.STOPPED: ngettext("{n} stopped", "{n} stopped", n),
-        Group.ASKS: ngettext("{n} asks", "{n} ask", n),
-        Group.SILENT: ngettext("{n} no answer", "{n} no answer", n),
-        Group.LOOK: ngettext("{n} to look at", "{n} to look at", n),
-        Group.PAUSED: ngettext("{n} paused", "{n} paused", n),
-        Group.HELD: _("{n} held"),
+        Group.HELD: _("{n} on hold"),
         Group.WORKING: ngettext("{n} working", "{n} working", n),
         Group.READY: ngettext("{n} ready", "{n} ready", n),
         Group.CHARGING: ngettext("{n} charging", "{n} charging", n),
-        Group.STARTING: ngettext("{n} starting", "{n} starting", n),
+        Group.STARTING: _("{n} starting up"),
         Group.OFF: ngettext("{n} off", "{n} off", n),
     }[group].format(n=n)
 
@@ -132,4 +128,4 @@ def count_words(group: Group, n: int) -> str:
 def help_words(groups: Iterable[Group]) -> str:
     """How many of them need a person, empty when none does."""
     n = sum(group in NEEDS_HELP for group in groups)
-    return ngettext("{n} needs help", "{n} need help", n).format(n=n) if n else ""
+    return ngettext("{n} needs you", "{n} need you", n).format(n=n) if n else ""

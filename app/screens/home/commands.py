@@ -17,6 +17,7 @@ from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.view_model import Refresher
 from app.screens.home.cards import HomeState
 from app.screens.home.facts import HomeFacts, HomeServices, OnRobot
+from app.screens.home.fleet import ANSWER
 from app.screens.home.reset import ResetReport
 from app.widgets.snackbar import SECONDS
 
@@ -81,6 +82,16 @@ class HomeCommands(HomeState):
                 lambda _none: self._reset.begin(robot, pressed_at),
                 self._refused(robot, _("Reset errors")),
             )
+
+    def command(self, robot: Robot, guid: str, name: str) -> None:
+        """What solves the problem of a robot, as its row among all says; ``guid``: of its question."""
+        match name:
+            case "reset":
+                self.reset_errors(robot)
+            case "resume":
+                self.resume(robot)
+            case _:
+                self.answer_of(robot, guid, name.removeprefix(ANSWER))
 
     def clear_queue(self) -> None:
         """Asked first: what is aborted can't be brought back."""

@@ -1,181 +1,373 @@
-"""All robots in one look: a tile per robot, and how many there are of each kind. Pure."""
+"""All robots in one look: a cell for each in its place, and what needs a person as rows, the worst first. Pure."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
 from app.domain.message import render
 from app.domain.models import Connection, Robot, RobotSnapshot, Settings
-from app.domain.robot import RobotState, problems_in_words
-from app.i18n import _
+from app.domain.models import Group as RobotGroup
+from app.domain.robot import RobotState, UserPrompt, clipped, problems_in_words
+from app.i18n import _, ngettext
 from app.screens.common import formats
+from app.screens.common.formats import LONGEST_QUESTION
 from app.screens.common.holding import HAND
-from app.screens.common.robot_appearance import LOW, battery_appearance, link_appearance, state_appearance
-from app.screens.common.robot_groups import NEEDS_HELP, URGENCY, Group, count_words, look_of
+from app.screens.common.robot_appearance import LOW, battery_appearance, state_appearance
+from app.screens.common.robot_groups import CALM, NEEDS_HELP, URGENCY, Group, count_words, look_of
+from app.screens.home.waiting import WaitingStart
+from app.widgets.items import Action, Item
 
-LARGE_UP_TO = 20  # robots whose tiles are large
-ROOMY_UP_TO = 24  # whose small tiles are wider, in so few lines that a wide page has room for all
-LONGER_THAN_USUAL = 1.5  # times the usual duration, above which it is marked
-
+LONGER_THAN_USUAL = 1.5  # times the usual duration, above which it is said
+NAMED_UP_TO = 3  # robots in one row; more are counted
+GROUPED_OVER = 56  # robots, which no longer fit on a page
+ON_WALL = 3  # rows of the wall view
 AT_REST = (RobotState.READY, RobotState.ABORTED, RobotState.COMPLETED)
 
-
-@dataclass(frozen=True)
-class Work:
-    """A robot's mission. ``minutes_left`` None: unknown; ``is_late``: it takes much longer than usual."""
-
-    mission: str = ""
-    minutes_left: int | None = None
-    is_late: bool = False
+Cause = tuple[str, str, str]  # a group of states, the problem in words, and the minute in which it began
 
 
 @dataclass(frozen=True)
-class RobotTile:
-    """``key``: id of the robot. ``word``: of its group; ``detail``: the mission, or why a person is needed."""
+class Cell:
+    """A robot in its place; ``key`` is its id. ``fact``: the one thing that a wide cell says of it."""
 
     key: int
     name: str
-    word: str = ""
+    fact: str = ""
     icon: str = ""
-    tone: str = "neutral"  # neutral is normal
-    loud: bool = False
-    detail: str = ""
-    late: bool = False
-    battery: str = "–"
-    battery_icon: str = "battery-unknown"
-    battery_tone: str = "neutral"
-
-
-@dataclass(frozen=True)
-class Count:
-    """How many robots are in a group; ``key`` is the group."""
-
-    key: Group
-    text: str
-    icon: str
     tone: str = "neutral"
     loud: bool = False
-    selected: bool = False
 
 
 @dataclass(frozen=True)
 class Look:
-    """Which robots are shown, and in which order."""
+    """One robot as it is shown. If it needs a person: why (``problem``), since when, its question, and the command that helps."""
 
-    only: Group | None = None
-    needy_first: bool = False
+    robot: Robot
+    group: Group
+    cell: Cell
+    said: str = ""  # its state and battery as last known
+    is_known: bool = True  # it has been asked
+    problem: str = ""
+    since: datetime | None = None
+    prompt: UserPrompt | None = None
+    remedy: str = ""  # "reset" or "resume"
+
+    @property
+    def rank(self) -> tuple[int, bool, float]:
+        """The worst first, of these the one at which a person has to go to the robot; then the oldest."""
+        return URGENCY[self.group], bool(self.remedy), self.since.timestamp() if self.since else math.inf
 
 
-def work(mission: str, elapsed_s: float | None, usual_s: float | None) -> Work:
-    """``elapsed_s`` since it began, ``usual_s`` how long it takes; None: not known."""
-    if elapsed_s is None or not usual_s:
-        return Work(mission)
-    return Work(mission, max(0, math.ceil((usual_s - elapsed_s) / 60)), elapsed_s > LONGER_THAN_USUAL * usual_s)
+@dataclass(frozen=True)
+class Count:
+    """How many robots of a normal group there are; ``key`` is the group."""
+
+    key: Group
+    text: str
+    icon: str
+    selected: bool = False
 
 
-def robot_tile(
+@dataclass(frozen=True)
+class Part:
+    """A number in the head of a group of robots."""
+
+    icon: str
+    text: str
+    tone: str = "neutral"
+
+
+@dataclass(frozen=True)
+class Head:
+    """The head of a group of robots; ``key`` is the place of the group among all."""
+
+    key: tuple[str, int]
+    name: str
+    robots: str
+    is_open: bool
+    bad: tuple[Part, ...]
+    calm: tuple[Part, ...]
+    panelclass: str = "FleetHead"
+    is_whole_row = True
+
+
+@dataclass(frozen=True)
+class Pane:
+    """The list at the left; without a ``title`` there is none."""
+
+    title: str = ""
+    note: str = ""
+    rows: tuple[Item, ...] = ()
+    can_go_back: bool = False
+    more: str = ""  # robots that the wall view doesn't show
+
+
+def minutes_left(elapsed_s: float, usual_s: float) -> int | None:
+    """Of a mission, 0 if it should end soon; below 0 by how much it takes longer than usual."""
+    if elapsed_s > LONGER_THAN_USUAL * usual_s:
+        return -math.ceil((elapsed_s - usual_s) / 60)
+    return max(0, math.ceil((usual_s - elapsed_s) / 60))
+
+
+def look(
     robot: Robot,
     snapshot: RobotSnapshot,
-    doing: Work | None,
     group: Group,
     old: bool,
     settings: Settings,
-    now: datetime,
-) -> RobotTile:
-    """``old``: what is known of it is out of date; ``doing`` its mission, if any."""
-    state, kind = state_appearance(robot, snapshot, old), look_of(group)
-    battery = battery_appearance(
-        None if old else snapshot.status, settings
-    )  # an old level would look like a present one
-    detail = " ".join(_detail(robot, snapshot, doing, group, state.word, settings, now).split())
-    return RobotTile(
-        robot.id,
-        robot.name,
-        kind.word,
-        state.icon if kind.icon != HAND else HAND,
-        kind.tone,
-        kind.loud,
-        detail,
-        group is Group.WORKING and doing is not None and doing.is_late,
-        battery.text,
-        battery.icon,
-        battery.tone,
+    left: int | None = None,
+    since: datetime | None = None,
+) -> Look:
+    """``old``: what is known of it is out of date; ``left``: the minutes of its mission, None if unknown."""
+    state, kind, status = state_appearance(robot, snapshot, old), look_of(group), snapshot.status
+    battery = battery_appearance(status, settings)
+    is_low = group is Group.LOOK and status is not None and status.state in AT_REST and not status.errors
+    fact = battery.text if is_low or group is Group.CHARGING else state.word
+    if group is Group.WORKING and left is not None:
+        fact = _left(left)
+    elif group is Group.HELD:
+        fact = kind.word
+    icon = HAND if group is Group.HELD else battery.icon if is_low else state.icon
+    last = state
+    if old and status is not None:
+        last = state_appearance(robot, RobotSnapshot(robot.id, Connection.CONNECTED, status), False)
+    return Look(
+        robot,
+        group,
+        Cell(robot.id, robot.name, fact, icon, kind.tone, kind.loud),
+        " · ".join(dict.fromkeys((last.word, battery.text))),
+        snapshot.connection is not Connection.UNKNOWN,
+        " ".join(_problem(robot, snapshot, group, state.word, is_low, settings).split()),
+        since,
+        status.user_prompt if status is not None and group is Group.ASKS else None,
+        _remedy(group, status.state if status is not None else None),
     )
 
 
-def _detail(
-    robot: Robot,
-    snapshot: RobotSnapshot,
-    doing: Work | None,
-    group: Group,
-    state: str,
+def _left(minutes: int) -> str:
+    if not minutes:
+        return _("Soon done")
+    time = formats.rough_duration(60 * abs(minutes))
+    return _("{time} left").format(time=time) if minutes > 0 else _("{time} late").format(time=time)
+
+
+def _problem(robot: Robot, snapshot: RobotSnapshot, group: Group, word: str, is_low: bool, settings: Settings) -> str:
+    """Why it needs a person; ``word`` is its state."""
+    status = snapshot.status
+    if robot.needs_password:
+        return _("Needs its password")
+    if group not in NEEDS_HELP or group is Group.SILENT or status is None:
+        return word
+    if status.state is RobotState.EMERGENCY_STOP:
+        return _("Emergency stop. Release the red button, then press Reset on the robot.")
+    if group is Group.ASKS and status.user_prompt is not None:
+        return clipped(status.user_prompt.question, LONGEST_QUESTION)
+    if is_low:
+        return _("Battery under {minimum} %").format(minimum=formats.plain(settings.minimum_battery_percent or LOW))
+    return (
+        render(problems_in_words(status.errors), _) or (status.mission_text if word == formats.NOTHING else "") or word
+    )
+
+
+def _remedy(group: Group, state: RobotState | None) -> str:
+    if group is Group.STOPPED:
+        return "reset" if state is RobotState.ERROR else ""
+    return "resume" if group is Group.PAUSED else ""
+
+
+# ---------------------------------------------------------------------- what needs a person
+def cause(look: Look, zone: str) -> Cause | None:
+    """What it shares with the other robots of its row; None: it has a row of its own, as one that asks has."""
+    if look.since is None or look.prompt is not None:
+        return None
+    return look.group.value, look.problem, formats.clock_time(look.since, zone)
+
+
+def causes(looks: Iterable[Look], zone: str) -> dict[Cause | int, list[Look]]:
+    """Those that need a person, by their common cause or else by robot, the worst first."""
+    found: dict[Cause | int, list[Look]] = {}
+    for each in sorted((each for each in looks if each.group in NEEDS_HELP), key=lambda each: each.rank):
+        found.setdefault(cause(each, zone) or each.robot.id, []).append(each)
+    return {key if len(same) > 1 else same[0].robot.id: same for key, same in found.items()}
+
+
+def to_do(
+    looks: Sequence[Look], settings: Settings, now: datetime, halls: Mapping[int, str], tight: bool = False
+) -> tuple[Item, ...]:
+    """A row for each cause. ``halls``: names of groups by robot, where rows say it; in a ``tight`` list all buttons are
+    below the words."""
+    answering = sum(each.group not in (Group.SILENT, Group.OFF, Group.STARTING) for each in looks)
+    return tuple(
+        _to_do(key, same, answering, settings, now, halls, tight)
+        for key, same in causes(looks, settings.timezone).items()
+    )
+
+
+def _to_do(
+    key: Hashable,
+    same: Sequence[Look],
+    answering: int,
     settings: Settings,
     now: datetime,
-) -> str:
-    """What it executes and for how long yet, or why it needs a person; ``state`` is the word for that."""
-    status = snapshot.status
-    match group:
-        case Group.SILENT:
-            return _silence(robot, snapshot, settings, now)
-        case Group.ASKS if status is not None and status.user_prompt is not None:
-            return status.user_prompt.question
-        case Group.WORKING if doing is not None:
-            return _doing(doing)
-        case Group.PAUSED if doing is not None:
-            return doing.mission
-        case Group.STOPPED | Group.LOOK if status is not None and status.errors:
-            return render(problems_in_words(status.errors), _)
-        case Group.LOOK if status is not None and status.state in AT_REST:
-            return _("Battery under {minimum} %").format(minimum=formats.plain(settings.minimum_battery_percent or LOW))
-        case Group.LOOK if status is not None and status.state is RobotState.UNKNOWN:
-            return status.state_text or state
-        case Group.STOPPED | Group.LOOK | Group.STARTING:
-            return state
-    return ""
+    halls: Mapping[int, str],
+    tight: bool,
+) -> Item:
+    first = same[0]
+    where = dict.fromkeys(halls[each.robot.id] for each in same if each.robot.id in halls)
+    since = formats.day_and_time(first.since, settings.timezone, now) if first.since is not None else ""
+    return Item(
+        key,
+        title=_names([each.robot.name for each in same]),
+        support=first.problem if len(same) <= NAMED_UP_TO else _all_at_once(first, answering),
+        aside=" · ".join(filter(None, (since, *where))),
+        icon=first.cell.icon,
+        tone=first.cell.tone,
+        disc=True,
+        loud=first.cell.tone != "attention",
+        large=True,
+        below=tight or first.prompt is not None,
+        actions=_actions(first) if len(same) == 1 else (OPEN,),
+    )
 
 
-def _silence(robot: Robot, snapshot: RobotSnapshot, settings: Settings, now: datetime) -> str:
-    """Since when it hasn't answered, or what is wrong with its answers."""
-    if snapshot.connection is Connection.UNREACHABLE and snapshot.since is not None:
-        return _("since {time}").format(time=formats.day_and_time(snapshot.since, settings.timezone, now))
-    return link_appearance(robot, snapshot, now, settings).word
+OPEN = Action("open", icon="chevron-right")
 
 
-def _doing(doing: Work) -> str:
-    if doing.is_late:
-        return _("longer than usual · {mission}").format(mission=doing.mission)
-    if doing.minutes_left is None:
-        return doing.mission
-    if not doing.minutes_left:
-        return _("soon done · {mission}").format(mission=doing.mission)
-    left = formats.rough_duration(60 * doing.minutes_left)
-    return _("{time} left · {mission}").format(time=left, mission=doing.mission)
+def _actions(look: Look) -> tuple[Action, ...]:
+    """What solves it, or the way to the robot."""
+    if look.prompt is not None:
+        options = dict.fromkeys(look.prompt.options)
+        return tuple(Action(ANSWER + option, option, tone="action") for option in options) or (OPEN,)
+    return {
+        "reset": (Action("reset", _("Reset errors")),),
+        "resume": (Action("resume", _("Resume")),),
+    }.get(look.remedy, (OPEN,))
+
+
+ANSWER = "answer "  # before the option, in the name of an action
+
+
+def _names(names: Sequence[str]) -> str:
+    """Their common beginning is said once: "Robot 9, 23, 40"."""
+    if len(names) > NAMED_UP_TO:
+        return robots_in_words(len(names))
+    head, _space, number = names[0].rpartition(" ")
+    beginning = f"{head} "
+    if head and number.isdigit() and all(name.startswith(beginning) for name in names):
+        return ", ".join([names[0], *(name.removeprefix(beginning) for name in names[1:])])
+    return ", ".join(names)
+
+
+def _all_at_once(first: Look, answering: int) -> str:
+    """Of many robots at once the cause may be elsewhere: the others tell where."""
+    text = _("{problem}, all at the same minute.").format(problem=first.problem.rstrip("."))
+    if first.group is not Group.SILENT:
+        return text
+    others = (
+        ngettext("{n} other answers.", "{n} others answer.", answering).format(n=answering)
+        if answering
+        else _("Maybe this tablet has no network.")
+    )
+    return f"{text} {others}"
+
+
+def listed(looks: Iterable[Look]) -> tuple[Item, ...]:
+    """Robots of one kind, or that were searched for, a row each."""
+    return tuple(
+        Item(
+            each.robot.id,
+            title=each.robot.name,
+            meta=each.said,
+            icon=each.cell.icon,
+            tone=each.cell.tone,
+            actions=_actions(each) if each.remedy else (OPEN,),
+        )
+        for each in looks
+    )
+
+
+def robots_in_words(n: int) -> str:
+    return ngettext("{n} robot", "{n} robots", n).format(n=n)
+
+
+def more_than_on_wall(looks: Iterable[Look], zone: str) -> str:
+    n = sum(len(same) for same in list(causes(looks, zone).values())[ON_WALL:])
+    return ngettext("{n} more", "{n} more", n).format(n=n) if n else ""
+
+
+def waiting_row(start: WaitingStart) -> Item:
+    """A start that waits for a robot of its group."""
+    cancel = Action("cancel", icon="close", off=_("Being cancelled") if start.cancelling else "")
+    return Item(
+        ("start", start.key),
+        title=start.mission,
+        support=start.note,
+        icon="timer-sand",
+        tone="attention",
+        below=True,
+        opens=False,
+        actions=(Action("give", _("Start elsewhere") if start.is_stuck else _("Give to a robot")), cancel)
+        if start.can_give
+        else (cancel,),
+    )
 
 
 # ---------------------------------------------------------------------- all of them
-def counts(groups: Mapping[int, Group], look: Look) -> tuple[Count, ...]:
-    """Most urgent first, normal ones grey; an empty group only while it is the filter. ``groups``: by robot."""
-    found = Counter(groups.values())
+def counts(groups: Iterable[Group], only: Group | None) -> tuple[Count, ...]:
+    """Of the normal groups, those with robots; the others are in the list."""
+    found = Counter(groups)
     return tuple(
-        _count(group, found[group], group is look.only) for group in Group if found[group] or group is look.only
+        Count(group, count_words(group, found[group]), look_of(group).icon, group is only)
+        for group in CALM
+        if found[group]
     )
 
 
-def _count(group: Group, n: int, selected: bool) -> Count:
-    kind = look_of(group)
-    return Count(group, count_words(group, n), kind.icon, kind.tone if n else "neutral", kind.loud and n > 0, selected)
+def heading(looks: Sequence[Look], alarms: int) -> tuple[str, str]:
+    """In place of the list where no robot needs a person: text and icon. ``alarms`` are open, shelved ones among them."""
+    if not all(each.is_known for each in looks):
+        return formats.NOTHING, "timer-sand"
+    if alarms:
+        return ngettext("{n} alarm", "{n} alarms", alarms).format(n=alarms), "bell-outline"
+    return _("All well"), "check"
 
 
-def all_well(groups: Mapping[int, Group], alarms: int) -> bool:
-    """``alarms`` are open, shelved ones among them."""
-    return not alarms and not NEEDS_HELP.intersection(groups.values())
+def halls_of(robots: Iterable[int], groups: Sequence[RobotGroup]) -> dict[int, int]:
+    """The place of each robot's group; of several, the first, and after all groups for a robot without one."""
+    return {
+        robot: next((n for n, group in enumerate(groups) if robot in group.members), len(groups)) for robot in robots
+    }
 
 
-def arranged(tiles: Sequence[RobotTile], groups: Mapping[int, Group], look: Look) -> list[RobotTile]:
-    """``tiles``, in their places, as they are looked at."""
-    shown = [tile for tile in tiles if look.only is None or groups[tile.key] is look.only]
-    return sorted(shown, key=lambda tile: URGENCY[groups[tile.key]]) if look.needy_first else shown
+def heads(
+    looks: Iterable[Look], halls: Mapping[int, int], groups: Sequence[RobotGroup], open_one: int | None
+) -> tuple[Head, ...]:
+    """One for each group with robots; ``halls``: the place of each robot's group."""
+    by_hall: dict[int, list[Look]] = {}
+    for each in looks:
+        by_hall.setdefault(halls[each.robot.id], []).append(each)
+    return tuple(
+        _head(n, groups[n].name if n < len(groups) else _("Others"), by_hall[n], n == open_one) for n in sorted(by_hall)
+    )
+
+
+def _head(n: int, name: str, looks: Sequence[Look], is_open: bool) -> Head:
+    found = Counter(each.group for each in looks)
+    bad = tuple(
+        Part(look_of(group).icon, str(found[group]), look_of(group).tone)
+        for group in URGENCY
+        if group in NEEDS_HELP and found[group]
+    )
+    calm = tuple(Part(look_of(group).icon, str(found[group])) for group in (Group.WORKING, Group.READY, Group.CHARGING))
+    return Head(("hall", n), name, robots_in_words(len(looks)), is_open, bad, calm)
+
+
+def columns(count: int, width: float, height: float, least: tuple[float, float], most: float, gap: float) -> int:
+    """The fewest that show ``count`` cells without scrolling, as wide as ``most`` and at ``least`` (width, height)."""
+    fitting = max(1, int((width + gap) // (least[0] + gap)))
+    rows = max(1, int((height + gap) // (least[1] + gap)))
+    return min(fitting, max(math.ceil((width + gap) / (most + gap)), math.ceil(count / rows)))

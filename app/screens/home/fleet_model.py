@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from datetime import datetime, timedelta
 from typing import Any
 
 from kivy.clock import Clock
@@ -13,38 +14,51 @@ from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 
 from app.database.robots import Hold
+from app.domain.activity import NO_DATA
 from app.domain.models import Execution, Robot, RobotSnapshot, Settings, State
-from app.domain.robot import QueueItem, QueueState, RobotState
+from app.domain.models import Group as RobotGroup
+from app.domain.robot import QueueItem, QueueState
 from app.i18n import _
-from app.screens.common.robot_appearance import is_old
-from app.screens.common.robot_groups import FEW, Group, group_of, help_words, or_held
+from app.screens.common import formats
+from app.screens.common.alarms_view import id_in
+from app.screens.common.robot_appearance import ANSWERS, is_old
+from app.screens.common.robot_groups import FEW, NEEDS_HELP, Group, count_words, group_of, help_words, or_held
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, ViewModel
 from app.screens.home.facts import HomeFacts, HomeServices
 from app.screens.home.fleet import (
-    LARGE_UP_TO,
-    ROOMY_UP_TO,
-    Count,
+    GROUPED_OVER,
+    Cause,
     Look,
-    RobotTile,
-    Work,
-    all_well,
-    arranged,
+    Pane,
+    causes,
     counts,
-    robot_tile,
-    work,
+    halls_of,
+    heading,
+    heads,
+    listed,
+    look,
+    minutes_left,
+    more_than_on_wall,
+    robots_in_words,
+    to_do,
+    waiting_row,
 )
 from app.screens.home.waiting_model import NO_WAITING
 from app.services.live.changes import Topic
 from app.widgets import finger
 from app.widgets.dialogs import ESCAPE
 from app.widgets.dock import dock
+from app.widgets.rest import rest
 
 PER_FRAME = 0.003  # s for looking at robots, and
-NEW_PER_FRAME = 6  # tiles that become others; the rest waits for the next frame
-EMPTY_FOR = 60.0  # s, after which a filter without robots ends
+NEW_PER_FRAME = 6  # cells that become others; the rest waits for the next frame
 MOVING_PER_FRAME, NEW_WHILE_MOVING = 0.001, 1  # while it can't be read anyway
-Running = tuple[int, int]  # robot, and the item of its queue that it executes
+LOOKED_BACK = timedelta(hours=24)  # for when a robot stopped or was paused
+LEFT_ALONE = 120.0  # s without a touch, after which a screen that is filled shows the wall view
+SEARCH = "search"  # what the list shows, instead of a group or a cause
+HELD_UP = ("paused", "error")  # activities
+ALARMS = ("robot_error", "emergency_stop", "question")  # of a robot that needs a person since then
 
 
 class FleetState(EventDispatcher):
@@ -52,105 +66,132 @@ class FleetState(EventDispatcher):
 
     many = BooleanProperty(False)
     is_shown = BooleanProperty(False)
-    tiles = ListProperty()
-    large = BooleanProperty(True)
-    roomy = BooleanProperty(False)  # small tiles have room next to them
+    cells = ListProperty()  # of all robots, or of the open group
+    above = ListProperty()  # heads of the groups before it, with its own, and
+    below = ListProperty()  # after it
+    is_grouped = BooleanProperty(False)
     counts = ListProperty()
-    is_well = BooleanProperty(False)
-    needy_first = BooleanProperty(False)
-    only = ObjectProperty(None, allownone=True)  # the group that is shown; None: all
-    empty = StringProperty()
-    moves = BooleanProperty(False)  # the list of tiles is being scrolled
+    heading = StringProperty()  # where there is no list
+    heading_icon = StringProperty()
+    pane = ObjectProperty(Pane(), rebind=True)
+    tight = BooleanProperty(False)  # the list has little width for its words
+    searches = BooleanProperty(False)
+    query = StringProperty()
+    order = ObjectProperty(None, allownone=True)  # another one when the operator chose other cells
+    moves = BooleanProperty(False)  # the cells are being scrolled
     waiting = ObjectProperty(NO_WAITING, rebind=True)  # for a robot
     way_back = StringProperty()  # from one robot to all
+    is_wall = BooleanProperty(False)  # what can be read from far away is shown instead of everything else
+    clock = StringProperty()
 
-
-@dataclass(frozen=True)
-class Known:
-    """A running mission: its name (empty: unknown), and its duration in s (None: unknown)."""
-
-    mission: str
-    usual_s: float | None = None
+    def leave_wall(self) -> None:
+        """Somebody has come."""
 
 
 @dataclass(frozen=True)
 class Seen:
-    """A tile and its values: the tile is only rebuilt if they change."""
+    """What a robot's look was made of: it is only made again if that changes."""
 
     robot: Robot
     snapshot: RobotSnapshot
     old: bool
-    doing: Work | None
+    left: int | None
     holds: tuple[Hold, ...]
-    group: Group
-    tile: RobotTile
+    look: Look
 
 
 class FleetViewModel(FleetState, ViewModel):
-    """Gets robots and runs from Home by ``take``, their states from the snapshots; ``open_robot(id)`` selects one."""
+    """Gets robots and runs from Home by ``take``, their states from the snapshots; ``open_robot(id)`` selects one, and
+    ``command(robot, guid, name)`` sends one of Home's commands, with the guid of the question that it answers."""
 
-    def __init__(self, services: HomeServices, shell: Shell, open_robot: Callable[[int], object]) -> None:
+    def __init__(
+        self,
+        services: HomeServices,
+        shell: Shell,
+        open_robot: Callable[[int], object],
+        command: Callable[[Robot, str, str], object],
+    ) -> None:
         super().__init__()
-        self._services, self._shell, self._open_robot = services, shell, open_robot
+        self._services, self._shell, self._open_robot, self._command = services, shell, open_robot, command
         self._settings, self._alarms = Settings(), 0
         self._holds: tuple[Hold, ...] = ()
+        self._groups: tuple[RobotGroup, ...] = ()
         self._robots: Mapping[int, Robot] = {}  # in their places
+        self._halls: Mapping[int, int] = {}  # the place of each robot's group, if they are too many for one page
+        self._open_hall: int | None = None
         self._ours: Mapping[
             tuple[int, int | str], Execution
         ] = {}  # by robot and queue id, or token before that is stored
         self._followed: Mapping[int, int] = {}  # the queue id of the last item seen to begin, by robot
-        self._known: dict[Running, Known] = {}
-        self._unknown: dict[Running, str] = {}  # guid of the mission
+        self._usual: dict[int, float | None] = {}  # s, of a run; None: unknown
+        self._since: dict[int, datetime | None] = {}  # when a robot began to need a person; None: unknown
+        self._runs_to_learn: dict[int, Execution] = {}
+        self._robots_to_learn: set[int] = set()
         self._is_asking = False
         self._seen: dict[int, Seen] = {}
-        self._counted: tuple[Mapping[int, Group], Look, int] | None = None  # groups, look and alarms, shown by:
-        self._counts: list[Count] = []
-        self._help, self._is_well = "", False  # how many need a person, whether nothing needs one
+        self._chosen: Group | Cause | str | None = None  # what the list shows instead of all that needs a person
         self._waiting: dict[int, None] = {}  # robots to be looked at, in that order
         self._is_behind = True  # the page is not up to date
         self._is_withheld = False  # because of a finger on the screen
         self._is_first = True
-        self._empty_since: float | None = None  # since when no robot is as the filter wants
+        self.is_kiosk = bool(Window.fullscreen)
+        self._used_at = 0.0  # s of kivy's clock: when somebody touched the screen or a key
         self._soon = Clock.create_trigger(self._look_at_some, 0)
         self.fbind("is_shown", shell.navigator.setter("all_robots"))
+        for name in ("query", "tight"):
+            self.fbind(name, lambda *_args: self._show(by_hand=True))
 
     def opened(self, *_args: Any, **_intent: Any) -> None:
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
         self.keep(self._soon.cancel)
         Window.bind(on_keyboard=self._key)
         self.keep(lambda: Window.unbind(on_keyboard=self._key))
+        Window.bind(on_touch_down=self._used, on_key_down=self._used)
+        self.keep(lambda: Window.unbind(on_touch_down=self._used, on_key_down=self._used))
+        self._used()
         self.every(1, self._tick)
         self._shell.navigator.all_robots = self.is_shown
-        self._empty_since = None  # still shown from when the page was left
-        self._tick()
+        self._since = {}  # it was not looked at in between
+        self.retranslated()
 
     def retranslated(self) -> None:
-        self._seen, self._counted = {}, None
+        self._seen = {}
+        self._look_at_all()
         self._tick()
 
     # ------------------------------------------------------------------ what is known
     def take(self, facts: HomeFacts) -> None:
         """What Home has read."""
-        self._settings, self._alarms, self._holds = facts.settings, facts.alarms, facts.holds
+        self._settings, self._alarms, self._holds, self._groups = (
+            facts.settings,
+            facts.alarms,
+            facts.holds,
+            facts.groups,
+        )
         self._robots = {robot.id: robot for robot in facts.robots}
+        self._halls = halls_of(self._robots, facts.groups) if len(self._robots) > GROUPED_OVER and facts.groups else {}
         self._ours = {
             (e.robot_id, e.token if e.queue_id is None else e.queue_id): e for e in facts.open if e.robot_id is not None
         }
         self._followed = {
             e.robot_id: e.queue_id for e in facts.open if e.state is State.EXECUTING and e.robot_id and e.queue_id
         }
+        runs = {e.id for e in facts.open}
+        self._usual = {number: usual for number, usual in self._usual.items() if number in runs}
         self._seen = {robot_id: seen for robot_id, seen in self._seen.items() if robot_id in self._robots}
-        self._waiting = dict.fromkeys(self._robots)
         self._is_behind = True
-        self.many, self.large = len(self._robots) > FEW, len(self._robots) <= LARGE_UP_TO
-        self.roomy = not self.large and len(self._robots) <= ROOMY_UP_TO
+        self.many = len(self._robots) > FEW
         self.is_shown = self.many and (self.is_shown or self._is_first)
         self._is_first = False
         if self.many:
-            while len(self._seen) < len(self._robots):  # the first look shows all of them
-                self._look_at(self._next())
+            self._look_at_all()
             self._show()
-            self._soon()
+            self._tick()
+
+    def _look_at_all(self) -> None:
+        """At those that were not looked at yet, so that the first look shows all of them."""
+        for robot_id in [robot_id for robot_id in self._robots if self.many and robot_id not in self._seen]:
+            self._look_at(robot_id)
 
     def _changed(self, event: Changed) -> None:
         if event.topic is Topic.SNAPSHOT and event.about is not None and event.about in self._robots:
@@ -161,19 +202,14 @@ class FleetViewModel(FleetState, ViewModel):
         """Once a second: update times, and mark old states."""
         self._waiting |= dict.fromkeys(self._robots)
         self._soon()
-        self._end_empty_filter()
+        self.clock = formats.clock_time(self._services.clock.now(), self._settings.timezone)
+        is_left = self.is_kiosk and Clock.get_time() - self._used_at >= LEFT_ALONE
+        if is_left and self._chosen is not None:
+            self.show_only(None)
+        self.is_wall = bool(is_left and self.is_shown and self._shell.dialogs.top is None)
 
-    def _end_empty_filter(self) -> None:
-        """Show all robots again when the filter has matched none for EMPTY_FOR: on a wall screen the chip is not
-        tapped."""
-        now = Clock.get_time()
-        if self.only is None or self.tiles:
-            self._empty_since = None
-        elif self._empty_since is None:
-            self._empty_since = now
-        elif now - self._empty_since >= EMPTY_FOR:
-            self.only = None
-            self._is_behind = True
+    def _used(self, *_args: Any) -> None:
+        self._used_at = Clock.get_time()
 
     # ------------------------------------------------------------------ looking
     def _look_at_some(self, _dt: float) -> None:
@@ -187,55 +223,65 @@ class FleetViewModel(FleetState, ViewModel):
         seconds, most_new = (MOVING_PER_FRAME, NEW_WHILE_MOVING) if self.moves else (PER_FRAME, NEW_PER_FRAME)
         end, new = time.perf_counter() + seconds, 0
         while self._waiting and new < most_new and time.perf_counter() < end:
-            new += self._look_at(self._next())
+            new += self._look_at(next(iter(self._waiting)))
         if self._waiting:
             self._soon()
         self._learn()
         if self._is_behind:
             self._show()
 
-    def _next(self) -> int:
-        robot_id = next(iter(self._waiting))
-        del self._waiting[robot_id]
-        return robot_id
-
     def _look_at(self, robot_id: int) -> bool:
-        """Whether its tile is another one now."""
+        """Whether it looks different now."""
+        self._waiting.pop(robot_id, None)
         robot, snapshot, now = (
             self._robots[robot_id],
             self._services.snapshots.get(robot_id),
             self._services.clock.now(),
         )
-        old = is_old(snapshot, now, self._settings)
-        doing = None if old else self._doing(robot_id, snapshot)
-        seen = self._seen.get(robot_id)
+        seen, old = self._seen.get(robot_id), is_old(snapshot, now, self._settings)
+        left = None if old else self._left(robot_id, snapshot, now)
         holds = tuple(hold for hold in self._holds if hold.covers(robot_id, now))
         if (
             seen
-            and (seen.robot, seen.old, seen.doing, seen.holds) == (robot, old, doing, holds)
             and seen.snapshot is snapshot
+            and (seen.robot, seen.old, seen.left, seen.holds) == (robot, old, left, holds)
         ):
             return False
         group = or_held(group_of(robot, snapshot, old, self._settings), holds, robot, now)
-        tile = robot_tile(robot, snapshot, doing, group, old, self._settings, now)
-        self._seen[robot_id] = Seen(robot, snapshot, old, doing, holds, group, tile)
-        is_new = seen is None or (seen.group, seen.tile) != (group, tile)
+        new = look(robot, snapshot, group, old, self._settings, left)
+        new = replace(new, since=self._began(new, snapshot, seen.look if seen else None, now))
+        self._seen[robot_id] = Seen(robot, snapshot, old, left, holds, new)
+        is_new = seen is None or seen.look != new
         self._is_behind |= is_new
+        if new.group is Group.STOPPED and (seen is None or seen.look.group is not Group.STOPPED) and dock.field is None:
+            self._chosen, self.searches = None, False  # it is the worst of all that needs a person
         return is_new
 
-    def _doing(self, robot_id: int, snapshot: RobotSnapshot) -> Work | None:
-        item, status = self._running(robot_id, snapshot), snapshot.status
-        if item is None:  # a mission started by others is only in its status until the queue is read
-            return Work(status.mission_text) if status is not None and status.state is RobotState.EXECUTING else None
-        ours, known = self._ours_of(robot_id, item), self._known.get((robot_id, item.id))
-        if known is None:
-            if guid := ours.mission_guid if ours else item.mission_id:
-                self._unknown[robot_id, item.id] = guid
-            return Work(self._shell.mission_names.known.run(ours) if ours else status.mission_text if status else "")
-        if ours is None:
-            return Work(known.mission or (status.mission_text if status else ""))
-        elapsed = (self._services.clock.now() - ours.started_at).total_seconds() if ours.started_at else None
-        return work(self._shell.mission_names.known.run(ours), elapsed, known.usual_s)
+    def _began(self, new: Look, snapshot: RobotSnapshot, before: Look | None, now: datetime) -> datetime | None:
+        """Since when it needs a person, as far as that is known."""
+        robot_id = new.robot.id
+        if new.group is Group.SILENT:
+            return snapshot.read_at if snapshot.connection in ANSWERS else snapshot.since
+        if new.group not in NEEDS_HELP:
+            self._since.pop(robot_id, None)
+            return None
+        is_same = before is not None and (before.group, before.cell.icon) == (new.group, new.cell.icon)
+        if before is not None and before.is_known and not is_same:
+            self._since[robot_id] = now
+        elif robot_id not in self._since:
+            self._robots_to_learn.add(robot_id)
+        return self._since.get(robot_id)
+
+    def _left(self, robot_id: int, snapshot: RobotSnapshot, now: datetime) -> int | None:
+        """How many minutes the robot's run still takes; of others' it is not known when they began."""
+        item = self._running(robot_id, snapshot)
+        run = item and (self._ours.get((robot_id, item.id)) or self._ours.get((robot_id, item.description)))
+        if not run or run.started_at is None:
+            return None
+        if run.id not in self._usual:
+            self._runs_to_learn[run.id] = run
+        usual = self._usual.get(run.id)
+        return minutes_left((now - run.started_at).total_seconds(), usual) if usual else None
 
     def _running(self, robot_id: int, snapshot: RobotSnapshot) -> QueueItem | None:
         """By its status, as the queue of a robot that is not on screen is only read at polls; without a number there,
@@ -248,82 +294,143 @@ class FleetViewModel(FleetState, ViewModel):
         number = self._followed.get(robot_id) if number is None else number
         return found if found is not None or number is None else QueueItem(number, QueueState.EXECUTING)
 
-    def _ours_of(self, robot_id: int, item: QueueItem) -> Execution | None:
-        return self._ours.get((robot_id, item.id)) or self._ours.get((robot_id, item.description))
-
     def _learn(self) -> None:
-        """Names and usual durations of what runs, asked once for each run, as the database takes its time."""
-        if self._is_asking or not self._unknown or not self.is_open:
+        """Usual durations, and since when robots need a person: asked once, as the database takes its time."""
+        if self._is_asking or not (self._runs_to_learn or self._robots_to_learn) or not self.is_open:
             return
         self._is_asking = True
-        wanted, self._unknown, services = self._unknown, {}, self._services
+        runs, self._runs_to_learn = self._runs_to_learn, {}
+        robots, self._robots_to_learn, services = self._robots_to_learn, set(), self._services
 
-        def learnt(found: Mapping[Running, Known]) -> None:
+        def learnt(found: tuple[dict[int, float | None], dict[int, datetime | None]]) -> None:
             self._is_asking = False
-            running = {
-                (robot_id, item.id)
-                for robot_id, seen in self._seen.items()
-                if (item := self._running(robot_id, seen.snapshot)) is not None
-            }
-            self._known = {run: known for run, known in {**self._known, **found}.items() if run in running}
-            self._waiting |= dict.fromkeys(robot_id for robot_id, _item in found if robot_id in self._robots)
-            self._soon()
+            self._usual |= found[0]
+            self._since = found[1] | self._since
+            for robot_id in robots & self._seen.keys():
+                seen = self._seen[robot_id]
+                self._seen[robot_id] = replace(seen, look=replace(seen.look, since=self._since.get(robot_id)))
+            self._is_behind = True
+            self._tick()
 
         def not_learnt(_problem: BaseException) -> None:
             self._is_asking = False
 
-        self._shell.background.run(lambda: _learn(services, wanted), learnt, not_learnt)
+        self._shell.background.run(
+            lambda: (_usual(services, runs), _since_when(services, robots) if robots else {}), learnt, not_learnt
+        )
 
     # ------------------------------------------------------------------ showing
     def _show(self, by_hand: bool = False) -> None:
         """Nothing moves under a finger, unless the user has just requested it."""
-        look = Look(self.only, self.needy_first)
-        groups = {robot_id: seen.group for robot_id, seen in self._seen.items()}
-        if (groups, look, self._alarms) != self._counted:
-            self._counted, self._counts = (groups, look, self._alarms), list(counts(groups, look))
-            self._help, self._is_well = help_words(groups.values()), all_well(groups, self._alarms)
-        self._is_withheld = not by_hand and finger.is_down() and (look != Look() or self._counts != self.counts)
+        looks = [self._seen[robot_id].look for robot_id in self._robots if robot_id in self._seen]
+        groups = [each.group for each in looks]
+        pane, shown = self._pane(looks), counts(groups, self._chosen if isinstance(self._chosen, Group) else None)
+        self._is_withheld = not by_hand and finger.is_down() and (pane, list(shown)) != (self.pane, self.counts)
         if self._is_withheld:
             return
         self._is_behind = False
-        self.way_back = _("All robots · {help}").format(help=self._help) if self._help else _("All robots")
-        if self.is_shown:
-            self.counts, self.is_well = self._counts, self._is_well
-            self.tiles = arranged(
-                [self._seen[robot_id].tile for robot_id in self._robots if robot_id in self._seen], groups, look
-            )
-            self.empty = (
-                _("No robot is like this now. Tap the chip with the cross to see all.") if self.only is not None else ""
-            )
+        help_needed = help_words(groups)
+        self.way_back = _("All robots · {help}").format(help=help_needed) if help_needed else _("All robots")
+        if not self.is_shown:
+            return
+        if bool(pane.title) != bool(self.pane.title) and not by_hand:
+            rest.after_opening()  # all cells move, and buttons come in their places
+        self.counts, self.pane = list(shown), pane
+        self.heading, self.heading_icon = heading(looks, self._alarms)
+        self._show_cells(looks)
+
+    def _show_cells(self, looks: list[Look]) -> None:
+        self.is_grouped = bool(self._halls)
+        if not self._halls:
+            self.above, self.cells, self.below = [], [each.cell for each in looks], []
+            return
+        if self._open_hall not in self._halls.values():
+            needy = sorted((each for each in looks if each.group in NEEDS_HELP), key=lambda each: each.rank)
+            self._open_hall = self._halls[needy[0].robot.id] if needy else min(self._halls.values())
+        all_heads = heads(looks, self._halls, self._groups, self._open_hall)
+        at = next(n for n, head in enumerate(all_heads) if head.is_open)
+        cells = [each.cell for each in looks if self._halls[each.robot.id] == self._open_hall]
+        above, below = list(all_heads[: at + 1]), list(all_heads[at + 1 :])
+        self.above, self.cells, self.below = above, cells, below
+
+    def _pane(self, looks: list[Look]) -> Pane:
+        chosen, zone, now = self._chosen, self._settings.timezone, self._services.clock.now()
+        if chosen == SEARCH:
+            wanted = self.query.casefold().strip()
+            rows = listed(each for each in looks if wanted in each.robot.name.casefold())
+            return Pane(_("Search"), "" if rows else _("Nothing found"), rows, True)
+        if isinstance(chosen, Group) and (same := [each for each in looks if each.group is chosen]):
+            return Pane(count_words(chosen, len(same)), "", listed(same), True)
+        if isinstance(chosen, tuple) and (same := causes(looks, zone).get(chosen, [])):
+            title = _("{problem}: {robots}").format(problem=same[0].problem, robots=robots_in_words(len(same)))
+            note = _("All at {time}. What each told last:") if same[0].group is Group.SILENT else _("All at {time}.")
+            return Pane(title, note.format(time=chosen[2]), listed(same), True)
+        self._chosen = None
+        halls = {robot: self._groups[n].name for robot, n in self._halls.items() if n < len(self._groups)}
+        rows = to_do(looks, self._settings, now, halls, self.tight)
+        starts = tuple(waiting_row(start) for start in self.waiting.all_rows)
+        return Pane(
+            help_words(each.group for each in looks) or self.waiting.title,
+            "",
+            rows + starts,
+            more=more_than_on_wall(looks, zone),
+        )
 
     # ------------------------------------------------------------------ what the operator presses
-    def show_only(self, group: Group | None) -> None:
-        """Show only the robots of ``group``; all of them if it is already the filter, or None."""
-        self.only = None if group is self.only else group
+    def show_only(self, chosen: Group | Cause | str | None) -> None:
+        """List the robots of a group or of a cause, or those that are searched for; what needs a person if these are
+        listed already, or None."""
+        self._chosen = None if chosen == self._chosen else chosen
+        self.searches = self._chosen == SEARCH
+        self.query = ""
         self._show(by_hand=True)
 
-    def sort(self) -> None:
-        """Show those that need a person first, or each in its place again."""
-        self.needy_first = not self.needy_first
-        self._show(by_hand=True)
+    def act(self, key: Any, name: str) -> None:
+        """A row of the list was used."""
+        if isinstance(key, tuple) and key[0] == "start":
+            self.waiting.act(key[1], name)
+        elif isinstance(key, tuple):
+            self.show_only(key)
+        elif (seen := self._seen.get(key)) is None:
+            return
+        elif name == "open":
+            self.open_robot(key)
+        else:
+            self._command(seen.robot, seen.look.prompt.guid if seen.look.prompt is not None else "", name)
+
+    def open_cell(self, key: Any) -> None:
+        """Of a robot, or of a group of them."""
+        if isinstance(key, tuple):
+            self._open_hall = self.order = key[1]
+            self._show(by_hand=True)
+        else:
+            self.open_robot(key)
 
     def open_robot(self, robot_id: int) -> None:
         """Its Home, in the place of the page."""
         self.leave()
         self._open_robot(robot_id)
 
+    def leave_wall(self) -> None:
+        self._used()
+        self.is_wall = False
+
     def leave(self) -> None:
         """Show one robot; what is looked at first, too."""
         self.is_shown = self._is_first = False
 
     def _key(self, _window: Any, key: int, *_args: Any) -> bool:
-        """Esc and Android's back button lead from one robot to all. Open dialogs and menus go first."""
-        goes_back = (
-            key == ESCAPE and self.many and not self.is_shown and self._shell.dialogs.top is None and dock.field is None
-        )
-        if goes_back:
+        """Esc and Android's back button lead from one robot to all, and there to all that needs a person. Open dialogs
+        and menus go first."""
+        if key != ESCAPE or not self.many or self._shell.dialogs.top is not None or dock.field is not None:
+            return False
+        if self.is_shown and self._chosen is None:
+            return False
+        if self.is_shown:
+            self.show_only(None)
+        else:
             self.come_back()
-        return goes_back
+        return True
 
     def come_back(self) -> None:
         """Open the page as it was left."""
@@ -331,12 +438,25 @@ class FleetViewModel(FleetState, ViewModel):
         self._show(by_hand=True)
 
 
-def _learn(services: HomeServices, wanted: Mapping[Running, str]) -> dict[Running, Known]:
-    """Off the UI thread: what the database knows, never a robot."""
-    names = {mission.guid: mission.name for mission in services.catalogue.missions()}
+def _usual(services: HomeServices, runs: Mapping[int, Execution]) -> dict[int, float | None]:
+    """Off the UI thread: how long each run usually takes, s."""
     found = {}
-    for (robot_id, item_id), guid in wanted.items():
-        expected = services.history.expected(robot_id, guid) if guid else None
-        name = names.get(guid) or services.robot_missions.names(robot_id).get(guid) or ""
-        found[robot_id, item_id] = Known(name, expected.median_s if expected else None)
+    for number, run in runs.items():
+        expected = services.history.expected(run.robot_id or 0, run.mission_guid)
+        found[number] = expected.median_s if expected else None
+    return found
+
+
+def _since_when(services: HomeServices, robots: set[int]) -> dict[int, datetime | None]:
+    """Off the UI thread: when these robots began to need a person, as far as that was stored."""
+    found: dict[int, datetime | None] = dict.fromkeys(robots)
+    now = services.clock.now()
+    for line in services.robot_states.timelines(now - LOOKED_BACK, now, list(robots)):
+        last = next((span for span in reversed(line.spans) if span.activity != NO_DATA), None)
+        if last is not None and last.activity in HELD_UP and last.start > now - LOOKED_BACK:
+            found[line.robot_id] = last.start
+    for alarm in services.alarms.open():
+        robot = id_in(alarm.key, "robot")
+        if robot in robots and alarm.code in ALARMS and alarm.cleared_at is None:
+            found[robot] = alarm.last_at or alarm.raised_at
     return found

@@ -2,75 +2,33 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
-from kivy.metrics import sp
+from kivy.core.window import Window
+from kivy.metrics import dp, sp
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.stacklayout import StackLayout
+from kivymd.uix.boxlayout import MDBoxLayout
 
-from app.screens.common.formats import NOTHING
+from app.screens.home.fleet import columns
 from app.screens.home.fleet_model import FleetState
-from app.widgets import panel_grid  # noqa: F401  (registers kivy classes)
+from app.widgets.display import SectionCard
 from app.widgets.lists import RecycledRow
-from app.widgets.surfaces import TonedTap
-from app.widgets.text import Body, line_width
+from app.widgets.panel_grid import PanelGrid
+from app.widgets.rest import rest
+from app.widgets.surfaces import Tap, Toned, TonedTap
+from app.widgets.text import BodyStrong
 from app.widgets.tokens import late_color, tk
 
 CLEAR = (0, 0, 0, 0)
 LONGEST_END = 5  # characters of a name's last word that are always shown
+LOW, NARROW = 700, 840  # dp of the window: the room is short, or one column is left
 
 
-class Painted(TonedTap):
-    """Normal is grey; abnormal is tinted, solid when ``loud``, so that it is the first thing seen."""
-
-    loud = BooleanProperty(False)
-    back = late_color(CLEAR)
-    ink = late_color((0, 0, 0, 1))  # of what must be read first
-    ink2 = late_color((0, 0, 0, 1))
-    edge = late_color(CLEAR)
-
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-        self.fbind("loud", self.retone)
-
-    def retone(self, *_: Any) -> None:
-        super().retone()
-        if self.tone == "neutral":
-            self.back, self.ink, self.ink2, self.edge = tk.surface, tk.ink, tk.ink2, tk.line
-        elif self.loud:
-            self.back, self.ink, self.ink2, self.edge = self.solid, self.solid_ink, self.solid_ink, self.solid
-        else:
-            self.back, self.ink, self.ink2, self.edge = self.tint, self.tint_ink, self.tint_ink, self.fg
-
-
-class OneLine(Body):
-    """A text that never changes the height of a tile: what doesn't fit is in the robot's Home."""
-
-    most_lines = NumericProperty(1)
-
-
-class FarLine(OneLine):
-    """A text to read from a distance: in the largest of SIZES, up to ``most`` sp, in which it fits."""
-
-    SIZES = (24, 20, 16)
-    font_name = StringProperty("RobotoMedium")
-    most = NumericProperty(SIZES[-1])
-
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-        for name in ("text", "width", "most"):
-            self.fbind(name, self._choose)
-
-    def _choose(self, *_: Any) -> None:
-        sizes = [size for size in self.SIZES if size <= self.most]
-        while len(sizes) > 1 and line_width(self.text, self.font_name, sp(sizes[0])) > self.width:
-            del sizes[0]
-        self.font_size = f"{sizes[0]}sp"
-
-
-class NameLine(FarLine):
-    """A robot's name: a long one keeps its end, as "Pallet truck 7" and "Pallet truck 8" differ only there."""
+class NameLine(BodyStrong):
+    """A robot's name on one line: a long one keeps its end, as "Pallet truck 7" and "Pallet truck 8" differ only there."""
 
     def _broken(self, width: float) -> str:
         text: str = self.text
@@ -85,50 +43,106 @@ class NameLine(FarLine):
         return f"{head.rstrip()}… {tail}"
 
 
-class FleetTile(RecycledRow, Painted):
-    """One robot; a tap is "open". ``late``: its mission takes much longer than usual."""
+class RobotCell(RecycledRow, TonedTap):
+    """One robot in its place; a tap is "open". A ``wide`` one has its name beside the icon, and its fact below."""
 
+    host = ObjectProperty(None, allownone=True, rebind=True)
     name = StringProperty()
-    word = StringProperty()
+    fact = StringProperty()
     icon = StringProperty()
-    detail = StringProperty()
-    late = BooleanProperty(False)
-    battery = StringProperty("–")
-    battery_icon = StringProperty("battery-unknown")
-    battery_tone = StringProperty("neutral")
-    battery_ink = late_color((0, 0, 0, 1))
-    detail_ink = late_color((0, 0, 0, 1))
+    loud = BooleanProperty(False)
+    wide = BooleanProperty(False)
+    back = late_color(CLEAR)
+    ink = late_color((0, 0, 0, 1))
+    ink2 = late_color((0, 0, 0, 1))
+    edge = late_color(CLEAR)
 
     def retone(self, *_: Any) -> None:
+        """Normal is grey; the rest is tinted, solid when ``loud``, so that it is seen first."""
         super().retone()
-        is_normal = self.tone == "neutral"
-        self.battery_ink = getattr(tk, self.battery_tone) if is_normal else self.ink2
-        self.detail_ink = tk.attention if self.late and is_normal else self.ink2
+        if self.tone == "neutral":
+            self.back, self.ink, self.ink2, self.edge = tk.surface, tk.ink, tk.ink2, tk.line
+        elif self.loud:
+            self.back, self.ink, self.ink2, self.edge = self.solid, self.solid_ink, self.solid_ink, self.solid
+        else:
+            self.back, self.ink, self.ink2, self.edge = self.tint, self.tint_ink, self.tint_ink, self.fg
 
-    on_battery_tone = on_late = retone
+    on_loud = retone
 
     def on_release(self) -> None:
         self.act("open")
 
 
-class LargeTile(FleetTile):
-    """Up to twenty robots: all in words."""
+class FleetPart(Toned, MDBoxLayout):
+    """How many robots of a group are in one state."""
+
+    icon = StringProperty()
+    text = StringProperty()
 
 
-class SmallTile(FleetTile):
-    """For more than twenty robots: name, group, battery, one line. If it needs a person, name and group are as large as
-    possible, and the battery is in that line."""
+class FleetParts(MDBoxLayout):
+    """One for each of ``parts``."""
 
-    is_calm = BooleanProperty(True)
-    most = NumericProperty(16)
+    parts = ListProperty()
 
-    def with_battery(self, battery: str, detail: str) -> str:
-        """In one line; without an unknown battery."""
-        return " · ".join(text for text in (battery, detail) if text not in ("", NOTHING))
+    def on_parts(self, *_: Any) -> None:
+        while len(self.children) > len(self.parts):
+            self.remove_widget(self.children[0])
+        while len(self.children) < len(self.parts):
+            self.add_widget(FleetPart())
+        for shown, part in zip(self.children[::-1], self.parts, strict=True):
+            shown.icon, shown.text, shown.tone = part.icon, part.text, part.tone
 
 
-class CountChip(Painted):
-    """How many robots are in one group; a tap shows only those."""
+class FleetHead(RecycledRow, Tap):
+    """The head of a group of robots; a tap ("open") shows its cells instead of another group's."""
+
+    name = StringProperty()
+    robots = StringProperty()
+    is_open = BooleanProperty(False)
+    bad = ObjectProperty(())
+    calm = ObjectProperty(())
+    panelclass = StringProperty()
+
+    def on_release(self) -> None:
+        self.act("open")
+
+
+class FleetGrid(PanelGrid):
+    """The cells: the fewest columns that show all without scrolling. ``wide``: the page is theirs alone."""
+
+    wide = BooleanProperty(False)
+    low = BooleanProperty(False)
+    is_grouped = BooleanProperty(False)
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        for name in ("height", "wide", "low", "is_grouped"):
+            self.fbind(name, self._shelve)
+
+    @property
+    def _least(self) -> tuple[float, float]:
+        """Width and height of a cell: "Robot 44" fits at any size of text, and where there are hundreds "Robot 118"."""
+        if self.wide:
+            return sp(150), sp(74)
+        return sp(96 if self.is_grouped else 88), max(tk.h_touch, sp(56 if self.low else 68))
+
+    @property
+    def _cells(self) -> int:
+        return sum(not hasattr(panel, "is_whole_row") for panel in self.panels)
+
+    @property
+    def columns(self) -> int:
+        return columns(self._cells, self.width, self.height, self._least, sp(230), self.spacing)
+
+    def _fill_shelves(self, dt: float) -> None:
+        rows = max(1, math.ceil(self._cells / self.columns))
+        self.row_height = min(dp(120), max(self._least[1], (self.height + self.spacing) // rows - self.spacing))
+        super()._fill_shelves(dt)
+
+
+class CountTap(Tap):
+    """How many robots are in one group; a tap lists them."""
 
     key = ObjectProperty(None, allownone=True)
     icon = StringProperty()
@@ -137,54 +151,109 @@ class CountChip(Painted):
 
 
 class Counts(StackLayout):
-    """A chip per entry of ``data``; a tap fires ``on_choose(key)``. As high as its rows; one row of all is ``row_width`` px wide."""
+    """A ``CountTap`` for each entry of ``data``, from the right; a tap fires ``on_choose(key)``."""
 
     data = ListProperty()
-    in_a_row = BooleanProperty(False)
-    row_width = NumericProperty(0)
 
     __events__ = ("on_choose",)
 
-    def __init__(self, **kwargs: Any) -> None:
-        self._chips: dict[object, CountChip] = {}
-        super().__init__(**kwargs)
-        self.fbind("data", self._build)
-
     def on_choose(self, key: object) -> None:
-        """A chip was tapped."""
+        """A count was tapped."""
 
-    def _build(self, *_: Any) -> None:
-        if [count.key for count in self.data] != list(self._chips):
+    def on_data(self, *_: Any) -> None:
+        if [count.key for count in reversed(self.data)] != [tap.key for tap in self.children[::-1]]:
+            for tap in self.children:
+                rest.after_pressing(tap)
             self.clear_widgets()
-            self._chips = {count.key: self._chips.get(count.key) or self._new(count.key) for count in self.data}
-            for chip in self._chips.values():
-                self.add_widget(chip)
-        self._measure()
-        for count in self.data:
-            chip = self._chips[count.key]
-            for name, value in vars(count).items():
-                setattr(chip, name, value)
+            for count in reversed(self.data):
+                tap = CountTap(key=count.key)
+                tap.bind(on_release=lambda _tap, key=count.key: self.dispatch("on_choose", key))
+                self.add_widget(tap)
+        for tap, count in zip(self.children, self.data, strict=True):
+            tap.icon, tap.text, tap.selected = count.icon, count.text, count.selected
 
-    def height_in(self, width: float, _row_width: float) -> float:
-        """How high they are in as many rows as they take in ``width`` px; what their own widths are, ``row_width`` follows."""
-        rows, taken = 1, 0.0
-        for chip in reversed(self.children):
-            if taken and taken + chip.width > width:
-                rows, taken = rows + 1, 0.0
-            taken += chip.width + self.spacing[0]
-        return float(sum(chip.height for chip in self.children[:1]) * rows + self.spacing[1] * (rows - 1))
 
-    def _measure(self, *_: Any) -> None:
-        self.row_width = sum(chip.width for chip in self.children) + self.spacing[0] * max(0, len(self.children) - 1)
+class FleetPane(SectionCard):
+    """What needs a person; ``vm`` is a FleetViewModel."""
 
-    def _new(self, key: object) -> CountChip:
-        chip = CountChip()
-        chip.fbind("width", self._measure)
-        chip.bind(on_release=lambda _chip: self.dispatch("on_choose", key))
-        return chip
+    vm = ObjectProperty(FleetState(), rebind=True)
+    needed = NumericProperty(0)  # px of height
 
 
 class FleetPage(BoxLayout):
-    """The counts above the tiles; ``vm`` is a FleetViewModel."""
+    """What needs a person beside the cells, in a tall window above them; ``vm`` is a FleetViewModel."""
 
     vm = ObjectProperty(FleetState(), rebind=True)
+    low = BooleanProperty(False)
+    tall = BooleanProperty(False)
+    pane_width = NumericProperty(0)
+    scrolls_heads = BooleanProperty(False)  # where all would leave the cells little room
+
+    def __init__(self, **kwargs: Any) -> None:
+        self._wall: WallView | None = None
+        super().__init__(**kwargs)
+        self.fbind("size", self._fit)
+        self.vm.fbind("is_wall", self._show_wall)
+        self.vm.fbind("is_grouped", self._choose_tightness)
+        self._fit()
+
+    def _fit(self, *_: Any) -> None:
+        self.low, self.tall = Window.height < dp(LOW), Window.width < dp(NARROW)
+        self.pane_width = self.width if self.tall else dp(392 if self.low else 472)
+        self._choose_tightness()
+
+    def _choose_tightness(self, *_: Any) -> None:
+        self.vm.tight = self.pane_width < sp(472 if self.vm.is_grouped else 360)
+
+    def _show_wall(self, *_: Any) -> None:
+        if self.vm.is_wall and self._wall is None:
+            self._wall = WallView(vm=self.vm)
+            Window.add_widget(self._wall)
+        elif not self.vm.is_wall and self._wall is not None:
+            Window.remove_widget(self._wall)
+            self._wall = None
+            rest.after_closing()
+
+
+class WallRow(MDBoxLayout):
+    """One of the worst, to be read from far away."""
+
+    item = ObjectProperty(None, allownone=True)
+
+
+class WallRows(MDBoxLayout):
+    """A row for each of ``items``."""
+
+    items = ListProperty()
+
+    def on_items(self, *_: Any) -> None:
+        self.clear_widgets()
+        for item in self.items:
+            self.add_widget(WallRow(item=item))
+
+
+class WallView(MDBoxLayout):
+    """Large letters, instead of a page that was left alone for a while. A touch or a key only leaves it."""
+
+    vm = ObjectProperty(FleetState(), rebind=True)
+    scale = NumericProperty(1)
+
+    def on_parent(self, _view: WallView, parent: Any) -> None:
+        (Window.bind if parent is not None else Window.unbind)(on_key_down=self._leave)
+
+    def on_touch_down(self, touch: Any) -> bool:
+        touch.grab(self)
+        return True
+
+    def on_touch_move(self, _touch: Any) -> bool:
+        return True
+
+    def on_touch_up(self, touch: Any) -> bool:
+        if touch.grab_current is self:
+            touch.ungrab(self)
+            self._leave()
+        return True
+
+    def _leave(self, *_: Any) -> bool:
+        self.vm.leave_wall()
+        return True

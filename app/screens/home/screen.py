@@ -43,7 +43,7 @@ class HomeViewModel(HomeCommands, ViewModel):
     def __init__(self, services: HomeServices, shell: Shell) -> None:
         super().__init__()
         self._services, self._shell = services, shell
-        self.fleet = FleetViewModel(services, shell, self.select_robot)
+        self.fleet = FleetViewModel(services, shell, self.select_robot, self.command)
         self.fleet.fbind("is_shown", self._robot_left)
         self._reader = Refresher(shell, self._reading, self.take, self._not_read)
         self.facts = HomeFacts()

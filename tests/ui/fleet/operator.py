@@ -5,8 +5,10 @@ from __future__ import annotations
 from app.container import Container
 from app.domain.models import Connection, Robot
 from app.domain.robot import QueueItem, RobotStatus
-from app.screens.home.fleet_page import CountChip, FleetTile
+from app.screens.home.fleet_page import FleetPage, RobotCell
 from app.widgets.buttons import CommandButton
+from app.widgets.list_row import ListRow, RowButton
+from app.widgets.long_list import LongList
 from app.window.key_focus import TAB, KeyFocus
 
 
@@ -29,19 +31,38 @@ def see(container: Container, robot: Robot, status: RobotStatus, queue: tuple[Qu
 def tiles(ui) -> list[str]:
     """Names, in reading order on the screen."""
 
-    def place(tile) -> tuple[float, float]:
-        x, y = tile.to_window(*tile.pos)
+    def place(cell) -> tuple[float, float]:
+        x, y = cell.to_window(*cell.pos)
         return -round(y), x
 
-    return [tile.name for tile in sorted(ui.find_all(FleetTile), key=place)]
+    return [cell.name for cell in sorted(ui.find_all(RobotCell), key=place)]
 
 
 def counted(ui) -> list[str]:
-    return [chip.text for chip in ui.find_all(CountChip)]
+    return [count.text for page in ui.find_all(FleetPage) for count in page.vm.counts]
+
+
+def to_do(ui) -> list[str]:
+    """The titles of the rows at the left, from the top."""
+    return [row.item.title for row in ui.find(LongList).views]
+
+
+def head(ui) -> str | None:
+    """The title of what needs a person; None without the page."""
+    return next((page.vm.pane.title for page in ui.find_all(FleetPage)), None)
+
+
+def row_of(ui, title: str) -> ListRow:
+    return next(row for row in ui.find(LongList).views if row.item.title == title)
+
+
+def press(ui, title: str, text: str) -> None:
+    """A button of that row."""
+    ui.tap(ui.find(RowButton, row_of(ui, title), text=text))
 
 
 def open_tile(ui, name: str) -> None:
-    ui.tap(ui.find(FleetTile, name=name))
+    ui.tap(ui.find(RobotCell, name=name))
 
 
 def go_back(ui) -> None:

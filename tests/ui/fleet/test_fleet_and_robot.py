@@ -8,23 +8,23 @@ import pytest
 
 from app.domain.models import Group, Robot
 from app.screens.home.cards import HomeWide
-from app.screens.home.fleet_page import FleetPage, FleetTile, NameLine, SmallTile
-from app.screens.home.waiting_model import WaitingDialog, WaitingRow
+from app.screens.home.fleet_page import FleetPage, NameLine, RobotCell
 from app.screens.scheduler.hold import HoldDialog
 from app.widgets.buttons import CommandButton, MenuChip
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.frame import AlarmBanner, TopBar
+from app.widgets.list_row import RowButton
 from app.widgets.panel_grid import PanelGrid
 from app.widgets.rest import DOUBLE_TAP
 from app.widgets.rows import OptionRow
 from app.window.key_focus import ARROWS, ENTER, ESCAPE
 from tests.support import home_facts as sample
-from tests.ui.fleet.operator import add_robots, go_back, open_tile, see, settle, tab_to, tiles
+from tests.ui.fleet.operator import add_robots, go_back, head, open_tile, see, settle, tab_to, tiles, to_do
 from tests.ui.whole_app import shown
 
 pytestmark = pytest.mark.long
 
-_UP, DOWN, RIGHT, _LEFT = ARROWS
+_UP, _DOWN, RIGHT, _LEFT = ARROWS
 
 
 # ---------------------------------------------------------------------- to a robot and back
@@ -77,7 +77,7 @@ def test_the_way_back_says_how_many_need_help(container, robots, ui):
         settle(app, ui)
         assert ui.find(CommandButton, text="All robots")
         see(container, robots[1], sample.STOPPED)
-        ui.wait(lambda: ui.find_all(CommandButton, text="All robots · 1 needs help"))
+        ui.wait(lambda: ui.find_all(CommandButton, text="All robots · 1 needs you"))
 
 
 def test_a_robot_that_is_picked_in_the_bar_is_shown(container, robots, ui):
@@ -129,7 +129,7 @@ def test_an_opened_tile_selects_its_robot_although_another_was_chosen_since(cont
         next(robot.id for robot in container.catalogue.robots() if robot.name == name) for name in ("Aino", "Veikko")
     )
     with shown(container, ui) as app:
-        ui.wait(lambda: ui.find_all(FleetTile, name="Aino"))
+        ui.wait(lambda: ui.find_all(RobotCell, name="Aino"))
         container.catalogue.change_settings(selected_robot_id=veikko)
         open_tile(ui, "Aino")
         settle(app, ui)
@@ -176,9 +176,9 @@ def test_by_keys_alone(container, robots, ui):
     with shown(container, ui) as app:
         ui.wait(lambda: ui.find_all(FleetPage))
         settle(app, ui)
-        tab_to(ui, FleetTile)
-        ui.key(RIGHT)
-        ui.key(DOWN)
+        tab_to(ui, RobotCell)
+        for _n in range(5):
+            ui.key(RIGHT)
         ui.key(ENTER)
         ui.wait(lambda: ui.find_all(HomeWide) and ui.find(TopBar).robot == "Veikko")
 
@@ -187,7 +187,7 @@ def test_the_ring_goes_along_to_a_robot_and_back(container, robots, ui):
     with shown(container, ui) as app:
         ui.wait(lambda: ui.find_all(FleetPage))
         settle(app, ui)
-        tab_to(ui, FleetTile, name="Sisu")
+        tab_to(ui, RobotCell, name="Sisu")
         for _round in range(2):
             ui.key(ENTER)
             ui.wait(lambda: ui.find_all(HomeWide) and ui.find(TopBar).robot == "Sisu")
@@ -244,7 +244,7 @@ def test_a_name_that_is_too_long_keeps_its_end(container, ui):
     add_robots(container, 20)
     container.catalogue.save_robot(Robot("Autonomous pallet truck in hall 17", "10.40.14.1", "scheduler"), "secret")
     with shown(container, ui):
-        ui.wait(lambda: ui.find_all(SmallTile))
+        ui.wait(lambda: ui.find_all(RobotCell))
         (label,) = ui.find_all(NameLine, text="Autonomous pallet truck in hall 17")
         shown_name = label._label.text
         assert shown_name.startswith("Auto")
@@ -257,7 +257,7 @@ def test_the_bar_and_its_list_say_how_many_need_help(container, robots, ui):
         ui.wait(lambda: ui.find(TopBar).help_count == "1")
         ui.find(TopBar).dispatch("on_pick_robot")
         ui.advance(0.3)
-        assert "Robot · 1 needs help" in ui.texts()
+        assert "Robot · 1 needs you" in ui.texts()
         names = [robot.name for robot in robots]
         assert [option.text for option in ui.find(ChoiceDialog).options] == [names[1], names[0], *names[2:]]
 
@@ -271,7 +271,7 @@ def test_the_open_list_of_robots_is_updated_without_moving_a_row_under_a_finger(
         dialog = ui.find(ChoiceDialog)
         assert not any("Error" in option.note or option.tone != "neutral" for option in dialog.options)
         see(container, robots[1], sample.STOPPED)
-        ui.wait(lambda: dialog.title == "Robot · 1 needs help")
+        ui.wait(lambda: dialog.title == "Robot · 1 needs you")
         stopped = dialog.options[1]
         assert ([option.text for option in dialog.options], stopped.tone, stopped.icon) == (
             names,
@@ -296,32 +296,28 @@ def test_the_open_list_of_robots_is_updated_without_moving_a_row_under_a_finger(
         assert (dialog.selected, dialog.title) == ([robots[2].id], "Robot")
 
 
-def test_waiting_starts_are_shown_above_all_robots(container, ui, robots):
+def test_starts_that_wait_for_a_robot_are_listed_below_what_needs_a_person(container, ui, robots):
     group = container.catalogue.save_group(Group("Hall 1", tuple(robot.id for robot in robots)))
     with shown(container, ui) as app:
         settle(app, ui)
-        assert not [button for button in ui.find_all(CommandButton) if button.text.startswith("Waiting for a robot")]
+        assert head(ui) == ""
         for _n in range(2):
             container.operator.run_on_any(group.id, container.catalogue.missions()[0].id)
-        ui.wait(lambda: ui.find_all(CommandButton, text="Waiting for a robot (2)"))
-        settle(app, ui)
-        ui.tap(ui.find(CommandButton, text="Waiting for a robot (2)"))
-        ui.wait(lambda: ui.find_all(WaitingDialog))
-        rows = ui.find_all(WaitingRow, ui.find(WaitingDialog))
-        assert [(row.priority, row.urgent) for row in rows] == [("High", True)] * 2
+        ui.wait(lambda: head(ui) == "Waiting for a robot (2)")
+        see(container, robots[3], sample.STOPPED)
+        ui.wait(lambda: head(ui) == "1 needs you" and len(to_do(ui)) == 3)
+        assert to_do(ui)[0] == robots[3].name
 
 
 def test_a_start_is_assigned_to_a_robot_with_the_keyboard_alone(container, ui, robots):
-    """Enter presses what the ring is at: what waits, Give to a robot, and then a robot can be chosen."""
     group = container.catalogue.save_group(Group("Hall 1", tuple(robot.id for robot in robots)))
     container.operator.run_on_any(group.id, container.catalogue.missions()[0].id)
     with shown(container, ui) as app:
-        ui.wait(lambda: ui.find_all(CommandButton, text="Waiting for a robot (1)"))
+        ui.wait(lambda: head(ui) == "Waiting for a robot (1)")
         settle(app, ui)
-        for words in ("Waiting for a robot (1)", "Give to a robot"):
-            tab_to(ui, CommandButton, text=words)
-            ui.key(ENTER)
-            settle(app, ui)
+        tab_to(ui, RowButton, text="Give to a robot")
+        ui.key(ENTER)
+        settle(app, ui)
         assert {option.text for option in ui.find(ChoiceDialog).options} == {robot.name for robot in robots}
 
 

@@ -2,31 +2,40 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
+from datetime import timedelta
 
 import pytest
-from kivy.metrics import dp
 
-from app.domain.models import Execution, Robot, State, Trigger
+from app.database.activities import ActivityRepository
+from app.domain.activity import ActivitySpan
+from app.domain.models import Connection, Execution, Group, State, Trigger
 from app.domain.robot import QueueItem, QueueState
 from app.screens.home.cards import HomeWide
-from app.screens.home.fleet_page import CountChip, FarLine, FleetPage, FleetTile, LargeTile, NameLine, SmallTile
-from app.widgets.buttons import ChoiceChip, CommandButton
+from app.screens.home.fleet_page import CountTap, FleetGrid, FleetHead, FleetPage, RobotCell, WallRow, WallView
+from app.widgets.buttons import CommandButton, IconButton
+from app.widgets.fields import FieldInput
 from app.widgets.frame import TopBar
-from app.widgets.panel_grid import PanelGrid
+from app.widgets.rest import rest
 from app.widgets.rows import RobotChip
-from app.widgets.text import BodyStrong, Ico, Txt
+from app.window.key_focus import ESCAPE
+from tests.support import fleet_facts
 from tests.support import home_facts as sample
-from tests.ui.fleet.operator import add_robots, counted, go_back, see, settle, tiles
+from tests.ui.fleet.operator import (
+    add_robots,
+    counted,
+    go_back,
+    head,
+    open_tile,
+    press,
+    row_of,
+    see,
+    settle,
+    tiles,
+    to_do,
+)
+from tests.ui.looks import labels
 from tests.ui.whole_app import shown
-
-CAPITAL = 0.711  # of Roboto, in em
-
-
-def minutes(label: Txt) -> float:
-    """The height of its capitals in minutes of arc, at two metres from a 10" tablet: 150 px an inch, one a dp."""
-    return math.degrees(label.font_size / dp(1) * CAPITAL * 25.4 / 150 / 2000) * 60
 
 
 # ---------------------------------------------------------------------- when there is such a page
@@ -50,7 +59,7 @@ def test_with_many_robots_home_shows_all_first(container, robots, ui):
         assert tiles(ui) == ["Aino", "Robot 1", "Robot 2", "Robot 3", "Sisu", "Veikko"]
         assert counted(ui) == ["6 ready"]
         assert "All well" in ui.texts()
-        assert {type(tile) for tile in ui.find_all(FleetTile)} == {LargeTile}
+        assert head(ui) == ""
         for robot in robots[3:]:
             container.catalogue.remove_robot(robot.id)
         ui.wait(lambda: len(ui.find_all(RobotChip)) == 3)
@@ -65,88 +74,43 @@ def test_all_is_not_well_while_an_alarm_is_shelved(container, robots, ui):
         ui.wait(lambda: "All well" not in ui.texts())
 
 
-def are_at_least(tiles: list[FleetTile], width: float, height: float) -> bool:
-    return min(round(tile.width) for tile in tiles) >= width and min(round(tile.height) for tile in tiles) >= height
-
-
-def test_above_twenty_the_tiles_are_small(container, ui):
-    add_robots(container, 17)
-    with shown(container, ui):
-        ui.wait(lambda: len(ui.find_all(LargeTile)) > 4)
-        assert are_at_least(ui.find_all(LargeTile), 296, 112)
-        container.catalogue.save_robot(Robot("Robot 18", "10.40.13.18", "scheduler"), "secret")
-        ui.wait(lambda: ui.find_all(SmallTile))
-        assert not ui.find_all(LargeTile)
-        assert are_at_least(ui.find_all(SmallTile), 144, 84)
-
-
-def test_up_to_twenty_four_fill_a_wide_page(container, ui):
-    add_robots(container, 21)
-    with shown(container, ui):
-        ui.wait(lambda: ui.find_all(SmallTile))
-        assert ui.find(PanelGrid).columns == 6
-        container.catalogue.save_robot(Robot("Robot 22", "10.40.13.22", "scheduler"), "secret")
-        ui.wait(lambda: ui.find(PanelGrid).columns == 8)
-
-
 # ---------------------------------------------------------------------- what it shows
-def test_robots_that_need_a_person_are_readable_at_two_metres(container, ui):
-    """Letters of 24 sp, in the same room, and what fits is not cut."""
-    robots = add_robots(container, 40)
-    named = container.catalogue.save_robot(replace(robots[20], name="Trukki hallissa 1"))
-    with shown(container, ui):
-        ui.wait(lambda: ui.find_all(SmallTile))
-        for robot, status in ((robots[8], sample.ASKING), (robots[19], sample.STOPPED), (named, sample.STOPPED)):
-            see(container, robot, status)
-        ui.wait(lambda: counted(ui)[:2] == ["2 stopped", "1 asks"])
-        ui.advance(0.1)
-        assert all(
-            minutes(label) >= 4.9 for chip in ui.find_all(CountChip)[:2] for label in ui.find_all(BodyStrong, chip)
-        )
-        for robot in (robots[8], robots[19], named):
-            tile = ui.find(SmallTile, name=robot.name)
-            name, word = ui.find(NameLine, tile), ui.find(FarLine, tile, text=tile.word)
-            assert (round(tile.height), word._label.text, minutes(word) >= 4.9) == (84, tile.word, True)
-            assert minutes(name) >= (3.2 if robot is named else 4.9)
-            assert name._label.text.endswith(robot.name.split()[-1])
-        calm = ui.find(SmallTile, name=robots[0].name)
-        assert (round(calm.height), minutes(ui.find(NameLine, calm)) < 4) == (84, True)
-
-
-def test_a_poll_changes_its_tile_and_the_counts_and_no_place(container, robots, ui):
+def test_a_poll_changes_its_cell_the_list_and_the_counts_and_no_place(container, robots, ui):
     with shown(container, ui):
         ui.wait(lambda: ui.find_all(FleetPage))
         before = tiles(ui)
-        see(container, robots[3], sample.STOPPED)
         see(container, robots[1], sample.ASKING)
-        ui.wait(lambda: counted(ui) == ["1 stopped", "1 asks", "4 ready"])
+        see(container, robots[3], sample.STOPPED)
+        ui.wait(lambda: counted(ui) == ["4 ready"])
+        ui.advance(0.5)
+        assert (head(ui), to_do(ui)) == ("2 need you", [robots[3].name, robots[1].name])
         assert "All well" not in ui.texts()
         assert tiles(ui) == before
-        tile = ui.find(FleetTile, name=robots[3].name)
-        assert (tile.word, tile.detail, tile.loud) == ("Stopped", "Stopped", True)
+        cell = ui.find(RobotCell, name=robots[3].name)
+        assert (cell.fact, cell.tone, cell.loud) == ("Stopped", "fault", True)
 
 
-def test_while_the_list_moves_one_tile_a_frame_becomes_another(container, ui):
-    robots = add_robots(container, 40)
+def test_while_the_cells_move_one_a_frame_becomes_another(container, ui):
+    robots = add_robots(container, 150)
     with shown(container, ui):
-        ui.wait(lambda: ui.find_all(SmallTile))
-        grid = ui.find(PanelGrid)
+        ui.wait(lambda: ui.find_all(RobotCell))
+        grid = ui.find(FleetGrid)
         for robot in container.catalogue.robots():
-            see(container, robot, sample.READY)
-        ui.wait(lambda: counted(ui) == ["43 ready"])
+            see(container, robot, sample.READY if robot.id != robots[0].id else sample.STOPPED)
+        ui.wait(lambda: counted(ui) == ["152 ready"])
         grid.scroll_y = 0.9
-        for robot in robots[:10]:
+        for robot in robots[1:11]:
             see(container, robot, sample.STOPPED)
-        before, changed = [tile.word for tile in grid.panels], []
+        before, changed = [cell.fact for cell in grid.panels], []
         for n in range(16):
             grid.scroll_y = 0.9 - n / 100
             ui.advance()  # three frames
-            now = [tile.word for tile in grid.panels]
+            now = [cell.fact for cell in grid.panels]
             changed.append(sum(a != b for a, b in zip(before, now, strict=True)))
             before = now
         assert max(changed) == 3
         assert sum(changed) == 10  # it continues, however long somebody scrolls
-        ui.wait(lambda: counted(ui) == ["10 stopped", "33 ready"])
+        ui.wait(lambda: head(ui) == "11 need you")
 
 
 def collecting(robot, now) -> Execution:
@@ -177,36 +141,23 @@ def test_a_run_is_shown_with_the_time_it_still_takes(container, robots, ui):
     container.db.write(lambda c: repository.add(c, done))
     see(container, aino, sample.EXECUTING, (QueueItem(900, QueueState.EXECUTING, mission_id="g-new"),))
     with shown(container, ui):
-        ui.wait(lambda: "5 min left · Collect empties" in ui.texts())
+        ui.wait(lambda: ui.find(RobotCell, name="Aino").fact == "5 min left")
         assert counted(ui) == ["1 working", "5 ready"]
 
 
-@pytest.mark.parametrize("number", [900, None])
-def test_a_run_is_named_before_the_queue_is_read_again(container, robots, ui, number):
+def test_a_run_is_followed_before_the_queue_is_read_again(container, robots, ui):
     """Between its polls only the status of a robot is read, unless it is the one on screen."""
     aino, now = robots[0], container.clock.now()
-    run = collecting(aino, now)
-    container.db.write(lambda c: container.repositories.executions.add(c, run))
-    see(container, aino, replace(sample.EXECUTING, mission_queue_id=number))
-    with shown(container, ui) as app:
-        ui.wait(lambda: ui.find_all(FleetPage))
-        ui.wait(lambda: ui.find(FleetTile, name="Aino").detail == "Collect empties")
-        see(
-            container,
-            aino,
-            replace(sample.EXECUTING, mission_queue_id=901),
-            (QueueItem(900, QueueState.EXECUTING, mission_id="g-new"),),
-        )
-        ui.wait(lambda: ui.find(FleetTile, name="Aino").detail == sample.EXECUTING.mission_text)  # somebody else's
-        unknown = (QueueItem(902, QueueState.EXECUTING, mission_id="g-of-nobody"),)
-        see(
-            container, robots[2], replace(sample.EXECUTING, mission_queue_id=902), unknown
-        )  # of a mission that was never fetched
-        ui.wait(lambda: ui.find(FleetTile, name=robots[2].name).detail == sample.EXECUTING.mission_text)
-        settle(app, ui)
-        assert ui.find(FleetTile, name=robots[2].name).detail == sample.EXECUTING.mission_text
-        see(container, robots[1], replace(sample.EXECUTING, mission_queue_id=None))  # whose number it does not say
-        ui.wait(lambda: ui.find(FleetTile, name=robots[1].name).detail == sample.EXECUTING.mission_text)
+    e = collecting(aino, now)
+    repository = container.repositories.executions
+    container.db.write(lambda c: repository.add(c, e))
+    done = replace(e, token="t-old", state=State.COMPLETED, queue_id=800, ended_at=now, duration_s=290.0)
+    container.db.write(lambda c: repository.add(c, done))
+    see(container, aino, replace(sample.EXECUTING, mission_queue_id=900))
+    with shown(container, ui):
+        ui.wait(lambda: ui.find(RobotCell, name="Aino").fact == "5 min left")
+        see(container, aino, replace(sample.EXECUTING, mission_queue_id=901))  # somebody else's
+        ui.wait(lambda: ui.find(RobotCell, name="Aino").fact == "Working")
 
 
 def test_robots_that_are_not_heard_of_for_long_no_longer_answer(container, robots, ui):
@@ -215,81 +166,146 @@ def test_robots_that_are_not_heard_of_for_long_no_longer_answer(container, robot
         container.clock.advance(3600)
         see(container, robots[0], sample.READY)
         ui.skip(1)
-        ui.wait(lambda: counted(ui) == ["5 no answer", "1 ready"])
+        ui.wait(lambda: head(ui) == "5 need you" and counted(ui) == ["1 ready"])
+        assert row_of(ui, "5 robots").item.support == "No answer, all at the same minute. 1 other answers."
 
 
-# ---------------------------------------------------------------------- filter and order
-def test_a_count_filters_until_it_is_tapped_again(container, robots, ui):
+def test_it_knows_since_when_robots_need_a_person_although_it_has_just_been_opened(container, robots, ui):
+    """From what was stored; of what happens later, from what was seen."""
+    stopped, asking, paused = robots[1], robots[2], robots[3]
+    began = container.clock.now() - timedelta(minutes=20)
+    container.db.write(
+        lambda c: ActivityRepository().save(
+            c, paused.id, [ActivitySpan("paused", began, container.clock.now() - timedelta(seconds=30))]
+        )
+    )
+    container.alarms.raise_("question", f"robot:{asking.id}", robot=asking.name, question="Loaded?")
+    see(container, asking, sample.ASKING)
+    see(container, paused, fleet_facts.PAUSED)
     with shown(container, ui):
-        see(container, robots[2], sample.STOPPED)
-        ui.wait(lambda: "1 stopped" in counted(ui))
-        chip = ui.find(CountChip, text="1 stopped")
-        places = [each.pos[:] for each in ui.find_all(CountChip)]
-        ui.tap(chip)
-        assert tiles(ui) == [robots[2].name]
-        assert ui.find_all(Ico, chip, icon="close")
-        assert [each.pos[:] for each in ui.find_all(CountChip)] == places  # nothing moves under the finger
-        see(container, robots[2], sample.READY)
-        ui.wait(lambda: not tiles(ui))
-        assert counted(ui) == ["0 stopped", "6 ready"]
-        assert any(text.startswith("No robot is like this now") for text in ui.texts())
-        ui.tap(ui.find(CountChip, text="0 stopped"))
-        assert len(tiles(ui)) == 6
-        assert counted(ui) == ["6 ready"]
-
-
-def test_a_filter_that_no_robot_fits_ends_by_itself_without_a_tap(container, robots, ui):
-    with shown(container, ui):
-        see(container, robots[2], sample.STOPPED)
-        ui.wait(lambda: "1 stopped" in counted(ui))
-        ui.tap(ui.find(CountChip, text="1 stopped"))
-        for state in (sample.READY, sample.STOPPED, sample.READY):  # the time restarts
-            see(container, robots[2], state)
-            ui.wait(lambda state=state: bool(tiles(ui)) == (state is sample.STOPPED))
-            ui.skip(1)
-            ui.skip(40)
-        assert not tiles(ui)
-        container.clock.step(3600)  # set, so no time has passed
+        ui.wait(lambda: head(ui) == "2 need you")
+        ui.wait(lambda: row_of(ui, paused.name).item.aside == "14:18")
+        assert row_of(ui, asking.name).item.aside == "14:38"
+        container.clock.advance(120)
         for robot in robots:
-            see(container, robot, sample.READY)
-        ui.skip(1)
-        assert not tiles(ui)
-        container.clock.step(-3600)
-        ui.skip(40)
-        ui.wait(lambda: len(tiles(ui)) == 6)
-        assert "0 stopped" not in counted(ui)
+            status = {asking.id: sample.ASKING, paused.id: fleet_facts.PAUSED, stopped.id: sample.STOPPED}
+            see(container, robot, status.get(robot.id, sample.READY))
+        ui.wait(lambda: stopped.name in to_do(ui))
+        ui.advance(0.5)
+        assert row_of(ui, stopped.name).item.aside == "14:40"
 
 
-def test_the_time_of_an_empty_filter_restarts_when_it_comes_on_screen(container, robots, ui):
-    """What it fits has changed since."""
+# ---------------------------------------------------------------------- what is pressed in it
+def test_a_question_is_answered_with_one_touch(container, robots, ui, monkeypatch):
+    answered: list[object] = []
+    monkeypatch.setattr(type(container.operator), "answer_prompt", lambda _self, *what: answered.append(what))
+    with shown(container, ui) as app:
+        see(container, robots[2], sample.ASKING)
+        ui.wait(lambda: head(ui) == "1 needs you")
+        settle(app, ui)
+        press(ui, robots[2].name, "Yes")
+        settle(app, ui)
+        assert answered == [(robots[2].id, sample.ASKING.user_prompt.guid, "Yes")]
+        assert ui.find_all(FleetPage)
+        assert app.shell.snackbars.texts == [f"Answer sent to {robots[2].name}: Yes"]
+
+
+@pytest.mark.parametrize(
+    ("status", "word", "command"),
+    [(sample.FAILED, "Reset errors", "reset_errors"), (fleet_facts.PAUSED, "Resume", "resume")],
+)
+def test_a_row_solves_its_problem_once_for_a_double_tap(container, robots, ui, monkeypatch, status, word, command):
+    sent: list[int] = []
+    monkeypatch.setattr(type(container.operator), command, lambda _self, robot_id: sent.append(robot_id))
+    with shown(container, ui) as app:
+        see(container, robots[2], status)
+        ui.wait(lambda: head(ui) == "1 needs you")
+        settle(app, ui)
+        press(ui, robots[2].name, word)
+        press(ui, robots[2].name, word)
+        settle(app, ui)
+        assert sent == [robots[2].id]
+
+
+def test_a_reset_without_effect_is_reported_for_a_robot_of_the_list(container, robots, ui, monkeypatch):
+    monkeypatch.setattr(type(container.operator), "reset_errors", lambda _self, _robot_id: None)
+    with shown(container, ui) as app:
+        see(container, robots[2], sample.FAILED)
+        ui.wait(lambda: head(ui) == "1 needs you")
+        settle(app, ui)
+        press(ui, robots[2].name, "Reset errors")
+        settle(app, ui)
+        see(container, robots[2], sample.FAILED)
+        ui.skip(6)
+        ui.wait(lambda: any(text.startswith("Still there") for text in app.shell.snackbars.texts))
+
+
+def test_a_row_of_several_lists_them_and_leads_back(container, robots, ui):
+    with shown(container, ui) as app:
+        for robot in robots[2:5]:
+            container.snapshots.update(
+                robot.id, connection=Connection.UNREACHABLE, since=container.clock.now() - timedelta(minutes=9)
+            )
+        ui.wait(lambda: head(ui) == "3 need you")
+        settle(app, ui)
+        (title,) = to_do(ui)
+        ui.tap(row_of(ui, title))
+        assert head(ui) == "No answer: 3 robots"
+        assert to_do(ui) == [robot.name for robot in robots[2:5]]
+        assert row_of(ui, robots[2].name).item.meta.startswith("Ready")
+        ui.advance(1)
+        ui.key(ESCAPE)
+        assert to_do(ui) == [title]
+
+
+def test_a_count_lists_its_robots_until_it_is_tapped_again(container, robots, ui):
     with shown(container, ui) as app:
         see(container, robots[2], sample.STOPPED)
-        ui.wait(lambda: "1 stopped" in counted(ui))
-        ui.tap(ui.find(CountChip, text="1 stopped"))
+        ui.wait(lambda: counted(ui) == ["5 ready"])
+        settle(app, ui)
+        before = tiles(ui)
+        ui.tap(ui.find(CountTap, text="5 ready"))
+        assert (head(ui), len(to_do(ui))) == ("5 ready", 5)
+        assert tiles(ui) == before  # the cells stay
+        ui.advance(1)
+        ui.tap(ui.find(CountTap, text="5 ready"))
+        assert head(ui) == "1 needs you"
+
+
+def test_a_list_ends_when_no_robot_is_in_it_any_more(container, robots, ui):
+    with shown(container, ui) as app:
+        see(container, robots[2], sample.CHARGING)
+        ui.wait(lambda: "1 charging" in counted(ui))
+        settle(app, ui)
+        ui.tap(ui.find(CountTap, text="1 charging"))
+        assert to_do(ui) == [robots[2].name]
         see(container, robots[2], sample.READY)
-        ui.wait(lambda: not tiles(ui))
-        ui.skip(1)
-        app.shell.go("logs")
-        settle(app, ui)
-        see(container, robots[4], sample.STOPPED)
-        ui.skip(70)
-        app.shell.go("home")
-        settle(app, ui)
-        assert tiles(ui) == [robots[4].name]
+        ui.wait(lambda: head(ui) == "")
 
 
-def test_robots_that_need_a_person_come_first_on_demand(container, robots, ui):
-    with shown(container, ui):
-        see(container, robots[4], sample.STOPPED)
-        see(container, robots[2], sample.ASKING)
-        ui.wait(lambda: len(counted(ui)) == 3)
-        order = [robot.name for robot in robots]
-        assert tiles(ui) == order
-        ui.tap(ui.find(ChoiceChip, text="Needs me first"))
-        assert tiles(ui)[:2] == [robots[4].name, robots[2].name]
-        assert tiles(ui)[2:] == [name for name in order if name not in (robots[4].name, robots[2].name)]
-        ui.tap(ui.find(ChoiceChip, text="Needs me first"))
-        assert tiles(ui) == order
+def test_a_robot_that_stops_brings_the_list_back(container, robots, ui):
+    with shown(container, ui) as app:
+        ui.wait(lambda: counted(ui) == ["6 ready"])
+        settle(app, ui)
+        ui.tap(ui.find(CountTap, text="6 ready"))
+        see(container, robots[1], fleet_facts.PAUSED)
+        ui.wait(lambda: head(ui) == "5 ready")
+        see(container, robots[2], sample.STOPPED)
+        ui.wait(lambda: head(ui) == "2 need you")
+
+
+def test_robots_are_found_by_a_part_of_their_name(container, robots, ui):
+    with shown(container, ui) as app:
+        ui.wait(lambda: ui.find_all(FleetPage))
+        settle(app, ui)
+        ui.tap(ui.find(IconButton, ui.find(FleetPage), icon="magnify"))
+        ui.advance(0.5)
+        field = ui.find(FieldInput)
+        ui.type(field, "OT 2")
+        ui.wait(lambda: to_do(ui) == ["Robot 2"])
+        ui.type(field, "x")
+        ui.wait(lambda: to_do(ui) == [])
+        assert "Nothing found" in ui.texts()
 
 
 def test_changes_delayed_by_a_finger_come_no_faster_when_it_leaves(container, ui):
@@ -298,7 +314,7 @@ def test_changes_delayed_by_a_finger_come_no_faster_when_it_leaves(container, ui
         for robot in container.catalogue.robots():
             see(container, robot, sample.READY)
         ui.wait(lambda: counted(ui) == ["43 ready"])
-        grid = ui.find(PanelGrid)
+        grid = ui.find(FleetGrid)
         lift = ui.press(grid)
         for robot in robots[:30]:
             see(container, robot, sample.STOPPED)
@@ -308,19 +324,143 @@ def test_changes_delayed_by_a_finger_come_no_faster_when_it_leaves(container, ui
         grid.bind(panels=lambda _grid, panels: changed.append(sum(a != b for a, b in zip(before, panels, strict=True))))
         grid.bind(panels=lambda _grid, panels: before.__setitem__(slice(None), panels))
         lift(0.1)
-        ui.wait(lambda: counted(ui) == ["30 stopped", "13 ready"] or not ui.find_all(PanelGrid))
-        assert max(changed) <= 6
+        ui.wait(lambda: not ui.find_all(FleetGrid) or counted(ui) == ["13 ready"])
+        assert max(changed, default=0) <= 6
 
 
-def test_nothing_moves_under_a_finger(container, robots, ui):
-    with shown(container, ui):
-        ui.wait(lambda: ui.find_all(FleetPage))
-        ui.tap(ui.find(ChoiceChip, text="Needs me first"))
-        before, lift = tiles(ui), ui.press(ui.find(FleetTile, name=robots[5].name))
+def test_the_list_never_comes_under_a_finger(container, robots, ui):
+    """Where it comes the buttons of a row could be pressed instead of a cell."""
+    with shown(container, ui) as app:
+        ui.wait(lambda: counted(ui) == ["6 ready"])
+        settle(app, ui)
+        lift = ui.press(ui.find(RobotCell, name=robots[5].name))
         see(container, robots[3], sample.STOPPED)
         ui.advance(0.5)
-        assert tiles(ui) == before
+        assert head(ui) == ""
         lift(0.1)
         ui.wait(lambda: ui.find(TopBar).robot == robots[5].name)
         go_back(ui)
-        assert tiles(ui)[0] == robots[3].name
+        assert head(ui) == "1 needs you"
+
+
+def test_a_touch_just_after_the_list_has_come_presses_nothing(container, robots, ui):
+    with shown(container, ui) as app:
+        ui.wait(lambda: counted(ui) == ["6 ready"])
+        settle(app, ui)
+        see(container, robots[3], sample.FAILED)
+        ui.wait(lambda: head(ui) == "1 needs you")
+        assert rest.is_on
+
+
+# ---------------------------------------------------------------------- more than fit
+def test_above_fifty_six_robots_one_group_is_open(container, ui):
+    robots = add_robots(container, 60)
+    for n in range(3):
+        container.catalogue.save_group(
+            Group(f"Hall {n + 1}", tuple(robot.id for robot in robots[n * 20 : n * 20 + 20]))
+        )
+    with shown(container, ui) as app:
+        ui.wait(lambda: ui.find_all(FleetHead))
+        settle(app, ui)
+        names = [row.name for row in sorted(ui.find_all(FleetHead), key=lambda row: -row.to_window(*row.pos)[1])]
+        assert names == ["Hall 1", "Hall 2", "Hall 3", "Others"]
+        assert tiles(ui)[0] == "Robot 1"
+        ui.tap(ui.find(FleetHead, name="Others"))
+        ui.advance(0.5)
+        assert tiles(ui) == ["Aino", "Sisu", "Veikko"]
+        see(container, robots[25], sample.STOPPED)
+        ui.wait(lambda: head(ui) == "1 needs you")
+        assert row_of(ui, robots[25].name).item.aside.endswith("Hall 2")
+        assert [part.text for part in ui.find(FleetHead, name="Hall 2").bad] == ["1"]
+        assert tiles(ui) == ["Aino", "Sisu", "Veikko"]  # what is open stays open
+        open_tile(ui, "Sisu")
+        ui.wait(lambda: ui.find(TopBar).robot == "Sisu")
+
+
+def test_the_open_group_is_first_that_of_the_worst_robot(container, ui):
+    robots = add_robots(container, 60)
+    for n in range(3):
+        container.catalogue.save_group(
+            Group(f"Hall {n + 1}", tuple(robot.id for robot in robots[n * 20 : n * 20 + 20]))
+        )
+    see(container, robots[25], sample.STOPPED)
+    with shown(container, ui):
+        ui.wait(lambda: ui.find_all(FleetHead, is_open=True))
+        assert ui.find(FleetHead, is_open=True).name == "Hall 2"
+
+
+def test_above_fifty_six_robots_without_groups_the_cells_scroll(container, ui):
+    add_robots(container, 60)
+    with shown(container, ui):
+        ui.wait(lambda: ui.find_all(RobotCell))
+        assert not ui.find_all(FleetHead)
+        assert ui.find(FleetGrid).do_scroll_y
+
+
+# ---------------------------------------------------------------------- the wall view
+def leave_alone(app, ui, seconds: float = 121) -> None:
+    app.shell.navigator.screen("home").vm.fleet.is_kiosk = True
+    ui.skip(seconds)
+    ui.skip(1)
+
+
+def test_a_wall_that_is_left_alone_is_read_from_far_away(container, robots, ui):
+    with shown(container, ui) as app:
+        for robot, status in zip(
+            robots[1:], (sample.STOPPED, sample.FAILED, sample.ASKING, fleet_facts.PAUSED), strict=False
+        ):
+            see(container, robot, status)
+        ui.wait(lambda: head(ui) == "4 need you")
+        leave_alone(app, ui)
+        for robot, status in zip(
+            robots[1:], (sample.STOPPED, sample.FAILED, sample.ASKING, fleet_facts.PAUSED), strict=False
+        ):
+            see(container, robot, status)  # they still answer
+        ui.wait(lambda: ui.find_all(WallView))
+        ui.wait(lambda: len(ui.find_all(WallRow)) == 3)
+        assert {"4 need you", "1 more", robots[1].name} <= set(ui.texts(ui.find(WallView)))
+        large = {round(label.font_size) for label in labels(ui.find(WallView))}
+        assert large == {72, 40, 32}
+
+
+@pytest.mark.parametrize("by_key", [False, True], ids=["touch", "key"])
+def test_what_leaves_the_wall_view_does_nothing_else(container, robots, ui, by_key):
+    with shown(container, ui) as app:
+        ui.wait(lambda: ui.find_all(FleetPage))
+        settle(app, ui)
+        cell = ui.find(RobotCell, name="Aino")
+        place = cell.to_window(*cell.center)
+        leave_alone(app, ui)
+        assert ui.find_all(WallView)
+        if by_key:
+            ui.key(ESCAPE)
+        else:
+            ui.tap_twice(place, 0.3)
+        ui.advance(0.3)
+        assert not ui.find_all(WallView)
+        assert ui.find_all(FleetPage)
+        ui.advance(1)
+        ui.tap_at(*place)
+        assert not ui.find_all(FleetPage)
+
+
+def test_the_wall_view_comes_only_over_a_page_of_a_wall_with_nothing_open(container, robots, ui):
+    with shown(container, ui) as app:
+        ui.wait(lambda: ui.find_all(FleetPage))
+        settle(app, ui)
+        ui.skip(300)
+        ui.skip(1)
+        assert not ui.find_all(WallView)  # a window on a desk
+        app.shell.dialogs.confirm("Title", "Text", "Yes", lambda: None)
+        leave_alone(app, ui)
+        assert not ui.find_all(WallView)
+        app.shell.dialogs.close_all()
+        ui.skip(1)
+        assert ui.find_all(WallView)
+        app.shell.dialogs.confirm("Title", "Text", "Yes", lambda: None)  # as an alarm of the frame may
+        ui.skip(1)
+        assert not ui.find_all(WallView)
+        app.shell.dialogs.close_all()
+        app.shell.go("logs")
+        leave_alone(app, ui)
+        assert not ui.find_all(WallView)

@@ -36,7 +36,7 @@ def test_bar_and_list_say_how_many_of_many_robots_need_help():
     assert top_bar(AINO, snapshot(1, EXECUTING), SETTINGS, NOW, groups).help_count == "2"
     assert top_bar(AINO, snapshot(1, EXECUTING), SETTINGS, NOW, groups[:3]).help_count == ""
     assert top_bar(AINO, snapshot(1, EXECUTING), SETTINGS, NOW, [Group.READY] * 4).help_count == ""
-    assert picker_title(groups) == "Robot · 2 need help"
+    assert picker_title(groups) == "Robot · 2 need you"
     assert picker_title([Group.READY] * 4) == "Robot"
 
 

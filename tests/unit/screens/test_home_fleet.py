@@ -1,179 +1,324 @@
-"""All robots in one look: groups, tiles, counts, filter and order."""
+"""All robots in one look: cells, what needs a person, counts, groups."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from datetime import timedelta
 
 import pytest
 
 from app.database.robots import Hold
 from app.domain.models import Connection, Robot, RobotSnapshot, Settings
+from app.domain.models import Group as RobotGroup
 from app.domain.robot import RobotProblem, RobotState, RobotStatus
 from app.screens.common.holding import HAND
 from app.screens.common.robot_appearance import battery_appearance, is_old
 from app.screens.common.robot_groups import Group, group_of, help_words, or_held
 from app.screens.home import fleet
-from app.screens.home.fleet import Look, RobotTile, Work, arranged, counts, robot_tile
+from app.screens.home.fleet import Look, causes, columns, counts, halls_of, heading, heads, listed, minutes_left, to_do
+from tests.support import fleet_facts
 from tests.support import home_facts as sample
-from tests.support.home_facts import AINO, NOW, SETTINGS, snapshot
+from tests.support.home_facts import AINO, NOW, SETTINGS, ago, snapshot
+
+SELDOM = Robot("Robot 9", "http://10.40.12.29", id=9, token="x")
 
 
-def look(
-    status: RobotStatus | None, robot: Robot = AINO, doing: Work | None = None, **values
-) -> tuple[Group, RobotTile]:
-    seen = snapshot(robot.id, status, **values)
-    old = is_old(seen, NOW, SETTINGS)
-    group = group_of(robot, seen, old, SETTINGS)
-    return group, robot_tile(robot, seen, doing, group, old, SETTINGS, NOW)
+def seen(robot: Robot, shot: RobotSnapshot, since=None, left: int | None = None, settings: Settings = SETTINGS) -> Look:
+    old = is_old(shot, NOW, settings)
+    return fleet.look(robot, shot, group_of(robot, shot, old, settings), old, settings, left, since)
 
 
-def test_a_held_robot_is_not_called_ready():
-    group, _tile = look(sample.READY)
-    assert or_held(group, (Hold(robot_id=2),), AINO, NOW) is Group.READY
-    assert or_held(Group.WORKING, (Hold(robot_id=1),), AINO, NOW) is Group.WORKING
-    held = or_held(group, (Hold(robot_id=1),), AINO, NOW)
-    tile = robot_tile(AINO, snapshot(1, sample.READY), None, held, False, SETTINGS, NOW)
-    assert (tile.word, tile.icon, tile.tone) == ("On hold", HAND, "neutral")
-    assert [count.text for count in counts({1: held, 2: group}, Look())] == ["1 held", "1 ready"]
+def look(status: RobotStatus | None, robot: Robot = AINO, since=None, left: int | None = None, **values) -> Look:
+    return seen(robot, snapshot(robot.id, status, **values), since, left)
 
 
 def in_state(state: RobotState, **values) -> RobotStatus:
     return replace(sample.READY, state=state, **values)
 
 
+PAUSED = in_state(RobotState.PAUSE)
+
+
+def numbered(n: int, status: RobotStatus, since=None) -> Look:
+    return look(status, replace(SELDOM, name=f"Robot {n}", id=n), since)
+
+
+def silent(n: int, minutes: int) -> Look:
+    robot = replace(SELDOM, name=f"Robot {n}", id=n)
+    shot = sample.silent(robot, sample.READY, minutes=minutes)
+    return seen(robot, shot, shot.since)
+
+
+def rows(*looks: Look, halls=None):
+    return to_do(looks, SETTINGS, NOW, halls or {})
+
+
 # ---------------------------------------------------------------------- one robot
 @pytest.mark.parametrize(
-    ("status", "group", "tone", "detail"),
+    ("status", "group", "tone", "fact", "problem", "remedy"),
     [
-        (sample.STOPPED, Group.STOPPED, "fault", "Stopped"),
-        (sample.FAILED, Group.STOPPED, "fault", "Failed to reach goal position 'Line 2' (10120)"),
-        (sample.ASKING, Group.ASKS, "action", "Is the pallet loaded at Dock 3?"),
-        (in_state(RobotState.PAUSE), Group.PAUSED, "action", ""),
-        (in_state(RobotState.MANUAL_CONTROL), Group.LOOK, "attention", "Manual control"),
-        (in_state(RobotState.UNKNOWN, state_text="Levitating"), Group.LOOK, "attention", "Levitating"),
+        (
+            sample.STOPPED,
+            Group.STOPPED,
+            "fault",
+            "Stopped",
+            "Emergency stop. Release the red button, then press Reset on the robot.",
+            "",
+        ),
+        (
+            sample.FAILED,
+            Group.STOPPED,
+            "fault",
+            "Stopped",
+            "Failed to reach goal position 'Line 2' (10120)",
+            "reset",
+        ),
+        (sample.ASKING, Group.ASKS, "action", "Asks", "Is the pallet loaded at Dock 3?", ""),
+        (PAUSED, Group.PAUSED, "action", "Paused", "Paused", "resume"),
+        (in_state(RobotState.MANUAL_CONTROL), Group.LOOK, "attention", "Manual control", "Manual control", ""),
+        (
+            in_state(RobotState.UNKNOWN, state_text="Levitating", mission_text="Levitating"),
+            Group.LOOK,
+            "attention",
+            "–",
+            "Levitating",
+            "",
+        ),
         (
             in_state(RobotState.EXECUTING, errors=(RobotProblem(1, "Lidar is dirty"),)),
             Group.LOOK,
             "attention",
+            "Working",
             "Lidar is dirty (1)",
+            "",
         ),
-        (in_state(RobotState.READY, battery_percentage=29.0), Group.LOOK, "attention", "Battery under 30 %"),
-        (sample.READY, Group.READY, "neutral", ""),
-        (in_state(RobotState.COMPLETED), Group.READY, "neutral", ""),
-        (sample.CHARGING, Group.CHARGING, "neutral", ""),
-        (in_state(RobotState.SHUTTING_DOWN), Group.STARTING, "neutral", "Off"),
-        (in_state(RobotState.DOCKING), Group.WORKING, "neutral", ""),
+        (
+            in_state(RobotState.READY, battery_percentage=29.0),
+            Group.LOOK,
+            "attention",
+            "29 %",
+            "Battery under 30 %",
+            "",
+        ),
+        (sample.READY, Group.READY, "neutral", "Ready", "Ready", ""),
+        (in_state(RobotState.COMPLETED), Group.READY, "neutral", "Ready", "Ready", ""),
+        (in_state(RobotState.SHUTTING_DOWN), Group.STARTING, "neutral", "Off", "Off", ""),
+        (in_state(RobotState.DOCKING), Group.WORKING, "neutral", "Working", "Working", ""),
     ],
 )
-def test_a_robot_is_in_the_group_that_its_state_says(status, group, tone, detail):
-    found, tile = look(status)
-    assert (found, tile.tone, tile.detail) == (group, tone, detail)
-    assert tile.loud == (group is Group.STOPPED)
-    assert tile.icon
+def test_a_robot_looks_as_its_state_says(status, group, tone, fact, problem, remedy):
+    found = look(status)
+    assert (found.group, found.cell.tone, found.cell.fact) == (group, tone, fact)
+    assert (found.problem, found.remedy) == (problem, remedy)
+    assert found.cell.loud == (group is Group.STOPPED)
+    assert found.cell.icon
+
+
+def test_a_charging_robot_says_its_level_and_is_never_amber():
+    found = look(replace(sample.CHARGING, battery_percentage=45.0))
+    assert (found.cell.fact, found.cell.tone, found.said) == ("45 %", "neutral", "Charging · 45 %")
+
+
+def test_a_ready_robot_on_hold_says_so():
+    shot = snapshot(1, sample.READY)
+    assert or_held(Group.READY, (Hold(robot_id=2),), AINO, NOW) is Group.READY
+    held = or_held(Group.READY, (Hold(robot_id=1),), AINO, NOW)
+    cell = fleet.look(AINO, shot, held, False, SETTINGS).cell
+    assert (cell.fact, cell.icon, cell.tone) == ("On hold", HAND, "neutral")
 
 
 @pytest.mark.parametrize(("percent", "group"), [(9.0, Group.LOOK), (10.0, Group.READY)])
 def test_a_battery_that_is_nearly_empty_is_looked_at_without_a_minimum(percent, group):
     status, settings = in_state(RobotState.READY, battery_percentage=percent), Settings()
-    assert group_of(AINO, snapshot(1, status), False, settings) is group
-    tile = robot_tile(AINO, snapshot(1, status), None, group, False, settings, NOW)
-    assert tile.battery_tone == ("attention" if group is Group.LOOK else "neutral")
-    assert tile.detail == ("Battery under 10 %" if group is Group.LOOK else "")
+    found = seen(AINO, snapshot(1, status), settings=settings)
+    assert (found.group, found.problem) == (group, "Battery under 10 %" if group is Group.LOOK else "Ready")
     charging = replace(sample.CHARGING, battery_percentage=percent)
     assert battery_appearance(charging, settings).note == "charging"
 
 
-def test_a_silent_robot_says_since_when_and_shows_no_old_values():
-    group, tile = look(sample.EXECUTING, doing=Work("Deliver", 2), age=400, connection=Connection.UNREACHABLE)
-    assert (group, tile.word, tile.detail, tile.battery) == (Group.SILENT, "No answer", "since 14:18", "–")
-
-
-def test_a_robot_that_answers_wrongly_says_how():
-    group, tile = look(sample.READY, connection=Connection.UNAUTHORIZED)
-    assert (group, tile.detail) == (Group.SILENT, "Wrong password since 14:18")
-
-
-def test_a_reading_that_is_too_old_is_no_answer():
-    group, tile = look(sample.EXECUTING, age=400)
-    assert (group, tile.detail) == (Group.SILENT, "No update · 6 min ago")
+def test_a_silent_robot_says_what_is_wrong_and_its_last_state():
+    found = look(sample.EXECUTING, age=400, connection=Connection.UNREACHABLE)
+    assert (found.group, found.problem, found.cell.fact) == (Group.SILENT, "No answer", "No answer")
+    assert found.said.startswith("Working · ")
+    assert look(sample.READY, connection=Connection.UNAUTHORIZED).problem == "Wrong password"
+    assert look(sample.EXECUTING, age=400).group is Group.SILENT  # a reading that is too old is no answer
 
 
 @pytest.mark.parametrize(
-    ("robot", "group"),
-    [(replace(AINO, enabled=False), Group.OFF), (replace(AINO, enabled=False, needs_password=True), Group.LOOK)],
-)
-def test_a_disabled_robot_needs_attention_only_for_a_missing_password(robot, group):
-    found, tile = look(sample.STOPPED, robot)
-    assert (found, tile.detail) == (group, "Off" if robot.needs_password else "")
-
-
-def test_a_robot_that_was_not_asked_yet_is_starting():
-    unknown = RobotSnapshot(1)
-    assert group_of(AINO, unknown, is_old(unknown, NOW, SETTINGS), SETTINGS) is Group.STARTING
-
-
-@pytest.mark.parametrize(
-    ("elapsed", "usual", "detail"),
+    ("robot", "group", "problem"),
     [
-        (60.0, 420.0, "6 min left · Deliver"),
-        (301.0, 420.0, "2 min left · Deliver"),
-        (419.0, 420.0, "1 min left · Deliver"),
-        (430.0, 420.0, "soon done · Deliver"),
-        (700.0, 420.0, "longer than usual · Deliver"),
-        (60.0, 9000.0, "2 h 29 min left · Deliver"),
-        (60.0, None, "Deliver"),
-        (None, 420.0, "Deliver"),
+        (replace(AINO, enabled=False), Group.OFF, "Off"),
+        (replace(AINO, enabled=False, needs_password=True), Group.LOOK, "Needs its password"),
     ],
 )
-def test_a_running_mission_says_its_remaining_time(elapsed, usual, detail):
-    doing = fleet.work("Deliver", elapsed, usual)
-    _group, tile = look(sample.EXECUTING, doing=doing)
-    assert (tile.detail, tile.late) == (detail, detail.startswith("longer"))
+def test_a_disabled_robot_needs_attention_only_for_a_missing_password(robot, group, problem):
+    found = look(sample.STOPPED, robot)
+    assert (found.group, found.problem, found.remedy) == (group, problem, "")
 
 
-def test_words_of_many_lines_become_one():
-    _group, tile = look(
-        replace(sample.ASKING, user_prompt=replace(sample.ASKING.user_prompt, question="Is it\n  there?"))
+def test_a_robot_that_was_not_asked_yet_is_unknown():
+    found = seen(AINO, RobotSnapshot(1))
+    assert (found.group, found.cell.fact, found.is_known) == (Group.STARTING, "–", False)
+
+
+@pytest.mark.parametrize(
+    ("elapsed", "usual", "fact"),
+    [
+        (60.0, 420.0, "6 min left"),
+        (301.0, 420.0, "2 min left"),
+        (419.0, 420.0, "1 min left"),
+        (430.0, 420.0, "Soon done"),
+        (700.0, 420.0, "5 min late"),
+        (60.0, 9000.0, "2 h 29 min left"),
+    ],
+)
+def test_a_run_says_how_long_it_still_takes(elapsed, usual, fact):
+    assert look(sample.EXECUTING, left=minutes_left(elapsed, usual)).cell.fact == fact
+
+
+# ---------------------------------------------------------------------- what needs a person
+def test_the_worst_comes_first_then_the_oldest():
+    looks = (
+        numbered(1, PAUSED, ago(minutes=40)),
+        numbered(2, sample.FAILED, ago(minutes=7)),
+        numbered(3, sample.FAILED, ago(minutes=9)),
+        numbered(4, sample.STOPPED, ago(minutes=2)),
+        numbered(5, sample.READY),
+        numbered(6, sample.FAILED),
     )
-    assert tile.detail == "Is it there?"
+    assert [row.title for row in rows(*looks)] == ["Robot 4", "Robot 3", "Robot 2", "Robot 6", "Robot 1"]
+    assert [row.aside for row in rows(*looks)] == ["14:36", "14:29", "14:31", "", "13:58"]
 
 
-# ---------------------------------------------------------------------- all of them
-GROUPS = {1: Group.READY, 2: Group.WORKING, 3: Group.STOPPED, 4: Group.WORKING, 5: Group.SILENT}
-TILES = [RobotTile(key, f"Robot {key}") for key in GROUPS]
+def test_each_row_has_the_one_button_that_helps():
+    found = rows(
+        numbered(1, sample.STOPPED), numbered(2, sample.FAILED), numbered(3, sample.ASKING), numbered(4, PAUSED)
+    )
+    assert [[action.text for action in row.actions] for row in found] == [
+        [""],  # only a person at the robot can do it: the way to it
+        ["Reset errors"],
+        ["Yes", "No", "Skip this stop"],
+        ["Resume"],
+    ]
 
 
-def test_counts_are_by_urgency_without_zeros():
-    found = counts(GROUPS, Look())
-    assert [count.text for count in found] == ["1 stopped", "1 no answer", "2 working", "1 ready"]
-    assert [count.tone for count in found] == ["fault", "attention", "neutral", "neutral"]
+def test_robots_with_one_cause_in_one_minute_are_one_row():
+    looks = (silent(9, 15), silent(23, 15), silent(40, 15), silent(41, 3))
+    found = rows(*looks)
+    assert [(row.title, row.support) for row in found] == [("Robot 9, 23, 40", "No answer"), ("Robot 41", "No answer")]
+    assert [row.actions[0].name for row in found] == ["open", "open"]
+    assert [len(same) for same in causes(looks, SETTINGS.timezone).values()] == [3, 1]
 
 
-def test_an_empty_group_that_is_shown_is_counted():
-    count = counts(GROUPS, Look(Group.ASKS))[1]
-    assert (count.text, count.selected, count.tone) == ("0 ask", True, "neutral")
+def test_robots_without_a_common_beginning_are_named_in_full():
+    looks = tuple(
+        replace(silent(n, 15), robot=replace(SELDOM, name=name, id=n)) for n, name in ((1, "Aino"), (2, "Sisu 2"))
+    )
+    assert rows(*looks)[0].title == "Aino, Sisu 2"
 
 
-def test_a_filter_keeps_the_places():
-    assert [tile.key for tile in arranged(TILES, GROUPS, Look(Group.WORKING))] == [2, 4]
+def test_many_at_once_are_counted_with_what_the_others_do():
+    lost = [silent(n, 2) for n in range(1, 6)]
+    (row,) = rows(*lost, numbered(7, sample.READY), numbered(8, sample.EXECUTING))
+    assert (row.title, row.support) == ("5 robots", "No answer, all at the same minute. 2 others answer.")
+    assert rows(*lost)[0].support == "No answer, all at the same minute. Maybe this tablet has no network."
+    stopped = [numbered(n, PAUSED, ago(minutes=2)) for n in range(1, 6)]
+    assert rows(*stopped)[0].support == "Paused, all at the same minute."
 
 
-def test_robots_that_need_a_person_come_first_and_the_others_keep_their_order():
-    assert [tile.key for tile in arranged(TILES, GROUPS, Look(needy_first=True))] == [3, 5, 2, 4, 1]
+def test_questions_are_never_one_row():
+    """Each has its own answer."""
+    assert len(rows(numbered(1, sample.ASKING, NOW), numbered(2, sample.ASKING, NOW))) == 2
 
 
-def test_all_is_well_when_no_robot_needs_a_person():
-    assert not fleet.all_well(GROUPS, alarms=0)
-    assert fleet.all_well({1: Group.READY, 2: Group.CHARGING, 3: Group.OFF}, alarms=0)
-    assert not fleet.all_well({1: Group.READY}, alarms=1)
+def test_a_question_of_many_lines_becomes_one():
+    prompt = replace(sample.ASKING.user_prompt, question="Is it\n  there?")
+    assert look(replace(sample.ASKING, user_prompt=prompt)).problem == "Is it there?"
+
+
+def test_an_option_is_offered_once():
+    prompt = replace(sample.ASKING.user_prompt, options=("Yes", "Yes", "No"))
+    (row,) = rows(look(replace(sample.ASKING, user_prompt=prompt)))
+    assert [action.text for action in row.actions] == ["Yes", "No"]
+
+
+def test_the_group_is_named_where_there_are_many_robots():
+    (row,) = rows(numbered(1, sample.STOPPED, ago(minutes=2)), halls={1: "Hall 1"})
+    assert row.aside == "14:36 · Hall 1"
+
+
+def test_listed_robots_say_their_state_and_keep_their_button():
+    found = listed([numbered(1, PAUSED), numbered(2, sample.CHARGING)])
+    assert [(row.title, row.meta.split(" · ")[0], row.actions[0].name) for row in found] == [
+        ("Robot 1", "Paused", "resume"),
+        ("Robot 2", "Charging", "open"),
+    ]
 
 
 def test_help_is_counted_in_words():
-    assert help_words(GROUPS.values()) == "2 need help"
-    assert help_words([Group.ASKS]) == "1 needs help"
+    assert help_words([Group.READY, Group.STOPPED, Group.SILENT]) == "2 need you"
+    assert help_words([Group.ASKS]) == "1 needs you"
     assert help_words([Group.READY]) == ""
 
 
-def test_time_left_runs_down():
-    minutes = [fleet.work("Deliver", float(elapsed), 300.0).minutes_left for elapsed in (0, 59, 61, 241, 299, 301)]
-    assert minutes == [5, 5, 4, 1, 1, 0]
+# ---------------------------------------------------------------------- all of them
+def test_only_normal_robots_are_counted_in_the_head():
+    groups = [Group.READY, Group.WORKING, Group.STOPPED, Group.WORKING, Group.SILENT, Group.HELD]
+    found = counts(groups, Group.READY)
+    assert [count.text for count in found] == ["2 working", "1 ready", "1 on hold"]
+    assert [count.selected for count in found] == [False, True, False]
+
+
+def test_all_is_well_only_if_all_are_known_and_nothing_is_open():
+    ready = numbered(1, sample.READY)
+    assert heading([ready], 0)[0] == "All well"
+    assert heading([ready], 2)[0] == "2 alarms"
+    assert heading([ready, seen(AINO, RobotSnapshot(1))], 0)[0] == "–"
+
+
+HALLS = (RobotGroup("Hall 1", (1, 2), id=1), RobotGroup("Yard", (2, 3), id=2))
+
+
+def test_a_robot_of_two_groups_is_in_the_first_and_one_of_none_in_the_last():
+    assert halls_of((1, 2, 3, 4), HALLS) == {1: 0, 2: 0, 3: 1, 4: 2}
+
+
+def test_heads_count_what_is_abnormal_and_the_rest_in_columns():
+    looks = [numbered(1, sample.STOPPED), numbered(2, sample.READY), numbered(3, sample.READY), numbered(4, PAUSED)]
+    found = heads(looks, halls_of((1, 2, 3, 4), HALLS), HALLS, 1)
+    assert [(head.name, head.robots, head.is_open) for head in found] == [
+        ("Hall 1", "2 robots", False),
+        ("Yard", "1 robot", True),
+        ("Others", "1 robot", False),
+    ]
+    assert [[part.text for part in head.bad] for head in found] == [["1"], [], ["1"]]
+    assert [[part.text for part in head.calm] for head in found] == [["0", "1", "0"], ["0", "1", "0"], ["0", "0", "0"]]
+
+
+@pytest.mark.parametrize(
+    ("count", "width", "height", "scale", "found"),
+    [
+        (50, 664, 656, 1.0, 7),  # 92 × 68
+        (50, 664, 656, 1.3, 5),
+        (12, 664, 656, 1.0, 3),  # no wider than 230
+        (6, 664, 656, 1.0, 3),
+        (30, 664, 656, 1.0, 4),
+        (200, 664, 656, 1.0, 7),
+        (50, 60, 20, 1.0, 1),
+    ],
+)
+def test_the_fewest_columns_that_show_all(count, width, height, scale, found):
+    assert columns(count, width, height, (88 * scale, 68 * scale), 230 * scale, 8) == found
+
+
+def test_forty_in_trouble_are_seven_rows():
+    facts = fleet_facts.outage(50)
+    looks = [
+        seen(
+            robot, shot, shot.since if shot.connection is Connection.UNREACHABLE else NOW - timedelta(minutes=robot.id)
+        )
+        for robot, shot in ((robot, facts.snapshots[robot.id]) for robot in facts.robots)
+    ]
+    found = to_do(looks, SETTINGS, NOW, {})
+    assert sum(len(same) for same in causes(looks, SETTINGS.timezone).values()) == 40
+    assert len(found) == 7
