@@ -443,10 +443,11 @@ class ExecutionRepository:
             where, values = f"{where} AND (planned_at, id) < (?, ?)", [*values, to_text(before.planned_at), before.id]
         return self._list(c, f"WHERE {where} ORDER BY planned_at DESC, id DESC LIMIT ?", *values, limit)
 
-    def count(self, c: sqlite3.Connection, wanted: ExecutionFilter) -> int:
+    def counts(self, c: sqlite3.Connection, wanted: ExecutionFilter) -> dict[State, int]:
+        """How many rows there are in each state."""
         where, values = _condition(wanted)
-        found: int = c.execute(f"SELECT count(*) FROM executions WHERE {where}", values).fetchone()[0]
-        return found
+        found = c.execute(f"SELECT state, count(*) FROM executions WHERE {where} GROUP BY state", values)
+        return {State(state): number for state, number in found}
 
     def last_ended(self, c: sqlite3.Connection, count: int) -> list[Execution]:
         """The newest that ended, of all robots, newest first; not those that a person skipped."""

@@ -8,7 +8,7 @@ from math import ceil
 
 from kivy.clock import Clock
 from kivy.core.text import Label as CoreLabel
-from kivy.graphics import Color, Mesh, Rectangle, SmoothLine
+from kivy.graphics import Color, Rectangle, SmoothLine
 from kivy.metrics import dp, sp
 from kivy.properties import BooleanProperty, ColorProperty, ListProperty, NumericProperty, StringProperty
 from kivy.uix.behaviors import ButtonBehavior
@@ -137,76 +137,50 @@ class Meter(Chart, MDLinearProgressIndicator):
 
 
 class Sparkline(Chart):
-    """The history of one figure: ``values`` oldest first, None for days without data; the last is today's, which has
-    not ended: its line is dashed, its dot hollow, and at the edge if it is beyond the other days' range. It spans
-    ``least_span`` at least; 0: it begins at zero, and only then the area below is filled."""
+    """The history of one figure: ``values`` oldest first, None for days without data; ``before``: as many of the period
+    before, grey. It spans ``least_span`` at least; 0: it begins at zero."""
 
     values = ListProperty()
+    before = ListProperty()
     least_span = NumericProperty(0)
-    watch = ("values", "least_span")
+    watch = ("values", "before", "least_span")
 
     def scale(self):
         """The values at its lower and upper edge; None for a single day."""
         known = [value for value in self.values if value is not None]
         if len(known) < 2:
             return None
+        known += [value for value in self.before if value is not None]
         if not self.least_span:
             return 0, max(known) or 1
-        ended = [value for value in self.values[:-1] if value is not None]
-        low, high = min(ended), max(ended)
+        low, high = min(known), max(known)
         more = max(0.0, self.least_span - (high - low)) / 2
         low = max(0.0, min(low - more, 1 - self.least_span))  # of shares: within 0 and 1
         return low, max(high, low + self.least_span)
 
-    def runs(self):
-        """Points that are joined, in px: of days without a gap between them; today's are the last."""
+    def runs(self, values):
+        """Points that are joined, in px: of days without a gap between them."""
         low, high = self.scale()
-        pad = dp(5)
+        pad = dp(4)
         width, base, height = self.width - 2 * pad, self.y + pad, self.height - 2 * pad
-        found, last = [[]], len(self.values) - 1
-        for n, value in enumerate(self.values):
+        found, last = [[]], max(1, len(values) - 1)
+        for n, value in enumerate(values):
             if value is None:
                 found.append([])
             else:
-                share = min(1.0, max(0.0, (value - low) / (high - low)))
-                found[-1].append((self.x + pad + width * n / last, base + height * share))
-        return found
+                found[-1].append((self.x + pad + width * n / last, base + height * (value - low) / (high - low)))
+        return [points for points in found if points]
 
     def draw(self):
         if self.scale() is None:
             return
-        *earlier, latest = self.runs()
-        today = latest[-1:]
-        for points in (*earlier, latest[:-1]):
-            if len(points) > 1:
-                if not self.least_span:
-                    Color(*tk.accent[:3], 0.10)
-                    Mesh(
-                        vertices=[c for x, y in points for c in (x, self.y + dp(5), 0, 0, x, y, 0, 0)],
-                        indices=list(range(2 * len(points))),
-                        mode="triangle_strip",
-                    )
-                Color(*tk.accent)
-                SmoothLine(points=[c for point in points for c in point], width=dp(1.25))
-            elif points:
-                self._dot(*points[0], dp(4))
-        if len(latest) > 1:
-            self._dashes(*latest[-2:])
-        if today:
-            self._dot(*today[0], dp(8))
-            self.box(today[0][0] - dp(2.5), today[0][1] - dp(2.5), dp(5), dp(5), tk.surface, dp(2.5))
-
-    def _dot(self, x, y, size):
-        self.box(x - size / 2, y - size / 2, size, size, tk.accent, size / 2)
-
-    def _dashes(self, start, end):
-        """Three, with gaps between them."""
-        Color(*tk.accent)
-        for n in (0, 2, 4):
-            SmoothLine(
-                points=[a + (b - a) * part / 5 for part in (n, n + 1) for a, b in zip(start, end, strict=True)],
-                width=dp(1.25),
-            )
+        for values, colour, width in ((self.before, tk.outline, 0.6), (self.values, tk.accent, 1.25)):
+            for points in self.runs(values):
+                if len(points) > 1:
+                    Color(*colour)
+                    SmoothLine(points=[c for point in points for c in point], width=dp(width))
+                else:
+                    self.box(points[0][0] - dp(2), points[0][1] - dp(2), dp(4), dp(4), colour, dp(2))
 
 
 class WorkingRing(MDCircularProgressIndicator):

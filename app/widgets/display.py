@@ -7,7 +7,7 @@ from kivy.uix.stacklayout import StackLayout
 from kivymd.uix.card import MDCard
 
 from app.widgets import pages  # noqa: F401  (registers kivy classes)
-from app.widgets.surfaces import OnlySeen, Passive, Surface, Tap, Toned, TonedSurface
+from app.widgets.surfaces import OnlySeen, Passive, Surface, Toned, TonedSurface
 from app.widgets.text import Ico, line_width
 
 
@@ -59,20 +59,6 @@ class ValueTile(Toned, Tile):
     mark = NumericProperty(-1)
     mark_words = StringProperty()
     stale = BooleanProperty(False)
-
-
-class KpiCard(Tap):
-    """A KPI (with markup: the unit is smaller), a note of the number of runs it is calculated from, its history as a small chart, and how
-    it has changed. One that is ``pending`` keeps the room of its texts."""
-
-    label = StringProperty()
-    value = StringProperty()
-    note = StringProperty()
-    history = ListProperty()
-    least_span = NumericProperty(0)
-    change = StringProperty()
-    pending = BooleanProperty(False)
-    least_height = NumericProperty("104dp")
 
 
 class EmptyState(BoxLayout):

@@ -1,13 +1,12 @@
-"""Drawings of the page of figures: ranked bars, a duration day by day in its usual band, two parts of a whole."""
+"""Drawings of the page of figures: ranked causes, a duration day by day in its usual band."""
 
 from kivy.graphics import Color, SmoothLine
 from kivy.metrics import dp, sp
 from kivy.properties import ListProperty, NumericProperty, ObjectProperty, StringProperty
-from kivy.uix.boxlayout import BoxLayout
 
 from app.widgets.chart import Chart
 from app.widgets.lists import Row
-from app.widgets.surfaces import Toned
+from app.widgets.surfaces import Tap, TonedTap
 from app.widgets.tokens import tk
 
 
@@ -15,26 +14,22 @@ class RankBar(Chart):
     """One bar of a ranking, ``share`` 0..1."""
 
     share = NumericProperty(0)
-    tone = StringProperty("accent_mid")
-    watch = ("share", "tone")
+    watch = ("share",)
 
     def draw(self):
-        bottom, height = self.center_y - dp(8), dp(16)
-        self.box(self.x, bottom, self.width, height, tk.track, dp(4))
-        if self.share > 0:
-            self.box(
-                self.x, bottom, max(dp(4), self.width * min(1.0, self.share)), height, getattr(tk, self.tone), dp(4)
-            )
+        self.box(*self.pos, *self.size, tk.track, dp(4))
+        self.box(*self.pos, max(dp(8), self.width * min(1.0, self.share)), self.height, tk.fault_solid, dp(4))
 
 
-class RankRow(Row, BoxLayout):
-    """A reason, its bar, how often; ``note`` under the number, ``detail`` under the reason."""
+class CauseRow(Row, Tap):
+    """How often runs failed for a reason, and a bar; a tap is the action "open"."""
 
+    number = StringProperty()
     label = StringProperty()
-    value = StringProperty()
-    note = StringProperty()
     share = NumericProperty(0)
-    detail = StringProperty()
+
+    def on_release(self):
+        self.act("open")
 
 
 class TrendChart(Chart):
@@ -88,33 +83,18 @@ class TrendChart(Chart):
             self.box(left + start, middle - 1, min(dp(6), width - start), 2, tk.accent)
 
 
-class TrendRow(Row, Toned, BoxLayout):
-    """A mission: its name, how long it takes now and usually, and a TrendChart."""
+class TrendRow(Row, TonedTap):
+    """A mission: its name, how long it takes, and a TrendChart; a tap is the action "open"."""
 
     mission = StringProperty()
     value = StringProperty()
-    note = StringProperty()
-    count = StringProperty()
-    icon = StringProperty()
     points = ListProperty()
     band = ObjectProperty(None, allownone=True)
     scale = ListProperty(["", ""])
     days = ListProperty(["", ""])
 
-
-class PartsBar(Chart):
-    """A bar with ``share`` 0..1 of it hatched (waiting) and the rest filled (running)."""
-
-    share = NumericProperty(0)
-    watch = ("share",)
-
-    def draw(self):
-        self.box(*self.pos, *self.size, tk.accent_mid, dp(4))
-        wide = self.width * min(1.0, self.share)
-        if wide > 1:
-            self.box(*self.pos, wide, self.height, tk.attention_bg, dp(4) if wide > dp(8) else 0)
-            self.hatch(*self.pos, wide, self.height, tk.overlap, 6, 2)
-            self.box(*self.pos, wide, self.height, tk.attention, dp(4) if wide > dp(8) else 0, ring=1)
+    def on_release(self):
+        self.act("open")
 
 
 class LineKey(Chart):

@@ -1,17 +1,22 @@
 """Cards of figures that explain themselves when tapped."""
 
-from kivy.clock import Clock
-from kivy.metrics import dp
 from kivy.properties import ListProperty, NumericProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
 from app.widgets.dialogs import FormDialog
-from app.widgets.display import KpiCard
 from app.widgets.lists import Row
+from app.widgets.surfaces import Tap
 
 
-class FigureCard(Row, KpiCard):
-    """A KpiCard that explains itself when tapped."""
+class FigureCard(Row, Tap):
+    """A figure (with markup: the unit is smaller), how it has changed, and its history as a small chart; a tap is the action "explain"."""
+
+    label = StringProperty()
+    value = StringProperty()
+    change = StringProperty()
+    history = ListProperty()
+    before = ListProperty()
+    least_span = NumericProperty(0)
 
     def on_release(self):
         self.act("explain")
@@ -19,8 +24,7 @@ class FigureCard(Row, KpiCard):
 
 class FigureGrid(BoxLayout):
     """One FigureCard per row of ``data``, ``cols`` side by side; a tap fires ``on_action(key, "explain")``. The cards
-    of each line share its whole width, those of the last one too. All are as high as the highest, and not lower than
-    they were: other figures don't move what is below."""
+    of each line share its whole width, those of the last one too."""
 
     data = ListProperty()
     cols = NumericProperty(1)
@@ -29,35 +33,22 @@ class FigureGrid(BoxLayout):
 
     def __init__(self, **kwargs):
         self._cards: list[FigureCard] = []
-        self._highest = self._kept = 0.0  # of the cards, now and before the last change of the data
-        self._level_soon = Clock.create_trigger(self._level, -1)
         super().__init__(orientation="vertical", **kwargs)
-        self.fbind("data", self._fill)
-        self.fbind("cols", self._arrange)
-        self.fbind("spacing", self._arrange)
-        self.fbind("width", self._forget)
+        for name, then in (("data", self._fill), ("cols", self._arrange), ("spacing", self._arrange)):
+            self.fbind(name, then)
         self._fill()
 
     def on_action(self, key, action):
         """A card was tapped."""
 
-    def _forget(self, *_):
-        self._highest = self._kept = 0.0
-        self._level_soon()
-
     def _fill(self, *_):
-        self._kept = self._highest
         if len(self._cards) != len(self.data):
-            kept = self._cards[: len(self.data)]
-            self._cards = kept + [FigureCard(host=self, pos_hint={"top": 1}) for _ in self.data[len(kept) :]]
-            for card in self._cards[len(kept) :]:
-                card.fbind("minimum_height", self._level_soon)
+            self._cards = [FigureCard(host=self) for _ in self.data]
             self._arrange()
         for card, data in zip(self._cards, self.data, strict=True):
             card.take(data)
 
     def _arrange(self, *_):
-        self._forget()
         for row in self.children:
             row.clear_widgets()
         self.clear_widgets()
@@ -67,11 +58,6 @@ class FigureGrid(BoxLayout):
             self.add_widget(row)
             for card in self._cards[first : first + self.cols]:
                 row.add_widget(card)
-
-    def _level(self, *_):
-        self._highest = max((dp(104), self._kept, *(card.minimum_height for card in self._cards)))
-        for card in self._cards:
-            card.least_height = self._highest
 
 
 class FactRow(Row, BoxLayout):

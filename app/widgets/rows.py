@@ -1,8 +1,8 @@
 """Row classes: robots, queue items, planned starts, runs, schedules, sections and options in a list.
 
 ``key`` identifies the row; the list fires ``on_action(key, action, *values)``. Actions: RobotChip "choose", QueueRow "cancel",
-PlanRow and DoneRow none, ScheduleRow "switch" (with the wanted state), "edit", "menu" (with the button to hang the menu on), LogRow
-"open", SectionRow "choose", OptionRow "choose".
+PlanRow and DoneRow none, ScheduleRow "switch" (with the wanted state), "edit", "menu" (with the button to hang the menu on),
+SectionRow "choose", OptionRow "choose".
 """
 
 from kivy.properties import BooleanProperty, ListProperty, StringProperty
@@ -98,37 +98,6 @@ class ScheduleRow(Row, Toned, BoxLayout):
     last = StringProperty()
     icon = StringProperty()
     selected = BooleanProperty(False)
-
-
-class StoryStep(Row, Toned, BoxLayout):
-    """One step of a run's history; ``last`` ends the line that connects the steps."""
-
-    label = StringProperty()
-    time = StringProperty()
-    note = StringProperty()
-    last = BooleanProperty(False)
-
-
-class LogRow(RecycledRow, TonedTap):
-    """A run in the log. A tap ("open") shows its history: ``steps`` (values of StoryStep), the robot's ``message``, and a button
-    ("again") with the words ``again``."""
-
-    icon = StringProperty()
-    outcome = StringProperty()
-    mission = StringProperty()
-    reason = StringProperty()
-    robot = StringProperty()
-    trigger = StringProperty()
-    when = StringProperty()
-    took = StringProperty("–")
-    opened = BooleanProperty(False)
-    steps = ListProperty()
-    message = StringProperty()
-    again = StringProperty()
-    narrow = BooleanProperty(False)  # robot and trigger are below the reason
-
-    def on_release(self):
-        self.act("open")
 
 
 class SectionRow(Row, TonedTap):

@@ -1,8 +1,7 @@
 """How soon the Logs can be read on a long history: ``uv run python -m tests.benchmarks.bench_logs [ROWS]`` (default
 1,000,000; or the directory of a database made earlier).
 
-Milliseconds, best of several, for the readings of the screen when it opens (the first page, then the figures) and of
-its other pages.
+Milliseconds, best of several, for the readings of the screen when it opens (the first page) and of its other tabs.
 """
 
 from __future__ import annotations
@@ -18,9 +17,9 @@ from app.database.executions import ExecutionRepository
 from app.database.settings import SettingsRepository
 from app.domain.models import Robot
 from app.screens.common.shell import pick
+from app.screens.logs.activity import Window, read_activity
 from app.screens.logs.facts import LogsServices, execution_filter, read_facts
-from app.screens.logs.figures import read_figures, read_more_figures
-from app.screens.logs.robot_states import read_states
+from app.screens.logs.figures import read_figures
 from app.screens.logs.view import Filters, Period
 from app.services.history.shift_report import ReportPeriod, ShiftReports
 from tests.benchmarks.bench_kpi import DAYS, END, ROBOTS, START, best_ms, rows
@@ -45,21 +44,17 @@ def measure(directory: Path) -> None:
     for number in range(1, ROBOTS + 1):
         if f"R{number}" not in known:
             container.catalogue.save_robot(Robot(f"R{number}", f"10.0.0.{number}", "user"), "secret")
-    print(
-        f"{container.history.count(execution_filter(Filters(Period.ALL), clock.now(), ZONE)):,} rows since {START:%Y-%m-%d}, "
-        f"{DAYS} days"
-    )
+    number = sum(container.history.counts(execution_filter(Filters(Period.ALL), clock.now(), ZONE)).values())
+    print(f"{number:,} rows since {START:%Y-%m-%d}, {DAYS} days")
     for period in (Period.WEEK, Period.TODAY, Period.MONTH, Period.ALL):
         filters = Filters(period)
-        facts = read_facts(services, filters)
         steps = {
             "first page": lambda filters=filters: read_facts(services, filters),
-            "figures": lambda filters=filters, facts=facts: read_figures(services, filters, clock.now(), ZONE),
-            "page of figures": lambda filters=filters: read_more_figures(services, filters, clock.now(), ZONE),
-            "page of robots": lambda filters=filters: read_states(services, filters, clock.now(), ZONE),
+            "figures": lambda filters=filters: read_figures(services, filters, clock.now(), ZONE),
+            "activity": lambda filters=filters: read_activity(services, filters, Window(), clock.now()),
         }
         spent = {name: best_ms(work, 2 if period is Period.ALL else 5) for name, work in steps.items()}
-        opens = spent["first page"] + spent["figures"]
+        opens = spent["first page"]
         print(f"  {period:6} opens in {opens:7.1f}   " + "   ".join(f"{name} {ms:.1f}" for name, ms in spent.items()))
     report = ShiftReports(container.db, clock)
     print(

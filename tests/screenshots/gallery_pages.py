@@ -255,7 +255,7 @@ PAGES = """
                     title: "Runs"
                     note: "120, newest first"
                 LongList:
-                    viewclass: "LogRow"
+                    viewclass: "ListRow"
                     data: samples.runs()
 
 <GalleryCharts@GalleryFrame>:
@@ -267,7 +267,7 @@ PAGES = """
                 size_hint_y: None
                 height: self.minimum_height
                 spacing: GAP
-                viewclass: "KpiCard"
+                viewclass: "FigureCard"
                 data: samples.KPIS
             SectionCard:
                 size_hint_y: None

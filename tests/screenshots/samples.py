@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime
 
 from app.screens.home.lists import FinishedRun, PlannedStart, QueueEntry, RobotSummary
-from app.screens.logs.kpi_view import Card, DayBar, RobotBar, with_unit
-from app.screens.logs.view import RunRow, StepView
+from app.screens.logs.key_figures import Card, DayBar, RobotBar, with_unit
 from app.screens.scheduler.timeline import Bar, Lane
 from app.screens.scheduler.view import ScheduleItem
 from app.services.robots.map_picture import Place
+from app.widgets.items import Item
 
 FRIDAY = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
 NAV = [
@@ -105,93 +105,48 @@ SCHEDULES = [
         "Completed",
     ),
 ]
-STEPS = (
-    StepView("Planned", "13:30:00", "Run now", "neutral", False),
-    StepView("Submitted", "13:30:02", "1 attempt", "neutral", False),
-    StepView("Started", "13:30:09", "no wait", "neutral", False),
-    StepView("Failed", "13:52:13", "after 22 min", "fault", True),
-)
 
 
-def runs() -> list[RunRow]:
-    """The second is opened."""
+def runs() -> list[Item]:
+    """The second is chosen."""
     rows = [
-        RunRow(n, *run, opened=False)
-        for n, run in enumerate(
+        Item(n, mission, place=robot, meta=why, lead=time, icon=icon, tone=tone)
+        for n, (icon, tone, mission, why, robot, time) in enumerate(
             [
-                (
-                    "skip-next-circle",
-                    "attention",
-                    "Not run",
-                    "Move coils to press",
-                    "Battery 12 % stayed under 30 % until 14:30",
-                    "Sisu",
-                    "Schedule",
-                    "14:15",
-                    "–",
-                ),
-                (
-                    "check-circle-outline",
-                    "done",
-                    "Completed",
-                    "Collect empties",
-                    "Longer than usual",
-                    "Veikko",
-                    "Schedule",
-                    "14:12",
-                    "8 min 05 s",
-                ),
-                (
-                    "alert-circle",
-                    "fault",
-                    "Failed",
-                    "Bring pallet to dock",
-                    "Could not reach 'Dock 3' within 4 min",
-                    "Veikko",
-                    "Run now",
-                    "13:30",
-                    "22 min 04 s",
-                ),
+                ("skip-next-circle", "attention", "Move coils to press", "Battery 12 %, needs 30 %", "Sisu", "14:15"),
+                ("check-circle-outline", "done", "Collect empties", "8 min", "Veikko", "14:12"),
+                ("alert-circle", "fault", "Bring pallet to dock", "Can't reach Dock 3", "Veikko", "13:30"),
             ]
             * 40
         )
     ]
-    rows[1] = replace(
-        rows[1], opened=True, steps=STEPS, message="Robot: Failed to reach goal position 'Dock 3'. Queue item 14026."
-    )
+    rows[1] = replace(rows[1], look="chosen")
     return rows
 
 
 KPIS = [
-    Card(
-        "success",
-        "Success rate",
-        with_unit("98.1", "%"),
-        "405 of 413 ended runs",
-        (97.1, 97.8, 96.9, None, 97.9, 98.4, 98.1),
-    ),
-    Card(
-        "duration",
-        "Mean duration",
-        with_unit("6", "min ") + with_unit("12", "s"),
-        "405 completed runs",
-        (6.6, 6.4, 6.5, 6.3, 6.35, 6.1, 6.2),
-    ),
-    Card("per_day", "Missions per day", "–", "no recorded day", ()),
+    Card("success", "Success", with_unit("98.1", "%"), "▼ 1.9 vs. last week", (97.1, 97.8, 96.9, None, 97.9, 98.4)),
+    Card("duration", "Duration", with_unit("6", "min"), "▲ 1 min", (6.6, 6.4, 6.5, 6.3, 6.35, 6.1)),
+    Card("per_day", "Missions"),
 ]
 UTILISATION = [
-    RobotBar("Aino", "46 %", "3 h 41 min", 0.46, 0.14),
-    RobotBar("Veikko", "31 %", "2 h 29 min", 0.31, 0.11),
-    RobotBar("Sisu", "22 %", "1 h 46 min", 0.22, 0.27),
+    RobotBar(1, "Aino", "46 %", 0.46, 0.14),
+    RobotBar(2, "Veikko", "31 %", 0.31, 0.11),
+    RobotBar(3, "Sisu", "22 %", 0.22, 0.27),
 ]
 DAYS = [
-    DayBar("Sa", 20, 0, 0, 0),
-    DayBar("Su", 12, 0, 0, 1),
-    DayBar("Mo", 74, 2, 1, 0),
-    DayBar("Tu", 79, 1, 2, 1),
-    DayBar("We", 76, 0, 1, 0),
-    DayBar("Th", 82, 2, 1, 0),
-    DayBar("Fr", 62, 3, 3, 0),
+    DayBar(date(2026, 11, 14 + n), label, label, *numbers)
+    for n, (label, *numbers) in enumerate(
+        [
+            ("Sat", 20, 0, 0),
+            ("Sun", 12, 0, 0),
+            ("Mon", 74, 2, 1),
+            ("Tue", 79, 1, 2),
+            ("Wed", 76, 0, 1),
+            ("Thu", 82, 2, 1),
+            ("Today", 62, 3, 3),
+        ]
+    )
 ]
 LANES = [
     Lane(

@@ -29,7 +29,7 @@ from app.widgets.tokens import COLOURS, THEMES, TONES, tk
 
 SLACK = 1.5  # px: tolerance for rounding
 GAP = 8  # dp
-DIVIDED = ("ListRow", "FleetHead")
+DIVIDED = ("ListRow", "FleetHead", "CauseRow", "TrendRow")
 LONGEST_WORD = 30  # characters, also in Finnish
 
 
@@ -123,7 +123,8 @@ def swallowed_touches(root: Widget) -> Iterator[str]:
 
 def takes_presses(widget: Widget) -> bool:
     """Every card of KivyMD's is a button; those that only show something are not."""
-    return isinstance(widget, ButtonBehavior) and not isinstance(widget, Passive)
+    presses = isinstance(widget, ButtonBehavior) and not isinstance(widget, Passive)
+    return presses and getattr(widget, "can_press", True)
 
 
 def takes_touches(widget: Widget) -> bool:

@@ -12,20 +12,24 @@ from app.container import Container
 from app.database.executions import ExecutionFilter
 from app.domain.models import State
 from app.screens.common.mission_names import NOTHING_KNOWN
+from app.screens.logs.cards import RunsList
 from app.screens.logs.view import Filters
-from app.widgets.buttons import Segment
+from app.widgets.list_row import ListRow
+from app.widgets.tabs import TabButton
 from tests.ui.driver import Driver
 from tests.ui.whole_app import shown
+
+TABS = {"runs": "Runs", "figures": "Key figures", "activity": "Activity"}
 
 
 @contextmanager
 def opened(container: Container, ui: Driver, part: str = "") -> Iterator[object]:
-    """The Logs on screen, everything read; ``part`` is the label of what is shown below the figures."""
+    """The Logs on screen, everything read; ``part`` is the key of a tab."""
     with shown(container, ui, "logs") as app:
         app.logs = app.shell.navigator.screen("logs").vm
         settle(app, ui)
         if part:
-            tap(app, ui, ui.find(Segment, text=part))
+            choose_tab(app, ui, part)
         yield app
 
 
@@ -35,9 +39,10 @@ def reset_logs(app, ui: Driver, part: str = "runs") -> None:
     app.shell.snackbars.clear()
     app.shell.mission_names.known = NOTHING_KNOWN
     app.shell.go("logs")
-    app.logs.opened_run = None
+    app.logs.close_story()
     app.logs.searching, app.logs.query = False, ""
-    app.logs.part = part
+    app.logs.move(0)
+    app.logs.choose_part(part)
     app.logs.set_filters(**vars(Filters()))
     settle(app, ui)
     for scrolled in ui.find_all(ScrollView):
@@ -46,7 +51,7 @@ def reset_logs(app, ui: Driver, part: str = "runs") -> None:
 
 
 def settle(app, ui: Driver) -> None:
-    for _reading in range(2):  # the figures are read after the runs
+    for _reading in range(2):  # figures and stories are read after the runs
         ui.advance(0.4)
         ui.wait(lambda: app.shell.background.idle)
     ui.advance(0.1)
@@ -55,6 +60,20 @@ def settle(app, ui: Driver) -> None:
 def tap(app, ui: Driver, widget) -> None:
     ui.tap(widget)
     settle(app, ui)
+
+
+def choose_tab(app, ui: Driver, part: str) -> None:
+    tap(app, ui, next(button for button in ui.find_all(TabButton) if button.tab.text == TABS[part]))
+
+
+def runs_of(app) -> list:
+    """The items of the list without the names of days."""
+    return [item for item in app.logs.rows if item.opens]
+
+
+def rows(ui: Driver) -> list[ListRow]:
+    """The runs in sight, from the top."""
+    return [view for view in ui.find(RunsList).whole_rows if view.item.opens]
 
 
 def failures(container) -> ExecutionFilter:

@@ -13,6 +13,7 @@ from kivy.metrics import Metrics
 from kivy.uix.label import Label
 
 from app.domain.models import Schedule
+from app.screens.logs.view import Period
 from app.screens.settings.page import SwitchRow
 from app.widgets.buttons import CommandButton, Segment, Toggle
 from app.widgets.display import StatusBadge
@@ -124,7 +125,7 @@ def test_screens_keep_their_content_when_the_appearance_changes(site, app, ui, c
     window = plan._window
     plan.choose_mode("days")
     logs.choose_part("figures")
-    logs.choose_period("month")
+    logs.set_filters(period=Period.MONTH)
     logs.toggle_search()
     logs.search("kits")
     ui.advance(0.5)
@@ -136,7 +137,7 @@ def test_screens_keep_their_content_when_the_appearance_changes(site, app, ui, c
     plan.choose_mode("hours")
     ui.wait(lambda: app.shell.background.idle)
     assert (plan.timeline.hours, plan.follows) == (window.hours, False)
-    assert (logs.part, logs.period, logs.query, logs.searching) == ("figures", "month", "kits", True)
+    assert (logs.part, logs.period, logs.query, logs.searching) == ("figures", "30 days", "kits", True)
     assert logs._filters.text == "kits"
 
 

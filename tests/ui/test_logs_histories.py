@@ -7,12 +7,11 @@ from collections.abc import Iterator
 import pytest
 
 from app.container import Container
+from app.screens.logs.view import Period
 from app.services.executions import transitions
-from app.widgets.buttons import Segment
 from app.widgets.figures import FigureCard
-from app.widgets.rows import LogRow
 from tests.support import month
-from tests.ui.logbook import opened, settle, tap
+from tests.ui.logbook import opened, runs_of, settle
 
 pytestmark = pytest.mark.long
 
@@ -25,26 +24,17 @@ def nothing(tmp_path) -> Iterator[Container]:
     container.close()
 
 
-def test_an_empty_history_teaches(nothing, ui):
+def test_an_empty_history_says_so(nothing, ui):
     with opened(nothing, ui) as app:
-        tap(app, ui, ui.find(Segment, text="All"))
+        app.logs.set_filters(period=Period.ALL)
+        settle(app, ui)
         assert "Nothing has run yet" in ui.texts()
+
+
+def test_without_history_every_figure_is_a_dash(nothing, ui):
+    with opened(nothing, ui, "figures"):
         assert [card.value for card in ui.find_all(FigureCard)] == ["–"] * 5
-
-
-def test_without_history_the_figures_say_so(nothing, ui):
-    with opened(nothing, ui, "Figures"):
-        assert {
-            "No run failed.",
-            "Nothing was planned",
-            "No planned run has started",
-            "No mission was completed.",
-        } <= set(ui.texts())
-
-
-def test_without_robots_their_page_says_so(nothing, ui):
-    with opened(nothing, ui, "Robots"):
-        assert "There is no robot yet." in ui.texts()
+        assert {"Why runs failed", "–"} <= set(ui.texts())
 
 
 def test_a_run_that_ends_shows_at_once(container, ui):
@@ -52,5 +42,5 @@ def test_a_run_that_ends_shows_at_once(container, ui):
         running = max(container.history.open(), key=lambda run: run.planned_at)
         container.ledger.apply([transitions.complete(running, container.clock.now(), 240.0, 2.0)])
         settle(screen, ui)
-        newest = max(ui.find_all(LogRow), key=lambda row: row.to_window(0, row.y)[1])
-        assert (newest.outcome, newest.took) == ("Completed", "4 min")
+        ended = next(item for item in runs_of(screen) if item.key == running.id)
+        assert (ended.tone, ended.meta) == ("done", "4 min")

@@ -16,7 +16,9 @@ from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import PickField
 from app.widgets.figures import FigureCard
 from app.widgets.frame import NavItem
-from app.widgets.rows import LogRow, OptionRow, PlanRow
+from app.widgets.list_row import ListRow
+from app.widgets.rows import OptionRow, PlanRow
+from app.widgets.tabs import TabButton
 from tests.support.way import Way, documented
 from tests.ui.whole_app import GUIDS, PASSWORD, USER, shown
 
@@ -98,19 +100,20 @@ def test_a_planned_mission_starts_by_itself_and_is_found_in_the_log(site, ui):
         assert timedelta(0) <= execution.submitted_at - execution.planned_at < timedelta(seconds=30)
 
         go(ui, "logs")
-        ui.wait(lambda: [row.outcome for row in ui.find_all(LogRow)] == ["Completed"])
-        row = ui.find(LogRow)
-        assert (row.mission, row.robot, row.trigger, row.when) == ("Home", "Aino", "Schedule", "06:30")
-        ui.wait(lambda: ui.find_all(FigureCard, label="Success rate", note="1 of 1 ended run (21–100 %)"))
-        ui.tap(row)
-        ui.wait(
-            lambda: [step.label for step in ui.find(LogRow).steps] == ["Planned", "Submitted", "Started", "Completed"]
-        )
-        assert "usually" not in ui.find(LogRow).steps[-1].note  # no other run to compare it with
+        logs = app.shell.navigator.screen("logs").vm
+        ui.wait(lambda: [item.tone for item in logs.rows if item.opens] == ["done"])
+        item = logs.rows[1]
+        assert (item.title, item.place, item.lead) == ("Home", "Aino", "06:30")
+        ui.wait(lambda: ui.find_all(ListRow, key=item.key))
+        ui.tap(ui.find(ListRow, key=item.key))
+        ui.wait(lambda: [step.title for step in logs.story.steps] == ["Planned", "Sent", "Started", "Completed"])
+        assert "usually" not in logs.story.steps[-1].support  # no other run to compare it with
 
         site.operator.run_now(execution.robot_id, site.catalogue.missions()[0].id)
-        ui.wait(lambda: [row.outcome for row in ui.find_all(LogRow)] == ["Completed"] * 2, seconds=60)
-        ui.wait(lambda: any(row.steps and "usually" in row.steps[-1].note for row in ui.find_all(LogRow)))
+        ui.wait(lambda: [item.tone for item in logs.rows if item.opens] == ["done"] * 2, seconds=60)
+        ui.wait(lambda: "usually" in logs.story.steps[-1].support)
+        ui.tap(next(button for button in ui.find_all(TabButton) if button.tab.text == "Key figures"))
+        ui.wait(lambda: ui.find_all(FigureCard, label="Success", value="–"))  # two runs are too few
 
 
 def test_the_documented_way_from_save_to_the_robot_is_that_of_the_code(way, site, ui):

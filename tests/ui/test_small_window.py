@@ -46,7 +46,7 @@ from app.widgets.frame import AlarmBanner, Frame
 from app.widgets.list_row import ListRow
 from app.widgets.number_pad import PadKey
 from app.widgets.pages import LowPage
-from app.widgets.rows import LogRow, QueueRow, RobotChip
+from app.widgets.rows import QueueRow, RobotChip
 from app.widgets.text import ScreenTitle, Title, Value
 from tests.screenshots.fleet import fleet
 from tests.screenshots.home import ERROR, SILENT, damaged, home
@@ -55,6 +55,7 @@ from tests.screenshots.settings import Plant, with_groups
 from tests.support import fleet_facts
 from tests.support import home_facts as sample
 from tests.ui import checks
+from tests.ui.logbook import rows as runs_in_sight
 from tests.ui.window_sizes import Rig, reach, window
 
 WAYS = (  # the narrowest with the largest texts first
@@ -309,10 +310,8 @@ def test_the_bar_of_the_list_of_what_waits_lies_on_no_button(ui):
 def test_the_text_of_a_run_fits_next_to_its_time(ui, size):
     with window(ui, size, 1.3, "fi") as rig:
         stand = Stand(rig, "logs")
-        row = ui.find_all(LogRow)[0]
-        next(page for page in checks.parents(row) if isinstance(page, LowPage)).scroll_y = 0
-        ui.advance(0.5)
-        assert row.ids.log_lines.width > row.width / 3
+        row = runs_in_sight(ui)[0]
+        assert row.ids.row_lines.width > row.width / 3
         assert "\n".join(checks.problems(stand.screen)) == ""
 
 

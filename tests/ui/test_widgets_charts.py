@@ -6,16 +6,16 @@ from datetime import date, timedelta
 from itertools import pairwise
 
 import pytest
-from kivy.graphics import Mesh, Rectangle, SmoothLine
+from kivy.graphics import Rectangle, SmoothLine
 from kivy.metrics import sp
 
-from app.screens.logs import kpi_view
-from app.screens.logs.kpi_view import DayBar, RobotBar
+from app.screens.logs import key_figures
+from app.screens.logs.key_figures import DayBar, RobotBar
 from app.screens.scheduler.timeline import Lane
 from app.services.history.figures import Facts
 from app.widgets.chart import Sparkline, glyphs, nice_step
 from app.widgets.charts import RobotBars, StackedBars
-from app.widgets.display import KpiCard
+from app.widgets.figures import FigureCard
 from app.widgets.robot_map import RobotMap
 from app.widgets.timeline import Timeline
 from tests.ui.drawing import instructions
@@ -27,47 +27,36 @@ def test_grid_steps_are_round_and_few():
         assert 1 <= top // nice_step(top) + 1 <= 5
 
 
-def test_a_share_that_hardly_changes_draws_no_mountain_and_is_not_filled(ui):
+def test_a_share_that_hardly_changes_draws_no_mountain(ui):
     line = ui.show(Sparkline(values=[0.97, 0.98, 0.96, 0.97], least_span=0.1), (64, 50))
     low, high = line.scale()
     assert high - low == pytest.approx(0.1)
     assert 0 <= low <= 0.96 <= 0.98 <= high <= 1.0001
-    assert not [one for one in instructions(line.canvas) if isinstance(one, Mesh)]
-    [points] = line.runs()
+    [points] = line.runs(line.values)
     assert max(y for _x, y in points) - min(y for _x, y in points) < 10
 
 
-def test_a_day_that_has_not_ended_does_not_flatten_those_before_it(ui):
-    """At noon a share may be far from what it will be."""
-    line = ui.show(Sparkline(values=[0.95, 0.99, 0.90, 0.97, 0.40], least_span=0.1), (64, 50))
-    [points] = line.runs()
-    assert max(y for _x, y in points[:-1]) - min(y for _x, y in points[:-1]) > 30
-    assert points[-1][1] == min(y for _x, y in points)
-    assert line.y <= points[-1][1] <= line.top
-
-
-def test_fillings_begin_at_zero_and_gaps_stay_open(ui):
+def test_gaps_stay_open_and_a_single_day_is_no_line(ui):
     line = ui.show(Sparkline(values=[20, 21, None, 19, 20, 9]), (64, 50))
     assert line.scale() == (0, 21)
-    first, second = line.runs()
-    assert (len(first), len(second)) == (2, 3)
-    assert len([one for one in instructions(line.canvas) if isinstance(one, Mesh)]) == 2  # and nothing below today's
-
-
-def test_today_has_not_ended_and_a_single_day_is_no_line(ui):
-    line = ui.show(Sparkline(values=[5, 6, 2]), (64, 50))
-    solid, *dashes = [one for one in instructions(line.canvas) if isinstance(one, SmoothLine)]
-    assert (len(solid.points), len(dashes)) == (4, 3)
-    assert dashes[0].points[:2] == solid.points[-2:]
+    assert [len(points) for points in line.runs(line.values)] == [2, 3]
     line.values = [None, None, 6]
     ui.advance()
     assert not line.canvas.children
 
 
-@pytest.mark.parametrize("value", ["95.6", "26 min 56 s", "1"])
-def test_every_figure_has_its_line_at_the_same_width(ui, value):
-    card = ui.show(KpiCard(label="Figure", value=value, history=[1, 2, 3]), (320, 120))
-    assert ui.find(Sparkline, card).width == 64
+def test_the_period_before_has_the_same_scale_and_lies_below(ui):
+    line = ui.show(Sparkline(values=[1, 2], before=[4, 3]), (64, 50))
+    assert line.scale() == (0, 4)
+    before, values = [one for one in instructions(line.canvas) if isinstance(one, SmoothLine)]
+    assert before.points[1] > values.points[1]
+
+
+def test_a_figure_shows_its_value_with_the_unit_and_how_it_has_changed(ui):
+    value = "98.1[size=18sp] %[/size]"
+    card = ui.show(FigureCard(label="Success", value=value, change="▼ 1.9", history=[1, 2, 3]), (260, 200))
+    assert {"Success", value, "▼ 1.9"} <= set(ui.texts(card))
+    assert ui.find(Sparkline, card).width > 200
 
 
 @pytest.mark.parametrize(
@@ -76,9 +65,9 @@ def test_every_figure_has_its_line_at_the_same_width(ui, value):
         lambda: Timeline(),
         lambda: Timeline(lanes=[Lane("Aino")]),
         lambda: StackedBars(),
-        lambda: StackedBars(days=[DayBar("Mo", 0, 0, 0, 0)]),
+        lambda: StackedBars(days=[DayBar(date(2026, 11, 16), "Mon", "16 Nov", 0, 0, 0)]),
         lambda: RobotBars(),
-        lambda: RobotBars(rows=[RobotBar("Aino", "0 %", "0 min", 0, 0), RobotBar("Sisu", "100 %", "8 h", 1, 0.5)]),
+        lambda: RobotBars(rows=[RobotBar(1, "Aino", "0 %", 0, 0), RobotBar(2, "Sisu", "100 %", 1, 0.5)]),
         lambda: Sparkline(),
         lambda: Sparkline(values=[None, None]),
         lambda: Sparkline(values=[5]),
@@ -95,37 +84,32 @@ def test_charts_draw_whatever_there_is(ui, chart):
     assert len(widget.canvas.children) <= drawn
 
 
-@pytest.mark.parametrize(
-    ("days", "width", "dates"),
-    [
-        (1, 400, ["Fri 20 Nov"]),
-        (2, 400, ["Thu 19 Nov", "Fri 20 Nov"]),
-        (7, 560, ["Sat 14 Nov", "Fri 20 Nov"]),
-        (30, 560, ["Thu 22 Oct", "Fri 20 Nov"]),
-        (30, 280, ["Thu 22 Oct", "Fri 20 Nov"]),
-        (30, 140, ["Fri 20 Nov"]),
-    ],
-)
-def test_outcomes_per_day_begin_and_end_with_a_date_and_no_day_lies_on_another(ui, days, width, dates):
+@pytest.mark.parametrize(("days", "width"), [(1, 400), (2, 400), (7, 560), (7, 300), (30, 560), (30, 140)])
+def test_days_are_named_up_to_today_and_no_name_lies_on_another(ui, days, width):
     found = [date(2026, 11, 20) - timedelta(days=ago) for ago in reversed(range(days))]
-    shown = kpi_view.outcome_days([Facts(completed=9, failed=1, day=day) for day in found])
+    shown = key_figures.outcome_days([Facts(completed=9, failed=1, day=day) for day in found])
     chart = ui.show(StackedBars(days=shown), (width, 160))
-    words = {}
-    for day in shown:
-        for said in (day.date, day.label):
-            words |= {glyphs(said, sp(14), font): said for font in ("Roboto", "RobotoMedium")}
-    below = [
-        one
+    words = {glyphs(said, sp(14), "Roboto"): said for day in shown for said in (day.date, day.label)}
+    below = sorted(
+        (one.pos[0], one.pos[0] + one.size[0], words[one.texture])
         for one in instructions(chart.canvas)
         if isinstance(one, Rectangle) and one.texture in words and one.pos[1] < chart.y + 18
-    ]
-    spans = sorted((one.pos[0], one.pos[0] + one.size[0]) for one in below)
-    assert [
-        said
-        for said in map(words.get, (one.texture for one in sorted(below, key=lambda one: one.pos[0])))
-        if " " in said
-    ] == dates
-    assert all(end < start for (_start, end), (start, _end) in pairwise(spans))
-    assert spans[-1][1] <= chart.right
-    if days > 2 and width > 200:
-        assert len(spans) > 2
+    )
+    assert below[-1][2] == "Today"
+    assert all(end < start for (_, end, _), (start, _, _) in pairwise(below))
+    assert below[-1][1] <= chart.right
+    assert len(below) == (days if days <= 7 and width >= 400 else len(below))
+
+
+def test_a_tap_on_a_day_or_a_robot_names_it_and_keys_reach_them(ui):
+    chart = ui.show(
+        RobotBars(rows=[RobotBar(7, "Aino", "46 %", 0.46, 0.1), RobotBar(8, "Sisu", "1 %", 0, 0)]), (400, 96)
+    )
+    tapped = []
+    chart.bind(on_part=lambda _chart, key: tapped.append(key))
+    ui.tap_at(*chart.to_window(200, chart.top - 20))
+    assert tapped == [7]
+    seat = chart.seats()[1]
+    seat.dispatch("on_release")
+    assert tapped == [7, 8]
+    assert chart.seats()[1] is seat

@@ -12,7 +12,7 @@ from kivymd.icon_definitions import md_icons
 
 from app.domain.models import THEMES
 from app.widgets.chart import Meter
-from app.widgets.display import EmptyState, Fact, KpiCard, StatusBadge, ValueTile
+from app.widgets.display import EmptyState, Fact, StatusBadge, ValueTile
 from app.widgets.surfaces import Tap
 from app.widgets.text import Ico, Txt, Value
 from app.widgets.tokens import COLOURS, TONES, apply_theme, tk
@@ -144,15 +144,6 @@ def test_an_empty_state_shows_its_icon_where_there_is_room_for_more_than_words(u
     ]
     assert seen == [[], [Ico]]
     assert checks.problems(ui.show(EmptyState(icon="flag-outline", **words), (700, 210))) == []
-
-
-def test_a_kpi_card_shows_value_unit_and_count(ui):
-    ui.show(
-        KpiCard(label="Success rate", value="98.1[size=18sp] %[/size]", note="405 of 413", history=[97, None, 98]),
-        (260, 104),
-    )
-    assert {"Success rate", "405 of 413"} <= set(ui.texts())
-    assert any(isinstance(w, Label) and w.markup and w.text.startswith("98.1") for w in ui.seen())
 
 
 # ---------------------------------------------------------------------- the checks themselves

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 from dataclasses import replace
 from functools import wraps
 
@@ -10,9 +9,10 @@ import pytest
 from kivy.uix.boxlayout import BoxLayout
 
 from app.screens.common.options import Option
-from app.screens.logs.view import RunRow, StepView
+from app.widgets.items import Item
+from app.widgets.list_row import ListRow
 from app.widgets.long_list import LongList
-from app.widgets.rows import LogRow, OptionRow, StoryStep
+from app.widgets.rows import OptionRow
 from app.widgets.text import Txt
 from tests.ui.test_widgets_lists import actions_of
 
@@ -22,19 +22,16 @@ def place(widget) -> float:
     return widget.to_window(*widget.pos)[1]
 
 
-PLANNED = StepView("Planned", "13:30", "", "neutral", False)
+def run(key: object, mission: str = "") -> Item:
+    return Item(key, mission or f"Mission {key}", "as usual")
 
 
-def run(key: object, mission: str = "") -> RunRow:
-    return RunRow(key, "", "neutral", "", mission or f"Mission {key}", "as usual", "", "", "", "", False)
-
-
-def runs(n: int) -> list[RunRow]:
+def runs(n: int) -> list[Item]:
     return [run(key) for key in range(n)]
 
 
 def test_thousands_of_runs_need_a_dozen_rows(ui):
-    rows = LongList(viewclass="LogRow", data=runs(5000))
+    rows = LongList(viewclass="ListRow", data=runs(5000))
     ui.show(rows, (800, 600))
     assert 5 < len(rows.views) < 20
     assert "Mission 0" in ui.texts()
@@ -44,41 +41,8 @@ def test_thousands_of_runs_need_a_dozen_rows(ui):
     assert len(rows.views) < 20
 
 
-def test_the_story_of_a_run_is_there_while_it_is_opened(ui):
-    row = ui.show(LogRow(mission="Deliver", steps=[PLANNED], message="Cart not found"), (800, 300))
-    closed = row.height
-    few = len(ui.find_all(Txt))
-    for _n in range(2):
-        row.opened = True
-        ui.advance(0.1)
-        assert {"Planned", "13:30", "Cart not found"} <= set(ui.texts())
-        assert row.height > closed + 40
-        row.message = ""
-        ui.advance(0.1)
-        assert "Cart not found" not in ui.texts()
-        row.opened, row.message = False, "Cart not found"
-        ui.advance(0.1)
-        assert (len(ui.find_all(Txt)), row.height) == (few, closed)
-
-
-def test_a_story_that_was_closed_follows_its_run_no_longer(ui, monkeypatch):
-    gc.collect()
-    gc.disable()
-    try:
-        made = calls_of(monkeypatch, StoryStep, "__init__")
-        row = ui.show(LogRow(mission="Deliver"), (800, 300))
-        for _n in range(4):
-            row.steps, row.opened = [PLANNED], True
-            ui.advance(0.1)
-            row.opened, row.steps = False, []
-            ui.advance(0.1)
-        assert len(made) == 4
-    finally:
-        gc.enable()
-
-
 def test_rows_that_only_a_larger_window_had_room_for_are_not_kept(ui):
-    rows = ui.show(LongList(viewclass="LogRow", data=runs(5000)), (800, 1600))
+    rows = ui.show(LongList(viewclass="ListRow", data=runs(5000)), (800, 1600))
     many = len(rows.views)
     rows.height = 250
     ui.advance(0.5)
@@ -87,7 +51,7 @@ def test_rows_that_only_a_larger_window_had_room_for_are_not_kept(ui):
 
 
 def test_rows_that_a_search_hides_are_at_hand_when_it_ends(ui):
-    rows = ui.show(LongList(viewclass="LogRow", data=runs(50)), (800, 600))
+    rows = ui.show(LongList(viewclass="ListRow", data=runs(50)), (800, 600))
     views = set(rows.views)
     rows.data = []
     ui.advance(0.5)
@@ -111,9 +75,10 @@ def calls_of(monkeypatch, kind: type, name: str) -> list:
 
 def test_scrolling_lays_out_and_writes_only_what_comes_into_sight(ui, monkeypatch):
     laid_out, written = calls_of(monkeypatch, BoxLayout, "do_layout"), calls_of(monkeypatch, Txt, "texture_update")
-    rows = ui.show(LongList(viewclass="LogRow", data=runs(5000)), (800, 250))
-    rows.show(100)
-    ui.advance(0.5)
+    rows = ui.show(LongList(viewclass="ListRow", spacing=0, data=runs(5000)), (800, 250))
+    for top in (99.5, 100):  # there is a view more while a row is partly visible
+        rows.scroll_y = 1 - top * 56 / (rows._content.height - rows.height)
+        ui.advance(0.5)
     assert laid_out
     before = {view.key for view in rows.views}
     laid_out.clear()
@@ -123,7 +88,7 @@ def test_scrolling_lays_out_and_writes_only_what_comes_into_sight(ui, monkeypatc
     new = [view for view in rows.views if view.key not in before]
     assert 1 <= len(new) <= 2
     assert {text.text for text in written} == {
-        view.mission for view in new
+        view.item.title for view in new
     }  # all else reads as in the rows whose views they were
     assert laid_out == []
 
@@ -131,10 +96,10 @@ def test_scrolling_lays_out_and_writes_only_what_comes_into_sight(ui, monkeypatc
 def test_rows_of_a_long_list_take_their_own_height_and_do_not_overlap(ui):
     data = runs(200)
     data[1] = replace(
-        data[1], reason="The robot stood still for four minutes before a pallet that nobody had announced. " * 3
+        data[1], support="The robot stood still for four minutes before a pallet that nobody had announced. " * 3
     )
-    data[3] = replace(data[3], opened=True, steps=(PLANNED,), message="Robot: blocked")
-    rows = LongList(viewclass="LogRow", data=data)
+    data[3] = replace(data[1], key=3, note="Robot: blocked")
+    rows = LongList(viewclass="ListRow", data=data)
     ui.show(rows, (700, 450))
     views = {view.key: view for view in rows.views}
     bottoms = {key: place(view) for key, view in views.items()}
@@ -142,38 +107,37 @@ def test_rows_of_a_long_list_take_their_own_height_and_do_not_overlap(ui):
     assert views[3].height > views[1].height
     for n in range(4):
         assert bottoms[n] - (bottoms[n + 1] + views[n + 1].height) == pytest.approx(8, abs=1)
-    assert bottoms[4] < place(rows) < bottoms[4] + views[4].height  # a part of it shows that there is more
+    assert bottoms[5] < place(rows) < bottoms[5] + views[5].height  # a part of it shows that there is more
 
 
 def test_a_row_opens_and_the_others_make_room(ui):
     data = runs(50)
-    rows = LongList(viewclass="LogRow", data=data)
+    rows = LongList(viewclass="ListRow", data=data)
     ui.show(rows, (700, 250))
     calls = actions_of(rows)
     ui.tap(ui.find(Txt, text="Mission 1"))
     assert calls == [(1, "open")]
-    before = place(ui.find(LogRow, key=2))
-    rows.data = [replace(row, opened=row.key == 1, steps=(PLANNED,)) for row in data]
+    before = place(ui.find(ListRow, key=2))
+    rows.data = [replace(row, note="Planned\n13:30" if row.key == 1 else "") for row in data]
     ui.advance(0.1)
-    assert place(ui.find(LogRow, key=2)) < before - 40
-    assert "13:30" in ui.texts()
+    assert place(ui.find(ListRow, key=2)) < before - 20
 
 
 def test_new_rows_at_the_top_leave_what_is_read_where_it_is(ui):
-    rows = LongList(viewclass="LogRow", data=runs(300))
+    rows = LongList(viewclass="ListRow", data=runs(300))
     ui.show(rows, (700, 250))
     rows.show(100)
     ui.advance(0.5)
-    top = ui.find(LogRow, key=100)
+    top = ui.find(ListRow, key=100)
     place = top.to_window(*top.pos)
     rows.data = [run(f"new {n}", "New") for n in range(5)] + runs(300)
     ui.advance(0.1)
-    top = ui.find(LogRow, key=100)
+    top = ui.find(ListRow, key=100)
     assert top.to_window(*top.pos) == pytest.approx(place, abs=1.5)
 
 
 def test_at_the_top_the_newest_is_seen(ui):
-    rows = LongList(viewclass="LogRow", data=runs(300))
+    rows = LongList(viewclass="ListRow", data=runs(300))
     ui.show(rows, (700, 250))
     rows.data = [run("new", "Brand new"), *runs(300)]
     ui.advance(0.1)
@@ -181,7 +145,7 @@ def test_at_the_top_the_newest_is_seen(ui):
 
 
 def test_the_end_of_a_long_list_asks_for_more(ui):
-    rows = LongList(viewclass="LogRow", data=runs(60))
+    rows = LongList(viewclass="ListRow", data=runs(60))
     asked: list[int] = []
     rows.bind(on_end=lambda _rows: asked.append(1))
     ui.show(rows, (700, 250))
@@ -210,7 +174,7 @@ def test_a_row_that_became_another_while_pressed_does_nothing(ui):
 
 
 def test_a_long_list_says_when_it_is_empty(ui):
-    rows = LongList(viewclass="LogRow", empty_text="No run matches")
+    rows = LongList(viewclass="ListRow", empty_text="No run matches")
     ui.show(rows, (500, 400))
     assert ui.texts() == ["No run matches"]
     rows.data = runs(2)
@@ -219,7 +183,7 @@ def test_a_long_list_says_when_it_is_empty(ui):
 
 
 def test_an_empty_list_shows_all_lines_of_a_long_text(ui):
-    rows = LongList(viewclass="LogRow", empty_text="Nothing")
+    rows = LongList(viewclass="ListRow", empty_text="Nothing")
     ui.show(rows, (300, 400))
     rows.empty_text = "Missions from a schedule, from Run now or from the robot's own screen appear here. " * 3
     ui.advance(0.5)
@@ -230,7 +194,7 @@ def test_an_empty_list_shows_all_lines_of_a_long_text(ui):
 
 
 def test_the_text_of_an_empty_list_ends_where_rows_do(ui):
-    rows = ui.show(LongList(viewclass="LogRow", empty_text="Nothing is waiting " * 9), (300, 400))
+    rows = ui.show(LongList(viewclass="ListRow", empty_text="Nothing is waiting " * 9), (300, 400))
     ui.advance(0.5)
     assert ui.find(Txt).right <= rows.right - 12
 

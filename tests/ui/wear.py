@@ -22,7 +22,6 @@ from kivy.uix.widget import Widget
 from app.i18n import translator
 from app.screens.common.options import MenuItem, Option
 from app.screens.settings.robots import RobotsPage
-from app.widgets.long_list import LongList
 from app.widgets.tokens import tk
 from app.widgets.tr import tr
 from app.window.application import SchedulerApp
@@ -79,9 +78,9 @@ class Wear:
         shell.go(name, **intent)
         self._ui.wait(lambda: shell.background.idle)
         if name == "logs":
-            rows = self._ui.find_all(LongList)
-            if rows and rows[0].data:
-                shell.navigator.screen("logs").vm.toggle(rows[0].data[n % min(4, len(rows[0].data))].key)
+            logs = shell.navigator.screen("logs").vm
+            if runs := [item.key for item in logs.rows if item.opens]:
+                logs.open_story(runs[n % min(4, len(runs))])
         shell.snackbars.show(f"Round {n}", icon="check")
         self._ui.advance(0.1)
         shell.snackbars.clear()
@@ -96,7 +95,7 @@ class Wear:
             self._seen("scheduler")
             scheduler.vm.choose_mode(mode)
             self._ui.wait(lambda: self._shell.background.idle)
-        for part in ("figures", "runs"):
+        for part in ("figures", "activity", "runs"):
             self._seen("logs")
             logs.vm.choose_part(part)
             self._ui.wait(lambda: self._shell.background.idle)

@@ -41,7 +41,7 @@ no state of its own that a service has.
     # kv/logs/screen.kv
     <LogsScreen>:                                             # an MDScreen
         LongList:
-            viewclass: "LogRow"
+            viewclass: "RunRow"
             data: root.vm.rows
             on_action: root.vm.toggle(args[1])                # args: list, key, action, values …
 

@@ -5,53 +5,18 @@ from __future__ import annotations
 from typing import Any
 
 from kivy.clock import Clock
-from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
+from kivy.properties import BooleanProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
-from kivy.uix.stacklayout import StackLayout
 from kivy.uix.widget import Widget
 
-from app.widgets import activity_bands, figure_charts, figures, pages  # noqa: F401  (registers kivy classes)
-from app.widgets.buttons import CommandButton
+from app.screens.logs.story import Story
+from app.widgets import activity_bands, figure_charts, figures, list_row, pages  # noqa: F401  (registers kivy classes)
+from app.widgets.buttons import MenuChip
 from app.widgets.display import SectionCard
 from app.widgets.fields import SearchField
 from app.widgets.lists import Row
 from app.widgets.long_list import LongList
-
-LAYOUT_S = 0.35  # until rows have found their height and the list is at rest
-
-
-class LogsBody(BoxLayout):
-    """What is below the five figures: one part of ``PARTS``; the others do not exist."""
-
-    vm = ObjectProperty(None, rebind=True, allownone=True)
-    part = StringProperty()
-
-    def on_vm(self, *_: Any) -> None:
-        if (
-            self.vm is not None
-            and self.part in PARTS
-            and not any(type(child) is PARTS[self.part] for child in self.children)
-        ):
-            self.clear_widgets()
-            self.add_widget(PARTS[self.part](vm=self.vm))
-
-    on_part = on_vm
-
-
-class LogsFilters(StackLayout):
-    """Period and robot, for every part; ``card`` is the view model."""
-
-    card = ObjectProperty(None, rebind=True)
-
-
-class RunsFilters(LogsFilters):
-    """And those of the list of runs."""
-
-
-class ExportButton(CommandButton):
-    """Writes the runs that are listed; ``card`` is the view model."""
-
-    card = ObjectProperty(None, rebind=True, allownone=True)
+from app.widgets.surfaces import Surface, TonedSurface, TonedTap
 
 
 class LogsPart(BoxLayout):
@@ -61,48 +26,73 @@ class LogsPart(BoxLayout):
 
 
 class RunsPart(LogsPart):
-    """The runs as a list."""
+    """The runs as a list, and the story of one."""
 
 
 class FiguresPart(LogsPart):
-    """Charts and further figures in cards, two columns (one in portrait)."""
+    """Five figures, causes, charts: one page that scrolls."""
 
 
-class RobotsPart(LogsPart):
-    """What the robots did, as bands."""
+class ActivityPart(LogsPart):
+    """What the robots did, as lanes."""
 
 
-PARTS = {"runs": RunsPart, "figures": FiguresPart, "robots": RobotsPart}
+PARTS = {"runs": RunsPart, "figures": FiguresPart, "activity": ActivityPart}
 
 
-class MoreCard(SectionCard):
-    """A figure with its words; the button in its head explains it: ``vm.explain(key)``."""
+class LogsBody(BoxLayout):
+    """The part of the present tab; the others do not exist."""
+
+    vm = ObjectProperty(None, rebind=True, allownone=True)
+    part = StringProperty()
+
+    def on_vm(self, *_: Any) -> None:
+        kind = PARTS.get(self.part)
+        if self.vm is not None and kind and not any(type(child) is kind for child in self.children):
+            self.clear_widgets()
+            self.add_widget(kind(vm=self.vm))
+
+    on_part = on_vm
+
+
+class OutcomeChip(Row, TonedTap):
+    """How many runs ended so; a tap ("filter") shows them alone."""
+
+    icon = StringProperty()
+    text = StringProperty()
+    active = BooleanProperty(False)
+
+    def on_release(self) -> None:
+        self.act("filter")
+
+
+class SetFilter(Row, MenuChip):
+    """A filter that is set; a tap ("clear") ends it."""
+
+    def on_release(self) -> None:
+        self.act("clear")
+
+
+class StoryPanel(Surface):
+    """The story of the opened run, beside the list or over it: nothing below it takes a touch. ``card`` is the view model."""
+
+    card = ObjectProperty(None, rebind=True, allownone=True)
+
+    def on_touch_down(self, touch: Any) -> bool:
+        return bool(super().on_touch_down(touch)) or (self.is_seen and self.collide_point(*touch.pos))
+
+
+class StoryCause(TonedSurface):
+    """Why the run ended so, and what the robot said."""
+
+    story = ObjectProperty(Story(), rebind=True)
+
+
+class FigureSection(SectionCard):
+    """A part of the figures; ``text`` is in the place of what is not known."""
 
     title = StringProperty()
-    note = StringProperty()
-    about = StringProperty()
-
-
-class Ranking(BoxLayout):
-    """A text, and reasons as ranked bars (RankRow)."""
-
     text = StringProperty()
-    rows = ListProperty()
-
-
-class LineLegend(BoxLayout):
-    """What the drawn band means."""
-
-    text = StringProperty()
-    shown = BooleanProperty(True)
-
-
-class GroupCard(Row, SectionCard):
-    """The figures of a group."""
-
-    title = StringProperty()
-    note = StringProperty()
-    rows = ListProperty()
 
 
 class RunsSearch(SearchField):
@@ -116,40 +106,22 @@ class RunsSearch(SearchField):
 
 
 class RunsList(LongList):
-    """The runs. ``opened_run`` is the key of the row that shows its story: it is scrolled into sight, also when it has grown."""
+    """The runs. The row of ``opened_run`` is scrolled into sight, once it is in the list."""
 
     opened_run = ObjectProperty(None, allownone=True)
 
     def __init__(self, **kwargs: Any) -> None:
-        self._scroll_soon = Clock.create_trigger(self._scroll_to_opened, LAYOUT_S)
-        self._turn_page_soon = Clock.create_trigger(self._turn_page, LAYOUT_S)
         self._is_pending = False  # opened, but perhaps not in the list yet: it is still being read
+        self._reveal_soon = Clock.create_trigger(self._reveal, 0)
         super().__init__(**kwargs)
         self.fbind("opened_run", self._opened)
-        self.fbind("data", self._data_changed)
+        self.fbind("data", self._reveal_soon)
 
     def _opened(self, *_args: object) -> None:
         self._is_pending = self.opened_run is not None
-        self._scroll_soon()
+        self._reveal_soon()
 
-    def _data_changed(self, *_args: object) -> None:
-        if self._is_pending:
-            self._scroll_soon()
-
-    def _scroll_to_opened(self, _dt: float) -> None:
-        """A row that has grown may end below the edge of the list."""
-        if not self._is_pending or all(row.key != self.opened_run for row in self.data):
-            return
-        self._is_pending = False
-        view = self._view_of_opened()
-        if view is None or view.to_window(0, view.y)[1] < self.to_window(0, self.y)[1] - 1:
-            self.show(self.opened_run)
-        self._turn_page_soon()
-
-    def _turn_page(self, _dt: float) -> None:
-        """In a low window the list itself may be below the fold."""
-        if (view := self._view_of_opened()) is not None:
-            pages.turn_to(view)
-
-    def _view_of_opened(self) -> Widget | None:
-        return next((view for view in self.views if view.key == self.opened_run), None)
+    def _reveal(self, _dt: float) -> None:
+        if self._is_pending and any(row.key == self.opened_run for row in self.data):
+            self._is_pending = False
+            self.reveal(self.opened_run)

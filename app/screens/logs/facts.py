@@ -1,19 +1,20 @@
-"""What the Logs show at one moment, read on a background thread; view.py turns it into words."""
+"""The runs that the Logs show at one moment, read on a background thread; view.py and story.py turn them into words."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from zoneinfo import ZoneInfo
 
-from app.database.executions import ExecutionFilter, PageKey, Replacement
+from app.database.executions import ExecutionFilter, PageKey
 from app.domain.clock import Clock
-from app.domain.models import DurationEstimate, Execution, Group, Robot, Settings
+from app.domain.models import DurationEstimate, Execution, Group, ReasonCode, Robot, Settings, State
 from app.domain.reasons import codes_with
 from app.i18n import _
 from app.screens.common.name_order import by_name
-from app.screens.logs.view import Filters, Period, UsualSeconds, period_end, period_start
+from app.screens.logs.story import StoryFacts
+from app.screens.logs.view import Filters, Period, like_of
 from app.services.catalogue.catalogue import Catalogue
 from app.services.dispatch.ledger import Ledger
 from app.services.files.exports import DataFiles
@@ -26,6 +27,7 @@ from app.services.robots.commands import Operator
 from app.services.robots.missions import RobotMissions
 
 PAGE = 100
+PAGE_OF_PROBLEMS = 1000  # equal ones are one row
 
 
 @dataclass(frozen=True)
@@ -58,14 +60,19 @@ class LogsFacts:
     missions: tuple[str, ...] = ()
     rows: tuple[Execution, ...] = ()
     next: PageKey | None = None  # where the next page begins; None: no next page
-    count: int = 0  # rows that the filters let through
-    usual_s: UsualSeconds = field(default_factory=dict)
+    counts: Mapping[State, int] = field(
+        default_factory=dict
+    )  # of rows that the filters except the outcomes let through
     expected: Mapping[int, DurationEstimate] = field(default_factory=dict)  # by id, of what is open
-    replacements: Mapping[int, Replacement] = field(default_factory=dict)  # by id, of what was started on another robot
 
     @property
     def zone(self) -> ZoneInfo:
         return ZoneInfo(self.settings.timezone)
+
+    @property
+    def count(self) -> int:
+        """Rows that the filters let through."""
+        return sum(number for state, number in self.counts.items() if state in (self.filters.states or State))
 
     def target(self, run: Execution) -> Robot | Group | None:
         """Its robot or group, if that still exists."""
@@ -76,27 +83,27 @@ class LogsFacts:
     def with_more(self, page: LogsFacts) -> LogsFacts:
         """The same with the rows of the next page, unless they are known already."""
         known = {row.id for row in self.rows}
-        return replace(
-            self,
-            rows=(*self.rows, *(row for row in page.rows if row.id not in known)),
-            next=page.next,
-            usual_s=page.usual_s,
-            replacements={**self.replacements, **page.replacements},
-        )
+        return replace(self, rows=(*self.rows, *(row for row in page.rows if row.id not in known)), next=page.next)
 
 
 def execution_filter(filters: Filters, now: datetime, zone: ZoneInfo) -> ExecutionFilter:
     """The filters of the screen as those of the history."""
+    start, end = filters.span(now, zone)
+    text, like, reasons = filters.text.strip(), filters.like, tuple[ReasonCode, ...]()
+    if like is not None:
+        text, reasons = like.part or like.words, () if like.part else (like.code,)
+    elif text:
+        reasons = codes_with(text, _)
     return ExecutionFilter(
         robot_ids=None if filters.group else filters.robot_ids,
         group=filters.group.name if filters.group else None,
         mission=filters.mission,
         states=filters.states or None,
         triggers=filters.triggers or None,
-        start=period_start(filters.period, now, zone),
-        end=period_end(filters.period, now, zone),
-        text=filters.text.strip(),
-        reasons=codes_with(filters.text.strip(), _) if filters.text.strip() else (),
+        start=start,
+        end=end,
+        text=text,
+        reasons=reasons,
         values=filters.values,
     )
 
@@ -105,7 +112,7 @@ def read_facts(services: LogsServices, filters: Filters, rows: int = PAGE) -> Lo
     """The newest ``rows`` runs and their surroundings. Called off the UI thread: it asks the database, never a robot."""
     settings, history = services.settings(), services.history
     wanted = execution_filter(filters, services.clock.now(), ZoneInfo(settings.timezone))
-    page = history.page(wanted, size=rows)
+    page = history.page(wanted, size=max(rows, PAGE_OF_PROBLEMS) if filters.folds else rows)
     return LogsFacts(
         filters,
         settings,
@@ -114,8 +121,7 @@ def read_facts(services: LogsServices, filters: Filters, rows: int = PAGE) -> Lo
         tuple(sorted({mission.name for mission in services.catalogue.missions()}, key=str.casefold)),
         tuple(page.rows),
         page.next,
-        history.count(wanted),
-        usual_durations(history, page.rows, {}),
+        history.counts(replace(wanted, states=None)),
         {
             row.id: found
             for row in page.rows
@@ -123,7 +129,6 @@ def read_facts(services: LogsServices, filters: Filters, rows: int = PAGE) -> Lo
             and row.robot_id is not None
             and (found := history.expected(row.robot_id, row.mission_guid)) is not None
         },
-        history.replacements(page.rows),
     )
 
 
@@ -131,31 +136,29 @@ def read_next_page(services: LogsServices, facts: LogsFacts) -> LogsFacts:
     """The runs that follow those of ``facts``. Called off the UI thread."""
     wanted = execution_filter(facts.filters, services.clock.now(), facts.zone)
     page = services.history.page(wanted, before=facts.next, size=PAGE)
-    return replace(
-        facts,
-        rows=tuple(page.rows),
-        next=page.next,
-        usual_s=usual_durations(services.history, page.rows, facts.usual_s),
-        replacements=services.history.replacements(page.rows),
+    return replace(facts, rows=tuple(page.rows), next=page.next)
+
+
+def read_story(services: LogsServices, execution_id: int) -> StoryFacts | None:
+    """A run with what belongs to its story; None if it is no longer in the history. Called off the UI thread."""
+    run, zone = services.ledger.get(execution_id), ZoneInfo(services.settings().timezone)
+    if run is None:
+        return None
+    like = like_of(run, zone)
+    wanted = execution_filter(Filters(Period.MONTH, like=like), services.clock.now(), zone)
+    return StoryFacts(
+        run,
+        None if run.robot_id is None else services.history.expected(run.robot_id, run.mission_guid),
+        services.history.replacements([run]).get(run.id),
+        sum(services.history.counts(wanted).values()) if like else 0,
     )
-
-
-def usual_durations(history: History, rows: Sequence[Execution], known: UsualSeconds) -> UsualSeconds:
-    """For the missions of these rows, including known ones. A mission that ran only once would be compared with
-    itself."""
-    missing = {(row.robot_id, row.mission_guid) for row in rows if row.robot_id is not None} - known.keys()
-    found = {key: history.expected(key[0], key[1]) for key in missing if key[0] is not None}
-    return {
-        **known,
-        **{key: one.median_s for key, one in found.items() if one is not None and one.runs > 1 and one.median_s},
-    }
 
 
 def period_with(instant: datetime, now: datetime, zone: ZoneInfo) -> Period:
     """The shortest period that contains that instant."""
 
     def has(period: Period) -> bool:
-        start, end = period_start(period, now, zone), period_end(period, now, zone)
+        start, end = Filters(period).span(now, zone)
         return (start is None or start <= instant) and (end is None or instant < end)
 
     return next(period for period in Period if has(period))

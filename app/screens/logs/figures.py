@@ -1,4 +1,4 @@
-"""The figures of a period as read from the services: the five of the cards, their history day by day, and those of the page of figures."""
+"""The figures of a period as read from the services: the five of the cards, day by day, and what else the page of figures shows."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from zoneinfo import ZoneInfo
 from app.domain.clock import DAY, midnight
 from app.screens.common.name_order import by_name
 from app.screens.logs.facts import LogsServices
-from app.screens.logs.view import Filters, period_start
+from app.screens.logs.view import Filters
 from app.services.history.figures import Cause, Delays, Facts, GroupFacts
 from app.services.history.kpis import KpiFilter
 from app.services.planning.durations import Trend
@@ -20,11 +20,12 @@ SHORTEST_HISTORY, LONGEST_HISTORY = 7, 30  # days
 
 @dataclass(frozen=True)
 class Figures:
-    """``facts`` of the period; ``days`` runs up to today without gaps."""
+    """``facts`` of the period; ``days`` runs up to today without gaps, ``before`` are as many days before them."""
 
     facts: Facts = field(default_factory=Facts)
     delays: Delays = field(default_factory=Delays)
     days: Sequence[Facts] = ()
+    before: Sequence[Facts] = ()
     first_day: date | None = None  # of the period; None: from the beginning
     last_day: date | None = None
     kept_since: date | None = None  # day of the first known run; None without runs
@@ -32,12 +33,6 @@ class Figures:
         None  # of the same number of days before, until the same time of day; None: the history is too short
     )
     group: str = ""  # the group of the runs; its robots' activity includes all their work
-
-
-@dataclass(frozen=True)
-class MoreFigures:
-    """The figures of the page that are not on the cards."""
-
     causes: Sequence[Cause] = ()
     trends: Sequence[Trend] = ()
     groups: Sequence[GroupFacts] = ()
@@ -49,18 +44,24 @@ def read_figures(services: LogsServices, filters: Filters, now: datetime, zone: 
     facts = kpis.facts(wanted)
     today = now.astimezone(zone).date()
     count = min(LONGEST_HISTORY, max(SHORTEST_HISTORY, filters.period.days or LONGEST_HISTORY))
-    dates = [today - back * DAY for back in range(count - 1, -1, -1)]
     kept_since = kpis.kept_since()
     kept_day = kept_since.astimezone(zone).date() if kept_since else None
+    earlier = _earlier(services, filters, now, zone, kept_day)
+    dates = [today - back * DAY for back in range(count * (2 if earlier else 1) - 1, -1, -1)]
+    days = kpis.per_day(replace(wanted, start=None), dates)
     return Figures(
         replace(facts, robots=by_name(facts.robots, "robot")),
         kpis.delays(wanted),
-        kpis.per_day(replace(wanted, start=None), dates),
+        days[-count:],
+        days[:-count],
         first_day=wanted.start.astimezone(zone).date() if wanted.start else None,
         last_day=today,
         kept_since=kept_day,
-        earlier=_earlier(services, filters, now, zone, kept_day),
+        earlier=earlier,
         group=wanted.group or "",
+        causes=kpis.failures(wanted),
+        trends=kpis.trends(wanted),
+        groups=kpis.groups(wanted, facts.robots),
     )
 
 
@@ -74,15 +75,9 @@ def _earlier(
     return services.kpis.facts(replace(_kpi_filter(filters, now, zone), start=midnight(first, zone), end=end))
 
 
-def read_more_figures(services: LogsServices, filters: Filters, now: datetime, zone: ZoneInfo) -> MoreFigures:
-    """Called off the UI thread."""
-    kpis, wanted = services.kpis, _kpi_filter(filters, now, zone)
-    return MoreFigures(kpis.failures(wanted), kpis.trends(wanted), kpis.groups(wanted, kpis.facts(wanted).robots))
-
-
 def _kpi_filter(filters: Filters, now: datetime, zone: ZoneInfo) -> KpiFilter:
     return KpiFilter(
-        period_start(filters.period, now, zone),
+        filters.span(now, zone)[0],
         robot_ids=filters.robot_ids,
         group=filters.group.name if filters.group else None,
     )

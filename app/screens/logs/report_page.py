@@ -15,9 +15,9 @@ from app.screens.common.alarms_view import alarm_text
 from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
 from app.screens.common.name_order import by_name
 from app.screens.common.printed import NO_BREAK, document, table, unbroken
-from app.screens.logs.kpi_view import Explanation, FactLine, in_unit, note
-from app.screens.logs.more_view import cause_text
-from app.screens.logs.robot_states import word
+from app.screens.logs.activity import word
+from app.screens.logs.key_figures import cause_text
+from app.screens.logs.numbers import Explanation, FactLine, in_unit, note
 from app.services.history import figures
 from app.services.history.figures import FIGURES, Facts, Unit
 from app.services.history.runs import RobotTimeline

@@ -13,7 +13,7 @@ from app.database.missions import DurationRepository, MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.domain.activity import ActivitySpan, without_gaps
-from app.domain.models import DurationEstimate, Execution
+from app.domain.models import DurationEstimate, Execution, State
 from app.services.planning.durations import expected
 
 DOUBTED_FOR = timedelta(days=7)  # that a start is looked back for in whose place another one was started
@@ -36,8 +36,8 @@ class History:
         rows = self._executions.page(self._db.read(), wanted, before, size)
         return Page(rows, PageKey.of(rows[-1]) if len(rows) == size else None)
 
-    def count(self, wanted: ExecutionFilter) -> int:
-        return self._executions.count(self._db.read(), wanted)
+    def counts(self, wanted: ExecutionFilter) -> Mapping[State, int]:
+        return self._executions.counts(self._db.read(), wanted)
 
     def get(self, execution_id: int) -> Execution | None:
         """Its present row; None if it was deleted."""

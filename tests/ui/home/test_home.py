@@ -13,7 +13,7 @@ from app.screens.home.cards import FinishedRow, PlannedRow, RobotHead
 from app.screens.home.facts import HomeFacts, read
 from app.widgets.buttons import CommandButton
 from app.widgets.frame import AlarmBanner, TopBar
-from app.widgets.rows import LogRow, OptionRow, RobotChip, ScheduleRow
+from app.widgets.rows import OptionRow, RobotChip, ScheduleRow
 from tests.ui.home.operator import press, run
 
 
@@ -148,8 +148,7 @@ def test_an_ended_run_opens_its_story_in_logs(home, ui):
     (execution,) = home.site.container.history.last_finished(1)
     ui.tap(ui.find(FinishedRow))
     assert home.shell.navigator.current == "logs"
-    ui.wait(lambda: ui.find_all(LogRow, opened=True))
-    assert ui.find(LogRow, opened=True).key == execution.id
+    ui.wait(lambda: home.shell.navigator.screen("logs").vm.story.key == execution.id)
 
 
 def test_a_planned_start_opens_its_schedule(home, ui):

@@ -11,7 +11,7 @@ from app.widgets.fields import FormField
 from app.widgets.flow import PositionRow
 from app.widgets.frame import AlarmBanner, TopBar
 from app.widgets.positions import PositionsMap
-from app.widgets.rows import LogRow, OptionRow, RobotChip
+from app.widgets.rows import OptionRow, RobotChip
 from tests.ui.home.operator import choose, press, rows, run, visible_rows
 from tests.ui.whole_app import GUIDS, api
 
@@ -212,7 +212,7 @@ def test_the_opened_run_shows_its_destination_by_name(home, ui):
     ui.wait(lambda: any(mission == "Go to position · Press" for mission, _origin in rows(ui)))
     (execution,) = home.site.container.history.open()
     home.shell.go("logs", execution_id=execution.id)
-    ui.wait(lambda: any(row.opened and row.message.startswith("Position: Press\n") for row in ui.find_all(LogRow)))
+    ui.wait(lambda: home.shell.navigator.screen("logs").vm.story.note == "Position: Press")
 
 
 def test_a_mission_that_is_not_in_the_list_is_fetched_from_a_robot(home, ui, monkeypatch):

@@ -1,23 +1,26 @@
-"""The page of figures in the Logs, by taps on real services at an invented plant on Friday 20 Nov 2026, 14:38."""
+"""The key figures in the Logs, by taps on real services at an invented plant on Friday 20 Nov 2026, 14:38."""
 
 from __future__ import annotations
 
+from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 
 import pytest
 
-from app.domain.models import ReasonCode
-from app.screens.logs.cards import FiguresPart, MoreCard, RunsList, RunsPart
+from app.domain.models import State
+from app.screens.logs.cards import FiguresPart, RunsPart, SetFilter
 from app.services.history.kpis import KpiFilter
-from app.widgets.buttons import ChoiceChip, CommandButton, IconButton, Segment
+from app.widgets.buttons import CommandButton, MenuChip
+from app.widgets.charts import RobotBars, StackedBars
 from app.widgets.dialogs import ChoiceDialog
-from app.widgets.figure_charts import RankRow, TrendRow
+from app.widgets.figure_charts import CauseRow, TrendRow
 from app.widgets.figures import FigureCard, FigureDialog
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
-from tests.support import month
 from tests.ui import checks
-from tests.ui.logbook import reset_logs, tap
+from tests.ui.logbook import choose_tab, reset_logs, runs_of, settle, tap
+
+WEEK = KpiFilter(start=datetime(2026, 11, 13, 22, tzinfo=UTC))  # Saturday's midnight there
 
 
 @pytest.fixture
@@ -26,82 +29,103 @@ def screen(logs, ui):
     return logs
 
 
-def texts(ui, kind) -> list[str]:
-    return [row.label for row in sorted(ui.find_all(kind), key=lambda row: -row.to_window(0, row.y)[1])]
+def choose(app, ui, chip: str, option: str) -> None:
+    tap(app, ui, ui.find(MenuChip, text=chip))
+    tap(app, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text=option))
 
 
-def test_the_figures_take_the_place_of_the_runs_and_the_cards_stay(screen, ui):
+def tap_part(app, ui, chart, key) -> None:
+    """Tap the part of a chart, wherever on the page it is."""
+    page = next(above for above in checks.parents(chart) if hasattr(above, "scroll_to"))
+    page.scroll_to(chart, animate=False)
+    ui.advance(0.3)
+    x, y, width, height = next(box[:4] for box in chart.boxes if box[4] == key)
+    ui.tap_at(*chart.to_window(x + width / 2, y + height / 2))
+    settle(app, ui)
+
+
+def test_figures_take_the_place_of_the_runs(screen, ui):
     assert not ui.find_all(RunsPart)
-    assert len(ui.find_all(FigureCard)) == 5
-    assert {card.title for card in ui.find_all(MoreCard)} == {
-        "Reasons for failure",
-        "Schedule adherence",
-        "Starting and waiting",
-        "Utilisation",
-        "Duration of missions",
-    }
-    tap(screen, ui, ui.find(Segment, text="Runs"))
-    assert ui.find_all(RunsList)
+    assert [card.label for card in ui.find_all(FigureCard)] == ["Success", "Duration", "Missions", "In use", "On time"]
+    choose_tab(screen, ui, "runs")
     assert not ui.find_all(FiguresPart)
 
 
-def test_failures_are_ranked_and_their_shares_add_up(screen, container, ui):
-    tap(screen, ui, ui.find(Segment, text="30 days"))
-    start = next(day.day for day in screen.logs._figures.days)
-    assert screen.logs._figures.first_day == start
-    card = ui.find(MoreCard, title="Reasons for failure")
-    rows = ui.find_all(RankRow, root=card)
-    causes = screen.logs._more.causes
-    assert sorted((row.value for row in rows), key=int) == sorted((str(cause.number) for cause in causes), key=int)
-    assert "Failed to reach goal position …" in {row.label for row in rows}
-    assert sum(row.share for row in rows) == pytest.approx(1)
-    assert next(row.detail for row in rows if row.label == "Failed to reach goal position …").startswith("Dock ")
-    assert sum(cause.number for cause in causes) == screen.logs._figures.facts.failed
+def test_a_figure_is_set_against_as_long_before_if_the_history_reaches_so_far(screen, container, ui):
+    now = container.clock.now()
+    before = container.kpis.facts(KpiFilter(datetime(2026, 11, 6, 22, tzinfo=UTC), now - timedelta(days=7)))
+    after = container.kpis.facts(WEEK)
+    points = (after.value("success") - before.value("success")) * 100
+    card = ui.find(FigureCard, label="Success")
+    assert card.change == f"{'▲' if points > 0 else '▼'} {abs(points):.1f} vs. last week"
+    assert len({card.height for card in ui.find_all(FigureCard)}) == 1
+    choose(screen, ui, "7 days", "30 days")
+    assert {card.change for card in ui.find_all(FigureCard)} == {""}  # 30 days of history are not 60
 
 
-def test_why_planned_runs_did_not_run_is_shown(screen, container, ui):
-    rows = ui.find_all(RankRow, root=ui.find(MoreCard, title="Schedule adherence"))
-    not_run = screen.logs._figures.facts.not_run
-    assert [int(row.value) for row in rows] == list(not_run.values())
-    assert list(not_run) == [ReasonCode.BATTERY_LOW]
-
-
-def test_a_mission_is_shown_with_what_is_usual(screen, container, ui):
-    rows = {row.mission: row for row in ui.find_all(TrendRow)}
-    assert "As usual: 6 min 21 s" in rows["Deliver kits to line 2"].note
-    assert len(rows["Deliver kits to line 2"].points) == 5
-    expected = container.kpis.trends(KpiFilter(start=month.NOW.replace(day=13, hour=22, minute=0, second=0)))
-    assert rows.keys() == {trend.mission for trend in expected}
-
-
-@pytest.mark.parametrize(
-    ("title", "beginning"),
-    [
-        ("Reasons for failure", "All failed runs by their reason"),
-        ("Schedule adherence", "Planned starts that reached the robot"),
-        ("Starting and waiting", "The newest 5,000"),
-        ("Duration of missions", "The median duration"),
-    ],
-)
-def test_a_tap_explains_a_figure(screen, ui, title, beginning):
-    card = ui.find(MoreCard, title=title)
-    column = next(above for above in _above(card) if hasattr(above, "scroll_to"))
-    button = ui.find(IconButton, root=card)
-    column.scroll_to(button, animate=False)
-    ui.advance(0.3)
-    tap(screen, ui, button)
+def test_a_figure_says_what_it_means(screen, ui):
+    tap(screen, ui, ui.find(FigureCard, label="On time"))
     dialog = ui.find(FigureDialog)
-    assert dialog.text.startswith(beginning)
-    assert dialog.rows[-1].label == "Period"
-    assert dialog.rows[-1].value == "Sat 14 Nov – Fri 20 Nov"
+    assert dialog.text.startswith("Planned starts that reached the robot")
+    assert {"Planned", "Ran"} <= {line.label for line in dialog.rows}
+    assert (dialog.rows[-1].label, dialog.rows[-1].value) == ("Period", "Sat 14 Nov – Fri 20 Nov")
+    ui.key(27)
+    assert not ui.find_all(FigureDialog)
 
 
-def _above(widget):
-    while widget.parent is not None and widget.parent is not widget:
-        widget = widget.parent
-        yield widget
+def test_use_is_one_figure_wherever_it_is_shown(screen, ui):
+    """The card, the bar and the explanation agree, for all robots together and for one."""
+    bars = ui.find(RobotBars).rows
+    low, high = min(bar.busy for bar in bars), max(bar.busy for bar in bars)
+    whole = float(ui.find(FigureCard, label="In use").value.partition("[")[0])
+    assert low * 100 - 1 <= whole <= high * 100 + 1
+    choose(screen, ui, "All robots", "Sisu")
+    [bar] = ui.find(RobotBars).rows
+    assert ui.find(FigureCard, label="In use").value.partition("[")[0] == bar.share.partition(" ")[0]
+    tap(screen, ui, ui.find(FigureCard, label="In use"))
+    assert [line.label for line in ui.find(FigureDialog).rows] == ["Sisu", "Period"]
 
 
+# ---------------------------------------------------------------------- to the runs
+def test_a_cause_leads_to_its_runs(screen, ui):
+    choose(screen, ui, "7 days", "30 days")
+    assert sum(cause.number for cause in screen.logs._figures.causes) == screen.logs._figures.facts.failed
+    row = ui.find_all(CauseRow)[0]
+    number, label = int(row.number), row.label
+    tap(screen, ui, row)
+    assert label in [chip.text for chip in ui.find_all(SetFilter)]
+    assert len(runs_of(screen)) == number
+    assert {run.state for run in screen.logs._facts.rows} == {State.FAILED}
+
+
+def test_a_day_leads_to_its_runs(screen, ui):
+    chart = ui.find(StackedBars)
+    thursday = next(day for day in chart.days if day.key == date(2026, 11, 19))
+    tap_part(screen, ui, chart, thursday.key)
+    assert [item.title for item in screen.logs.rows if not item.opens] == ["Yesterday"]
+    assert sum(run.state is State.COMPLETED for run in screen.logs._facts.rows) == thursday.completed
+
+
+def test_a_robot_leads_to_its_runs(screen, ui):
+    chart = ui.find(RobotBars)
+    sisu = next(bar.key for bar in chart.rows if bar.robot == "Sisu")
+    tap_part(screen, ui, chart, sisu)
+    assert {item.place for item in runs_of(screen)} == {"Sisu"}
+
+
+def test_a_mission_leads_to_its_runs_and_is_shown_with_what_is_usual(screen, container, ui):
+    rows = {row.mission: row for row in ui.find_all(TrendRow)}
+    assert rows.keys() == {trend.mission for trend in container.kpis.trends(WEEK)}
+    row = rows["Deliver kits to line 2"]
+    assert (row.value, len(row.points)) == ("6 min", 5)
+    assert row.band is not None
+    next(above for above in checks.parents(row) if hasattr(above, "scroll_to")).scroll_to(row, animate=False)
+    ui.advance(0.3)
+    tap(screen, ui, row)
+    assert {item.title for item in runs_of(screen)} == {"Deliver kits to line 2"}
+
+
+# ---------------------------------------------------------------------- the shift report
 @pytest.mark.parametrize(
     ("choice", "words"), [("This shift", "06:38–14:38"), ("Yesterday", "Thu 19 Nov 00:00 – Fri 20 Nov 2026 00:00")]
 )
@@ -109,9 +133,9 @@ def test_a_report_is_written_and_the_file_named(screen, ui, tmp_path, monkeypatc
     documents = tmp_path / "Documents"
     documents.mkdir()
     monkeypatch.setattr("app.services.files.exports.platformdirs.user_documents_path", lambda: documents)
-    tap(screen, ui, ui.find(ChoiceChip, text="All robots"))
+    tap(screen, ui, ui.find(MenuChip, text="All robots"))
     tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text="Aino"))
-    tap(screen, ui, ui.find(CommandButton, text="Report"))
+    tap(screen, ui, ui.find(CommandButton, text="Shift report"))
     dialog = ui.find(ChoiceDialog)
     assert dialog.title == "Shift report, Aino"
     tap(screen, ui, ui.find(OptionRow, dialog, text=choice))
@@ -137,11 +161,7 @@ def test_a_report_that_cannot_be_written_says_why_in_one_sentence(screen, ui, mo
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("app.services.files.exports.draft_of", no_room)
-    tap(screen, ui, ui.find(CommandButton, text="Report"))
+    tap(screen, ui, ui.find(CommandButton, text="Shift report"))
     tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text="Today"))
     assert "No space left on device" in ui.find(Snackbar).text
-    assert not ui.find(CommandButton, text="Report").busy
-
-
-def test_nothing_overlaps_or_is_too_small(screen, ui):
-    assert checks.problems(screen.shell.navigator.screen("logs")) == []
+    assert not ui.find(CommandButton, text="Shift report").busy

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from dataclasses import replace
 from datetime import timedelta
-from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
 from app.domain.models import Group, State, Trigger
-from app.screens.logs.cards import GroupCard
+from app.screens.logs.cards import SetFilter
 from app.screens.logs.of_groups import OfGroup
-from app.widgets.buttons import CommandButton, MenuChip, Segment
+from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog
-from app.widgets.rows import LogRow, OptionRow, StoryStep
+from app.widgets.figures import FigureCard, FigureDialog
+from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from tests.support.stored import Stored
-from tests.ui.logbook import reset_logs, settle, tap
+from tests.ui.logbook import choose_tab, reset_logs, rows, runs_of, settle, tap
 
 
 @pytest.fixture
@@ -52,36 +52,25 @@ def hall(logs, container, ui):
 
 
 def test_runs_of_a_group_are_found_and_say_why_that_robot_came(logs, container, hall, ui):
-    everything = logs.logs.count_text
-    tap(logs, ui, ui.find(MenuChip, text="All robots"))
-    ui.wait(lambda: ui.find_all(ChoiceDialog))
-    ui.advance(0.3)
-    ui.tap(ui.find(OptionRow, text="Any of Hall 1"))
+    logs.logs.choose_robot()
     settle(logs, ui)
-    assert logs.logs.count_text == "1 run, newest first" != everything
-    assert {card.key: card.note for card in logs.logs.kpis}["success"].startswith("1 of 1 ended run")
-    (row,) = ui.find_all(LogRow)
-    assert row.mission == "For any robot"
-    tap(logs, ui, row)
+    tap(logs, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text="Any of Hall 1"))
+    [item] = runs_of(logs)
+    assert item.title == "For any robot"
+    tap(logs, ui, rows(ui)[0])
     names = [robot.name for robot in container.catalogue.robots()]
-    assert f"{names[0]}: free now; {names[1]}: no answer" in [step.note for step in ui.find(LogRow).steps]
-    assert ui.find(LogRow).steps[0].note.endswith(" · any of Hall 1")
-    assert "Chosen" in [step.label for step in ui.find(LogRow).steps]
-    steps = sorted(ui.find_all(StoryStep), key=lambda step: step.x)
-    assert all(right.x - max(words.right for words in left.children) >= 8 for left, right in pairwise(steps))
-    tap(logs, ui, ui.find(MenuChip, text="Any of Hall 1"))
-    ui.wait(lambda: ui.find_all(ChoiceDialog))
-    ui.advance(0.3)
-    ui.tap(ui.find(OptionRow, text="All robots"))
-    settle(logs, ui)
-    assert logs.logs.count_text == everything
+    steps = {step.title: step.support for step in logs.logs.story.steps}
+    assert steps["Chosen"] == f"{names[0]}: free now; {names[1]}: no answer"
+    assert steps["Planned"].endswith(" · any of Hall 1")
+    tap(logs, ui, ui.find(SetFilter, text="Any of Hall 1"))
+    assert len(runs_of(logs)) > 1
 
 
 def test_the_shift_report_is_of_the_group_that_is_looked_at(logs, hall, ui, tmp_path, monkeypatch):
     monkeypatch.setattr("app.services.files.exports.platformdirs.user_documents_path", lambda: tmp_path)
     logs.logs.set_filters(group=OfGroup(hall.name, hall.members))
-    settle(logs, ui)
-    tap(logs, ui, ui.find(CommandButton, text="Report"))
+    choose_tab(logs, ui, "figures")
+    tap(logs, ui, ui.find(CommandButton, text="Shift report"))
     dialog = ui.find(ChoiceDialog)
     assert dialog.title == "Shift report, Any of Hall 1"
     tap(logs, ui, ui.find(OptionRow, dialog, text="7 days"))
@@ -96,9 +85,7 @@ def test_the_shift_report_is_of_the_group_that_is_looked_at(logs, hall, ui, tmp_
     settle(logs, ui)
 
 
-def test_the_figures_of_a_group_have_a_card_where_there_are_any(logs, container, hall, ui):
-    tap(logs, ui, ui.find(Segment, text="Figures"))
-    assert not ui.find_all(GroupCard)  # a run by hand is not a planned start
+def test_the_figures_of_a_group_are_among_the_numbers_of_what_ran_on_time(logs, container, hall, ui):
     now, run = container.clock.now(), container.history.last_finished(1)[0]
     planned = replace(
         run,
@@ -115,7 +102,6 @@ def test_the_figures_of_a_group_have_a_card_where_there_are_any(logs, container,
     )
     container.db.write(lambda c: container.repositories.executions.add(c, planned))
     reset_logs(logs, ui, "figures")
-    ui.wait(lambda: ui.find_all(GroupCard))
-    card = ui.find(GroupCard)
-    assert (card.title, card.note) == ("Any of Hall 1", "1 start")
-    assert "Started within 1 min of plan" in [row.label for row in card.rows]
+    tap(logs, ui, ui.find(FigureCard, label="On time"))
+    lines = [(line.label, line.value) for line in ui.find(FigureDialog).rows if line.note == "Any of Hall 1"]
+    assert lines[0][0] == "Started within 1 min of plan"

@@ -9,8 +9,8 @@ import pytest
 from app.database.executions import ExecutionFilter
 from app.screens.logs import screen as screen_module
 from app.screens.logs.cards import RunsList
-from app.widgets.buttons import Segment
-from tests.ui.logbook import failures, reset_logs, settle, tap
+from app.screens.logs.view import Period
+from tests.ui.logbook import failures, reset_logs, runs_of, settle
 
 pytestmark = pytest.mark.long
 
@@ -38,32 +38,34 @@ def held_back(monkeypatch, name: str):
 
 
 def test_rows_that_were_loaded_stay_when_a_reading_from_before_arrives(screen, ui, monkeypatch):
-    tap(screen, ui, ui.find(Segment, text="All"))
+    screen.logs.set_filters(period=Period.ALL)
+    settle(screen, ui)
     go_on, begun = held_back(monkeypatch, "read_facts")
     screen.logs._runs_refresher.read()  # as after any change
     ui.wait(begun.is_set)
     ui.find(RunsList).scroll_y = 0
-    ui.wait(lambda: len(screen.logs.rows) == 200)
+    ui.wait(lambda: len(runs_of(screen)) == 200)
     seen = []
-    screen.logs.fbind("rows", lambda _logs, rows: seen.append(len(rows)))
+    screen.logs.fbind("rows", lambda *_: seen.append(len(runs_of(screen))))
     go_on.set()
     settle(screen, ui)
-    assert len(screen.logs.rows) == 200
+    assert len(runs_of(screen)) == 200
     assert {*seen, 200} == {200}
 
 
 @pytest.mark.usefixtures("put_back")
 def test_no_row_is_missing_where_a_run_has_begun_while_more_were_loaded(screen, container, ui, monkeypatch):
-    tap(screen, ui, ui.find(Segment, text="All"))
+    screen.logs.set_filters(period=Period.ALL)
+    settle(screen, ui)
     go_on, begun = held_back(monkeypatch, "read_next_page")
     ui.find(RunsList).scroll_y = 0
     ui.wait(begun.is_set)
     mission, robot = container.catalogue.missions()[0], container.catalogue.robots()[0]
     new = container.operator.run_now(robot.id, mission.id, {})
-    ui.wait(lambda: screen.logs.rows[0].key == new.id)
+    ui.wait(lambda: runs_of(screen)[0].key == new.id)
     go_on.set()
     settle(screen, ui)
-    shown = [row.key for row in screen.logs.rows]
+    shown = [item.key for item in runs_of(screen)]
     assert len(shown) == 200
     assert shown == [row.id for row in container.history.page(ExecutionFilter(), size=200).rows]
 
@@ -71,9 +73,9 @@ def test_no_row_is_missing_where_a_run_has_begun_while_more_were_loaded(screen, 
 @pytest.mark.parametrize(
     "then",
     [
-        lambda screen, ui: ui.tap(ui.find(Segment, text="Today")),
+        lambda screen, ui: screen.logs.set_filters(period=Period.TODAY),
         lambda screen, ui: screen.shell.go("home"),
-        lambda screen, ui: screen.logs.choose_part("robots"),
+        lambda screen, ui: screen.logs.choose_part("activity"),
         lambda screen, ui: screen.logs.search("Aino"),
     ],
     ids=["filter", "screen", "part", "search"],

@@ -55,7 +55,7 @@ class World:
 
     def row(self, schedule: Schedule, state: State = State.WAITING) -> Execution:
         now = self.clock.now()
-        number = EXECUTIONS.count(self.db.read(), self.every) + 1
+        number = sum(EXECUTIONS.counts(self.db.read(), self.every).values()) + 1
         execution = Execution(
             Trigger.SCHEDULED,
             schedule.robot_id,

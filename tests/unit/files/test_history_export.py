@@ -48,7 +48,7 @@ def db(tmp_path):
 
 
 def add(db, **values) -> Execution:
-    number = ExecutionRepository().count(db.read(), ExecutionFilter()) + 1
+    number = sum(ExecutionRepository().counts(db.read(), ExecutionFilter()).values()) + 1
     row = replace(PLAIN, **{"token": f"token-{number}", "schedule_id": number, **values})
     return db.write(lambda c: ExecutionRepository().add(c, row))
 

@@ -1,0 +1,48 @@
+"""What the design of the Logs promises, counted from the widgets: words, lists, sizes of text, targets, filled buttons."""
+
+from __future__ import annotations
+
+import pytest
+from kivy.core.window import Window
+
+from tests.ui import checks, looks
+from tests.ui.logbook import TABS, reset_logs, settle
+
+MOST_WORDS = {"runs": 115, "figures": 75, "activity": 65}
+SIZES = ((1280, 800), (1024, 600), (800, 1280))
+
+
+@pytest.fixture(params=SIZES, ids="{0[0]}x{0[1]}".format)
+def size(request, ui):
+    before = Window.size
+    Window.size = request.param
+    ui.advance(0.2)
+    yield request.param
+    Window.size = before
+    ui.advance(0.2)
+
+
+@pytest.mark.parametrize("part", TABS)
+def test_a_tab_keeps_to_what_the_design_allows(logs, ui, size, part):
+    reset_logs(logs, ui, part)
+    screen = logs.shell.navigator.screen("logs")
+    if size != (800, 1280):  # a narrow page has room for more rows
+        assert len(looks.words(screen)) <= MOST_WORDS[part]
+    assert looks.scrolls(screen) == []
+    assert looks.sizes(screen) <= looks.SIZES
+    assert looks.targets(screen) == []
+    assert looks.filled(screen) == []
+    assert checks.problems(screen) == []
+    assert not [text for text in ui.texts(screen) if "…" in text]
+
+
+def test_the_story_of_a_run_keeps_to_it_too(logs, ui, size):
+    reset_logs(logs, ui)
+    logs.logs.open_story(next(run.id for run in logs.logs._facts.rows if run.state == "failed"))
+    settle(logs, ui)
+    screen = logs.shell.navigator.screen("logs")
+    if size != (800, 1280):
+        assert len(looks.words(screen)) <= MOST_WORDS["runs"]
+    assert looks.sizes(screen) <= looks.SIZES
+    assert looks.targets(screen) == []
+    assert checks.problems(screen) == []
