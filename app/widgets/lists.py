@@ -226,9 +226,6 @@ class ScrollRows(FloatLayout):
     data = ListProperty()
     spacing = NumericProperty(0)
     direction = OptionProperty("y", options=("x", "y"))
-    bar_margin = NumericProperty(
-        0
-    )  # px between the bar and the right edge; < 0: outside, in the padding around the rows
     paged = BooleanProperty(False)  # a strip that does not fit
 
     __events__ = ("on_action",)

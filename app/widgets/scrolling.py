@@ -1,9 +1,6 @@
 """Scrolling: a scroll view that handles touches as fingers expect, and a page of one column."""
 
-from functools import lru_cache
-
 from kivy.effects.scroll import ScrollEffect
-from kivy.graphics.texture import Texture
 from kivy.metrics import dp
 from kivy.properties import AliasProperty, NumericProperty, VariableListProperty
 from kivy.uix.scrollview import ScrollView
@@ -14,26 +11,8 @@ WHEEL_WAYS = {"scrollup": 1, "scrolldown": -1}  # by kivy's names, which are the
 FAR = 1e6  # px, where nothing is
 
 
-@lru_cache(maxsize=1)
-def shade() -> Texture:
-    """From black at its lower edge to nothing at its upper one."""
-    texture = Texture.create(size=(1, 16), colorfmt="rgba")
-
-    def fill(texture: Texture) -> None:
-        texture.blit_buffer(
-            bytes(part for row in range(16) for part in (0, 0, 0, 255 * (15 - row) // 15)),
-            colorfmt="rgba",
-            bufferfmt="ubyte",
-        )
-
-    fill(texture)
-    texture.add_reload_observer(fill)  # a tablet may lose its graphics while it sleeps
-    return texture
-
-
 class CalmScroll(ScrollView):
-    """A scroll view that doesn't overshoot, with a thin bar, and a shade at its lower edge while there is
-    ``more_below``.
+    """A scroll view that doesn't overshoot, with a line at its lower edge while there is ``more_below``.
 
     A resting finger presses what is under it. If it drags later, it scrolls and has pressed nothing, unless the widget
     under it ``keeps_drag``. A widget that ``takes_at_once`` gets touches without a rest.
@@ -44,7 +23,6 @@ class CalmScroll(ScrollView):
     """
 
     wheel_way = 0
-    shade = staticmethod(shade)
 
     def _has_more_below(self) -> bool:
         return bool(self.do_scroll_y) and (self.viewport_size[1] - self.height) * self.scroll_y > dp(2)

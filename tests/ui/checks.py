@@ -2,7 +2,7 @@
 
 Clipped text, broken words, text under 14 sp, text and widgets that leave their place or overlap in their box, touch targets under 48 dp
 (64 with gloves), gaps between targets under 8 dp, hidden widgets that swallow touches, and the contrast of every pair of colours that the
-widgets use; fields that are not level, and bars over buttons. What else a canvas draws it does not see.
+widgets use; fields that are not level. What else a canvas draws it does not see.
 """
 
 from __future__ import annotations
@@ -21,7 +21,6 @@ from kivy.uix.scrollview import ScrollView
 from kivy.uix.textinput import TextInput
 from kivy.uix.widget import Widget
 
-from app.widgets.buttons import CommandButton
 from app.widgets.fields import Field
 from app.widgets.surfaces import Passive
 from app.widgets.text import SEAM, line_width
@@ -99,7 +98,7 @@ def problems(root: Widget) -> list[str]:
         if isinstance(widget, BoxLayout):
             found += _box_problems(widget)
         found += _level_problems(widget)
-    return [*found, *_gap_problems(targets), *_bar_problems(targets), *swallowed_touches(root)]
+    return [*found, *_gap_problems(targets), *swallowed_touches(root)]
 
 
 # ---------------------------------------------------------------------- touches
@@ -260,24 +259,6 @@ def _gap_problems(targets: list[tuple[Widget, tuple[Widget, ...]]]) -> Iterator[
 def _is_divided(widget: Widget) -> bool:
     """A line separates it from the next row."""
     return any(kind.__name__ in DIVIDED for kind in type(widget).__mro__)
-
-
-def _bar_problems(targets: list[tuple[Widget, tuple[Widget, ...]]]) -> Iterator[str]:
-    """Edges of buttons under the bar of what scrolls them; a row has a margin for it."""
-    for widget, above in targets:
-        if not isinstance(widget, CommandButton) or widget.line_color[3] == 0:
-            continue
-        for view in above:
-            if (
-                isinstance(view, ScrollView)
-                and view.bar_width
-                and view.do_scroll_y
-                and view.viewport_size[1] > view.height + SLACK
-            ):
-                bar = area(view)[2] - view.bar_margin
-                _left, low, right, high = area(widget)
-                if right > bar - view.bar_width + SLACK and min(high, area(view)[3]) - max(low, area(view)[1]) > SLACK:
-                    yield f"the bar of {name_of(view)} lies on {name_of(widget)}: {bar - view.bar_width:.0f}–{bar:.0f} / {right:.0f}"
 
 
 def _one_field(a_above: tuple[Widget, ...], b_above: tuple[Widget, ...]) -> bool:

@@ -86,18 +86,3 @@ def test_fields_that_are_not_level_are_found(ui):
                 label: 'Right'""",
     )
     assert [found for found in checks.problems(root) if "level" in found]
-
-
-def test_only_a_bar_over_an_edge_is_found(ui):
-    root = laid_out(
-        ui,
-        """ScrollView:
-            bar_width: 4
-            CommandButton:
-                style: 'outlined'
-                text: 'Go'
-                height: 900""",
-    )
-    assert [found for found in checks.problems(root) if "the bar of" in found]
-    root.children[0].children[0].bar_margin = -12
-    assert not [found for found in checks.problems(root) if "the bar of" in found]

@@ -8,24 +8,22 @@ from kivy.uix.widget import Widget
 from app.widgets.scrolling import CalmScroll, ScrollPage
 
 
-def shade_of(view: CalmScroll) -> float:
-    """How dark the lower edge is drawn."""
-    drawn = view.canvas.after.children
-    at = next(n for n, one in enumerate(drawn) if getattr(one, "texture", None) is view.shade())
-    return next(one.a for one in reversed(drawn[:at]) if hasattr(one, "a"))
+def line_of(view: CalmScroll) -> float:
+    """How opaque the line at the lower edge is."""
+    return next(one.a for one in reversed(view.canvas.after.children) if hasattr(one, "a"))
 
 
 @pytest.mark.parametrize(
     ("height", "scroll_y", "more"), [(500, 1, True), (500, 0.5, True), (500, 0, False), (200, 1, False)]
 )
-def test_a_page_is_shaded_where_more_follows(ui, height, scroll_y, more):
+def test_a_page_has_a_line_where_more_follows(ui, height, scroll_y, more):
     page = ui.show(ScrollPage(), (300, 240))
     page.add_widget(Widget(size_hint_y=None, height=height))
     ui.advance(0.1)
     page.scroll_y = scroll_y
     ui.advance(0.1)
     assert page.more_below is more
-    assert (shade_of(page) > 0) is more
+    assert (line_of(page) > 0) is more
 
 
 def test_a_scrolled_page_that_has_room_after_all_lies_at_its_upper_edge(ui):

@@ -124,7 +124,7 @@ class FleetGrid(PanelGrid):
     def _least(self) -> tuple[float, float]:
         """Width and height of a cell: "Robot 44" fits at any size of text, and where there are hundreds "Robot 118"."""
         if self.wide:
-            return sp(150), sp(74)
+            return sp(150), sp(72)
         return sp(96 if self.is_grouped else 88), max(tk.h_touch, sp(56 if self.low else 68))
 
     @property
@@ -184,7 +184,7 @@ class FleetPage(BoxLayout):
     """What needs a person beside the cells, in a tall window above them; ``vm`` is a FleetViewModel."""
 
     vm = ObjectProperty(FleetState(), rebind=True)
-    low = BooleanProperty(False)
+    low = BooleanProperty(False)  # as a screen's
     tall = BooleanProperty(False)
     pane_width = NumericProperty(0)
     scrolls_heads = BooleanProperty(False)  # where all would leave the cells little room
