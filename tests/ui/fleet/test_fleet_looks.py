@@ -6,7 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from app.screens.home.fleet_page import FleetPage, NameLine
+from app.screens.frame.facts import OpenIssues
+from app.screens.home.fleet_page import FleetPage, NameLine, RobotCell
+from app.widgets.list_row import ListRow
 from tests.screenshots.fleet import fleet
 from tests.support import fleet_facts as sample
 from tests.ui import checks
@@ -52,3 +54,12 @@ def test_a_short_name_is_whole_at_any_size_of_text(ui, size, scale):
         names = [line for line in ui.find_all(NameLine) if line.text.startswith("Robot ")]
         assert names
         assert [line._label.text for line in names] == [line.text for line in names]
+
+
+@pytest.mark.parametrize(("facts", "rows"), [("trouble", 6), ("well", 0)])
+def test_all_fifty_and_all_that_needs_a_person_are_seen_at_once(ui, facts, rows):
+    with window(ui, WIDE, 1.0, "en") as rig:
+        fleet(rig, FACTS[facts], issues=OpenIssues())
+        ui.advance(0.5)
+        assert [checks.is_seen(row) for row in ui.find_all(ListRow)] == [True] * rows
+        assert len([cell for cell in ui.find_all(RobotCell) if checks.is_seen(cell)]) == 50
