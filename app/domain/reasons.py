@@ -70,7 +70,7 @@ _TEMPLATES: Mapping[ReasonCode, Sequence[Template]] = MappingProxyType(
         ReasonCode.USER_CANCELLED: (((), "Cancelled by a person"),),
         ReasonCode.QUEUE_CLEARED: (((), "Cancelled with the robot's whole queue"),),
         ReasonCode.SCHEDULE_CHANGED: (
-            (("idle",), "Idle automation was changed or switched off while it waited"),
+            (("idle",), "The idle mission was changed or switched off while it waited"),
             (("deleted",), "Its schedule was deleted while it waited"),
             (("switched_off",), "Its schedule was switched off while it waited"),
             (("changed",), "Its schedule was changed while it waited"),

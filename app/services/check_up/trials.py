@@ -154,7 +154,7 @@ class Trials:
         if outcome.stays_paused:
             return amber(
                 "Nothing of the trial is left on it; it is paused",
-                "Release it at the robot or in the app when it may continue.",
+                "Resume it at the robot or in the app when it may continue.",
             )
         return green("Its state is the same as before: nothing is queued, no mission was left, it is not paused")
 

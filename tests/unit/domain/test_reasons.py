@@ -69,7 +69,7 @@ def in_words(code: ReasonCode, zone=HELSINKI, **details) -> str:
             {"idle": True},
             "Not needed now: the robot was used, something is planned soon, or it is a day off",
         ),
-        (ReasonCode.SCHEDULE_CHANGED, {"idle": True}, "Idle automation was changed or switched off while it waited"),
+        (ReasonCode.SCHEDULE_CHANGED, {"idle": True}, "The idle mission was changed or switched off while it waited"),
         (ReasonCode.SCHEDULE_CHANGED, {"deleted": True}, "Its schedule was deleted while it waited"),
         (
             ReasonCode.SCHEDULE_CHANGED,
