@@ -26,6 +26,7 @@ from tests.support.process import (
     configuration_of,
     environment,
     once_now,
+    prepared,
     run,
     running,
     wait_for,
@@ -189,7 +190,7 @@ def started_with_little_patience(data: Path, *arguments: object) -> subprocess.P
 def test_a_change_that_meets_another_command_takes_over_when_that_one_has_ended(data, fleet):
     """The app waits for a silent command and then makes the change: never "may have been done or not"."""
     content = configuration_of(fleet)
-    assert run(data, "--import-config", write_configuration(data.with_name("first.json"), content)).returncode == 0
+    prepared(data, content)
     fleet.robots[0].control({"fault": {"kind": "hang", "count": None}})
     first = subprocess.Popen(
         command(data, "--run-now", fleet.robots[0].name, "Home"),
@@ -222,12 +223,7 @@ def test_a_change_that_meets_another_command_takes_over_when_that_one_has_ended(
 
 def test_a_command_starts_its_mission_despite_the_robots_clock(fleet, data):
     """No round judges the clock here, so that waiting for one would be for nothing."""
-    assert (
-        run(
-            data, "--import-config", write_configuration(data.with_name("plan.json"), configuration_of(fleet))
-        ).returncode
-        == 0
-    )
+    prepared(data, configuration_of(fleet))
     fleet.robots[0].model.clock.offset = -86400.0
     done = run(data, "--run-now", fleet.robots[0].name, "Home", timeout=PATIENCE)
     assert (done.returncode, done.stderr) == (0, "")
