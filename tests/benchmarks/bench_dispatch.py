@@ -78,7 +78,6 @@ class Figures:
     wanted: int
     lateness: list[float]
     twice: int
-    own_account: int
     cpu: float
     megabytes: float
     load: float
@@ -175,7 +174,6 @@ def measure(engine: str, scenario: Scenario, seed: int) -> Figures:
         len(wanted),
         lateness,
         twice,
-        result["dropped"],
         result["cpu"],
         result["megabytes"],
         os.getloadavg()[0],

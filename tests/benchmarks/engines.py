@@ -1,7 +1,7 @@
 """The schedulers that bench_dispatch compares, each in a process of its own: ``python -m tests.benchmarks.engines NAME < spec``.
 
 All are given the same jobs and send the same POST to the same stub. One line of JSON comes back when everything is planned (the instant
-each job is due), another when ``stop`` is read from stdin (processor seconds spent since, jobs dropped by the engine's own account).
+each job is due), another when ``stop`` is read from stdin (processor seconds spent since).
 
 * ``app``: this app's Container and PollLoop over HTTP, with the durable database and its log file.
 * ``apscheduler``: APScheduler 3.x as its guide shows it, jobs in SQLite, 10 threads, the default grace of 1 s; ``apscheduler-patient``
@@ -66,10 +66,9 @@ class Spec:
 
 @dataclass
 class Planned:
-    """Everything is prepared: when each job is due, and the engine's own account of what it dropped."""
+    """Everything is prepared: when each job is due."""
 
     due: dict[str, float]
-    dropped: Callable[[], int] = lambda: 0
     moved: Callable[[], list[float]] = list  # s from a refused connection until another robot had it
 
 
@@ -148,14 +147,6 @@ def app(spec: Spec, directory: Path) -> Planned:
     container.db.write(plan)
     container.runner.wake()
 
-    def dropped() -> int:
-        c = container.db.read()
-        return int(
-            c.execute(
-                "SELECT count(*) FROM executions WHERE state IN ('failed', 'missed', 'skipped', 'cancelled')"
-            ).fetchone()[0]
-        )
-
     def moved() -> list[float]:
         rows = [row for row in r.executions.stream(container.db.read()) if row.tried and row.submitted_at]
         return [
@@ -164,27 +155,24 @@ def app(spec: Spec, directory: Path) -> Planned:
             for each in row.tried.values()
         ]
 
-    return Planned(due, dropped, moved)
+    return Planned(due, moved)
 
 
 # ---------------------------------------------------------------------- the others
 def apscheduler(spec: Spec, directory: Path, grace: int | None = 1) -> Planned:
     import logging
 
-    from apscheduler.events import EVENT_JOB_MISSED
     from apscheduler.executors.pool import ThreadPoolExecutor
     from apscheduler.jobstores.sqlalchemy import SQLAlchemyJobStore
     from apscheduler.schedulers.background import BackgroundScheduler
 
     logging.disable(logging.CRITICAL)
-    missed = []
     scheduler = BackgroundScheduler(
         timezone=UTC,
         jobstores={"default": SQLAlchemyJobStore(url=f"sqlite:///{directory}/jobs.db")},
         executors={"default": ThreadPoolExecutor(10)},
         job_defaults={"misfire_grace_time": grace},
     )
-    scheduler.add_listener(missed.append, EVENT_JOB_MISSED)
     scheduler.start(paused=True)
     far, began = datetime.now(UTC) + timedelta(days=3), time.time()
     idle_jobs = max(spec.idle_jobs, 200)
@@ -204,7 +192,7 @@ def apscheduler(spec: Spec, directory: Path, grace: int | None = 1) -> Planned:
     if time.time() > begin:
         raise RuntimeError("storing the jobs took longer than expected")
     scheduler.resume()
-    return Planned(due, lambda: len(missed))
+    return Planned(due)
 
 
 def apscheduler_patient(spec: Spec, directory: Path) -> Planned:
@@ -248,16 +236,13 @@ def thesis(spec: Spec, directory: Path, poll: float = 30.0, tries: int = 3) -> P
     rows += [(f"later {n}", 0, begin + 3 * 86400) for n in range(spec.idle_jobs)]
     db.executemany("INSERT INTO scheduled (name, robot, due) VALUES (?, ?, ?)", rows)
     db.commit()
-    dropped = []
 
     def poll_scheduler() -> None:
         for name, robot, instant, tried in db.execute("SELECT name, robot, due, tries FROM scheduled").fetchall():
             if time.time() < instant:
                 continue
-            if (sent := post(spec.robots[robot], name)) or tried + 1 >= tries:
+            if post(spec.robots[robot], name) or tried + 1 >= tries:
                 db.execute("DELETE FROM scheduled WHERE name = ?", (name,))
-                if not sent:
-                    dropped.append(name)
             else:
                 db.execute("UPDATE scheduled SET tries = tries + 1 WHERE name = ?", (name,))
             db.commit()
@@ -270,7 +255,7 @@ def thesis(spec: Spec, directory: Path, poll: float = 30.0, tries: int = 3) -> P
             next_poll = max(next_poll + poll, time.time())
 
     threading.Thread(target=loop, daemon=True).start()
-    return Planned(due, lambda: len(dropped))
+    return Planned(due)
 
 
 ENGINES: dict[str, Callable[[Spec, Path], Planned]] = {
@@ -295,12 +280,7 @@ def main() -> None:
         print(json.dumps({"due": planned.due}), flush=True)
         sys.stdin.readline()
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-        print(
-            json.dumps(
-                {"cpu": _cpu() - before, "dropped": planned.dropped(), "moved": planned.moved(), "megabytes": peak}
-            ),
-            flush=True,
-        )
+        print(json.dumps({"cpu": _cpu() - before, "moved": planned.moved(), "megabytes": peak}), flush=True)
     os._exit(0)  # requests that still hang end with the process
 
 

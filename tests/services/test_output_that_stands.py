@@ -85,9 +85,7 @@ def test_the_answer_is_utf_8_in_any_locale(site, robot, encoding):
 
 @pytest.mark.long
 def test_other_commands_that_act_are_done_too(site):
-    path = write_configuration(
-        site.with_name("more.json"), {"format": "amr-scheduler/1", "places": [{"name": "Dock", "most": 2}]}
-    )
+    path = write_configuration(site.with_name("more.json"), {"places": [{"name": "Dock", "most": 2}]})
     for arguments in (("--import-config", path), ("--remove-pin",), ("--move-here",)):
         done = in_shell('"$@" > /dev/full', command(site, *arguments))
         assert (done.returncode, is_one_line(done.stderr)) == (0, True), arguments
@@ -121,7 +119,7 @@ def test_whatever_takes_ready_it_schedules(site, robot, output):
 
 def check_it_schedules(site: Path, robot) -> None:
     wait_for(lambda: "schedules on" in logged(site), what="the app to run")
-    import_configuration(site, {"format": "amr-scheduler/1", "schedules": [once_now("Łaźnia 東", "Home", "Now")]})
+    import_configuration(site, {"schedules": [once_now("Łaźnia 東", "Home", "Now")]})
     wait_for(lambda: started(robot) == 1, what="the robot to get its start")
 
 
@@ -208,7 +206,7 @@ def test_a_log_file_on_a_disk_that_hangs_delays_nothing(site, robot):
     try:
         assert app.stdout is not None
         assert app.stdout.readline() == b"ready\n"
-        import_configuration(site, {"format": "amr-scheduler/1", "schedules": [once_now("Łaźnia 東", "Home", "Now")]})
+        import_configuration(site, {"schedules": [once_now("Łaźnia 東", "Home", "Now")]})
         wait_for(lambda: started(robot) == 1, what="the robot to get its start")
         check_it_ends(app)
     finally:

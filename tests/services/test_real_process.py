@@ -10,7 +10,6 @@ import re
 import shutil
 import signal
 import stat
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -27,9 +26,8 @@ from tests.support.examples import at_night, first_of_each
 from tests.support.process import (
     PATIENCE,
     answer,
-    command,
+    begun,
     configuration_of,
-    environment,
     import_configuration,
     once_now,
     prepared,
@@ -68,18 +66,6 @@ def queue_of(robot) -> list[dict]:
 
 def history(data) -> list[dict]:
     return list(csv.DictReader(io.StringIO(answer(data, "--export-log", "-"))))
-
-
-def run_now(site, robot) -> subprocess.Popen[str]:
-    """The command, which goes its own way."""
-    return subprocess.Popen(
-        command(site, "--run-now", robot.name, "Home"),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        encoding="utf-8",
-        env=environment(),
-    )
 
 
 # ---------------------------------------------------------------------- killed
@@ -145,7 +131,7 @@ def test_an_answer_lost_on_the_radio_does_not_make_run_now_send_twice(site, robo
 
 
 def test_run_now_says_why_it_did_not_run(site, robot):
-    import_configuration(site, {"format": "amr-scheduler/1", "missions": [{"name": "Fly", "guid": "00000000-1"}]})
+    import_configuration(site, {"missions": [{"name": "Fly", "guid": "00000000-1"}]})
     for wanted, code, words in (
         (("R9", "Home"), 2, "no robot 'R9'"),
         ((robot.name, "Swim"), 2, "no mission 'Swim'"),
@@ -157,7 +143,7 @@ def test_run_now_says_why_it_did_not_run(site, robot):
 
 @pytest.mark.long
 def test_run_now_on_a_group_without_robots_leaves_nothing_behind_that_may_start_later(site):
-    import_configuration(site, {"format": "amr-scheduler/1", "groups": [{"name": "Hall", "robots": []}]})
+    import_configuration(site, {"groups": [{"name": "Hall", "robots": []}]})
     refusal(site, "--run-now", "Hall", "Home", code=1)
     (row,) = history(site)
     assert (row["state"], row["reason_code"]) == ("cancelled", "robot_removed")
@@ -174,7 +160,7 @@ def test_run_now_gives_up_at_the_retry_limit(data, fleet, robot):
 
 # ---------------------------------------------------------------------- import and export while the app runs
 def test_an_import_during_a_running_app_is_done_at_once_and_only_once(site, robot):
-    schedules = {"format": "amr-scheduler/1", "schedules": [once_now(robot.name, "Home", "Now")]}
+    schedules = {"schedules": [once_now(robot.name, "Home", "Now")]}
     with running(site):
         assert "Now added" in import_configuration(site, schedules)
         wait_for(lambda: len(queue_of(robot)) == 1, what="the robot has it")
@@ -188,9 +174,7 @@ def test_an_import_during_a_running_app_is_done_at_once_and_only_once(site, robo
 @pytest.mark.long
 def test_an_import_of_a_new_password_says_that_backups_hold_the_former_token(site, robot):
     def changed_to(password: str) -> str:
-        return import_configuration(
-            site, {"format": "amr-scheduler/1", "robots": [{"name": robot.name, "password": password}]}
-        )
+        return import_configuration(site, {"robots": [{"name": robot.name, "password": password}]})
 
     said = "backups made before still hold the former access tokens: the daily ones for a week, others until they are deleted\n"
     assert changed_to("another").endswith(said)
@@ -230,7 +214,7 @@ def test_a_forgotten_pin_is_removed_with_and_without_a_running_app(data):
 def test_run_now_takes_over_from_an_app_that_is_killed_before_it_answers(site, robot, is_accepted):
     with running(site) as app:
         robot.control({"fault": {"kind": "hang", "count": None}})
-        asking = run_now(site, robot)
+        asking = begun(site, "--run-now", robot.name, "Home")
         try:
             if is_accepted:
                 wait_for(lambda: any(row["trigger"] == "manual" for row in history(site)), what="the app to accept it")
@@ -251,7 +235,7 @@ def test_run_now_takes_over_from_an_app_that_is_killed_before_it_answers(site, r
 
 @pytest.mark.long
 def test_several_commands_at_one_instant_each_start_their_mission(site, robot):
-    asking = [run_now(site, robot) for _ in range(3)]
+    asking = [begun(site, "--run-now", robot.name, "Home") for _ in range(3)]
     said = [one.communicate(timeout=PATIENCE) for one in asking]
     assert [(one.returncode, stderr) for one, (_stdout, stderr) in zip(asking, said, strict=True)] == [(0, "")] * 3
     assert sorted(stdout for stdout, _stderr in said) == sorted(f"{item['id']}\n" for item in queue_of(robot))

@@ -86,7 +86,6 @@ class ChoiceSite(Site):
         self.scenario, self.is_operator_acting = scenario, False
         self.wanted: list[Wanted] = []
         self.off: list[tuple[float, float]] = []  # true times between which the tablet was off
-        self.commits = 0
         network.decisions = self.decisions
         super().__init__(
             directory, robots=scenario.robots, now=BEGIN, network=network, robot_speed=scenario.robot_speed
@@ -125,11 +124,7 @@ class ChoiceSite(Site):
     # ------------------------------------------------------------------ where something else may happen
     def _watch_commits(self) -> None:
         db: Any = self.container.db
-        db.write = shaky(db.write, self._at_commit)
-
-    def _at_commit(self, where: str) -> None:
-        self.commits += 1
-        self._point(where)
+        db.write = shaky(db.write, self._point)
 
     def _step(self) -> None:
         self._point("at rest")

@@ -39,7 +39,6 @@ WORKS = (StateId.READY, StateId.EXECUTING, StateId.ABORTED, StateId.COMPLETED, S
 class GroupJudge:
     def __init__(self, world: World, judge: Judge) -> None:
         self.world, self.judge, self.diary = world, judge, world.diary
-        self.checked_metres = 0
         self._last_called: set[str] = set()  # tokens
         self._posts: dict[str, list[Submission]] = defaultdict(list)  # by token
         self._stopped_since: dict[str, float] = {}  # robots by when they were first seen unable to work
@@ -134,10 +133,9 @@ class GroupJudge:
         [mission] = [mission for mission in MISSIONS if mission.guid == post.mission_id]
         goal, pose = STATIONS[mission.actions[0].parameters["position"]].pose, self.world.site.machines[post.robot].pose
         for chosen in row.choice.get("robots", ())[:1]:
-            if "metres" in chosen:
-                self.checked_metres += 1
-                if abs(chosen["metres"] - math.dist((pose.x, pose.y), (goal.x, goal.y))) > OFF_BY:
-                    self.judge.object(f"truth: {chosen['metres']} m were stated: {name} at {pose.x:.0f}, {pose.y:.0f}")
+            way = math.dist((pose.x, pose.y), (goal.x, goal.y))
+            if abs(chosen.get("metres", way) - way) > OFF_BY:
+                self.judge.object(f"truth: {chosen['metres']} m were stated: {name} at {pose.x:.0f}, {pose.y:.0f}")
 
     def _judge_place(self, post: Submission, name: str) -> None:
         guid = self.diary.guids[self._at_the_place]

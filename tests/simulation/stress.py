@@ -18,16 +18,16 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import mir_sim
+from tests.support.crash_drill import rows_of
 from tests.support.process import (
     ROOT,
     App,
-    command,
+    begun,
     configuration_of,
     environment,
     import_configuration,
@@ -202,17 +202,9 @@ class Stress:
         schedules = [
             once_now(self._rng.choice(fleet.robots).name, MISSION, f"import-{life}-{number}") for number in range(5)
         ]
-        path = write_configuration(
-            self._data.with_name("import.json"), {"format": "amr-scheduler/1", "schedules": schedules}
-        )
+        path = write_configuration(self._data.with_name("import.json"), {"schedules": schedules})
         app = App(self._data)
-        importing = subprocess.Popen(
-            command(self._data, "--import-config", path),
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            env=environment(),
-        )
+        importing = begun(self._data, "--import-config", path)
         time.sleep(for_seconds)
         app.kill()
         importing.communicate(timeout=300)  # a bound, no measure: the machine may be busy
@@ -246,9 +238,7 @@ class Stress:
 
     # ------------------------------------------------------------------ the judgement
     def _rows(self, sql: str) -> list[sqlite3.Row]:
-        with closing(sqlite3.connect(f"{(self._data / 'amr-scheduler.db').as_uri()}?mode=ro", uri=True)) as c:
-            c.row_factory = sqlite3.Row
-            return c.execute(sql).fetchall()
+        return rows_of(self._data, sql)
 
     def _judge(self, fleet: mir_sim.Fleet, first_seen: dict[tuple[str, int], float]) -> None:
         events = [json.loads(line) for line in self._diary.read_text().splitlines()]

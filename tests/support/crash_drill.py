@@ -16,9 +16,8 @@ from typing import Any
 import mir_sim
 from tests.support.process import (
     App,
-    command,
+    begun,
     configuration_of,
-    environment,
     import_configuration,
     once_now,
     wait_for,
@@ -77,7 +76,7 @@ def drill(
         for robot in fleet.robots:
             robot.control({"fault": None})
         # the app died during an import: importing again adds the missing parts and fires nothing twice
-        import_configuration(data_dir, {"format": "amr-scheduler/1", "schedules": schedules})
+        import_configuration(data_dir, {"schedules": schedules})
         app = App(data_dir).wait_ready()
         try:
             wait_for(lambda: _all_ended(data_dir, occurrences), patience, "every execution ended")
@@ -112,36 +111,28 @@ def _make_trouble(fleet: mir_sim.Fleet, chance: random.Random) -> None:
 
 def _start_import(data_dir: Path, schedules: Sequence[dict[str, Any]]) -> subprocess.Popen[str]:
     """Handed to the app that is just starting, which may die over it."""
-    path = write_configuration(
-        data_dir.with_name(f"batch-{schedules[0]['name']}.json"), {"format": "amr-scheduler/1", "schedules": schedules}
-    )
-    return subprocess.Popen(
-        command(data_dir, "--import-config", path),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env=environment(),
-    )
+    path = write_configuration(data_dir.with_name(f"batch-{schedules[0]['name']}.json"), {"schedules": schedules})
+    return begun(data_dir, "--import-config", path)
 
 
-def _rows(data_dir: Path, sql: str) -> list[sqlite3.Row]:
+def rows_of(data_dir: Path, sql: str) -> list[sqlite3.Row]:
     with closing(sqlite3.connect(f"{(data_dir / 'amr-scheduler.db').as_uri()}?mode=ro", uri=True)) as c:
         c.row_factory = sqlite3.Row
         return c.execute(sql).fetchall()
 
 
 def _all_ended(data_dir: Path, occurrences: int) -> bool:
-    return [tuple(row) for row in _rows(data_dir, "SELECT count(*), count(ended_at) FROM executions")] == [
+    return [tuple(row) for row in rows_of(data_dir, "SELECT count(*), count(ended_at) FROM executions")] == [
         (occurrences, occurrences)
     ]
 
 
 def _compare(data_dir: Path, fleet: mir_sim.Fleet, names: Sequence[str], verdict: Verdict) -> None:
-    verdict.integrity = _rows(data_dir, "PRAGMA integrity_check")[0][0]
+    verdict.integrity = rows_of(data_dir, "PRAGMA integrity_check")[0][0]
     items = {(robot.name, item["id"]): item for robot in fleet.robots for item in robot.state()["queue"]}
     copies = Counter(item["description"] for item in items.values())
     verdict.doubled = [token for token, count in copies.items() if count > 1]
-    rows = _rows(data_dir, "SELECT * FROM executions")
+    rows = rows_of(data_dir, "SELECT * FROM executions")
     verdict.attempts = sum(row["attempts"] for row in rows)
     of_schedule = Counter(row["schedule"] for row in rows)
     good = set()

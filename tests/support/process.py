@@ -52,6 +52,19 @@ def run(
     )
 
 
+def begun(data_dir: Path, *arguments: object) -> subprocess.Popen[str]:
+    """A command that goes its own way."""
+    return subprocess.Popen(
+        command(data_dir, *arguments),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        encoding="utf-8",
+        env=environment(),
+        cwd=ROOT,
+    )
+
+
 def answer(data_dir: Path, *arguments: object, before: Sequence[str] = ()) -> str:
     """What a one-shot command prints that succeeds."""
     done = run(data_dir, *arguments, before=before)
@@ -86,15 +99,7 @@ class App:
 
     def __init__(self, data_dir: Path, *arguments: object) -> None:
         self.data_dir = data_dir
-        self.process = subprocess.Popen(
-            command(data_dir, "--headless", *arguments),
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            encoding="utf-8",
-            env=environment(),
-            cwd=ROOT,
-        )
+        self.process = begun(data_dir, "--headless", *arguments)
         self.stderr: list[str] = []
         self._stdout: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._readers = [
@@ -196,7 +201,7 @@ def once_now(robot: str, mission: str, name: str, **values: Any) -> dict[str, An
 
 
 def write_configuration(path: Path, content: dict[str, Any]) -> Path:
-    path.write_text(json.dumps(content), encoding="utf-8")
+    path.write_text(json.dumps({"format": "amr-scheduler/1"} | content), encoding="utf-8")
     return path
 
 

@@ -96,7 +96,7 @@ class Day:
         self._events: list[tuple[float, int, Callable[..., None], tuple[Any, ...]]] = []
         self._order = itertools.count()
         self._looks_again = False
-        self.empty_m, self.trips, self.would_double = 0.0, 0, 0
+        self.empty_m, self.trips = 0.0, 0
         for run in self.runs:
             self.at(run.planned, self._due, run)
         for at, mission, number in site.by_hand:
@@ -153,7 +153,6 @@ class Day:
             run.state = "submitting"
             if self._rng.random() < 0.5:
                 self._take(run, robot)
-                self.would_double += 1  # had it been given to another robot at once
             return True
         robot.known_silent, run.robot = True, None  # never connected: nothing was sent
         pause = min(2.0**run.tries, 30.0)

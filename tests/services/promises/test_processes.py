@@ -22,7 +22,7 @@ from app.services.catalogue import configuration
 from tests.support.process import (
     PATIENCE,
     ROOT,
-    command,
+    begun,
     configuration_of,
     environment,
     once_now,
@@ -93,12 +93,7 @@ def test_headless_ends_when_its_database_is_damaged_and_names_the_backup(data, f
     with running(data) as app:
         backup = wait_for(lambda: next((data / "backups").glob("*.db"), None), what="the daily backup")
         harm(data)
-        importing = subprocess.Popen(
-            command(data, "--import-config", due_now(data, fleet)),
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            env=environment(),
-        )
+        importing = begun(data, "--import-config", due_now(data, fleet))
         try:
             assert app.process.wait(PATIENCE) == 2
         finally:
@@ -192,15 +187,9 @@ def test_a_change_that_meets_another_command_takes_over_when_that_one_has_ended(
     content = configuration_of(fleet)
     prepared(data, content)
     fleet.robots[0].control({"fault": {"kind": "hang", "count": None}})
-    first = subprocess.Popen(
-        command(data, "--run-now", fleet.robots[0].name, "Home"),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        encoding="utf-8",
-        env=environment(),
-    )
-    wait_for(lambda: (data / "scheduler.lock").read_text(encoding="utf-8"), what="the first command to begin")
+    first = begun(data, "--run-now", fleet.robots[0].name, "Home")
+    lock = data / "scheduler.lock"
+    wait_for(lambda: lock.exists() and lock.read_text(encoding="utf-8"), what="the first command to begin")
     later = started_with_little_patience(
         data,
         "--import-config",
