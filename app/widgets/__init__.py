@@ -18,6 +18,7 @@ MODULES = (
     "display",
     "fields",
     "frame",
+    "lanes",
     "list_row",
     "lists",
     "long_list",
@@ -32,7 +33,6 @@ MODULES = (
     "swatch",
     "tabs",
     "text",
-    "timeline",
 )  # that register classes in kivy's Factory
 WIDGETS_KV = (
     "tokens",

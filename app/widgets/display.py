@@ -108,7 +108,7 @@ class LegendItem(BoxLayout):
     """An entry of a chart's legend: a swatch and its label."""
 
     text = StringProperty()
-    kind = StringProperty("planned")
+    kind = StringProperty("accent")
 
 
 class LegendItems(StackLayout):

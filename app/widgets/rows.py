@@ -1,8 +1,7 @@
-"""Row classes: robots, queue items, planned starts, runs, schedules, sections and options in a list.
+"""Row classes: robots, queue items, planned starts, runs, sections and options in a list.
 
 ``key`` identifies the row; the list fires ``on_action(key, action, *values)``. Actions: RobotChip "choose", QueueRow "cancel",
-PlanRow and DoneRow none, ScheduleRow "switch" (with the wanted state), "edit", "menu" (with the button to hang the menu on),
-SectionRow "choose", OptionRow "choose".
+PlanRow and DoneRow none, SectionRow "choose", OptionRow "choose".
 """
 
 from kivy.properties import BooleanProperty, ListProperty, StringProperty
@@ -83,21 +82,6 @@ class DoneRow(RecycledRow, Toned, BoxLayout):
     when = StringProperty()
     reason = StringProperty()
     abnormal = BooleanProperty(False)
-
-
-class ScheduleRow(Row, Toned, BoxLayout):
-    """A schedule: switch, name and mission, rule, next and last start; a tap on the texts opens it, one on the dots its menu. The switch
-    shows ``on`` until the data change; one that is ``over`` has none."""
-
-    on = BooleanProperty(True)
-    over = BooleanProperty(False)
-    name = StringProperty()
-    mission = StringProperty()
-    rule = StringProperty()
-    next = StringProperty()
-    last = StringProperty()
-    icon = StringProperty()
-    selected = BooleanProperty(False)
 
 
 class SectionRow(Row, TonedTap):

@@ -4,16 +4,12 @@ from kivy.metrics import dp
 from kivy.properties import OptionProperty
 
 from app.widgets.chart import Chart
-from app.widgets.timeline_bars import paint_look
-from app.widgets.timeline_painting import TOKENS, colours
 from app.widgets.tokens import tk
 
 SWATCHES = (
-    *TOKENS,
-    "typed",
-    "charging",
-    "overlap",
+    "planned",
     "closed",
+    "charging",
     "accent",
     "accent_mid",
     "track",
@@ -27,25 +23,17 @@ SWATCHES = (
 class Swatch(Chart):
     """One legend square, drawn like the thing it explains."""
 
-    kind = OptionProperty("planned", options=SWATCHES)
+    kind = OptionProperty("accent", options=SWATCHES)
     watch = ("kind",)
 
     def draw(self):
         area = (*self.pos, *self.size)
-        if self.kind in TOKENS or self.kind == "typed":
-            look = "planned" if self.kind == "typed" else self.kind
-            paint_look(look, colours()[look], *area)
-            if self.kind == "typed":
-                self.box(
-                    self.x + dp(3), self.y + dp(3), self.width - dp(6), self.height - dp(6), tk.accent, dp(1), ring=1
-                )
-        elif self.kind == "charging":
+        if self.kind == "charging":
             self.box(*area, tk.accent_soft, dp(3))
             self.box(*area, tk.accent, dp(3), ring=1)
-        elif self.kind == "overlap":
-            self.box(*area, tk.attention_bg)
-            self.hatch(*area, tk.overlap, 6, 2)
-            self.box(*area, tk.attention, ring=1)
+        elif self.kind == "planned":
+            self.box(*area, tk.accent_bg, dp(3))
+            self.box(*area, tk.accent, dp(3), ring=1)
         elif self.kind == "closed":
             self.box(*area, tk.closed)
             self.hatch(*area, tk.hatch)

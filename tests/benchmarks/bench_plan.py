@@ -54,10 +54,10 @@ def drag(frames: Frames, lanes: Any, name: str) -> None:
     from kivy.core.window import Window as window
     from kivy.tests.common import UnitTestTouch
 
+    from app.widgets.lanes import Lanes
     from app.widgets.scrolling import CalmScroll
-    from app.widgets.timeline import Timeline
 
-    chart = Timeline(
+    chart = Lanes(
         lanes=lanes.lanes,
         ticks=lanes.ticks,
         bands=lanes.bands,

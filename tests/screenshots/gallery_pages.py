@@ -247,7 +247,7 @@ PAGES = """
                     title: "Schedules"
                     note: "2 of 3 on"
                 ScrollRows:
-                    viewclass: "ScheduleRow"
+                    viewclass: "ListRow"
                     data: samples.SCHEDULES
             SectionCard:
                 size_hint_x: 1.6 if root.height < root.width else 1
@@ -281,16 +281,7 @@ PAGES = """
                         fit: True
                         text: "Upcoming"
                     Widget:
-                    LegendItem:
-                        kind: "planned"
-                        text: "Planned"
-                    LegendItem:
-                        kind: "overlap"
-                        text: "Overlap"
-                    LegendItem:
-                        kind: "closed"
-                        text: "No work"
-                Timeline:
+                Lanes:
                     lanes: samples.LANES
                     ticks: samples.TICKS
                     closed: [(11, 24, "Saturday: not a working day")]

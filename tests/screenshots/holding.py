@@ -46,13 +46,6 @@ def held_form(studio: Any) -> Any:
     return stand.settle()
 
 
-@picture("scheduler-held-days", sizes=(LANDSCAPE,))
-def held_days(studio: Any) -> Any:
-    stand = Stand(studio, "scheduler", prepare=hold)
-    stand.vm.choose_mode("days")
-    return stand.settle()
-
-
 @picture("scheduler-hold", sizes=BOTH)
 def dialog(studio: Any) -> Any:
     stand = Stand(studio, "scheduler", prepare=hold)

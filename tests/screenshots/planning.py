@@ -13,6 +13,7 @@ from kivy.tests.common import UnitTestTouch
 from app.container import Container
 from app.domain.models import Group, Schedule
 from app.domain.robot import MissionParameter
+from app.screens.common.sheets import Sheets
 from app.screens.common.shell import Shell, pick
 from app.screens.common.view_model import Background, Navigator, Snackbars, UiBus
 from app.screens.frame import controller as frame_controller
@@ -25,7 +26,7 @@ from app.screens.scheduler.timeline import IDLE
 from app.services.suggestions.late_schedules import Cause, Finding
 from app.services.suggestions.suggestions import Advice, Change, Suggestion
 from app.services.suggestions.suggestions import Kind as ChangeKind
-from app.widgets.timeline import LONG
+from app.widgets.lanes import LONG
 from tests.screenshots.home import POSITION, show_issues
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
 from tests.support import fleet_facts, month
@@ -67,10 +68,11 @@ class Stand:
         prepare(self.container)
         bus = UiBus()
         self.background = Background(bus)
-        self.shell = Shell(Navigator(None, {}), studio.dialogs, Snackbars(), bus, self.background)
+        frame = framed(name, self.container)
+        sheets = Sheets(frame.ids.sheets.__self__)
+        self.shell = Shell(Navigator(None, {}), studio.dialogs, Snackbars(), bus, self.background, sheets=sheets)
         kind = SCREENS[name]
         self.screen = kind(pick(kind.Services, self.container), self.shell)
-        frame = framed(name, self.container)
         frame.add_widget(self.screen)
         studio.show(frame)
         if name == "scheduler":  # no robots have these addresses
@@ -100,14 +102,26 @@ class Stand:
 
 
 # ---------------------------------------------------------------------- the Scheduler
-def planning(studio: Any, **values: Any) -> Stand:
-    """The form with the mission of the visual target."""
-    stand = Stand(studio, "scheduler")
-    stand.vm.form.set(
-        mission_id=stand.mission("Deliver kits to line 2"), day=date(2026, 11, 23), at=time(6, 30), **values
-    )
+def planning(studio: Any, prepare: Callable[[Container], object] = lambda _container: None, **values: Any) -> Stand:
+    """The form with a mission."""
+    stand = Stand(studio, "scheduler", prepare=prepare)
+    stand.vm.form.begin()
+    values = {"day": date(2026, 11, 23), "at": time(6, 30), **values}
+    stand.vm.form.set(mission_id=stand.mission("Deliver kits to line 2"), **values)
     stand.settle()
     return stand
+
+
+@picture("scheduler-plan", sizes=EVERY_SIZE)
+def plan(studio: Any) -> Any:
+    return Stand(studio, "scheduler").settle()
+
+
+@picture("scheduler-schedules", sizes=EVERY_SIZE)
+def schedules(studio: Any) -> Any:
+    stand = Stand(studio, "scheduler")
+    stand.screen.choose_tab("schedules")
+    return stand.settle()
 
 
 @picture("scheduler", sizes=EVERY_SIZE)
@@ -115,29 +129,6 @@ def weekly(studio: Any) -> Any:
     stand = planning(studio, kind=Kind.WEEKLY, minimum_battery_percent=40.0)
     robot = next(robot.id for robot in stand.vm._facts.robots if robot.name == "Veikko")
     stand.vm.form.set(robot_id=robot)
-    return stand.settle()
-
-
-@picture("scheduler-typed", sizes=(*BOTH, LARGE_TEXT))
-def typed(studio: Any) -> Any:
-    """Lengths of all three kinds: learned, typed, not known."""
-
-    def ahead(container: Container) -> None:
-        c, catalogue = container.db.read(), container.catalogue
-        missions = {mission.name: mission for mission in container.repositories.missions.all(c)}
-        robots = {robot.name: robot.id for robot in container.repositories.robots.all(c)}
-        catalogue.save_mission(replace(missions["Floor wash, hall A"], usual_minutes=80))
-        for robot, name, at in (
-            ("Aino", "Floor wash, hall A", time(22, 20)),
-            ("Veikko", "Night stock count", time(20, 0)),
-            ("Veikko", "Floor wash, hall A", time(21, 30)),
-        ):
-            catalogue.save_schedule(
-                Schedule("", robots[robot], missions[name].id, datetime.combine(date(2026, 11, 20), at), month.ZONE)
-            )
-
-    stand = Stand(studio, "scheduler", prepare=ahead)
-    stand.vm.form.set(mission_id=stand.mission("Floor wash, hall A"), day=date(2026, 11, 23), at=time(17, 0))
     return stand.settle()
 
 
@@ -161,9 +152,7 @@ def crowd(hours: float) -> Callable[[Any], Any]:
             )
 
         stand = Stand(studio, "scheduler", prepare=ahead)
-        while stand.vm.timeline.hours != hours:
-            stand.vm.zoom(stand.vm.timeline.hours < hours)
-            stand.settle()
+        stand.vm.show_span(hours)
         return stand.settle()
 
     return build
@@ -247,10 +236,8 @@ def monthly_short(studio: Any) -> Any:
 def more(studio: Any) -> Any:
     stand = planning(studio, kind=Kind.DAILY, more_hours=(14, 22), last_day=date(2027, 1, 31))
     stand.vm.form.more = True
-    stand.vm.choose_part("form")
     stand.settle()
-    page = next(widget for widget in stand.screen.walk() if type(widget).__name__ == "LowColumn")
-    page.scroll_y = 0
+    stand.shell.sheets.top.ids.page.scroll_y = 0
     return stand.settle()
 
 
@@ -274,11 +261,7 @@ def parameters(studio: Any) -> Any:
 
 @picture("scheduler-position", sizes=EVERY_SIZE)
 def position(studio: Any) -> Any:
-    """Next to the list of days, where its field is below the fold."""
-    stand = Stand(studio, "scheduler")
-    stand.vm.choose_mode("days")
-    stand.vm.form.set(mission_id=stand.mission("Deliver kits to line 2"), day=date(2026, 11, 23), at=time(6, 30))
-    stand.settle()
+    stand = planning(studio)
     stand.vm.form._robot_answered(stand.vm.form._asked_of, POSITION)
     stand.vm.form.map = sample.FACTS.map
     return stand.settle()
@@ -294,9 +277,9 @@ def edit(studio: Any) -> Any:
 @picture("scheduler-menu", sizes=(LANDSCAPE,))
 def menu(studio: Any) -> Any:
     stand = Stand(studio, "scheduler")
-    stand.vm.choose_part("schedules")
+    stand.screen.choose_tab("schedules")
     stand.settle()
-    row = next(widget for widget in stand.screen.walk() if type(widget).__name__ == "ScheduleLine")
+    row = next(widget for widget in stand.screen.walk() if type(widget).__name__ == "ScheduleRow")
     stand.vm._menu(row.key, row.children[0])
     return studio.dialogs.top
 
@@ -306,7 +289,7 @@ def card_at(look: str) -> Callable[[Any], Any]:
 
     def build(studio: Any) -> Any:
         stand = Stand(studio, "scheduler")
-        chart = next(widget for widget in stand.screen.walk() if type(widget).__name__ == "Timeline")
+        chart = next(widget for widget in stand.screen.walk() if type(widget).__name__ == "Lanes")
         seen = {box[4] for box in chart.boxes() if box[0] < chart.right}
         bar = max(
             (bar for lane in chart.lanes for bar in lane.bars if bar.state == look and bar.key in seen),
@@ -327,9 +310,9 @@ def unfolded(studio: Any) -> Any:
 
 @picture("scheduler-dragged", sizes=BOTH)
 def dragged(studio: Any) -> Any:
-    """A planned bar was dragged an hour and a half later: the form asks to save that."""
+    """A planned bar was dragged an hour and a half later: what does that mean?"""
     stand = Stand(studio, "scheduler")
-    chart = next(widget for widget in stand.screen.walk() if type(widget).__name__ == "Timeline")
+    chart = next(widget for widget in stand.screen.walk() if type(widget).__name__ == "Lanes")
     left, bottom, right, top, _key = max(
         (box for box in chart.boxes() if box[4][0] == "schedule" and box[2] < chart.center_x),
         key=lambda box: box[2] - box[0],
@@ -350,31 +333,28 @@ picture("scheduler-bar-failed", sizes=BOTH)(card_at("failed"))
 @picture("scheduler-mission", sizes=BOTH)
 def mission(studio: Any) -> Any:
     stand = Stand(studio, "scheduler")
-    stand.vm.form.choose_mission()
+    stand.vm.form.new()
     return studio.dialogs.top
 
 
-def stepped(field: str) -> Callable[[Any], Any]:
-    """The dialog for a number of the form."""
-
-    def build(studio: Any) -> Any:
-        stand = Stand(studio, "scheduler")
-        stand.vm.form.step_to(field)
-        return studio.dialogs.top
-
-    return build
-
-
-picture("scheduler-battery", sizes=(LANDSCAPE,))(stepped("minimum_battery_percent"))
-picture("scheduler-late", sizes=(LANDSCAPE, SMALL, LARGE_TEXT, GLOVES))(stepped("start_window_minutes"))
-picture("scheduler-month-day", sizes=(LANDSCAPE,))(stepped("month_day"))
-
-
-@picture("scheduler-days", sizes=EVERY_SIZE)
-def days(studio: Any) -> Any:
-    stand = Stand(studio, "scheduler")
-    stand.vm.choose_mode("days")
+@picture("scheduler-time", sizes=BOTH)
+def pick_time(studio: Any) -> Any:
+    stand = planning(studio)
+    stand.vm.form.pick_time("at")
     return stand.settle()
+
+
+@picture("scheduler-weekend", sizes=(LANDSCAPE,))
+def weekend(studio: Any) -> Any:
+    """A ticked day that is no working day."""
+    return planning(studio, kind=Kind.WEEKLY, weekdays=("TH", "FR", "SA")).settle()
+
+
+@picture("scheduler-midnight", sizes=(LANDSCAPE,))
+def midnight(studio: Any) -> Any:
+    return planning(
+        studio, kind=Kind.EVERY, every=30, unit=Unit.MINUTES, at=time(22, 0), until_time=time(2, 0)
+    ).settle()
 
 
 @picture("scheduler-first", sizes=BOTH)
@@ -417,16 +397,8 @@ def with_hall(container: Container) -> None:
 @picture("scheduler-group", sizes=EVERY_SIZE)
 def group(studio: Any) -> Any:
     """A schedule for any robot of a group, and the forecast of those that there are."""
-    stand = Stand(studio, "scheduler", prepare=with_hall)
-    stand.vm.form.set(
-        group_id=1,
-        robot_id=None,
-        mission_id=stand.mission("Deliver kits to line 2"),
-        at=time(7, 30),
-        priority=1,
-        kind=Kind.DAILY,
-    )
-    return stand.settle()
+    values = {"group_id": 1, "robot_id": None, "at": time(7, 30), "priority": 1, "kind": Kind.DAILY}
+    return planning(studio, with_hall, **values).settle()
 
 
 @picture("scheduler-group-bar", sizes=(*BOTH, SMALL))
@@ -437,7 +409,7 @@ def group_bar(studio: Any) -> Any:
     )
     run = next(run for run in stand.vm._facts.planned if run.schedule.id == number)
     stand.vm.open_bars(
-        [("schedule", number, run.at)], next(w for w in stand.screen.walk() if type(w).__name__ == "Timeline")
+        [("schedule", number, run.at)], next(w for w in stand.screen.walk() if type(w).__name__ == "Lanes")
     )
     return stand.settle()
 
@@ -471,5 +443,5 @@ def advice(stand: Stand) -> Advice:
 def suggestions(studio: Any) -> Any:
     stand = Stand(studio, "scheduler", prepare=with_hall)
     stand.vm.advice._take(advice(stand))
-    stand.vm.advice.open_dialog()
+    stand.screen.choose_tab("suggestions")
     return stand.settle()

@@ -8,7 +8,6 @@ from datetime import UTC, date, datetime
 from app.screens.home.lists import FinishedRun, PlannedStart, QueueEntry, RobotSummary
 from app.screens.logs.key_figures import Card, DayBar, RobotBar, with_unit
 from app.screens.scheduler.timeline import Bar, Lane
-from app.screens.scheduler.view import ScheduleItem
 from app.services.robots.map_picture import Place
 from app.widgets.items import Item
 
@@ -71,39 +70,9 @@ FINISHED = [
     ),
 ]
 SCHEDULES = [
-    ScheduleItem(
-        1,
-        True,
-        "Deliver kits to line 2",
-        "Every hour 06–18, Mon–Fri",
-        "Aino · in 22 min",
-        True,
-        "check-circle-outline",
-        "done",
-        "Completed",
-    ),
-    ScheduleItem(
-        2,
-        True,
-        "Waste to compactor",
-        "Weekly Mon, Wed, Fri at 16:30",
-        "Veikko · in 1 h 52 min",
-        False,
-        "alert-circle",
-        "fault",
-        "Failed",
-    ),
-    ScheduleItem(
-        3,
-        False,
-        "Floor wash, hall A",
-        "Monthly on the first Monday",
-        "Veikko · switched off",
-        False,
-        "check-circle-outline",
-        "done",
-        "Completed",
-    ),
+    Item(1, "Deliver kits to line 2", "Hourly 06–18, Mon–Fri", lead="15:00", place="Aino", meta="14:05", on=True),
+    Item(2, "Waste to compactor", "Mon, Wed, Fri 16:30", lead="16:30", place="Veikko", meta="Failed", on=True),
+    Item(3, "Floor wash, hall A", "Daily 22:00", lead="–", place="Veikko", meta="Off", on=False, look="faint"),
 ]
 
 

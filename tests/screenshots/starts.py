@@ -33,7 +33,7 @@ def alike(container: Container) -> None:
 def same_time(studio: Any) -> Any:
     """The card of one of two starts at the same time."""
     stand = Stand(studio, "scheduler", prepare=alike)
-    chart = next(widget for widget in stand.screen.walk() if type(widget).__name__ == "Timeline")
+    chart = next(widget for widget in stand.screen.walk() if type(widget).__name__ == "Lanes")
     keys = [bar.key for bar in chart.lanes[0].bars if bar.label == "Night stock count"][:2]
     stand.vm.open_bars(keys, chart.place_of(keys[0]))
     return studio.dialogs.top
@@ -41,22 +41,9 @@ def same_time(studio: Any) -> Any:
 
 @picture("scheduler-over", sizes=(*BOTH, SMALL, LARGE_TEXT))
 def over(studio: Any) -> Any:
-    """The list of schedules at its end, and next to it the next day at 6 h."""
+    """The list of schedules with one that is over."""
     stand = Stand(studio, "scheduler", prepare=alike)
-    stand.vm.zoom(False)
-    stand.vm.zoom(False)
-    for _page in range(3):
-        stand.vm.page(True)
-        stand.settle()
-    rows = next(widget for widget in stand.screen.ids.schedules.walk() if type(widget).__name__ == "LongList")
-    rows.scroll_y = 0
-    return stand.settle()
-
-
-@picture("scheduler-days-named", sizes=BOTH)
-def named_days(studio: Any) -> Any:
-    stand = Stand(studio, "scheduler", prepare=alike)
-    stand.vm.choose_mode("days")
+    stand.screen.choose_tab("schedules")
     return stand.settle()
 
 
@@ -64,7 +51,6 @@ def named_days(studio: Any) -> Any:
 def skipped(studio: Any) -> Any:
     """The form of a schedule with one future start skipped."""
     stand = Stand(studio, "scheduler", prepare=alike)
-    stand.vm.part = "form"
     stand.vm.edit(next(one.id for one in stand.vm._facts.schedules if one.name == "Morning round"))
     return stand.settle()
 

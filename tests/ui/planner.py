@@ -14,16 +14,15 @@ from app.container import Container
 from app.domain.models import Schedule
 from app.domain.robot import MissionParameter
 from app.screens.scheduler import facts
-from app.screens.scheduler.cards import FormCard
+from app.screens.scheduler.cards import FormSheet, ScheduleRow, TimeCell
 from app.screens.scheduler.view import Listing
 from app.widgets.buttons import CommandButton, IconButton, Segment
 from app.widgets.dialogs import ChoiceDialog, Menu, MenuRow
 from app.widgets.fields import PickField, SearchField
-from app.widgets.pages import LowColumn
+from app.widgets.lanes import Lanes
 from app.widgets.pickers import DateDialog, DayCell
-from app.widgets.plan_rows import ScheduleLine
 from app.widgets.rows import OptionRow
-from app.widgets.timeline import Timeline
+from app.widgets.snackbar import Snackbar
 from tests.ui.driver import Driver
 from tests.ui.whole_app import shown
 
@@ -45,10 +44,9 @@ def rebuild_scheduler(app, ui) -> None:
     app.shell.dialogs.close_all()
     app.shell.snackbars.clear()
     app.shell.go("scheduler")
-    app.plan.choose_mode("hours")
-    app.plan.listed.listing = Listing()
+    app.plan.tab, app.plan.moving = "plan", None
+    app.plan.listed.listing, app.plan.listed.searching = Listing(), False
     app.plan.form.clear()
-    app.plan.form.drafts = []
     app.plan._show_window(facts.Window())
     settle(app, ui)
     for scrolled in ui.find_all(ScrollView):
@@ -69,12 +67,26 @@ def press(app, ui, word: str) -> None:
     settle(app, ui)
 
 
+def new(app, ui) -> None:
+    """An empty form."""
+    app.plan.form.begin()
+    settle(app, ui)
+
+
+def tab(app, ui, key: str) -> None:
+    app.shell.navigator.screen("scheduler").choose_tab(key)
+    settle(app, ui)
+
+
 def field(ui, label: str) -> PickField:
     return ui.find(PickField, label=label)
 
 
 def choose(app, ui, label: str, option: str) -> None:
-    """Tap a field and, in the list that opens, one option."""
+    """Tap a field of the form, and in the list that opens one option."""
+    if not app.plan.form.is_open:
+        new(app, ui)
+    reveal(ui, field(ui, label))
     ui.tap(field(ui, label))
     ui.advance(0.3)
     dialog = ui.find(ChoiceDialog)
@@ -99,20 +111,22 @@ def pick_day(app, ui, label: str, day: date) -> None:
     press(app, ui, "Set")
 
 
-def pick_time(app, ui, label: str, digits: str) -> None:
-    """Typed on a keyboard, as a person would who has one."""
+def pick_time(app, ui, label: str, hour: int, minute: int) -> None:
+    """In two taps, or with those on the single minutes."""
     ui.tap(field(ui, label))
-    for digit in digits:
-        ui.key(ord(digit), digit)
-    press(app, ui, "Set")
+    ui.advance(0.3)
+    for number in (hour, minute // 5 * 5):
+        cells = [cell for cell in ui.find_all(TimeCell) if cell.text == f"{number:02d}"]
+        ui.tap(cells[0 if number == hour else -1])
+    settle(app, ui)
 
 
 def save_button(ui) -> CommandButton:
-    return next(button for button in ui.find_all(CommandButton) if button.text in ("Save schedule", "Save changes"))
+    return ui.find(CommandButton, ui.find(FormSheet), text="Save")
 
 
 def save(app, ui) -> None:
-    assert not save_button(ui).disabled, ui.find(FormCard).view.why
+    assert not save_button(ui).disabled, ui.find(FormSheet).view.why
     ui.tap(save_button(ui))
     settle(app, ui)
 
@@ -125,13 +139,15 @@ def named(container, mission: str, robot: str) -> Schedule:
     return next(schedule for schedule in schedules(container) if schedule.name == f"{mission} on {robot}")
 
 
-def row(ui, schedule: Schedule) -> ScheduleLine:
-    return ui.find(ScheduleLine, key=schedule.id)
+def row(ui, schedule: Schedule) -> ScheduleRow:
+    return ui.find(ScheduleRow, key=schedule.id)
 
 
 def menu(app, ui, schedule: Schedule, word: str) -> None:
-    """After a pause: rows that a press has moved take no tap for a moment."""
-    ui.advance(1)
+    """In the list of schedules."""
+    if app.plan.tab != "schedules":
+        tab(app, ui, "schedules")
+    ui.advance(1)  # rows that a press has moved take no tap for a moment
     ui.tap(ui.find(IconButton, row(ui, schedule), icon="dots-vertical"))
     ui.advance(0.3)
     ui.tap(ui.find(MenuRow, text=word))
@@ -139,7 +155,7 @@ def menu(app, ui, schedule: Schedule, word: str) -> None:
 
 
 def tap_bar(ui, key) -> None:
-    timeline = ui.find(Timeline)
+    timeline = ui.find(Lanes)
     x, y, right, top, _key = next(hit for hit in timeline.boxes() if hit[4][: len(key)] == key)
     ui.tap_at(*timeline.to_window((x + right) / 2, (y + top) / 2))
 
@@ -147,7 +163,7 @@ def tap_bar(ui, key) -> None:
 def reveal(ui, widget) -> None:
     """Scroll the form's fields until it can be seen."""
     ui.advance(0.2)
-    ui.find(LowColumn, ui.find(FormCard)).scroll_to(widget, animate=False)
+    ui.find(FormSheet).ids.page.scroll_to(widget, animate=False)
     ui.advance(0.2)
 
 
@@ -168,10 +184,6 @@ def said(app) -> list[str]:
     return app.shell.snackbars.texts
 
 
-def open_draft(ui) -> IconButton:
-    return ui.find(IconButton, ui.find(FormCard), icon="backup-restore")
-
-
 def stock(container) -> Schedule:
     return named(container, "Night stock count", "Aino")
 
@@ -186,17 +198,28 @@ def other(app, container, ui) -> None:
     settle(app, ui)
 
 
-def keep_draft(app, container, ui, **values) -> None:
-    """Entries for the stock count, behind another schedule."""
+def leave_entries(app, container, ui, **values) -> None:
+    """Entries for the stock count, which another schedule takes the place of."""
     app.plan.edit(stock(container).id)
-    app.plan.form.set(**(values or {"priority": 3}))
+    app.plan.form.set(**(values or {"priority": 2}))
     other(app, container, ui)
-    assert len(app.plan.form.drafts) == 1
+
+
+def bring_back(app, ui) -> None:
+    """The message about them offers it; a later one is on top of it."""
+    for _message in range(2):
+        bar = ui.find(Snackbar)
+        if "not saved" not in bar.text and len(said(app)) + len(app.shell.snackbars._pile) > 1:
+            bar.dispatch("on_close")
+            ui.advance(0.6)
+    ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
+    settle(app, ui)
 
 
 def press_save(app, container, ui) -> None:
     """For a new schedule, while the robot is asked for the mission's parameters."""
     form = app.plan.form
+    new(app, ui)
     form.set(mission_id=next(mission.id for mission in container.catalogue.missions() if mission.name == KITS))
     ui.wait(lambda: not form.view.save_off)
     form.save()

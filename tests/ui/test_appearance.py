@@ -120,10 +120,10 @@ def test_screens_keep_their_content_when_the_appearance_changes(site, app, ui, c
         return app.shell.navigator.screen(name).vm
 
     plan, logs = model("scheduler"), model("logs")
-    plan.zoom(True)
+    plan.show_span(24)
     plan.page(True)
     window = plan._window
-    plan.choose_mode("days")
+    plan.tab = "schedules"
     logs.choose_part("figures")
     logs.set_filters(period=Period.MONTH)
     logs.toggle_search()
@@ -133,8 +133,8 @@ def test_screens_keep_their_content_when_the_appearance_changes(site, app, ui, c
     site.container.catalogue.change_settings(**change)
     ui.wait(lambda: app._shown == settings(site))
     logs, plan = model("logs"), model("scheduler")
-    assert (plan.mode, plan._window) == ("days", window)
-    plan.choose_mode("hours")
+    assert (plan.tab, plan._window) == ("schedules", window)
+    plan.tab = "plan"
     ui.wait(lambda: app.shell.background.idle)
     assert (plan.timeline.hours, plan.follows) == (window.hours, False)
     assert (logs.part, logs.period, logs.query, logs.searching) == ("figures", "30 days", "kits", True)

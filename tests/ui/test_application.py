@@ -25,7 +25,7 @@ from app.screens.rescue import Damage
 from app.services.live.changes import Topic
 from app.widgets.buttons import CommandButton
 from app.widgets.frame import TopBar
-from app.widgets.timeline import Timeline
+from app.widgets.lanes import Lanes
 from app.window import window
 from app.window.application import SchedulerApp, UiExceptionHandler
 from app.window.key_focus import ENTER, TAB
@@ -316,7 +316,7 @@ def test_a_finger_may_be_on_the_timeline_while_the_app_goes_back(tmp_path, ui):
     try:
         app.shell.go("scheduler")
         ui.wait(lambda: app.shell.background.idle)
-        chart = ui.find(Timeline)
+        chart = ui.find(Lanes)
         finger = put_down(*chart.to_window(*chart.center))
         finger.touch_move(finger.x + 100, finger.y)
         app.shell.restore(backup)

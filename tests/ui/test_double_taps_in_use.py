@@ -6,9 +6,9 @@ import pytest
 from kivy.core.window import Window
 from kivy.uix.widget import Widget
 
-from app.widgets.buttons import CommandButton, Toggle
-from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
-from app.widgets.pickers import TimeDialog
+from app.screens.scheduler.cards import TimeCell
+from app.widgets.buttons import CommandButton
+from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, Dialog
 from app.widgets.rest import DOUBLE_TAP
 from app.widgets.rows import OptionRow
 from tests.ui.home.operator import is_shown_pending, pend, press, run
@@ -98,24 +98,17 @@ def planned(container, ui, silent_robots):
 
 
 @pytest.mark.parametrize("gap", GAPS)
-@pytest.mark.parametrize(
-    ("size", "is_beneath"),
-    [
-        ((1280, 800), lambda widget: isinstance(widget, Toggle)),
-        ((800, 1280), lambda widget: getattr(widget, "text", "") == "Save schedule"),
-    ],
-    ids=["a switch", "the button that saves"],
-)
-def test_set_of_the_time_dialog_presses_nothing_behind_it(planned, container, ui, resized, size, is_beneath, gap):
-    resized(*size)
+def test_the_minute_that_completes_a_time_presses_nothing_behind_it(planned, container, ui, gap):
+    planned.plan.form.begin()
     planned.plan.form.set(mission_id=container.catalogue.missions()[0].id)
     settle(planned, ui)
     before = container.catalogue.schedules()
-    planned.plan.form.pick_time()
+    planned.plan.form.pick_time("at")
     ui.advance(2 * DOUBLE_TAP)
-    button = ui.find(CommandButton, ui.find(TimeDialog), text="Set")
-    places = [common_point(button, widget) for widget in ui.find_all(root=planned.root) if is_beneath(widget)]
-    ui.tap_twice(next(place for place in places if place), gap)
+    ui.tap(ui.find(TimeCell, text="06"))
+    minute = ui.find(TimeCell, text="30")
+    ui.tap_twice(minute.to_window(*minute.center), gap)
     settle(planned, ui)
-    assert not ui.find_all(TimeDialog)
+    assert (planned.plan.form.page, planned.plan.form.view.time, planned.plan.form.more) == ("", "06:30", False)
+    assert not ui.find_all(Dialog)
     assert container.catalogue.schedules() == before

@@ -10,11 +10,10 @@ import pytest
 import mir_sim
 from app.container import Container
 from app.domain.models import Group, Mission, Overlap, Robot, Schedule, State
-from app.screens.scheduler.cards import FormWarning
-from app.widgets.buttons import ChoiceChip, CommandButton
+from app.screens.scheduler.cards import FormNote, FormSheet, TimeCell
+from app.widgets.buttons import CommandButton, Segment
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import PickField
-from app.widgets.plan_rows import ScheduleLine
 from app.widgets.rows import OptionRow
 from tests.ui.test_plan_to_log import ShiftedClock, go
 from tests.ui.whole_app import GUIDS, PASSWORD, USER, shown
@@ -57,6 +56,9 @@ def queued(fleet) -> dict[str, int]:
 def test_one_robot_breaks_the_other_comes_and_nothing_runs_twice(site, fleet, ui):
     with shown(site, ui) as app:
         go(ui, "scheduler")
+        plan = app.shell.navigator.screen("scheduler").vm
+        ui.wait(lambda: app.shell.background.idle and plan.has_robots)
+        plan.form.begin()
         ui.wait(lambda: app.shell.background.idle and ui.find_all(PickField, label="Robot", value="Aino"))
         ui.tap(ui.find(PickField, label="Robot"))
         ui.wait(lambda: ui.find_all(ChoiceDialog))
@@ -69,21 +71,20 @@ def test_one_robot_breaks_the_other_comes_and_nothing_runs_twice(site, fleet, ui
         ui.tap(ui.find(OptionRow, text="Any of Hall 1"))
         ui.advance(0.3)
         pick(ui, "Mission", "Home")
-        pick(ui, "If running", "Run it beside the previous one")
         ui.tap(ui.find(PickField, label="Time"))
-        for digit in "0630":
-            ui.key(ord(digit), digit)
-        ui.tap(ui.find(CommandButton, text="Set"))
-        chips = [chip for chip in ui.find_all(ChoiceChip) if chip.text in ("Low", "Normal", "High", "Critical")]
-        assert {chip.text: chip.active for chip in chips} == {
-            "Low": False,
-            "Normal": True,
-            "High": False,
-            "Critical": False,
-        }
-        ui.tap(ui.find(ChoiceChip, text="High"))
-        ui.wait(lambda: not ui.find(CommandButton, text="Save schedule").disabled)
-        ui.tap(ui.find(CommandButton, text="Save schedule"))
+        ui.advance(0.5)
+        for hour_or_minute in ("06", "30"):
+            ui.tap(ui.find(TimeCell, text=hour_or_minute))
+        ui.advance(0.5)
+        plan.form.more = True
+        ui.advance(0.5)
+        assert ui.find(Segment, text="Normal").selected
+        for word in ("Beside it", "High"):
+            ui.find(FormSheet).ids.page.scroll_to(ui.find(Segment, text=word), animate=False)
+            ui.advance(0.2)
+            ui.tap(ui.find(Segment, text=word))
+        ui.wait(lambda: not ui.find(CommandButton, text="Save").disabled)
+        ui.tap(ui.find(CommandButton, text="Save"))
         ui.wait(lambda: site.catalogue.schedules())
         (schedule,) = site.catalogue.schedules()
         (group,) = site.catalogue.groups()
@@ -94,8 +95,7 @@ def test_one_robot_breaks_the_other_comes_and_nothing_runs_twice(site, fleet, ui
             1,
             Overlap.PARALLEL,
         )
-        ui.wait(lambda: ui.find_all(ScheduleLine))
-        assert ui.find(ScheduleLine).next.startswith("any of Hall 1 · ")
+        ui.wait(lambda: [row.place for row in plan.listed.rows] == ["any of Hall 1"])
 
         fleet.robots[0].control({"reboot_seconds": 3600})
         site.clock.leap_to(datetime(2026, 11, 23, 6, 30, tzinfo=UTC) - timedelta(seconds=3))
@@ -104,7 +104,7 @@ def test_one_robot_breaks_the_other_comes_and_nothing_runs_twice(site, fleet, ui
         ui.wait(lambda: site.history.last_finished(1), seconds=60)
         (run,) = site.history.last_finished(1)
         assert (run.state, run.mission, run.robot, run.robot_group) == (State.COMPLETED, "Home", "Veikko", "Hall 1")
-        ui.wait(lambda: ui.find(ScheduleLine).rule.startswith("any of Hall 1 (last: Veikko) · "))
+        ui.wait(lambda: plan.listed.rows[0].place == "any of Hall 1 (last: Veikko)")
         assert queued(fleet) == {"Aino": 0, "Veikko": 1}
 
 
@@ -114,7 +114,8 @@ def test_the_form_learns_from_all_its_robots_that_none_has_the_mission(site, ui)
     site.catalogue.save_schedule(
         Schedule("", None, missing.id, datetime(2026, 11, 24, 6, 30), "UTC", group_id=group.id)
     )
-    with shown(site, ui, "scheduler"):
-        ui.wait(lambda: ui.find_all(ScheduleLine))
-        ui.find(ScheduleLine).act("edit")
-        ui.wait(lambda: [row.text for row in ui.find_all(FormWarning)] == ["No robot of Hall 1 has the mission Gone"])
+    with shown(site, ui, "scheduler") as app:
+        plan = app.shell.navigator.screen("scheduler").vm
+        ui.wait(lambda: plan.listed.rows)
+        plan.edit(plan.listed.rows[0].key)
+        ui.wait(lambda: [row.text for row in ui.find_all(FormNote)] == ["No robot of Hall 1 has the mission Gone"])

@@ -17,10 +17,10 @@ from app.screens.scheduler.timeline import Bar, Lane
 from app.widgets.buttons import CommandButton
 from app.widgets.display import SectionCard
 from app.widgets.fields import FieldInput, FormField
+from app.widgets.lanes import Lanes
 from app.widgets.long_list import LongList
 from app.widgets.panel_grid import PanelGrid
 from app.widgets.scrolling import ScrollPage
-from app.widgets.timeline import Timeline
 from app.widgets.tokens import tk
 from app.window.key_focus import ARROWS, ENTER, ESCAPE, SPACE, TAB
 from tests.ui import checks
@@ -368,7 +368,7 @@ def test_bars_of_a_timeline_are_reached_by_tab_and_arrows_and_opened_by_enter(ui
         Lane("Veikko", bars=(Bar("d", 8, 9), Bar("far", 40, 41))),
         Lane("", key="idle", line="3 robots with nothing planned"),
     ]
-    chart = Timeline(
+    chart = Lanes(
         lanes=lanes, bands=[Band(15, 39, "Sat, no work", "folded")], now=1.5, hours=24, size_hint_y=None, height=160
     )
     page = page_of("Before")

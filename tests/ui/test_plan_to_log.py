@@ -11,6 +11,7 @@ import pytest
 import mir_sim
 from app.container import Container
 from app.domain.models import Mission, Robot, State
+from app.screens.scheduler.cards import TimeCell
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import PickField
@@ -65,18 +66,21 @@ def go(ui, name: str) -> None:
 def plan_home(app, site, ui) -> None:
     """By taps: the mission Home at 06:30, on the only robot; ends with *Save*."""
     go(ui, "scheduler")
-    ui.wait(lambda: app.shell.background.idle and ui.find_all(PickField, label="Robot", value="Aino"))
-    ui.tap(ui.find(PickField, label="Mission"))
+    ui.wait(lambda: app.shell.background.idle and ui.find_all(CommandButton, text="New"))
+    ui.tap(ui.find(CommandButton, text="New"))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
     ui.advance(0.3)
     ui.tap(ui.find(OptionRow, text="Home"))
+    ui.advance(0.5)
     ui.tap(ui.find(PickField, label="Time"))
-    for digit in "0630":
-        ui.key(ord(digit), digit)
-    ui.tap(ui.find(CommandButton, text="Set"))
-    ui.wait(lambda: not ui.find(CommandButton, text="Save schedule").disabled)
-    ui.tap(ui.find(CommandButton, text="Save schedule"))
+    ui.advance(0.5)
+    for hour_or_minute in ("06", "30"):
+        ui.tap(ui.find(TimeCell, text=hour_or_minute))
+    ui.wait(lambda: not ui.find(CommandButton, text="Save").disabled)
+    ui.advance(0.5)
+    ui.tap(ui.find(CommandButton, text="Save"))
     ui.wait(lambda: site.repositories.schedules.all(site.db.read()))
+    ui.advance(1)  # the form has closed
 
 
 def let_it_begin(site) -> None:

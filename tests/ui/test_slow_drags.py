@@ -13,12 +13,12 @@ from app.screens.home.lists import QueueEntry, RobotSummary
 from app.screens.scheduler.timeline import Bar, Lane
 from app.widgets.buttons import ChoiceChip, IconButton, Segment, Toggle
 from app.widgets.fields import FieldInput, FormField, RepeatButton, StepField
+from app.widgets.lanes import LONG, Lanes
 from app.widgets.lists import ScrollRows
 from app.widgets.long_list import LongList
 from app.widgets.pages import LowColumn, LowPage
 from app.widgets.rows import RobotChip
 from app.widgets.scrolling import ScrollPage
-from app.widgets.timeline import LONG, Timeline
 from tests.ui.drawing import fired, put_down
 
 
@@ -176,10 +176,10 @@ def test_where_nothing_scrolls_a_finger_may_slip_on_a_button(ui):
 
 
 @pytest.fixture
-def chart(ui) -> Timeline:
+def chart(ui) -> Lanes:
     """In a page that scrolls."""
     bars = (Bar("a", 2, 4, movable=True),)
-    chart = Timeline(lanes=[Lane("Aino", bars=bars, key=1)], hours=24, size_hint_y=None, height=100)
+    chart = Lanes(lanes=[Lane("Aino", bars=bars, key=1)], hours=24, size_hint_y=None, height=100)
     page_of(ui, chart, kind=LowColumn)
     ui.advance(0.2)
     return chart

@@ -47,7 +47,7 @@ from app.widgets.list_row import ListRow
 from app.widgets.number_pad import PadKey
 from app.widgets.pages import LowPage
 from app.widgets.rows import QueueRow, RobotChip
-from app.widgets.text import ScreenTitle, Title, Value
+from app.widgets.text import ScreenTitle, Value
 from tests.screenshots.fleet import fleet
 from tests.screenshots.home import ERROR, SILENT, damaged, home
 from tests.screenshots.planning import Stand
@@ -174,15 +174,6 @@ def test_each_of_three_robots_is_seen_whole(ui, small):
     assert len(chips) == 3
     for chip in chips:
         assert checks.is_seen(chip)
-
-
-@pytest.mark.parametrize("small", [pytest.param(((1024, 600), "large"), id="1024x600-large")], indirect=True)
-def test_the_heading_of_the_schedules_is_on_one_line(ui, small):
-    stand = Stand(small, "scheduler")
-    stand.vm.choose_part("schedules")
-    stand.settle()
-    heading = next(label for label in ui.find_all(Title) if label.text == _("Schedules"))
-    assert heading.lines == 1
 
 
 @pytest.mark.long

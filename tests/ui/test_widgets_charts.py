@@ -16,8 +16,8 @@ from app.services.history.figures import Facts
 from app.widgets.chart import Sparkline, glyphs, nice_step
 from app.widgets.charts import RobotBars, StackedBars
 from app.widgets.figures import FigureCard
+from app.widgets.lanes import Lanes
 from app.widgets.robot_map import RobotMap
-from app.widgets.timeline import Timeline
 from tests.ui.drawing import instructions
 
 
@@ -62,8 +62,8 @@ def test_a_figure_shows_its_value_with_the_unit_and_how_it_has_changed(ui):
 @pytest.mark.parametrize(
     "chart",
     [
-        lambda: Timeline(),
-        lambda: Timeline(lanes=[Lane("Aino")]),
+        lambda: Lanes(),
+        lambda: Lanes(lanes=[Lane("Aino")]),
         lambda: StackedBars(),
         lambda: StackedBars(days=[DayBar(date(2026, 11, 16), "Mon", "16 Nov", 0, 0, 0)]),
         lambda: RobotBars(),

@@ -5,12 +5,10 @@ from __future__ import annotations
 import pytest
 
 from app.screens.home.lists import QueueEntry, RobotSummary
-from app.screens.scheduler.view import ScheduleItem
-from app.widgets.buttons import IconButton, Toggle
+from app.widgets.buttons import IconButton
 from app.widgets.lists import KEPT, STILL, Rows, ScrollRows
 from app.widgets.long_list import LongList
-from app.widgets.plan_rows import ScheduleLine
-from app.widgets.rows import QueueRow, RobotChip, ScheduleRow
+from app.widgets.rows import QueueRow, RobotChip
 from app.widgets.text import Txt
 from tests.ui.checks import parents, visible_area
 
@@ -257,22 +255,6 @@ def test_only_the_visible_part_of_a_strip_is_drawn(ui):
         assert drawn(strip) == seen(strip)
 
 
-def test_a_schedule_row_asks_and_shows_what_is_true(ui):
-    rows = ui.show(
-        ScrollRows(viewclass="ScheduleRow", data=[ScheduleItem(5, True, "Deliver", "Daily", "Tomorrow")]), (400, 200)
-    )
-    calls = actions_of(rows)
-    ui.tap(ui.find(Toggle))
-    assert calls == [(5, "switch", False)]
-    assert ui.find(Toggle).active  # until the service has agreed
-    rows.data = [ScheduleItem(5, False, "Deliver", "Daily", "Tomorrow")]
-    assert not ui.find(Toggle).active
-    ui.tap(ui.find(Txt, text="Deliver"))
-    dots = ui.find(IconButton, root=ui.find(ScheduleRow))
-    ui.tap(dots)
-    assert calls[1:] == [(5, "edit"), (5, "menu", dots)]
-
-
 @pytest.mark.parametrize("width", [300, 352, 480, 600])
 def test_no_chip_of_a_strip_is_cut_wherever_its_arrows_lead(ui, width):
     strip = ui.show(ScrollRows(direction="x", viewclass="RobotChip", spacing=8, data=robots(7)), (width, 72))
@@ -292,28 +274,6 @@ def test_three_robots_have_room_on_a_small_strip(ui):
         for label in (widget for widget in chip.walk(restrict=True) if isinstance(widget, Txt) and widget.text):
             assert label.to_window(label.right, 0)[0] <= chip.to_window(chip.right, 0)[0]
             assert label.texture_size[0] <= label.width + 1
-
-
-LONG_RULES = [
-    "Every 5 minutes from 06:00 to 22:00, on Mon, Tue, Wed, Thu, until 18 December 2026 · High",
-    "Every 5 minutes from 06:00 to 22:00, on Fri, Sat, until 18 December 2026 · High",
-]
-
-
-@pytest.mark.parametrize("width", [330, 420])
-def test_a_long_rule_is_read_to_its_days(ui, width):
-    """They are what two rows differ in."""
-    data = [
-        ScheduleItem(n, True, "Deliver", rule, "Tomorrow 06:30")
-        for n, rule in enumerate([*LONG_RULES, "Every Fri at 06:30"])
-    ]
-    rows = ui.show(LongList(viewclass=ScheduleLine.__name__, row_height=72, data=data), (width, 400))
-    ui.advance(0.3)
-    for rule in LONG_RULES:
-        said = ui.find(Txt, rows, text=rule)._label.text.replace("\n", " ").replace("\N{NO-BREAK SPACE}", " ")
-        assert said.startswith(rule.partition(", until")[0])
-    heights = {view.key: view.height for view in rows.views}
-    assert heights[2] == 72 < heights[0] <= 100
 
 
 # ---------------------------------------------------------------------- rows keep their order under a finger

@@ -91,9 +91,9 @@ class Wear:
         with a long list and a month above it, while a robot is checked up, which keeps the page of robots open: the
         fullest possible window."""
         scheduler, logs = self._seen("scheduler"), self._seen("logs")
-        for mode in ("days", "hours"):
+        for tab in ("schedules", "suggestions", "plan"):
             self._seen("scheduler")
-            scheduler.vm.choose_mode(mode)
+            scheduler.choose_tab(tab)
             self._ui.wait(lambda: self._shell.background.idle)
         for part in ("figures", "activity", "runs"):
             self._seen("logs")

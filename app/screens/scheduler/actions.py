@@ -13,7 +13,8 @@ from app.screens.common import formats
 from app.screens.common.shell import Shell
 from app.screens.common.started import StartReports
 from app.screens.scheduler import view
-from app.screens.scheduler.facts import SchedulerServices
+from app.screens.scheduler.draft import Draft
+from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
 from app.services.catalogue.catalogue import Removed
 from app.services.catalogue.undo import Switched
 
@@ -87,6 +88,35 @@ class ScheduleActions:
             lambda _none: self._shell.offer_undo(
                 text, lambda: pausing.skip(schedule.id, at), self._done, about=_about(schedule.id, at)
             ),
+        )
+
+    # ------------------------------------------------------------------ moving a start
+    @staticmethod
+    def moved(facts: SchedulerFacts, schedule: Schedule, at: datetime, to: datetime) -> Schedule | None:
+        """The schedule with all its starts moved like that one; None: its rule can't."""
+        zone = ZoneInfo(schedule.timezone)
+        before, after = (moment.astimezone(zone).replace(tzinfo=None) for moment in (at, to))
+        draft = Draft.of(schedule, facts.name(schedule)).moved(before, after)
+        return draft.schedule() if draft.starts_at(after, facts.calendar) else None
+
+    def move_one(self, schedule: Schedule, at: datetime, to: datetime) -> None:
+        """Only the start planned at that instant."""
+        moving, local = self._services.moving, to.astimezone(ZoneInfo(schedule.timezone)).replace(tzinfo=None)
+        text = _("{name} is moved to {time}").format(name=self._name(schedule), time=self._time(schedule, to))
+        self._act(
+            schedule.id,
+            lambda: moving.move(schedule.id, at, local),
+            lambda moved: self._shell.offer_undo(
+                text, lambda: moving.undo(moved), self._done, about=_about(schedule.id, at)
+            ),
+        )
+
+    def move_all(self, schedule: Schedule, moved: Schedule) -> None:
+        save, text = self._services.catalogue.save_schedule, _("{name} is changed").format(name=self._name(schedule))
+        self._act(
+            schedule.id,
+            lambda: save(moved),
+            lambda _saved: self._shell.offer_undo(text, lambda: save(schedule), self._done, about=_about(schedule.id)),
         )
 
     def pause(self, schedule: Schedule) -> None:

@@ -4,87 +4,92 @@ changes until it is saved, and both can be undone."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import datetime, timedelta
 from typing import Any
 
 from kivy.clock import Clock
 from kivy.event import EventDispatcher
-from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
-from kivy.uix.boxlayout import BoxLayout
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty
 
 from app.domain.models import Schedule
-from app.i18n import _, ngettext
+from app.i18n import _
+from app.screens.common import formats
+from app.screens.common.options import MenuItem
 from app.screens.common.shell import Shell
+from app.screens.scheduler import view
 from app.screens.scheduler.draft import Draft
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
 from app.services.suggestions import suggestions as words
-from app.services.suggestions.suggestions import Advice, Change, Suggestion
-from app.widgets.dialogs import FormDialog
-from app.widgets.lists import Row
-from app.widgets.surfaces import Surface
+from app.services.suggestions.suggestions import Advice, Change, Result, Suggestion
+from app.widgets.items import Action, Item
 
 SOON = 5.0  # s after the Scheduler was opened, so that it is drawn first
 AGAIN = timedelta(hours=12)
 
 
-@dataclass(frozen=True)
-class ChangeView:
-    """Values of SuggestionChange; ``key``: which of the suggestion's."""
-
-    key: int
-    promise: str
-    action: str
-
-
-@dataclass(frozen=True)
-class SuggestionView:
-    """Values of SuggestionPanel; ``key``: id of the schedule."""
-
-    key: int
-    text: str
-    changes: tuple[ChangeView, ...]
+def suggestion_items(advice: Advice, facts: SchedulerFacts) -> list[Item]:
+    """A row for each suggestion, with a button for each change that would help; below them the results of those taken."""
+    items = [_suggestion(one, facts) for one in advice.suggestions]
+    if advice.results:
+        items.append(Item("taken", _("Taken"), look="head", opens=False))
+    return items + [_result(each, facts) for each in advice.results]
 
 
-def suggestion_views(advice: Advice, called: Callable[[Schedule], str]) -> list[SuggestionView]:
-    return [
-        SuggestionView(
-            one.schedule.id,
-            words.sentence(one, _, called(one.schedule)),
-            tuple(
-                ChangeView(number, words.promise(change, _), words.action(change, _))
-                for number, change in enumerate(one.changes)
-            ),
+def _suggestion(one: Suggestion, facts: SchedulerFacts) -> Item:
+    found = one.finding
+    late = _("{late} of {starts} starts late").format(late=found.late, starts=found.starts)
+    if found.typical_s is not None:
+        late = _("{late}, about {time}").format(
+            late=late, time=formats.rough_duration(max(60, round(found.typical_s / 60) * 60))
         )
-        for one in advice.suggestions
-    ]
-
-
-def title(advice: Advice | None) -> str:
-    """Empty without suggestions."""
-    if advice is None or not (advice.suggestions or advice.results):
-        return ""
-    count = len(advice.suggestions)
-    return (
-        ngettext("Suggestions ({n})", "Suggestions ({n})", count).format(n=count)
-        if count
-        else _("Results of suggestions")
+    rule = f"{view.short_rule(one.schedule)}, {one.whose}"
+    actions = tuple(
+        Action(f"take {number}", words.action(change, _), style="outlined") for number, change in enumerate(one.changes)
+    )
+    return Item(
+        one.schedule.id,
+        _title(one.schedule, facts),
+        f"{rule} · {late}",
+        icon="lightbulb-on-outline",
+        tone="attention",
+        note=words.because(one, _),
+        actions=(*actions, Action("menu", icon="dots-vertical")),
+        below=True,
+        opens=False,
     )
 
 
+def _result(result: Result, facts: SchedulerFacts) -> Item:
+    counts = _("{late} of {starts} late since, {before} of {all} before").format(
+        late=result.late, starts=result.starts, before=result.before.late, all=result.before.starts
+    )
+    return Item(
+        ("taken", result.schedule.id),
+        _title(result.schedule, facts),
+        view.short_rule(result.schedule),
+        counts,
+        icon="check",
+        tone="done",
+        opens=False,
+    )
+
+
+def _title(schedule: Schedule, facts: SchedulerFacts) -> str:
+    mission = facts.mission(schedule.mission_id)
+    return facts.name(schedule) or (mission.name if mission else schedule.name)
+
+
 class AdviceState(EventDispatcher):
-    """Read by kv. Hidden without a ``title``."""
+    """Read by kv. ``count``: suggestions, not results."""
 
-    title = StringProperty()
     rows = ListProperty()
-    results = StringProperty()
+    count = NumericProperty(0)
     busy = BooleanProperty(False)  # being computed
-
-    def open_dialog(self) -> None:
-        """All of them."""
+    empty = BooleanProperty(False)  # it is known that there are none
 
     def act(self, key: int, action: str, *values: Any) -> None:
-        """One was used."""
+        """A row was used."""
 
 
 class AdviceModel(AdviceState):
@@ -104,7 +109,6 @@ class AdviceModel(AdviceState):
         self._advice = Advice()
         self._computed_at: datetime | None = None
         self._in_form: tuple[Suggestion, Change] | None = None  # what was taken and not saved yet
-        self._dialog: SuggestionsDialog | None = None
 
     # ------------------------------------------------------------------ what there is
     def opened(self) -> Callable[[], None]:
@@ -143,35 +147,25 @@ class AdviceModel(AdviceState):
         self.show()
 
     def show(self) -> None:
-        called = self._facts().called
-        self.title = title(self._advice)
-        if not self.title and self._dialog is not None:
-            self._dialog.dismiss()  # with its text: it must not look empty while it closes
-            return
-        self.rows = suggestion_views(self._advice, called)
-        self.results = "\n".join(
-            words.since_then(result, _, called(result.schedule)) for result in self._advice.results
-        )
-
-    def open_dialog(self) -> None:
-        self._dialog = SuggestionsDialog(state=self)
-        self._shell.dialogs.open(self._dialog)
+        self.rows, self.count = suggestion_items(self._advice, self._facts()), len(self._advice.suggestions)
+        self.empty = not self.rows
 
     # ------------------------------------------------------------------ what is answered
     def act(self, key: int, action: str, *values: Any) -> None:
         one = next((one for one in self._advice.suggestions if one.schedule.id == key), None)
         if one is None:
             return
-        if action == "take":
-            self._open_form(one, one.changes[values[0]])
+        if action == "menu":
+            anchor, items = values[0], [MenuItem("dismiss", _("Not now"), "bell-off-outline")]
+            self._shell.dialogs.menu(
+                anchor, _title(one.schedule, self._facts()), items, lambda _key: self._dismiss(one)
+            )
         else:
-            self._dismiss(one)
+            self._open_form(one, one.changes[int(action.removeprefix("take "))])
 
     def _open_form(self, one: Suggestion, change: Change) -> None:
         """Filled with the change; it is saved as any edit."""
         self._in_form = one, change
-        if self._dialog is not None:
-            self._dialog.dismiss()
         self._edit(replace(Draft.of(change.draft, self._facts().name(one.schedule)), base=one.schedule))
 
     def saved(self, schedule: Schedule) -> bool:
@@ -234,40 +228,3 @@ def _is_change(schedule: Schedule, change: Change) -> bool:
 
 
 NO_ADVICE = AdviceState()
-
-
-class SuggestionPanel(Row, Surface):
-    """One finding and what would have helped. Actions: "take" with the number of a change, "dismiss"."""
-
-    text = StringProperty()
-    changes = ListProperty()
-
-    def on_kv_post(self, _base_widget: Any) -> None:
-        self.fbind("changes", self._build)
-        self._build()
-
-    def _build(self, *_args: Any) -> None:
-        """No rows inside a row: a touch on the inner one would belong to the outer one."""
-        self.ids.changes.clear_widgets()
-        for change in self.changes:
-            line = SuggestionChange(promise=change.promise, action=change.action)
-            line.bind(on_take=lambda _line, key=change.key: self.act("take", key))
-            self.ids.changes.add_widget(line)
-
-
-class SuggestionChange(BoxLayout):
-    """What would help, and the button that opens the form: ``on_take``."""
-
-    promise = StringProperty()
-    action = StringProperty()
-
-    __events__ = ("on_take",)
-
-    def on_take(self) -> None:
-        """The button was pressed."""
-
-
-class SuggestionsDialog(FormDialog):
-    """All suggestions, and the results of accepted ones."""
-
-    state = ObjectProperty(NO_ADVICE, rebind=True)

@@ -36,6 +36,7 @@ class AsksRobot(EventDispatcher):
     _facts: SchedulerFacts
     _draft: Draft
     _submitted: object
+    is_open: bool
 
     def __init__(self) -> None:
         super().__init__()
@@ -90,6 +91,8 @@ class AsksRobot(EventDispatcher):
 
     def _ask_parameters(self) -> None:
         """Of the chosen mission, once as long as the schedule has the same values for it."""
+        if not self.is_open:
+            return
         robot_id, mission, base = self._asked_robot(), self._facts.mission(self._draft.mission_id), self._draft.base
         wanted = (robot_id, mission.guid if mission is not None else "", base.parameters if base is not None else {})
         if wanted == self._asked_of:
@@ -182,7 +185,7 @@ class AsksRobot(EventDispatcher):
             self.problems = problems_of(found)
             self._shell.snackbars.show(_("The mission asks for values: enter them, then save"), icon="form-textbox")
         else:
-            self.save({**{field.name: field.default for field in self.parameters}, **self._draft.entered})
+            self.save()
 
     def _take_parameters(self, found: tuple[MissionParameter, ...]) -> None:
         self._asked = found

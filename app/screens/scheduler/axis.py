@@ -16,7 +16,6 @@ from app.screens.scheduler.view import day_begins
 
 FOLDED_FROM = 6.0  # hours without work and without bars
 QUARTERS = 4  # of an hour: clocks are changed at one
-NEAR_NOW = 0.03  # of the visible part, around the now-line, without tick labels
 
 Span = tuple[float, float]  # from and to
 
@@ -132,11 +131,11 @@ def held(facts: SchedulerFacts, now: datetime, read: Range) -> Iterable[Band]:
 def held_until(hold: Hold | None, facts: SchedulerFacts, now: datetime) -> str:
     """Empty for no hold."""
     if hold is None or hold.until is None:
-        return _("Held until released") if hold else ""
-    return _("Held until {time}").format(time=formats.day_or_time(hold.until, facts.settings.timezone, now))
+        return _("On hold") if hold else ""
+    return _("On hold until {time}").format(time=formats.day_or_time(hold.until, facts.settings.timezone, now))
 
 
-def ticks(zone: ZoneInfo, read: Range, now: float, step: int, seen: float) -> Iterable[Tick]:
+def ticks(zone: ZoneInfo, read: Range, step: int) -> Iterable[Tick]:
     """A tick every ``step`` local hours, strong at midnight, with the year on 1 January; and one at each clock change,
     even of half an hour."""
     begins = int(read.low * QUARTERS) - 1
@@ -151,4 +150,4 @@ def ticks(zone: ZoneInfo, read: Range, now: float, step: int, seen: float) -> It
         elif local.hour == 0:
             yield Tick(hour, formats.wall_day(local.date(), year=(local.month, local.day) == (1, 1)), True)
         elif step < 24 and local.hour % step == 0:
-            yield Tick(hour, "" if abs(hour - now) < seen * NEAR_NOW else formats.wall_time(local), False)
+            yield Tick(hour, formats.wall_time(local), False)

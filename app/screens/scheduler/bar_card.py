@@ -33,7 +33,7 @@ def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> Card
     )
     log, edit = (
         MenuItem("log", _("Open in Logs"), "text-box-outline"),
-        MenuItem("edit", _("Edit schedule"), "pencil-outline"),
+        MenuItem("edit", _("Edit"), "pencil-outline"),
     )
     if facts.is_skipped(
         execution, now
@@ -97,8 +97,9 @@ def start_card(facts: SchedulerFacts, run: PlannedRun, now: datetime) -> Card:
             )
         )
     items = (
-        MenuItem("skip", _("Skip this one"), "skip-next"),
-        MenuItem("edit", _("Edit schedule"), "pencil-outline"),
+        MenuItem("move", _("Move"), "arrow-left-right", disabled=run.begins != run.at),
+        MenuItem("skip", _("Skip"), "skip-next"),
+        MenuItem("edit", _("Edit"), "pencil-outline"),
         run_item(facts, run.schedule, now),
     )
     when = f"{foreseen.whose(run)} · {_from_to(facts, run.begins, ends)}"
@@ -106,8 +107,7 @@ def start_card(facts: SchedulerFacts, run: PlannedRun, now: datetime) -> Card:
         conflicts.sentence(each.code, each.at, each.details, facts.zone, _)
         for each in Contested(facts.conflicts).of(run)
     ]
-    way = _("To change its time, press and hold its bar and drag it") if run.begins == run.at else ""
-    note = _lines(facts.name(run.schedule), when, foreseen.sentence(run), length, held, *contested, way)
+    note = _lines(facts.name(run.schedule), when, foreseen.sentence(run), length, held, *contested)
     return Card(facts.mission_names.start(run), note, items)
 
 

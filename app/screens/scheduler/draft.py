@@ -19,7 +19,6 @@ from app.services.planning.working_days import WorkingCalendar
 
 Target = int | tuple[str, int]  # a robot's id, or ("group", id)
 LAST = -1  # day of month or number of a weekday: the last one
-MOST_MINUTES, MOST_HOURS = 720, 24  # "every …": what the form offers
 SOON = 60  # days in which a working day is looked for
 
 
@@ -42,7 +41,9 @@ class Unit(StrEnum):
 
 
 BEGINS_AT = {Unit.MINUTES: 30, Unit.HOURS: 1}  # "every …" with that unit, until another number is chosen
-COMMON_MINUTES = (5, 10, 15, 30)
+MOST = {Unit.MINUTES: 720, Unit.HOURS: 24}  # "every …": what the form offers
+COMMON = {Unit.MINUTES: (5, 10, 15, 20, 30), Unit.HOURS: (1, 2, 3, 4, 6)}
+DAY_BEGINS = time(8, 0)  # a new "every …" does, until another time is chosen
 # the fields of the time, which change together, and those of robot and mission
 TIMES = (
     "kind",
@@ -62,7 +63,6 @@ TIMES = (
     "nth",
     "month_weekday",
     "origin",
-    "dragged",
 )
 TARGET = ("robot_id", "group_id", "finish_by_minutes")
 TASK = ("mission_id", "parameters")
@@ -81,8 +81,8 @@ class Draft:
     kind: Kind = Kind.ONCE
     more_hours: tuple[int, ...] = ()  # daily, weekly, monthly: also at the same minute of these hours
     weekdays: tuple[str, ...] = WEEKDAYS  # of weekly and every
-    every: int | None = BEGINS_AT[Unit.HOURS]  # None: no number is typed yet
-    unit: Unit = Unit.HOURS
+    every: int | None = BEGINS_AT[Unit.MINUTES]  # None: no number is typed yet
+    unit: Unit = Unit.MINUTES
     all_day: bool = False  # every: round the clock instead of between two times
     until_time: time = time(18, 0)  # every: the second of the two times
     by_weekday: bool = False  # monthly: n-th weekday instead of day of month
@@ -101,7 +101,6 @@ class Draft:
     entered: Mapping[str, Any] = field(default_factory=dict)  # in the parameters' fields, as text where it was typed
     name: str = ""
     base: Schedule | None = None
-    dragged: tuple[Any, ...] | None = None  # its times as a finger made them that dragged one of its starts
     origin: Schedule | None = None  # the source of its times: the base, or the copied schedule
     lost: Schedule | None = None  # its schedule, which has been deleted since
     entry: object = field(default_factory=object, compare=False, repr=False)  # the same through all its changes
@@ -129,20 +128,11 @@ class Draft:
 
     def is_stored(self, name: str) -> bool:
         """Whether it is an unchanged schedule; ``name`` is the one entered by a person."""
-        return (
-            self.base is not None
-            and replace(Draft.of(self.base, name), origin=self.origin, dragged=self.dragged) == self
-        )
+        return self.base is not None and replace(Draft.of(self.base, name), origin=self.origin) == self
 
     def timed_as(self, other: Draft) -> Draft:
         """The same at the times of ``other``."""
         return replace(self, **{name: getattr(other, name) for name in TIMES})
-
-    def keeps(self, other: Draft) -> bool:
-        """Whether it equals ``other`` apart from times that were not entered: stored ones, or a dragged bar."""
-        if other.base is None or other.timed_as(self) != self:
-            return other == self
-        return other == self or other.times in (Draft.of(other.base).times, other.dragged)
 
     @property
     def times(self) -> tuple[Any, ...]:
@@ -157,12 +147,12 @@ class Draft:
             ),
         }
         last = None if self.kind is Kind.ONCE else self.last_day
-        return self.day, self.at.minute, self._hours(), self.timezone, self.kind, last, *own.get(self.kind, ())
+        return self.day, self.at.minute, self.hours, self.timezone, self.kind, last, *own.get(self.kind, ())
 
     @property
     def start(self) -> datetime:
         """Naive local: the earliest of its times on the first day."""
-        return datetime.combine(self.day, self.at.replace(hour=min(self._hours())))
+        return datetime.combine(self.day, self.at.replace(hour=min(self.hours)))
 
     @property
     def recurrence(self) -> str | None:
@@ -174,7 +164,7 @@ class Draft:
         parts = [_FREQUENCIES[self.kind](self)]
         if self.kind in (Kind.WEEKLY, Kind.EVERY):
             parts += self._by_day()
-        if len(hours := self._hours()) > 1:
+        if len(hours := self.hours) > 1:
             parts += ["BYHOUR=" + ",".join(map(str, hours)), f"BYMINUTE={self.at.minute}"]
         if self.last_day is not None:
             if self.last_day < self.day:
@@ -231,10 +221,7 @@ class Draft:
     def moved(self, before: datetime, after: datetime) -> Draft:
         """Move the start at ``before`` (naive local) to ``after``. In a rule, starts of its hour on other days move
         too, the others keep their hours and get its minute; with "every …" all move."""
-        if after == before:
-            return self
-        draft = self._moved(before, after)
-        return replace(draft, dragged=draft.times)
+        return self if after == before else self._moved(before, after)
 
     def starts_at(self, local: datetime, calendar: WorkingCalendar) -> bool:
         """Whether it would, at that naive local time."""
@@ -333,7 +320,7 @@ class Draft:
                 self, at=begins.time(), until_time=ends.time() if ends.date() <= begins.date() else time(23, 59)
             )
         hour = after.hour if before.hour == self.at.hour else self.at.hour
-        hours = {*self._hours(), after.hour} - ({before.hour} if before.hour != after.hour else set())
+        hours = {*self.hours, after.hour} - ({before.hour} if before.hour != after.hour else set())
         draft = replace(self, at=time(hour, after.minute), more_hours=tuple(sorted(hours - {hour})))
         if before.date() == after.date():
             return draft
@@ -344,7 +331,9 @@ class Draft:
             **(Draft.derived(after.date()) if self.kind is Kind.MONTHLY else {}),
         )
 
-    def _hours(self) -> list[int]:
+    @property
+    def hours(self) -> list[int]:
+        """Of all its times of day."""
         more = self.more_hours if self.kind in (Kind.DAILY, Kind.WEEKLY, Kind.MONTHLY) else ()
         return sorted({self.at.hour, *more})
 
@@ -357,7 +346,7 @@ class Draft:
         return ["BYDAY=" + ",".join(days)]
 
     def _interval(self) -> str:
-        most = MOST_HOURS if self.unit is Unit.HOURS else MOST_MINUTES
+        most = MOST[self.unit]
         if self.every is None or not 1 <= self.every <= most:
             raise InvalidInput("every", "A number from 1 to {most}", most=most)
         interval = f";INTERVAL={self.every}" if self.every > 1 else ""
@@ -426,7 +415,7 @@ def _read_hours(parts: dict[str, str], start: datetime) -> dict[str, Any] | None
 
 def _read_every(unit: Unit, interval: int, parts: dict[str, str], between: Between | None) -> dict[str, Any] | None:
     days = _plain_days(parts.pop("BYDAY", ",".join(WEEKDAYS)))
-    if days is None or interval > (MOST_HOURS if unit is Unit.HOURS else MOST_MINUTES):
+    if days is None or interval > MOST[unit]:
         return None
     fields: dict[str, Any] = {
         "kind": Kind.EVERY,

@@ -15,10 +15,11 @@ from app.domain.models import Connection, Execution, Group, Mission, Robot, Sche
 from app.screens.common.holding import hold_for, hold_of_run
 from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames, Start
 from app.screens.common.name_order import by_name
-from app.screens.common.robot_appearance import is_silent
+from app.screens.common.robot_appearance import is_old, is_silent, state_appearance
 from app.screens.common.start_now import is_stopped
 from app.screens.scheduler.draft import Draft
 from app.services.catalogue.catalogue import Catalogue
+from app.services.catalogue.moving import Moving
 from app.services.catalogue.pausing import Pausing
 from app.services.catalogue.preview import Forecasts
 from app.services.files.plan_export import PlanFiles
@@ -34,7 +35,7 @@ from app.services.robots.maps import RobotMaps
 from app.services.robots.missions import RobotMissions
 from app.services.suggestions.suggestions import Suggestions
 
-HOURS = 24  # that the timeline shows at first
+HOURS = 8  # that the plan shows at first
 MARGIN = 0.5  # read on both sides of the visible part, so that dragging finds content there
 DAYS = 7
 BEFORE = timedelta(hours=1)  # of the past stays in sight
@@ -54,6 +55,7 @@ class SchedulerServices:
     history: History
     holds: Holds
     maps: RobotMaps
+    moving: Moving
     operator: Operator
     pausing: Pausing
     plan: Plan
@@ -72,7 +74,7 @@ class Window:
     hours: float = HOURS
     unfolded: frozenset[datetime] = frozenset()
     robots: frozenset[int] = frozenset()  # by id; none: all
-    opened: frozenset[Hashable] = frozenset()  # open lines that represent several lanes
+    opened: Hashable = None  # the open line of those that represent several lanes; None: the first
 
     def start(self, now: datetime, zone: ZoneInfo) -> datetime:
         """UTC instant of the left edge."""
@@ -119,12 +121,12 @@ class SchedulerFacts:
     names: Mapping[int, Mapping[str, str]] = field(
         default_factory=dict
     )  # of the missions that a robot has, by its id and their guid
-    typed: frozenset[tuple[int, str]] = frozenset()  # of these, those known from Settings only
     stopped: frozenset[int] = frozenset()  # ids of robots that do nothing until a person helps them
     silent: Mapping[int, Connection] = field(
         default_factory=dict
     )  # connections of robots that give no answer, or none to trust
     mission_names: MissionNames = NOTHING_KNOWN  # what is known of the values that missions get
+    icons: Mapping[int, tuple[str, str]] = field(default_factory=dict)  # by robot: icon of its state, and its tone
     skips: frozenset[tuple[int, datetime]] = frozenset()  # future skipped starts: schedule and instant
 
     @property
@@ -249,10 +251,10 @@ def read(services: SchedulerServices, window: Window | None = None) -> Scheduler
         own_hold=next((hold for hold in services.holds.all_active() if hold.clock or hold.is_copy), None),
         usual_s={key: one.median_s for key, one in usual.items() if one.median_s},
         names={robot.id: services.robot_missions.names(robot.id) for robot in robots},
-        typed=frozenset(key for key, one in usual.items() if one.typed),
         silent=silent(services.snapshots, robots),
         skips=skips,
         stopped=stopped(services, settings, robots),
+        icons=icons(services, settings, robots),
     )
 
 
@@ -265,6 +267,16 @@ def stopped(services: SchedulerServices, settings: Settings, robots: Iterable[Ro
     """Those of ``SchedulerFacts.stopped``."""
     now = services.clock.now()
     return frozenset(robot.id for robot in robots if is_stopped(services.snapshots.get(robot.id), settings, now))
+
+
+def icons(services: SchedulerServices, settings: Settings, robots: Iterable[Robot]) -> Mapping[int, tuple[str, str]]:
+    """Those of ``SchedulerFacts.icons``."""
+    now, found = services.clock.now(), {}
+    for robot in robots:
+        snapshot = services.snapshots.get(robot.id)
+        look = state_appearance(robot, snapshot, is_old(snapshot, now, settings))
+        found[robot.id] = look.icon, look.tone
+    return found
 
 
 def _is_start(at: datetime, schedule: Schedule | None, calendar: WorkingCalendar) -> bool:

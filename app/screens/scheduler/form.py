@@ -2,61 +2,68 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from datetime import datetime
 from typing import Any
 from zoneinfo import ZoneInfo
 
 from kivy.clock import Clock
-from kivy.properties import BooleanProperty, ListProperty
+from kivy.properties import BooleanProperty
 
 from app.domain.models import InvalidInput, Overlap, Schedule
 from app.i18n import _
-from app.screens.common.options import Option
 from app.screens.common.parameters_view import Problems, values_of
+from app.screens.common.problems import sentence_of
 from app.screens.common.shell import Shell
 from app.screens.scheduler import form_view
-from app.screens.scheduler.draft import Draft, Kind
+from app.screens.scheduler.draft import Draft
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
 from app.screens.scheduler.form_fields import FormFields
-from app.screens.scheduler.form_view import Preview
-from app.screens.scheduler.form_warnings import WarningRow
+from app.screens.scheduler.form_notes import Preview
 from app.services.catalogue.preview import Forecast
 
 AFTER_TYPING = 0.1  # s of rest before the forecast is asked for
-MOST_DRAFTS = 5  # drafts that are kept
 # passed on to the next form
-KEPT = ("_facts", "_draft", "_empty", "_offered", "_submitted", "_in_writing", "saving", "drafts", "more", "entry")
+KEPT = (
+    "_facts",
+    "_draft",
+    "_empty",
+    "_offered",
+    "_submitted",
+    "_written",
+    "_kept",
+    "saving",
+    "more",
+    "entry",
+    "is_open",
+)
 
 
 class FormModel(FormFields):
-    """``saved(schedule, is_left)`` is called when one is stored, ``is_left`` unless another draft was begun or this one
-    changed since, and returns whether it reports this itself; ``skip(schedule, start)`` to skip a start,
-    ``again(schedule, start)`` to start it after all."""
+    """``saved(schedule)`` is called when one is stored, and returns whether it reports this itself; ``seen(draft,
+    forecast)`` whenever these have changed, with None while the form is closed."""
 
-    more = BooleanProperty(False)  # the less common fields are shown
-    drafts = ListProperty()  # unsaved entries, the newest last
-
-    __events__ = ("on_draft",)
+    is_open = BooleanProperty(False)
+    more = BooleanProperty(False)  # the rarer fields are shown
 
     def __init__(
         self,
         services: SchedulerServices,
         shell: Shell,
-        saved: Callable[[Schedule, bool], bool],
-        skip: Callable[[Schedule, datetime], object],
-        again: Callable[[Schedule, datetime], object],
+        saved: Callable[[Schedule], bool],
+        seen: Callable[[Draft | None, Forecast | None], object],
     ) -> None:
         super().__init__()
-        self._services, self._shell, self._saved, self._skip, self._again = services, shell, saved, skip, again
+        self._services, self._shell, self._saved, self._seen = services, shell, saved, seen
         self._facts = SchedulerFacts()
         self._preview = Preview()
         self._forecast_later = Clock.create_trigger(lambda _dt: self.forecast(), AFTER_TYPING)
         self._draft = self._fresh()
         self.entry = self._draft.entry
         self._submitted: object = None  # the entry being written, as in the form
-        self._in_writing: set[object] = set()  # entries that are, be they in the form or not
+        self._written: dict[object, Schedule | None] = {}  # by entry: as it is stored; None: being written
+        self._kept: dict[object, Draft] = {}  # by entry: what can be brought back
         self._empty: Draft | None = self._draft  # its first state; None: it was filled in
         self._offered: Draft | None = None  # as a finger on free time has begun it
         self._successor: FormModel | None = None  # that continues with all of it
@@ -103,18 +110,29 @@ class FormModel(FormFields):
         )
 
     def begin(self, draft: Draft | None = None) -> None:
-        """Show ``draft``, which fires ``on_draft``, or an empty form. Unsaved entries that are not in it can be brought back."""
+        """Open with ``draft``, or empty. Other entries that aren't saved can be brought back."""
         self._wait_no_more()
-        kept = self._draft
-        if self._is_entered and not (draft is not None and draft.keeps(kept)):
-            self._keep_draft(kept)
-            said = _("{name}: the unsaved entries are kept as a draft").format(name=form_view.called(self._facts, kept))
-            self._shell.snackbars.undo(
-                said, _("Open the draft"), lambda: self.open_draft(kept.entry), about=_about(kept)
-            )
-        if draft is not None:
-            self._keep_drafts([each for each in self.drafts if each.entry is not draft.entry])
+        self._offer_back()
+        self.is_open = True
         self._show_draft(draft)
+
+    def close(self) -> None:
+        """The cross: what was entered can be brought back."""
+        self._wait_no_more()
+        self._offer_back()
+        self.clear()
+
+    def _offer_back(self) -> None:
+        if self._is_entered:
+            said = _("{name}: not saved").format(name=form_view.called(self._facts, self._draft))
+            self._keep(self._draft, said)
+
+    def _keep(self, draft: Draft, said: str) -> None:
+        """What was entered can still be brought back, by hand; what was entered last, if some of it was being saved."""
+        draft = self._kept.setdefault(draft.entry, draft)
+        self._shell.snackbars.undo(
+            said, _("Undo"), lambda: self._shell.go("scheduler", back=draft), stays=True, about=("draft", draft.entry)
+        )
 
     @property
     def _is_entered(self) -> bool:
@@ -128,22 +146,11 @@ class FormModel(FormFields):
         draft = self._draft
         return draft.is_stored(self._facts.name(draft.base) if self._facts.robots else draft.name)
 
-    def _keep_draft(self, draft: Draft) -> None:
-        """An existing draft of its entry is newer."""
-        if all(each.entry is not draft.entry for each in self.drafts):
-            self._keep_drafts([*self.drafts, draft])
-
-    def restore_drafts(self, discarded: Sequence[Draft]) -> None:
-        """The present entry became a draft after them."""
-        self._keep_drafts([*discarded, *self.drafts])
-
     def go_on_from(self, before: FormModel) -> None:
         """The screen was rebuilt. Results of saving come back here; open questions are void."""
         for name in KEPT:
             setattr(self, name, getattr(before, name))
-        before._successor, before.entry, before.drafts = self, None, []
-        if self.is_in_use:
-            self.dispatch("on_draft")
+        before._successor, before.entry = self, None
         self._changed()
 
     @property
@@ -151,80 +158,51 @@ class FormModel(FormFields):
         """The form that has what is here."""
         return self if self._successor is None else self._successor._present
 
-    def _keep_drafts(self, drafts: list[Draft]) -> None:
-        """Keep the last of them. Messages about the others end."""
-        before, self.drafts = self.drafts, drafts[-MOST_DRAFTS:]
-        kept = {each.entry for each in self.drafts}
-        for dropped in (each for each in before if each.entry not in kept):
-            self._shell.snackbars.end(_about(dropped))
-
-    def choose_draft(self) -> None:
-        """Choose a draft to open, or discard all of them."""
-        if len(self.drafts) == 1:
-            self.open_draft(self.drafts[0].entry)
-            return
-        options = [form_view.draft_option(self._facts, draft) for draft in reversed(self.drafts)]
-        self._ask(
-            self._shell.dialogs.choose(
-                _("Bring back"),
-                [*options, Option(None, _("Discard all drafts"), "delete-outline")],
-                lambda entry: self._discard_drafts() if entry is None else self.open_draft(entry),
-            ),
-            about="drafts",
-        )
-
-    def _discard_drafts(self) -> None:
-        """All drafts."""
-        discarded = self.drafts
-        self._keep_drafts([])
-        self._shell.snackbars.undo(
-            _("The drafts are discarded"), _("Undo"), lambda: self._shell.go("scheduler", drafts=discarded)
-        )
-
-    def open_draft(self, entry: object) -> None:
-        """Open that draft; the present entry becomes a draft instead."""
-        draft = next((each for each in self._present.drafts if each.entry is entry), None)
-        if draft is not None:
-            self._shell.go("scheduler", back=draft)
-
     def deleted(self, schedule: Schedule) -> None:
         """What was entered for it can still be brought back, by hand: perhaps the deletion is undone."""
         if self.editing == schedule.id:
-            if self._is_entered:
-                self._keep_draft(self._draft)
-            self.clear()
+            self.close()
 
     def clear(self) -> None:
-        """Clear the form without keeping a draft."""
+        """Close it, and keep nothing."""
+        self.is_open = False
         self._show_draft(None)
 
     def _show_draft(self, draft: Draft | None) -> None:
         self._forget_waiting()
+        if draft is not None and self._kept.pop(draft.entry, None) is not None:
+            self._shell.snackbars.end(("draft", draft.entry))
+        if draft is not None and (written := self._written.get(draft.entry)) is not None and draft.base is None:
+            draft = replace(draft, base=written, lost=None)
         self._draft = self._brought_up_to_date(draft) if draft is not None else self._fresh()
         self._empty = self._draft if draft is None else None
-        self.entry = self._draft.entry
-        if draft is not None:
-            self.dispatch("on_draft")
+        self.entry, self.page = self._draft.entry, ""
         self.more = _uses_more(self._draft)
-        self.saving = self.entry in self._in_writing
+        self.saving = self._is_in_writing(self.entry)
         self._preview, self._asked_of, self._submitted = Preview(), None, None
         self._changed()
 
-    def on_draft(self) -> None:
-        """Something has been put into the form to be looked at."""
+    def _is_in_writing(self, entry: object) -> bool:
+        return entry in self._written and self._written[entry] is None
 
     def edit(self, schedule: Schedule) -> None:
-        self.begin(Draft.of(schedule, self._facts.name(schedule)))
+        if not self.is_open or self.editing != schedule.id:
+            self.begin(Draft.of(schedule, self._facts.name(schedule)))
 
     def duplicate(self, schedule: Schedule) -> None:
         self.begin(Draft.of(schedule).copy())
+
+    def new(self) -> None:
+        """An empty one begins with the choice of a mission."""
+        self.begin()
+        self.choose_mission()
 
     def begin_at(self, robot_id: int, at: datetime) -> None:
         """A new schedule of that robot at that instant; entries for another new one stay, unless that is being saved or
         is for a group."""
         self._wait_no_more()
         untouched = self._draft in (self._empty, self._offered)
-        goes_on = self._draft.is_new and not self.saving and self._draft.group_id is None
+        goes_on = self.is_open and self._draft.is_new and not self.saving and self._draft.group_id is None
         draft, show = (self._draft, self._show_draft) if goes_on else (self._fresh(), self.begin)
         local = at.astimezone(ZoneInfo(draft.timezone)).replace(tzinfo=None)
         offered = replace(draft.with_day(local.date()).aimed_at(robot_id), at=local.time())
@@ -234,29 +212,17 @@ class FormModel(FormFields):
     def show(self) -> None:
         """Build the texts again: time has passed, or the language was switched."""
         preview = Preview(problem=self._refused) if self._refused else self._preview
-        view = form_view.present(self._facts, self._draft, preview, self._services.clock.now())
-        view = replace(view, closable=not self._draft.is_new or self._is_entered)
-        is_moved = self._draft.base is not None and self._draft.dragged == self._draft.times
-        if is_moved and not self._is_stored:
-            is_skipped = any(number == self.editing for number, _at in self._facts.skips)
-            text = (
-                _("Not saved yet. Saving moves all its starts like this one.")
-                if self._draft.kind is not Kind.ONCE
-                else _("Not saved yet. Until then it is skipped.")
-                if is_skipped
-                else _("Not saved yet. Until then it starts as before.")
-            )
-            view = (
-                replace(view, skip_why=text)
-                if view.has_skip
-                else replace(view, warnings=(WarningRow(text, quiet=True), *view.warnings))
-            )
-        self.view = view
-        self.more = self.more or view.wrong_field in form_view.UNDER_MORE
+        self.view = form_view.present(self._facts, self._draft, preview, self._services.clock.now())
+        self.more = self.more or self.view.wrong_field in form_view.UNDER_MORE
+        shown = self.is_open and not self._is_stored
+        self._seen(self._draft if shown else None, self._preview.forecast)
+
+    def on_is_open(self, *_args: object) -> None:
+        self.show()
 
     # ------------------------------------------------------------------ saving
     def save(self, parameters: Mapping[str, Any] | None = None) -> None:
-        """``parameters``: what was entered in their fields, by name."""
+        """``parameters``: the values in their fields, by name; None: those that were entered."""
         if self.saving or self.view.save_off:
             return
         self.problems = {}
@@ -265,7 +231,7 @@ class FormModel(FormFields):
             return
         if self._asked:
             try:
-                self._draft = replace(self._draft, parameters=values_of(self._asked, parameters or {}))
+                self._draft = replace(self._draft, parameters=values_of(self._asked, parameters or self._given))
             except Problems as problems:
                 self.problems = dict(problems.by_name)  # at the fields, which may be out of sight
                 labels = {field.name: field.label for field in self.parameters}
@@ -276,51 +242,57 @@ class FormModel(FormFields):
                 return
         draft, schedule = self._draft, self._draft.schedule()
         self.saving, self._submitted = True, draft.entry
-        self._in_writing.add(draft.entry)
+        self._written[draft.entry] = None
         self._shell.background.run(
             lambda: self._services.catalogue.save_schedule(schedule),
             lambda saved: self._present._is_saved(draft, saved),
             lambda problem: self._present._not_saved(draft, problem),
         )
 
+    @property
+    def _given(self) -> dict[str, Any]:
+        """The values in the fields of the parameters."""
+        return {**{field.name: field.default for field in self.parameters}, **self._draft.entered}
+
     def _is_saved(self, draft: Draft, schedule: Schedule) -> None:
         """``draft`` was saved; later entries, in the form or as a draft, are not."""
-        is_same, is_left = self._is_written(draft)
         new, name = draft.is_new, self._facts.called(schedule)
+        is_same, is_left = self._has_ended(draft, schedule)
         self._facts = replace(
             self._facts, schedules=(*(each for each in self._facts.schedules if each.id != schedule.id), schedule)
-        )
-        self._keep_drafts(
-            [replace(each, base=schedule, lost=None) if each.entry is draft.entry else each for each in self.drafts]
         )
         if is_left:
             self.clear()
         elif is_same:
             self._draft = replace(self._draft, base=schedule, lost=None)
             self._changed()
-        if not self._saved(schedule, is_left):
+        if not self._saved(schedule):
             self._shell.snackbars.show(
                 _("{name} is planned").format(name=name) if new else _("{name} is changed").format(name=name),
                 icon="calendar-check",
             )
 
-    def _is_written(self, draft: Draft) -> tuple[bool, bool]:
-        """Saving has ended, well or not. Whether the form still has that entry, and whether it is unchanged."""
-        self._in_writing.discard(draft.entry)
+    def _has_ended(self, draft: Draft, stored: Schedule | None) -> tuple[bool, bool]:
+        """Saving, well or not. Whether the form still has that entry, and whether it is unchanged."""
+        del self._written[draft.entry]
+        if stored is not None:
+            self._written[draft.entry] = stored
         is_same, is_left = draft.entry is self.entry, draft.entry is self.entry is self._submitted
         if is_same:
             self.saving, self._submitted = False, None
         return is_same, is_left
 
     def _not_saved(self, draft: Draft, problem: BaseException) -> None:
-        is_same, is_left = self._is_written(draft)
+        is_same, is_left = self._has_ended(draft, None)
         if isinstance(problem, InvalidInput) and is_left and self._draft == draft:  # nor changed by a reading
             self._refused = problem
             self.show()
             return
-        if not is_same:  # somebody is on with another one, in good faith
-            self._keep_draft(draft)
-        self._shell.say_problem(problem, form_view.called(self._facts, draft))
+        name = form_view.called(self._facts, draft)
+        if is_same:
+            self._shell.say_problem(problem, name)
+        else:  # somebody is on with another one, in good faith
+            self._keep(draft, _("{name}: {problem}").format(name=name, problem=sentence_of(problem)))
 
     # ------------------------------------------------------------------ inside
     def _fresh(self) -> Draft:
@@ -360,6 +332,8 @@ class FormModel(FormFields):
     def forecast(self) -> None:
         """Ask for the draft's next starts and warnings; only the newest request is answered."""
         draft = self._draft
+        if not self.is_open:
+            return
         try:
             schedule = draft.schedule()
         except InvalidInput:
@@ -391,12 +365,8 @@ def _uses_more(draft: Draft) -> bool:
     return bool(
         draft.last_day
         or draft.more_hours
-        or (draft.priority and draft.group_id is None)
+        or draft.priority
+        or draft.finish_by_minutes
         or draft.overlap is not Overlap.SKIP
         or not draft.respect_working_days
     )
-
-
-def _about(draft: Draft) -> tuple[str, object]:
-    """The message about a kept draft."""
-    return "draft", draft.entry

@@ -2,33 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from datetime import datetime, time
 from typing import Any
 
-from kivy.properties import ObjectProperty
+from kivy.properties import AliasProperty, NumericProperty, ObjectProperty, StringProperty
 
-from app.domain.models import Schedule
 from app.i18n import _
+from app.screens.common import formats
 from app.screens.common.missing_mission import fetch_option, or_fetch
 from app.screens.scheduler import form_view, of_groups
 from app.screens.scheduler.asked import AsksRobot
-from app.screens.scheduler.draft import BEGINS_AT, Draft, Kind, Unit
-from app.screens.scheduler.form_view import FormView, Preview
-from app.screens.scheduler.step_dialog import StepDialog
+from app.screens.scheduler.draft import BEGINS_AT, DAY_BEGINS, MOST, Draft, Kind, Unit
+from app.screens.scheduler.form_notes import Preview
+from app.screens.scheduler.form_view import MORE, FormView
 from app.widgets.dialogs import Overlay
-from app.widgets.fields import whole_number
 
 
 class FormFields(AsksRobot):
-    """``view`` is what is shown. A question is about the draft in the form, ``entry``, and closes when another one takes its place."""
+    """``view`` is what is shown. A question is about the draft in the form, ``entry``, and closes when another one takes its place.
+    ``page`` is the field that the sheet asks for, in the place of all of them."""
 
     view = ObjectProperty(FormView(), rebind=True)
     entry = ObjectProperty(None, allownone=True)  # of the draft in the form
+    page = StringProperty()
+    hour = NumericProperty(0)  # on it
+    minute = NumericProperty(0)
+    missing = StringProperty()  # which of the mission's values has to be given first
+    _has_hour = False  # it was chosen: the minute completes the time
     _preview: Preview
-    _skip: Callable[[Schedule, datetime], object]
-    _again: Callable[[Schedule, datetime], object]
 
     def _local_now(self) -> datetime:
         raise NotImplementedError
@@ -36,18 +38,25 @@ class FormFields(AsksRobot):
     def _change(self, draft: Draft) -> None:
         raise NotImplementedError
 
-    def _ask(self, question: Overlay, about: str = "entry") -> None:
-        """Until that property changes: messages above a dialog can be pressed, and a waiting Save runs at some time."""
+    def _ask(self, question: Overlay) -> None:
+        """Until another draft is in the form: messages above a dialog can be pressed, and a waiting Save runs at some
+        time."""
 
         def close(*_args: object) -> None:
             question.dismiss()
 
-        self.fbind(about, close)
-        question.fbind("on_dismiss", lambda _question: self.funbind(about, close))
+        self.fbind("entry", close)
+        question.fbind("on_dismiss", lambda _question: self.funbind("entry", close))
 
     def set(self, **values: Any) -> None:
         """Change fields of the draft."""
         self._change(replace(self._draft, **values))
+
+    def remedy(self, values: tuple[tuple[str, Any], ...]) -> None:
+        """A note's button was pressed: fields, and their values."""
+        changed = dict(values)
+        day = changed.pop("day", None)
+        self._change(replace(self._draft if day is None else self._draft.with_day(day), **changed))
 
     def choose_mission(self) -> None:
         if not form_view.mission_options(self._facts, self._draft.target):
@@ -64,38 +73,13 @@ class FormFields(AsksRobot):
         today = self._local_now().date()
         self._ask(
             self._shell.dialogs.pick_date(
-                self.view.day_label,
+                _("From"),
                 self._draft.day,
                 lambda day: self._change(self._draft.with_day(day)),
                 today=today,
                 first=min(today, self._draft.day),
             )
         )
-
-    def take_free(self) -> None:
-        """The offered time, without an overlap with another run of the robot."""
-        if self._preview.forecast is not None and (free := self._preview.forecast.free_at) is not None:
-            self.set(at=free.time())
-
-    def choose_skip(self) -> None:
-        """Of the starts that are shown: one to be skipped, or one that is skipped, to be started after all."""
-        schedule, forecast = self._draft.base, self._preview.forecast
-        if schedule is None or forecast is None:
-            return
-        title = _("Skip or restore which start of {name}?") if forecast.skipped else _("Skip which start of {name}?")
-        self._ask(
-            self._shell.dialogs.choose(
-                title.format(name=self._facts.called(schedule)),
-                form_view.skip_options(forecast, self._draft, self._services.clock.now()),
-                lambda at: self._again(schedule, at) if at in forecast.skipped else self._skip(schedule, at),
-            )
-        )
-
-    def pick_time(self) -> None:
-        self._ask(self._shell.dialogs.pick_time(self.view.time_label, self._draft.at, lambda at: self.set(at=at)))
-
-    def pick_until(self) -> None:
-        self._ask(self._shell.dialogs.pick_time(_("Until"), self._draft.until_time, lambda at: self.set(until_time=at)))
 
     def pick_last_day(self) -> None:
         self._ask(
@@ -108,28 +92,80 @@ class FormFields(AsksRobot):
             )
         )
 
+    # ------------------------------------------------------------------ a time, in the sheet itself
+    def pick_time(self, field: str) -> None:
+        at: time = getattr(self._draft, field)
+        self._has_hour = False
+        self.hour, self.minute, self.page = at.hour, at.minute, field
+
+    def choose_hour(self, hour: int) -> None:
+        self.hour, self._has_hour = hour, True
+
+    def choose_minute(self, minute: int) -> None:
+        """After an hour it is the rest of the time."""
+        self.minute = minute
+        if self._has_hour:
+            self.set_time()
+
+    def step_minute(self, direction: int) -> None:
+        self.minute = (self.minute + direction) % 60
+
+    def set_time(self) -> None:
+        field, at = self.page, time(int(self.hour), int(self.minute))
+        self.page = ""
+        self.set(**{field: at})
+
+    def leave_page(self) -> None:
+        """The arrow: nothing has changed."""
+        self.page = ""
+
+    def _get_time_text(self) -> str:
+        return formats.wall_time(time(int(self.hour), int(self.minute)))
+
+    time_text = AliasProperty(_get_time_text, bind=("hour", "minute"))
+
+    def _get_set_text(self) -> str:
+        return _("Set {time}").format(time=self.time_text)
+
+    set_time_text = AliasProperty(_get_set_text, bind=("hour", "minute"))
+
+    # ------------------------------------------------------------------ the other fields
     def choose_kind(self, kind: str) -> None:
-        """ "Interval" begins with an end that is after its beginning."""
-        draft = self._draft
-        later = {}
-        if kind == Kind.EVERY and draft.until_time <= draft.at:
-            later["until_time"] = time(min(draft.at.hour + 8, 23), 59 if draft.at.hour >= 16 else draft.at.minute)
-        self.set(kind=Kind(kind), **later)
+        """Of the rarer ones first that of so many minutes."""
+        if kind == MORE:
+            self._repeat((Kind.OTHER, "") if self._draft.other_rule else form_view.REPEATS[0])
+        else:
+            self.set(kind=Kind(kind))
 
-    def toggle_day(self, day: str) -> None:
-        days = self._draft.weekdays
-        self.set(weekdays=tuple(d for d in days if d != day) if day in days else (*days, day))
+    def choose_repeats(self) -> None:
+        options, selected = form_view.repeats_options(self._draft), form_view.repeats_of(self._draft)
+        self._ask(self._shell.dialogs.choose(_("Repeats"), options, self._repeat, selected=selected))
 
-    def type_every(self, text: str) -> None:
-        try:
-            self.set(every=whole_number(text))
-        except ValueError:
-            self.set(every=None)
+    def _repeat(self, key: tuple[Kind, Any]) -> None:
+        """A new "every …" is for the day, until other times are chosen. A number was meant for its own unit: "1 hour"
+        must not become "every minute"."""
+        kind, which = key
+        draft = replace(self._draft, kind=kind)
+        if kind is Kind.MONTHLY:
+            draft = replace(draft, by_weekday=which)
+        elif kind is Kind.EVERY:
+            if draft.unit is not which:
+                draft = replace(draft, unit=which, every=BEGINS_AT[which])
+            if self._draft.kind is not Kind.EVERY and self._draft.is_new:
+                draft = replace(draft, at=DAY_BEGINS)
+            if draft.until_time <= draft.at:
+                draft = replace(draft, until_time=time(23, 59))
+        self._change(draft)
 
-    def choose_unit(self, unit: str) -> None:
-        """The number was meant for the other unit: "1 hour" must not become "every minute"."""
-        if unit != self._draft.unit:
-            self.set(unit=Unit(unit), every=BEGINS_AT[Unit(unit)])
+    def step_every(self, direction: int) -> None:
+        """Minutes by five from ten on, else one by one."""
+        draft, number = self._draft, self._draft.every or 0
+        step = 5 if draft.unit is Unit.MINUTES and min(number, number + direction) >= 10 else 1
+        self.set(every=min(max(number + step * direction, 1), MOST[draft.unit]))
+
+    def step(self, field: str, direction: int) -> None:
+        """To the next value of a number."""
+        self.set(**{field: form_view.stepped(self._facts, self._draft, field, direction)})
 
     def choose_also(self) -> None:
         self._ask(
@@ -142,28 +178,14 @@ class FormFields(AsksRobot):
             )
         )
 
-    def step_to(self, field: str) -> None:
-        """Ask for the number of one of the draft's fields."""
-        self._ask(
-            self._shell.dialogs.open(
-                StepDialog(
-                    form_view.steps(self._facts, self._draft, field),
-                    getattr(self._draft, field),
-                    lambda chosen: self.set(**{field: chosen}),
-                )
-            )
-        )
-
     def choose(self, field: str) -> None:
         """Pick the value of a field of the draft."""
         draft, facts = self._draft, self._facts
-        selected = getattr(draft, field)
         title, options = {
             "mission_id": (_("Mission"), form_view.mission_options(facts, draft.target)),
             "target": (_("Robot"), of_groups.target_options(facts)),
             "nth": (_("Which one of the month"), form_view.nth_options()),
             "month_weekday": (_("Weekday"), form_view.weekday_options()),
-            "overlap": (_("When the previous run is still open"), form_view.overlap_options(draft)),
         }[field]
         self._ask(
             self._shell.dialogs.choose(
@@ -175,7 +197,7 @@ class FormFields(AsksRobot):
                         self._draft.aimed_at(key) if field == "target" else replace(self._draft, **{field: key})
                     ),
                 ),
-                selected=selected,
+                selected=getattr(draft, field),
                 last=fetch_option() if field == "mission_id" else None,
             )
         )

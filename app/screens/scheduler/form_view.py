@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from datetime import datetime, timedelta
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from typing import Any
 from zoneinfo import ZoneInfo
 
 from app.domain import rules
@@ -13,15 +14,14 @@ from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.holding import HAND, held_word
 from app.screens.common.options import Option
+from app.screens.common.priorities import level
 from app.screens.common.problems import sentence_of
 from app.screens.scheduler import of_groups
-from app.screens.scheduler.draft import COMMON_MINUTES, LAST, MOST_HOURS, MOST_MINUTES, Draft, Kind, Target, Unit
+from app.screens.scheduler.draft import COMMON, LAST, Draft, Kind, Target, Unit
 from app.screens.scheduler.facts import SchedulerFacts
-from app.screens.scheduler.form_warnings import WarningRow, dated, warnings
-from app.screens.scheduler.view import rule_line, rule_sentence
+from app.screens.scheduler.form_notes import NoteRow, Preview, closed_weekdays, dated, notes
+from app.screens.scheduler.view import days_word, rule_line, short_rule
 from app.services.catalogue.preview import Forecast
-from app.services.planning.planned import ASSUMED_S
-from app.services.planning.sentences import missing_months
 
 # field of a service's InvalidInput -> the form's field that shows it
 FIELDS = {
@@ -36,7 +36,7 @@ FIELDS = {
     "finish_by_minutes": "finish_by",
     "group": "robot",
 }
-UNDER_MORE = ("last_day", "name")
+UNDER_MORE = ("battery", "window", "overlap", "finish_by", "last_day", "name")
 SHOWN_FIELDS = (
     "mission",
     "robot",
@@ -46,24 +46,17 @@ SHOWN_FIELDS = (
     "weekdays",
     "every",
     "until_time",
-    "battery",
-    "window",
-    "overlap",
-    "finish_by",
     *UNDER_MORE,
 )
-SOON = timedelta(days=28)  # in which a weekday and its number mean a day
-WINDOWS = (5, 15, 30, 60, 120)  # min
-BATTERIES = (10, 20, 30, 50)  # %
 SKIPPED = "skip-next"  # icon of a start that a person skips
-
-
-@dataclass(frozen=True)
-class Preview:
-    """What the services answer to a draft: a forecast, or why it can't be saved."""
-
-    forecast: Forecast | None = None
-    problem: InvalidInput | None = None
+MANY_A_DAY = 100  # starts
+MORE = "more"  # the segment of the kinds that are rarer
+# fields that are stepped through: least, most, step
+STEPS = {
+    "minimum_battery_percent": (0, 100, 5),
+    "start_window_minutes": (1, 1440, 5),
+    "finish_by_minutes": (0, 1440, 15),
+}
 
 
 @dataclass(frozen=True)
@@ -75,52 +68,28 @@ class StartRow:
 
 
 @dataclass(frozen=True)
-class Steps:
-    """A number to ask for. ``chips``: key and word of the common values; the numbers of those with other words are in
-    ``meant``."""
-
-    title: str
-    label: str  # of the number itself
-    help: str
-    minimum: int
-    maximum: int
-    step: int
-    unit: str
-    chips: tuple[tuple[int | None, str], ...]
-    meant: Mapping[float | None, float] = field(default_factory=dict)
-
-    def number(self, chosen: float | None) -> float:
-        """That holds when this is chosen."""
-        return self.meant.get(chosen, chosen or 0)
-
-
-@dataclass(frozen=True)
 class FormView:
     """What the form shows."""
 
     title: str = ""
-    closable: bool = False  # there is something in it
     mission: str = ""
     robot: str = ""
-    day_label: str = ""
     day: str = ""
-    time_label: str = ""
     time: str = ""
     until: str = ""
     kind: str = Kind.ONCE
     kinds: tuple[tuple[str, str], ...] = ()
-    day_chips: tuple[Option, ...] = ()
-    every: int | None = 1
-    most_every: int = MOST_HOURS
+    repeats: str = ""  # which of the rarer kinds
+    days: tuple[tuple[str, str], ...] = ()  # of the week
+    weekdays: tuple[str, ...] = ()  # those that are chosen
+    every: str = ""
     common_every: tuple[Option, ...] = ()  # numbers that are chosen by one tap
-    unit: str = Unit.HOURS
     all_day: bool = False
     by_weekday: bool = False
     nth: str = ""
     month_weekday: str = ""
-    month_day: str = ""
-    left_out: str = ""  # the months that don't have that day; the last day of each is offered then
-    repeats: bool = False
+    month_day: int = 1
+    has_end: bool = False  # it can have a last day
     last_day: str = ""
     ends: bool = False  # a last day is set
     can_also: bool = False
@@ -128,22 +97,19 @@ class FormView:
     battery: str = ""
     window: str = ""
     overlap: str = ""
+    overlaps: tuple[tuple[str, str], ...] = ()
     respect_working_days: bool = True
-    priorities: tuple[Option, ...] = ()
+    priority: int = 0
+    priorities: tuple[tuple[int, str], ...] = ()
     of_group: bool = False
     finish_by: str = ""
     name: str = ""
     name_hint: str = ""
+    advanced: str = ""  # the rarer fields in a few words, while they are folded
     sentence: str = ""
+    is_much: bool = False  # very many starts a day
     starts: tuple[StartRow, ...] = ()
-    has_skip: bool = False  # a start can be skipped, or is skipped
-    skip: str = ""  # offers that, and to start after all what is skipped
-    can_skip: bool = False  # one of those shown
-    skip_why: str = ""  # it can't be skipped
-    lasts: str = ""  # how long it takes, and how that is known
-    warnings: tuple[WarningRow, ...] = ()
-    free: str = ""  # offers a time without an overlap
-    save: str = ""
+    notes: tuple[NoteRow, ...] = ()
     save_off: bool = True
     why: str = ""  # it can't be saved
     wrong_field: str = ""  # the field with the problem, which shows it; empty: shown next to Save
@@ -154,13 +120,16 @@ class FormView:
     @property
     def kind_fields(self) -> str:
         """The widget with the fields that this kind of recurrence needs besides; empty: none."""
-        monthly = "MonthWeekdayFields" if self.by_weekday else "MonthDayFields"
         return {
-            Kind.WEEKLY: "WeeklyFields",
+            Kind.WEEKLY: "WeekdaysField",
             Kind.EVERY: "EveryFields",
-            Kind.MONTHLY: monthly,
+            Kind.MONTHLY: "MonthWeekdayFields" if self.by_weekday else "MonthDayFields",
             Kind.OTHER: "OtherFields",
         }.get(Kind(self.kind), "")
+
+    @property
+    def segment(self) -> str:
+        return self.kind if self.kind in (Kind.ONCE, Kind.DAILY, Kind.WEEKLY) else MORE
 
 
 def called(facts: SchedulerFacts, draft: Draft) -> str:
@@ -173,88 +142,127 @@ def called(facts: SchedulerFacts, draft: Draft) -> str:
     return facts.mission_names.mission(mission, {**draft.parameters, **draft.entered})
 
 
-def draft_option(facts: SchedulerFacts, draft: Draft) -> Option:
-    """Its name among the drafts, and when it would start."""
-    icon = "calendar-plus" if draft.is_new else "calendar-edit-outline"
-    try:
-        return Option(draft.entry, called(facts, draft), icon, rule_line(draft.schedule()))
-    except InvalidInput:
-        return Option(draft.entry, called(facts, draft), icon)
-
-
 def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime) -> FormView:
     """``preview`` is that of this draft, or empty."""
-    mission = facts.mission(draft.mission_id)
-    target = facts.target(draft)
+    mission, target = facts.mission(draft.mission_id), facts.target(draft)
     field_name, problem = _problem(facts, draft, preview, now)
     forecast = None if problem else preview.forecast
     waits = mission is None or target is None  # not begun rather than wrong
-    minimum = rules.minimum_battery(_schedule_so_far(draft), mission, facts.settings)
-    repeats = draft.kind not in (Kind.ONCE, Kind.OTHER)
-    skipped = forecast.skipped if forecast else ()
-    is_stored = draft.is_stored(facts.name(draft.base))  # what is shown are its starts
+    a_day = starts_a_day(draft)
+    has_end = draft.kind not in (Kind.ONCE, Kind.OTHER)
     return FormView(
         title=_("New schedule") if draft.is_new else _("Edit schedule"),
         mission=mission.name if mission else _("Choose a mission"),
         robot=of_groups.target_text(target),
-        day_label=_("First day") if draft.kind is not Kind.ONCE else _("Day"),
-        day=formats.wall_day(draft.day, year=True),
-        time_label=_("From") if draft.kind is Kind.EVERY and not draft.all_day else _("Time"),
+        day=dated(draft.day, now.astimezone(ZoneInfo(draft.timezone)).date()),
         time=formats.wall_time(draft.at),
         until=formats.wall_time(draft.until_time),
         kind=draft.kind,
-        kinds=kinds(draft),
-        day_chips=_day_chips(draft),
-        every=draft.every,
-        most_every=MOST_HOURS if draft.unit is Unit.HOURS else MOST_MINUTES,
-        unit=draft.unit,
+        kinds=((Kind.ONCE, _("Once")), (Kind.DAILY, _("Daily")), (Kind.WEEKLY, _("Weekly")), (MORE, _("More"))),
+        repeats=repeats_text(repeats_of(draft)),
+        days=_days(),
+        weekdays=draft.weekdays,
+        every="" if draft.every is None else formats.duration(draft.every * UNIT_S[draft.unit]),
+        common_every=tuple(
+            Option(n, formats.duration(n * UNIT_S[draft.unit]), selected=n == draft.every) for n in COMMON[draft.unit]
+        ),
         all_day=draft.all_day,
-        common_every=_common_every(draft),
         by_weekday=draft.by_weekday,
         nth=nth_text(draft.nth),
-        month_day=month_day_text(draft.month_day),
+        month_day=draft.month_day,
         month_weekday=formats.current().weekdays[WEEKDAYS.index(draft.month_weekday)],
-        left_out=_left_out(draft),
-        repeats=repeats,
-        last_day=formats.wall_day(draft.last_day, year=True) if repeats and draft.last_day else _("No last day"),
-        ends=repeats and draft.last_day is not None,
-        can_also=repeats and draft.kind is not Kind.EVERY,
-        also=_also(draft),
-        battery=formats.percent(minimum) if minimum else _("Any"),
-        window=window_text(
-            facts.settings.start_window_minutes if draft.start_window_minutes is None else draft.start_window_minutes
-        ),
-        overlap=overlap_text(draft.overlap),
+        has_end=has_end,
+        last_day=formats.wall_day(draft.last_day, year=True) if has_end and draft.last_day else _("None"),
+        ends=has_end and draft.last_day is not None,
+        can_also=has_end and draft.kind is not Kind.EVERY,
+        also=", ".join(formats.wall_time(draft.at.replace(hour=hour)) for hour in draft.more_hours) or _("None"),
+        battery=formats.percent(number) if (number := number_of(facts, draft, "minimum_battery_percent")) else _("Any"),
+        window=formats.duration(60 * max(1, number_of(facts, draft, "start_window_minutes"))),
+        overlap=draft.overlap,
+        overlaps=_overlaps(draft),
         respect_working_days=draft.respect_working_days,
-        priorities=of_groups.priority_chips(draft.priority),
+        priority=level(draft.priority),
+        priorities=of_groups.priorities(),
         of_group=draft.group_id is not None,
         finish_by=of_groups.finish_by_text(draft.finish_by_minutes),
         name=draft.name,
         name_hint=_name_hint(mission, target),
-        sentence="" if problem else rule_sentence(draft.schedule(), mission, facts.settings, facts.calendar),
+        advanced=_advanced(facts, draft),
+        sentence="" if problem else _sentence(facts, draft, a_day),
+        is_much=a_day > MANY_A_DAY,
         starts=_starts(facts, forecast, draft, now),
-        has_skip=draft.base is not None and draft.base.enabled and (draft.base.next_at is not None or bool(skipped)),
-        skip=_("Skip or restore a start") if skipped else _("Skip a start"),
-        can_skip=bool(forecast and (forecast.starts or skipped)) and is_stored,
-        skip_why="" if is_stored else _("Save the changes first, then skip a start"),
-        lasts=_lasts(forecast, target),
-        warnings=warnings(facts, draft, forecast, now),
-        free=_free(forecast),
-        save=_("Save schedule") if draft.is_new else _("Save changes"),
+        notes=notes(facts, draft, preview, problem, now),
         save_off=bool(problem) or preview.forecast is None,
         why=problem,
         wrong_field="" if waits else field_name,
     )
 
 
+def number_of(facts: SchedulerFacts, draft: Draft, name: str) -> int:
+    """What holds in a field that is stepped through: the draft's own value, else that of Settings."""
+    own = getattr(draft, name)
+    return _inherited(facts, draft, name) if own is None else int(own)
+
+
+def _inherited(facts: SchedulerFacts, draft: Draft, name: str) -> int:
+    if name == "start_window_minutes":
+        return facts.settings.start_window_minutes
+    if name == "minimum_battery_percent":
+        return int(rules.minimum_battery(None, facts.mission(draft.mission_id), facts.settings) or 0)
+    return 0
+
+
+def stepped(facts: SchedulerFacts, draft: Draft, name: str, direction: int) -> int | None:
+    """The next value of a field that is stepped through, a multiple of its step; None: as in Settings, or none."""
+    least, most, step = STEPS[name]
+    number = number_of(facts, draft, name)
+    wanted = (number // step + 1) * step if direction > 0 else (-(-number // step) - 1) * step
+    wanted = min(max(wanted, least), most)
+    if name == "finish_by_minutes":
+        return wanted or None
+    inherited = _inherited(facts, draft, name)
+    return None if wanted == inherited else wanted
+
+
+def _advanced(facts: SchedulerFacts, draft: Draft) -> str:
+    """What of the rarer fields isn't as usual; else how late it may start."""
+    own = number_of(facts, draft, "minimum_battery_percent")
+    said = [
+        _("battery ≥ {percent}").format(percent=formats.percent(own))
+        if draft.minimum_battery_percent is not None
+        else "",
+        "" if draft.respect_working_days else _("any day"),
+        draft.name,
+    ]
+    usual = _("{time} late at most").format(time=formats.duration(60 * number_of(facts, draft, "start_window_minutes")))
+    return ", ".join(filter(None, said)) or usual
+
+
+def _sentence(facts: SchedulerFacts, draft: Draft, a_day: int) -> str:
+    """When it starts; ticked days that are no working days are said to be left out."""
+    schedule = draft.schedule()
+    rule = rule_line(schedule) if draft.kind in (Kind.MONTHLY, Kind.OTHER) else short_rule(schedule)
+    if draft.kind is Kind.EVERY and not draft.all_day:
+        rule = ngettext("{rule}: {n} a day", "{rule}: {n} a day", a_day).format(rule=rule, n=a_day)
+    closed = closed_weekdays(facts, draft)
+    return _("{rule}, not {days}").format(rule=rule, days=days_word(closed)) if closed else rule
+
+
+def starts_a_day(draft: Draft) -> int:
+    """Of "every …", on a whole day or between its two times."""
+    if draft.kind is not Kind.EVERY or not draft.every:
+        return 1
+    minutes = (
+        24 * 60 - 1
+        if draft.all_day
+        else (draft.until_time.hour - draft.at.hour) * 60 + draft.until_time.minute - draft.at.minute
+    )
+    return max(0, minutes * 60 // (draft.every * UNIT_S[draft.unit])) + 1
+
+
 def _name_hint(mission: Mission | None, robot: Robot | Group | None) -> str:
     """Its name without an entered one."""
     return _("{mission} on {robot}").format(mission=mission.name, robot=robot.name) if mission and robot else ""
-
-
-def _schedule_so_far(draft: Draft) -> Schedule:
-    """As much of a schedule as the battery limit needs, also of an incomplete draft."""
-    return Schedule("", 0, 0, draft.start, draft.timezone, minimum_battery_percent=draft.minimum_battery_percent)
 
 
 # ---------------------------------------------------------------------- what is wrong
@@ -271,17 +279,13 @@ def _problem(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetim
     status = facts.calendar.day_status(draft.day)
     if draft.kind is Kind.ONCE and draft.respect_working_days and not status.is_working:
         if status.name:
-            return "day", _("Not a working day: {name}. Choose another day, or any day under More").format(
-                name=status.name
-            )
+            return "day", _("Not a working day: {name}").format(name=status.name)
         weekday = formats.current().weekdays[draft.day.weekday()]
-        return "day", _("{weekday} is not a working day: choose another day, or any day under More").format(
-            weekday=weekday[:1].upper() + weekday[1:]
-        )
+        return "day", _("{weekday} is not a working day").format(weekday=weekday[:1].upper() + weekday[1:])
     if preview.problem is not None:
         return form_field(preview.problem), sentence_of(preview.problem)
     if _is_over(draft, schedule, now):
-        return "time", _("This time has passed: choose a later one")
+        return "time", _("This time has passed")
     return "", ""
 
 
@@ -302,35 +306,33 @@ def form_field(problem: InvalidInput) -> str:
 
 
 # ---------------------------------------------------------------------- what is chosen
-def kinds(draft: Draft) -> tuple[tuple[str, str], ...]:
-    own = ((Kind.OTHER, _("Own rule")),) if draft.kind is Kind.OTHER or draft.other_rule else ()
-    return (
-        (Kind.ONCE, _("Once")),
-        (Kind.DAILY, _("Daily")),
-        (Kind.WEEKLY, _("Weekly")),
-        (Kind.EVERY, _("Interval")),
-        (Kind.MONTHLY, _("Monthly")),
-        *own,
-    )
+REPEATS = ((Kind.EVERY, Unit.MINUTES), (Kind.EVERY, Unit.HOURS), (Kind.MONTHLY, False), (Kind.MONTHLY, True))
+UNIT_S = {Unit.MINUTES: 60, Unit.HOURS: 3600}
 
 
-def _common_every(draft: Draft) -> tuple[Option, ...]:
-    return tuple(
-        Option(n, formats.duration(n * 60), selected=n == draft.every)
-        for n in COMMON_MINUTES
-        if draft.unit is Unit.MINUTES
-    )
+def repeats_of(draft: Draft) -> tuple[Kind, Any]:
+    """Which of the rarer kinds it is."""
+    return draft.kind, {Kind.EVERY: draft.unit, Kind.MONTHLY: draft.by_weekday}.get(draft.kind, "")
 
 
-def _day_chips(draft: Draft) -> tuple[Option, ...]:
-    return tuple(
-        Option(day, name[:1].upper() + name[1:], selected=day in draft.weekdays)
-        for day, name in zip(WEEKDAYS, formats.current().weekdays_short, strict=True)
-    )
+def repeats_text(key: tuple[Kind, Any]) -> str:
+    words = {
+        REPEATS[0]: _("Minutes between"),
+        REPEATS[1]: _("Hours between"),
+        REPEATS[2]: _("Monthly, by date"),
+        REPEATS[3]: _("Monthly, by weekday"),
+    }
+    return words.get(key, _("Own rule"))
 
 
-def _also(draft: Draft) -> str:
-    return ", ".join(formats.wall_time(draft.at.replace(hour=hour)) for hour in draft.more_hours) or _("No other time")
+def repeats_options(draft: Draft) -> list[Option]:
+    own = [(Kind.OTHER, "")] if draft.kind is Kind.OTHER or draft.other_rule else []
+    return [Option(key, repeats_text(key)) for key in (*REPEATS, *own)]
+
+
+def _days() -> tuple[tuple[str, str], ...]:
+    names = (name[:1].upper() + name[1:] for name in formats.current().weekdays_short)
+    return tuple(zip(WEEKDAYS, names, strict=True))
 
 
 def also_options(draft: Draft) -> list[Option]:
@@ -341,28 +343,9 @@ def nth_text(nth: int) -> str:
     return {1: _("first"), 2: _("second"), 3: _("third"), 4: _("fourth"), 5: _("fifth"), LAST: _("last")}[nth]
 
 
-def month_day_text(day: int) -> str:
-    return _("the last day") if day == LAST else _("day {n}").format(n=day)
-
-
-def _left_out(draft: Draft) -> str:
-    """Everything else still missing in the form."""
-    if draft.kind is not Kind.MONTHLY or draft.by_weekday or draft.month_day == LAST:
-        return ""
-    words = missing_months(replace(_schedule_so_far(draft), recurrence=f"FREQ=MONTHLY;BYMONTHDAY={draft.month_day}"), _)
-    return words[:1].upper() + words[1:]
-
-
-def battery_text(percent: float | None) -> str:
-    return formats.percent(percent) if percent else _("No minimum")
-
-
-def window_text(minutes: int) -> str:
-    return formats.duration(minutes * 60) if minutes else _("1 min")
-
-
-def overlap_text(overlap: Overlap) -> str:
-    return {Overlap.SKIP: _("Skip"), Overlap.QUEUE: _("Queue"), Overlap.PARALLEL: _("Beside it")}[overlap]
+def _overlaps(draft: Draft) -> tuple[tuple[str, str], ...]:
+    beside = ((Overlap.PARALLEL, _("Beside it")),) if draft.group_id is not None else ()
+    return ((Overlap.SKIP, _("Not run")), (Overlap.QUEUE, _("Waits")), *beside)
 
 
 # ---------------------------------------------------------------------- the options of its pickers
@@ -394,94 +377,6 @@ def mission_options(facts: SchedulerFacts, target: Target | None) -> list[Option
     return options
 
 
-def steps(facts: SchedulerFacts, draft: Draft, name: str) -> Steps:
-    """The question for a number of the draft, by its field. The value of Settings has no own chip, unless it is
-    chosen."""
-    label = _("Or any other")
-    if name == "minimum_battery_percent":
-        inherited = rules.minimum_battery(None, facts.mission(draft.mission_id), facts.settings) or 0
-        common = [
-            (value, battery_text(value))
-            for value in (0, *BATTERIES)
-            if value != inherited or value == draft.minimum_battery_percent
-        ]
-        return Steps(
-            _("Start only if the battery is at least"),
-            label,
-            _("0 to 100 %"),
-            0,
-            100,
-            5,
-            "%",
-            (
-                (
-                    None,
-                    _("As in Settings: {minimum}").format(
-                        minimum=formats.percent(inherited) if inherited else _("none")
-                    ),
-                ),
-                *common,
-            ),
-            {None: inherited},
-        )
-    if name == "start_window_minutes":
-        minutes = facts.settings.start_window_minutes
-        common = [
-            (value, window_text(value))
-            for value in (0, *WINDOWS)
-            if max(1, value) != max(1, minutes) or value == draft.start_window_minutes
-        ]
-        return Steps(
-            _("How late it may start"),
-            label,
-            _("1 to 1440 min"),
-            1,
-            1440,
-            5,
-            _("min"),
-            ((None, _("As in Settings: {minimum}").format(minimum=window_text(minutes))), *common),
-            {None: max(1, minutes), 0: 1},
-        )
-    if name == "finish_by_minutes":
-        return Steps(
-            _("Must be done within"),
-            label,
-            _("1 to 1440 min after its start; one that can't be done by then is skipped"),
-            1,
-            1440,
-            5,
-            _("min"),
-            (
-                (None, of_groups.finish_by_text(None)),
-                *((value, formats.duration(value * 60)) for value in of_groups.FINISH_BY),
-            ),
-            {None: of_groups.FINISH_BY[0]},
-        )
-    return Steps(
-        _("Day of the month"),
-        label,
-        _("1 to 31; not every month has a 29th, 30th and 31st"),
-        1,
-        31,
-        1,
-        "",
-        ((1, "1"), (15, "15"), (LAST, month_day_text(LAST))),
-        {LAST: 31},
-    )
-
-
-def overlap_options(draft: Draft) -> list[Option]:
-    options = [
-        Option(Overlap.SKIP, _("Skip the new start"), note=_("while the previous run of this schedule is open")),
-        Option(Overlap.QUEUE, _("Queue it"), note=_("it runs when the previous one has ended")),
-    ]
-    if draft.group_id is not None:
-        options.append(
-            Option(Overlap.PARALLEL, _("Run it beside the previous one"), note=_("on another robot of the group"))
-        )
-    return options
-
-
 def nth_options() -> list[Option]:
     return [Option(nth, nth_text(nth)) for nth in (1, 2, 3, 4, 5, LAST)]
 
@@ -492,28 +387,36 @@ def weekday_options() -> list[Option]:
 
 # ---------------------------------------------------------------------- what would follow
 def _starts(facts: SchedulerFacts, forecast: Forecast | None, draft: Draft, now: datetime) -> tuple[StartRow, ...]:
+    """The next starts, and between them the chosen days that are left out."""
     if forecast is None:
         return ()
     marked = {concern.at for concern in forecast.concerns if concern.at is not None}
     rows = []
     for at in _shown(forecast):
-        if at in forecast.skipped:
-            rows.append(StartRow(f"{_day_and_time(at, draft, now)} · {_('skipped')}", SKIPPED))
-            continue
+        text = _day_and_time(at, draft, now)
         held = held_word(facts.hold(draft.robot_id, draft.group_id, at), at, draft.start_window_minutes, facts.settings)
-        kind = HAND if held else "alert" if at in marked else ""
-        rows.append(StartRow(" · ".join(filter(None, (_day_and_time(at, draft, now), held))), kind))
-    return tuple(rows)
+        if at in forecast.skipped:
+            rows.append((at, StartRow(f"{text} · {_('skipped')}", SKIPPED)))
+        else:
+            kind = HAND if held else "alert" if at in marked else ""
+            rows.append((at, StartRow(" · ".join(filter(None, (text, held))), kind)))
+    rows += _left_out(facts, forecast, draft, now)
+    return tuple(row for _at, row in sorted(rows, key=lambda each: each[0]))
 
 
-def skip_options(forecast: Forecast, draft: Draft, now: datetime) -> list[Option]:
-    """Its next starts in order of time; skipped ones are marked."""
-    icon, note = {True: "undo", False: SKIPPED}, {True: _("skipped: start it after all"), False: ""}
-    return [
-        Option(at, _day_and_time(at, draft, now), icon[skipped], note[skipped])
-        for at in _shown(forecast)
-        for skipped in [at in forecast.skipped]
-    ]
+def _left_out(
+    facts: SchedulerFacts, forecast: Forecast, draft: Draft, now: datetime
+) -> Iterator[tuple[datetime, StartRow]]:
+    """Ticked days that are no working days, until the last start that is shown, or of a week."""
+    closed, zone = closed_weekdays(facts, draft), ZoneInfo(draft.timezone)
+    today = now.astimezone(zone).date()
+    first = max(draft.day, today)
+    last = forecast.starts[-1].instant.astimezone(zone).date() if forecast.starts else first + timedelta(days=6)
+    for n in range((last - first).days + 1 if closed else 0):
+        day = first + timedelta(days=n)
+        if WEEKDAYS[day.weekday()] in closed:
+            at = datetime.combine(day, draft.at, zone).astimezone(UTC)
+            yield at, StartRow(f"{dated(day, today)} · {_('not a working day')}", "calendar-remove")
 
 
 def _shown(forecast: Forecast) -> list[datetime]:
@@ -523,32 +426,4 @@ def _shown(forecast: Forecast) -> list[datetime]:
 
 def _day_and_time(at: datetime, draft: Draft, now: datetime) -> str:
     local, today = (moment.astimezone(ZoneInfo(draft.timezone)) for moment in (at, now))
-    near = local.date() - today.date() < SOON
-    return (
-        f"{formats.near_day(local.date()) if near else dated(local.date(), today.date())} · {formats.wall_time(local)}"
-    )
-
-
-def _lasts(forecast: Forecast | None, robot: Robot | Group | None) -> str:
-    """How long it takes, and how that is known."""
-    if forecast is None or robot is None:
-        return ""
-    usual = forecast.usual
-    if usual is None:
-        return _("Its duration on {robot} is not known yet: {duration} are assumed").format(
-            robot=robot.name, duration=formats.duration(ASSUMED_S)
-        )
-    if usual.typed:
-        return _("{duration} as typed in Settings: no run was completed on {robot} yet").format(
-            robot=robot.name, duration=formats.duration(usual.median_s)
-        )
-    return ngettext(
-        "Usually {duration}, by its one run on {robot}",
-        "Usually {duration}, by the last {n} runs on {robot}",
-        usual.runs,
-    ).format(duration=formats.duration(usual.median_s), n=usual.runs, robot=robot.name)
-
-
-def _free(forecast: Forecast | None) -> str:
-    free = forecast.free_at if forecast is not None else None
-    return _("Use {time}: free").format(time=formats.wall_time(free)) if free is not None else ""
+    return f"{dated(local.date(), today.date())} · {formats.wall_time(local)}"

@@ -24,8 +24,9 @@ class ScheduleList(EventDispatcher):
     """``rows`` are those shown; ``has_tools``: enough of them for search, sorting and a filter by robot."""
 
     rows = ListProperty()
-    note = StringProperty()
-    empty = StringProperty()  # shown once it is known that there are none
+    is_empty = BooleanProperty(False)  # it is known that there are none
+    robot = StringProperty()  # words of the chips
+    mission = StringProperty()
     listing = ObjectProperty(view.Listing(), rebind=True)
     has_tools = BooleanProperty(False)
     searching = BooleanProperty(False)
@@ -34,19 +35,21 @@ class ScheduleList(EventDispatcher):
         super().__init__()
         self._shell, self._now = shell, now
         self._facts: SchedulerFacts | None = None
-        self._editing: int | None = None
         self.fbind("listing", self._show_again)
 
     def _show_again(self, *_args: object) -> None:
         if self._facts is not None:
-            self.show(self._facts, self._editing)
+            self.show(self._facts)
 
-    def show(self, facts: SchedulerFacts, editing: int | None) -> None:
-        self._facts, self._editing = facts, editing
+    def show(self, facts: SchedulerFacts) -> None:
+        self._facts = facts
         self.has_tools = len(facts.schedules) >= TOOLS_FROM
         listing = self.listing if self.has_tools else view.Listing()
-        self.rows = view.schedule_rows(facts, self._now(), editing, listing)
-        self.note, self.empty = view.schedules_note(facts, listing.target), view.schedules_empty(facts)
+        self.rows = view.schedule_rows(facts, self._now(), listing)
+        self.is_empty = not facts.schedules
+        chosen = facts.group(listing.target[1]) if isinstance(listing.target, tuple) else facts.robot(listing.target)
+        mission = facts.mission(listing.mission_id)
+        self.robot, self.mission = chosen.name if chosen else _("Robot"), mission.name if mission else _("Mission")
 
     def set(self, **values: Any) -> None:
         self.listing = replace(self.listing, **values)
@@ -65,6 +68,16 @@ class ScheduleList(EventDispatcher):
             view.robot_options(self._facts),
             lambda target: self.set(target=target or None),
             selected=self.listing.target or 0,
+        )
+
+    def choose_mission(self) -> None:
+        if self._facts is None:
+            return
+        self._shell.dialogs.choose(
+            _("Schedules of"),
+            view.mission_options(self._facts),
+            lambda mission: self.set(mission_id=mission or None),
+            selected=self.listing.mission_id or 0,
         )
 
     def choose_order(self, anchor: Widget) -> None:

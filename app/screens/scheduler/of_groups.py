@@ -13,8 +13,6 @@ from app.screens.scheduler.draft import Target
 from app.screens.scheduler.facts import SchedulerFacts
 from app.services.allocation.situation import NORMAL
 
-FINISH_BY = (15, 30, 60, 120, 240)  # min
-
 
 def target_options(facts: SchedulerFacts) -> list[Option]:
     """Groups first, then robots."""
@@ -54,16 +52,13 @@ def whose(facts: SchedulerFacts, schedule: Schedule, last: Execution | None) -> 
     return _("any of {group}").format(group=target.name)
 
 
-def line(
-    group: Group, robots: int, starts: int, is_more: bool, failed: int, is_contended: bool, held: int, silent: int
-) -> str:
+def line(robots: int, starts: int, is_more: bool, failed: int, overlaps: int, held: int, silent: int) -> str:
     """A line for the lanes of a number of robots: their future starts (``is_more``: not all are known), problems, and
     how many of them get nothing."""
     return " · ".join(
         filter(
             None,
             (
-                group.name,
                 ngettext("{n} robot", "{n} robots", robots).format(n=robots),
                 ngettext("{n} start", "{n} starts", starts).format(n=starts)
                 if starts
@@ -72,8 +67,8 @@ def line(
                 else _("nothing planned"),
                 _("and more starts") if is_more else "",
                 ngettext("{n} failed run", "{n} failed runs", failed).format(n=failed) if failed else "",
-                _("Overlap") if is_contended else "",
-                _("{n} held").format(n=held) if held else "",
+                ngettext("{n} overlap", "{n} overlaps", overlaps).format(n=overlaps) if overlaps else "",
+                _("{n} on hold").format(n=held) if held else "",
                 ngettext("{n} no answer", "{n} no answer", silent).format(n=silent) if silent else "",
             ),
         )
@@ -124,7 +119,7 @@ def mission_options(facts: SchedulerFacts, group_id: int) -> list[Option]:
 
 
 def finish_by_text(minutes: int | None) -> str:
-    return _("Whenever") if minutes is None else _("{time} after its start").format(time=formats.duration(minutes * 60))
+    return _("Whenever") if minutes is None else formats.duration(minutes * 60)
 
 
 def what_matters(schedule: Schedule) -> str:
@@ -134,6 +129,6 @@ def what_matters(schedule: Schedule) -> str:
     return " · ".join(filter(None, (word(schedule.priority) if level(schedule.priority) != NORMAL else "", done)))
 
 
-def priority_chips(priority: int) -> tuple[Option, ...]:
-    """The four that are offered, by their numbers; any other number belongs to one of them."""
-    return tuple(Option(number, word(number), selected=number == level(priority)) for number in LEVELS)
+def priorities() -> tuple[tuple[int, str], ...]:
+    """The four that are offered, with their numbers."""
+    return tuple((number, word(number)) for number in LEVELS)

@@ -3,35 +3,55 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import replace
-from datetime import datetime, timedelta
+from dataclasses import dataclass, replace
+from datetime import datetime, time, timedelta
 from typing import Any
-from zoneinfo import ZoneInfo
 
-from kivy.properties import BooleanProperty, ObjectProperty
+from kivy.properties import BooleanProperty, ObjectProperty, StringProperty
 from kivy.uix.widget import Widget
 
-from app.domain.models import Execution
+from app.domain.models import Execution, Schedule
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.group_starts import GroupStarts, robots_for
-from app.screens.common.options import Card, Option
+from app.screens.common.options import Card, MenuItem, Option
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Refresher, ViewModel
 from app.screens.scheduler import bar_card, timeline
 from app.screens.scheduler.actions import ScheduleActions
 from app.screens.scheduler.draft import Draft
-from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Window
+from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Window, full_hour
 from app.screens.scheduler.form import FormModel
 from app.screens.scheduler.timeline import TimelineView
+from app.services.catalogue.preview import Forecast
 
-PAGE = 0.5  # of what the timeline shows, that a press moves it by
+PAGE = 0.5  # of what the plan shows, that a press moves it by
+SEEN_BESIDE = 0.6  # of it, that is surely seen while the form is open
+
+
+@dataclass(frozen=True)
+class Moving:
+    """A start that was dragged, and what is asked about it. ``moved``: its schedule with all its starts moved like
+    that one; None: its rule can't."""
+
+    key: tuple[Any, ...]
+    hour: float
+    schedule: Schedule
+    moved: Schedule | None
+    title: str
+    note: str
+    keep: str
+    only: str
+    later: str  # empty: not possible
 
 
 class OnTimeline(ViewModel):
     """The part of the view model that kv's timeline reads and calls. Hours are those from its origin."""
 
     timeline = ObjectProperty(TimelineView(), rebind=True)
+    free = ObjectProperty(None, allownone=True)  # free time that was tapped: key of its lane, and hour
+    free_text = StringProperty()
+    moving = ObjectProperty(None, allownone=True, rebind=True)  # a start that waits for an answer
     follows = BooleanProperty(True)  # the timeline moves with the time
     touched = BooleanProperty(False)  # by fingers that move it: it must not change under them
     form: FormModel
@@ -40,12 +60,67 @@ class OnTimeline(ViewModel):
     _services: SchedulerServices
     _shell: Shell
     _refresher: Refresher[Any]
-    _facts: SchedulerFacts
-    _window: Window  # what the timeline shows
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._facts = SchedulerFacts()
+        self._window = Window()  # what the plan shows
+        self._plan = TimelineView()  # as it is stored
+        self._draft: tuple[Draft, Forecast] | None = None  # that is shown in it
+        self._seen_at: datetime | None = None  # its first start that the plan was moved to
+
+    # ------------------------------------------------------------------ the draft in it
+    def take_plan(self, shown: TimelineView) -> None:
+        """As it was read."""
+        self._plan = shown
+        self._show_plan()
+
+    def show_draft(self, draft: Draft | None, forecast: Forecast | None) -> None:
+        """What the form would plan, as far as it is known."""
+        if draft is None:
+            self._draft = self._seen_at = None
+        elif forecast is not None:
+            self._draft = draft, forecast
+            first = forecast.starts[0].instant if forecast.starts else None
+            if first is not None and first != self._seen_at:
+                self._seen_at = first
+                self._bring_in_sight(first)
+        self._show_plan()
+
+    def _bring_in_sight(self, at: datetime) -> None:
+        now, window = self._services.clock.now(), self._window
+        begins = window.start(now, self._facts.zone)
+        if not begins <= at < begins + timedelta(hours=window.hours * SEEN_BESIDE):
+            left = full_hour(at - timedelta(hours=1), self._facts.zone)
+            self._show_window(replace(window, left=left))
+
+    def _show_plan(self) -> None:
+        shown, facts = self._plan, self._facts
+        if self._draft is not None:
+            draft, forecast = self._draft
+            target: Hashable = draft.robot_id if draft.group_id is None else ("group", draft.group_id)
+            mission = facts.mission(draft.mission_id)
+            shown = timeline.with_draft(
+                shown,
+                target,
+                draft.base.id if draft.base is not None else None,
+                [start.instant for start in forecast.starts],
+                forecast.usual_s,
+                mission.name if mission is not None else "",
+            )
+        if self.moving is not None:
+            shown = timeline.with_moved(shown, self.moving.key, self.moving.hour)
+        if shown != self.timeline:
+            self.timeline = shown
 
     # ------------------------------------------------------------------ its window
-    def zoom(self, further: bool) -> None:
-        self._show_window(timeline.zoomed(self._window, further, self._services.clock.now(), self._facts.zone))
+    def choose_span(self, anchor: Widget) -> None:
+        """How much is seen at once."""
+        items = [MenuItem(hours, timeline.span_text(hours)) for hours in timeline.SPANS]
+        self._shell.dialogs.menu(anchor, "", items, self.show_span)
+
+    def show_span(self, hours: float) -> None:
+        self._show_window(timeline.spanning(self._window, hours, self._services.clock.now(), self._facts.zone))
 
     def page(self, forward: bool) -> None:
         self._show_window(
@@ -75,7 +150,7 @@ class OnTimeline(ViewModel):
         """Whose lanes are shown; none chosen: all."""
         options = [Option(robot.id, robot.name, "robot-outline", robot.model or "") for robot in self._facts.robots]
         self._shell.dialogs.choose_many(
-            _("Robots on the timeline"), options, _("Show"), self._robots_chosen, selected=tuple(self._window.robots)
+            _("Robots in the plan"), options, _("Show"), self._robots_chosen, selected=tuple(self._window.robots)
         )
 
     def _robots_chosen(self, robots: list[int]) -> None:
@@ -83,35 +158,40 @@ class OnTimeline(ViewModel):
 
     def open_line(self, key: Hashable) -> None:
         """The lanes that a line stands for, or the line alone."""
-        self._show_window(replace(self._window, opened=self._window.opened ^ {key}))
+        is_open = any(lane.key == key and lane.is_open for lane in self.timeline.lanes)
+        self._show_window(replace(self._window, opened="" if is_open else key))
 
     def _show_window(self, window: Window) -> None:
         """Show at once what has been read already, and the rest after the next reading."""
         self._window, self.follows = window, window.left is None
-        if self.timeline.origin is not None:
+        if self._plan.origin is not None:
             start = window.start(self._services.clock.now(), self._facts.zone)
-            self.timeline = replace(
-                self.timeline,
-                first=(start - self.timeline.origin).total_seconds() / 3600,
+            self._plan = replace(
+                self._plan,
+                first=(start - self._plan.origin).total_seconds() / 3600,
                 hours=window.hours,
                 span=timeline.span_text(window.hours),
             )
+            self._show_plan()
+        self.free = None
         self._refresher.read()
 
     def _move_now(self) -> None:
         """Move the now-line; a window that moves with it does so with the next reading."""
-        if self.timeline.origin is not None and not self.touched and self.mode == "hours":
+        if self._plan.origin is not None and not self.touched:
             now = self._services.clock.now()
-            self.timeline = replace(
-                self.timeline,
-                now=(now - self.timeline.origin).total_seconds() / 3600,
+            self._plan = replace(
+                self._plan,
+                now=(now - self._plan.origin).total_seconds() / 3600,
                 now_label=formats.wall_time(now.astimezone(self._facts.zone)),
             )
+            self._show_plan()
 
     # ------------------------------------------------------------------ its bars
     def open_bars(self, keys: Sequence[tuple[Any, ...]], place: Widget) -> None:
         """Overlapping bars of the timeline were tapped at ``place``: show their cards, the first one first. Zoom into a
         bar that represents several."""
+        self.free = None
         match keys[0]:
             case ("zoom", middle, length):
                 hours = float(next((span for span in timeline.SPANS if span >= length), self._window.hours))
@@ -144,7 +224,8 @@ class OnTimeline(ViewModel):
                 run = next((one for one in self._facts.planned if (one.schedule.id, one.at) == (number, at)), None)
                 if run is not None:
                     return bar_card.start_card(self._facts, run, self._services.clock.now()), {
-                        "edit": lambda: self.edit(number),
+                        "move": lambda: self.pick_move(key),
+                        "edit": lambda: self.edit(run.schedule.moved_of or number),
                         "skip": lambda: self.actions.skip(run.schedule, at),
                         "run": lambda: self.actions.run_now(run.schedule),
                     }
@@ -167,50 +248,83 @@ class OnTimeline(ViewModel):
 
     # ------------------------------------------------------------------ fingers
     def day_text(self, hour: float) -> str:
-        """The day of an hour of the timeline, with the year of another one."""
+        """The day of an hour of the plan, unless it is today; with the year of another one."""
         if self.timeline.origin is None:
             return ""
         day, today = (
             instant.astimezone(self._facts.zone).date() for instant in (self._instant(hour), self._services.clock.now())
         )
-        return formats.wall_day(day, year=day.year != today.year)
+        return "" if day == today else formats.wall_day(day, year=day.year != today.year)
 
     def time_text(self, hour: float) -> str:
         """When that is, in hours from the timeline's origin."""
         return formats.day_and_time(self._instant(hour), self._facts.settings.timezone, self._services.clock.now())
 
-    def begin_at(self, robot_id: int, hour: float) -> None:
-        """A new schedule in the form."""
-        if self._is_ahead(hour):
-            self.form.begin_at(robot_id, self._instant(hour))
+    def tap_free(self, lane: Hashable, hour: float) -> None:
+        """Offer a new schedule there; a tap elsewhere takes the offer away."""
+        at = self._instant(hour)
+        is_robot = isinstance(lane, int) and at > self._services.clock.now()
+        self.free_text = formats.clock_time(at, self._facts.settings.timezone) if is_robot else ""
+        self.free = (lane, hour) if is_robot else None
+
+    def begin_free(self) -> None:
+        """A new schedule in the form, at the offered time."""
+        if self.free is not None:
+            (lane, hour), self.free = self.free, None
+            self.form.begin_at(lane, self._instant(hour))
 
     def move_start(self, key: tuple[Any, ...], hour: float) -> None:
-        """A planned start was dragged: open the form with its new time and the other entries. It counts when it is
-        saved."""
+        """A planned start was dragged: ask whether only this one, or all of its rule."""
         _kind, number, at = key
-        if (schedule := self._facts.schedule(number)) is None or not self._is_ahead(hour):
+        planned = (run.schedule for run in self._facts.planned if (run.schedule.id, run.at) == (number, at))
+        if (schedule := next(planned, None)) is None:
             return
-        before, after = (
-            instant.astimezone(ZoneInfo(schedule.timezone)).replace(tzinfo=None)
-            for instant in (at, self._instant(hour))
+        if self._instant(hour) <= self._services.clock.now():
+            self._shell.snackbars.show(_("That time has passed"), icon="clock-alert-outline")
+            return
+        to, zone = self._instant(hour), schedule.timezone
+        before, after = (formats.clock_time(moment, zone) for moment in (at, to))
+        repeats = schedule.recurrence is not None
+        moved = self.actions.moved(self._facts, schedule, at, to) if repeats else None
+        self.moving = Moving(
+            key,
+            hour,
+            schedule,
+            moved,
+            title=f"{self._facts.called(schedule)} → {after}",
+            note=_("was {time}").format(time=formats.day_and_time(at, zone, self._services.clock.now())),
+            keep=_("Keep {time}").format(time=before),
+            only=_("Only {day}").format(day=formats.day(at, zone)) if repeats else _("Move"),
+            later=_("This and later") if moved is not None else "",
         )
-        stored = Draft.of(schedule, self._facts.name(schedule))
-        moved, shown = stored.moved(before, after), self.form.draft if self.form.editing == number else stored
-        if moved.starts_at(after, self._facts.calendar):
-            draft = shown.timed_as(moved)
-            self.form.begin(draft if draft.keeps(shown) else moved)  # of another rule than the bar's nothing is kept
-        else:
-            self.form.begin(shown)
-            self._say(_("No start of this rule can be moved there: change the rule itself"), "calendar-edit-outline")
+        self._show_plan()
+
+    def keep_moved(self) -> None:
+        """It stays where it was."""
+        self.moving = None
+        self._show_plan()
+
+    def move_only(self) -> None:
+        moving: Moving = self.moving
+        self.keep_moved()
+        self.actions.move_one(moving.schedule, moving.key[2], self._instant(moving.hour))
+
+    def move_all(self) -> None:
+        moving: Moving = self.moving
+        self.keep_moved()
+        if moving.moved is not None:
+            self.actions.move_all(moving.schedule, moving.moved)
+
+    def pick_move(self, key: tuple[Any, ...]) -> None:
+        """Of a planned start: ask for its new time of day."""
+        zone, at = self._facts.zone, key[2]
+        local = at.astimezone(zone)
+
+        def picked(to: time) -> None:
+            instant = local.replace(hour=to.hour, minute=to.minute)
+            self.move_start(key, (instant - (self.timeline.origin or instant)).total_seconds() / 3600)
+
+        self._shell.dialogs.pick_time(_("Move to"), local.time(), picked)
 
     def _instant(self, hour: float) -> datetime:
         return (self.timeline.origin or self._services.clock.now()) + timedelta(hours=hour)
-
-    def _is_ahead(self, hour: float) -> bool:
-        if self._instant(hour) > self._services.clock.now():
-            return True
-        self._say(_("That time has passed"), "clock-alert-outline")
-        return False
-
-    def _say(self, text: str, icon: str) -> None:
-        self._shell.snackbars.show(text, icon=icon)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Collection, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import date, datetime, timedelta
 from itertools import pairwise
@@ -13,7 +13,7 @@ from zoneinfo import ZoneInfo
 
 from app.database.robots import Hold
 from app.domain.models import Execution, Group, Robot, State
-from app.i18n import _, ngettext, pgettext
+from app.i18n import _, ngettext
 from app.screens.common import foreseen, formats
 from app.screens.common.robot_appearance import off_word, silence_word
 from app.screens.scheduler import axis, of_groups
@@ -23,15 +23,15 @@ from app.screens.scheduler.facts import HOURS, SchedulerFacts, Window, full_hour
 from app.services.planning.planned import ASSUMED_S, PlannedRun
 
 SHORTEST = 1 / 60  # hours: a bar of no length would be no bar
-THIN = 1 / 250  # share of the visible part: bars this short, and this close together (twice), become one
+THIN = 1 / 85  # share of the visible part: bars this short, and this close together (twice), become one
 MERGED_FROM = 3  # of them
 UNEVEN = 0.2  # of an interval: runs at a fixed interval may begin this much sooner or later
 ROOM = 4  # lanes that are seen at once
 MANY = 12  # lanes with bars; of more those of a group are one line
 IDLE = "idle"  # key of the line for robots without a bar
-CONTENDING = ("planned", "running")  # states of bars that need their robot
-SPANS = (6, 12, 24, 48, 96, 168)  # hours to choose from
-STEPS = {6: 1, 12: 1, 24: 2, 48: 4, 96: 12}  # hours between labelled ticks for this many visible hours; a day beyond
+CONTENDING = ("planned", "running", "draft")  # states of bars that need their robot
+SPANS = (6, 8, 24, 168)  # hours to choose from
+STEPS = {6: 1, 12: 1, 24: 3, 48: 4, 96: 12}  # hours between labelled ticks for this many visible hours; a day beyond
 
 BARS = {
     State.COMPLETED: "past",
@@ -54,10 +54,9 @@ class Bar(NamedTuple):
     start: float
     end: float
     label: str = ""
-    state: str = "planned"  # past, failed, skipped, held, running, planned, or about: on a forecast robot
-    late: float | None = None  # when nine of ten runs have ended
-    assumed: bool = False  # its length is not known; of one that is held that matters less
-    typed: bool = False  # its length was entered by a person
+    state: str = (
+        "planned"  # past, failed, skipped, held, running, planned; of the form: draft, and was for what it changes
+    )
     movable: bool = False  # to another time, by a finger
     shorter: tuple[str, ...] = ()  # shorter labels, the best first
 
@@ -72,13 +71,8 @@ class Lane(NamedTuple):
     key: Hashable = None
     line: str = ""  # instead of a robot: what it represents
     is_open: bool = False  # and whether they follow it
-
-
-class LegendEntry(NamedTuple):
-    """What something that is drawn means."""
-
-    kind: str
-    text: str
+    icon: str = ""  # of the robot's state
+    tone: str = "neutral"
 
 
 @dataclass(frozen=True)
@@ -96,7 +90,6 @@ class TimelineView:
     span: str = ""  # in words
     robots: str = ""  # whose, in words, if there are many
     is_filtered: bool = False
-    legend: tuple[LegendEntry, ...] = ()
 
     @property
     def folds(self) -> list[tuple[datetime, datetime]]:
@@ -113,11 +106,24 @@ def span_text(hours: float) -> str:
     return ngettext("{n} day", "{n} days", round(hours / 24)).format(n=round(hours / 24))
 
 
-def zoomed(window: Window, further: bool, now: datetime, zone: ZoneInfo) -> Window:
-    """The next of SPANS around the same middle; a window that moves with the time still does."""
-    wider = [span for span in SPANS if span > window.hours + 0.5]
-    nearer = [span for span in SPANS if span < window.hours - 0.5]
-    hours = (wider[0] if wider else SPANS[-1]) if further else (nearer[-1] if nearer else SPANS[0])
+def looks_in_words() -> str:
+    """What colours and shapes mean."""
+    return "\n".join(
+        (
+            _("Dark: working"),
+            _("Light: planned"),
+            _("Grey: ended"),
+            _("Red: failed"),
+            _("Amber frame: not run, or on hold"),
+            _("Amber edge: overlaps"),
+            _("Dashed: not saved yet"),
+            _("Hatched: no work"),
+        )
+    )
+
+
+def spanning(window: Window, hours: float, now: datetime, zone: ZoneInfo) -> Window:
+    """So many hours around the same middle; a window that moves with the time still does."""
     if window.left is None:
         return replace(window, hours=hours)
     return replace(window, left=window.start(now, zone) + timedelta(hours=(window.hours - hours) / 2), hours=hours)
@@ -136,15 +142,15 @@ def moved(
     return replace(window, left=left + by)
 
 
-def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None, narrow: bool = False) -> TimelineView:
-    """What the window shows and a margin on either side; ``narrow``: half as many labelled ticks."""
+def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None) -> TimelineView:
+    """What the window shows and a margin on either side."""
     window = window or Window()
     left = window.start(now, facts.zone)
     origin = full_hour(left, facts.zone)
     first = (left - origin).total_seconds() / 3600
     low, high = ((instant - origin).total_seconds() / 3600 for instant in window.span(now, facts.zone, facts.calendar))
     read = Range(origin, low, high)
-    step = next((hours for span, hours in STEPS.items() if window.hours <= span), 24) * (2 if narrow else 1)
+    step = next((hours for span, hours in STEPS.items() if window.hours <= span), 24)
     robots = [robot for robot in facts.robots if robot.id in window.robots]
     planned, contested = defaultdict[Hashable, list[PlannedRun]](list), defaultdict[Hashable, list[PlannedRun]](list)
     conflicts = Contested(facts.conflicts)
@@ -180,10 +186,9 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None,
         bands=(*closed, *axis.held(facts, now, read)),
         robots=_robots_word(facts, robots),
         is_filtered=bool(robots),
-        legend=tuple(_legend(lanes, closed, contested.values(), seen)),
         ticks=tuple(
             tick
-            for tick in axis.ticks(facts.zone, read, read.at(now), step, window.hours)
+            for tick in axis.ticks(facts.zone, read, step)
             if not any(fold.start <= tick.hour < fold.end for fold in folds)
         ),
         first=first,
@@ -207,11 +212,12 @@ def _with_groups(
     facts: SchedulerFacts,
     lanes: list[Lane],
     planned: Mapping[Hashable, Sequence[PlannedRun]],
-    opened: Collection[Hashable],
+    opened: Hashable,
     now: datetime,
     seen: Range,
 ) -> list[Lane]:
-    """With many robots, those of a group are one line, and below it when it is open."""
+    """With many robots, those of a group are one line, and below it when it is open: the first one, until another is
+    chosen."""
     busy = {lane.key: lane for lane in lanes if lane.bars}
     if len(busy) <= MANY:
         return lanes
@@ -219,15 +225,15 @@ def _with_groups(
     for group in facts.groups:
         members = [lane for number, lane in busy.items() if number in group.members]
         if len(members) > 1:
-            key, words = ("robots of", group.id), _group_line(facts, group, members, planned, now, seen)
-            lines += [Lane("", key=key, line=words, is_open=key in opened), *(members if key in opened else ())]
+            key, words = ("robots of", group.id), _group_line(facts, members, planned, now, seen)
+            is_open = opened == key or (opened is None and not lines)
+            lines += [Lane(group.name, key=key, line=words, is_open=is_open), *(members if is_open else ())]
             busy = {number: lane for number, lane in busy.items() if lane not in members}
     return [*lines, *(lane for lane in lanes if not lane.bars or lane.key in busy)]
 
 
 def _group_line(
     facts: SchedulerFacts,
-    group: Group,
     lanes: Sequence[Lane],
     planned: Mapping[Hashable, Sequence[PlannedRun]],
     now: datetime,
@@ -246,18 +252,18 @@ def _group_line(
         for schedule in facts.schedules
         if schedule.id in facts.more
     )
-    is_contended = any(end > seen.low and start < seen.high for lane in lanes for start, end in lane.overlaps)
+    overlaps = sum(end > seen.low and start < seen.high for lane in lanes for start, end in lane.overlaps)
     held = sum(_own_hold(facts, robot, now) is not None for robot in robots)
     silent = len(robots & facts.silent.keys())
-    return of_groups.line(group, len(lanes), starts, is_more, failed, is_contended, held, silent)
+    return of_groups.line(len(lanes), starts, is_more, failed, overlaps, held, silent)
 
 
-def _with_idle_last(lanes: Sequence[Lane], opened: Collection[Hashable]) -> tuple[Lane, ...]:
+def _with_idle_last(lanes: Sequence[Lane], opened: Hashable) -> tuple[Lane, ...]:
     """With many robots, those without a bar are one line, and below it when it is open."""
     idle = [lane for lane in lanes if not lane.bars and not lane.line]
     if len(lanes) <= ROOM or len(idle) < 2:
         return tuple(lanes)
-    is_open = IDLE in opened
+    is_open = opened == IDLE
     words = ngettext("{n} robot with nothing planned", "{n} robots with nothing planned", len(idle)).format(n=len(idle))
     return (
         *(lane for lane in lanes if lane not in idle),
@@ -272,36 +278,6 @@ def _robots_word(facts: SchedulerFacts, chosen: Sequence[Robot]) -> str:
     if len(chosen) == 1:
         return chosen[0].name
     return ngettext("{n} robot", "{n} robots", len(chosen)).format(n=len(chosen)) if chosen else _("All robots")
-
-
-def _legend(
-    lanes: Sequence[Lane], closed: Iterable[Band], contested: Iterable[Iterable[PlannedRun]], seen: Range
-) -> Iterable[LegendEntry]:
-    """Only of the visible part."""
-
-    def is_seen(start: float, end: float) -> bool:
-        return end > seen.low and start < seen.high
-
-    bars = [bar for lane in lanes for bar in lane.bars if is_seen(bar.start, bar.end)]
-    drawn = {"typed" if bar.typed else "assumed" if bar.assumed else bar.state for bar in bars}
-    drawn |= {"overlap"} if any(is_seen(*span) for lane in lanes for span in lane.overlaps) else set()
-    has_lanes = any(not lane.line for lane in lanes)
-    drawn |= {"closed"} if has_lanes and any(is_seen(band.start, band.end) for band in closed) else set()
-    is_contested = any(_conflicts(runs, seen) for runs in contested)
-    words = {
-        "planned": _("Planned"),
-        "about": _("Robot is a forecast"),
-        "typed": _("Length typed"),
-        "assumed": _("Length not known yet"),
-        "running": _("Running"),
-        "past": _("Ended"),
-        "failed": pgettext("run", "Failed"),
-        "skipped": _("Not run"),
-        "held": _("Held"),
-        "overlap": _("Overlap or conflict") if is_contested else _("Overlap"),
-        "closed": _("No work"),
-    }
-    return (LegendEntry(kind, text) for kind, text in words.items() if kind in drawn)
 
 
 # ---------------------------------------------------------------------- bars
@@ -322,18 +298,16 @@ def _lane(
         for schedule in facts.schedules
         if schedule.robot_id == robot.id and (at := facts.more.get(schedule.id)) is not None
     ]
-    said = (
-        axis.held_until(_own_hold(facts, robot.id, now), facts, now)
-        or silence_word(facts.silent.get(robot.id))
-        or robot.model
-        or ""
-    )
+    said = axis.held_until(_own_hold(facts, robot.id, now), facts, now) or silence_word(facts.silent.get(robot.id))
+    icon, tone = facts.icons.get(robot.id, ("", "neutral"))
     return Lane(
         robot.name,
         said if robot.enabled else off_word(robot),
         (*_merged(bars, thin, lambda hour: read.instant(hour).astimezone(facts.zone).date()), *_more_bar(more, read)),
         _joined([*_overlaps(bars), *_conflicts(contested, read)]),
         robot.id,
+        icon=icon,
+        tone=tone,
     )
 
 
@@ -464,44 +438,27 @@ def _more_bar(more: Sequence[datetime], read: Range) -> Iterable[Bar]:
 
 
 def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: Range) -> Bar:
-    start, held = read.at(run.begins), facts.hold_of(run) is not None
-    state = "held" if held else "about" if run.is_approximate else "planned"
-    usual = run.usual
+    start, name = read.at(run.begins), facts.mission_names.start(run)
     return Bar(
         ("schedule", run.schedule.id, run.at),
         start,
         start + (run.usual_s or ASSUMED_S) / 3600,
-        _("Held: {mission}").format(mission=facts.mission_names.start(run))
-        if held
-        else foreseen.label(run, facts.mission_names.start(run)),
-        state,
-        late=start + usual.slow_s / 3600 if usual and usual.slow_s > usual.median_s else None,
-        assumed=usual is None and not held,
-        typed=usual is not None and usual.typed and not held,
+        foreseen.label(run, name),
+        "held" if facts.hold_of(run) is not None else "planned",
         movable=run.begins == run.at,
-        shorter=(foreseen.ABOUT,) if state == "about" else (),
+        shorter=(foreseen.ABOUT,) if run.is_approximate else (),
     )
 
 
 def _past_bar(facts: SchedulerFacts, execution: Execution, now: datetime, read: Range) -> Bar:
     begins, ends = span_of(facts, execution, now)
-    name = facts.mission_names.run(execution)
-    state, label, start = BARS[execution.state], name if execution.state.is_open else "", read.at(begins)
-    if facts.is_skipped(execution, now):
-        label = _("Not run: {mission}").format(mission=name)
+    name, start = facts.mission_names.run(execution), read.at(begins)
+    state = BARS[execution.state]
     if execution.state is State.WAITING and facts.hold(execution.robot_id, execution.group_id, now) is not None:
-        state, label = "held", _("Held: {mission}").format(mission=name)
-    key, waits = (execution.robot_id or 0, execution.mission_guid), state == "planned"
-    typed = waits and key in facts.typed
-    assumed = waits and not typed and key not in facts.usual_s
+        state = "held"
+    is_named = execution.state.is_open or facts.is_skipped(execution, now)
     return Bar(
-        ("execution", execution.id),
-        start,
-        max(read.at(ends), start + SHORTEST),
-        label,
-        state,
-        typed=typed,
-        assumed=assumed,
+        ("execution", execution.id), start, max(read.at(ends), start + SHORTEST), name if is_named else "", state
     )
 
 
@@ -519,3 +476,48 @@ def span_of(facts: SchedulerFacts, execution: Execution, now: datetime) -> tuple
     if execution.state in (State.SKIPPED, State.MISSED):
         return execution.planned_at, min(ended, execution.closes_at)
     return execution.started_at or execution.submitted_at or execution.planned_at, ended
+
+
+# ---------------------------------------------------------------------- what is not saved yet
+def with_draft(
+    view: TimelineView,
+    target: Hashable,
+    base: int | None,
+    starts: Iterable[datetime],
+    length_s: float | None,
+    name: str,
+) -> TimelineView:
+    """With the form's next ``starts`` dashed in the lane of its robot or group, and those of its schedule ``base`` as
+    they were."""
+    origin = view.origin
+    if origin is None:
+        return view
+    length, times = (length_s or ASSUMED_S) / 3600, [(at - origin).total_seconds() / 3600 for at in starts]
+    drafts = [Bar(("draft", hour), hour, hour + length, name, "draft") for hour in times]
+    return _changed(
+        view,
+        lambda bar: base is not None and isinstance(bar.key, tuple) and bar.key[:2] == ("schedule", base),
+        target,
+        drafts,
+    )
+
+
+def with_moved(view: TimelineView, key: Hashable, hour: float) -> TimelineView:
+    """With that bar dashed where it was dragged to, and as it was."""
+    found = [(lane.key, bar) for lane in view.lanes for bar in lane.bars if bar.key == key]
+    if not found:
+        return view
+    lane, bar = found[0]
+    moved = bar._replace(key=("draft", hour), start=hour, end=hour + bar.end - bar.start, state="draft", movable=False)
+    return _changed(view, lambda other: other.key == key, lane, [moved])
+
+
+def _changed(view: TimelineView, was: Callable[[Bar], bool], target: Hashable, added: Sequence[Bar]) -> TimelineView:
+    lanes = []
+    for lane in view.lanes:
+        bars = [bar._replace(state="was", label="", movable=False) if was(bar) else bar for bar in lane.bars]
+        if lane.key == target:
+            bars = sorted([*bars, *added], key=lambda bar: bar.start)
+            lane = lane._replace(overlaps=_joined([*lane.overlaps, *_overlaps(bars)]))
+        lanes.append(lane._replace(bars=tuple(bars)))
+    return replace(view, lanes=tuple(lanes))

@@ -1,74 +1,42 @@
-"""Texts of the Scheduler: rules, the list of days, the list of schedules. Pure; timeline.py has the bars, form_view.py the form."""
+"""Texts of the Scheduler: rules, the list of schedules, menus. Pure; timeline.py has the bars, form_view.py the form."""
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from datetime import UTC, date, datetime, time, timedelta
-from itertools import groupby
 from zoneinfo import ZoneInfo
 
 from app.domain import rules
-from app.domain.models import Execution, Group, Mission, Robot, Schedule, Settings, State
+from app.domain.models import WEEKDAYS, Execution, Group, Schedule, State
 from app.i18n import _, ngettext
-from app.screens.common import execution_appearance, foreseen, formats
-from app.screens.common.holding import held_next, held_note, run_words
+from app.screens.common import execution_appearance, formats
+from app.screens.common.holding import held_next, run_words
 from app.screens.common.options import MenuItem, Option
 from app.screens.common.robot_appearance import silence_word
 from app.screens.common.start_now import why_not
 from app.screens.scheduler import of_groups
-from app.screens.scheduler.draft import Target
-from app.screens.scheduler.facts import DAYS, SchedulerFacts
+from app.screens.scheduler.draft import Draft, Kind, Target, Unit
+from app.screens.scheduler.facts import SchedulerFacts
 from app.services.files.plan_export import PlanExport
 from app.services.planning import sentences
-from app.services.planning.planned import PlannedRun
 from app.services.planning.recurrence import to_utc
-from app.services.planning.working_days import WorkingCalendar
+from app.widgets.items import Action, Item
 
-NO_BREAK = "\N{NO-BREAK SPACE}"
-GROUPED_FROM = 4  # starts of one schedule on one day become one line
 PICK = "pick"  # key of the option for choosing a day
 
 
 @dataclass(frozen=True)
-class DayRow:
-    """A row of the list of days: the heading of a day, or a start on it."""
-
-    key: Hashable
-    heading: str = ""
-    time: str = ""
-    mission: str = ""
-    robot: str = ""
-    note: str = ""
-    until: str = ""  # when it is over, as far as is known; of many, when the last one starts
-    condition: str = ""  # what stops it, else what it needs
-    name: str = ""  # of its schedule, where a person has given one
-
-
-@dataclass(frozen=True)
 class Listing:
-    """The filter and order of the list: search words, one robot or group or all (None), by name or by next start."""
+    """The filter and order of the list: search words, one robot or group, one mission, or all (None), by name or by next start."""
 
     query: str = ""
     target: Target | None = None
+    mission_id: int | None = None
     by_name: bool = False
 
 
-@dataclass(frozen=True)
-class ScheduleItem:
-    """A row of the list of schedules."""
-
-    key: int
-    on: bool
-    mission: str
-    rule: str
-    next: str
-    selected: bool = False
-    icon: str = ""  # how it last went
-    tone: str = "neutral"
-    last: str = ""
-    name: str = ""  # that a person has given it
-    over: bool = False  # no start is left
+MENU = Action("menu", icon="dots-vertical")
 
 
 # ---------------------------------------------------------------------- the rule of a schedule
@@ -77,28 +45,50 @@ def rule_line(schedule: Schedule) -> str:
     return _when(replace(schedule, respect_working_days=False))
 
 
-def rule_sentence(
-    schedule: Schedule, mission: Mission | None, settings: Settings, calendar: WorkingCalendar | None = None
-) -> str:
-    """When it starts and under which conditions."""
-    condition, when = battery_condition(schedule, mission, settings), _when(schedule)
-    if (
-        calendar is not None
-        and calendar.has_exceptions
-        and schedule.respect_working_days
-        and schedule.recurrence is not None
-    ):
-        when = _("{rule}, not on holidays or other days off").format(rule=rule_line(schedule))
-    return f"{when}, {condition}" if condition else when
+def short_rule(schedule: Schedule) -> str:
+    """The same in as few words as can be."""
+    draft, table = Draft.of(schedule), formats.current()
+    times = ", ".join(
+        formats.wall_time(schedule.start.replace(hour=hour, minute=draft.at.minute)) for hour in draft.hours
+    )
+    match draft.kind:
+        case Kind.ONCE:
+            return _("Once, {day} {time}").format(day=formats.wall_day(draft.day), time=times)
+        case Kind.DAILY:
+            rule = _("Daily {times}").format(times=times)
+        case Kind.WEEKLY:
+            rule = f"{days_word(draft.weekdays)} {times}"
+        case Kind.EVERY:
+            number = draft.every or 1
+            rule = (
+                _("Hourly")
+                if draft.unit is Unit.HOURS and number == 1
+                else _("Every {time}").format(time=f"{number} {table.units[2 if draft.unit is Unit.HOURS else 1]}")
+            )
+            if not draft.all_day:
+                rule += f" {_hour(draft.at)}–{_hour(draft.until_time)}"
+            if len(draft.weekdays) < len(WEEKDAYS):
+                rule += f", {days_word(draft.weekdays)}"
+        case _:
+            return rule_line(schedule)
+    return _("{rule} until {day}").format(rule=rule, day=formats.wall_day(draft.last_day)) if draft.last_day else rule
 
 
-def battery_condition(schedule: Schedule, mission: Mission | None, settings: Settings) -> str:
-    """Empty: it starts at any charge."""
-    minimum = rules.minimum_battery(schedule, mission, settings)
-    if minimum is None:
-        return ""
-    condition = _("if battery ≥ {percent}").format(percent=formats.percent(minimum))
-    return condition.replace("≥ ", f"≥{NO_BREAK}").replace(" %", f"{NO_BREAK}%")
+def _hour(at: time) -> str:
+    return formats.wall_time(at) if at.minute else f"{at.hour:02d}"
+
+
+def days_word(weekdays: Collection[str]) -> str:
+    """Mon–Fri, Sun."""
+    words, runs = formats.current().weekdays_date, list[list[int]]()
+    for n in (n for n, day in enumerate(WEEKDAYS) if day in weekdays):
+        if runs and runs[-1][-1] == n - 1:
+            runs[-1].append(n)
+        else:
+            runs.append([n])
+    parts = (f"{words[run[0]]}–{words[run[-1]]}" if len(run) > 2 else ", ".join(words[n] for n in run) for run in runs)
+    said = ", ".join(parts)
+    return said[:1].upper() + said[1:]
 
 
 def _when(schedule: Schedule) -> str:
@@ -109,118 +99,12 @@ def _when(schedule: Schedule) -> str:
     return sentences.sentence(schedule, _)
 
 
-# ---------------------------------------------------------------------- the next days
-def days(facts: SchedulerFacts, now: datetime) -> list[DayRow]:
-    """The plan as a list: a heading for each of the days, below it its starts; many of one schedule are one line."""
-    zone = facts.zone
-    today = now.astimezone(zone).date()
-    by_day: dict[date, list[PlannedRun]] = {today + timedelta(days=n): [] for n in range(DAYS)}
-    for run in facts.planned:
-        by_day.setdefault(run.at.astimezone(zone).date(), []).append(run)
-    rows: list[DayRow] = []
-    for day, runs in sorted(by_day.items()):
-        rows.append(
-            _day_heading(
-                facts, day, today, len(runs), any(at.astimezone(zone).date() <= day for at in facts.more.values())
-            )
-        )
-        rows += (row for _at, row in sorted(_day_rows(facts, runs, now), key=lambda entry: entry[0]))
-    return rows
-
-
-def _day_heading(facts: SchedulerFacts, day: date, today: date, count: int, has_more: bool) -> DayRow:
-    names = {0: _("Today"), 1: _("Tomorrow")}
-    dated = formats.wall_day(day)
-    near = names.get((day - today).days)
-    starts = ngettext("{n} start", "{n} starts", count).format(n=count) if count else _("nothing planned")
-    if has_more:
-        starts = _("{starts} and more").format(starts=starts) if count else _("more starts than can be listed")
-    notes = [starts]
-    status = facts.calendar.day_status(day)
-    if not status.is_working:
-        notes.append(_("not a working day: {name}").format(name=status.name) if status.name else _("not a working day"))
-    elif status.name:
-        notes.append(_("extra working day: {name}").format(name=status.name))
-    return DayRow(("day", day.isoformat()), heading=f"{near}, {dated}" if near else dated, note=" · ".join(notes))
-
-
-def _day_rows(facts: SchedulerFacts, runs: list[PlannedRun], now: datetime) -> Iterable[tuple[datetime, DayRow]]:
-    """Each with the instant by which they are ordered."""
-    zone = facts.zone
-    by_schedule = sorted(runs, key=lambda run: (run.schedule.id, run.at))
-    for _id, group in groupby(by_schedule, key=lambda run: run.schedule.id):
-        same = list(group)
-        first = same[0]
-        names = facts.mission_names.start(first), foreseen.whose(first, exactly=False)
-        needs = battery_condition(first.schedule, first.mission, facts.settings)
-        own, silent = facts.name(first.schedule), foreseen.silence(first, facts.silent.get(first.robot.id))
-        if len(same) >= GROUPED_FROM:
-            begins, ends = (formats.wall_time(run.at.astimezone(zone)) for run in (first, same[-1]))
-            number, last = (
-                ngettext("{n} start", "{n} starts", len(same)).format(n=len(same)),
-                _("last at {time}").format(time=ends),
-            )
-            if (more := facts.more.get(first.schedule.id)) and more.astimezone(zone).date() == first.at.astimezone(
-                zone
-            ).date():
-                number, last = _("{starts} and more").format(starts=number), ""
-            held = sum(facts.hold_of(run) is not None for run in same)
-            kept = _joined(
-                _("{n} held").format(n=held) if held else "", foreseen.lack(first), silent if held < len(same) else ""
-            )
-            note = _joined(f"{number}, {last}" if last else number, kept)
-            yield (
-                first.at,
-                DayRow(
-                    ("schedule", first.schedule.id, first.at),
-                    "",
-                    begins,
-                    *names,
-                    note,
-                    last or formats.NOTHING,
-                    _joined(number, kept),
-                    own,
-                ),
-            )
-            continue
-        for run in same:
-            kept = held_note(facts.hold_of(run), run.at, run.schedule.start_window_minutes, facts.settings, now)
-            kept = kept or foreseen.lack(run)
-            begins = formats.wall_time(run.at.astimezone(zone))
-            note = kept or _joined(silent, formats.ahead((run.at - now).total_seconds()))
-            yield (
-                run.at,
-                DayRow(
-                    ("schedule", run.schedule.id, run.at),
-                    "",
-                    begins,
-                    facts.mission_names.start(run),
-                    foreseen.whose(run),
-                    note,
-                    _until(run, zone),
-                    kept or _joined(silent, needs),
-                    own,
-                ),
-            )
-
-
 def _joined(*parts: str) -> str:
     return " · ".join(filter(None, parts))
 
 
-def _until(run: PlannedRun, zone: ZoneInfo) -> str:
-    """About when it is over, as a rule."""
-    if run.usual_s is None:
-        return formats.NOTHING
-    return _("ends ~{time}").format(
-        time=formats.wall_time((run.begins + timedelta(seconds=run.usual_s)).astimezone(zone))
-    )
-
-
 # ---------------------------------------------------------------------- the schedules
-def schedule_rows(
-    facts: SchedulerFacts, now: datetime, selected: int | None = None, listing: Listing = Listing()
-) -> list[ScheduleItem]:
+def schedule_rows(facts: SchedulerFacts, now: datetime, listing: Listing = Listing()) -> list[Item]:
     """Sorted by next start, with those off or over last; or by name, with those over last."""
     never, words = datetime.max.replace(tzinfo=UTC), listing.query.casefold().split()
 
@@ -229,14 +113,25 @@ def schedule_rows(
         over = _is_over(facts, schedule, now)
         return over, *(() if listing.by_name else (not (schedule.enabled or over), next_at)), schedule.name.casefold()
 
-    listed = (schedule for schedule in facts.schedules if of_groups.is_listed(facts, schedule, listing.target))
-    rows = (_schedule_row(facts, schedule, now, schedule.id == selected) for schedule in sorted(listed, key=place))
+    listed = (
+        schedule
+        for schedule in facts.schedules
+        if of_groups.is_listed(facts, schedule, listing.target) and listing.mission_id in (None, schedule.mission_id)
+    )
+    rows = (_schedule_row(facts, schedule, now) for schedule in sorted(listed, key=place))
     names = {schedule.id: schedule.name for schedule in facts.schedules} if words else {}
     return [
         row
         for row in rows
-        if all(word in f"{names[row.key]} {row.mission} {row.rule} {row.next}".casefold() for word in words)
+        if all(word in f"{names[row.key]} {row.title} {row.support} {row.place}".casefold() for word in words)
     ]
+
+
+def mission_options(facts: SchedulerFacts) -> list[Option]:
+    """Whose schedules are listed; 0: all."""
+    used = {schedule.mission_id for schedule in facts.schedules}
+    known = sorted((mission for mission in facts.missions if mission.id in used), key=lambda one: one.name.casefold())
+    return [Option(0, _("All missions"), "format-list-bulleted"), *(Option(one.id, one.name) for one in known)]
 
 
 def robot_options(facts: SchedulerFacts) -> list[Option]:
@@ -244,30 +139,51 @@ def robot_options(facts: SchedulerFacts) -> list[Option]:
     return [Option(0, _("All robots"), "robot-outline"), *of_groups.target_options(facts)]
 
 
-def _schedule_row(facts: SchedulerFacts, schedule: Schedule, now: datetime, selected: bool) -> ScheduleItem:
-    robot, mission, last = (
-        facts.robot(schedule.robot_id),
-        facts.mission(schedule.mission_id),
-        facts.last.get(schedule.id),
-    )
-    whose = of_groups.whose(facts, schedule, last)
-    row = ScheduleItem(
+def _schedule_row(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> Item:
+    mission, last = facts.mission(schedule.mission_id), facts.last.get(schedule.id)
+    is_over = _is_over(facts, schedule, now)
+    row = Item(
         schedule.id,
-        schedule.enabled,
         facts.mission_names.mission(mission, schedule.parameters) if mission else schedule.name,
-        _joined(rule_line(schedule), of_groups.what_matters(schedule)),
-        " · ".join(filter(None, (whose, _next(facts, schedule, robot, now)))),
-        selected,
-        name=facts.name(schedule) if mission else "",
+        _joined(
+            short_rule(schedule),
+            of_groups.what_matters(schedule),
+            "" if is_over or not schedule.enabled else _why_not_next(facts, schedule, now),
+        ),
+        lead=_next_time(facts, schedule, now),
+        place=of_groups.whose(facts, schedule, last),
+        on=schedule.enabled,
+        aside=facts.name(schedule) if mission else "",
+        look="plain" if schedule.enabled and not is_over else "faint",
+        actions=(MENU,),
     )
-    if _is_over(facts, schedule, now):
-        row = replace(
-            row, rule=" · ".join(filter(None, (whose, row.rule))), next=_became(facts, schedule, last), over=True
-        )
+    if is_over:
+        return replace(row, meta=_became(facts, schedule, last))
+    if not schedule.enabled:
+        return replace(row, meta=_("Off"))
     if last is None:
         return row
     icon, tone = execution_appearance.LOOKS[last.state]
-    return replace(row, icon=icon, tone=tone, last="" if row.over else execution_appearance.word(last.state))
+    went = last.ended_at or last.planned_at
+    meta = near_time(went, facts, now) if last.state is State.COMPLETED else execution_appearance.word(last.state)
+    return replace(row, meta_icon=icon, meta_tone=tone, meta=meta)
+
+
+def near_time(at: datetime, facts: SchedulerFacts, now: datetime) -> str:
+    """15:00 of today, Mon 06:30 within some days, Mon 30 Nov 06:30 beyond."""
+    local, today = (moment.astimezone(facts.zone) for moment in (at, now))
+    apart = abs((local.date() - today.date()).days)
+    if not 0 < apart < 6:
+        return formats.day_and_time(at, facts.settings.timezone, now)
+    word = formats.current().weekdays_date[local.weekday()]
+    return f"{word[:1].upper()}{word[1:]} {formats.wall_time(local)}"
+
+
+def _next_time(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> str:
+    at = schedule.next_at
+    if at is None or not schedule.enabled:
+        return formats.NOTHING
+    return near_time(max(at, schedule.paused_until or at), facts, now)
 
 
 def _is_over(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> bool:
@@ -307,9 +223,9 @@ def _when_it_was(facts: SchedulerFacts, at: datetime) -> str:
     return formats.day_and_time(at, facts.settings.timezone)
 
 
-def _next(facts: SchedulerFacts, schedule: Schedule, robot: Robot | None, now: datetime) -> str:
-    if not schedule.enabled:
-        return _("switched off")
+def _why_not_next(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> str:
+    """What stands in the way of its next start; empty: nothing that is known."""
+    robot = facts.robot(schedule.robot_id)
     if schedule.next_at is None:
         return _("no more starts")
     if robot is not None and not robot.enabled:
@@ -325,8 +241,7 @@ def _next(facts: SchedulerFacts, schedule: Schedule, robot: Robot | None, now: d
     hold = facts.hold(schedule.robot_id, schedule.group_id, schedule.next_at)
     if held := held_next(hold, schedule.next_at, schedule.start_window_minutes, facts.settings, now):
         return held
-    when = formats.until(schedule.next_at, now, facts.settings.timezone)
-    return _joined(silence_word(facts.silent.get(schedule.robot_id or 0)), when)
+    return silence_word(facts.silent.get(schedule.robot_id or 0))
 
 
 def menu_title(facts: SchedulerFacts, schedule: Schedule) -> tuple[str, str]:
@@ -405,26 +320,3 @@ def export_result(done: PlanExport, zone: str) -> str:
         "{n} starts of the next 30 days written to {path}",
         done.count,
     ).format(n=done.count, path=done.path)
-
-
-def schedules_empty(facts: SchedulerFacts) -> str:
-    """Shown instead of missing rows."""
-    return (
-        ""
-        if facts.schedules
-        else _(
-            "No schedule yet. Fill in the form and save it: it appears here with its next start and how it last went."
-        )
-    )
-
-
-def schedules_note(facts: SchedulerFacts, target: Target | None = None) -> str:
-    """How many are on, of all or of one robot or group."""
-    listed = [schedule for schedule in facts.schedules if of_groups.is_listed(facts, schedule, target)]
-    robot = facts.group(target[1]) if isinstance(target, tuple) else facts.robot(target)
-    if not facts.schedules:
-        return ""
-    note = _("{on} of {all} on").format(
-        on=sum(schedule.enabled and _has_starts(facts, schedule) for schedule in listed), all=len(listed)
-    )
-    return f"{robot.name} · {note}" if robot else note

@@ -269,10 +269,17 @@ def sentence(suggestion: Suggestion, translate: Translate = lambda text: text, c
     text = translate(_FOUND).format(schedule=called or suggestion.schedule.name, late=one.late, starts=one.starts)
     if one.typical_s is not None:
         text = translate(_TYPICALLY).format(found=text, minutes=max(1, round(one.typical_s / 60)))
-    if one.cause in _CAUSES:
-        cause = translate(_CAUSES[one.cause]).format(robot=suggestion.whose, mission=one.mission)
+    if cause := because(suggestion, translate):
         text = translate(_BECAUSE).format(found=text, cause=cause)
     return text
+
+
+def because(suggestion: Suggestion, translate: Translate = lambda text: text) -> str:
+    """Why it was late: "Aino was busy with Waste"; empty: not known."""
+    one = suggestion.finding
+    if one.cause not in _CAUSES:
+        return ""
+    return translate(_CAUSES[one.cause]).format(robot=suggestion.whose, mission=one.mission)
 
 
 def promise(change: Change, translate: Translate = lambda text: text) -> str:

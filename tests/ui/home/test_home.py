@@ -11,9 +11,10 @@ from app.domain.models import Mission, Schedule
 from app.screens.home import screen
 from app.screens.home.cards import FinishedRow, PlannedRow, RobotHead
 from app.screens.home.facts import HomeFacts, read
+from app.screens.scheduler.cards import FormSheet
 from app.widgets.buttons import CommandButton
 from app.widgets.frame import AlarmBanner, TopBar
-from app.widgets.rows import OptionRow, RobotChip, ScheduleRow
+from app.widgets.rows import OptionRow, RobotChip
 from tests.ui.home.operator import press, run
 
 
@@ -167,6 +168,6 @@ def test_a_planned_start_opens_its_schedule(home, ui):
     assert home.shell.navigator.current == "scheduler"
     form = home.shell.navigator.screen("scheduler").vm.form
     ui.wait(lambda: form.editing == schedule_id)
-    assert ui.find(ScheduleRow, selected=True).key == schedule_id
+    assert ui.find_all(FormSheet)
     ui.advance(0.2)  # the form asks for its forecast a moment later: not of an app that has ended
     ui.wait(lambda: home.shell.background.idle)

@@ -12,16 +12,13 @@ from app.domain.models import Between, Overlap, RobotSnapshot
 from app.domain.robot import MissionParameter, Pose, RobotStatus
 from app.mir.errors import Unreachable
 from app.screens.common.mission_names import NOTHING_KNOWN
-from app.screens.scheduler.cards import FormCard, FormWarning, StartChip
-from app.screens.scheduler.form_view import Steps
-from app.screens.scheduler.step_dialog import StepDialog
+from app.screens.scheduler.cards import FormSheet, MonthDays, StartLine, StepLine, TimeCell
+from app.screens.scheduler.draft import Kind
 from app.services.live.changes import Topic
 from app.services.robots.map_picture import MapPicture, Place
-from app.widgets import load_kv
-from app.widgets.buttons import ChoiceChip, CommandButton, Segment
-from app.widgets.dialogs import ChoiceDialog, Dialog
+from app.widgets.buttons import CommandButton, Segment
+from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import FormField, RepeatButton, SearchField, StepField
-from app.widgets.pages import LowColumn
 from app.widgets.positions import OnMap, PositionsMap
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
@@ -34,6 +31,7 @@ from tests.ui.planner import (
     field,
     kind,
     named,
+    new,
     pick_day,
     pick_time,
     press,
@@ -45,73 +43,32 @@ from tests.ui.planner import (
 )
 
 
-def steps(screen, ui, label: str, chip: str = "", typed: str = "", presses: str = "") -> None:
-    """A number is chosen from the chips, entered, or reached with the buttons (icons) next to it."""
-    ui.tap(field(ui, label))
-    ui.advance(0.3)
-    dialog = ui.find(StepDialog)
-    if chip:
-        ui.tap(ui.find(ChoiceChip, dialog, text=chip))
-    if typed:
-        ui.find(StepField, dialog).text = typed
-        ui.find(StepField, dialog).commit()
+def step(screen, ui, label: str, presses: str) -> str:
+    """The value between minus and plus, after pressing them; the rarer fields are unfolded."""
+    screen.plan.form.more = True
+    settle(screen, ui)
+    line = ui.find(StepLine, label=label)
     for icon in presses.split():
-        ui.tap(ui.find(RepeatButton, dialog, icon=icon))
-    press(screen, ui, "Set")
+        reveal(ui, line)
+        ui.tap(ui.find(RepeatButton, line, icon=icon))
+        settle(screen, ui)
+    return line.value
 
 
-def battery(screen, ui, **how: str) -> None:
-    steps(screen, ui, "Battery ≥", **how)
+def remedy(screen, ui, word: str) -> None:
+    """The button of a note."""
+    button = ui.find(CommandButton, ui.find(FormSheet), text=word)
+    reveal(ui, button)
+    ui.tap(button)
+    settle(screen, ui)
 
 
-def test_a_number_that_is_typed_is_what_is_chosen_at_once(ui):
-    load_kv("widgets/flow", "scheduler/form")
-    chosen = []
-    steps = Steps(
-        "Must be done within",
-        "Or any other",
-        "",
-        1,
-        1440,
-        5,
-        "min",
-        ((None, "Whenever"), (15, "15 min")),
-        {None: 15},
-    )
-    dialog = StepDialog(steps, None, chosen.append)
-    dialog.show_duration = dialog.hide_duration = 0
-    dialog.open()
-    ui.advance(0.3)
-    field = ui.find(StepField, dialog)
-    assert ui.find(ChoiceChip, dialog, text="Whenever").active
-    field.focus = True
-    ui.advance()
-    field.text = "4"
-    ui.advance()
-    assert not [chip for chip in ui.find_all(ChoiceChip, dialog) if chip.active]
-    field.text = "15"  # what it shows without having been chosen
-    ui.advance()
-    assert ui.find(ChoiceChip, dialog, text="15 min").active
-    dialog.set()
-    assert chosen == [15]
-
-
-def test_a_step_dialog_sets_nothing_while_its_number_is_wrong(ui):
-    load_kv("widgets/flow", "scheduler/form")
-    chosen: list = []
-    dialog = StepDialog(Steps("Battery", "", "0 to 100", 0, 100, 5, "%", ((50, "50 %"),), {}), 50, chosen.append)
-    dialog.show_duration = dialog.hide_duration = 0
-    dialog.open()
-    ui.advance(0.3)
-    field = ui.find(StepField, dialog)
-    field.text = ""
-    ui.type(field, "1.5")
-    dialog.set()
-    assert (chosen, field.text, field.outside) == ([], "1.5", True)
-    ui.tap(ui.find(ChoiceChip, dialog, text="50 %"))
-    assert field.text == "50"
-    dialog.set()
-    assert chosen == [50]
+def unfold(screen, ui) -> None:
+    """The rarer fields."""
+    label = ui.find(text="Advanced")
+    reveal(ui, label)
+    ui.tap(label)
+    settle(screen, ui)
 
 
 # ---------------------------------------------------------------------- planning
@@ -119,22 +76,18 @@ def test_a_weekly_mission_is_planned_from_the_form_to_the_database(screen, conta
     choose(screen, ui, "Mission", WASTE)
     choose(screen, ui, "Robot", "Sisu")
     kind(screen, ui, "Weekly")
-    pick_day(screen, ui, "First day", date(2026, 11, 24))
-    pick_time(screen, ui, "Time", "0630")
+    pick_day(screen, ui, "From", date(2026, 11, 24))
+    pick_time(screen, ui, "Time", 6, 30)
     for day in ("Mo", "We"):  # off; the working days were chosen
         ui.tap(ui.find(Segment, text=day))
-    battery(screen, ui, typed="40")
-    view = ui.find(FormCard).view
-    assert (
-        view.sentence
-        == "Every Tue, Thu, Fri at 06:30, on working days only, if battery ≥\N{NO-BREAK SPACE}40\N{NO-BREAK SPACE}%"
-    )
-    assert [start.text for start in ui.find_all(StartChip)] == [
-        "Tue 24 · 06:30",
-        "Thu 26 · 06:30",
-        "Fri 27 · 06:30",
-        "Tue 1 · 06:30",
-        "Thu 3 · 06:30",
+    assert step(screen, ui, "Min. battery", "plus plus") == "40 %"
+    assert ui.find(FormSheet).view.sentence == "Tue, Thu, Fri 06:30"
+    assert [start.text for start in ui.find_all(StartLine)] == [
+        "Tue 24 Nov · 06:30",
+        "Thu 26 Nov · 06:30",
+        "Fri 27 Nov · 06:30",
+        "Tue 1 Dec · 06:30",
+        "Thu 3 Dec · 06:30",
     ]
     save(screen, ui)
     saved = named(container, WASTE, "Sisu")
@@ -146,7 +99,7 @@ def test_a_weekly_mission_is_planned_from_the_form_to_the_database(screen, conta
         Overlap.SKIP,
     )
     assert ui.find(Snackbar).text == f"{WASTE} on Sisu is planned"
-    assert field(ui, "Mission").value == "Choose a mission"  # ready for the next
+    assert not ui.find_all(FormSheet)
     assert saved.id in [line.key for line in screen.plan.listed.rows]
 
 
@@ -154,6 +107,7 @@ def test_an_empty_form_proposes_the_shown_robot_and_a_filled_one_keeps_its_own(s
     aino, veikko = (
         next(robot.id for robot in container.catalogue.robots() if robot.name == name) for name in ("Aino", "Veikko")
     )
+    new(screen, ui)
     assert field(ui, "Robot").value == "Aino"
     container.catalogue.change_settings(selected_robot_id=veikko)
     settle(screen, ui)
@@ -166,11 +120,8 @@ def test_an_empty_form_proposes_the_shown_robot_and_a_filled_one_keeps_its_own(s
 
 def test_a_one_time_mission_is_planned(screen, container, ui):
     choose(screen, ui, "Mission", KITS)
-    pick_time(screen, ui, "Time", "2015")
-    assert (
-        ui.find(FormCard).view.sentence
-        == "Once on Fri 20 Nov 2026 at 20:15, if battery ≥\N{NO-BREAK SPACE}30\N{NO-BREAK SPACE}%"
-    )
+    pick_time(screen, ui, "Time", 20, 15)
+    assert ui.find(FormSheet).view.sentence == "Once, Fri 20 Nov 20:15"
     before = {schedule.id for schedule in schedules(container)}
     save(screen, ui)
     (new,) = (schedule for schedule in schedules(container) if schedule.id not in before)
@@ -180,14 +131,10 @@ def test_a_one_time_mission_is_planned(screen, container, ui):
 
 def test_every_so_many_minutes_between_two_times(screen, container, ui):
     choose(screen, ui, "Mission", "Bring pallet to dock")
-    kind(screen, ui, "Interval")
-    stepper = ui.find(StepField, value=1)
-    ui.find(Segment, text="minutes")
-    ui.tap(ui.find(Segment, text="minutes"))
-    stepper.text = "45"
-    stepper.commit()
-    pick_time(screen, ui, "From", "0830")
-    pick_time(screen, ui, "Until", "1645")
+    kind(screen, ui, "More")
+    assert (field(ui, "Repeats").value, step(screen, ui, "Every", "plus plus plus")) == ("Minutes between", "45 min")
+    pick_time(screen, ui, "From", 8, 30)
+    pick_time(screen, ui, "To", 16, 45)
     save(screen, ui)
     saved = named(container, "Bring pallet to dock", "Aino")
     assert saved.recurrence == "FREQ=MINUTELY;INTERVAL=45;BYDAY=MO,TU,WE,TH,FR"
@@ -196,63 +143,43 @@ def test_every_so_many_minutes_between_two_times(screen, container, ui):
 
 def test_monthly_on_the_first_monday(screen, container, ui):
     choose(screen, ui, "Mission", "Floor wash, hall A")
-    kind(screen, ui, "Monthly")
-    kind(screen, ui, "By weekday")
+    kind(screen, ui, "More")
+    choose(screen, ui, "Repeats", "Monthly, by weekday")
     choose(screen, ui, "Which", "first")
     choose(screen, ui, "Weekday", "Monday")
-    assert [start.text for start in ui.find_all(StartChip)][:2] == ["Mon 7 · 15:00", "Mon 4 Jan · 15:00"]
+    assert [start.text for start in ui.find_all(StartLine)][:2] == ["Mon 7 Dec · 08:00", "Mon 4 Jan · 08:00"]
     save(screen, ui)
     assert named(container, "Floor wash, hall A", "Aino").recurrence == "FREQ=MONTHLY;BYDAY=1MO"
 
 
-def test_monthly_on_a_day_that_is_stepped_to_or_the_last_one(screen, container, ui):
+def test_monthly_on_a_day_or_the_last_one(screen, container, ui):
     choose(screen, ui, "Mission", "Floor wash, hall A")
-    kind(screen, ui, "Monthly")
-    steps(screen, ui, "Day of the month", chip="15", presses="plus plus")
-    assert (field(ui, "Day of the month").value, screen.plan.form.draft.month_day) == ("day 17", 17)
-    steps(screen, ui, "Day of the month", chip="the last day")
-    assert (field(ui, "Day of the month").value, screen.plan.form.draft.month_day) == ("the last day", -1)
-    steps(screen, ui, "Day of the month", presses="minus")
-    assert screen.plan.form.draft.month_day == 30
+    kind(screen, ui, "More")
+    choose(screen, ui, "Repeats", "Monthly, by date")
+    for word, day in (("17", 17), ("Last day", -1)):
+        cell = ui.find(TimeCell, ui.find(MonthDays), text=word)
+        reveal(ui, cell)
+        ui.tap(cell)
+        settle(screen, ui)
+        assert screen.plan.form.draft.month_day == day
 
 
 def test_monthly_on_day_31_names_the_skipped_months_and_offers_the_last_day(screen, container, ui):
     choose(screen, ui, "Mission", "Floor wash, hall A")
-    kind(screen, ui, "Monthly")
-    screen.plan.form.set(month_day=31)
-    ui.advance(0.3)
+    screen.plan.form.set(kind=Kind.MONTHLY, month_day=31)
+    settle(screen, ui)
     assert "Not in February, April, June, September, November" in ui.texts()
-    offer = ui.find(CommandButton, text="Take the last day of each month")
-    reveal(ui, offer)
-    ui.tap(offer)
-    ui.advance(0.3)
-    assert ui.find_all(CommandButton, text="Take the last day of each month") == []
+    remedy(screen, ui, "Last day")
+    assert not any(note.text.startswith("Not in") for note in screen.plan.form.view.notes)
     save(screen, ui)
     assert named(container, "Floor wash, hall A", "Aino").recurrence == "FREQ=MONTHLY;BYMONTHDAY=-1"
-
-
-@pytest.mark.parametrize("gap", [0.2, 0.35, 0.5])
-def test_a_double_tap_on_the_offer_of_the_last_day_opens_nothing(screen, ui, gap):
-    choose(screen, ui, "Mission", "Floor wash, hall A")
-    kind(screen, ui, "Monthly")
-    screen.plan.form.set(month_day=31)
-    ui.advance(0.3)
-    offer = ui.find(CommandButton, text="Take the last day of each month")
-    reveal(ui, offer)
-    next(
-        parent for parent in parents(offer) if isinstance(parent, LowColumn)
-    ).scroll_y = 0  # the fields above come down when it goes
-    ui.advance(0.1)
-    ui.tap_twice(offer.to_window(*offer.center), gap)
-    settle(screen, ui)
-    assert (screen.plan.form.draft.month_day, ui.find_all(Dialog)) == (-1, [])
 
 
 def test_the_less_common_fields_are_under_more(screen, container, ui):
     choose(screen, ui, "Mission", KITS)
     kind(screen, ui, "Daily")
-    pick_time(screen, ui, "Time", "0600")
-    ui.tap(ui.find(ChoiceChip, text="More"))
+    pick_time(screen, ui, "Time", 6, 0)
+    unfold(screen, ui)
     reveal(ui, field(ui, "Last day"))
     pick_day(screen, ui, "Last day", date(2026, 12, 31))
     reveal(ui, field(ui, "Also at"))
@@ -264,6 +191,7 @@ def test_the_less_common_fields_are_under_more(screen, container, ui):
     ui.tap(ui.find(OptionRow, dialog, text="14:00"))
     press(screen, ui, "Set")
     name = ui.find(FormField, label="Name")
+    reveal(ui, name)
     ui.type(name, "Kits, twice")
     ui.key(13)
     settle(screen, ui)
@@ -329,6 +257,7 @@ def test_saving_waits_for_what_the_mission_asks_for(screen, container, ui, monke
     note, asked = MissionParameter("note", "Note", "String"), threading.Event()
     monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: asked.wait(30) and (note,))
     before = len(schedules(container))
+    new(screen, ui)
     ui.tap(field(ui, "Mission"))
     ui.tap(ui.find(OptionRow, text="Bring pallet to dock"))
     ui.wait(lambda: not save_button(ui).disabled)
@@ -362,31 +291,25 @@ def test_missions_that_the_robot_lacks_are_not_offered_for_it(screen, container,
     monkeypatch.setattr(container.robot_missions, "names", lambda _robot_id: {mission.guid: KITS})
     container.changes.publish(Topic.MISSIONS)
     settle(screen, ui)
+    new(screen, ui)
     ui.tap(field(ui, "Mission"))
     assert [row.text for row in ui.find_all(OptionRow)] == [KITS, "Not in the list? Fetch it from a robot"]
 
 
 def test_the_limits_of_settings_hold_unless_others_are_chosen(screen, container, ui):
     choose(screen, ui, "Mission", KITS)
-    pick_time(screen, ui, "Time", "2015")
-    steps(screen, ui, "Late up to", chip="1 min")
-    assert field(ui, "Late up to").value == "1 min"
-    steps(screen, ui, "Late up to", chip="As in Settings: 15 min")
-    assert field(ui, "Late up to").value == "15 min"
-    steps(screen, ui, "Late up to", typed="37")
-    assert field(ui, "Late up to").value == "37 min"
-    steps(screen, ui, "Late up to", presses="plus minus minus")
-    assert field(ui, "Late up to").value == "30 min"
-    battery(screen, ui, chip="No minimum")
-    assert field(ui, "Battery ≥").value == "Any"
-    battery(screen, ui, chip="20 %")
-    assert field(ui, "Battery ≥").value == "20 %"
-    battery(screen, ui, chip="As in Settings: 30 %")
-    assert field(ui, "Battery ≥").value == "30 %"
-    choose(screen, ui, "If running", "Queue it")
+    pick_time(screen, ui, "Time", 20, 15)
+    assert step(screen, ui, "May start late", "minus minus minus") == "1 min"
+    assert step(screen, ui, "May start late", "plus plus plus plus") == "20 min"
+    assert step(screen, ui, "Min. battery", " ".join(["minus"] * 6)) == "Any"
+    assert step(screen, ui, "Min. battery", " ".join(["plus"] * 6)) == "30 %"
+    waits = ui.find(Segment, text="Waits")
+    reveal(ui, waits)
+    ui.tap(waits)
+    settle(screen, ui)
     save(screen, ui)
     saved = next(schedule for schedule in schedules(container) if schedule.start == datetime(2026, 11, 20, 20, 15))
-    assert (saved.minimum_battery_percent, saved.start_window_minutes, saved.overlap) == (None, 30, Overlap.QUEUE)
+    assert (saved.minimum_battery_percent, saved.start_window_minutes, saved.overlap) == (None, 20, Overlap.QUEUE)
 
 
 def test_a_mission_that_may_start_on_a_low_battery_inherits_no_minimum(screen, container, ui):
@@ -396,25 +319,22 @@ def test_a_mission_that_may_start_on_a_low_battery_inherits_no_minimum(screen, c
     container.catalogue.save_mission(replace(mission, on_low_battery=True))
     settle(screen, ui)
     choose(screen, ui, "Mission", KITS)
-    battery(screen, ui, chip="As in Settings: none")
-    assert field(ui, "Battery ≥").value == "Any"
+    assert step(screen, ui, "Min. battery", "") == "Any"
 
 
 # ---------------------------------------------------------------------- what can't be, and what is only odd
 def test_nothing_can_be_saved_before_a_mission_is_chosen(screen, ui):
+    new(screen, ui)
     assert save_button(ui).disabled
-    assert "Choose a mission" in ui.texts(ui.find(FormCard))
+    assert "Choose a mission" in ui.texts(ui.find(FormSheet))
 
 
 def test_a_day_without_work_is_refused_at_the_field_and_any_day_allows_it(screen, container, ui):
     choose(screen, ui, "Mission", KITS)
     pick_day(screen, ui, "Day", date(2026, 11, 21))
-    assert field(ui, "Day").problem.startswith("Saturday is not a working day")
+    assert field(ui, "Day").problem == "Saturday is not a working day"
     assert save_button(ui).disabled
-    ui.tap(ui.find(ChoiceChip, text="More"))
-    reveal(ui, ui.find(Segment, text="Any day"))
-    ui.tap(ui.find(Segment, text="Any day"))
-    settle(screen, ui)
+    remedy(screen, ui, "Run anyway")
     assert field(ui, "Day").problem == ""
     save(screen, ui)
     assert any(
@@ -425,8 +345,8 @@ def test_a_day_without_work_is_refused_at_the_field_and_any_day_allows_it(screen
 
 def test_a_time_that_has_passed_is_refused_at_the_field(screen, ui):
     choose(screen, ui, "Mission", KITS)
-    pick_time(screen, ui, "Time", "0800")
-    assert field(ui, "Time").problem == "This time has passed: choose a later one"
+    pick_time(screen, ui, "Time", 8, 0)
+    assert field(ui, "Time").problem == "This time has passed"
     assert save_button(ui).disabled
 
 
@@ -436,7 +356,7 @@ def test_no_day_of_the_week_is_refused_under_the_days(screen, ui):
     for day in ("Mo", "Tu", "We", "Th", "Fr"):
         ui.tap(ui.find(Segment, text=day))
     settle(screen, ui)
-    assert "Choose at least one day" in ui.texts(ui.find(FormCard))
+    assert "Choose at least one day" in ui.texts(ui.find(FormSheet))
     assert save_button(ui).disabled
 
 
@@ -447,7 +367,7 @@ def test_a_name_that_is_taken_is_said_at_the_name(screen, container, ui):
     settle(screen, ui)
     ui.tap(save_button(ui))
     settle(screen, ui)
-    assert ui.texts(ui.find(FormCard)).count(f"There is a schedule {KITS} on Aino already") == 1
+    assert ui.texts(ui.find(FormSheet)).count(f"There is a schedule {KITS} on Aino already") == 1
     assert screen.plan.form.more  # where it can be mended
     said = ui.find(FormField, label="Name")
     assert visible_area(said, parents(said)) == pytest.approx(area(said), abs=2)
@@ -461,33 +381,21 @@ def test_an_overlap_is_a_warning_and_can_be_saved(screen, container, ui):
     choose(screen, ui, "Mission", KITS)
     choose(screen, ui, "Robot", "Veikko")
     kind(screen, ui, "Once")
-    pick_time(screen, ui, "Time", "1640")
-    view = ui.find(FormCard).view
-    (warning,) = view.warnings  # one low battery in a month does not count
-    assert warning.text.startswith(f"Fri 20 Nov: {WASTE} is still running on Veikko then, 16:30–17:")
+    pick_time(screen, ui, "Time", 16, 40)
+    view = ui.find(FormSheet).view
+    (note,) = view.notes  # one low battery in a month does not count
+    assert note.text == f"Overlaps {WASTE}, 16:30"
     assert [start.kind for start in view.starts] == ["alert"]
-    line = ui.find(FormWarning)
-    ui.find(LowColumn, ui.find(FormCard).children[0]).scroll_to(line, animate=False)
-    ui.advance(0.2)
-    assert ui.texts(line) == [f"1 overlap: {WASTE}"]
-    ui.tap(line)
-    assert ui.texts(line) == [warning.text]
-    ui.tap(line)
-    assert ui.texts(line) == [f"1 overlap: {WASTE}"]
     save(screen, ui)
 
 
 def test_a_free_time_is_offered_where_runs_would_overlap_and_a_tap_takes_it(screen, container, ui):
     meets = named(container, "Collect empties", "Veikko")
     form = screen.plan.form
+    new(screen, ui)
     form.set(mission_id=meets.mission_id, robot_id=meets.robot_id, day=date(2026, 11, 23), at=time(6, 10))
-    ui.wait(lambda: form.view.free)
-    offer = form.view.free
-    settle(screen, ui)
-    button = ui.find(CommandButton, text=offer)
-    column = next(parent for parent in button.walk_reverse() if isinstance(parent, LowColumn))
-    column.scroll_to(button, animate=False)
-    ui.advance(0.3)
-    ui.tap(button)
-    ui.wait(lambda: not form.view.free and form.view.time in offer)
-    assert not any("Collect empties" in warning.text for warning in form.view.warnings)
+    ui.wait(lambda: any(note.remedies for note in form.view.notes))
+    offer = form.view.notes[0].remedies[0].text
+    remedy(screen, ui, offer)
+    assert form.view.time == offer.removeprefix("Move to ")
+    assert not any("Collect empties" in note.text for note in form.view.notes)

@@ -9,16 +9,15 @@ from datetime import timedelta
 import pytest
 
 from app.domain.robot import MissionParameter
-from app.widgets.dialogs import ChoiceDialog
 from app.widgets.flow import ParameterFields
 from app.widgets.snackbar import Snackbar
 from tests.ui.planner import (
     KITS,
     PALLETS,
+    bring_back,
     choose,
-    keep_draft,
     kind,
-    open_draft,
+    leave_entries,
     other,
     press_save,
     said,
@@ -30,8 +29,6 @@ from tests.ui.planner import (
     stored,
 )
 
-DRAFTS_KEPT = "{}: the unsaved entries are kept as a draft"
-
 
 # ---------------------------------------------------------------------- while it is being saved
 def test_a_form_that_is_being_saved_is_not_put_aside(screen, container, ui, slow):
@@ -42,7 +39,7 @@ def test_a_form_that_is_being_saved_is_not_put_aside(screen, container, ui, slow
     slow.set()
     settle(screen, ui)
     assert len(schedules(container)) == before + 1
-    assert (screen.plan.form.editing, screen.plan.form.drafts) == (stock(container).id, [])
+    assert screen.plan.form.editing == stock(container).id
     assert said(screen) == [f"{KITS} on Aino is planned"]
 
 
@@ -57,8 +54,7 @@ def test_changes_during_saving_belong_to_the_saved_schedule(screen, container, u
     slow.set()
     settle(screen, ui)
     if then != "saved":
-        ui.tap(open_draft(ui))
-        settle(screen, ui)
+        bring_back(screen, ui)
     assert not screen.plan.form.draft.is_new
     save(screen, ui)
     added = [schedule for schedule in schedules(container) if schedule.id not in before]
@@ -73,8 +69,9 @@ def test_a_refusal_is_said_of_what_was_refused_which_is_put_aside(screen, contai
     refused.set()
     settle(screen, ui)
     assert (screen.plan.form.view.why, screen.plan.form.view.save_off) == ("", False)
-    assert screen.plan.form.drafts == [entered]
     assert said(screen) == [f"{KITS}: Choose another name"]
+    bring_back(screen, ui)
+    assert screen.plan.form.draft == entered
 
 
 def test_another_one_is_saved_while_the_first_is_still_being_written(screen, container, ui, monkeypatch):
@@ -94,7 +91,7 @@ def test_another_one_is_saved_while_the_first_is_still_being_written(screen, con
     assert len(schedules(container)) == before
     go.set()
     settle(screen, ui)
-    assert (len(schedules(container)), screen.plan.form.is_in_use, screen.plan.form.drafts) == (before + 1, False, [])
+    assert (len(schedules(container)), screen.plan.form.is_in_use) == (before + 1, False)
     assert sorted(said(screen)) == [f"{KITS} on Aino is planned", "Night stock count on Aino is changed"]
 
 
@@ -109,7 +106,7 @@ def test_save_waiting_for_the_robot_saves_only_what_it_was_pressed_for(screen, c
     after = {schedule.id: schedule for schedule in schedules(container)}
     assert len(after) == len(before) + 1
     assert {number: after[number] for number in before} == before
-    assert (form.editing, form.draft.priority, form.drafts) == (stock(container).id, 3, [])
+    assert (form.editing, form.draft.priority) == (stock(container).id, 3)
 
 
 # ---------------------------------------------------------------------- what is shown of it
@@ -121,7 +118,7 @@ def test_the_starts_that_are_shown_are_those_of_the_schedule_in_the_form(screen,
     monkeypatch.setattr(container.forecasts, "of", lambda *args: go.wait(30) and foresee(*args))
     screen.plan.edit(stock(container).id)
     ui.advance(0.5)
-    assert (form.view.starts, form.view.can_skip) == ((), False)
+    assert form.view.starts == ()
     go.set()
     settle(screen, ui)
     assert form.view.starts
@@ -155,8 +152,7 @@ def test_parameters_that_were_typed_are_put_aside_and_brought_back(screen, conta
         screen.plan.edit(stock(container).id)
     typed(screen, ui, "37")
     other(screen, container, ui)
-    ui.tap(open_draft(ui))
-    settle(screen, ui)
+    bring_back(screen, ui)
     assert ui.find(ParameterFields).values() == {"count": "37"}
     save(screen, ui)
     assert [schedule.parameters for schedule in schedules(container) if schedule.parameters] == [{"count": 37}]
@@ -168,7 +164,7 @@ def test_text_that_was_typed_and_removed_is_no_entry(screen, container, ui, monk
     typed(screen, ui, "7")
     typed(screen, ui, "5")
     other(screen, container, ui)
-    assert (said(screen), screen.plan.form.drafts) == ([], [])
+    assert said(screen) == []
 
 
 def test_parameters_of_another_mission_are_not_filled_in(screen, container, ui, monkeypatch):
@@ -180,85 +176,11 @@ def test_parameters_of_another_mission_are_not_filled_in(screen, container, ui, 
     assert ui.find(ParameterFields).values() == {"count": "2"}
 
 
-# ---------------------------------------------------------------------- messages, and several drafts
-def test_a_draft_that_is_back_in_the_form_is_not_offered_any_more(screen, container, ui):
-    choose(screen, ui, "Mission", KITS)
-    screen.plan.edit(stock(container).id)
-    settle(screen, ui)
-    assert said(screen) == [DRAFTS_KEPT.format(KITS)]
-    ui.tap(open_draft(ui))
-    settle(screen, ui)
-    assert said(screen) == []
-
-
-def test_each_of_several_drafts_can_be_chosen_or_all_discarded(screen, container, ui):
-    names = [KITS, "Night stock count", "Collect empties"]
-    for name in names:
-        screen.plan.edit(next(schedule.id for schedule in schedules(container) if schedule.name.startswith(name)))
-        screen.plan.form.set(priority=3)
-    screen.plan.form.begin()
-    settle(screen, ui)
-    ui.tap(open_draft(ui))
-    dialog = ui.find(ChoiceDialog)
-    assert [option.text.split(" on ")[0] for option in dialog.options] == [*reversed(names), "Discard all drafts"]
-    ui.tap(ui.find(root=dialog, text=dialog.options[2].text))
-    settle(screen, ui)
-    assert screen.plan.form.draft.base.name == dialog.options[2].text
-    assert len(screen.plan.form.drafts) == 2
-    ui.tap(open_draft(ui))
-    ui.tap(ui.find(root=ui.find(ChoiceDialog), text="Discard all drafts"))
-    settle(screen, ui)
-    assert (screen.plan.form.drafts, said(screen)) == ([], ["The drafts are discarded"])
-
-
-def test_undo_restores_a_discarded_draft_behind_a_newer_one(screen, container, ui):
-    for schedule in schedules(container)[:3]:
-        screen.plan.edit(schedule.id)
-        screen.plan.form.set(priority=3)
-    screen.plan.form.begin()
-    settle(screen, ui)
-    discarded = list(screen.plan.form.drafts)
-    ui.tap(open_draft(ui))
-    ui.tap(ui.find(root=ui.find(ChoiceDialog), text="Discard all drafts"))
-    settle(screen, ui)
-    screen.plan.form.set(name="Since")
-    screen.plan.form.begin()
-    screen.shell.go("logs")
-    settle(screen, ui)
-    screen.shell.snackbars.end(("draft", screen.plan.form.drafts[0].entry))
-    settle(screen, ui)
-    ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
-    settle(screen, ui)
-    assert screen.shell.navigator.current == "scheduler"
-    assert [draft.name for draft in screen.plan.form.drafts] == [*(draft.name for draft in discarded), "Since"]
-
-
-def test_the_list_of_them_closes_when_its_message_brings_one_back(screen, container, ui):
-    for name in (KITS, "Night stock count", "Collect empties"):
-        screen.plan.edit(next(schedule.id for schedule in schedules(container) if schedule.name.startswith(name)))
-        screen.plan.form.set(priority=3)
-    settle(screen, ui)
-    ui.tap(open_draft(ui))
-    assert ui.find_all(ChoiceDialog)
-    screen.plan.form.open_draft(screen.plan.form.drafts[0].entry)
-    settle(screen, ui)
-    assert not ui.find_all(ChoiceDialog)
-
-
-def test_five_are_kept(screen, container, ui):
-    for schedule in schedules(container)[:7]:
-        screen.plan.edit(schedule.id)
-        screen.plan.form.set(priority=3)
-    assert [draft.base.id for draft in screen.plan.form.drafts] == [
-        schedule.id for schedule in schedules(container)[1:6]
-    ]
-
-
 # ---------------------------------------------------------------------- the schedule is changed or deleted elsewhere
-@pytest.mark.parametrize("drafts", [False, True])
-def test_values_saved_elsewhere_stay_where_nothing_was_entered(screen, container, ui, drafts):
-    if drafts:
-        keep_draft(screen, container, ui)
+@pytest.mark.parametrize("is_left", [False, True])
+def test_values_saved_elsewhere_stay_where_nothing_was_entered(screen, container, ui, is_left):
+    if is_left:
+        leave_entries(screen, container, ui, priority=3)
     else:
         screen.plan.edit(stock(container).id)
         screen.plan.form.set(priority=3)
@@ -268,9 +190,8 @@ def test_values_saved_elsewhere_stay_where_nothing_was_entered(screen, container
     container.pausing.pause(changed.id, container.clock.now() + timedelta(days=5))
     container.catalogue.switch_schedule(changed.id, False)
     settle(screen, ui)
-    if drafts:
-        ui.tap(open_draft(ui))
-        settle(screen, ui)
+    if is_left:
+        bring_back(screen, ui)
     save(screen, ui)
     after = stored(container, changed)
     assert (after.name, after.priority, after.minimum_battery_percent, after.enabled) == ("Inventory", 3, 55, False)
@@ -325,12 +246,10 @@ def test_unsaved_entries_are_restored_with_a_deleted_schedule(screen, container,
     screen.plan.form.set(priority=3, name="Count")
     screen.plan.delete(stock(container))
     settle(screen, ui)
-    ui.tap(open_draft(ui))
+    ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))  # the schedule itself
     settle(screen, ui)
-    assert (screen.plan.form.draft.is_new, screen.plan.form.draft.name) == (True, "Count")
-    ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
-    settle(screen, ui)
-    assert not screen.plan.form.draft.is_new
+    bring_back(screen, ui)
+    assert (screen.plan.form.draft.is_new, screen.plan.form.draft.name) == (False, "Count")
     save(screen, ui)
     assert len(schedules(container)) == before
     assert [schedule.name for schedule in schedules(container) if schedule.priority == 3] == ["Count"]

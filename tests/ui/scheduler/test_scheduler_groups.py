@@ -8,14 +8,14 @@ from datetime import datetime, time
 import pytest
 
 from app.domain.models import Group, Overlap, Schedule
-from app.screens.scheduler.cards import FormCard
-from app.widgets.buttons import ChoiceChip, CommandButton, IconButton, MenuChip
+from app.screens.scheduler.cards import StepLine
+from app.widgets.buttons import MenuChip, Segment
 from app.widgets.dialogs import ChoiceDialog
-from app.widgets.fields import PickField
+from app.widgets.fields import PickField, RepeatButton
+from app.widgets.lanes import Lanes
 from app.widgets.rows import OptionRow
-from app.widgets.timeline import Timeline
 from tests.support import month
-from tests.ui.planner import KITS, card_of, choose, named, press, reveal, row, save, schedules, settle, tap_bar
+from tests.ui.planner import KITS, card_of, choose, named, new, reveal, row, save, schedules, settle, tab, tap_bar
 
 
 @pytest.fixture
@@ -35,47 +35,47 @@ def test_the_bar_of_a_group_says_that_its_robot_is_a_forecast(screen, container,
     schedule = named(container, KITS, "Hall 1")
     bars = [
         (lane.name, bar)
-        for lane in ui.find(Timeline).lanes
+        for lane in ui.find(Lanes).lanes
         for bar in lane.bars
         if bar.key[:2] == ("schedule", schedule.id)
     ]
     [(name, bar)] = bars
-    assert (bar.label, bar.state) == (f"≈ {KITS}", "about")
+    assert (bar.label, bar.state) == (f"≈ {KITS}", "planned")
     tap_bar(ui, ("schedule", schedule.id))
     card = card_of(ui)
     assert f"any of Hall 1 (≈ {name})" in card.text
     assert "A forecast: " in card.text
-    assert "Edit schedule" in [item.text for item in card.items]
+    assert "Edit" in [item.text for item in card.items]
 
 
 def test_the_list_says_any_of_the_group_and_is_narrowed_to_it(screen, container, hall, ui):
     schedule = named(container, KITS, "Hall 1")
-    ui.tap(ui.find(IconButton, icon="robot-outline"))
+    tab(screen, ui, "schedules")
+    ui.tap(ui.find(MenuChip, text="Robot"))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
     ui.advance(0.3)
     assert [option.text for option in ui.find(ChoiceDialog).options][:2] == ["All robots", "Any of Hall 1"]
     ui.tap(ui.find(OptionRow, text="Any of Hall 1"))
     settle(screen, ui)
     assert [item.key for item in screen.plan.listed.rows] == [schedule.id]
-    assert row(ui, schedule).next.startswith("any of Hall 1 · ")
+    assert row(ui, schedule).item.place == "any of Hall 1"
 
 
 def test_options_of_a_group_are_chosen_by_taps_and_saved(screen, container, hall, ui):
-    assert not ui.find_all(PickField, label="Must be done")
     choose(screen, ui, "Robot", "Any of Hall 1")
     choose(screen, ui, "Mission", KITS)
-    choose(screen, ui, "If running", "Run it beside the previous one")
-    finish = ui.find(PickField, label="Must be done")
-    reveal(ui, finish)
-    ui.tap(finish)
-    ui.advance(0.3)
-    ui.tap(ui.find(ChoiceChip, text="30 min"))
-    press(screen, ui, "Set")
-    assert finish.value == "30 min after its start"
-    critical = ui.find(ChoiceChip, text="Critical")
-    reveal(ui, critical)
-    ui.tap(critical)
+    screen.plan.form.more = True
     settle(screen, ui)
+    finish = ui.find(StepLine, label="Must be done")
+    for _press in range(2):
+        reveal(ui, finish)
+        ui.tap(ui.find(RepeatButton, finish, icon="plus"))
+    assert finish.value == "30 min"
+    for word in ("Beside it", "Critical"):
+        segment = ui.find(Segment, text=word)
+        reveal(ui, segment)
+        ui.tap(segment)
+        settle(screen, ui)
     save(screen, ui)
     made = max(schedules(container), key=lambda schedule: schedule.id)
     assert (made.robot_id, made.group_id, made.priority, made.finish_by_minutes, made.overlap) == (
@@ -92,7 +92,7 @@ def test_back_to_one_robot_nothing_of_the_group_stays(screen, container, hall, u
     screen.plan.form.set(overlap=Overlap.PARALLEL, finish_by_minutes=15)
     settle(screen, ui)
     choose(screen, ui, "Robot", "Aino")
-    assert not ui.find_all(PickField, label="Must be done")
+    assert not ui.find_all(StepLine, label="Must be done")
     save(screen, ui)
     made = next(
         schedule
@@ -108,12 +108,11 @@ def test_priority_of_one_robot_is_four_words_too_and_a_number_of_a_file_is_kept(
     settle(screen, ui)
     screen.plan.edit(schedule.id)
     settle(screen, ui)
-    assert ui.find(FormCard).more  # it is not at its default
-    critical = ui.find(ChoiceChip, text="Critical")
-    assert critical.active
+    assert screen.plan.form.more  # it is not at its default
+    assert ui.find(Segment, text="Critical").selected
     assert screen.plan.form.draft.priority == 7
-    reveal(ui, ui.find(ChoiceChip, text="Low"))
-    ui.tap(ui.find(ChoiceChip, text="Low"))
+    reveal(ui, ui.find(Segment, text="Low"))
+    ui.tap(ui.find(Segment, text="Low"))
     settle(screen, ui)
     save(screen, ui)
     assert next(each for each in schedules(container) if each.id == schedule.id).priority == -1
@@ -121,12 +120,11 @@ def test_priority_of_one_robot_is_four_words_too_and_a_number_of_a_file_is_kept(
 
 def test_a_site_without_a_group_has_no_word_of_them(screen, container, ui):
     assert container.catalogue.groups() == []
+    new(screen, ui)
     ui.tap(ui.find(PickField, label="Robot"))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
     assert [option.text for option in ui.find(ChoiceDialog).options] == [
         robot.name for robot in container.catalogue.robots()
     ]
     ui.key(27)
-    assert [lane.name for lane in ui.find(Timeline).lanes] == [robot.name for robot in container.catalogue.robots()]
-    assert ui.find_all(MenuChip, text="More")
-    assert ui.find(CommandButton, text="Save schedule")
+    assert [lane.name for lane in ui.find(Lanes).lanes] == [robot.name for robot in container.catalogue.robots()]

@@ -8,7 +8,6 @@ from datetime import timedelta
 
 import pytest
 
-from app.widgets.buttons import ChoiceChip
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import FormField
 from app.widgets.rows import OptionRow
@@ -74,7 +73,8 @@ def test_a_name_that_a_person_gave_is_said_as_it_is(screen, container, ui, secon
 def test_the_form_shows_no_made_name_and_what_is_made_follows_the_mission(screen, container, ui, second):
     screen.plan.edit(second.id)
     settle(screen, ui)
-    ui.tap(ui.find(ChoiceChip, text="More"))
+    screen.plan.form.more = True
+    settle(screen, ui)
     name = ui.find(FormField, label="Name")
     assert (name.text, name.hint) == ("", SHOWN)
     choose(screen, ui, "Mission", WASTE)
@@ -103,11 +103,10 @@ def test_an_unchanged_form_shows_a_name_that_was_changed_elsewhere(screen, conta
     container.catalogue.save_schedule(replace(second, name="Night kits"))
     settle(screen, ui)
     assert screen.plan.form.draft.name == "Night kits"
-    assert screen.plan.form.view.skip_why == ""
 
 
 def test_a_start_taken_from_the_plan_is_called_so_as_well(screen, container, ui, second):
     tap_bar(ui, ("schedule", second.id))
     card_of(ui)
-    take(screen, ui, "Skip this one")
+    take(screen, ui, "Skip")
     ui.wait(lambda: said(screen).startswith(f"The start of {SHOWN} is skipped: "))

@@ -8,12 +8,11 @@ from datetime import time
 import pytest
 
 from app.domain.models import ReasonCode, State
-from app.screens.scheduler.cards import FormCard, SchedulesCard
-from app.widgets.buttons import IconButton, Toggle
+from app.screens.scheduler.cards import FormSheet, ScheduleRow, SchedulesPage
+from app.widgets.buttons import IconButton, MenuChip, Toggle
 from app.widgets.fields import SearchField
 from app.widgets.lists import KEPT
 from app.widgets.long_list import LongList
-from app.widgets.plan_rows import ScheduleLine
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from tests.support import month
@@ -32,10 +31,10 @@ from tests.ui.planner import (
     row,
     said,
     save,
-    save_button,
     schedules,
     settle,
     stored,
+    tab,
     take,
 )
 from tests.ui.whole_app import standing
@@ -47,9 +46,8 @@ def test_editing_keeps_identity_and_history(screen, container, ui):
     rows_before = container.history.last_of_schedule(schedule.id)
     screen.plan.edit(schedule.id)
     settle(screen, ui)
-    assert ui.find(FormCard).view.title == "Edit schedule"
-    assert save_button(ui).text == "Save changes"
-    pick_time(screen, ui, "Time", "1800")
+    assert ui.find(FormSheet).view.title == "Edit schedule"
+    pick_time(screen, ui, "Time", 18, 0)
     save(screen, ui)
     after = container.repositories.schedules.get(container.db.read(), schedule.id)
     assert (after.start.time(), after.recurrence, after.name) == (time(18), schedule.recurrence, schedule.name)
@@ -58,30 +56,32 @@ def test_editing_keeps_identity_and_history(screen, container, ui):
 
 
 def test_a_row_opens_its_schedule_and_the_cross_leaves_it(screen, container, ui):
-    line = ui.find_all(ScheduleLine)[0]
-    ui.tap_at(*line.to_window(line.center_x - 40, line.center_y))
+    tab(screen, ui, "schedules")
+    line = ui.find_all(ScheduleRow)[0]
+    ui.tap_at(*line.to_window(line.x + 200, line.center_y))
     settle(screen, ui)
     assert screen.plan.form.editing == line.key
-    assert line.selected
-    ui.tap(ui.find(IconButton, ui.find(FormCard), icon="close"))
+    ui.tap(ui.find(IconButton, ui.find(FormSheet), icon="close"))
     settle(screen, ui)
-    assert screen.plan.form.editing is None
+    assert (screen.plan.form.editing, screen.plan.form.is_open) == (None, False)
 
 
 def test_the_switch_turns_a_schedule_off_and_on(screen, container, ui):
-    line = ui.find_all(ScheduleLine)[0]
+    tab(screen, ui, "schedules")
+    line = ui.find_all(ScheduleRow)[0]
     number = line.key
     ui.tap(ui.find(Toggle, line))
     settle(screen, ui)
     assert not container.repositories.schedules.get(container.db.read(), number).enabled
-    assert next(data for data in screen.plan.listed.rows if data.key == number).next.endswith("switched off")
+    assert next(data for data in screen.plan.listed.rows if data.key == number).meta == "Off"
     screen.plan.actions.switch(number, True)
     settle(screen, ui)
     assert container.repositories.schedules.get(container.db.read(), number).next_at is not None
 
 
 def test_only_the_last_word_about_a_switch_is_said(screen, ui):
-    line = ui.find_all(ScheduleLine)[0]
+    tab(screen, ui, "schedules")
+    line = ui.find_all(ScheduleRow)[0]
     screen.plan.actions.switch(line.key, False)
     settle(screen, ui)
     (off,) = screen.shell.snackbars.texts
@@ -93,7 +93,8 @@ def test_only_the_last_word_about_a_switch_is_said(screen, ui):
 
 
 def test_a_switch_says_nothing_of_another_schedule(screen, ui):
-    first, second = ui.find_all(ScheduleLine)[:2]
+    tab(screen, ui, "schedules")
+    first, second = ui.find_all(ScheduleRow)[:2]
     for line in (first, second):
         screen.plan.actions.switch(line.key, False)
         settle(screen, ui)
@@ -133,25 +134,27 @@ def test_skip_next_leaves_one_start_out_with_its_row(screen, container, ui):
 
 
 def shown_order(ui) -> list[int]:
-    return [row.key for row in ui.find(LongList, ui.find(SchedulesCard)).views]
+    return [row.key for row in ui.find(LongList, ui.find(SchedulesPage)).views]
 
 
 def test_a_row_that_was_switched_stays_where_it_is_for_a_while(screen, container, ui):
     """A list by next start has those that are off at its end."""
-    rows, before = ui.find(LongList, ui.find(SchedulesCard)), shown_order(ui)
+    tab(screen, ui, "schedules")
+    rows, before = ui.find(LongList, ui.find(SchedulesPage)), shown_order(ui)
     rows.standing._keep.timeout = 10 * KEPT  # a busy machine draws many frames while it reads
-    ui.tap(ui.find(Toggle, ui.find(ScheduleLine, key=before[1])))
+    ui.tap(ui.find(Toggle, ui.find(ScheduleRow, key=before[1])))
     settle(screen, ui)
     assert before[1] in [data.key for data in screen.plan.listed.rows[-2:]]
     assert shown_order(ui) == before
     ui.skip(10 * KEPT)
     settle(screen, ui)
-    assert before[1] not in shown_order(ui)
+    assert shown_order(ui) == [data.key for data in screen.plan.listed.rows] != before
 
 
 def test_a_list_that_is_sorted_otherwise_is_so_at_once(screen, container, ui):
-    rows, before = ui.find(LongList, ui.find(SchedulesCard)), shown_order(ui)
-    ui.tap(ui.find(Toggle, ui.find(ScheduleLine, key=before[1])))
+    tab(screen, ui, "schedules")
+    rows, before = ui.find(LongList, ui.find(SchedulesPage)), shown_order(ui)
+    ui.tap(ui.find(Toggle, ui.find(ScheduleRow, key=before[1])))
     settle(screen, ui)
     screen.plan.listed.set(by_name=True)
     settle(screen, ui)
@@ -161,7 +164,7 @@ def test_a_list_that_is_sorted_otherwise_is_so_at_once(screen, container, ui):
 @pytest.mark.parametrize("is_on", [False, True])
 def test_a_switch_says_what_it_did_and_undo_puts_it_back(screen, container, ui, is_on):
     schedule = container.catalogue.save_schedule(replace(named(container, KITS, "Aino"), enabled=not is_on))
-    settle(screen, ui)
+    tab(screen, ui, "schedules")
     ui.advance(1)  # rows that have moved take no tap for a moment
     ui.tap(ui.find(Toggle, row(ui, schedule)))
     ui.wait(lambda: said(screen))
@@ -174,16 +177,16 @@ def test_a_switch_says_what_it_did_and_undo_puts_it_back(screen, container, ui, 
 
 def test_a_menu_says_what_it_is_about(screen, container, ui):
     own = container.catalogue.save_schedule(replace(named(container, WASTE, "Veikko"), name="Morning round"))
-    settle(screen, ui)
+    tab(screen, ui, "schedules")
     for about, words in (
         (named(container, KITS, "Aino"), [KITS, "Aino"]),
         (own, ["Morning round", f"{WASTE} · Veikko"]),
     ):
-        screen.plan.row_action(about.id, "menu", ui.find(SchedulesCard))
+        screen.plan.row_action(about.id, "menu", ui.find(SchedulesPage))
         assert ui.texts(card_of(ui))[:2] == words
         screen.shell.dialogs.close_all()
         ui.advance(0.3)
-    ui.tap(ui.find(IconButton, ui.find(SchedulesCard), icon="sort-clock-ascending-outline"))
+    ui.tap(ui.find(MenuChip, ui.find(SchedulesPage), text="By next start"))
     assert ui.texts(card_of(ui))[0] == "Order of the schedules"
 
 
@@ -215,7 +218,7 @@ def test_run_now_is_not_offered_while_the_robot_is_stopped(screen, container, ui
 def test_duplicate_fills_the_form_with_the_same_and_saves_another(screen, container, ui):
     schedule = named(container, KITS, "Aino")
     menu(screen, ui, schedule, "Duplicate")
-    assert ui.find(FormCard).view.title == "New schedule"
+    assert ui.find(FormSheet).view.title == "New schedule"
     save(screen, ui)
     copy = named(container, KITS, "Aino 2")
     assert (copy.recurrence, copy.between, copy.start) == (schedule.recurrence, schedule.between, schedule.start)
@@ -238,44 +241,48 @@ def test_delete_is_at_once_and_undo_brings_it_back(screen, container, ui):
 
 
 def listed(ui) -> list[str]:
-    return [line.mission for line in sorted(ui.find_all(ScheduleLine), key=lambda line: -line.to_window(0, line.y)[1])]
+    rows = sorted(ui.find_all(ScheduleRow), key=lambda line: -line.to_window(0, line.y)[1])
+    return [line.item.title for line in rows]
 
 
 def test_the_schedules_are_searched_sorted_and_narrowed_to_a_robot(screen, container, ui):
+    tab(screen, ui, "schedules")
+    page = ui.find(SchedulesPage)
     assert listed(ui)[0] == KITS
-    ui.tap(ui.find(IconButton, icon="sort-clock-ascending-outline"))
+    ui.tap(ui.find(MenuChip, page, text="By next start"))
     ui.advance(0.3)
     take(screen, ui, "By name")
-    assert [data.mission for data in screen.plan.listed.rows] == sorted(month.SCHEDULED)
-    ui.tap(ui.find(IconButton, root=ui.find(SchedulesCard), icon="robot-outline"))
+    assert [data.title for data in screen.plan.listed.rows] == sorted(month.SCHEDULED)
+    ui.tap(ui.find(MenuChip, page, text="Robot"))
     ui.advance(0.3)
     ui.tap(ui.find(OptionRow, text="Veikko"))
     settle(screen, ui)
     assert listed(ui) == ["Collect empties", "Floor wash, hall A", WASTE]
-    assert "Veikko · 2 of 3 on" in ui.texts(ui.find(SchedulesCard))
-    ui.tap(ui.find(IconButton, root=ui.find(SchedulesCard), icon="magnify"))
+    assert ui.find(MenuChip, page, text="Veikko").active
+    ui.tap(ui.find(IconButton, page, icon="magnify"))
     ui.advance(0.2)
-    ui.type(ui.find(SearchField, ui.find(SchedulesCard)), "first mon")  # of the rule
+    ui.type(ui.find(SearchField, page), "first mon")  # of the rule
     ui.advance(0.2)
     assert listed(ui) == ["Floor wash, hall A"]
     screen.shell.go("logs")
     screen.shell.go("scheduler")
     settle(screen, ui)
     assert listed(ui) == ["Floor wash, hall A"]  # kept while the app runs
-    ui.tap(ui.find(IconButton, root=ui.find(SchedulesCard), icon="magnify"))
+    ui.tap(ui.find(IconButton, page, icon="magnify"))
     settle(screen, ui)
-    assert not ui.find_all(SearchField, root=ui.find(SchedulesCard))
+    assert not ui.find_all(SearchField, page)
     assert len(listed(ui)) == 3  # without the field nothing is searched for
 
 
-def test_a_row_is_hardly_over_72_dp_high_and_a_list_of_few_has_no_tools(screen, container, ui):
-    heights = {line.height for line in ui.find_all(ScheduleLine)}
-    assert min(heights) == 72
-    assert max(heights) < 90  # a long rule has two lines
+def test_ten_rows_are_seen_and_a_list_of_few_has_no_tools(screen, container, ui):
+    tab(screen, ui, "schedules")
+    heights = {line.height for line in ui.find_all(ScheduleRow)}
+    assert heights == {60}
+    assert ui.find(LongList, ui.find(SchedulesPage)).height >= 600
     for schedule in schedules(container)[:4]:
         container.catalogue.remove_schedule(schedule.id)
     settle(screen, ui)
-    assert not ui.find_all(IconButton, root=ui.find(SchedulesCard), icon="robot-outline")
+    assert not [chip for chip in ui.find_all(MenuChip, ui.find(SchedulesPage)) if chip.visible]
 
 
 def test_changes_made_elsewhere_show_at_once(screen, container, ui):
@@ -289,6 +296,7 @@ def test_without_a_robot_the_screen_leads_to_settings(screen, container, ui):
     for robot in container.catalogue.robots():
         container.catalogue.remove_robot(robot.id)
     settle(screen, ui)
+    ui.advance(0.5)
     press(screen, ui, "Add your first robot")
     assert screen.shell.navigator.current == "settings"
 

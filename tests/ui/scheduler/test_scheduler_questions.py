@@ -7,8 +7,7 @@ import threading
 import pytest
 
 from app.widgets.dialogs import Overlay
-from app.widgets.snackbar import Snackbar
-from tests.ui.planner import KITS, choose, field, named, schedules, settle
+from tests.ui.planner import KITS, bring_back, choose, field, named, new, schedules, settle
 
 pytestmark = pytest.mark.long
 
@@ -17,7 +16,7 @@ def is_asked(ui) -> bool:
     return any(dialog.is_open for dialog in ui.find_all(Overlay))
 
 
-@pytest.mark.parametrize("label", ["Mission", "Robot", "First day", "Battery ≥"])
+@pytest.mark.parametrize("label", ["Mission", "Robot", "From"])
 def test_it_closes_when_the_message_above_it_brings_another_draft_back(screen, container, ui, label):
     choose(screen, ui, "Mission", KITS)
     screen.plan.form.set(priority=3)
@@ -25,8 +24,7 @@ def test_it_closes_when_the_message_above_it_brings_another_draft_back(screen, c
     settle(screen, ui)
     ui.tap(field(ui, label))
     assert is_asked(ui)
-    ui.tap(ui.find(root=ui.find(Snackbar), text="Open the draft"))
-    settle(screen, ui)
+    bring_back(screen, ui)
     assert (is_asked(ui), screen.plan.form.draft.priority) == (False, 3)
 
 
@@ -34,10 +32,11 @@ def test_it_closes_when_what_save_has_waited_for_is_saved(screen, container, ui,
     answers = threading.Event()
     monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: answers.wait(30) and ())
     form, before = screen.plan.form, len(schedules(container))
+    new(screen, ui)
     form.set(mission_id=next(mission.id for mission in container.catalogue.missions() if mission.name == KITS))
     ui.wait(lambda: not form.view.save_off)
     form.save()
-    ui.tap(field(ui, "Time"))
+    ui.tap(field(ui, "Robot"))
     assert is_asked(ui)
     answers.set()
     settle(screen, ui)

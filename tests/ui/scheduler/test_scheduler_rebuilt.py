@@ -6,16 +6,17 @@ import pytest
 
 from app.domain.robot import MissionParameter
 from app.i18n import translator
+from app.screens.scheduler.cards import FormSheet
 from app.widgets.dialogs import Overlay
 from app.widgets.flow import ParameterFields
-from app.widgets.snackbar import Snackbar
 from tests.ui.planner import (
     KITS,
+    bring_back,
     choose,
     field,
-    keep_draft,
     larger_controls,
-    open_draft,
+    leave_entries,
+    new,
     other,
     press_save,
     said,
@@ -28,26 +29,27 @@ pytestmark = pytest.mark.long
 
 
 def test_drafts_that_were_put_aside_are_still_there(screen, container, ui):
-    keep_draft(screen, container, ui)
+    leave_entries(screen, container, ui, priority=3)
     with larger_controls(screen, container, ui):
-        assert [draft.priority for draft in screen.plan.form.drafts] == [3]
-        ui.tap(ui.find(root=ui.find(Snackbar), text="Open the draft"))  # the message is an earlier one
-        settle(screen, ui)
-        assert (screen.plan.form.draft.priority, screen.plan.form.drafts) == (3, [])
+        bring_back(screen, ui)  # the message is an earlier one
+        assert screen.plan.form.draft.priority == 3
 
 
 def test_a_new_one_without_a_mission_stays_in_the_form(screen, container, ui):
+    new(screen, ui)
     screen.plan.form.set(name="Count", priority=3)
     with larger_controls(screen, container, ui):
         settle(screen, ui)
         assert (screen.plan.form.draft.name, screen.plan.form.draft.priority) == ("Count", 3)
+        assert ui.find_all(FormSheet)
 
 
 def test_a_drag_that_was_interrupted_is_no_entry(screen, container, ui):
-    screen.plan.begin_at(container.catalogue.robots()[1].id, 8.0)
+    screen.plan.free = container.catalogue.robots()[1].id, 8.0
+    screen.plan.begin_free()
     with larger_controls(screen, container, ui):
         other(screen, container, ui)
-        assert (said(screen), screen.plan.form.drafts) == ([], [])
+        assert said(screen) == []
 
 
 def test_a_rebuilt_screen_saves_only_once(screen, container, ui, slow):
@@ -86,25 +88,10 @@ def test_a_refused_schedule_stays_in_the_form_with_the_reason(screen, container,
 
 def test_a_question_of_the_form_of_before_closes(screen, container, ui):
     choose(screen, ui, "Mission", KITS)
-    ui.tap(field(ui, "Time"))
+    ui.tap(field(ui, "Robot"))
     with larger_controls(screen, container, ui):
         settle(screen, ui)
         assert not any(dialog.is_open for dialog in ui.find_all(Overlay))
-
-
-def test_undo_restores_a_draft_discarded_before_the_rebuild(screen, container, ui):
-    keep_draft(screen, container, ui)
-    screen.plan.form.set(priority=3)
-    screen.plan.form.begin()
-    settle(screen, ui)
-    ui.tap(open_draft(ui))
-    ui.tap(ui.find(text="Discard all drafts"))
-    settle(screen, ui)
-    with larger_controls(screen, container, ui):
-        assert screen.plan.form.drafts == []
-        ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
-        settle(screen, ui)
-        assert [draft.priority for draft in screen.plan.form.drafts] == [3, 3]
 
 
 def test_words_of_its_parameters_follow_the_language(screen, ui, container, monkeypatch):

@@ -11,9 +11,9 @@ from app.widgets.flow import ParameterFields
 from tests.ui.planner import (
     KITS,
     PALLETS,
+    bring_back,
     choose,
     named,
-    open_draft,
     press_save,
     save,
     save_button,
@@ -42,15 +42,12 @@ def test_changes_while_save_waits_need_another_save(screen, container, ui, hangi
 def test_a_waiting_schedule_is_saved_before_a_finger_begins_another(screen, container, ui, hanging):
     before = len(schedules(container))
     press_save(screen, container, ui)
-    screen.plan.begin_at(named(container, KITS, "Aino").robot_id, 8.0)
+    screen.plan.free = named(container, KITS, "Aino").robot_id, 8.0
+    screen.plan.begin_free()
     hanging.set()
     settle(screen, ui)
     assert len(schedules(container)) == before + 1
-    assert (screen.plan.form.draft.is_new, screen.plan.form.draft.mission_id, screen.plan.form.drafts) == (
-        True,
-        None,
-        [],
-    )
+    assert (screen.plan.form.draft.is_new, screen.plan.form.draft.mission_id) == (True, None)
 
 
 def test_typed_values_count_although_the_robot_does_not_answer(screen, container, ui, hanging):
@@ -74,9 +71,7 @@ def test_changes_after_save_are_kept_when_saving_fails(screen, container, ui, re
     screen.plan.edit(stock(container).id)
     refused.set()
     settle(screen, ui)
-    assert [draft.priority for draft in screen.plan.form.drafts] == [3]
-    ui.tap(open_draft(ui))
-    settle(screen, ui)
+    bring_back(screen, ui)
     assert screen.plan.form.draft.priority == 3
 
 

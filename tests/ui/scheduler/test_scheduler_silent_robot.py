@@ -5,15 +5,14 @@ from __future__ import annotations
 import pytest
 
 from app.domain.models import Connection
-from app.widgets.plan_rows import ScheduleLine
-from app.widgets.timeline import Timeline
+from app.widgets.lanes import Lanes
 from tests.ui.planner import KITS, named
 
 pytestmark = pytest.mark.long
 
 
 def notes(ui) -> dict[str, str]:
-    return {lane.name: lane.note for lane in ui.find(Timeline).lanes}
+    return {lane.name: lane.note for lane in ui.find(Lanes).lanes}
 
 
 @pytest.mark.parametrize(
@@ -28,5 +27,7 @@ def test_lane_and_list_say_that_it_does_not_answer_and_that_it_does_again(screen
         ui.wait(lambda: screen.shell.background.idle)
         ui.advance()
         assert notes(ui)["Aino"] == note
-        assert (words in ui.find(ScheduleLine, key=schedule.id).next) == (connection is silence)
+        assert (words in next(row.support for row in screen.plan.listed.rows if row.key == schedule.id)) == (
+            connection is silence
+        )
     assert notes(ui)["Sisu"] != words

@@ -10,16 +10,15 @@ import pytest
 
 from app.container import Container
 from app.database.connection import Database
-from app.screens.scheduler.advice import SOON, SuggestionPanel, SuggestionsDialog
-from app.screens.scheduler.cards import FormCard
-from app.widgets.buttons import CommandButton
+from app.screens.scheduler.advice import SOON
+from app.screens.scheduler.cards import FormSheet, SuggestionRow
+from app.widgets.buttons import CommandButton, IconButton
+from app.widgets.dialogs import MenuRow
 from app.widgets.fields import PickField
 from app.widgets.snackbar import Snackbar
 from tests.services import test_suggestions as month_of_kits
 from tests.support.clock import VirtualClock
-from tests.ui.planner import opened, save, settle
-
-BULB = "lightbulb-on-outline"  # on what opens the suggestions
+from tests.ui.planner import opened, save, settle, tab
 
 
 @pytest.fixture
@@ -40,13 +39,19 @@ def app(container, ui, silent_robots):
         yield app
 
 
-def open_all(app, ui) -> None:
+def open_all(app, ui) -> SuggestionRow:
+    """The first of them."""
     ui.skip(SOON + 1)
-    ui.wait(lambda: ui.find_all(CommandButton, icon=BULB))
+    ui.wait(lambda: app.plan.advice.count)
+    tab(app, ui, "suggestions")
+    return ui.find(SuggestionRow)
+
+
+def not_now(app, ui) -> None:
+    ui.tap(ui.find(IconButton, ui.find(SuggestionRow), icon="dots-vertical"))
     ui.advance(0.3)
-    ui.tap(ui.find(CommandButton, icon=BULB))
-    ui.wait(lambda: ui.find_all(SuggestionsDialog))
-    ui.advance(0.3)
+    ui.tap(ui.find(MenuRow, text="Not now"))
+    settle(app, ui)
 
 
 def kits(container):
@@ -60,27 +65,24 @@ def undo(app, ui, text: str) -> None:
 
 
 def test_a_suggestion_says_why_and_fills_the_form_which_a_person_saves(app, container, ui):
-    open_all(app, ui)
-    panel = ui.find(SuggestionPanel)
-    assert (
-        panel.text
-        == "Kits was late in 20 of its last 20 starts, typically 9 min: Aino was busy with Waste to compactor"
-    )
-    assert [change.action for change in panel.changes] == ["Move to 07:40", "Use Sisu", "Any of Hall 1"]
+    panel = open_all(app, ui)
+    assert app.shell.navigator.screen("scheduler").tabs[2].count == 1
+    assert panel.item.support.endswith("Aino · 20 of 20 starts late, about 9 min")
+    assert panel.item.note == "Aino was busy with Waste to compactor"
+    assert [button.text for button in panel.item.under] == ["Move to 07:40", "Use Sisu", "Any of Hall 1"]
     before = kits(container)
     ui.tap(ui.find(CommandButton, panel, text="Any of Hall 1"))
     settle(app, ui)
-    assert not ui.find_all(SuggestionsDialog)
     assert ui.find(PickField, label="Robot").value == "Any of Hall 1"
-    assert ui.find(FormCard).view.title == "Edit schedule"
+    assert ui.find(FormSheet).view.title == "Edit schedule"
     assert kits(container) == before  # nothing is changed before it is saved
     save(app, ui)
     ui.wait(lambda: kits(container).group_id is not None)
-    ui.wait(lambda: not ui.find_all(CommandButton, icon=BULB))
+    ui.wait(lambda: not app.plan.advice.count)
     assert app.shell.snackbars.texts == ["Kits: the suggestion is applied"]
     undo(app, ui, "Kits: the suggestion is applied")
     ui.wait(lambda: kits(container).robot_id == before.robot_id and kits(container).group_id is None)
-    ui.wait(lambda: ui.find_all(CommandButton, icon=BULB))  # as if it had not been taken
+    ui.wait(lambda: app.plan.advice.count)  # as if it had not been taken
 
 
 @pytest.fixture
@@ -92,9 +94,8 @@ def unnamed(container):
 
 
 def test_a_made_name_is_said_without_its_number_and_follows_to_the_group(unnamed, app, container, ui):
-    open_all(app, ui)
-    assert ui.find(SuggestionPanel).text.startswith("Kits to line 2 on Aino was late in 20 ")
-    ui.tap(ui.find(CommandButton, ui.find(SuggestionPanel), text="Any of Hall 1"))
+    assert open_all(app, ui).item.title == "Kits to line 2"
+    ui.tap(ui.find(CommandButton, ui.find(SuggestionRow), text="Any of Hall 1"))
     settle(app, ui)
     save(app, ui)
     ui.wait(lambda: container.catalogue.schedules()[0].name == "Kits to line 2 on Hall 1")
@@ -104,7 +105,7 @@ def test_a_made_name_is_said_without_its_number_and_follows_to_the_group(unnamed
 
 def test_a_time_of_day_comes_into_the_form(app, container, ui):
     open_all(app, ui)
-    ui.tap(ui.find(CommandButton, ui.find(SuggestionPanel), text="Move to 07:40"))
+    ui.tap(ui.find(CommandButton, ui.find(SuggestionRow), text="Move to 07:40"))
     settle(app, ui)
     save(app, ui)
     ui.wait(lambda: kits(container).start.time() == time(7, 40))
@@ -112,7 +113,7 @@ def test_a_time_of_day_comes_into_the_form(app, container, ui):
 
 def test_another_edit_is_not_taken_for_the_suggestion(app, container, ui):
     open_all(app, ui)
-    ui.tap(ui.find(CommandButton, ui.find(SuggestionPanel), text="Move to 07:40"))
+    ui.tap(ui.find(CommandButton, ui.find(SuggestionRow), text="Move to 07:40"))
     settle(app, ui)
     app.plan.form.set(at=time(9, 0))
     settle(app, ui)
@@ -124,27 +125,10 @@ def test_another_edit_is_not_taken_for_the_suggestion(app, container, ui):
 
 def test_not_now_is_silent_and_can_be_undone(app, container, ui):
     open_all(app, ui)
-    ui.tap(ui.find(CommandButton, ui.find(SuggestionPanel), text="Not now"))
-    ui.wait(lambda: not ui.find_all(SuggestionsDialog))
-    ui.wait(lambda: not ui.find_all(CommandButton, icon=BULB))
+    not_now(app, ui)
+    ui.wait(lambda: not app.plan.advice.count)
     undo(app, ui, "Kits: not suggested again for 60 days")
-    ui.wait(lambda: ui.find_all(CommandButton, icon=BULB))
-
-
-def test_an_answered_suggestion_disappears_at_once_without_an_empty_dialog(app, ui, monkeypatch):
-    """What else there may be takes seconds to find."""
-    open_all(app, ui)
-    monkeypatch.setattr(app.plan.advice, "compute", lambda: None)
-    ui.tap(ui.find(CommandButton, ui.find(SuggestionPanel), text="Not now"))
-    seen = []
-
-    def is_closed() -> bool:
-        seen.append((bool(ui.find_all(SuggestionsDialog)), bool(ui.find_all(SuggestionPanel))))
-        return not seen[-1][0]
-
-    ui.wait(is_closed)
-    assert (True, False) not in seen
-    assert not ui.find_all(CommandButton, icon=BULB)
+    ui.wait(lambda: app.plan.advice.count)
 
 
 def test_an_answered_suggestion_disappears_at_once_although_it_was_found_again(app, container, ui, monkeypatch):
@@ -158,13 +142,13 @@ def test_an_answered_suggestion_disappears_at_once_although_it_was_found_again(a
         threading.Event(),
     )
     monkeypatch.setattr(suggestions, "dismiss", lambda one: answered.wait(30) and dismiss(one))
-    app.plan.advice.act(kits(container).id, "dismiss")
+    app.plan.advice._dismiss(app.plan.advice._advice.suggestions[0])
     app.plan.advice.compute()
     ui.wait(lambda: not app.plan.advice.busy)
     monkeypatch.setattr(suggestions, "compute", lambda: computed.wait(30) and compute())
     answered.set()
     ui.wait(lambda: app.plan.advice.busy)
-    assert not app.plan.advice.title
+    assert not app.plan.advice.count
     computed.set()
     settle(app, ui)
-    assert not app.plan.advice.title
+    assert not app.plan.advice.count

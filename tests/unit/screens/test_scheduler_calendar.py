@@ -3,11 +3,11 @@
 from dataclasses import replace
 from datetime import UTC, date, datetime, timedelta
 
-from app.domain.models import DayException, Mission, Robot, Schedule, Settings
-from app.screens.scheduler import form_view, view
+from app.domain.models import DayException, Mission, Robot, Settings
+from app.screens.scheduler import form_view
 from app.screens.scheduler.draft import Draft, Kind
 from app.screens.scheduler.facts import SchedulerFacts, Window
-from app.screens.scheduler.form_view import Preview
+from app.screens.scheduler.form_notes import Preview
 from app.screens.scheduler.timeline import timeline
 from app.services.catalogue.preview import Concern, ConcernCode, Forecast
 from app.services.planning.recurrence import Occurrence
@@ -30,9 +30,9 @@ def draft(**values):
     return replace(Draft.new(NOW, SETTINGS, 1, 1, FACTS.calendar), **values)
 
 
-def warnings(*concerns):
+def noted(*concerns):
     forecast = Forecast((Occurrence(NOW, NOW.replace(tzinfo=None)),), None, concerns)
-    return tuple(row.text for row in form_view.present(FACTS, draft(kind=Kind.DAILY), Preview(forecast), NOW).warnings)
+    return tuple(row.text for row in form_view.present(FACTS, draft(kind=Kind.DAILY), Preview(forecast), NOW).notes)
 
 
 def test_the_timeline_hatches_a_closed_day_under_its_name():
@@ -46,13 +46,6 @@ def test_an_extra_working_day_is_not_hatched():
     assert timeline(FACTS, NOW + timedelta(days=2)).bands[0].text == "Sun, no work"
 
 
-def test_the_days_to_come_say_which_are_closed_and_why():
-    notes = {row.heading: row.note for row in view.days(FACTS, NOW) if row.heading}
-    assert notes["Tomorrow, Fri 20 Nov"] == "nothing planned · not a working day: Audit"
-    assert notes["Sat 21 Nov"] == "nothing planned · extra working day: Fair"
-    assert notes["Sun 22 Nov"] == "nothing planned · not a working day"
-
-
 def test_a_new_schedule_begins_on_a_day_on_which_work_is_done():
     evening = NOW.replace(hour=23)
     assert Draft.new(evening, SETTINGS).day == FRIDAY
@@ -61,32 +54,15 @@ def test_a_new_schedule_begins_on_a_day_on_which_work_is_done():
 
 def test_a_one_time_start_on_a_closed_day_is_refused_at_the_day_with_its_name():
     shown = form_view.present(FACTS, draft(day=FRIDAY), Preview(Forecast()), NOW)
-    assert shown.problem_at("day") == "Not a working day: Audit. Choose another day, or any day under More"
+    assert shown.problem_at("day") == "Not a working day: Audit"
+    assert [[option.text for option in note.remedies] for note in shown.notes] == [["Sat 21 Nov", "Run anyway"]]
     assert shown.save_off
-
-
-def test_the_sentence_speaks_of_holidays_when_there_is_a_calendar():
-    with_calendar = form_view.present(FACTS, draft(kind=Kind.DAILY), Preview(Forecast()), NOW).sentence
-    assert with_calendar.endswith(", not on holidays or other days off")
-    plain = replace(FACTS, calendar=WorkingCalendar(SETTINGS))
-    assert form_view.present(plain, draft(kind=Kind.DAILY), Preview(Forecast()), NOW).sentence.endswith(
-        ", on working days only"
-    )
-    any_day = form_view.present(
-        FACTS, draft(kind=Kind.DAILY, respect_working_days=False), Preview(Forecast()), NOW
-    ).sentence
-    assert "days off" not in any_day
 
 
 def test_warnings_name_the_days_that_are_omitted():
     one = Concern(ConcernCode.CLOSED_DAYS, details={"days": ((FRIDAY, "Audit"),)})
-    assert warnings(one) == ("Not on Fri 20 Nov, not a working day: Audit",)
+    assert noted(one) == ("Closed: Fri 20 Nov (Audit)",)
     three = Concern(ConcernCode.CLOSED_DAYS, details={"days": ((FRIDAY, "Audit"), (SATURDAY, "x"), (SATURDAY, "y"))})
-    assert warnings(three) == ("Not on Fri 20 Nov (Audit) nor 2 other days: not working days",)
+    assert noted(three) == ("Closed: Fri 20 Nov (Audit), Sat 21 Nov, Sat 21 Nov",)
     first = Concern(ConcernCode.DAY_OFF, details={"day": FRIDAY, "name": "Audit"})
-    assert warnings(first) == ("Fri 20 Nov is not a working day: Audit. It begins later",)
-
-
-def test_a_one_time_schedule_is_worded_without_days_off():
-    once = Schedule("x", 1, 1, datetime(2026, 11, 23, 6, 30), "Europe/Helsinki")
-    assert "days off" not in view.rule_sentence(once, None, SETTINGS, FACTS.calendar)
+    assert noted(first) == ("Begins after Fri 20 Nov, not a working day",)

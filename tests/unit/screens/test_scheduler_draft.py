@@ -41,7 +41,10 @@ def stored(**values):
         ({"kind": Kind.WEEKLY, "weekdays": ("FR", "MO")}, "FREQ=WEEKLY;BYDAY=MO,FR"),
         ({"kind": Kind.DAILY, "more_hours": (8, 14)}, "FREQ=DAILY;BYHOUR=6,8,14;BYMINUTE=30"),
         ({"kind": Kind.EVERY, "every": 30, "unit": Unit.MINUTES}, "FREQ=MINUTELY;INTERVAL=30"),
-        ({"kind": Kind.EVERY, "every": 2, "weekdays": ("MO", "TU")}, "FREQ=HOURLY;INTERVAL=2;BYDAY=MO,TU"),
+        (
+            {"kind": Kind.EVERY, "every": 2, "unit": Unit.HOURS, "weekdays": ("MO", "TU")},
+            "FREQ=HOURLY;INTERVAL=2;BYDAY=MO,TU",
+        ),
         ({"kind": Kind.MONTHLY, "month_day": 15}, "FREQ=MONTHLY;BYMONTHDAY=15"),
         ({"kind": Kind.MONTHLY, "month_day": LAST}, "FREQ=MONTHLY;BYMONTHDAY=-1"),
         ({"kind": Kind.MONTHLY, "by_weekday": True, "nth": 1, "month_weekday": "MO"}, "FREQ=MONTHLY;BYDAY=1MO"),

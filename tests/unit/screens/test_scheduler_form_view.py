@@ -9,8 +9,8 @@ from app.database.robots import Hold
 from app.domain.models import DurationEstimate, InvalidInput, Mission, Overlap
 from app.screens.common.mission_names import MissionNames
 from app.screens.scheduler import form_view
-from app.screens.scheduler.draft import Draft, Kind
-from app.screens.scheduler.form_view import Preview
+from app.screens.scheduler.draft import Draft, Kind, Unit
+from app.screens.scheduler.form_notes import Preview
 from app.screens.scheduler.view import menu_title
 from app.services.catalogue.preview import Concern, ConcernCode, Forecast
 from app.services.planning.recurrence import Occurrence
@@ -59,11 +59,11 @@ def test_the_form_shows_what_is_chosen():
     assert (chosen.mission, chosen.robot, chosen.day, chosen.time) == (
         "Deliver kits",
         "Aino",
-        "Mon 23 Nov 2026",
+        "Mon 23 Nov",
         "06:30",
     )
-    assert [chip.key for chip in chosen.day_chips if chip.selected] == ["MO", "WE"]
-    assert (chosen.battery, chosen.window, chosen.overlap, chosen.save_off) == ("40 %", "15 min", "Queue", False)
+    assert (chosen.days[0], chosen.weekdays) == (("MO", "Mo"), ("MO", "WE"))
+    assert (chosen.battery, chosen.window, chosen.overlap, chosen.save_off) == ("40 %", "15 min", "queue", False)
     assert shown(draft()).battery == "30 %"  # inherited
     assert shown(draft(minimum_battery_percent=0.0)).battery == "Any"
 
@@ -75,14 +75,15 @@ def test_saving_waits_for_the_answer_of_the_services():
 def test_a_one_time_start_on_a_day_without_work_is_refused_at_the_day():
     saturday = shown(draft(day=date(2026, 11, 21)))
     assert saturday.save_off
-    assert saturday.problem_at("day") == "Saturday is not a working day: choose another day, or any day under More"
+    assert saturday.problem_at("day") == "Saturday is not a working day"
+    assert [[option.text for option in note.remedies] for note in saturday.notes] == [["Mon 23 Nov", "Run anyway"]]
     assert saturday.problem_at("time") == ""
     assert not shown(draft(day=date(2026, 11, 21), respect_working_days=False)).save_off
 
 
 def test_a_one_time_start_in_the_past_is_refused_at_the_time():
     assert shown(draft(day=date(2026, 11, 20), at=time(8)), Preview(Forecast())).problem_at("time") == (
-        "This time has passed: choose a later one"
+        "This time has passed"
     )
 
 
@@ -103,10 +104,11 @@ def test_the_next_starts_are_shown_and_those_with_a_warning_marked():
     )
     forecast = Forecast(tuple(start(day) for day in range(23, 28)), DurationEstimate(420.0, 420.0), (concern,))
     form = shown(draft(kind=Kind.DAILY), Preview(forecast))
-    assert [(row.text, row.kind) for row in form.starts][1:3] == [("Tue 24 · 06:30", ""), ("Wed 25 · 06:30", "alert")]
-    assert [(row.line, row.text) for row in form.warnings] == [
-        ("1 overlap: Collect empties", "Wed 25 Nov: Collect empties is still running on Aino then, 06:25–06:40")
+    assert [(row.text, row.kind) for row in form.starts][1:3] == [
+        ("Tue 24 Nov · 06:30", ""),
+        ("Wed 25 Nov · 06:30", "alert"),
     ]
+    assert [note.text for note in form.notes] == ["Overlaps Collect empties, 06:25"]
     assert not form.save_off
 
 
@@ -117,13 +119,12 @@ def test_schedules_of_one_mission_differ_by_their_values():
         start(25).instant,
         {"schedule_id": 7, "mission": "Deliver kits", "start": start(25).instant, "end": start(25, 4, 40).instant},
     )
-    (warning,) = form_view.present(known, draft(), Preview(Forecast((start(25),), None, (concern,))), NOW).warnings
-    assert warning.line == "1 overlap: Deliver kits · Dock 3"
-    assert warning.text == "Wed 25 Nov: Deliver kits · Dock 3 starts on Aino at the same time, 06:30–06:40"
+    (note,) = form_view.present(known, draft(), Preview(Forecast((start(25),), None, (concern,))), NOW).notes
+    assert note.text == "Overlaps Deliver kits · Dock 3, 06:30"
     assert menu_title(known, TO_DOCK) == ("Deliver kits · Dock 3", "Aino")
     assert known.called(TO_DOCK) == "Deliver kits · Dock 3 on Aino"
     kept = Draft.of(TO_DOCK), draft(entered={"goal": PRESS}), draft(name="Late")
-    assert [form_view.draft_option(known, each).text for each in kept] == [
+    assert [form_view.called(known, each) for each in kept] == [
         "Deliver kits · Dock 3 on Aino",
         "Deliver kits · Press",
         "Late",
@@ -135,8 +136,8 @@ def test_the_starts_in_a_hold_are_marked():
     held = facts(holds=(Hold("Maintenance", start(24, 12).instant, NOW),))
     form = form_view.present(held, draft(kind=Kind.DAILY), Preview(forecast), NOW)
     assert [(row.text, row.kind) for row in form.starts] == [
-        *((f"{day} · 06:30 · skipped", "hand-back-right-outline") for day in ("Mon 23", "Tue 24")),
-        *((f"{day} · 06:30", "") for day in ("Wed 25", "Thu 26", "Fri 27")),
+        *((f"{day} · 06:30 · skipped", "hand-back-right-outline") for day in ("Mon 23 Nov", "Tue 24 Nov")),
+        *((f"{day} · 06:30", "") for day in ("Wed 25 Nov", "Thu 26 Nov", "Fri 27 Nov")),
     ]
 
 
@@ -162,11 +163,11 @@ def test_a_schedule_that_is_off_may_be_set_to_a_later_time_but_not_to_a_past_one
                 start(25).instant,
                 {"mission": "Waste", "start": start(25, 4, 31).instant, "end": start(25, 4, 40).instant},
             ),
-            "Wed 25 Nov: Waste starts on Aino before this run ends, 06:31–06:40",
+            "Overlaps Waste, 06:31",
         ),
         (
             Concern(ConcernCode.DAY_OFF, details={"day": date(2026, 11, 21)}),
-            "Sat 21 Nov is not a working day, so it begins later",
+            "Begins after Sat 21 Nov, not a working day",
         ),
         (
             Concern(ConcernCode.MISSION_MISSING, details={"mission": "Waste", "robot": "Aino"}),
@@ -178,7 +179,7 @@ def test_a_schedule_that_is_off_may_be_set_to_a_later_time_but_not_to_a_past_one
         ),
         (
             Concern(ConcernCode.ROBOT_OFF, details={"robot": "Veikko"}),
-            "Veikko is switched off in Settings: nothing will be sent",
+            "Veikko is switched off",
         ),
         (Concern(ConcernCode.NO_START), "No more starts"),
         (
@@ -204,9 +205,8 @@ def test_a_schedule_that_is_off_may_be_set_to_a_later_time_but_not_to_a_past_one
     ],
 )
 def test_every_concern_is_one_sentence(concern, text):
-    (warning,) = shown(draft(kind=Kind.DAILY), Preview(Forecast((start(23),), None, (concern,)))).warnings
-    assert warning.text == text
-    assert len(warning.line or text) < 40
+    (note,) = shown(draft(kind=Kind.DAILY), Preview(Forecast((start(23),), None, (concern,)))).notes
+    assert note.text == text
 
 
 def test_the_missions_offered_are_those_the_robot_can_be_asked_for():
@@ -222,70 +222,77 @@ def test_the_missions_offered_are_those_the_robot_can_be_asked_for():
     }  # a flag is every mission's
 
 
-def test_numbers_are_stepped_to_and_the_setting_is_the_first_chip():
-    windows, battery, days = (
-        form_view.steps(facts(), draft(), name)
-        for name in ("start_window_minutes", "minimum_battery_percent", "month_day")
-    )
-    assert [word for _key, word in windows.chips] == [
-        "As in Settings: 15 min",
-        "1 min",
-        "5 min",
-        "30 min",
-        "1 h",
-        "2 h",
-    ]
-    assert [word for _key, word in battery.chips] == ["As in Settings: 30 %", "No minimum", "10 %", "20 %", "50 %"]
-    assert days.chips == ((1, "1"), (15, "15"), (-1, "the last day"))
-    assert [(one.number(None), one.number(37)) for one in (windows, battery)] == [(15, 37), (30, 37)]
-    assert (days.number(-1), days.number(17)) == (31, 17)
-    assert {(one.label, one.unit) for one in (windows, battery, days)} == {
-        ("Or any other", "min"),
-        ("Or any other", "%"),
-        ("Or any other", ""),
-    }
-    assert (windows.help, windows.minimum, windows.number(0)) == (
-        "1 to 1440 min",
-        1,
-        1,
-    )  # that is what 0 min are taken for
-    assert battery.help == "0 to 100 %"
-
-
-def test_what_is_chosen_has_its_chip_though_settings_say_the_same():
-    windows, battery = (
-        form_view.steps(facts(), draft(start_window_minutes=15, minimum_battery_percent=30), name)
-        for name in ("start_window_minutes", "minimum_battery_percent")
-    )
-    assert (15, "15 min") in windows.chips
-    assert (30, "30 %") in battery.chips
-    none = form_view.steps(
-        facts(settings=replace(facts().settings, minimum_battery_percent=None)), draft(), "minimum_battery_percent"
-    )
-    assert [word for _key, word in none.chips][:2] == ["As in Settings: none", "10 %"]
-
-
-@pytest.mark.parametrize("minutes", [0, 1])
-def test_one_minute_has_one_chip_where_settings_say_it_too(minutes):
-    found = form_view.steps(
-        facts(settings=replace(facts().settings, start_window_minutes=minutes)), draft(), "start_window_minutes"
-    )
-    assert [word for _key, word in found.chips][:2] == ["As in Settings: 1 min", "5 min"]
-
-
 def test_other_times_of_the_day_are_whole_hours():
     assert [row.key for row in form_view.also_options(draft())] == [hour for hour in range(24) if hour != 6]
 
 
 @pytest.mark.parametrize(
-    ("usual", "words"),
+    ("name", "own", "direction", "found"),
     [
-        (None, "Its duration on Aino is not known yet: 5 min are assumed"),
-        (DurationEstimate(1500.0, 1500.0, typed=True), "25 min as typed in Settings: no run was completed on Aino yet"),
-        (DurationEstimate(400.0, 430.0, (400.0,)), "Usually 6 min 40 s, by its one run on Aino"),
-        (DurationEstimate(400.0, 430.0, (390.0, 400.0, 430.0)), "Usually 6 min 40 s, by the last 3 runs on Aino"),
+        ("minimum_battery_percent", None, 1, 35),
+        ("minimum_battery_percent", 35.0, -1, None),  # as in Settings
+        ("minimum_battery_percent", 37.0, -1, 35),
+        ("minimum_battery_percent", 5.0, -1, 0),
+        ("minimum_battery_percent", 0.0, -1, 0),
+        ("start_window_minutes", None, -1, 10),
+        ("start_window_minutes", 5, -1, 1),
+        ("start_window_minutes", 1, 1, 5),
     ],
 )
-def test_the_form_says_how_long_it_takes_and_who_says_so(usual, words):
-    assert shown(draft(), Preview(Forecast((start(23),), usual))).lasts == words
-    assert shown(draft(), Preview()).lasts == ""
+def test_a_number_is_stepped_from_what_holds(name, own, direction, found):
+    assert form_view.stepped(facts(), draft(**{name: own}), name, direction) == found
+
+
+def test_ticked_days_that_are_no_working_days_are_said_in_the_sentence_and_among_the_starts():
+    weekend = draft(kind=Kind.WEEKLY, weekdays=("TH", "FR", "SA"), day=date(2026, 11, 23))
+    form = shown(weekend, Preview(Forecast((start(26), start(27)))))
+    assert form.sentence == "Thu–Sat 06:30, not Sat"
+    assert [row.text for row in form.starts] == ["Thu 26 Nov · 06:30", "Fri 27 Nov · 06:30"]
+    off = Concern(ConcernCode.WEEKDAYS_OFF, details={"weekdays": (5,), "all": False})
+    last = Occurrence(start(30).instant, start(30).nominal)
+    form = shown(weekend, Preview(Forecast((start(26), start(27), last), None, (off,))))
+    assert [row.text for row in form.starts][2] == "Sat 28 Nov · not a working day"
+    [note] = form.notes
+    assert [option.text for option in note.remedies] == ["Run anyway"]
+    anyway = shown(replace(weekend, **dict(note.remedies[0].key)), Preview(Forecast((start(26),))))
+    assert (anyway.sentence, anyway.notes, anyway.advanced) == ("Thu–Sat 06:30", (), "any day")
+
+
+def test_an_interval_over_midnight_is_refused_with_a_way_out():
+    night = draft(kind=Kind.EVERY, every=30, at=time(22), until_time=time(2))
+    form = shown(night, Preview())
+    assert (form.problem_at("until_time"), form.save_off) == (
+        "It must end after it begins. Over midnight: make two schedules",
+        True,
+    )
+    [note] = form.notes
+    assert [option.text for option in note.remedies] == ["Until 23:59", "Day and night"]
+    for option in note.remedies:
+        assert not shown(replace(night, **dict(option.key))).why
+
+
+@pytest.mark.parametrize(
+    ("values", "sentence", "is_much"),
+    [
+        ({"every": 30, "at": time(6), "until_time": time(18)}, "Every 30 min 06–18: 25 a day", False),
+        ({"every": 5, "at": time(6), "until_time": time(18)}, "Every 5 min 06–18: 145 a day", True),
+        ({"every": 2, "unit": Unit.HOURS, "all_day": True}, "Every 2 h", False),
+    ],
+)
+def test_an_interval_says_how_many_starts_a_day_it_makes(values, sentence, is_much):
+    form = shown(draft(kind=Kind.EVERY, respect_working_days=False, **values))
+    assert (form.sentence, form.is_much) == (sentence, is_much)
+
+
+def test_a_day_that_not_every_month_has_is_said_and_the_last_day_offered():
+    form = shown(draft(kind=Kind.MONTHLY, month_day=31))
+    [note] = form.notes
+    assert note.text == "Not in February, April, June, September, November"
+    assert shown(replace(draft(kind=Kind.MONTHLY), **dict(note.remedies[0].key))).notes == ()
+
+
+def test_an_overlap_offers_the_nearest_free_time():
+    details = {"mission": "Waste", "start": start(25, 4, 31).instant, "end": start(25, 4, 40).instant}
+    concern = Concern(ConcernCode.OVERLAP, start(25).instant, details)
+    [note] = shown(draft(), Preview(Forecast((start(25),), None, (concern,), datetime(2026, 11, 25, 7, 20)))).notes
+    assert [(option.text, dict(option.key)) for option in note.remedies] == [("Move to 07:20", {"at": time(7, 20)})]

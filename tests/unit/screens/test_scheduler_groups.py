@@ -14,7 +14,7 @@ from app.screens.common import priorities
 from app.screens.scheduler import form_view, of_groups, view
 from app.screens.scheduler.draft import Draft
 from app.screens.scheduler.facts import SchedulerFacts
-from app.screens.scheduler.form_view import Preview
+from app.screens.scheduler.form_notes import Preview
 from app.services.catalogue.preview import Forecast
 from app.services.planning.recurrence import Occurrence
 
@@ -58,21 +58,21 @@ def test_the_list_names_the_group_and_the_robot_that_came_last(last, words):
 
 def test_a_made_name_is_no_name_and_a_group_that_is_off_says_so():
     (row,) = view.schedule_rows(FACTS, NOW)
-    assert (row.mission, row.name) == ("Kits", "")
+    assert (row.title, row.aside) == ("Kits", "")
     asleep = replace(FACTS, robots=(replace(AINO, enabled=False), replace(SISU, enabled=False), VEIKKO))
-    assert view.schedule_rows(asleep, NOW)[0].next == "any of Hall 1 · no robot of the group is switched on"
+    assert view.schedule_rows(asleep, NOW)[0].support.endswith(" · no robot of the group is switched on")
 
 
 @pytest.mark.parametrize(
     ("names", "words"),
     [
         ({1: {"x": "X"}, 2: {"x": "X"}}, "no robot of the group has the mission"),
-        ({1: {"x": "X"}}, "Mon 23 Nov 06:30"),
-        ({1: {"x": "X"}, 2: {"k": "Kits"}}, "Mon 23 Nov 06:30"),
+        ({1: {"x": "X"}}, ""),
+        ({1: {"x": "X"}, 2: {"k": "Kits"}}, ""),
     ],
 )
 def test_a_schedule_says_that_no_robot_of_its_group_has_its_mission(names, words):
-    assert view.schedule_rows(replace(FACTS, names=names), NOW)[0].next.startswith(f"any of Hall 1 · {words}")
+    assert view.schedule_rows(replace(FACTS, names=names), NOW)[0].support.partition(" · ")[2] == words
 
 
 def test_the_next_start_of_the_form_is_held_where_all_robots_of_the_group_are():
@@ -100,7 +100,7 @@ def test_the_next_start_of_the_form_is_held_where_all_robots_of_the_group_are():
 )
 def test_the_list_says_what_matters_more_and_what_has_to_be_done_in_time(values, words):
     [row] = view.schedule_rows(replace(FACTS, schedules=(replace(SCHEDULE, **values),)), NOW)
-    assert row.rule == "Once on Mon 23 Nov 2026 at 06:30" + words
+    assert row.support == "Once, Mon 23 Nov 06:30" + words
 
 
 def test_a_message_calls_a_schedule_of_a_group_by_what_it_does_without_the_number():
@@ -113,7 +113,7 @@ def test_a_message_calls_a_schedule_of_a_group_by_what_it_does_without_the_numbe
     ("target", "is_listed"), [(None, True), (1, True), (3, False), (("group", 5), True), (("group", 6), False)]
 )
 def test_schedules_of_a_robot_are_those_of_its_groups_too(target, is_listed):
-    assert bool(view.schedule_rows(FACTS, NOW, listing=view.Listing(target=target))) is is_listed
+    assert bool(view.schedule_rows(FACTS, NOW, view.Listing(target=target))) is is_listed
 
 
 def test_missions_of_a_group_say_who_lacks_them():
@@ -151,14 +151,14 @@ def test_priorities_in_words(number, word):
 
 
 def test_parallel_is_offered_to_groups_only():
-    assert [option.key for option in form_view.overlap_options(DRAFT.aimed_at(1))] == ["skip", "queue"]
-    assert [option.key for option in form_view.overlap_options(DRAFT.aimed_at(("group", 5)))] == [
-        "skip",
-        "queue",
-        "parallel",
-    ]
+    of_robot, of_group = (
+        form_view.present(FACTS, DRAFT.aimed_at(target), Preview(), NOW).overlaps for target in (1, ("group", 5))
+    )
+    assert [key for key, _word in of_robot] == ["skip", "queue"]
+    assert [key for key, _word in of_group] == ["skip", "queue", "parallel"]
 
 
 def test_the_deadline_is_stepped_from_the_shortest_offered():
-    steps = form_view.steps(FACTS, DRAFT.aimed_at(("group", 5)), "finish_by_minutes")
-    assert (steps.minimum, steps.number(None)) == (1, of_groups.FINISH_BY[0])
+    draft = DRAFT.aimed_at(("group", 5))
+    assert form_view.stepped(FACTS, draft, "finish_by_minutes", 1) == 15
+    assert form_view.stepped(FACTS, replace(draft, finish_by_minutes=15), "finish_by_minutes", -1) is None

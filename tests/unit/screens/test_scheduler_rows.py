@@ -1,51 +1,16 @@
-"""The Scheduler's list of days and list of schedules from plain facts."""
+"""The Scheduler's list of schedules and the cards of its bars from plain facts."""
 
 from dataclasses import replace
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime, time, timedelta
 
 import pytest
 
 from app.database.robots import Hold
-from app.domain.models import Connection, Group, Reason, ReasonCode, State
-from app.screens.common import execution_appearance
+from app.domain.models import Between, Connection, Group, Reason, ReasonCode, State
 from app.screens.common.mission_names import MissionNames
 from app.screens.scheduler import bar_card, view
 from app.screens.scheduler.timeline import ASSUMED_S, timeline
 from tests.support.scheduler_facts import EMPTIES, HOURLY, KITS, NOW, execution, facts, planned
-
-
-def test_the_week_has_a_heading_for_every_day():
-    rows = [row for row in view.days(facts(planned=(planned(22),)), NOW) if row.heading]
-    assert [row.heading for row in rows][:3] == ["Today, Fri 20 Nov", "Tomorrow, Sat 21 Nov", "Sun 22 Nov"]
-    assert [row.note for row in rows][:2] == ["1 start", "nothing planned · not a working day"]
-    assert len(rows) == 7
-
-
-def test_many_starts_of_one_schedule_are_one_line():
-    runs = (*(planned(22 + 60 * n) for n in range(5)), planned(50, schedule=replace(HOURLY, id=8), mission=EMPTIES))
-    rows = [row for row in view.days(facts(planned=runs), NOW) if not row.heading]
-    assert [(row.time, row.mission, row.note) for row in rows] == [
-        ("15:00", "Deliver kits", "5 starts, last at 19:00"),
-        ("15:28", "Collect empties", "in 50 min"),
-    ]
-
-
-def test_a_start_says_when_it_ends_and_what_it_needs():
-    own = replace(HOURLY, id=8, minimum_battery_percent=0.0)
-    runs = (
-        planned(22),
-        planned(50, None, own),
-        *(planned(60 + 60 * n, schedule=replace(HOURLY, id=9)) for n in range(4)),
-    )
-    held = facts(planned=runs, holds=(Hold("Maintenance", NOW + timedelta(minutes=40), NOW),))
-    rows = [row for row in view.days(held, NOW) if not row.heading]
-    condition = "if battery ≥\N{NO-BREAK SPACE}30\N{NO-BREAK SPACE}%"
-    assert [(row.time, row.until, row.condition) for row in rows] == [
-        ("15:00", "ends ~15:07", "skipped: held until 15:18"),
-        ("15:28", "–", ""),
-        ("15:38", "last at 18:38", "4 starts"),
-    ]
-    assert next(row for row in view.days(facts(planned=runs), NOW) if row.time == "15:00").condition == condition
 
 
 def test_the_values_of_missions_are_next_to_their_names():
@@ -59,10 +24,9 @@ def test_the_values_of_missions_are_next_to_their_names():
     )
     rows = (
         *view.schedule_rows(plan, NOW),
-        *(row for row in view.days(plan, NOW) if not row.heading),
-        *view.schedule_rows(plan, NOW, listing=view.Listing(query="dock 3")),
+        *view.schedule_rows(plan, NOW, view.Listing(query="dock 3")),
     )
-    assert [row.mission for row in rows] == 3 * ["Deliver kits · Dock 3"]
+    assert [row.title for row in rows] == 2 * ["Deliver kits · Dock 3"]
     cards = bar_card.start_card(plan, plan.planned[0], NOW), bar_card.run_card(plan, started, NOW)
     assert [card.title for card in cards] == 2 * ["Deliver kits · Dock 3"]
     assert "Deliver kits · Dock 3" in [bar.label for lane in timeline(plan, NOW).lanes for bar in lane.bars]
@@ -123,33 +87,36 @@ def test_schedules_are_listed_by_words_robot_and_name():
     plan = facts(schedules=(HOURLY, other))
 
     def listed(**listing):
-        return [row.key for row in view.schedule_rows(plan, NOW, listing=view.Listing(**listing))]
+        return [row.key for row in view.schedule_rows(plan, NOW, view.Listing(**listing))]
 
     assert (listed(), listed(by_name=True)) == ([7, 8], [8, 7])
     assert (listed(target=2), listed(target=1)) == ([8], [7])
     assert (listed(query="LATER veikko"), listed(query="kits aino"), listed(query="nothing")) == ([8], [7], [])
-    assert view.schedules_note(plan, 2) == "Veikko · 1 of 1 on"
+    assert (listed(mission_id=1), listed(mission_id=2)) == ([7, 8], [])
+    assert [option.text for option in view.mission_options(plan)] == ["All missions", "Deliver kits"]
 
 
 # ---------------------------------------------------------------------- the schedules
 def test_schedules_are_in_the_order_of_their_starts_and_those_that_are_off_last():
     later = replace(HOURLY, id=8, name="Later", next_at=NOW + timedelta(hours=3))
     off = replace(HOURLY, id=9, name="Off", enabled=False, next_at=None)
-    rows = view.schedule_rows(facts(schedules=(off, later, HOURLY)), NOW, selected=8)
-    assert [(row.key, row.on, row.selected) for row in rows] == [(7, True, False), (8, True, True), (9, False, False)]
-    assert [row.next for row in rows] == ["Aino · in 22 min", "Aino · in 3 h", "Aino · switched off"]
+    rows = view.schedule_rows(facts(schedules=(off, later, HOURLY)), NOW)
+    assert [(row.key, row.on, row.lead) for row in rows] == [(7, True, "15:00"), (8, True, "17:38"), (9, False, "–")]
+    assert [(row.place, row.meta, row.look) for row in rows][1:] == [("Aino", "", "plain"), ("Aino", "Off", "faint")]
 
 
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"robot_id": 2}, "Veikko · the robot is switched off"),
-        ({"paused_until": NOW + timedelta(hours=2)}, "Aino · paused until 16:38"),
-        ({"next_at": NOW + timedelta(days=3)}, "Aino · Mon 23 Nov 14:38"),
+        ({"robot_id": 2}, ("15:00", "Veikko", "Daily 06:00 · the robot is switched off")),
+        ({"paused_until": NOW + timedelta(hours=2)}, ("16:38", "Aino", "Daily 06:00 · paused until 16:38")),
+        ({"next_at": NOW + timedelta(days=3)}, ("Mon 14:38", "Aino", "Daily 06:00")),
+        ({"next_at": NOW + timedelta(days=30)}, ("Sun 20 Dec 14:38", "Aino", "Daily 06:00")),
     ],
 )
 def test_a_schedule_says_when_or_why_not(changes, words):
-    assert view.schedule_rows(facts(schedules=(replace(HOURLY, **changes),)), NOW)[0].next == words
+    [row] = view.schedule_rows(facts(schedules=(replace(HOURLY, **changes),)), NOW)
+    assert (row.lead, row.place, row.support) == words
 
 
 ONCE = replace(HOURLY, id=9, start=datetime(2026, 11, 20, 6, 30), recurrence=None, next_at=None)
@@ -161,9 +128,9 @@ def row_of(schedule, last=None):
     off = replace(HOURLY, id=8, enabled=False, next_at=None)
     plan = facts(schedules=(schedule, off, HOURLY), last={schedule.id: last} if last else {})
     rows = view.schedule_rows(plan, NOW)
-    assert view.schedules_note(plan) == ("1 of 3 on" if not last or not last.state.is_open else "2 of 3 on")
     place = [row.key for row in rows].index(schedule.id)
-    assert not rows[place].over or view.schedule_rows(plan, NOW, listing=view.Listing(by_name=True))[-1] == rows[place]
+    is_over = rows[place].meta.startswith("Over")
+    assert not is_over or view.schedule_rows(plan, NOW, view.Listing(by_name=True))[-1] == rows[place]
     return rows[place], place
 
 
@@ -181,36 +148,31 @@ def test_a_one_time_schedule_that_is_over_says_its_outcome_and_comes_last(state,
     ran = state not in (State.SKIPPED, State.MISSED)
     last = execution(state, 0, planned_at=MORNING, started_at=MORNING + timedelta(minutes=1) if ran else None)
     row, place = row_of(ONCE, last)
-    assert (row.over, row.next, row.last, place) == (True, words, "", 2)
-    assert (row.icon, row.rule) == (execution_appearance.LOOKS[state][0], "Aino · Once on Fri 20 Nov 2026 at 06:30")
+    assert (row.lead, row.meta, row.look, place) == ("–", words, "faint", 2)
+    assert (row.place, row.support) == ("Aino", "Once, Fri 20 Nov 06:30")
 
 
 def test_what_is_over_without_a_row_says_when_it_was_due_or_that_it_was_off():
-    assert row_of(ONCE)[0].next == "Over · was due Fri 20 Nov 06:30"
-    assert row_of(replace(ONCE, enabled=False))[0].next == "Over · was switched off"
+    assert row_of(ONCE)[0].meta == "Over · was due Fri 20 Nov 06:30"
+    assert row_of(replace(ONCE, enabled=False))[0].meta == "Over · was switched off"
     earlier = execution(State.COMPLETED, 0, planned_at=MORNING - timedelta(days=1))  # before it was set to another time
-    assert row_of(replace(ONCE, enabled=False), earlier)[0].next == "Over · was switched off"
-    assert row_of(replace(HOURLY, id=9, next_at=None))[0].next == "Over"
-    assert row_of(replace(HOURLY, id=9, next_at=None), earlier)[0].next == "Over · ran Thu 19 Nov 06:30"
+    assert row_of(replace(ONCE, enabled=False), earlier)[0].meta == "Over · was switched off"
+    assert row_of(replace(HOURLY, id=9, next_at=None))[0].meta == "Over"
+    assert row_of(replace(HOURLY, id=9, next_at=None), earlier)[0].meta == "Over · ran Thu 19 Nov 06:30"
 
 
 def test_what_still_runs_or_may_be_switched_on_is_not_over():
     row, _place = row_of(ONCE, execution(State.EXECUTING, 0, planned_at=MORNING))
-    assert (row.over, row.last) == (False, "Working")
+    assert (row.look, row.meta) == ("plain", "Working")
     tomorrow = replace(ONCE, enabled=False, start=datetime(2026, 11, 21, 6, 30))
-    assert not view.schedule_rows(facts(schedules=(tomorrow,)), NOW)[0].over
-    assert not view.schedule_rows(facts(schedules=(replace(HOURLY, enabled=False, next_at=None),)), NOW)[0].over
+    for off in (tomorrow, replace(HOURLY, enabled=False, next_at=None)):
+        assert view.schedule_rows(facts(schedules=(off,)), NOW)[0].meta == "Off"
 
 
 def test_a_name_of_its_own_is_shown_and_one_made_of_mission_and_robot_is_not():
     made, own = replace(HOURLY, name="Deliver kits on Aino 2"), replace(HOURLY, id=8, name="Morning round")
     rows = view.schedule_rows(facts(schedules=(made, own)), NOW)
-    assert [(row.mission, row.name) for row in rows] == [("Deliver kits", ""), ("Deliver kits", "Morning round")]
-    days = view.days(facts(planned=(planned(22, schedule=made), planned(30, schedule=own))), NOW)
-    assert [(row.mission, row.name) for row in days if row.time] == [
-        ("Deliver kits", ""),
-        ("Deliver kits", "Morning round"),
-    ]
+    assert [(row.title, row.aside) for row in rows] == [("Deliver kits", ""), ("Deliver kits", "Morning round")]
     assert bar_card.start_card(facts(), planned(30, schedule=own), NOW).text.splitlines()[0] == "Morning round"
 
 
@@ -219,7 +181,7 @@ def test_a_start_that_is_skipped_stays_on_the_timeline_and_can_be_taken_again():
     plan = facts(past=(ahead,), skips=frozenset({(7, ahead.planned_at)}))
     (bar,) = timeline(plan, NOW).lanes[0].bars
     assert (bar.label, bar.state, bar.end - bar.start) == (
-        "Not run: Deliver kits",
+        "Deliver kits",
         "skipped",
         pytest.approx(ASSUMED_S / 3600),
     )
@@ -239,8 +201,27 @@ def test_a_start_that_is_skipped_stays_on_the_timeline_and_can_be_taken_again():
 
 def test_a_schedule_shows_how_it_last_went():
     row = view.schedule_rows(facts(last={7: execution(State.SKIPPED, 60)}), NOW)[0]
-    assert (row.icon, row.tone, row.last) == ("skip-next-circle", "attention", "Not run")
-    assert view.schedules_note(facts()) == "1 of 1 on"
-    assert view.schedules_note(facts(schedules=())) == ""
-    assert view.schedules_empty(facts()) == ""
-    assert view.schedules_empty(facts(schedules=())).startswith("No schedule yet.")
+    assert (row.meta_icon, row.meta_tone, row.meta) == ("skip-next-circle", "attention", "Not run")
+    ran = execution(State.COMPLETED, 60, ended_at=NOW - timedelta(minutes=33))
+    row = view.schedule_rows(facts(last={7: ran}), NOW)[0]
+    assert (row.meta_tone, row.meta) == ("done", "14:05")
+
+
+@pytest.mark.parametrize(
+    ("rule", "words"),
+    [
+        ("FREQ=WEEKLY;BYDAY=MO,TU,WE,TH,FR", "Mon–Fri 06:30"),
+        ("FREQ=WEEKLY;BYDAY=MO,WE,SA,SU", "Mon, Wed, Sat, Sun 06:30"),
+        ("FREQ=DAILY;BYHOUR=6,15;BYMINUTE=30", "Daily 06:30, 15:30"),
+        ("FREQ=DAILY;UNTIL=20261231", "Daily 06:30 until Thu 31 Dec"),
+        ("FREQ=HOURLY;BYDAY=MO,TU,WE,TH,FR", "Hourly, Mon–Fri"),
+        ("FREQ=MINUTELY;INTERVAL=30", "Every 30 min"),
+        ("FREQ=MONTHLY;BYMONTHDAY=-1", "Every month on the last day at 06:30"),
+    ],
+)
+def test_a_rule_is_said_in_few_words(rule, words):
+    schedule = replace(HOURLY, start=datetime(2026, 11, 2, 6, 30), recurrence=rule)
+    assert view.short_rule(schedule) == words
+    if rule.startswith("FREQ=HOURLY"):
+        between = replace(schedule, between=Between(time(6), time(18, 30)))
+        assert view.short_rule(between) == "Hourly 06–18:30, Mon–Fri"

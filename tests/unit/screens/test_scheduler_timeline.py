@@ -9,13 +9,21 @@ import pytest
 
 from app.database.robots import Hold
 from app.domain.models import Connection, DayException, Group, Reason, ReasonCode, Robot, State
-from app.screens.scheduler import view
 from app.screens.scheduler.facts import Window
-from app.screens.scheduler.timeline import ASSUMED_S, IDLE, MANY, moved, span_text, timeline, zoomed
+from app.screens.scheduler.timeline import (
+    ASSUMED_S,
+    IDLE,
+    MANY,
+    moved,
+    span_text,
+    spanning,
+    timeline,
+    with_draft,
+    with_moved,
+)
 from app.services.planning.planned import PlannedRun
 from app.services.planning.working_days import WorkingCalendar
 from tests.support.scheduler_facts import (
-    AINO,
     EMPTIES,
     EVERY_DAY,
     HELSINKI,
@@ -47,20 +55,16 @@ def test_a_year_that_begins_is_named():
     ]
 
 
-def test_missing_starts_are_marked_in_the_timeline_and_the_list():
+def test_missing_starts_are_marked():
     cut = facts(planned=tuple(planned(minutes) for minutes in range(10)), more={7: NOW + timedelta(minutes=10)})
     lane = timeline(cut, NOW).lanes[0]
-    assert (lane.bars[-1].label, lane.bars[-1].key[0], lane.bars[-1].end) == ("and more starts", "zoom", 84.0)
+    assert (lane.bars[-1].label, lane.bars[-1].key[0], lane.bars[-1].end) == ("and more starts", "zoom", 60.0)
     assert lane.bars[-1].start == pytest.approx(1 + 48 / 60)
-    headings = [row.note for row in view.days(cut, NOW) if row.heading]
-    assert headings[:2] == ["10 starts and more", "more starts than can be listed · not a working day"]
-    (row,) = (row for row in view.days(cut, NOW) if not row.heading)
-    assert (row.note, row.until, row.condition) == ("10 starts and more", "–", "10 starts and more")
 
 
 def test_there_is_a_lane_for_every_robot_and_one_that_is_off_says_so():
     lanes = timeline(facts(), NOW).lanes
-    assert [(lane.name, lane.note) for lane in lanes] == [("Aino", "MiR250"), ("Veikko", "off")]
+    assert [(lane.name, lane.note) for lane in lanes] == [("Aino", ""), ("Veikko", "off")]
 
 
 def test_a_planned_bar_is_as_long_as_the_mission_usually_takes():
@@ -117,7 +121,7 @@ def test_long_closed_time_is_folded_and_as_much_other_time_is_read():
     assert not [tick for tick in shown.ticks if 11 <= tick.hour < 59]
     start, end = Window().span(NOW, HELSINKI, facts().calendar)
     assert (end - start).total_seconds() / 3600 == pytest.approx(
-        2 * 24 + 48
+        2 * 8 + 48
     )  # half as much on either side, and the weekend
 
 
@@ -200,56 +204,19 @@ def test_a_window_that_was_moved_stays_where_it_is():
     assert moved(Window(left, 12), 0.5, NOW, HELSINKI) == Window(left + timedelta(hours=6), 12)
 
 
-def test_zooming_goes_through_the_row_of_spans_around_the_middle():
+def test_another_span_keeps_the_middle():
     window = Window(datetime(2026, 11, 22, 6, 0, tzinfo=UTC), 24)
-    nearer = zoomed(window, False, NOW, HELSINKI)
-    assert nearer == Window(datetime(2026, 11, 22, 12, 0, tzinfo=UTC), 12)
-    assert zoomed(nearer, True, NOW, HELSINKI) == window
-    assert [zoomed(Window(None, hours), True, NOW, HELSINKI).hours for hours in (6, 7.3, 100, 168)] == [
-        12,
-        12,
-        168,
-        168,
-    ]
-    assert [zoomed(Window(None, hours), False, NOW, HELSINKI).hours for hours in (6, 7.3, 100, 168)] == [6, 6, 96, 96]
-    assert zoomed(Window(None, 24), True, NOW, HELSINKI).left is None  # still follows the time
+    nearer = spanning(window, 8, NOW, HELSINKI)
+    assert nearer == Window(datetime(2026, 11, 22, 14, 0, tzinfo=UTC), 8)
+    assert spanning(nearer, 24, NOW, HELSINKI) == window
+    assert spanning(Window(None, 24), 6, NOW, HELSINKI) == Window(None, 6)  # still follows the time
     assert [span_text(hours) for hours in (6, 24, 47, 48, 168)] == ["6 h", "24 h", "47 h", "2 days", "7 days"]
-
-
-def test_the_whisker_ends_at_nine_of_ten_runs_and_unknown_lengths_say_so():
-    run = planned(22, slow_s=660.0)
-    bar = timeline(facts(planned=(run,)), NOW).lanes[0].bars[0]
-    assert (bar.late - bar.start, bar.assumed) == (pytest.approx(11 / 60), False)
-    unknown = timeline(facts(planned=(planned(22, None),)), NOW).lanes[0].bars[0]
-    assert (unknown.late, unknown.assumed) == (None, True)
-
-
-def test_a_typed_length_says_so_and_has_no_whisker():
-    run = planned(22, 1500.0, typed=True)
-    bar = timeline(facts(planned=(run,)), NOW).lanes[0].bars[0]
-    assert (bar.typed, bar.end - bar.start) == (True, pytest.approx(25 / 60))
-    assert (bar.late, bar.assumed) == (None, False)
-    assert not timeline(facts(planned=(planned(22),)), NOW).lanes[0].bars[0].typed
-
-
-@pytest.mark.parametrize(
-    ("known", "marked"),
-    [
-        ({"usual_s": {(1, "g-kits"): 1500.0}}, set()),
-        ({"usual_s": {(1, "g-kits"): 1500.0}, "typed": frozenset({(1, "g-kits")})}, {"typed"}),
-        ({}, {"assumed"}),
-    ],
-)
-def test_what_waits_says_how_its_length_is_known_too(known, marked):
-    bar = timeline(facts(past=(execution(State.QUEUED, 1),), **known), NOW).lanes[0].bars[0]
-    assert {name for name in ("typed", "assumed") if getattr(bar, name)} == marked
-    assert bar.end - bar.start == pytest.approx((ASSUMED_S if "assumed" in marked else 1500.0) / 3600)
 
 
 def test_bars_too_thin_to_distinguish_become_one_that_a_tap_zooms_into():
     runs = tuple(planned(10 * n, 60.0) for n in range(1, 40))
-    seen = timeline(facts(planned=runs), NOW, Window(None, 12)).lanes[0].bars
-    assert len(seen) == 39  # 10 min apart are distinguished on 12 h
+    seen = timeline(facts(planned=runs), NOW, Window(None, 6)).lanes[0].bars
+    assert len(seen) == 39  # 10 min apart are distinguished on 6 h
     (block,) = timeline(facts(planned=runs), NOW, Window(None, 168)).lanes[0].bars
     assert (block.label, *block.shorter) == (
         "Deliver kits · every 10 min · 39 runs",
@@ -319,7 +286,7 @@ def test_robots_with_nothing_planned_share_one_line_that_opens():
         ("", "48 robots with nothing planned"),
     ]
     assert not shown[2].is_open
-    opened = lanes(Window(opened=frozenset({IDLE})))
+    opened = lanes(Window(opened=IDLE))
     assert (len(opened), opened[2].is_open, opened[3].name) == (51, True, "R01")
     assert [lane.name for lane in lanes(robots=FLEET[:4], planned=())] == [
         "R01",
@@ -340,16 +307,17 @@ def test_robots_of_a_group_share_one_line_that_opens():
     """A robot of two groups is in the first; one of them alone needs no line."""
     failed = execution(State.FAILED, 60, robot_id=2, robot="R02")
     plan = {"groups": HALLS, "planned": starts(MANY + 1), "past": (failed,)}
-    assert [lane.name or lane.line for lane in lanes(**plan)] == [
-        "Hall 1 · 10 robots · 10 starts · 1 failed run",
-        "Hall 2 · 2 robots · 2 starts",
-        "R13",
-        "37 robots with nothing planned",
+    assert [(lane.name, lane.line) for lane in lanes(Window(opened=""), **plan)] == [
+        ("Hall 1", "10 robots · 10 starts · 1 failed run"),
+        ("Hall 2", "2 robots · 2 starts"),
+        ("R13", ""),
+        ("", "37 robots with nothing planned"),
     ]
-    hall = lanes(**plan)[0].key
-    opened = lanes(Window(opened=frozenset({hall})), **plan)
+    opened = lanes(**plan)  # the first one is
     assert [lane.name for lane in opened[1:11]] == [f"R{n:02d}" for n in range(1, 11)]
     assert [lane.is_open for lane in opened if lane.line] == [True, False, False]
+    second = lanes(Window(opened=opened[11].key), **plan)
+    assert [lane.name for lane in second if lane.is_open] == ["Hall 2"]
     chosen = lanes(Window(robots=frozenset(range(1, 31))), **plan)
     assert [lane.name for lane in chosen[:13]] == [
         f"R{n:02d}" for n in range(1, 14)
@@ -360,7 +328,7 @@ def test_robots_of_a_group_share_one_line_that_opens():
 
 def test_the_line_of_a_group_counts_what_is_seen_of_it():
     line = lanes(
-        Window(hours=6),
+        Window(hours=6, opened=""),
         groups=HALLS,
         planned=(
             *starts(MANY + 1),
@@ -372,8 +340,8 @@ def test_the_line_of_a_group_counts_what_is_seen_of_it():
         ),
     )
     assert [lane.line for lane in line][:2] == [
-        "Hall 1 · 10 robots · 11 starts · Overlap",
-        "Hall 2 · 2 robots · 2 starts",
+        "10 robots · 11 starts · 1 overlap",
+        "2 robots · 2 starts",
     ]
 
 
@@ -385,17 +353,18 @@ def test_the_line_of_a_group_says_that_more_starts_were_not_computed():
         "schedules": hourly,
         "more": {schedule.id: NOW + timedelta(hours=1) for schedule in hourly},
     }
-    assert [lane.line for lane in lanes(**lines, planned=starts(5))][:2] == [
-        "Hall 1 · 10 robots · 5 starts · and more starts",
-        "Hall 2 · 2 robots · and more starts",
+    shut = Window(opened="")
+    assert [lane.line for lane in lanes(shut, **lines, planned=starts(5))][:2] == [
+        "10 robots · 5 starts · and more starts",
+        "2 robots · and more starts",
     ]
     later = lines | {
         "planned": (),
         "more": {schedule.id: NOW + timedelta(hours=6) for schedule in hourly},
     }  # beyond what is seen
-    assert [lane.line for lane in lanes(Window(hours=6), **later)][:2] == [
-        "Hall 1 · 10 robots · nothing planned",
-        "Hall 2 · 2 robots · nothing planned",
+    assert [lane.line for lane in lanes(replace(shut, hours=6), **later)][:2] == [
+        "10 robots · nothing planned",
+        "2 robots · nothing planned",
     ]
 
 
@@ -403,53 +372,16 @@ def test_the_line_of_a_group_says_which_of_its_robots_get_nothing():
     """What their lanes would say; a hold of all robots is a band over everything."""
     holds = (Hold(since=NOW, robot_id=2), Hold(until=NOW - timedelta(hours=1), robot_id=3), Hold(since=NOW))
     shown = lanes(
+        Window(opened=""),
         groups=HALLS,
         planned=starts(MANY + 1),
         holds=holds,
         silent={1: Connection.UNREACHABLE, 40: Connection.UNREACHABLE},
     )
     assert [lane.line for lane in shown[:2]] == [
-        "Hall 1 · 10 robots · 10 starts · 1 held · 1 no answer",
-        "Hall 2 · 2 robots · 2 starts",
+        "10 robots · 10 starts · 1 on hold · 1 no answer",
+        "2 robots · 2 starts",
     ]
-
-
-def test_where_only_lines_are_seen_there_is_no_closed_time_to_explain():
-    halls = (replace(HALLS[0], members=tuple(range(1, 51))),)
-    values = {"robots": FLEET, "groups": halls, "planned": starts(50)}
-    assert [entry.kind for entry in timeline(facts(**values), NOW, Window(None, 24)).legend] == []
-    opened = Window(None, 24, opened=frozenset({lanes(**values)[0].key}))
-    assert [entry.kind for entry in timeline(facts(**values), NOW, opened).legend] == ["planned", "closed"]
-
-
-def test_a_held_start_looks_held_also_with_unknown_or_typed_length():
-    held = (Hold(until=NOW + timedelta(hours=1), robot_id=AINO.id),)
-    waits = execution(State.WAITING, 0)
-    known = facts(
-        holds=held,
-        past=(waits,),
-        planned=(planned(22, None), planned(40, typed=True)),
-        usual_s={},
-        typed=frozenset(),
-    )
-    shown = timeline(known, NOW, Window(None, 6))
-    assert [(bar.state, bar.assumed, bar.typed) for bar in shown.lanes[0].bars] == [("held", False, False)] * 3
-    assert [entry.kind for entry in shown.legend] == ["held"]
-
-
-def test_the_legend_is_not_of_lanes_that_are_not_seen():
-    view = timeline(
-        facts(
-            robots=FLEET,
-            groups=HALLS,
-            planned=starts(10),
-            past=tuple(
-                execution(State.COMPLETED, 60, robot_id=number, id=number, ended_at=NOW) for number in range(11, 16)
-            ),
-        ),
-        NOW,
-    )
-    assert [entry.kind for entry in view.legend] == ["past", "closed"]
 
 
 def test_lanes_are_those_of_the_robots_that_are_chosen():
@@ -483,44 +415,32 @@ def test_runs_that_overlap_do_so_at_every_zoom_and_only_as_long_as_they_do(hours
     assert (start * 3600, (end - start) * 3600) == (pytest.approx(begins.total_seconds()), pytest.approx(60))
 
 
-def test_the_legend_explains_what_is_drawn_and_nothing_else():
-    def kinds(**values):
-        return [entry.kind for entry in timeline(facts(**values), NOW, Window(None, 6)).legend]
-
-    assert kinds() == []
-    assert kinds(planned=(planned(22),)) == ["planned"]
-    assert kinds(planned=(planned(22, None), planned(24)), past=(execution(State.FAILED, 30, ended_at=NOW),)) == [
-        "planned",
-        "assumed",
-        "failed",
-        "overlap",
-    ]
-    assert [entry.kind for entry in timeline(facts(), NOW).legend] == ["closed"]  # Saturday comes into sight
-
-
-@pytest.mark.parametrize(("hours", "kinds"), [(6, ["planned"]), (24, ["planned", "past", "closed"])])
-def test_the_legend_lists_only_what_is_visible(hours, kinds):
-    """Some hours before and after are read too."""
-    known = facts(
-        planned=(planned(22), planned(60 * 7, 1200.0), planned(60 * 7 + 5, 1200.0)) if hours == 6 else (planned(22),),
-        past=(execution(State.COMPLETED, 4 * 60, ended_at=NOW - timedelta(hours=3, minutes=50)),),
-    )
-    window = Window(NOW - timedelta(hours=1 if hours == 6 else 5), hours)
-    shown = timeline(known, NOW, window)
-    assert len(shown.lanes[0].bars) == len(known.planned) + 1
-    assert [entry.kind for entry in shown.legend] == kinds
-
-
-def test_what_is_seen_beyond_a_break_is_in_the_legend():
-    """A weekend is hardly any of the 24 hours from Friday noon on."""
-    shown = timeline(facts(planned=(planned(60 * (2 * 24 + 18)),)), NOW, Window(NOW - timedelta(hours=1), 24))
-    assert [entry.kind for entry in shown.legend] == ["planned", "closed"]
-    assert [band.kind for band in shown.bands] == ["folded"]
-
-
 def test_what_has_ended_overlaps_with_nothing():
     ended = [
         execution(state, ago, id=n, ended_at=NOW)
         for n, (state, ago) in enumerate([(State.COMPLETED, 9), (State.SKIPPED, 8)])
     ]
     assert timeline(facts(past=tuple(ended)), NOW).lanes[0].overlaps == ()
+
+
+# ---------------------------------------------------------------------- what is not saved yet
+def test_a_draft_is_dashed_in_its_lane_and_its_schedule_as_it_was():
+    plan = timeline(facts(planned=(planned(22), planned(52, mission=EMPTIES, schedule=replace(HOURLY, id=8)))), NOW)
+    drawn = with_draft(plan, 1, 7, [NOW + timedelta(minutes=50)], 600.0, "Deliver kits")
+    assert [(bar.label, bar.state) for bar in drawn.lanes[0].bars] == [
+        ("", "was"),
+        ("Deliver kits", "draft"),
+        ("Collect empties", "planned"),
+    ]
+    assert len(drawn.lanes[0].overlaps) == 1
+    assert drawn.lanes[1] == plan.lanes[1]
+    assert with_draft(plan, 1, None, [], None, "") == plan
+
+
+def test_a_start_that_was_dragged_is_dashed_where_it_was_dropped():
+    plan = timeline(facts(planned=(planned(22),)), NOW)
+    [bar] = plan.lanes[0].bars
+    was, moved = with_moved(plan, bar.key, 5.0).lanes[0].bars
+    assert (was.start, was.state, moved.start, moved.state) == (bar.start, "was", 5.0, "draft")
+    assert moved.end - moved.start == pytest.approx(bar.end - bar.start)
+    assert with_moved(plan, "another", 5.0) == plan

@@ -21,8 +21,7 @@ from app.domain.models import (
     Trigger,
     Wait,
 )
-from app.screens.common import foreseen
-from app.screens.scheduler import bar_card, view
+from app.screens.scheduler import bar_card
 from app.screens.scheduler.contested import Contested
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.timeline import timeline
@@ -71,7 +70,7 @@ def lanes(facts=FACTS, **window):
 
 def test_a_start_lies_where_the_forecast_has_it_and_says_that_it_is_one():
     [bar] = lanes()[2].bars
-    assert (bar.label, bar.shorter, bar.state, bar.movable) == ("≈ Kits", ("≈",), "about", False)
+    assert (bar.label, bar.shorter, bar.state, bar.movable) == ("≈ Kits", ("≈",), "planned", False)
     origin = timeline(FACTS, NOW).origin
     assert origin + timedelta(hours=bar.start) == FOUND.begins  # when a robot is free, not when it falls due
     assert [(bar.label, bar.state, bar.movable) for bar in lanes()[1].bars] == [("Kits", "planned", True)]
@@ -121,31 +120,8 @@ def test_a_start_that_waits_or_has_ended_is_no_lack_of_robots_to_come():
     ]
 
 
-def test_the_card_and_the_days_say_what_none_of_the_robots_has():
+def test_the_card_says_what_none_of_the_robots_has():
     assert "No robot of Hall 1 has the mission Kits" in bar_card.start_card(FACTS, LACKING, NOW).text
-    [row] = [row for row in view.days(replace(FACTS, planned=(LACKING,)), NOW) if not row.heading]
-    assert (row.note, row.condition) == (
-        "no robot of the group has the mission",
-        "no robot of the group has the mission",
-    )
-
-
-@pytest.mark.parametrize(
-    ("holds", "words"),
-    [
-        ((HOLD,), "in 1 h 22 min"),
-        ((HOLD, replace(HOLD, robot_id=2)), "held until released"),
-        ((HOLD, replace(HOLD, robot_id=2, until=AT + timedelta(hours=2))), "skipped: held until 15:00"),
-    ],
-)
-def test_a_start_whose_robots_are_all_held_is_marked_as_one_of_a_single_robot(holds, words):
-    [row] = [row for row in view.days(replace(FACTS, planned=(NOT_FOUND,), holds=holds), NOW) if not row.heading]
-    assert row.note == words
-
-
-def test_the_legend_says_what_the_hatching_means():
-    assert ("about", "Robot is a forecast") in timeline(FACTS, NOW).legend
-    assert "about" not in [entry.kind for entry in timeline(replace(FACTS, planned=(FIXED,)), NOW).legend]
 
 
 def test_the_card_at_the_bar_says_that_it_is_a_forecast():
@@ -158,23 +134,12 @@ def test_the_card_at_the_bar_says_that_it_is_a_forecast():
     assert "forecast" not in bar_card.start_card(FACTS, FIXED, NOW).text
 
 
-def test_the_list_of_days_names_the_group_and_the_robot_foreseen():
-    assert sorted(row.robot for row in view.days(FACTS, NOW) if row.mission) == [
-        "Aino",
-        "any of Hall 1",
-        "any of Hall 1 (≈ Sisu)",
-    ]
-    assert foreseen.whose(FIXED) == "Aino"
-
-
-HOW_TO_MOVE = "To change its time, press and hold its bar and drag it"
-
-
-def test_the_card_of_a_bar_that_can_be_dragged_says_so():
+def test_only_a_bar_that_can_be_dragged_can_be_moved_on_its_card():
     can = {bar.key[1:]: bar.movable for lane in lanes(FACTS).values() for bar in lane.bars if bar.key[0] == "schedule"}
     assert set(can.values()) == {True, False}
     for run in FACTS.planned:
-        assert (HOW_TO_MOVE in bar_card.start_card(FACTS, run, NOW).text) is can[run.schedule.id, run.at]
+        [move] = [item for item in bar_card.start_card(FACTS, run, NOW).items if item.key == "move"]
+        assert move.disabled is not can[run.schedule.id, run.at]
 
 
 # ---------------------------------------------------------------------- conflicts
@@ -215,9 +180,8 @@ def test_starts_in_conflict_over_a_robot_or_place_are_hatched_and_say_so(conflic
     for key in hatched:
         assert list(found[key].overlaps) == [(bar.start, bar.end) for bar in found[key].bars]
     run = FIXED if conflict is BEHIND else FOUND
-    lines = [line for line in bar_card.start_card(facts, run, NOW).text.split("\n") if line != HOW_TO_MOVE]
+    lines = bar_card.start_card(facts, run, NOW).text.split("\n")
     assert lines[-1] == (words or "Usually 10 min, nine of ten within 10 min")
-    assert (("overlap", "Overlap or conflict") in timeline(facts, NOW).legend) == bool(hatched)
 
 
 def test_a_start_after_a_crowd_is_over_has_no_part_in_it():

@@ -1,5 +1,4 @@
-"""The look of a timeline: ``Frame`` says what is drawn and where, each function paints a part of it on the open
-canvas."""
+"""The look of lanes: ``Frame`` says what is drawn and where, each function paints a part of it on the open canvas."""
 
 from __future__ import annotations
 
@@ -15,7 +14,10 @@ from app.widgets.chart import box, hatch, text, width_of
 from app.widgets.time_scale import TimeScale
 from app.widgets.tokens import tk
 
-AXIS = 28  # dp, above the lanes
+AXIS = 36  # dp, above the lanes
+LEAST_LANE, MOST_LANE = 48, 124  # dp: they share the room
+BAR = 48  # dp: the greatest height of a bar
+TWO_LINES_FROM = 84  # dp of a lane's height
 FOLD = 72  # dp of folded time
 BEYOND = 0.5  # of the visible part, drawn on either side of it
 SEEN = 4  # lanes that are in sight at once
@@ -32,18 +34,24 @@ class Colours(NamedTuple):
     edge: Any
 
 
-TOKENS = {  # by the look of a bar: its state, or that its length is not known
-    "planned": Colours("accent_bg", "accent_on", "accent"),
-    "assumed": Colours("surface", "ink2", "accent"),
-    "about": Colours("accent_bg", "accent_on", "accent"),
-    "running": Colours("accent", "accent_ink", "accent"),
-    "past": Colours("track", "ink2", "outline"),
-    "failed": Colours("fault_solid", "solid_ink", "fault_solid"),
-    "skipped": Colours("surface", "attention", "attention"),
-    "held": Colours("surface", "ink2", "ink2"),
+TOKENS = {  # by the state of a bar
+    "planned": Colours("accent_bg", "accent_on", "accent_mid"),
+    "draft": Colours("surface", "accent_on", "accent"),
+    "was": Colours("surface", "ink2", "outline"),
+    "running": Colours("accent_solid", "solid_ink", "accent_solid"),
+    "past": Colours("neutral_bg", "ink2", "neutral_bg"),
+    "failed": Colours("fault_bg", "fault_on", "fault"),
+    "skipped": Colours("surface", "ink2", "attention_solid"),
+    "held": Colours("surface", "ink2", "attention_solid"),
 }
 # in high contrast, where tints are solid
-STRONG = {**TOKENS, **dict.fromkeys(("planned", "about"), Colours("accent_soft", "ink", "accent"))}
+STRONG = {
+    **TOKENS,
+    "planned": Colours("accent_soft", "ink", "accent"),
+    "draft": Colours("surface", "ink", "accent"),
+    "failed": Colours("surface", "fault", "fault"),
+    "past": Colours("track", "ink", "track"),
+}
 
 
 def colours() -> Mapping[str, Colours]:
@@ -56,7 +64,7 @@ def colours() -> Mapping[str, Colours]:
 
 @dataclass(frozen=True)
 class Frame:
-    """What is drawn and where: hours of the timeline, px of the window. ``lanes``, ``bands`` and ``ticks`` are those of ``Timeline``."""
+    """What is drawn and where: hours of the timeline, px of the window. ``lanes``, ``bands`` and ``ticks`` are those of ``Lanes``."""
 
     lanes: Sequence[Any]
     bands: Sequence[tuple[float, float, str, str]]
@@ -88,10 +96,13 @@ class Frame:
         size: tuple[float, float],
         day: str = "",
     ) -> Frame:
-        """The names take what they need of the width, up to a third, and the ``day`` above them what it needs."""
+        """The names take what they need of the width, up to 0.3 of it, and the ``day`` above them what it needs."""
         (x, y), (width, height) = pos, size
-        names = max(max(width_of(lane.name, 16, "RobotoMedium"), width_of(lane.note)) for lane in lanes)
-        left = x + max(dp(88), min(names + dp(16), width * 0.3), width_of(day, font="RobotoMedium") + dp(12))
+        icons = dp(28) if any(lane.icon for lane in lanes) else 0
+        names = icons + max(max(width_of(lane.name, 18, "RobotoMedium"), width_of(lane.note)) for lane in lanes)
+        left = x + max(dp(88), min(names + dp(24), width * 0.3), width_of(day, font="RobotoMedium") + dp(20))
+        room = (height - dp(AXIS)) / len(lanes)
+        lane_height = dp(LEAST_LANE) if any(lane.line for lane in lanes) else min(dp(MOST_LANE), room)
         unit = (x + width - left) / hours
         scale = TimeScale([band[:2] for band in bands if band[3] == "folded"], dp(FOLD) / unit)
         begins = scale.drawn(first)
@@ -111,7 +122,7 @@ class Frame:
             top=y + height,
             unit=unit,
             scale=scale,
-            lane_height=(height - dp(AXIS)) / len(lanes),
+            lane_height=lane_height,
             colours=colours(),
         )
 
@@ -120,8 +131,23 @@ class Frame:
         return self.top - dp(AXIS)
 
     @property
+    def bottom(self) -> float:
+        """Of the last lane."""
+        return self.bottom_of_axis - self.lane_height * len(self.lanes)
+
+    @property
+    def far(self) -> float:
+        """The right end of the drawing."""
+        return self.at(self.high)
+
+    @property
     def bar_height(self) -> float:
-        return self.lane_height - dp(16)
+        return min(dp(BAR), self.lane_height - dp(16))
+
+    @property
+    def half_height(self) -> float:
+        """Of bars that overlap, one above the other."""
+        return min(dp(BAR) - dp(4), (self.lane_height - dp(10)) / 2)
 
     def at(self, hour: float) -> float:
         """The place of an hour, or the end of the drawing."""
@@ -232,7 +258,7 @@ def stretches(lanes: Sequence[Any]) -> Iterator[tuple[int, int]]:
 
 # ---------------------------------------------------------------------- lanes
 def paint_name(frame: Frame, lane: int) -> None:
-    """The name of a robot, or across the lane, the words of a line."""
+    """The name of a robot with the icon of its state, or across the lane, the words of a line."""
     shown, y = frame.lanes[lane], frame.middle(lane)
     if shown.line:
         for height, colour in (
@@ -240,19 +266,40 @@ def paint_name(frame: Frame, lane: int) -> None:
             (1, tk.line),
         ):  # hides the time lines below it
             box(frame.x, y - frame.lane_height / 2, frame.right - frame.x, height, colour)
-        text(
-            md_icons["chevron-up" if shown.is_open else "chevron-down"],
-            frame.x + dp(12),
-            y,
-            tk.ink2,
-            20,
-            0.5,
-            0.5,
-            "Icons",
-        )
-        text(shown.line, frame.x + dp(28), y, tk.ink2, 16)
-    text(shown.name, frame.x, y + (dp(9) if shown.note else 0), tk.ink, 16, font="RobotoMedium")
-    text(shown.note, frame.x, y - dp(10), tk.ink3)
+        icon = md_icons["chevron-down" if shown.is_open else "chevron-right"]
+        text(icon, frame.x + dp(24), y, tk.ink2, 24, 0.5, 0.5, "Icons")
+        left = frame.x + dp(44)
+        left += text(shown.name, left, y, tk.ink, 18, font="RobotoMedium") + (dp(12) if shown.name else 0)
+        text(shown.line, left, y, tk.ink2, 16)
+        return
+    left = frame.x + dp(12)
+    if shown.icon:
+        text(md_icons[shown.icon], left + dp(10), y, getattr(tk, shown.tone), 20, 0.5, 0.5, "Icons")
+        left += dp(28)
+    room = frame.left - left - dp(4)
+    text(
+        cut(shown.name, room, 18, "RobotoMedium"),
+        left,
+        y + (dp(10) if shown.note else 0),
+        tk.ink,
+        18,
+        font="RobotoMedium",
+    )
+    text(cut(shown.note, room), left, y - dp(12), tk.ink2)
+
+
+def cut(words: str, room: float, size: int = 14, font: str = "Roboto") -> str:
+    """As much as there is room for, with "…" at its end; empty if that says nothing."""
+    if width_of(words, size, font) <= room:
+        return words
+    least, most = 0, len(words)
+    while least < most:
+        middle = (least + most + 1) // 2
+        if width_of(words[:middle].rstrip() + "…", size, font) <= room:
+            least = middle
+        else:
+            most = middle - 1
+    return words[:least].rstrip() + "…" if least > 2 else ""
 
 
 def kept_in(x: float, width: float, seen: Span) -> float:

@@ -1,4 +1,4 @@
-"""One drawing of a timeline: the visible part and as much on either side, made once and then only moved. It is made
+"""One drawing of lanes: the visible part and as much on either side, made once and then only moved. It is made
 lane by lane, so that a crowded one can be spread over several frames, and lanes that come into sight are added. The
 axis and the now-line depend on the time and on the edges of the visible part, so they are a separate layer.
 """
@@ -24,13 +24,13 @@ from kivy.graphics import (
 from kivy.metrics import dp
 
 from app.widgets.chart import box, text
-from app.widgets.timeline_axis import paint_axis, paint_now
-from app.widgets.timeline_bars import Placed, paint_bars, paint_bars_together, paint_overlaps, placed
-from app.widgets.timeline_painting import AXIS, Frame, paint_background, paint_name
-from app.widgets.timeline_words import Cluster, clusters, paint_words
+from app.widgets.lanes_axis import paint_axis, paint_now
+from app.widgets.lanes_bars import Placed, paint_bars, paint_bars_together, placed
+from app.widgets.lanes_frame import AXIS, Frame, paint_background, paint_name
+from app.widgets.lanes_words import Room, paint_words, rooms
 from app.widgets.tokens import tk
 
-DETAILED = 160  # visible bars with border and whisker, for all lanes: beyond that a lane's bars are drawn together
+DETAILED = 160  # visible bars with corners, for all lanes: beyond that a lane's bars are drawn together
 LEAST = 8  # of them for each lane, with any number of lanes
 NEARLY = 1e-9  # hours: sums of floats
 
@@ -57,7 +57,8 @@ class Drawing:
         self.moved = 0.0  # px to the right, since it was made
         self._bars_of: dict[int, list[Any]] = {}
         self._placed_of: dict[int, list[Placed]] = {}
-        self._clusters_of: dict[int, list[Cluster]] = {}
+        self._rooms_of: dict[int, list[Room]] = {}
+        self._now_at = math.inf  # px, of the present time
         self._made: dict[int, tuple[Canvas, Canvas, Canvas]] = {}  # name, bars and their words, of a lane
         self._worded_at = 0.0  # how far it was moved when the words were made
         self._day = ""  # that is named
@@ -70,8 +71,9 @@ class Drawing:
 
     def _build_layers(self) -> None:
         frame, width = self.frame, self.frame.right - self.frame.left
-        for n in range(len(frame.lanes) + 1):
-            box(frame.x, frame.y + frame.lane_height * n, frame.right - frame.x, 1, tk.line)
+        for n in range(1, len(frame.lanes) + 1):
+            box(frame.x, frame.bottom_of_axis - frame.lane_height * n, frame.right - frame.x, 1, tk.line)
+        box(frame.left - 1, frame.y, 1, frame.top - frame.y, tk.line)
         with _window((frame.left, frame.y), (width, frame.bottom_of_axis - frame.y)):
             PushMatrix()
             self._pan = Translate(0, 0)
@@ -107,13 +109,12 @@ class Drawing:
     def placed_of(self, lane: int) -> list[Placed]:
         """Those, as they are drawn."""
         if lane not in self._placed_of:
-            self._placed_of[lane] = placed(self.frame, self.bars_of(lane))
+            self._placed_of[lane] = placed(self.frame, lane, self.bars_of(lane))
         return self._placed_of[lane]
 
     def is_together(self, lane: int) -> bool:
         """Whether it has too much to draw all of it in detail."""
-        bars = self.placed_of(lane)
-        return len(bars) > DETAILED or (len(bars) > self._most and sum(not one.is_narrow for one in bars) > self._most)
+        return len(self.placed_of(lane)) > self._most
 
     def reaches(self, first: float, margin: float = 0.0) -> bool:
         """Whether it covers everything from hour ``first``, and this many hours around."""
@@ -131,10 +132,8 @@ class Drawing:
 
     def boxes(self, lane: int) -> Iterator[Box]:
         """Where its bars are seen now."""
-        y, height, together = self.frame.middle(lane), self.frame.bar_height, self.is_together(lane)
         for one in self.placed_of(lane):
-            right, inset = (max(one.x2, one.x + 2), 0.0) if together else (one.right, one.inset)
-            yield one.x + self.moved, y - height / 2, right + self.moved, y + height / 2 - inset, one.bar.key
+            yield one.x + self.moved, one.bottom, one.right + self.moved, one.bottom + one.height, one.bar.key
 
     # ------------------------------------------------------------------ moving
     def move(self, px: float) -> None:
@@ -180,19 +179,18 @@ class Drawing:
         with self._bars:
             bars = Canvas()
         with bars:
-            (paint_bars_together if together else paint_bars)(frame, self.placed_of(lane), frame.middle(lane))
-            paint_overlaps(frame, lane, 0 if together else self._most)
+            (paint_bars_together if together else paint_bars)(frame, self.placed_of(lane))
         with self._words:
             words = Canvas()
         self._word_lane(lane, words)
         return name, bars, words
 
     def _word_lane(self, lane: int, words: Canvas) -> None:
-        if lane not in self._clusters_of:
-            self._clusters_of[lane] = clusters(self.frame, self.placed_of(lane))
+        if lane not in self._rooms_of:
+            self._rooms_of[lane] = rooms(self.frame, self.placed_of(lane))
         words.clear()
         with words:
-            paint_words(self.frame, self._clusters_of[lane], self.frame.middle(lane), self._seen)
+            paint_words(self.frame, self._rooms_of[lane], self._seen, self._now_at)
 
     @property
     def _seen(self) -> tuple[float, float]:
@@ -201,8 +199,9 @@ class Drawing:
 
     def draw_axis(self, now: float, now_label: str) -> None:
         """Its labels and those of bars, whole at the edges of the present visible part, and the now-line."""
-        if self._worded_at != self._pan.x:
-            self._worded_at = self._pan.x
+        now_at = self.frame.at(now)
+        if (self._worded_at, self._now_at) != (self._pan.x, now_at):
+            self._worded_at, self._now_at = self._pan.x, now_at
             for lane, (_name, _bars, words) in self._made.items():
                 self._word_lane(lane, words)
         self._now.clear()
@@ -218,4 +217,4 @@ class Drawing:
             self._day = day
             self._corner.clear()
             with self._corner:
-                text(day, self.frame.x, self.frame.top - dp(AXIS) / 2 + dp(2), tk.ink, font="RobotoMedium")
+                text(day, self.frame.x + dp(12), self.frame.top - dp(AXIS) / 2 + dp(2), tk.ink, font="RobotoMedium")

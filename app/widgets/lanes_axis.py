@@ -1,4 +1,4 @@
-"""The axis of a timeline: days and times, the present time, until when everything is held."""
+"""The axis of lanes: days and times, the present time, until when everything is held."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from kivy.metrics import dp
 from kivymd.icon_definitions import md_icons
 
 from app.widgets.chart import box, text, width_of
-from app.widgets.timeline_painting import AXIS, Frame, Span, kept_in
+from app.widgets.lanes_frame import AXIS, Frame, Span, kept_in
 from app.widgets.tokens import tk
 
 LABEL_REACH = 8  # dp: the farthest end of a label from its line
@@ -22,14 +22,15 @@ def paint_axis(frame: Frame, seen: Span, now: float, now_label: str) -> None:
     """The labels of the ticks, of the present time and of a hold; ``seen``: left and right end of the visible part."""
     pill = None
     if frame.is_drawn(now) and now_label:
-        width = width_of(now_label, 14, "RobotoMedium") + dp(16)
+        width = width_of(now_label, 16, "RobotoMedium") + dp(16)
         left = kept_in(frame.at(now), width, seen)
         pill = left, left + width
     taken = [pill] if pill else []
     _paint_tick_labels(frame, seen, taken + _paint_hold(frame, seen, pill))
     if pill:
-        box(left, frame.bottom_of_axis + dp(3), width, dp(24), tk.ink, dp(12))
-        text(now_label, left + width / 2, frame.top - dp(AXIS) / 2 + dp(1), tk.surface, ax=0.5, font="RobotoMedium")
+        middle = frame.top - dp(AXIS) / 2
+        box(left, middle - dp(14), width, dp(28), tk.ink, dp(14))
+        text(now_label, left + width / 2, middle, tk.surface, 16, ax=0.5, font="RobotoMedium")
 
 
 def _paint_hold(frame: Frame, seen: Span, now: Span | None) -> list[Span]:
@@ -54,12 +55,12 @@ def _paint_hold(frame: Frame, seen: Span, now: Span | None) -> list[Span]:
 def _paint_tick_labels(frame: Frame, seen: Span, taken: list[Span]) -> None:
     """As many as fit side by side without what is ``taken``: the strong ones (a new day) first, which move aside if
     they still belong clearly to their hour. Visible ones stay whole at the ends."""
-    y = frame.top - dp(AXIS) / 2 + dp(2)
+    y = frame.top - dp(AXIS) / 2
     for hour, label, strong in sorted(frame.ticks, key=lambda tick: not tick[2]):
         if not label or not frame.is_drawn(hour):
             continue
         font = "RobotoMedium" if strong else "Roboto"
-        width = width_of(label, font=font)
+        width = width_of(label, 16, font)
         places = [kept_in(frame.at(hour), width, seen)]
         if strong and seen[0] <= frame.at(hour) <= seen[1]:
             moved = [place for begins, ends in taken for place in (ends + dp(6), begins - dp(6) - width)]
@@ -71,5 +72,5 @@ def _paint_tick_labels(frame: Frame, seen: Span, taken: list[Span]) -> None:
             is_cut = any(left < edge < left + width for edge in seen)
             if not is_cut and all(left + width + dp(6) <= begins or ends + dp(6) <= left for begins, ends in taken):
                 taken.append((left, left + width))
-                text(label, left, y, tk.ink if strong else tk.ink3, font=font)
+                text(label, left, y, tk.ink if strong else tk.ink2, 16, font=font)
                 break

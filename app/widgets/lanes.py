@@ -1,4 +1,4 @@
-"""Timeline of robots' time: one lane per robot, a bar per run, the now-line, overlaps and closed time hatched.
+"""Robots' time: one lane per robot, a bar per run, the now-line, closed time hatched.
 
 A finger drags it along, two fingers zoom. The ``Drawing`` extends beyond the visible part and is only moved while it
 covers it; a new drawing of crowded lanes is made a few lanes a frame, and replaces the old one when it is complete.
@@ -13,9 +13,9 @@ from kivy.properties import BooleanProperty, ListProperty, NumericProperty, Obje
 from kivy.uix.widget import Widget
 
 from app.widgets.chart import Chart, KeySeat
-from app.widgets.timeline_bars import paint_lifted
-from app.widgets.timeline_drawing import Box, Drawing
-from app.widgets.timeline_painting import AXIS, FOLD, Frame
+from app.widgets.lanes_bars import paint_lifted
+from app.widgets.lanes_drawing import Box, Drawing
+from app.widgets.lanes_frame import AXIS, FOLD, LEAST_LANE, Frame
 
 AT_ONCE = 2000  # bars that are drawn in one frame
 NEAR_END = 0.15  # of the visible part: this close to the end of a drawing a new one is begun
@@ -27,18 +27,18 @@ STEP = 1 / 12  # hours between times that fingers choose
 LEAST_HOURS, MOST_HOURS = 6, 168
 
 
-class Timeline(Chart):
+class Lanes(Chart):
     """Shows ``hours`` hours from hour ``first`` on; all times are floats in hours from one common instant.
 
-    Of a lane it reads ``key``, ``name``, ``note``, ``bars`` and ``overlaps`` [(from, to)]; or ``line``, words for the
-    lanes that it represents, and whether they are shown (``is_open``): a tap fires ``on_lane(key)``. Of a bar ``key``,
-    ``start``, ``end``, ``label``, ``shorter`` (shorter labels, the best first), ``state`` (past, failed, skipped, held,
-    running, planned, about), ``late`` (the end of its whisker, or None), ``assumed`` (its length is unknown), ``typed``
-    (a person has entered it) and ``movable`` (by a finger). bands = [(from, to, words, kind)], which are "closed",
-    "folded" (a break of any length) or "held"; ticks = [(hour, label, strong)].
+    Of a lane it reads ``key``, ``name``, ``note``, ``icon`` with its ``tone``, ``bars`` and ``overlaps`` [(from, to)];
+    or ``line``, words for the lanes that it represents, and whether they are shown (``is_open``): a tap fires
+    ``on_lane(key)``. Of a bar ``key``, ``start``, ``end``, ``label``, ``shorter`` (shorter labels, the best first),
+    ``state`` (a key of ``lanes_frame.TOKENS``) and ``movable`` (by a finger). bands = [(from, to, words, kind)], which
+    are "closed", "folded" (a break of any length) or "held"; ticks = [(hour, label, strong)]. Lanes share the height,
+    as far as they need it.
 
     A tap on a bar (or nearest within a fingertip) fires ``on_bar(key)``, followed by the keys of the bars under it; one
-    on closed time ``on_fold(hour)``; a finger that rests on free time ``on_free(lane's key, hour)``, one that takes a
+    on closed time ``on_fold(hour)``; one on free time ``on_free(lane's key, hour)``; a finger that takes a
     bar to another time ``on_moved(key, hour)``, with ``time_text(hour)`` above it. ``on_window(first, hours)`` is the
     visible part after fingers have moved it; ``day_text(first)`` is above the names. In a page that scrolls,
     ``seen_from`` and ``seen_height`` (px from the top; 0: all) say which lanes need drawing, and where the axis is.
@@ -51,7 +51,6 @@ class Timeline(Chart):
     first = NumericProperty(0)
     now = NumericProperty(-1)
     now_label = StringProperty()
-    lane_height = NumericProperty("44dp")  # least
     wanted_height = NumericProperty(0)  # of all lanes at their least; for a timeline that scrolls
     seen_from = NumericProperty(0)
     seen_height = NumericProperty(0)
@@ -93,7 +92,7 @@ class Timeline(Chart):
         """Closed time was tapped where no bar is."""
 
     def on_free(self, lane, hour):
-        """A finger has rested on free time in the lane of that key."""
+        """Free time in the lane of that key was tapped."""
 
     def on_moved(self, key, hour):
         """A bar was dragged to begin at that hour."""
@@ -102,7 +101,7 @@ class Timeline(Chart):
         """A lane that stands for others was tapped."""
 
     def on_lanes(self, *_):
-        self.wanted_height = dp(AXIS) + len(self.lanes) * self.lane_height
+        self.wanted_height = dp(AXIS) + len(self.lanes) * dp(LEAST_LANE)
 
     # ------------------------------------------------------------------ fingers
     @property
@@ -111,6 +110,8 @@ class Timeline(Chart):
         return self._moved or len(self._fingers) > 1
 
     def on_touch_down(self, touch):
+        if any(child.collide_point(*touch.pos) for child in self.children if not isinstance(child, KeySeat)):
+            return super().on_touch_down(touch)
         if (
             self.collide_point(*touch.pos)
             and not touch.is_mouse_scrolling
@@ -160,8 +161,8 @@ class Timeline(Chart):
                 self._end_drag()
             return True
         is_tap = touch.grab_current is None and touch.uid in self._fingers and self._may_tap and not self._moved
-        if is_tap and self._meant is not None and self.collide_point(*touch.pos):
-            self._answer(*self._meant)
+        if is_tap and self.collide_point(*touch.pos) and (self._meant or self._free):
+            self._answer(*(self._meant or ("on_free", *self._free)))
             return True
         return super().on_touch_up(touch)
 
@@ -275,6 +276,14 @@ class Timeline(Chart):
                 self.add_widget(seat)
         return list(self._seats.values())
 
+    def spot_of(self, lane, hour, size) -> tuple[float, float]:
+        """Where something of that size stands in the lane of that key, at an hour."""
+        n = next((n for n, each in enumerate(self.lanes) if each.key == lane), None)
+        if n is None or self._drawing is None:
+            return self.pos
+        frame = self._drawing.frame
+        return max(frame.left, min(self.left_of(hour), frame.right - size[0])), frame.middle(n) - size[1] / 2
+
     def place_of(self, key) -> Widget:
         """An anchor with a bar's size and visible place, for a card; for a removed bar, the timeline itself."""
         for left, bottom, right, top, other in self.boxes():
@@ -309,9 +318,9 @@ class Timeline(Chart):
     def _lane_at(self, y):
         """None: the axis, or nothing."""
         frame = self._drawing.frame if self._drawing is not None else None
-        return (
-            frame.lanes[frame.lane_at(y)] if frame is not None and y < frame.bottom_of_axis - self.seen_from else None
-        )
+        if frame is None or not frame.bottom <= y < frame.bottom_of_axis - self.seen_from:
+            return None
+        return frame.lanes[frame.lane_at(y)]
 
     def _bars_near(self, x, y, reach=None):
         """Keys: the bar nearest to a finger, the uppermost of several, and those that share its place and are as near."""
