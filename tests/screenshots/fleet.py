@@ -9,7 +9,8 @@ from typing import Any
 from app.screens.common.robot_groups import Group
 from app.screens.frame.facts import OpenIssues
 from app.screens.home.facts import HomeFacts
-from app.screens.home.fleet_model import LEFT_ALONE, FleetViewModel
+from app.screens.home.fleet_model import FleetViewModel
+from app.screens.home.wall import LEFT_ALONE
 from tests.screenshots.home import home
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
 from tests.support import fleet_facts as sample
@@ -100,9 +101,9 @@ def waiting(studio: Any) -> None:
 @picture("fleet-wall", sizes=(*BOTH, SMALL))
 def wall(studio: Any) -> None:
     page = fleet(studio, sample.facts(50))
-    page.is_kiosk = True
+    page.wall.is_kiosk = True
     studio.driver.skip(LEFT_ALONE + 1)
-    studio.afterwards(page.leave_wall)
+    studio.afterwards(page.wall.leave)
 
 
 @picture("fleet-one-robot", sizes=(*BOTH, SMALL))

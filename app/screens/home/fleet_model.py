@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from datetime import datetime, timedelta
+from datetime import datetime
 from typing import Any
 
 from kivy.clock import Clock
@@ -14,13 +14,11 @@ from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 
 from app.database.robots import Hold
-from app.domain.activity import NO_DATA
 from app.domain.models import Execution, Robot, RobotSnapshot, Settings, State
 from app.domain.models import Group as RobotGroup
 from app.domain.robot import QueueItem, QueueState
 from app.i18n import _
 from app.screens.common import formats
-from app.screens.common.alarms_view import id_in
 from app.screens.common.robot_appearance import ANSWERS, is_old
 from app.screens.common.robot_groups import FEW, NEEDS_HELP, Group, count_words, group_of, help_words, or_held
 from app.screens.common.shell import Shell
@@ -44,7 +42,9 @@ from app.screens.home.fleet import (
     to_do,
     waiting_row,
 )
+from app.screens.home.fleet_known import Known
 from app.screens.home.waiting_model import NO_WAITING
+from app.screens.home.wall import Wall
 from app.services.live.changes import Topic
 from app.widgets import finger
 from app.widgets.dialogs import ESCAPE
@@ -54,11 +54,7 @@ from app.widgets.rest import rest
 PER_FRAME = 0.003  # s for looking at robots, and
 NEW_PER_FRAME = 6  # cells that become others; the rest waits for the next frame
 MOVING_PER_FRAME, NEW_WHILE_MOVING = 0.001, 1  # while it can't be read anyway
-LOOKED_BACK = timedelta(hours=24)  # for when a robot stopped or was paused
-LEFT_ALONE = 120.0  # s without a touch, after which a screen that is filled shows the wall view
 SEARCH = "search"  # what the list shows, instead of a group or a cause
-HELD_UP = ("paused", "error")  # activities
-ALARMS = ("robot_error", "emergency_stop", "question")  # of a robot that needs a person since then
 
 
 class FleetState(EventDispatcher):
@@ -81,11 +77,7 @@ class FleetState(EventDispatcher):
     moves = BooleanProperty(False)  # the cells are being scrolled
     waiting = ObjectProperty(NO_WAITING, rebind=True)  # for a robot
     way_back = StringProperty()  # from one robot to all
-    is_wall = BooleanProperty(False)  # what can be read from far away is shown instead of everything else
-    clock = StringProperty()
-
-    def leave_wall(self) -> None:
-        """Somebody has come."""
+    wall = ObjectProperty(None, rebind=True, allownone=True)
 
 
 @dataclass(frozen=True)
@@ -123,19 +115,14 @@ class FleetViewModel(FleetState, ViewModel):
             tuple[int, int | str], Execution
         ] = {}  # by robot and queue id, or token before that is stored
         self._followed: Mapping[int, int] = {}  # the queue id of the last item seen to begin, by robot
-        self._usual: dict[int, float | None] = {}  # s, of a run; None: unknown
-        self._since: dict[int, datetime | None] = {}  # when a robot began to need a person; None: unknown
-        self._runs_to_learn: dict[int, Execution] = {}
-        self._robots_to_learn: set[int] = set()
-        self._is_asking = False
+        self._known = Known(services, shell, self._learnt)
         self._seen: dict[int, Seen] = {}
         self._chosen: Group | Cause | str | None = None  # what the list shows instead of all that needs a person
         self._waiting: dict[int, None] = {}  # robots to be looked at, in that order
         self._is_behind = True  # the page is not up to date
         self._is_withheld = False  # because of a finger on the screen
         self._is_first = True
-        self.is_kiosk = bool(Window.fullscreen)
-        self._used_at = 0.0  # s of kivy's clock: when somebody touched the screen or a key
+        self.wall = Wall()
         self._soon = Clock.create_trigger(self._look_at_some, 0)
         self.fbind("is_shown", shell.navigator.setter("all_robots"))
         for name in ("query", "tight"):
@@ -146,12 +133,10 @@ class FleetViewModel(FleetState, ViewModel):
         self.keep(self._soon.cancel)
         Window.bind(on_keyboard=self._key)
         self.keep(lambda: Window.unbind(on_keyboard=self._key))
-        Window.bind(on_touch_down=self._used, on_key_down=self._used)
-        self.keep(lambda: Window.unbind(on_touch_down=self._used, on_key_down=self._used))
-        self._used()
+        self.keep(self.wall.watch())
         self.every(1, self._tick)
         self._shell.navigator.all_robots = self.is_shown
-        self._since = {}  # it was not looked at in between
+        self._known.forget_robots()
         self.retranslated()
 
     def retranslated(self) -> None:
@@ -176,8 +161,7 @@ class FleetViewModel(FleetState, ViewModel):
         self._followed = {
             e.robot_id: e.queue_id for e in facts.open if e.state is State.EXECUTING and e.robot_id and e.queue_id
         }
-        runs = {e.id for e in facts.open}
-        self._usual = {number: usual for number, usual in self._usual.items() if number in runs}
+        self._known.keep_runs({e.id for e in facts.open})
         self._seen = {robot_id: seen for robot_id, seen in self._seen.items() if robot_id in self._robots}
         self._is_behind = True
         self.many = len(self._robots) > FEW
@@ -202,14 +186,10 @@ class FleetViewModel(FleetState, ViewModel):
         """Once a second: update times, and mark old states."""
         self._waiting |= dict.fromkeys(self._robots)
         self._soon()
-        self.clock = formats.clock_time(self._services.clock.now(), self._settings.timezone)
-        is_left = self.is_kiosk and Clock.get_time() - self._used_at >= LEFT_ALONE
-        if is_left and self._chosen is not None:
+        self.wall.clock = formats.clock_time(self._services.clock.now(), self._settings.timezone)
+        self.wall.look(self.is_shown and self._shell.dialogs.top is None)
+        if self.wall.is_on and self._chosen is not None:
             self.show_only(None)
-        self.is_wall = bool(is_left and self.is_shown and self._shell.dialogs.top is None)
-
-    def _used(self, *_args: Any) -> None:
-        self._used_at = Clock.get_time()
 
     # ------------------------------------------------------------------ looking
     def _look_at_some(self, _dt: float) -> None:
@@ -226,7 +206,8 @@ class FleetViewModel(FleetState, ViewModel):
             new += self._look_at(next(iter(self._waiting)))
         if self._waiting:
             self._soon()
-        self._learn()
+        if self.is_open:
+            self._known.learn()
         if self._is_behind:
             self._show()
 
@@ -253,24 +234,30 @@ class FleetViewModel(FleetState, ViewModel):
         self._seen[robot_id] = Seen(robot, snapshot, old, left, holds, new)
         is_new = seen is None or seen.look != new
         self._is_behind |= is_new
-        if new.group is Group.STOPPED and (seen is None or seen.look.group is not Group.STOPPED) and dock.field is None:
+        if seen is not None and new.group is Group.STOPPED is not seen.look.group and dock.field is None:
             self._chosen, self.searches = None, False  # it is the worst of all that needs a person
         return is_new
 
     def _began(self, new: Look, snapshot: RobotSnapshot, before: Look | None, now: datetime) -> datetime | None:
         """Since when it needs a person, as far as that is known."""
-        robot_id = new.robot.id
         if new.group is Group.SILENT:
             return snapshot.read_at if snapshot.connection in ANSWERS else snapshot.since
         if new.group not in NEEDS_HELP:
-            self._since.pop(robot_id, None)
+            self._known.ended(new.robot.id)
             return None
         is_same = before is not None and (before.group, before.cell.icon) == (new.group, new.cell.icon)
         if before is not None and before.is_known and not is_same:
-            self._since[robot_id] = now
-        elif robot_id not in self._since:
-            self._robots_to_learn.add(robot_id)
-        return self._since.get(robot_id)
+            self._known.began(new.robot.id, now)
+        return self._known.since(new.robot.id)
+
+    def _learnt(self) -> None:
+        self._seen = {
+            robot_id: seen
+            for robot_id, seen in self._seen.items()
+            if seen.look.since is not None or seen.look.group not in NEEDS_HELP
+        }
+        self._look_at_all()
+        self._tick()
 
     def _left(self, robot_id: int, snapshot: RobotSnapshot, now: datetime) -> int | None:
         """How many minutes the robot's run still takes; of others' it is not known when they began."""
@@ -278,9 +265,7 @@ class FleetViewModel(FleetState, ViewModel):
         run = item and (self._ours.get((robot_id, item.id)) or self._ours.get((robot_id, item.description)))
         if not run or run.started_at is None:
             return None
-        if run.id not in self._usual:
-            self._runs_to_learn[run.id] = run
-        usual = self._usual.get(run.id)
+        usual = self._known.usual(run)
         return minutes_left((now - run.started_at).total_seconds(), usual) if usual else None
 
     def _running(self, robot_id: int, snapshot: RobotSnapshot) -> QueueItem | None:
@@ -293,31 +278,6 @@ class FleetViewModel(FleetState, ViewModel):
         found = next(filter(is_it, snapshot.queue), None)
         number = self._followed.get(robot_id) if number is None else number
         return found if found is not None or number is None else QueueItem(number, QueueState.EXECUTING)
-
-    def _learn(self) -> None:
-        """Usual durations, and since when robots need a person: asked once, as the database takes its time."""
-        if self._is_asking or not (self._runs_to_learn or self._robots_to_learn) or not self.is_open:
-            return
-        self._is_asking = True
-        runs, self._runs_to_learn = self._runs_to_learn, {}
-        robots, self._robots_to_learn, services = self._robots_to_learn, set(), self._services
-
-        def learnt(found: tuple[dict[int, float | None], dict[int, datetime | None]]) -> None:
-            self._is_asking = False
-            self._usual |= found[0]
-            self._since = found[1] | self._since
-            for robot_id in robots & self._seen.keys():
-                seen = self._seen[robot_id]
-                self._seen[robot_id] = replace(seen, look=replace(seen.look, since=self._since.get(robot_id)))
-            self._is_behind = True
-            self._tick()
-
-        def not_learnt(_problem: BaseException) -> None:
-            self._is_asking = False
-
-        self._shell.background.run(
-            lambda: (_usual(services, runs), _since_when(services, robots) if robots else {}), learnt, not_learnt
-        )
 
     # ------------------------------------------------------------------ showing
     def _show(self, by_hand: bool = False) -> None:
@@ -411,10 +371,6 @@ class FleetViewModel(FleetState, ViewModel):
         self.leave()
         self._open_robot(robot_id)
 
-    def leave_wall(self) -> None:
-        self._used()
-        self.is_wall = False
-
     def leave(self) -> None:
         """Show one robot; what is looked at first, too."""
         self.is_shown = self._is_first = False
@@ -436,27 +392,3 @@ class FleetViewModel(FleetState, ViewModel):
         """Open the page as it was left."""
         self.is_shown = self.many
         self._show(by_hand=True)
-
-
-def _usual(services: HomeServices, runs: Mapping[int, Execution]) -> dict[int, float | None]:
-    """Off the UI thread: how long each run usually takes, s."""
-    found = {}
-    for number, run in runs.items():
-        expected = services.history.expected(run.robot_id or 0, run.mission_guid)
-        found[number] = expected.median_s if expected else None
-    return found
-
-
-def _since_when(services: HomeServices, robots: set[int]) -> dict[int, datetime | None]:
-    """Off the UI thread: when these robots began to need a person, as far as that was stored."""
-    found: dict[int, datetime | None] = dict.fromkeys(robots)
-    now = services.clock.now()
-    for line in services.robot_states.timelines(now - LOOKED_BACK, now, list(robots)):
-        last = next((span for span in reversed(line.spans) if span.activity != NO_DATA), None)
-        if last is not None and last.activity in HELD_UP and last.start > now - LOOKED_BACK:
-            found[line.robot_id] = last.start
-    for alarm in services.alarms.open():
-        robot = id_in(alarm.key, "robot")
-        if robot in robots and alarm.code in ALARMS and alarm.cleared_at is None:
-            found[robot] = alarm.last_at or alarm.raised_at
-    return found

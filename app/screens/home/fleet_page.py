@@ -14,6 +14,7 @@ from kivymd.uix.boxlayout import MDBoxLayout
 
 from app.screens.home.fleet import columns
 from app.screens.home.fleet_model import FleetState
+from app.screens.home.wall import WallView
 from app.widgets.display import SectionCard
 from app.widgets.lists import RecycledRow
 from app.widgets.panel_grid import PanelGrid
@@ -193,7 +194,7 @@ class FleetPage(BoxLayout):
         self._wall: WallView | None = None
         super().__init__(**kwargs)
         self.fbind("size", self._fit)
-        self.vm.fbind("is_wall", self._show_wall)
+        self.vm.wall.fbind("is_on", self._show_wall)
         self.vm.fbind("is_grouped", self._choose_tightness)
         self._fit()
 
@@ -206,54 +207,10 @@ class FleetPage(BoxLayout):
         self.vm.tight = self.pane_width < sp(472 if self.vm.is_grouped else 360)
 
     def _show_wall(self, *_: Any) -> None:
-        if self.vm.is_wall and self._wall is None:
+        if self.vm.wall.is_on and self._wall is None:
             self._wall = WallView(vm=self.vm)
             Window.add_widget(self._wall)
-        elif not self.vm.is_wall and self._wall is not None:
+        elif not self.vm.wall.is_on and self._wall is not None:
             Window.remove_widget(self._wall)
             self._wall = None
             rest.after_closing()
-
-
-class WallRow(MDBoxLayout):
-    """One of the worst, to be read from far away."""
-
-    item = ObjectProperty(None, allownone=True)
-
-
-class WallRows(MDBoxLayout):
-    """A row for each of ``items``."""
-
-    items = ListProperty()
-
-    def on_items(self, *_: Any) -> None:
-        self.clear_widgets()
-        for item in self.items:
-            self.add_widget(WallRow(item=item))
-
-
-class WallView(MDBoxLayout):
-    """Large letters, instead of a page that was left alone for a while. A touch or a key only leaves it."""
-
-    vm = ObjectProperty(FleetState(), rebind=True)
-    scale = NumericProperty(1)
-
-    def on_parent(self, _view: WallView, parent: Any) -> None:
-        (Window.bind if parent is not None else Window.unbind)(on_key_down=self._leave)
-
-    def on_touch_down(self, touch: Any) -> bool:
-        touch.grab(self)
-        return True
-
-    def on_touch_move(self, _touch: Any) -> bool:
-        return True
-
-    def on_touch_up(self, touch: Any) -> bool:
-        if touch.grab_current is self:
-            touch.ungrab(self)
-            self._leave()
-        return True
-
-    def _leave(self, *_: Any) -> bool:
-        self.vm.leave_wall()
-        return True

@@ -12,7 +12,8 @@ from app.domain.activity import ActivitySpan
 from app.domain.models import Connection, Execution, Group, State, Trigger
 from app.domain.robot import QueueItem, QueueState
 from app.screens.home.cards import HomeWide
-from app.screens.home.fleet_page import CountTap, FleetGrid, FleetHead, FleetPage, RobotCell, WallRow, WallView
+from app.screens.home.fleet_page import CountTap, FleetGrid, FleetHead, FleetPage, RobotCell
+from app.screens.home.wall import WallRow, WallView
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.fields import FieldInput
 from app.widgets.frame import TopBar
@@ -399,7 +400,7 @@ def test_above_fifty_six_robots_without_groups_the_cells_scroll(container, ui):
 
 # ---------------------------------------------------------------------- the wall view
 def leave_alone(app, ui, seconds: float = 121) -> None:
-    app.shell.navigator.screen("home").vm.fleet.is_kiosk = True
+    app.shell.navigator.screen("home").vm.fleet.wall.is_kiosk = True
     ui.skip(seconds)
     ui.skip(1)
 

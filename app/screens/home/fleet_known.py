@@ -1,0 +1,96 @@
+"""What the page All robots asks the database: how long runs usually take, and since when robots need a person."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from datetime import datetime, timedelta
+
+from app.domain.activity import NO_DATA
+from app.domain.models import Execution
+from app.screens.common.alarms_view import id_in
+from app.screens.common.shell import Shell
+from app.screens.home.facts import HomeServices
+
+LOOKED_BACK = timedelta(hours=24)  # for when a robot stopped or was paused
+HELD_UP = ("paused", "error")  # activities
+ALARMS = ("robot_error", "emergency_stop", "question")  # of a robot that needs a person since then
+
+
+class Known:
+    """Asks once for each, in the background, as the database takes its time. ``learnt()`` when there is something new."""
+
+    def __init__(self, services: HomeServices, shell: Shell, learnt: Callable[[], object]) -> None:
+        self._services, self._shell, self._learnt = services, shell, learnt
+        self._usual: dict[int, float | None] = {}  # s, by execution; None: unknown
+        self._since: dict[int, datetime | None] = {}  # by robot; None: unknown
+        self._runs: dict[int, Execution] = {}  # to be learnt, as
+        self._robots: set[int] = set()
+        self._is_asking = False
+
+    def forget_robots(self) -> None:
+        """They were not looked at for a while."""
+        self._since = {}
+
+    def keep_runs(self, open_ones: set[int]) -> None:
+        self._usual = {number: usual for number, usual in self._usual.items() if number in open_ones}
+
+    def usual(self, run: Execution) -> float | None:
+        """How long it usually takes, s, as far as it is known."""
+        if run.id not in self._usual:
+            self._runs[run.id] = run
+        return self._usual.get(run.id)
+
+    def since(self, robot_id: int) -> datetime | None:
+        """Since when it needs a person, as far as it is known."""
+        if robot_id not in self._since:
+            self._robots.add(robot_id)
+        return self._since.get(robot_id)
+
+    def began(self, robot_id: int, at: datetime) -> None:
+        """It was seen to need a person from then on."""
+        self._since[robot_id] = at
+
+    def ended(self, robot_id: int) -> None:
+        self._since.pop(robot_id, None)
+
+    def learn(self) -> None:
+        if self._is_asking or not (self._runs or self._robots):
+            return
+        self._is_asking = True
+        runs, self._runs = self._runs, {}
+        robots, self._robots = self._robots, set()
+        services = self._services
+
+        def learnt(found: tuple[dict[int, float | None], dict[int, datetime | None]]) -> None:
+            self._is_asking = False
+            self._usual |= found[0]
+            self._since = found[1] | self._since
+            self._learnt()
+
+        def not_learnt(_problem: BaseException) -> None:
+            self._is_asking = False
+
+        self._shell.background.run(
+            lambda: (_usual(services, runs), _since_when(services, robots) if robots else {}), learnt, not_learnt
+        )
+
+
+def _usual(services: HomeServices, runs: Mapping[int, Execution]) -> dict[int, float | None]:
+    """Off the UI thread."""
+    found = {number: services.history.expected(run.robot_id or 0, run.mission_guid) for number, run in runs.items()}
+    return {number: expected.median_s if expected else None for number, expected in found.items()}
+
+
+def _since_when(services: HomeServices, robots: set[int]) -> dict[int, datetime | None]:
+    """Off the UI thread: when these robots began to need a person, as far as that was stored."""
+    found: dict[int, datetime | None] = dict.fromkeys(robots)
+    now = services.clock.now()
+    for line in services.robot_states.timelines(now - LOOKED_BACK, now, list(robots)):
+        last = next((span for span in reversed(line.spans) if span.activity != NO_DATA), None)
+        if last is not None and last.activity in HELD_UP and last.start > now - LOOKED_BACK:
+            found[line.robot_id] = last.start
+    for alarm in services.alarms.open():
+        robot = id_in(alarm.key, "robot")
+        if robot in robots and alarm.code in ALARMS and alarm.cleared_at is None:
+            found[robot] = alarm.last_at or alarm.raised_at
+    return found
