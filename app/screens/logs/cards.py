@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from kivy.clock import Clock
-from kivy.properties import BooleanProperty, ObjectProperty, StringProperty
+from kivy.factory import Factory
+from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.stacklayout import StackLayout
 from kivy.uix.widget import Widget
 
 from app.screens.logs.story import Story
@@ -53,6 +55,33 @@ class LogsBody(BoxLayout):
             self.add_widget(kind(vm=self.vm))
 
     on_part = on_vm
+
+
+class ChipLine(StackLayout):
+    """A row widget of ``kind`` for each of ``data``, on as many lines as they need; ``on_action(key, action)`` is a tap on one."""
+
+    kind = StringProperty()
+    data = ListProperty()
+
+    __events__ = ("on_action",)
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.fbind("data", self._build)
+        self.fbind("kind", self._build)
+
+    def on_action(self, key: str, action: str) -> None:
+        """A chip was tapped."""
+
+    def _build(self, *_args: object) -> None:
+        if not self.kind:
+            return
+        if [chip.key for chip in self.children[::-1]] != [data.key for data in self.data]:
+            self.clear_widgets()
+            for _data in self.data:
+                self.add_widget(Factory.get(self.kind)(host=self))
+        for chip, data in zip(self.children[::-1], self.data, strict=True):
+            chip.take(data)
 
 
 class OutcomeChip(Row, TonedTap):
