@@ -2,7 +2,7 @@
 
 A dialog's kv adds its content and, as a ``DialogActions`` box, its buttons; the content scrolls when the window is low:
 
-    <RobotDialog>:                       # class RobotDialog(FormDialog)
+    <RobotSheet>:                       # class RobotSheet(FormDialog)
         title: root.vm.title
         FormField:
             label: tr._("Name")

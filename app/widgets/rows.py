@@ -1,7 +1,7 @@
-"""Row classes: robots, queue items, planned starts, runs, sections and options in a list.
+"""Row classes: robots, queue items, planned starts, runs and options in a list.
 
 ``key`` identifies the row; the list fires ``on_action(key, action, *values)``. Actions: RobotChip "choose", QueueRow "cancel",
-PlanRow and DoneRow none, SectionRow "choose", OptionRow "choose".
+PlanRow and DoneRow none, OptionRow "choose".
 """
 
 from kivy.properties import BooleanProperty, ListProperty, StringProperty
@@ -82,18 +82,6 @@ class DoneRow(RecycledRow, Toned, BoxLayout):
     when = StringProperty()
     reason = StringProperty()
     abnormal = BooleanProperty(False)
-
-
-class SectionRow(Row, TonedTap):
-    """A section of Settings with its present value. Without ``icon`` it shows the robot glyph."""
-
-    icon = StringProperty()
-    text = StringProperty()
-    note = StringProperty()
-    selected = BooleanProperty(False)
-
-    def on_release(self):
-        self.act("choose")
 
 
 class OptionRow(RecycledRow, TonedTap):

@@ -54,6 +54,7 @@ class Sheet(Passive, MDCard):
     second = StringProperty()
     second_icon = StringProperty()
     busy = BooleanProperty(False)
+    second_busy = BooleanProperty(False)
     menu = BooleanProperty(False)
     closable = BooleanProperty(True)
     can_go_back = BooleanProperty(False)

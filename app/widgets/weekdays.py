@@ -31,7 +31,7 @@ class WeekdayChips(GridLayout):
         if [option.key for option in self.data] != [chip.key for chip in reversed(self.children)]:
             self.clear_widgets()
             for option in self.data:
-                chip = Segment(key=option.key)
+                chip = Segment(key=option.key, size_hint_y=None, height=tk.h_touch)
                 chip.bind(on_release=lambda chip: self.dispatch("on_choose", chip.key))
                 self.add_widget(chip)
         for chip, option in zip(reversed(self.children), self.data, strict=True):

@@ -10,10 +10,10 @@ it):
         studio.show(HomeScreen(...))                 # in an empty window; or studio.window() for a whole app
         return studio.shown
 
-    @picture("robot-dialog", sizes=(LANDSCAPE,))
+    @picture("robot-sheet", sizes=(LANDSCAPE,))
     def robot_dialog(studio):
         studio.show(SettingsScreen(...))
-        return studio.dialogs.open(RobotDialog(...))
+        return studio.dialogs.open(RobotSheet(...))
 
 Put such functions into a module of this package; all its modules are found. Files are called
 ``<name>-<size>-<theme>.png``. After each picture tests/ui/checks.py looks for what the eye might miss and prints it.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from app.screens.settings.robot_dialog import RobotDialog
+from app.screens.settings.robot_sheet import RobotSheet
 from app.widgets.fields import FormField, StepField
 from app.widgets.keyboard import DockedKeyboard
 from tests.screenshots.registry import BOTH, GLOVES, LARGE_TEXT, SMALL, picture
@@ -26,8 +26,9 @@ def typed_into(studio: Any, field: Any) -> Any:
 @picture("keyboard", sizes=SIZES)
 def letters(studio: Any) -> Any:
     context = Plant(studio).screen(studio).vm.context
-    dialog = RobotDialog(context)
-    studio.dialogs.open(dialog)
+    dialog = RobotSheet(context)
+    studio.afterwards(context.shell.sheets.close)
+    context.shell.sheets.show(dialog)
     studio.driver.advance(0.2)
     field: FormField = dialog.ids.username_field
     return typed_into(studio, field)

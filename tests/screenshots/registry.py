@@ -85,7 +85,7 @@ DOCUMENTED: Sequence[tuple[str, str, str, Sequence[str]]] = (
             "logs-figures",
             "logs-figures-below",
             "logs-robots",
-            "robot-dialog",
+            "robot-sheet",
             "robot-dialog-certificate",
             "robot-dialog-new-robot",
             "check-up-robots",

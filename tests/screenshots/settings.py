@@ -15,7 +15,7 @@ from app.database.missions import StopRepository
 from app.domain.models import Connection, Group, HandOver, Mission, Place, Robot, Schedule
 from app.domain.robot import IdentifiedBy, Identity, MissionInfo, RobotState, RobotStatus, Stop
 from app.i18n import _, ngettext
-from app.mir.errors import AnotherRobot, Unauthorized, Unreachable
+from app.mir.errors import AnotherRobot, Unauthorized
 from app.screens.common.pin_dialog import PinDialog
 from app.screens.common.shell import Shell, pick
 from app.screens.common.view_model import Background, Navigator, Snackbars, UiBus
@@ -23,11 +23,12 @@ from app.screens.settings.missions import MissionDialog
 from app.screens.settings.missions_view import offer_options, offers
 from app.screens.settings.page import PageContext
 from app.screens.settings.removals import robot_question
-from app.screens.settings.robot_dialog import RobotDialog
+from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.screen import SettingsScreen
-from app.screens.settings.view import certificate_question, connection_found, done, failed_test, new_robot_question
+from app.screens.settings.view import certificate_question, done, new_robot_question
 from app.services.files import places
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
+from app.widgets.sheet import Sheet
 from tests.screenshots.gallery import NAV
 from tests.screenshots.registry import BOTH, GLOVES, LARGE_TEXT, PORTRAIT, SMALL, picture
 from tests.support.clock import VirtualClock
@@ -212,7 +213,7 @@ def with_groups(plant: Plant) -> Plant:
 @picture("settings-groups", sizes=EVERY_SIZE)
 def groups(studio):
     screen = with_groups(Plant(studio)).screen(studio)
-    screen.turn_to("groups")
+    screen.choose_tab("groups")
     studio.driver.advance(0.2)
     return screen
 
@@ -220,7 +221,7 @@ def groups(studio):
 @picture("settings-places", sizes=EVERY_SIZE)
 def shared_places(studio):
     screen = with_groups(Plant(studio)).screen(studio, "missions")
-    screen.turn_to("places")
+    screen.choose_tab("places")
     studio.driver.advance(0.2)
     return screen
 
@@ -230,25 +231,23 @@ def _group_dialog(name: str, show):
     def build(studio):
         plant = with_groups(Plant(studio))
         screen = plant.screen(studio)
-        screen.turn_to("groups")
+        screen.choose_tab("groups")
         show(plant, screen)
         studio.driver.advance(0.2)
         return screen
 
 
-_group_dialog(
-    "group-dialog", lambda plant, screen: screen.page.act(("group", plant.container.catalogue.groups()[0].id), "edit")
-)
+_group_dialog("group-sheet", lambda plant, screen: screen.page.open(plant.container.catalogue.groups()[0].id))
 _group_dialog(
     "group-missions",
-    lambda plant, screen: screen.page.act(("group", plant.container.catalogue.groups()[0].id), "missions"),
+    lambda plant, screen: screen.page._groups._show_missions(plant.container.catalogue.groups()[0]),
 )
 
 
 @picture("settings-place-dialog", sizes=EVERY_SIZE)
 def place_dialog(studio):
     screen = with_groups(Plant(studio)).screen(studio, "missions")
-    screen.turn_to("places")
+    screen.choose_tab("places")
     screen.page.places.act(screen.page.context.facts.places[0].id, "edit")
     studio.driver.advance(0.2)
     return screen
@@ -281,17 +280,6 @@ def identity(
     )
 
 
-@picture("settings-robots-tested")
-def robots_tested(studio):
-    screen = Plant(studio).screen(studio)
-    page, context = screen.page, screen.vm.context
-    aino, sisu, veikko = context.facts.robots
-    page._answered(aino, connection_found(replace(identity("200104012"), software="3.5.4")))
-    page._answered(sisu, failed_test(AnotherRobot(address="10.40.12.23", expected="220511008", found="180003127")))
-    page._answered(veikko, failed_test(Unreachable(code="no_answer", address="10.40.12.22")))
-    return screen
-
-
 @picture("settings-data-done")
 def data_done(studio):
     screen = Plant(studio).screen(studio, "data")
@@ -320,7 +308,12 @@ def dialog(name: str):
         @picture(name, sizes=EVERY_SIZE)
         def shown(studio):
             screen = Plant(studio).screen(studio, "missions" if "mission" in name else "robots")
-            return studio.dialogs.open(build(screen.vm.context))
+            built = build(screen.vm.context)
+            if not isinstance(built, Sheet):
+                return studio.dialogs.open(built)
+            studio.afterwards(screen.vm.context.shell.sheets.close)
+            screen.vm.context.shell.sheets.show(built)
+            return screen
 
         return shown
 
@@ -333,14 +326,14 @@ def pin_dialog(context: PageContext):
     return PinDialog(title=_("Settings"), text=_("Enter the PIN"), pin="471", problem=problem)
 
 
-@dialog("robot-dialog-new")
+@dialog("robot-sheet-new")
 def robot_dialog_new(context: PageContext):
-    return RobotDialog(context)
+    return RobotSheet(context)
 
 
-@dialog("robot-dialog")
+@dialog("robot-sheet")
 def robot_dialog(context: PageContext):
-    dialog = RobotDialog(context, context.facts.robots[0])
+    dialog = RobotSheet(context, context.facts.robots[0])
     dialog._passed(dialog.vm.connection, identity("200104012", "Aino", "MiR250", "3.5.4"), lambda: None)
     return dialog
 
@@ -377,9 +370,9 @@ def robot_dialog_certificate(context: PageContext):
     return ConfirmDialog(title=_("Trust this certificate?"), text=question, confirm=_("Trust it"), decline=_("Cancel"))
 
 
-@dialog("robot-dialog-problems")
+@dialog("robot-sheet-problems")
 def robot_dialog_problems(context: PageContext):
-    dialog = RobotDialog(context)
+    dialog = RobotSheet(context)
     dialog.vm.name, dialog.vm.address, dialog.vm.username, dialog.vm.password = (
         "Aino",
         "https://10.40.12.29",

@@ -14,15 +14,17 @@ from app.domain.models import Mission, Robot, Schedule, Settings
 from app.i18n import SOURCE_LANGUAGE, translator
 from app.screens.settings.files import FileRow
 from app.screens.settings.page import SettingsPage
-from app.screens.settings.robot_dialog import RobotDialog
+from app.screens.settings.robot_sheet import RobotSheet
 from app.services.files import places
-from app.widgets.buttons import ChoiceChip, CommandButton
-from app.widgets.dialogs import Overlay
+from app.widgets.buttons import ChoiceChip, CommandButton, IconButton
+from app.widgets.dialogs import MenuRow, Overlay
 from app.widgets.fields import FormField
 from app.widgets.frame import AlarmBanner, NavItem
+from app.widgets.items import Item
 from app.widgets.keyboard import BoardKey, DockedKeyboard
-from app.widgets.rows import SectionRow
+from app.widgets.list_row import ListRow
 from app.widgets.scrolling import ScrollPage
+from app.widgets.sheet import Sheet
 from app.widgets.snackbar import Snackbar
 from app.widgets.tokens import tk
 from app.window.application import SchedulerApp
@@ -45,6 +47,7 @@ def tablet(directory: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Plant]:
 def restart(site: Plant, app: SchedulerApp, ui: Driver, screen: str) -> None:
     """Show ``screen`` as at a first start, without the entries, changes and dialogs of the previous test."""
     app.shell.dialogs.close_all()
+    app.shell.sheets.close()
     app.shell.snackbars.clear()
     app.shell.navigator.close()  # screens are built again: nothing that was typed, chosen or scrolled is left
     Window.release_all_keyboards()
@@ -105,8 +108,42 @@ def _is_calm(site: Plant) -> bool:
 
 def go(ui: Driver, section: str) -> None:
     ui.tap(ui.find(NavItem, name="settings"))
-    ui.wait(lambda: ui.find_all(SectionRow, key=section))
-    ui.tap(ui.find(SectionRow, key=section))
+    ui.wait(lambda: section_row(ui, section))
+    ui.tap(section_row(ui, section))
+
+
+def section_row(ui: Driver, section: str) -> ListRow | None:
+    """The row of a section in the list at the left."""
+    return next((row for row in section_rows(ui) if row.key == section), None)
+
+
+def section_rows(ui: Driver) -> list[ListRow]:
+    return [row for row in ui.find_all(ListRow) if type(row).__name__ == "SectionRow"]
+
+
+def item_of(ui: Driver, title: str) -> Item | None:
+    """What the row with that title shows."""
+    return next((row.item for row in ui.find_all(ListRow) if row.item.title == title), None)
+
+
+def titles(ui: Driver) -> list[str]:
+    """Of the rows of robots or groups that are listed."""
+    return [row.item.title for row in ui.find_all(ListRow) if isinstance(row.key, int) and row.item.ticked is None]
+
+
+def open_row(ui: Driver, title: str) -> Sheet:
+    """Tap the row with that title; returns its sheet."""
+    ui.wait(lambda: item_of(ui, title))
+    ui.tap(next(row for row in ui.find_all(ListRow) if row.item.title == title))
+    ui.wait(lambda: ui.find_all(Sheet))
+    return ui.find(Sheet)
+
+
+def choose(ui: Driver, word: str, sheet: Sheet) -> None:
+    """In the menu of a sheet."""
+    ui.tap(ui.find(IconButton, sheet, icon="dots-vertical"))
+    ui.wait(lambda: ui.find_all(MenuRow, text=word))
+    ui.tap(ui.find(MenuRow, text=word))
 
 
 def page(app: SchedulerApp) -> SettingsPage:
@@ -140,9 +177,9 @@ def enter_path(ui: Driver, row: FileRow, path: str) -> None:
     enter(ui, ui.find(FormField, root=row), path)
 
 
-def fill_in(ui: Driver, **values: str) -> RobotDialog:
-    """Type into the robot dialog that is open, field by field."""
-    dialog = ui.find(RobotDialog)
+def fill_in(ui: Driver, **values: str) -> RobotSheet:
+    """Type into the robot's sheet that is open, field by field."""
+    dialog = ui.find(RobotSheet)
     for name, text in values.items():
         enter(ui, dialog.ids[f"{name}_field"], text)
     return dialog

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from app.screens.home.pages import SECOND_TAP
-from app.screens.settings.robots import RobotPanel
 from app.widgets.buttons import CommandButton
 from app.widgets.frame import NavItem
+from tests.ui.integrator import titles
 from tests.ui.whole_app import plant, shown
 
 HANGING, LONGEST = 8, 4.0  # s; each of them is given up after 5 s
@@ -30,7 +30,7 @@ def test_pausing_is_as_fast_after_a_visit_to_settings(site, ui):
                 {"fault": {"kind": "hang", "method": "GET", "path": "/missions", "count": None, "seconds": 60}}
             )
         ui.tap(ui.find(NavItem, name="settings"))
-        ui.wait(lambda: len(ui.find_all(RobotPanel)) > 0)
+        ui.wait(lambda: len(titles(ui)) > 0)
         ui.tap(ui.find(NavItem, name="home"))
         ui.tap_text(site.fleet.robots[0].name)
         ui.skip(SECOND_TAP)

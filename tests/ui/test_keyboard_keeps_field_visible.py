@@ -13,6 +13,7 @@ from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog, Dialog, FormDialog
 from app.widgets.fields import FieldInput, FormField
 from app.widgets.keyboard import DockedKeyboard
+from app.widgets.sheet import Sheet
 from tests.support.examples import at_night, first_of_each
 from tests.ui import checks
 from tests.ui.walk import Walk
@@ -20,8 +21,8 @@ from tests.ui.walk import Walk
 TAB = 9
 SIZES = ((600, 480), (800, 480), (1280, 800))
 DIALOGS = (
-    "robot-dialog-new",
-    "robot-dialog-problems",
+    "robot-sheet-new",
+    "robot-sheet-problems",
     "mission-dialog",
     "settings-calendar-days",
     "scheduler-hold",
@@ -58,18 +59,15 @@ def assert_in_sight(keys: DockedKeyboard, field: FieldInput) -> None:
     assert whole[3] <= Window.height
 
 
-def assert_free(keys: DockedKeyboard, dialog: Dialog) -> None:
+def assert_free(keys: DockedKeyboard, dialog: Dialog | Sheet) -> None:
     """Its buttons are above the keyboard."""
-    buttons = [
-        button
-        for button in dialog.ids.button_container.walk(restrict=True)
-        if isinstance(button, CommandButton) and button.is_seen
-    ]
+    foot = dialog.ids.foot if isinstance(dialog, Sheet) else dialog.ids.button_container
+    buttons = [button for button in foot.walk(restrict=True) if isinstance(button, CommandButton) and button.is_seen]
     assert buttons
     assert min(button.to_window(*button.pos)[1] for button in buttons) >= keys.top
 
 
-def fields_of(ui, dialog: Dialog) -> list[FieldInput]:
+def fields_of(ui, dialog: Dialog | Sheet) -> list[FieldInput]:
     return [field for field in ui.find_all(FieldInput, dialog) if not field.disabled and field.width > 1]
 
 
@@ -90,13 +88,14 @@ def test_every_field_of_the_apps_dialogs_is_above_the_keyboard(ui, walk, name):
         keys.start()
         for Window.size in SIZES:
             ui.advance(0.3)
-            fields = fields_of(ui, walk._studio.dialogs.top)
+            form = walk._studio.dialogs.top or ui.find(Sheet)
+            fields = fields_of(ui, form)
             assert fields
             for field in (*fields, fields[0]):
                 field.focus = True
                 ui.advance(0.4)
                 assert_in_sight(keys, field)
-                assert_free(keys, walk._studio.dialogs.top)
+                assert_free(keys, form)
             field.focus = False
             ui.advance(0.4)
     finally:

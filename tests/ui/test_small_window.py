@@ -266,7 +266,7 @@ def test_a_list_of_settings_can_be_reached_below_its_tools_and_a_banner(
     with window(ui, size, scale, language, gloves=gloves) as rig:
         screen = with_groups(Plant(rig)).screen(rig, section)
         if part:
-            screen.turn_to(part)
+            screen.choose_tab(part)
         ui.find(Frame).alarm, ui.find(Frame).alarm_urgent = "Aino: Failed to reach its goal " * 2, True
         ui.advance(0.3)
         assert "\n".join(checks.problems(ui.find(Frame))) == ""

@@ -12,8 +12,7 @@ from app.i18n import _
 from app.screens.common.problems import sentence_of
 from app.screens.settings.calendar import CalendarCard, CalendarPart
 from app.screens.settings.page import PageContext, SettingsPage
-from app.screens.settings.view import day_options, days_phrase
-from app.widgets import weekdays  # noqa: F401  (registers kivy classes)
+from app.screens.settings.view import days_phrase, weekday_names
 
 FIRST_MINIMUM = 30  # %, offered when the constraint is switched on
 
@@ -22,6 +21,7 @@ class ConstraintsModel(EventDispatcher):
     battery_on = BooleanProperty(False)
     battery = NumericProperty(FIRST_MINIMUM)
     battery_problem = StringProperty()
+    day_names = ListProperty()
     days = ListProperty()
     days_phrase = StringProperty()
     days_problem = StringProperty()
@@ -40,7 +40,7 @@ class ConstraintsPage(SettingsPage):
         vm.battery_on = bool(settings.minimum_battery_percent)
         if vm.battery_on:
             vm.battery = settings.minimum_battery_percent
-        vm.days = day_options(settings)
+        vm.day_names, vm.days = list(weekday_names().items()), list(settings.working_days)
         vm.days_phrase = days_phrase(settings.working_days)
         self.calendar.show()
 
@@ -74,6 +74,7 @@ class ConstraintsPage(SettingsPage):
         chosen = set(self.context.facts.settings.working_days) ^ {day}
         if not chosen:
             self.vm.days_problem = _("At least one day must stay a working day")
+            self.vm.property("days").dispatch(self.vm)  # the row shows it again
             return
         self.vm.days_problem = ""
         self.context.save(self._days_refused, working_days=tuple(day for day in WEEKDAYS if day in chosen))

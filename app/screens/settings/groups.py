@@ -11,13 +11,14 @@ from kivy.properties import (
     ListProperty,
     NumericProperty,
     ObjectProperty,
-    OptionProperty,
     StringProperty,
 )
 from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.widget import Widget
 
 from app.domain.models import Group, HandOver, InvalidInput
 from app.i18n import _
+from app.screens.common.options import MenuItem
 from app.screens.common.problems import sentence_of
 from app.screens.settings import groups_view as view
 from app.screens.settings import removals
@@ -25,33 +26,13 @@ from app.screens.settings.facts import SettingsFacts
 from app.screens.settings.page import PageContext
 from app.screens.settings.view import NoticeView, went_wrong
 from app.services.catalogue import checks, validation
-from app.widgets.dialogs import Dialog, FormDialog
-from app.widgets.display import SectionCard
+from app.widgets.dialogs import Dialog
 from app.widgets.lists import RecycledRow
-from app.widgets.surfaces import Surface, Toned
+from app.widgets.sheet import Sheet
+from app.widgets.surfaces import Toned
 from app.widgets.text import Ico, Note
-from app.widgets.tokens import TONES
 
 FIELDS = ("name", "members", "keep_free")
-
-
-class GroupPanel(RecycledRow, SectionCard):
-    """A group's data sheet. Actions: "missions", "edit"."""
-
-    name = StringProperty()
-    note = StringProperty()
-    robots = StringProperty()
-    hand_over = StringProperty()
-    keep_free = StringProperty()
-    missions = StringProperty("–")
-    missions_tone = OptionProperty("neutral", options=TONES)
-    missions_icon = StringProperty()
-
-
-class AddGroupPanel(RecycledRow, Surface):
-    """The button that adds a group, after the panels. Action: "add"."""
-
-    first = BooleanProperty(False)
 
 
 class GroupsPart:
@@ -64,22 +45,24 @@ class GroupsPart:
     def show(self) -> None:
         if self._table is not None:
             self._table.show(self._context.facts)
+        if isinstance(sheet := self._context.shell.sheets.top, GroupSheet):
+            sheet.show_facts()
 
-    def act(self, key: Any, action: str) -> None:
-        group = self._context.facts.group(key[1]) if isinstance(key, tuple) else None
-        if action == "missions" and group is not None:
-            self._table = table = GroupMissions(group)
-            table.bind(on_dismiss=lambda *_args: setattr(self, "_table", None))
-            self.show()
-            self._context.shell.dialogs.open(table)
-            self._context.refresh()  # what the robots have now
-        elif action == "add" or group is not None:
-            self._open(group)
+    def open(self, group_id: int | None) -> None:
+        """The sheet of a group, or with None of a new one."""
+        sheet = GroupSheet(self._context, self._context.facts.group(group_id))
+        sheet.bind(
+            on_remove=lambda _sheet, group: self._remove(group),
+            on_missions=lambda _sheet, group: self._show_missions(group),
+        )
+        self._context.shell.sheets.show(sheet)
 
-    def _open(self, group: Group | None) -> None:
-        dialog = GroupDialog(self._context, group)
-        dialog.bind(on_remove=lambda _dialog, group: self._remove(group))
-        self._context.shell.dialogs.open(dialog)
+    def _show_missions(self, group: Group) -> None:
+        self._table = table = GroupMissions(group)
+        table.bind(on_dismiss=lambda *_args: setattr(self, "_table", None))
+        self.show()
+        self._context.shell.dialogs.open(table)
+        self._context.refresh()  # what the robots have now
 
     def _remove(self, group: Group) -> None:
         """Ask first: its schedules go with it. Undo brings it all back."""
@@ -105,7 +88,8 @@ class GroupForm(EventDispatcher):
     title = StringProperty()
     name = StringProperty()
     members = ListProperty()
-    robots = StringProperty()
+    rows = ListProperty()  # of robots to tick
+    missions = ListProperty()  # a row
     hand_over = StringProperty(HandOver.WHEN_FREE)
     hand_overs = ListProperty()
     hand_over_note = StringProperty()
@@ -117,26 +101,27 @@ class GroupForm(EventDispatcher):
     keep_free_problem = StringProperty()
     outcome = ObjectProperty(NoticeView())
     saving = BooleanProperty(False)
-    can_remove = BooleanProperty(False)
+    is_known = BooleanProperty(False)
 
 
-class GroupDialog(FormDialog):
-    """Adds or edits a group. ``on_remove(group)`` fires when Delete was pressed; the dialog is closed then."""
+class GroupSheet(Sheet):
+    """Adds or edits a group. ``on_remove(group)`` fires when Delete was chosen, the sheet is closed then; ``on_missions(group)`` when its
+    missions are to be shown."""
 
     vm = ObjectProperty(None, rebind=True, allownone=True)
 
-    __events__ = ("on_remove",)
+    __events__ = ("on_remove", "on_missions")
 
     def __init__(self, context: PageContext, group: Group | None = None, **kwargs: Any) -> None:
         self._context, self._group = context, group
         stored = group or Group("")
         form = GroupForm(
-            title=_("Edit {group}").format(group=group.name) if group else _("Add group"),
+            title=group.name if group else _("Add group"),
             name=stored.name,
             members=list(stored.members),
             hand_over=stored.hand_over,
             keep_free=stored.keep_free,
-            can_remove=group is not None,
+            is_known=group is not None,
             hand_overs=[(str(key), word) for key, word in view.hand_over_names().items()],
         )
         super().__init__(vm=form, **kwargs)
@@ -144,32 +129,58 @@ class GroupDialog(FormDialog):
         for name in ("members", "hand_over", "keep_free"):
             form.fbind(name, self._chosen)
         self._chosen()
+        self._entered_first = self._values()
+        for name in ("name", "members", "hand_over", "keep_free"):
+            form.fbind(name, lambda *_args: setattr(self, "draft", self._values() != self._entered_first))
+
+    @property
+    def group_id(self) -> int | None:
+        return self._group.id if self._group is not None else None
 
     def on_remove(self, group: Group) -> None:
-        """Delete was pressed."""
+        """Delete was chosen."""
+
+    def on_missions(self, group: Group) -> None:
+        """Its missions are to be shown."""
+
+    def _values(self) -> tuple[object, ...]:
+        return self.vm.name, tuple(self.vm.members), self.vm.hand_over, self.vm.keep_free
+
+    def show_facts(self) -> None:
+        """The robots that there are now, and their missions."""
+        facts, form = self._context.facts, self.vm
+        form.rows = view.member_items(facts, form.members, self._group)
+        form.missions = [view.missions_item(facts, self._group)] if self._group else []
 
     def _chosen(self, *_args: Any) -> None:
         form = self.vm
         form.members_problem = form.keep_free_problem = ""
-        form.robots = view.robots_phrase(self._context.facts, form.members)
+        self.show_facts()
         form.hand_over_note = view.hand_over_meaning(HandOver(form.hand_over))
         form.most_kept_free = view.most_kept_free(len(form.members))
         form.keep_free = min(form.keep_free, form.most_kept_free)
         form.keep_free_note = view.keep_free_meaning(int(form.keep_free), len(form.members))
 
-    def pick_robots(self) -> None:
-        self._context.shell.dialogs.choose_many(
-            _("Robots of the group"),
-            view.robot_options(self._context.facts),
-            _("Set"),
-            lambda keys: setattr(self.vm, "members", keys),
-            selected=self.vm.members,
-            can_all=True,
+    def tick(self, robot_id: int) -> None:
+        """A robot joins the group, or leaves it."""
+        chosen = set(self.vm.members) ^ {robot_id}
+        self.vm.members = [robot.id for robot in self._context.facts.robots if robot.id in chosen]
+
+    def show_missions(self) -> None:
+        if self._group is not None:
+            self.dispatch("on_missions", self._group)
+
+    def on_dots(self, button: Widget) -> None:
+        self._context.shell.dialogs.menu(
+            button,
+            "",
+            [MenuItem("delete", _("Delete group"), "delete-outline", tone="fault")],
+            lambda _key: self.remove(),
         )
 
     def remove(self) -> None:
         if self._group is not None:
-            self.dismiss()
+            self._context.shell.sheets.close()
             self.dispatch("on_remove", self._group)
 
     # ------------------------------------------------------------------ save
@@ -201,7 +212,7 @@ class GroupDialog(FormDialog):
         return not problems
 
     def _saved(self, group: Group) -> None:
-        self.dismiss()
+        self._context.shell.sheets.close()
         self._context.was_saved("groups", group)
         self._context.say((_("{group} saved") if self._group else _("{group} added")).format(group=group.name))
 

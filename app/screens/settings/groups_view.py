@@ -4,41 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 from app.domain.models import FEWEST_TO_KEEP_FREE, Group, HandOver, Place, Robot
 from app.i18n import _, ngettext
-from app.screens.common.options import Option
 from app.screens.settings.facts import SettingsFacts
+from app.widgets.items import Action, Item
 
 MOST_COLUMNS = 8  # robots that fit next to the names of the missions
 
 HAS, LACKS, UNKNOWN = "check", "close-thick", "help"  # icons of a cell of the table
-
-
-@dataclass(frozen=True)
-class GroupPanelView:
-    """Values of GroupPanel."""
-
-    key: tuple[str, int]
-    name: str
-    note: str
-    robots: str
-    hand_over: str
-    keep_free: str
-    missions: str
-    missions_tone: str
-    missions_icon: str
-    panelclass: ClassVar[str] = "GroupPanel"
-
-
-@dataclass(frozen=True)
-class AddGroupPanelView:
-    """Values of AddGroupPanel; ``first``: no group exists yet."""
-
-    first: bool
-    key: str = "add group"
-    panelclass: ClassVar[str] = "AddGroupPanel"
 
 
 @dataclass(frozen=True)
@@ -70,19 +44,28 @@ class ProposalView:
 
 
 # ---------------------------------------------------------------------- groups
-def group_panels(facts: SettingsFacts) -> list[GroupPanelView | AddGroupPanelView]:
-    return [*(_panel(facts, group) for group in facts.groups), AddGroupPanelView(first=not facts.groups)]
+def group_items(facts: SettingsFacts, chosen: int | None = None) -> list[Item]:
+    return [_group_item(facts, group, chosen) for group in facts.groups]
 
 
-def _panel(facts: SettingsFacts, group: Group) -> GroupPanelView:
+def _group_item(facts: SettingsFacts, group: Group, chosen: int | None) -> Item:
+    gaps = sum(LACKS in line.cells for line in mission_lines(facts, group))
+    return Item(
+        group.id,
+        group.name,
+        robots_phrase(facts, group.members),
+        ngettext("{n} not on every robot", "{n} not on every robot", gaps).format(n=gaps) if gaps else "",
+        icon="account-group-outline",
+        look="chosen" if group.id == chosen else "plain",
+        meta_tone="attention",
+        actions=(Action("open", icon="chevron-right"),),
+    )
+
+
+def missions_item(facts: SettingsFacts, group: Group) -> Item:
+    """Whether all its robots have its missions, which a tap shows."""
     lines = mission_lines(facts, group)
     gaps = sum(LACKS in line.cells for line in lines)
-    schedules = sum(schedule.group_id == group.id for schedule in facts.schedules)
-    note = (
-        ngettext("{n} schedule", "{n} schedules", schedules).format(n=schedules)
-        if schedules
-        else _("no schedule uses it")
-    )
     missions = (
         ngettext("{n} not on every robot", "{n} not on every robot", gaps).format(n=gaps)
         if gaps
@@ -90,27 +73,34 @@ def _panel(facts: SettingsFacts, group: Group) -> GroupPanelView:
         if lines and all(set(line.cells) == {HAS} for line in lines)
         else "–"
     )
-    return GroupPanelView(
-        ("group", group.id),
-        group.name,
-        note,
-        robots=robots_phrase(facts, group.members),
-        hand_over=hand_over_names()[group.hand_over],
-        keep_free=ngettext("{n} robot", "{n} robots", group.keep_free).format(n=group.keep_free)
-        if group.keep_free
-        else _("no robot"),
-        missions=missions,
-        missions_tone="attention" if gaps else "neutral",
-        missions_icon="alert" if gaps else "",
+    tone = "attention" if gaps else ""
+    return Item(
+        "missions",
+        _("Missions"),
+        missions,
+        icon="flag-outline",
+        support_tone=tone,
+        actions=(Action("open", icon="chevron-right"),),
     )
+
+
+def member_items(facts: SettingsFacts, members: Sequence[int], group: Group | None) -> list[Item]:
+    """All robots, those of the group first; of others, the groups that they are in."""
+    robots = sorted(facts.robots, key=lambda robot: group is not None and robot.id not in group.members)
+    return [
+        Item(
+            robot.id,
+            robot.name,
+            meta=", ".join(other.name for other in facts.groups if robot.id in other.members and other != group),
+            ticked=robot.id in members,
+            strong=robot.id in members,
+        )
+        for robot in robots
+    ]
 
 
 def robots_phrase(facts: SettingsFacts, members: Sequence[int]) -> str:
     return ", ".join(robot.name for robot in facts.robots if robot.id in members) or _("none yet")
-
-
-def robot_options(facts: SettingsFacts) -> list[Option]:
-    return [Option(robot.id, robot.name, "robot-outline", robot.model or "") for robot in facts.robots]
 
 
 def hand_over_names() -> dict[HandOver, str]:

@@ -175,6 +175,7 @@ class PageContext:
 
     def page_left(self) -> None:
         """The open page, for another one or for another screen."""
+        self.shell.sheets.give_up()
         self._settle()
         self._pages_left += 1
 

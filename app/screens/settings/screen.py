@@ -8,10 +8,10 @@ from functools import partial
 from typing import Any
 
 from kivy.clock import Clock
-from kivy.metrics import sp
+from kivy.core.window import Window
+from kivy.metrics import dp, sp
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 
-from app.i18n import _
 from app.screens.common.mission_names import MissionNameLookup
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, Refresher, ScreenBase, ViewModel
@@ -25,12 +25,13 @@ from app.screens.settings.missions import MissionsPage
 from app.screens.settings.page import PageContext, SettingsPage
 from app.screens.settings.robots import RobotsPage
 from app.screens.settings.scheduler import SchedulerPage
-from app.screens.settings.view import answers, section_names, section_views
+from app.screens.settings.view import answers, section_items, section_names
 from app.services.live.changes import Topic
 from app.widgets import load_kv
 from app.widgets.display import SectionCard
 from app.widgets.pages import LowPage
 from app.widgets.scrolling import ScrollPage
+from app.widgets.tabs import Tab
 
 PAGES: dict[str, type[SettingsPage]] = {
     "robots": RobotsPage,
@@ -70,10 +71,6 @@ class SettingsViewModel(ViewModel):
 
     sections = ListProperty()
     current = StringProperty(FIRST)
-    title = StringProperty()
-    note = StringProperty()
-    parts = ListProperty()  # of the open section: keys and words
-    part = StringProperty()  # the one that is shown
     is_narrow = BooleanProperty(False)  # portrait: either the list or the section
     is_narrow_open = BooleanProperty(False)  # portrait: the section is shown
 
@@ -161,9 +158,7 @@ class SettingsViewModel(ViewModel):
         if not self.has_facts:
             return
         marked = "" if self.is_narrow and not self.is_narrow_open else self.current
-        self.sections = section_views(self.context.facts, self.context.now(), marked)
-        self.title = section_names()[self.current]
-        self.note = "" if self.current in ("data", "about") else _("Every change is saved by itself")
+        self.sections = section_items(self.context.facts, self.context.now(), marked)
         self.dispatch("on_facts")
 
 
@@ -180,12 +175,7 @@ class SectionList(SectionCard):
 
 
 class SectionContent(LowPage):
-    """The open section under its name; ``narrow`` shows the way back to the list. In a low window the lists below their
-    tools still have some height, and the page scrolls."""
-
-    vm = ObjectProperty(None, rebind=True, allownone=True)
-    screen = ObjectProperty(None, allownone=True)
-    narrow = BooleanProperty(False)
+    """The open section. In a low window the lists below their tools still have some height, and the page scrolls."""
 
 
 class SettingsScreen(ScreenBase):
@@ -197,7 +187,7 @@ class SettingsScreen(ScreenBase):
         super().__init__(vm=SettingsViewModel(services, shell), **kwargs)
         self._columns = self.ids.columns.__self__
         self._list = SectionList(vm=self.vm, screen=self)
-        self._content = SectionContent(vm=self.vm, screen=self)
+        self._content = SectionContent()
         self.vm.bind(on_facts=self._show_page, is_narrow_open=self._arrange)
         self.fbind("size", self._resized)
         self._arrange()
@@ -236,8 +226,9 @@ class SettingsScreen(ScreenBase):
         self.page.reached(**intent)
         self._show_page()
 
-    def close(self) -> None:
-        """Where it is narrow: back to the list."""
+    def go_back(self) -> None:
+        """Where it is narrow: to the list."""
+        self.vm.context.shell.sheets.give_up()
         self.vm.is_narrow_open = False
 
     @property
@@ -249,10 +240,12 @@ class SettingsScreen(ScreenBase):
         self._pages = {**{name: other for name, other in self._pages.items() if other.is_busy}, section: page}
         return page
 
-    def turn_to(self, part: str) -> None:
+    def choose_tab(self, key: str) -> None:
         """Another part of the open section."""
-        self.page.turn_to(part)
-        self._show_page()
+        if self.page.parts:
+            self.vm.context.shell.sheets.give_up()
+            self.page.turn_to(key)
+            self._show_page()
 
     def _show_page(self, *_args: Any) -> None:
         place, page = self._content.ids.place.__self__, self.page
@@ -260,8 +253,12 @@ class SettingsScreen(ScreenBase):
             place.clear_widgets()
             place.add_widget(page)
         page.show()
-        self.vm.parts = list(page.parts)
-        self.vm.part = page.vm.part if page.parts else ""
+        section = self.vm.current
+        is_list = self.vm.is_narrow and not self.vm.is_narrow_open
+        parts = page.parts or ((section, section_names()[section]),)
+        self.tabs = [] if is_list else [Tab(key, word) for key, word in parts]
+        self.tab = page.vm.part if page.parts else section
+        self.can_go_back = self.vm.is_narrow_open and self.vm.is_narrow
 
     def _is_narrow(self) -> bool:
         """Whether words of the list would be broken next to a section."""
@@ -273,11 +270,12 @@ class SettingsScreen(ScreenBase):
 
     def _arrange(self, *_args: Any) -> None:
         """List and section side by side, or one of them alone."""
-        narrow = self._content.narrow = self.vm.is_narrow = self._is_narrow()
+        narrow = self.vm.is_narrow = self._is_narrow()
         shown = [self._list, self._content]
         if narrow:
             shown = [self._content if self.vm.is_narrow_open else self._list]
-        self._list.size_hint_x, self._content.size_hint_x = (1, 1) if narrow else (0.26, 0.74)
+        self._list.size_hint_x, self._content.size_hint_x = (1, 1) if narrow else (None, 1)
+        self._list.width = dp(264 if Window.height < dp(700) else 304)
         self._columns.clear_widgets()
         for widget in shown:
             self._columns.add_widget(widget)

@@ -5,13 +5,13 @@ Those of missions are in missions_view.py, those of the calendar in calendar_vie
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 
 from app import __version__
 from app.domain.message import Message
-from app.domain.models import WEEKDAYS, Connection, Robot, Settings
+from app.domain.models import WEEKDAYS, Connection, Robot
 from app.domain.robot import IdentifiedBy, Identity
 from app.i18n import _, ngettext
 from app.mir.credentials import Token
@@ -22,10 +22,11 @@ from app.screens.common.problems import sentence_of, words_of
 from app.screens.common.robot_appearance import link_appearance
 from app.screens.settings.facts import SettingsFacts
 from app.services.catalogue.configuration.import_lines import stops_a_robot
+from app.widgets.items import Action, Item
 
-# key, icon (empty: the robot glyph); the names are in section_names
+# key, icon; the names are in section_names
 SECTIONS = (
-    ("robots", ""),
+    ("robots", "robot-outline"),
     ("missions", "flag-outline"),
     ("constraints", "shield-check-outline"),
     ("idle", "sleep"),
@@ -55,60 +56,33 @@ def done(text: str, note: str = "") -> NoticeView:
     return NoticeView(text, note, "done", "check-circle")
 
 
-@dataclass(frozen=True)
-class SectionView:
-    """Values of SectionRow."""
-
-    key: str
-    icon: str
-    text: str
-    note: str
-    tone: str
-    selected: bool
-
-
-@dataclass(frozen=True)
-class RobotPanelView:
-    """Values of RobotPanel; ``result`` is that of the last test of the connection."""
-
-    key: int
-    name: str
-    model: str
-    address: str
-    serial: str
-    identified_by: str
-    missions: str
-    badge: str
-    badge_icon: str
-    tone: str
-    missions_tone: str = "neutral"
-    missions_icon: str = ""
-    has_default_password: bool = False  # one that is printed in manuals
-    testing: bool = False
-    result: NoticeView = NoticeView()
-    check_up: NoticeView = NoticeView()  # how it stands
-    check_up_word: str = ""
-
-
 # ---------------------------------------------------------------------- sections
 def section_names() -> dict[str, str]:
     return {
         "robots": _("Robots"),
         "missions": _("Missions"),
-        "constraints": _("Constraints"),
-        "idle": _("Idle automation"),
-        "scheduler": _("Scheduler"),
-        "display": _("Display & language"),
+        "constraints": _("Conditions"),
+        "idle": _("When idle"),
+        "scheduler": _("Planning"),
+        "display": _("Display"),
         "data": _("Data"),
         "about": _("About"),
     }
 
 
-def section_views(facts: SettingsFacts, now: datetime, current: str) -> list[SectionView]:
+def section_items(facts: SettingsFacts, now: datetime, current: str) -> list[Item]:
     """Each section with its present value, amber if there is something to do."""
     names, notes = section_names(), section_notes(facts, now)
     return [
-        SectionView(key, icon, names[key], notes[key].text, notes[key].tone, key == current) for key, icon in SECTIONS
+        Item(
+            key,
+            names[key],
+            notes[key].text,
+            icon=icon,
+            support_tone=notes[key].tone,
+            look="chosen" if key == current else "plain",
+        )
+        for key, icon in SECTIONS
     ]
 
 
@@ -218,49 +192,59 @@ def plain_address(address: str) -> str:
     return address.removeprefix("http://")
 
 
-def day_options(settings: Settings) -> list[Option]:
-    """Monday to Sunday, the working days selected."""
-    return [Option(day, name, selected=day in settings.working_days) for day, name in weekday_names().items()]
-
-
 # ---------------------------------------------------------------------- robots
-def robot_panels(facts: SettingsFacts, now: datetime) -> list[RobotPanelView]:
-    return [_panel(facts, robot, now) for robot in facts.robots]
+def robot_items(
+    facts: SettingsFacts, now: datetime, check_ups: Mapping[int, NoticeView], chosen: int | None = None
+) -> list[Item]:
+    """A row per robot, with what is wrong with it; ``check_ups``: how they stand, by robot."""
+    return [_robot_item(facts, robot, now, check_ups.get(robot.id, NoticeView()), chosen) for robot in facts.robots]
 
 
-def _panel(facts: SettingsFacts, robot: Robot, now: datetime) -> RobotPanelView:
-    badge = link_appearance(robot, facts.snapshot(robot.id), now, facts.settings)
-    icon, text, tone = badge.icon, badge.word, badge.tone
+def _robot_item(facts: SettingsFacts, robot: Robot, now: datetime, check_up: NoticeView, chosen: int | None) -> Item:
+    link = link_appearance(robot, facts.snapshot(robot.id), now, facts.settings)
+    groups = ", ".join(group.name for group in facts.groups if robot.id in group.members)
+    problem = _problem(facts, robot, check_up)
+    if not problem.text and (link.tone != "neutral" or not robot.enabled):
+        problem = NoticeView(link.word, tone=link.tone)
+    return Item(
+        robot.id,
+        robot.name,
+        " · ".join((robot.model or _("MiR robot"), groups or plain_address(robot.address))),
+        problem.text,
+        icon=link.icon,
+        tone=link.tone,
+        look="chosen" if robot.id == chosen else "plain",
+        meta_tone=problem.tone,
+        meta_icon=problem.icon,
+        actions=(Action("open", icon="chevron-right"),),
+    )
+
+
+def _problem(facts: SettingsFacts, robot: Robot, check_up: NoticeView) -> NoticeView:
+    """The first thing that an integrator has to do there."""
     if robot.needs_password:
-        icon, text, tone = "key-alert-outline", _("Needs a password"), "attention"
+        return NoticeView(_("Needs a password"), tone="attention", icon="key-alert-outline")
     if twin := _twin(facts, robot):
-        icon, text, tone = "alert-octagon", _("Same machine as {robot}").format(robot=twin.name), "fault"
-    used, missing = facts.used_on(robot), facts.missing_on(robot)
-    if missing:
-        missions = ngettext("{n} missing", "{n} missing", len(missing)).format(n=len(missing))
-    else:
-        missions = ngettext("{n} in use", "{n} in use", len(used)).format(n=len(used)) if used else _("none in use")
-    model = " · ".join(
-        filter(
-            None,
-            (robot.model or _("MiR robot"), robot.software and _("software {version}").format(version=robot.software)),
-        )
+        return NoticeView(_("Same machine as {robot}").format(robot=twin.name), tone="fault", icon="alert-octagon")
+    if missing := len(facts.missing_on(robot)):
+        text = ngettext("{n} missing", "{n} missing", missing).format(n=missing)
+        return NoticeView(text, tone="attention", icon="alert")
+    return check_up if check_up.tone in ("fault", "attention", "accent") else NoticeView()
+
+
+def robot_note(facts: SettingsFacts, robot: Robot, now: datetime) -> NoticeView:
+    """How it answers, and what it is."""
+    link = link_appearance(robot, facts.snapshot(robot.id), now, facts.settings)
+    is_default = Token(robot.token or "").is_published_default
+    found = (
+        robot.model or _("MiR robot"),
+        robot.software and _("software {version}").format(version=robot.software),
+        robot.serial_number and _("serial {number}").format(number=robot.serial_number),
+        robot.identified_by and _("Identified by {what}").format(what=_identified_by(robot)),
+        is_default and _("Default password of MiR: change it on the robot"),
     )
-    return RobotPanelView(
-        key=robot.id,
-        name=robot.name,
-        model=model,
-        address=plain_address(robot.address),
-        serial=robot.serial_number or "–",
-        identified_by=_identified_by(robot),
-        badge=text,
-        badge_icon=icon,
-        tone=tone,
-        missions=missions,
-        missions_tone="attention" if missing else "neutral",
-        missions_icon="alert" if missing else "",
-        has_default_password=Token(robot.token or "").is_published_default,
-    )
+    tone = "attention" if is_default and link.tone == "neutral" else link.tone
+    return NoticeView(link.word, " · ".join(part for part in found if part), tone, link.icon)
 
 
 def _twin(facts: SettingsFacts, robot: Robot) -> Robot | None:
@@ -308,20 +292,6 @@ def went_wrong(problem: BaseException) -> NoticeView:
     is_unknown = isinstance(problem, (AnotherRobot, SerialNumberHidden))
     tone, icon = ("attention", "robot-confused-outline") if is_unknown else ("fault", "alert-circle")
     return NoticeView(sentence_of(problem), "", tone, icon)
-
-
-def failed_test(problem: BaseException) -> NoticeView:
-    """On a panel: what can be accepted as new is accepted in the dialog."""
-    note = (
-        _("If it is the new one, accept it in Edit")
-        if isinstance(problem, AnotherRobot)
-        else _("If it is the same one, accept it in Edit")
-        if isinstance(problem, SerialNumberHidden)
-        else _("Edit, then Test connection, shows its fingerprint to compare")
-        if has_unknown_certificate(problem)
-        else ""
-    )
-    return replace(went_wrong(problem), note=note)
 
 
 def has_unknown_certificate(problem: BaseException) -> bool:

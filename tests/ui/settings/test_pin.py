@@ -12,16 +12,15 @@ from app.domain.models import Robot
 from app.screens.common.pin_dialog import PinDialog
 from app.screens.frame.controller import DOUBLE_TAP
 from app.screens.settings.gate import LEFT_ALONE_S
-from app.screens.settings.robot_dialog import RobotDialog
+from app.screens.settings.robot_sheet import RobotSheet
 from app.services.live.access import TRIES, WAIT_S
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from app.widgets.frame import AlarmBanner, NavItem
 from app.widgets.number_pad import PadKey
-from app.widgets.rows import SectionRow
 from app.widgets.tokens import tk
 from tests.ui import checks
-from tests.ui.integrator import go, says, undo
+from tests.ui.integrator import go, says, section_row, section_rows, undo
 
 F1, TAB = 282, 9
 
@@ -57,7 +56,7 @@ def current(app) -> str:
 
 def unlock(ui, app) -> None:
     press(ui, "4711")
-    ui.wait(lambda: ui.find_all(SectionRow) and not ui.find_all(PinDialog))
+    ui.wait(lambda: section_rows(ui) and not ui.find_all(PinDialog))
     assert current(app) == "settings"
 
 
@@ -118,7 +117,7 @@ def test_settings_asks_and_opens_with_the_right_one_only(site, app, ui):
     assert ui.find(PinDialog).problem == "Wrong PIN; 4 tries left"
     assert ui.find(PinDialog).dots == ""
     unlock(ui, app)
-    ui.wait(lambda: ui.find_all(SectionRow))
+    ui.wait(lambda: section_rows(ui))
 
 
 def test_a_keyboard_does_too(site, app, ui):
@@ -188,7 +187,7 @@ def test_settings_closes_after_two_minutes_without_a_touch(site, app, ui, clock)
     to_settings(ui)
     unlock(ui, app)
     clock[0] += LEFT_ALONE_S - 10
-    ui.tap(ui.find(SectionRow, key="robots"))  # somebody is there
+    ui.tap(section_row(ui, "robots"))  # somebody is there
     clock[0] += 30
     ui.key(TAB)  # and still is
     clock[0] += LEFT_ALONE_S - 10
@@ -283,7 +282,7 @@ def test_undo_of_a_deletion_in_settings_needs_the_pin(site, app, ui):
     unlock(ui, app)
     ui.wait(lambda: ui.find_all(CommandButton, text="Edit"))
     ui.tap(ui.find(CommandButton, text="Edit"))
-    ui.tap(ui.find(CommandButton, ui.find(RobotDialog), text="Delete robot"))
+    ui.tap(ui.find(CommandButton, ui.find(RobotSheet), text="Delete robot"))
     ui.wait(lambda: ui.find_all(ConfirmDialog))
     ui.tap(ui.find(CommandButton, ui.find(ConfirmDialog), text="Delete robot"))
     ui.wait(lambda: app.shell.snackbars.texts == ["Aino deleted"])
@@ -323,7 +322,7 @@ def test_a_failed_undo_stays_behind_the_pin(site, app, ui):
 
 def test_the_person_who_set_the_pin_is_not_asked_for_it(site, app, ui):
     to_settings(ui)
-    ui.wait(lambda: ui.find_all(SectionRow))
+    ui.wait(lambda: section_rows(ui))
     site.container.access.set_pin("4711")
     app.shell.go("settings", section="data")  # as an alarm leads there
     assert not ui.find_all(PinDialog)

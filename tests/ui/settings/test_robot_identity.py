@@ -9,11 +9,10 @@ import pytest
 from app.domain.models import Connection, Robot
 from app.domain.robot import IdentifiedBy
 from app.mir.credentials import Token
-from app.screens.settings.robot_dialog import RobotDialog
-from app.screens.settings.robots import RobotPanel
+from app.screens.settings.robot_sheet import RobotSheet
 from app.widgets.dialogs import ConfirmDialog
 from tests.hostile.capture import Capture, capture
-from tests.ui.integrator import enter, go, press, robots
+from tests.ui.integrator import enter, go, item_of, open_row, press, robots, titles
 from tests.ui.whole_app import PASSWORD, USER
 
 pytestmark = pytest.mark.long
@@ -38,11 +37,10 @@ def replaced(site, ui, machine: Capture) -> None:
     machine.seen.clear()
 
 
-def dialog_of_aino(ui) -> RobotDialog:
+def dialog_of_aino(ui) -> RobotSheet:
     go(ui, "robots")
-    ui.wait(lambda: ui.find_all(RobotPanel))
-    press(ui, "Edit", ui.find(RobotPanel, name="Aino"))
-    return ui.find(RobotDialog)
+    ui.wait(lambda: titles(ui))
+    return open_row(ui, "Aino")
 
 
 def question(ui) -> ConfirmDialog:
@@ -63,7 +61,7 @@ def test_answering_no_leaves_the_robot_unchanged(site, app, ui, machine, passwor
     assert dialog.vm.outcome.tone == "attention"
     assert "check at the robot" in dialog.vm.outcome.text
     press(ui, "Save anyway", dialog)
-    ui.wait(lambda: not ui.find_all(RobotDialog))
+    ui.wait(lambda: not ui.find_all(RobotSheet))
     ui.wait(lambda: len(machine.seen) > 3)
     assert robots(site)[0].identified_by is IdentifiedBy.SERIAL_NUMBER
     assert machine.credentials == []
@@ -79,9 +77,9 @@ def test_yes_sends_the_stored_password_and_saving_keeps_the_answer(site, app, ui
     assert set(machine.credentials) == {Token.derive(USER, PASSWORD).header}
     assert robots(site)[0].identified_by is IdentifiedBy.SERIAL_NUMBER  # nothing is saved yet
     press(ui, "Save robot", dialog)
-    ui.wait(lambda: not ui.find_all(RobotDialog))
+    ui.wait(lambda: not ui.find_all(RobotSheet))
     assert robots(site)[0].identified_by is IdentifiedBy.ADDRESS
-    ui.wait(lambda: ui.find(RobotPanel, name="Aino").badge.startswith("Connected"))
+    ui.wait(lambda: item_of(ui, "Aino").meta == "" and item_of(ui, "Aino").icon == "wifi")
 
 
 def test_the_answer_holds_only_for_the_address_it_was_about(site, app, ui, machine):
@@ -96,12 +94,3 @@ def test_the_answer_holds_only_for_the_address_it_was_about(site, app, ui, machi
         press(ui, "Test connection", dialog)
         assert question(ui).title == QUESTION
         assert thief.credentials == []
-
-
-def test_the_panel_says_where_it_can_be_accepted(site, app, ui, machine):
-    replaced(site, ui, machine)
-    go(ui, "robots")
-    ui.wait(lambda: ui.find_all(RobotPanel))
-    press(ui, "Test connection", ui.find(RobotPanel, name="Aino"))
-    ui.wait(lambda: ui.find(RobotPanel, name="Aino").result.note == "If it is the same one, accept it in Edit")
-    assert machine.credentials == []

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import pytest
 from kivy.core.window import Window
 
 from app.domain.models import Connection, Robot
-from app.screens.settings.robot_dialog import RobotDialog
-from app.screens.settings.robots import RobotPanel
+from app.screens.settings.robot_sheet import RobotSheet
 from app.widgets.dialogs import ConfirmDialog
 from tests.hostile.capture import Capture, capture
-from tests.integration.mir.servers import pin_of
 from tests.ui import checks
-from tests.ui.integrator import enter, fill_in, go, press, robots
+from tests.ui.integrator import enter, fill_in, go, item_of, open_row, press, robots
 from tests.ui.whole_app import PASSWORD, USER
 
 pytestmark = pytest.mark.long
@@ -31,15 +28,9 @@ def low(app, ui) -> Iterator[None]:
     Window.size = before
 
 
-def panel(ui, name: str = "Aino") -> RobotPanel:
+def edit(ui) -> RobotSheet:
     go(ui, "robots")
-    ui.wait(lambda: ui.find_all(RobotPanel))
-    return ui.find(RobotPanel, name=name)
-
-
-def edit(ui) -> RobotDialog:
-    press(ui, "Edit", panel(ui))
-    return ui.find(RobotDialog)
+    return open_row(ui, "Aino")
 
 
 def taken_over(site, ui, machine: Capture) -> None:
@@ -54,23 +45,12 @@ def is_seen(widget) -> bool:
     return checks.visible_area(widget, checks.parents(widget)) == pytest.approx(checks.area(widget), abs=2)
 
 
-def test_the_result_of_a_test_goes_when_what_was_tested_is_changed(site, app, ui):
-    with capture("field_robot.pem") as machine:
-        robot = site.container.catalogue.save_robot(Robot("Aino", machine.url, USER), PASSWORD)
-        shown = panel(ui)
-        press(ui, "Test connection", shown)
-        ui.wait(lambda: shown.result.tone == "fault")
-        site.container.catalogue.save_robot(replace(robot, certificate_sha256=pin_of("field_robot.pem")), PASSWORD)
-        ui.wait(lambda: shown.badge.startswith("Connected") and shown.result.text == "")
-
-
 def test_saving_a_robot_that_needs_a_decision_asks_for_it(site, app, ui):
     with capture() as machine:
         taken_over(site, ui, machine)
         machine.seen.clear()
         dialog = edit(ui)
-        shown = ui.find(RobotPanel, name="Aino")
-        ui.wait(lambda: shown.badge.startswith("Another robot"))
+        ui.wait(lambda: item_of(ui, "Aino").meta.startswith("Another robot"))
         press(ui, "Save robot", dialog)
         ui.wait(lambda: ui.find_all(ConfirmDialog))
         assert ui.find(ConfirmDialog).title == "Is this the new Aino?"
@@ -92,10 +72,10 @@ def test_the_form_says_beforehand_what_a_new_robot_gets(site, app, ui, password,
         assert says in ui.find(ConfirmDialog).text
 
 
-def filled_in(app, ui, **values: str) -> RobotDialog:
+def filled_in(app, ui, **values: str) -> RobotSheet:
     """A new robot, scrolled to the end of its dialog."""
     app.shell.go("settings", section="robots", add=True)
-    ui.wait(lambda: ui.find_all(RobotDialog))
+    ui.wait(lambda: ui.find_all(RobotSheet))
     dialog = fill_in(ui, **values)
     Window.release_all_keyboards()
     ui.advance(1)

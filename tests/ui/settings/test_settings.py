@@ -17,20 +17,33 @@ from app.screens.settings.constraints import ConstraintsPage
 from app.screens.settings.facts import read
 from app.screens.settings.idle import IdlePanel
 from app.screens.settings.page import SwitchRow
-from app.screens.settings.robot_dialog import RobotDialog
-from app.screens.settings.robots import AddPanel, RobotPanel
+from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.screen import PAGES, SectionList
 from app.services.catalogue import robot_edit
-from app.widgets.buttons import Segment, Toggle
+from app.widgets.buttons import CommandButton, IconButton, Segment, Toggle
 from app.widgets.dialogs import ChoiceDialog
-from app.widgets.fields import PickBox, PickField, RepeatButton, SearchField, StepField
+from app.widgets.fields import Field, PickBox, RepeatButton, SearchField
 from app.widgets.frame import NavItem
-from app.widgets.panel_grid import PanelGrid
-from app.widgets.rows import OptionRow, SectionRow
+from app.widgets.long_list import LongList
+from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.tokens import tk
 from tests.ui import checks
-from tests.ui.integrator import enter, go, is_saved, page, press, robots, says, settings
+from tests.ui.integrator import (
+    enter,
+    go,
+    is_saved,
+    item_of,
+    open_row,
+    page,
+    press,
+    robots,
+    says,
+    section_row,
+    section_rows,
+    settings,
+    titles,
+)
 from tests.ui.wear import CACHED
 from tests.ui.whole_app import PASSWORD, POLL, USER
 
@@ -38,7 +51,7 @@ from tests.ui.whole_app import PASSWORD, POLL, USER
 # ---------------------------------------------------------------------- constraints
 def test_the_minimum_battery_is_off_until_wanted(site, app, ui):
     go(ui, "constraints")
-    field = ui.find(StepField)
+    field = next(field for field in ui.find_all(Field) if field.kind == "step")
     assert field.disabled
     ui.tap(ui.find(Toggle))
     ui.wait(lambda: settings(site).minimum_battery_percent == 30)
@@ -58,7 +71,7 @@ def test_the_minimum_battery_is_off_until_wanted(site, app, ui):
     enter(ui, field, "0")
     field.focus = False
     ui.wait(lambda: settings(site).minimum_battery_percent is None)
-    ui.wait(lambda: ui.find(SectionRow, key="constraints").note.startswith("No minimum battery"))
+    ui.wait(lambda: section_row(ui, "constraints").item.support.startswith("No minimum battery"))
 
 
 def test_none_but_the_open_section_is_kept(site, app, ui):
@@ -79,7 +92,7 @@ def test_none_but_the_open_section_is_kept(site, app, ui):
     go(ui, "about")
     assert page(app) is pages["about"]()
     go(ui, "robots")
-    ui.wait(lambda: ui.find_all(AddPanel))
+    ui.wait(lambda: ui.find_all(CommandButton, text="Add robot"))
 
 
 def test_a_section_with_something_under_way_is_kept_until_that_has_ended(site, app, ui):
@@ -127,18 +140,18 @@ def test_idle_automation_of_a_robot(site, app, ui):
     assert (idle.enabled, idle.after_minutes) == (True, 10)
     ui.wait(lambda: panel.active)
     assert panel.mission == "Home"
-    enter(ui, ui.find(StepField, root=panel), "31")
-    ui.find(StepField, root=panel).focus = False
+    enter(ui, ui.find(Field, root=panel), "31")
+    ui.find(Field, root=panel).focus = False
     ui.advance(0.2)
-    assert ui.find(StepField, root=panel).outside
+    assert ui.find(Field, root=panel).outside
     assert robots(site)[0].idle.after_minutes == 10
-    enter(ui, ui.find(StepField, root=panel), "30")
-    ui.find(StepField, root=panel).focus = False
+    enter(ui, ui.find(Field, root=panel), "30")
+    ui.find(Field, root=panel).focus = False
     ui.wait(lambda: robots(site)[0].idle.after_minutes == 30)
     ui.wait(lambda: panel.note == "After 30 minutes without work, once")
     ui.tap(ui.find(Toggle, root=panel))
     ui.wait(lambda: not robots(site)[0].idle.enabled)
-    ui.wait(lambda: ui.find(SectionRow, key="idle").note == "off")
+    ui.wait(lambda: section_row(ui, "idle").item.support == "off")
 
 
 def test_a_mission_that_asks_for_something_is_no_idle_mission(site, app, ui):
@@ -203,7 +216,7 @@ def test_switching_the_rule_off_keeps_minutes_saved_but_not_yet_read(site, app, 
 LONG_REST = 300.0  # s: a busy machine draws many frames until something is written
 
 
-def stepped(app, ui, field: StepField, icon: str, times: int) -> None:
+def stepped(app, ui, field: Field, icon: str, times: int) -> None:
     """Pressed so often, with time for each step to be saved."""
     page(app).context._rest.timeout = LONG_REST
     for _n in range(times):
@@ -219,7 +232,7 @@ def test_intermediate_steps_of_an_idle_rule_are_not_saved(site, app, ui):
     go(ui, "idle")
     ui.wait(lambda: [panel for panel in ui.find_all(IdlePanel) if panel.minutes == 30])
     panel = next(panel for panel in ui.find_all(IdlePanel) if panel.minutes == 30)
-    field = ui.find(StepField, root=panel)
+    field = ui.find(Field, root=panel)
     stepped(app, ui, field, "minus", 5)
     stepped(app, ui, field, "plus", 3)
     assert robots(site)[0].idle.after_minutes == 30
@@ -242,7 +255,7 @@ def test_a_number_that_was_stepped_is_saved_when_the_page_is_left(site, app, ui,
     go(ui, "idle")
     ui.wait(lambda: [panel for panel in ui.find_all(IdlePanel) if panel.minutes == 30])
     panel = next(panel for panel in ui.find_all(IdlePanel) if panel.minutes == 30)
-    stepped(app, ui, ui.find(StepField, root=panel), "minus", 2)
+    stepped(app, ui, ui.find(Field, root=panel), "minus", 2)
     leave(app, ui)
     ui.wait(lambda: app.shell.background.idle)
     assert robots(site)[0].idle.after_minutes == 20
@@ -251,19 +264,19 @@ def test_a_number_that_was_stepped_is_saved_when_the_page_is_left(site, app, ui,
 def test_numbers_that_are_stepped_are_saved_once(site, app, ui):
     site.container.catalogue.change_settings(minimum_battery_percent=30, retry_limit=10)
     go(ui, "constraints")
-    ui.wait(lambda: ui.find(StepField).value == 30)
-    stepped(app, ui, ui.find(StepField), "minus", 3)
+    ui.wait(lambda: next(field for field in ui.find_all(Field) if field.kind == "step").value == 30)
+    stepped(app, ui, next(field for field in ui.find_all(Field) if field.kind == "step"), "minus", 3)
     assert settings(site).minimum_battery_percent == 30
     ui.skip(LONG_REST)
     ui.wait(lambda: settings(site).minimum_battery_percent == 15)
-    stepped(app, ui, ui.find(StepField), "plus", 1)
+    stepped(app, ui, next(field for field in ui.find_all(Field) if field.kind == "step"), "plus", 1)
     ui.tap(ui.find(Segment, text="50\N{NO-BREAK SPACE}%"))  # instead
     ui.wait(lambda: settings(site).minimum_battery_percent == 50)
     ui.skip(LONG_REST)
     ui.wait(lambda: app.shell.background.idle)
     assert settings(site).minimum_battery_percent == 50
     go(ui, "scheduler")
-    field = ui.find(StepField, heading="Retries when a robot can't be reached")
+    field = ui.find(Field, label="Retries when a robot can't be reached")
     ui.wait(lambda: field.value == 10)
     stepped(app, ui, field, "plus", 4)
     assert settings(site).retry_limit == 10
@@ -277,24 +290,24 @@ def test_idle_automation_without_missions_says_where_they_come_from(site, app, u
     ui.wait(lambda: ui.find_all(IdlePanel))
     panel = ui.find(IdlePanel, name="Veikko")
     ui.tap(ui.find(Toggle, root=panel))
-    ui.wait(lambda: ui.find(PickField, root=panel).problem == "There are no missions yet: add them under Missions")
+    ui.wait(lambda: ui.find(Field, root=panel).problem == "There are no missions yet: add them under Missions")
     assert not panel.active
 
 
 # ---------------------------------------------------------------------- scheduler
 NUMBERS = {  # label: (setting, what is accepted at its ends, what is not)
-    "Ask the robots every (s)": ("poll_interval_seconds", ("1", "3600"), ("0", "3601")),
+    "Ask the robots every": ("poll_interval_seconds", ("1", "3600"), ("0", "3601")),
     "Retries when a robot can't be reached": ("retry_limit", ("0", "20"), ("21",)),
-    "A mission may start late by (min)": ("start_window_minutes", ("1", "1440"), ("0", "1441")),
-    "Wait after an unknown outcome (s)": ("unknown_outcome_quiet_seconds", ("5", "600"), ("4", "601")),
-    "Otherwise keep the last (runs)": ("history_limit", ("1", "5000"), ("0",)),
+    "A mission may start late by": ("start_window_minutes", ("1", "1440"), ("0", "1441")),
+    "Wait after an unknown outcome": ("unknown_outcome_quiet_seconds", ("5", "600"), ("4", "601")),
+    "Otherwise keep the last": ("history_limit", ("1", "5000"), ("0",)),
 }
 
 
 def test_numbers_of_the_scheduler_are_saved_when_the_field_is_left(site, app, ui):
     go(ui, "scheduler")
     for label, (name, accepted, _refused) in NUMBERS.items():
-        field = ui.find(StepField, heading=label)
+        field = ui.find(Field, label=label)
         for typed in accepted:
             enter(ui, field, typed)
             field.focus = False
@@ -306,7 +319,7 @@ def test_a_number_outside_its_range_stays_red_and_is_not_saved(site, app, ui):
     before = settings(site)
     go(ui, "scheduler")
     for label, (_name, _accepted, refused) in NUMBERS.items():
-        field = ui.find(StepField, heading=label)
+        field = ui.find(Field, label=label)
         for typed in refused:
             enter(ui, field, typed)
             field.focus = False
@@ -320,7 +333,7 @@ def test_the_whole_history_can_be_kept(site, app, ui):
     go(ui, "scheduler")
     ui.tap(ui.find(Toggle, root=ui.find(SwitchRow, text="Keep the whole history")))
     ui.wait(lambda: settings(site).history_limit is None)
-    ui.wait(lambda: ui.find(StepField, heading="Otherwise keep the last (runs)").disabled)
+    ui.wait(lambda: ui.find(Field, label="Otherwise keep the last").disabled)
     ui.tap(ui.find(Toggle, root=ui.find(SwitchRow, text="Keep the whole history")))
     ui.wait(lambda: settings(site).history_limit == 100_000)
 
@@ -349,10 +362,10 @@ def test_the_language_changes_at_once_everywhere_and_back(site, app, ui):
     ui.tap(ui.find(Segment, text="Suomi"))
     ui.wait(lambda: "Asetukset" in ui.texts())
     assert settings(site).language == "fi"
-    assert ui.find(SectionRow, key="robots").text == "Robotit"
-    assert "Näyttö ja kieli" in ui.texts()
+    assert section_row(ui, "robots").item.title == "Robotit"
+    assert section_row(ui, "display").item.title == "Näyttö"
     ui.tap(ui.find(Segment, text="English"))  # each language is named in its own words
-    ui.wait(lambda: "Display & language" in ui.texts())
+    ui.wait(lambda: section_row(ui, "display").item.title == "Display")
 
 
 # ---------------------------------------------------------------------- the screen itself
@@ -361,16 +374,16 @@ def test_every_section_can_be_opened_and_shows_its_name(site, app, ui):
     for key, title in {
         "robots": "Robots",
         "missions": "Missions",
-        "constraints": "Constraints",
-        "idle": "Idle automation",
-        "scheduler": "Scheduler",
-        "display": "Display & language",
+        "constraints": "Conditions",
+        "idle": "When idle",
+        "scheduler": "Planning",
+        "display": "Display",
         "data": "Data",
         "about": "About",
     }.items():
         go(ui, key)
-        ui.wait(lambda title=title: app.shell.navigator.screen("settings").vm.title == title)
-        assert [row.key for row in ui.find_all(SectionRow, selected=True)] == [key]
+        ui.wait(lambda title=title: app.shell.navigator.screen("settings").tabs[0].text == title)
+        assert [row.key for row in section_rows(ui) if row.item.look == "chosen"] == [key]
 
 
 def test_about_shows_versions_licences_and_where_the_data_are(site, app, ui):
@@ -384,15 +397,15 @@ def test_about_shows_versions_licences_and_where_the_data_are(site, app, ui):
 def test_a_change_from_outside_shows_at_once(site, app, ui):
     go(ui, "scheduler")
     site.container.catalogue.change_settings(retry_limit=7)
-    ui.wait(lambda: ui.find(StepField, heading="Retries when a robot can't be reached").text == "7")
+    ui.wait(lambda: ui.find(Field, label="Retries when a robot can't be reached").text == "7")
 
 
 def test_a_field_is_not_overwritten_while_typing(site, app, ui):
     go(ui, "scheduler")
-    field = ui.find(StepField, heading="Retries when a robot can't be reached")
+    field = ui.find(Field, label="Retries when a robot can't be reached")
     enter(ui, field, "1")
     site.container.catalogue.change_settings(start_window_minutes=20)
-    ui.wait(lambda: ui.find(StepField, heading="A mission may start late by (min)").text == "20")
+    ui.wait(lambda: ui.find(Field, label="A mission may start late by").text == "20")
     ui.advance(3)
     assert field.text == "1"
     field.focus = False
@@ -408,13 +421,13 @@ def test_fifty_robots_are_all_there_but_only_the_visible_ones_exist(site, app, u
 
     site.container.catalogue.edit(add_all)
     go(ui, "robots")
-    grid = ui.find(PanelGrid)
-    ui.wait(lambda: len(grid.panels) == 51 and ui.find_all(RobotPanel))
-    assert len(ui.find_all(RobotPanel)) < 10  # only the visible ones exist
-    grid.scroll_y = 0
-    ui.wait(lambda: any(panel.name == "R49" for panel in ui.find_all(RobotPanel)))
-    press(ui, "Edit", ui.find(RobotPanel, name="R49"))
-    assert ui.find(RobotDialog).vm.name == "R49"
+    rows = ui.find(LongList, page(app))
+    ui.wait(lambda: len(rows.data) == 50 and titles(ui))
+    assert len(titles(ui)) < 15  # only the visible ones exist
+    rows.scroll_y = 0
+    ui.wait(lambda: item_of(ui, "R49"))
+    open_row(ui, "R49")
+    assert ui.find(RobotSheet).vm.name == "R49"
 
 
 def test_closed_dialogs_are_freed(site, app, ui):
@@ -422,8 +435,8 @@ def test_closed_dialogs_are_freed(site, app, ui):
     dialogs = []
     for _n in range(4):
         press(ui, "Add robot")
-        dialogs.append(weakref.ref(ui.find(RobotDialog)))
-        press(ui, "Cancel", dialogs[-1]())
+        dialogs.append(weakref.ref(ui.find(RobotSheet)))
+        ui.tap(ui.find(IconButton, dialogs[-1](), icon="close"))
         ui.advance(0.5)
     gc.collect()
     ui.advance(0.1)
@@ -445,11 +458,11 @@ def test_nothing_passes_for_a_setting_before_settings_are_read(site, app, ui, mo
     monkeypatch.setattr(settings_module, "read", reading)
     ui.tap(ui.find(NavItem, name="settings"))
     ui.wait(lambda: ui.find_all(Snackbar))
-    assert ui.find_all(SectionRow) == ui.find_all(StepField) == []
+    assert section_rows(ui) == [field for field in ui.find_all(Field) if field.kind == "step"] == []
     may_be_read.set()
-    ui.wait(lambda: ui.find_all(SectionRow, key="scheduler"))
-    ui.tap(ui.find(SectionRow, key="scheduler"))
-    assert ui.find(StepField, heading="Ask the robots every (s)").value == POLL
+    ui.wait(lambda: section_row(ui, "scheduler"))
+    ui.tap(section_row(ui, "scheduler"))
+    assert ui.find(Field, label="Ask the robots every").value == POLL
 
 
 @pytest.mark.parametrize(
@@ -460,7 +473,7 @@ def test_a_number_that_could_not_be_saved_when_leaving_its_page_is_reported(site
         raise DatabaseUnavailable("The disk is full")
 
     go(ui, "scheduler")
-    ui.tap(ui.find(RepeatButton, root=ui.find(StepField, heading="Ask the robots every (s)"), icon="plus"))
+    ui.tap(ui.find(RepeatButton, root=ui.find(Field, label="Ask the robots every"), icon="plus"))
     monkeypatch.setattr(site.container.catalogue, "change_settings", refuse)
     leave(app, ui)
     ui.wait(lambda: app.shell.snackbars.texts == ["The disk is full"])
@@ -494,7 +507,7 @@ def low_window():
 
 def test_all_sections_are_in_sight_in_a_low_window_with_their_values(low_window, site, app, ui):
     ui.advance(0.5)
-    rows = ui.find_all(SectionRow)
+    rows = section_rows(ui)
     assert len(rows) == 8
     for row in rows:
         assert checks.is_seen(row)

@@ -14,7 +14,7 @@ from app.screens.settings.calendar import DaysDialog, DaysRow
 from app.screens.settings.files import FileRow
 from app.widgets.buttons import CommandButton, IconButton, Segment, Toggle
 from app.widgets.dialogs import ChoiceDialog
-from app.widgets.fields import FormField, PickField, SearchField
+from app.widgets.fields import Field, SearchField
 from app.widgets.month import MonthDay
 from app.widgets.pickers import DateDialog, DayCell
 from app.widgets.rows import OptionRow
@@ -67,7 +67,7 @@ def add_days(ui, name: str) -> DaysDialog:
 
 def test_closed_days_are_entered_changed_deleted_and_brought_back(site, app, ui):
     dialog = add_days(ui, "Summer break")
-    ui.tap(ui.find(PickField, root=dialog, label="Last day"))
+    ui.tap(ui.find(Field, root=dialog, label="Last day"))
     ui.tap(ui.find(DayCell, root=ui.find(DateDialog), day=date(2026, 11, 27)))
     press(ui, "Set", ui.find(DateDialog))
     press(ui, "Save", dialog)
@@ -117,7 +117,7 @@ def test_a_free_day_becomes_an_extra_working_day_and_says_so(site, app, ui):
 def test_days_without_a_name_are_refused_at_the_field(site, app, ui):
     dialog = add_days(ui, " ")
     press(ui, "Save", dialog)
-    ui.wait(lambda: ui.find(FormField, root=dialog, label="Name").problem == "Enter a name")
+    ui.wait(lambda: ui.find(Field, root=dialog, label="Name").problem == "Enter a name")
     ui.tap(ui.find(Segment, root=dialog, text="Extra working days"))
     enter(ui, dialog.ids.name_field, "Fair")
     press(ui, "Save", dialog)
@@ -125,15 +125,15 @@ def test_days_without_a_name_are_refused_at_the_field(site, app, ui):
 
 
 def test_a_country_is_found_by_name_and_its_holidays_are_closed(site, app, ui):
-    tap(ui, PickField, label="Public holidays")
+    tap(ui, Field, label="Public holidays")
     ui.wait(lambda: ui.find_all(SearchField))
     ui.type(ui.find(SearchField), "Germ")
     ui.wait(lambda: [row.text for row in ui.find_all(OptionRow)] == ["Germany"])
     ui.tap(ui.find(OptionRow, text="Germany"))
     ui.wait(lambda: settings(site).holiday_country == "DE")
-    ui.wait(lambda: ui.find(PickField, label="Public holidays").value == "Germany")
-    ui.wait(lambda: not ui.find(PickField, label="Region").disabled)
-    tap(ui, PickField, label="Region")
+    ui.wait(lambda: ui.find(Field, label="Public holidays").value == "Germany")
+    ui.wait(lambda: not ui.find(Field, label="Region").disabled)
+    tap(ui, Field, label="Region")
     ui.wait(lambda: ui.find_all(SearchField))
     ui.type(ui.find(SearchField), "Bay")
     ui.wait(lambda: [row.text for row in ui.find_all(OptionRow)] == ["Bayern"])

@@ -15,18 +15,20 @@ import pytest
 
 from app.domain.models import Schedule
 from app.screens.settings.check_up import CheckUpDialog, FindingRow
-from app.screens.settings.robots import RobotPanel
+from app.screens.settings.robot_sheet import RobotSheet
 from app.services.files.places import Place, PlaceKind
 from app.widgets.buttons import CommandButton, Toggle
 from app.widgets.dialogs import ChoiceDialog
-from app.widgets.fields import PickField
+from app.widgets.fields import Field
+from app.widgets.items import Item
+from app.widgets.list_row import ListRow
 from app.widgets.rows import OptionRow
 from app.widgets.surfaces import Tap
 from app.window.key_focus import ENTER, ESCAPE, TAB
 from mir_sim import deviant
 from mir_sim.profile import FAITHFUL, profile_of
 from tests.support.clock import VirtualClock
-from tests.ui.integrator import go, page, press, reveal, robots, says
+from tests.ui.integrator import go, open_row, page, press, reveal, robots, says, titles
 from tests.ui.whole_app import GUIDS
 
 
@@ -68,17 +70,23 @@ def aino(site, app, ui, clock):
     """The first of the fleet, on its panel."""
     site.add_robots()
     go(ui, "robots")
-    ui.wait(lambda: len(ui.find_all(RobotPanel)) == 2 and all(robot.software for robot in robots(site)))
+    ui.wait(lambda: len(titles(ui)) == 2 and all(robot.software for robot in robots(site)))
     yield site.fleet.robots[0]
     site.fleet.robots[0].model.profile = FAITHFUL
 
 
-def panel(ui) -> RobotPanel:
-    return ui.find(RobotPanel, name="Aino")
+def stands(ui) -> Item:
+    """How the check-up of Aino stands, in its sheet."""
+    if not ui.find_all(RobotSheet):
+        open_row(ui, "Aino")
+    return ui.find(RobotSheet).vm.check_up[0]
 
 
-def opened(ui, word: str = "Check up") -> CheckUpDialog:
-    press(ui, word, panel(ui))
+def opened(ui) -> CheckUpDialog:
+    stands(ui)
+    row = next(row for row in ui.find_all(ListRow, ui.find(RobotSheet)) if row.key == "check up")
+    reveal(ui, row)
+    ui.tap(row)
     ui.wait(lambda: ui.find_all(CheckUpDialog))
     return ui.find(CheckUpDialog)
 
@@ -109,7 +117,7 @@ def state_of(robot) -> tuple[list[str], int, bool]:
 
 # ---------------------------------------------------------------------- reading
 def test_from_the_panel_to_the_report_and_nothing_is_written_to_the_robot(site, app, ui, aino):
-    assert panel(ui).check_up.text == "Never checked up"
+    assert stands(ui).support == "Never checked up"
     before = state_of(aino)
     dialog = opened(ui)
     assert dialog.vm.begins == "Reads only: takes about 1 min 35 s, nothing moves"
@@ -132,8 +140,8 @@ def test_from_the_panel_to_the_report_and_nothing_is_written_to_the_robot(site, 
     ui.wait(lambda: len(ui.find_all(FindingRow, dialog)) > 5)
     assert "Fine · Clock" in {finding.word for finding in dialog.vm.fine_findings}
     press(ui, "Close", dialog)
-    ui.wait(lambda: panel(ui).check_up.text == "Checked up today: 5 notes")
-    assert panel(ui).check_up.tone == "attention"
+    ui.wait(lambda: stands(ui).support == "Checked up today: 5 notes")
+    assert stands(ui).tone == "attention"
     assert state_of(aino) == before
 
 
@@ -142,8 +150,7 @@ def test_the_last_report_is_shown_again_and_a_new_one_can_be_made(site, app, ui,
     begin(ui, dialog)
     until_reported(ui, dialog)
     press(ui, "Close", dialog)
-    ui.wait(lambda: panel(ui).check_up_word == "Check-up")
-    dialog = opened(ui, "Check-up")
+    dialog = opened(ui)
     assert until_reported(ui, dialog)
     press(ui, "Check up again", dialog)
     ui.wait(lambda: dialog.vm.part == "CheckUpBefore")
@@ -160,7 +167,7 @@ def test_a_robot_that_does_not_answer_is_reported_and_stays_unchecked(site, app,
     assert "did not answer to the end" in dialog.vm.verdict.note
     press(ui, "Close", dialog)
     ui.wait(lambda: app.shell.background.idle)
-    assert panel(ui).check_up.text == "Never checked up"
+    assert stands(ui).support == "Never checked up"
 
 
 def test_after_a_change_of_the_software_the_panel_asks_for_another(site, app, ui, aino):
@@ -172,7 +179,7 @@ def test_after_a_change_of_the_software_the_panel_asks_for_another(site, app, ui
     robot = robots(site)[0]
     site.container.db.write(lambda c: repository.update(c, replace(robot, software="9.9")))
     page(app).context.refresh()
-    ui.wait(lambda: panel(ui).check_up.text == "Software is 9.9 now: check it up again")
+    ui.wait(lambda: stands(ui).support == "Software is 9.9 now: check it up again")
 
 
 # ---------------------------------------------------------------------- while it runs
@@ -209,7 +216,7 @@ def test_stop_ends_it_and_says_that_it_is_not_complete(site, app, ui, waiting):
     until_reported(ui, dialog)
     assert "It was stopped" in dialog.vm.verdict.note
     press(ui, "Close", dialog)
-    assert panel(ui).check_up.text == "Never checked up"
+    assert stands(ui).support == "Never checked up"
 
 
 def test_it_continues_while_its_dialog_is_closed_and_reports_its_end(site, app, ui, waiting):
@@ -218,7 +225,7 @@ def test_it_continues_while_its_dialog_is_closed_and_reports_its_end(site, app, 
     ui.wait(lambda: dialog.vm.doing == "Asking who it is")
     ui.key(ESCAPE)
     ui.wait(lambda: not ui.find_all(CheckUpDialog))
-    ui.wait(lambda: panel(ui).check_up.text.startswith("Is being checked up: 0 s of about"))
+    ui.wait(lambda: stands(ui).support.startswith("Is being checked up: 0 s of about"))
     assert page(app).is_busy
     closed = weakref.ref(dialog)
     del dialog
@@ -229,12 +236,12 @@ def test_it_continues_while_its_dialog_is_closed_and_reports_its_end(site, app, 
         return closed() is None
 
     ui.wait(is_collected)
-    dialog = opened(ui, "Check-up")
+    dialog = opened(ui)
     assert dialog.vm.part == "CheckUpRunning"
     ui.key(ESCAPE)
     waiting.go_on.set()
     ui.wait(lambda: says(ui, "Aino is checked up: 5 notes"))
-    ui.wait(lambda: panel(ui).check_up.text == "Checked up today: 5 notes")
+    ui.wait(lambda: stands(ui).support == "Checked up today: 5 notes")
 
 
 def test_the_end_of_the_app_ends_it(site, app, ui, waiting):
@@ -270,7 +277,7 @@ def test_a_trial_names_what_moves_and_restores_the_robot(site, app, ui, aino, cl
 def test_one_of_the_robots_own_missions_may_be_chosen(site, app, ui, aino):
     dialog = opened(ui)
     try_with_a_mission(ui, dialog)
-    ui.tap(ui.find(Tap, ui.find(PickField, dialog)))
+    ui.tap(ui.find(Tap, ui.find(Field, root=dialog)))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
     assert ui.find(ChoiceDialog).options[0].text == "One that waits a second, made and removed again"
     ui.find(ChoiceDialog).query = "Wait"
@@ -285,7 +292,7 @@ def test_no_mission_is_chosen_after_the_check_up_dialog_is_closed(site, app, ui,
     dialog = opened(ui)
     try_with_a_mission(ui, dialog)
     aino.control({"fault": {"kind": "late", "count": None, "seconds": 1.0}})
-    ui.tap(ui.find(Tap, ui.find(PickField, dialog)))
+    ui.tap(ui.find(Tap, ui.find(Field, root=dialog)))
     assert dialog.vm.asking_missions
     ui.key(ESCAPE)
     ui.wait(lambda: not dialog.vm.asking_missions)

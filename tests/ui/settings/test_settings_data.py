@@ -16,9 +16,9 @@ from app.screens.settings.files import FileRow
 from app.services.files import exports, file_access, places
 from app.widgets.buttons import ChoiceChip, CommandButton, Segment
 from app.widgets.dialogs import ChoiceDialog
-from app.widgets.fields import FormField, PickField
-from app.widgets.rows import OptionRow, SectionRow
-from tests.ui.integrator import enter_path, go, missions, page, press, reveal, settings
+from app.widgets.fields import Field
+from app.widgets.rows import OptionRow
+from tests.ui.integrator import enter_path, go, missions, page, press, reveal, section_row, settings
 from tests.ui.whole_app import GUIDS
 
 
@@ -69,7 +69,7 @@ def test_a_file_that_came_while_none_was_there_is_found_by_a_tap_on_the_field(si
     ui.wait(lambda: row.model.places)
     assert row.model.name == "No file .json there"
     (site.documents / "late.json").write_text("{}", encoding="utf-8")
-    ui.tap(ui.find(PickField, row))
+    ui.tap(ui.find(Field, root=row))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
     assert [option.text for option in ui.find(ChoiceDialog).options] == ["late.json"]
     assert not ui.find(CommandButton, row, text="Import").disabled
@@ -216,10 +216,10 @@ def test_a_backup_added_later_is_listed_when_the_section_is_opened(site, app, ui
     go(ui, "data")
     page(app).back_up()
     ui.wait(lambda: page(app).vm.backups.startswith("1 backup"))
-    ui.tap(ui.find(SectionRow, key="about"))
+    ui.tap(section_row(ui, "about"))
     made = page(app).context.facts.backups[0].path
     made.with_name("manual-2026-01-05T100000Z.db").write_bytes(made.read_bytes())
-    ui.tap(ui.find(SectionRow, key="data"))
+    ui.tap(section_row(ui, "data"))
     ui.wait(lambda: page(app).vm.backups.startswith("2 backups"))
 
 
@@ -258,7 +258,7 @@ def test_a_file_on_a_stick_is_chosen_from_a_list_and_imported(site, stick, ui):
     assert dialog.options[0].note == "Sun 15 Jun 2025 15:06 · 1 kB"
     ui.tap(ui.find(OptionRow, dialog, text="spring.json"))
     ui.wait(lambda: row.model.path == str(stick / "spring.json"))
-    assert ui.find(PickField, row).value == "spring.json"
+    assert ui.find(Field, root=row).value == "spring.json"
     press(ui, "Import", row)
     ui.wait(lambda: settings(site).retry_limit == 3)
 
@@ -333,6 +333,6 @@ def test_enter_writes_over_no_file_that_is_there(site, app, ui):
     row = file_row(ui, "Export to")
     for typed in (str(there), str(there.with_suffix("")), "PLANT"):
         enter_path(ui, row, typed)
-        ui.find(FormField, root=row).dispatch("on_enter")
+        ui.find(Field, root=row).dispatch("on_enter")
         ui.wait(lambda: row.model.problem.endswith("PLANT.json exists already; choose another name"))
         assert there.read_text(encoding="utf-8") == "mine"

@@ -10,19 +10,32 @@ import pytest
 from app.database.missions import StopRepository
 from app.domain.models import Group, HandOver, Mission, Robot, Schedule
 from app.domain.robot import Stop
-from app.screens.settings.groups import GroupDialog, GroupMissions, GroupPanel, MissionTableRow
+from app.screens.settings.groups import GroupMissions, GroupSheet, MissionTableRow
 from app.screens.settings.page import SwitchRow
 from app.screens.settings.places import PlaceDialog, PlaceRow, ProposedPlaceRow
-from app.screens.settings.robot_dialog import RobotDialog
-from app.screens.settings.robots import RobotPanel
 from app.services.robots import missions
 from app.widgets.buttons import IconButton, Segment, Toggle
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
-from app.widgets.fields import PickField, RepeatButton
+from app.widgets.fields import Field, RepeatButton
+from app.widgets.list_row import ListRow
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.surfaces import Tap
-from tests.ui.integrator import enter, go, page, press, reveal, robots, schedules, undo
+from app.widgets.tabs import TabButton
+from tests.ui.integrator import (
+    choose,
+    enter,
+    go,
+    item_of,
+    open_row,
+    page,
+    press,
+    reveal,
+    robots,
+    schedules,
+    titles,
+    undo,
+)
 from tests.ui.whole_app import api
 
 
@@ -31,9 +44,13 @@ def groups(site):
 
 
 def turn_to(ui, word):
-    ui.wait(lambda: ui.find_all(Segment, text=word))
-    ui.tap(ui.find(Segment, text=word))
+    ui.wait(lambda: tab(ui, word))
+    ui.tap(tab(ui, word))
     ui.advance(0.3)
+
+
+def tab(ui, word):
+    return next((button for button in ui.find_all(TabButton) if button.tab.text == word), None)
 
 
 def save_group(site, **values):
@@ -49,15 +66,21 @@ def tick(ui, *words):
     ui.advance(0.3)
 
 
+def show_missions(ui, sheet):
+    row = next(row for row in ui.find_all(ListRow, sheet) if row.key == "missions")
+    reveal(ui, row)
+    ui.tap(row)
+
+
 def test_one_robot_alone_has_neither_groups_nor_places(site, app, ui):
     site.add_missions("Deliver")
     site.container.catalogue.remove_robot(site.add_robots()[1].id)
     go(ui, "robots")
-    ui.wait(lambda: ui.find_all(RobotPanel))
-    assert not ui.find_all(Segment)
+    ui.wait(lambda: titles(ui))
+    assert len(ui.find_all(TabButton)) == 1
     go(ui, "missions")
     ui.advance(0.3)
-    assert not ui.find_all(Segment)
+    assert len(ui.find_all(TabButton)) == 1
 
 
 def test_a_group_is_made_of_ticked_robots(site, app, ui):
@@ -65,16 +88,16 @@ def test_a_group_is_made_of_ticked_robots(site, app, ui):
     go(ui, "robots")
     turn_to(ui, "Groups")
     press(ui, "Add group")
-    dialog = ui.find(GroupDialog)
+    dialog = ui.find(GroupSheet)
     press(ui, "Save group", dialog)
     assert (dialog.vm.name_problem, dialog.vm.members_problem, groups(site)) == (
         "Enter a name",
         "Choose the robots of the group",
         [],
     )
-    ui.tap(ui.find(Tap, ui.find(PickField, dialog)))
-    tick(ui, "Aino", "Veikko")
-    assert (dialog.vm.robots, dialog.vm.members_problem) == ("Aino, Veikko", "")
+    for name in ("Aino", "Veikko"):
+        ui.tap(next(row for row in ui.find_all(ListRow, dialog) if row.item.title == name))
+    assert (dialog.vm.members, dialog.vm.members_problem) == ([robot.id for robot in robots(site)], "")
     enter(ui, dialog.ids.name_field, "aino")
     press(ui, "Save group", dialog)
     ui.wait(lambda: dialog.vm.name_problem == "There is a robot Aino already")
@@ -84,14 +107,8 @@ def test_a_group_is_made_of_ticked_robots(site, app, ui):
     ui.tap(at_once)
     assert "The robots continue while the tablet is off" in dialog.vm.hand_over_note
     press(ui, "Save group", dialog)
-    ui.wait(lambda: ui.find_all(GroupPanel))
-    panel = ui.find(GroupPanel)
-    assert (panel.name, panel.robots, panel.hand_over, panel.keep_free) == (
-        "Hall 1",
-        "Aino, Veikko",
-        "At once",
-        "no robot",
-    )
+    ui.wait(lambda: titles(ui))
+    assert item_of(ui, "Hall 1").support == "Aino, Veikko"
     assert groups(site) == [
         Group("Hall 1", tuple(robot.id for robot in robots(site)), HandOver.AT_ONCE, 0, groups(site)[0].id)
     ]
@@ -102,12 +119,12 @@ def test_robots_are_kept_free_from_four_on_and_the_cost_is_said(site, app, ui):
     save_group(site)
     go(ui, "robots")
     turn_to(ui, "Groups")
-    press(ui, "Edit", ui.find(GroupPanel))
-    dialog = ui.find(GroupDialog)
+    dialog = open_row(ui, "Hall 1")
     assert "Needs a group of 4 robots or more" in dialog.vm.keep_free_note
     assert dialog.ids.keep_free.disabled
     for n in (3, 4):
         site.container.catalogue.save_robot(Robot(f"R{n}", f"127.0.0.2:{n}", "user", enabled=False))
+    ui.wait(lambda: len(dialog.vm.rows) == 4)
     dialog.vm.members = [robot.id for robot in robots(site)]
     field = dialog.ids.keep_free
     reveal(ui, field)
@@ -130,11 +147,10 @@ def test_a_renamed_group_keeps_its_schedules(site, app, ui):
     )
     go(ui, "robots")
     turn_to(ui, "Groups")
-    assert ui.find(GroupPanel).note == "1 schedule"
-    press(ui, "Edit", ui.find(GroupPanel))
-    enter(ui, ui.find(GroupDialog).ids.name_field, "Hall 2")
+    open_row(ui, "Hall 1")
+    enter(ui, ui.find(GroupSheet).ids.name_field, "Hall 2")
     press(ui, "Save group")
-    ui.wait(lambda: ui.find_all(GroupPanel, name="Hall 2"))
+    ui.wait(lambda: item_of(ui, "Hall 2"))
     assert [(schedule.name, schedule.group_id) for schedule in schedules(site)] == [("Deliver on Hall 2", group.id)]
 
 
@@ -149,8 +165,8 @@ def test_deleting_a_group_names_its_schedules_and_is_undone(site, app, ui):
     site.container.operator.run_on_any(group.id, mission.id)
     go(ui, "robots")
     turn_to(ui, "Groups")
-    press(ui, "Edit", ui.find(GroupPanel))
-    press(ui, "Delete group", ui.find(GroupDialog))
+    open_row(ui, "Hall 1")
+    choose(ui, "Delete group", ui.find(GroupSheet))
     ui.wait(lambda: ui.find_all(ConfirmDialog))
     question = ui.find(ConfirmDialog)
     assert question.title == "Delete Hall 1?"
@@ -159,11 +175,11 @@ def test_deleting_a_group_names_its_schedules_and_is_undone(site, app, ui):
         "Its robots stay, and running missions continue."
     )
     press(ui, "Delete group", question)
-    ui.wait(lambda: not groups(site) and not ui.find_all(GroupPanel))
+    ui.wait(lambda: not groups(site) and not titles(ui))
     assert (schedules(site), len(robots(site))) == ([], 2)
     ui.wait(lambda: ui.find_all(Snackbar))
     undo(ui)
-    ui.wait(lambda: ui.find_all(GroupPanel, name="Hall 1"))
+    ui.wait(lambda: item_of(ui, "Hall 1"))
     assert [schedule.name for schedule in schedules(site)] == ["Evening", "Morning"]
 
 
@@ -186,8 +202,9 @@ def test_the_table_shows_which_robot_lacks_which_mission(site, app, ui, known, p
     save_group(site)
     go(ui, "robots")
     turn_to(ui, "Groups")
-    ui.wait(lambda: len(page(app).context.facts.names) == 2 and ui.find(GroupPanel).missions == panel)
-    press(ui, "Missions", ui.find(GroupPanel))
+    sheet = open_row(ui, "Hall 1")
+    ui.wait(lambda: len(page(app).context.facts.names) == 2 and sheet.vm.missions[0].support == panel)
+    show_missions(ui, sheet)
     rows = ui.find_all(MissionTableRow, ui.find(GroupMissions))
     assert [(row.name, row.note, list(row.cells)) for row in sorted(rows, key=lambda row: -row.y)] == lines
 
@@ -198,10 +215,11 @@ def test_a_group_whose_robots_were_deleted_has_missions_on_none(site, app, ui):
     site.container.catalogue.save_group(Group("Night", (veikko.id,)))
     go(ui, "robots")
     turn_to(ui, "Groups")
-    ui.wait(lambda: ui.find(GroupPanel).missions == "on all its robots")
+    sheet = open_row(ui, "Night")
+    ui.wait(lambda: sheet.vm.missions[0].support == "on all its robots")
     site.container.catalogue.remove_robot(veikko.id)
-    ui.wait(lambda: ui.find(GroupPanel).robots == "none yet")
-    assert ui.find(GroupPanel).missions == "–"
+    ui.wait(lambda: item_of(ui, "Night").support == "none yet")
+    assert sheet.vm.missions[0].support == "–"
 
 
 def test_the_table_follows_what_the_robots_have_while_it_is_open(site, app, ui, monkeypatch):
@@ -212,7 +230,7 @@ def test_the_table_follows_what_the_robots_have_while_it_is_open(site, app, ui, 
     go(ui, "robots")
     turn_to(ui, "Groups")
     ui.wait(lambda: len(page(app).context.facts.names) == 2)
-    press(ui, "Missions", ui.find(GroupPanel))
+    show_missions(ui, open_row(ui, "Hall 1"))
     table = ui.find(GroupMissions)
     assert [line.note for line in table.lines] == [""]
     api(site.fleet.robots[1], "DELETE", f"/missions/{empties.guid}")
@@ -230,7 +248,7 @@ def test_a_place_and_the_missions_that_use_it(site, app, ui):
     press(ui, "Save place", dialog)
     ui.wait(lambda: dialog.vm.name_problem == "Enter a name")
     enter(ui, dialog.ids.name_field, "Dock 2")
-    ui.tap(ui.find(Tap, ui.find(PickField, dialog)))
+    ui.tap(ui.find(Tap, ui.find(Field, root=dialog)))
     tick(ui, "Deliver", "Home")
     assert dialog.vm.most == 1
     enter(ui, dialog.ids.most_field, "2.5")
@@ -297,9 +315,8 @@ def test_a_place_that_will_be_wanted_too_much_says_so_before_it_is_saved(site, a
 def test_a_robot_s_own_line_is_kept_in_the_app_where_that_is_wanted(site, app, ui):
     site.add_robots()
     go(ui, "robots")
-    ui.wait(lambda: ui.find_all(RobotPanel))
-    press(ui, "Edit", ui.find(RobotPanel, name="Aino"))
-    dialog = ui.find(RobotDialog)
+    ui.wait(lambda: titles(ui))
+    dialog = open_row(ui, "Aino")
     switch = ui.find(Toggle, ui.find(SwitchRow, dialog, text="Important starts first"))
     reveal(ui, switch)
     ui.tap(switch)

@@ -9,15 +9,15 @@ from app.screens.settings.page import SwitchRow
 from app.screens.settings.scheduler import SchedulerPage
 from app.widgets.buttons import Segment, Toggle
 from app.widgets.dialogs import ConfirmDialog
-from app.widgets.fields import StepField
+from app.widgets.fields import Field
 from tests.support.history import add_runs
 from tests.ui.integrator import enter, go, is_saved, page, press, says, settings
 
 pytestmark = pytest.mark.long
 
 
-def keep_the_last(ui, runs: int) -> StepField:
-    field = ui.find(StepField, heading="Otherwise keep the last (runs)")
+def keep_the_last(ui, runs: int) -> Field:
+    field = ui.find(Field, label="Otherwise keep the last")
     enter(ui, field, str(runs))
     field.focus = False
     return field
@@ -75,7 +75,7 @@ def test_how_many_runs_are_kept_is_one_of_a_few_choices_or_typed(site, app, ui):
 def test_an_end_of_keeping_all_asks_too(site, app, ui):
     site.container.catalogue.change_settings(history_limit=1)
     go(ui, "scheduler")
-    ui.wait(lambda: ui.find(StepField, heading="Otherwise keep the last (runs)").value == 1)
+    ui.wait(lambda: ui.find(Field, label="Otherwise keep the last").value == 1)
     site.container.catalogue.change_settings(history_limit=None)
     add_runs(site.container, 2)
     switch = ui.find(SwitchRow, text="Keep the whole history")

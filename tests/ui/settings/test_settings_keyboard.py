@@ -5,15 +5,14 @@ from __future__ import annotations
 import pytest
 from kivy.core.window import Window
 
-from app.screens.settings.robot_dialog import RobotDialog
-from app.screens.settings.robots import RobotPanel
+from app.screens.settings.robot_sheet import RobotSheet
 from app.widgets.buttons import CommandButton, Segment
 from app.widgets.dock import dock
-from app.widgets.fields import FieldInput, StepField
+from app.widgets.fields import Field, FieldInput
 from app.widgets.keyboard import BoardKey, DockedKeyboard, has_keyboard
 from app.window import application
 from tests.ui import checks
-from tests.ui.integrator import go, key, keyboard, press, settings, tap_keys
+from tests.ui.integrator import go, key, keyboard, open_row, press, settings, tap_keys, titles
 
 POWER_BUTTON = """I: Bus=0019 Vendor=0000 Product=0001 Version=0000
 N: Name="Power Button"
@@ -33,11 +32,11 @@ def first_settings():
     return {"keyboard": "on"}
 
 
-def robot_dialog(ui) -> RobotDialog:
+def robot_dialog(ui) -> RobotSheet:
     go(ui, "robots")
     press(ui, "Add robot")
     ui.advance(0.5)
-    return ui.find(RobotDialog)
+    return ui.find(RobotSheet)
 
 
 # ---------------------------------------------------------------------- typing
@@ -56,7 +55,7 @@ def test_a_word_is_typed_on_it_and_the_field_has_it(app, ui):
 
 def test_number_fields_get_a_number_pad_and_commit_when_done(site, app, ui):
     go(ui, "scheduler")
-    field = ui.find(StepField, heading="Retries when a robot can't be reached")
+    field = ui.find(Field, label="Retries when a robot can't be reached")
     ui.tap(ui.find(FieldInput, field))
     assert not ui.find_all(BoardKey, keyboard(ui), key="q")
     tap_keys(ui, "backspace", "backspace", "7")
@@ -78,16 +77,15 @@ def test_a_held_backspace_repeats(app, ui):
 def test_test_and_save_are_above_it_whatever_is_typed_into(site, app, ui, size):
     site.add_robots()
     go(ui, "robots")
-    ui.wait(lambda: ui.find_all(RobotPanel))
-    press(ui, "Edit", ui.find_all(RobotPanel)[0])
+    ui.wait(lambda: titles(ui))
+    dialog, before = open_row(ui, "Aino"), Window.size
     ui.advance(0.5)
-    dialog, before = ui.find(RobotDialog), Window.size
     Window.size = size
     try:
         for name in ("name", "password"):
             dialog.ids[f"{name}_field"].focus = True
             ui.advance(0.5)
-            for word in ("Test connection", "Cancel", "Save robot"):
+            for word in ("Test connection", "Save robot"):
                 button = ui.find(CommandButton, dialog, text=word)
                 assert checks.is_seen(button)
                 assert button.to_window(*button.pos)[1] >= keyboard(ui).top
@@ -129,17 +127,17 @@ def test_escape_closes_it_and_then_the_dialog_of_its_field(app, ui):
     keyboard(ui)
     ui.key(27)
     ui.wait(lambda: not ui.find_all(DockedKeyboard))
-    assert ui.find_all(RobotDialog) == [dialog]
+    assert ui.find_all(RobotSheet) == [dialog]
     assert dock.field is None
     ui.key(27)
-    ui.wait(lambda: not ui.find_all(RobotDialog))
+    ui.wait(lambda: not ui.find_all(RobotSheet))
 
 
 def test_the_keyboard_closes_with_the_dialog_of_its_field(app, ui):
     dialog = robot_dialog(ui)
     ui.tap(ui.find(FieldInput, dialog.ids.name_field))
     keyboard(ui)
-    dialog.dismiss()
+    app.shell.sheets.close()
     ui.wait(lambda: not ui.find_all(DockedKeyboard))
     assert dock.field is None
 
@@ -161,7 +159,7 @@ def test_the_keyboard_is_chosen_in_settings(site, app, ui):
     ui.tap(ui.find(FieldInput, dialog.ids.name_field))
     ui.advance(0.5)
     assert not ui.find_all(DockedKeyboard)
-    ui.tap(ui.find(CommandButton, dialog, text="Cancel"))
+    app.shell.sheets.close()
 
 
 @pytest.mark.parametrize(

@@ -9,17 +9,16 @@ from datetime import datetime
 from app.domain.models import Mission, Schedule
 from app.mir.errors import TimedOut
 from app.screens.settings.missions import MissionDialog, MissionRow
-from app.screens.settings.robots import RobotPanel
 from app.services.catalogue import mission_edit
 from app.widgets.buttons import CommandButton, IconButton, MenuChip, Toggle
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from app.widgets.display import Notice
 from app.widgets.fields import PickBox, SearchField
 from app.widgets.rest import DOUBLE_TAP
-from app.widgets.rows import OptionRow, SectionRow
+from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.surfaces import Tap
-from tests.ui.integrator import enter, go, missions, page, press, says, undo
+from tests.ui.integrator import enter, go, item_of, missions, page, press, says, section_row, undo
 from tests.ui.whole_app import GUIDS
 
 
@@ -76,7 +75,7 @@ def test_on_another_page_a_message_says_that_the_missions_arrived(site, app, ui)
     assert app.shell.dialogs.top is None
     ui.tap(ui.find(root=ui.find(Snackbar), text="Choose"))
     ui.wait(lambda: ui.find_all(ChoiceDialog, multiple=True))
-    assert ui.find(SectionRow, key="missions").selected
+    assert section_row(ui, "missions").selected
     app.shell.dialogs.close_all()
     page(app).reached(found=(99, ()))  # of a robot that was deleted since
     assert app.shell.dialogs.top is None
@@ -286,9 +285,9 @@ def test_a_mission_that_the_robot_lost_is_flagged(site, app, ui):
     )
     go(ui, "missions")
     ui.wait(lambda: [row.warning for row in ui.find_all(MissionRow)] == ["Not on Aino any more"])
-    assert ui.find(SectionRow, key="missions").note == "1 mission, 1 missing"
-    ui.tap(ui.find(SectionRow, key="robots"))
-    ui.wait(lambda: ui.find(RobotPanel, name="Aino").missions == "1 missing")
+    assert section_row(ui, "missions").item.support == "1 mission, 1 missing"
+    ui.tap(section_row(ui, "robots"))
+    ui.wait(lambda: item_of(ui, "Aino").missions == "1 missing")
 
 
 def test_missions_are_found_while_typing(site, app, ui):

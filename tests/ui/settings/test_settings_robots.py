@@ -10,15 +10,28 @@ import pytest
 
 from app.domain.models import Robot, Schedule
 from app.mir.credentials import Token
-from app.screens.settings.robot_dialog import RobotDialog
-from app.screens.settings.robots import RobotPanel
-from app.widgets.buttons import CommandButton, Toggle
+from app.screens.settings.robot_sheet import RobotSheet
+from app.widgets.buttons import Toggle
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.frame import NavItem
 from app.widgets.rows import RobotChip
 from tests.hostile.capture import capture
 from tests.integration.mir.servers import pin_of
-from tests.ui.integrator import enter, fill_in, go, page, press, robots, says, schedules, undo
+from tests.ui.integrator import (
+    choose,
+    enter,
+    fill_in,
+    go,
+    item_of,
+    open_row,
+    page,
+    press,
+    robots,
+    says,
+    schedules,
+    titles,
+    undo,
+)
 from tests.ui.whole_app import PASSWORD, USER
 
 
@@ -26,7 +39,7 @@ from tests.ui.whole_app import PASSWORD, USER
 def test_the_first_robot_from_the_empty_home_to_its_panel(site, app, ui):
     ui.wait(lambda: "Add your first robot" in ui.texts())
     press(ui, "Add robot")
-    ui.wait(lambda: ui.find_all(RobotDialog))
+    ui.wait(lambda: ui.find_all(RobotSheet))
     dialog = fill_in(ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password=PASSWORD)
     press(ui, "Test connection", dialog)
     ui.wait(lambda: dialog.vm.outcome.tone == "done")
@@ -35,12 +48,12 @@ def test_the_first_robot_from_the_empty_home_to_its_panel(site, app, ui):
     assert "serial" in dialog.vm.outcome.note
     assert robots(site) == []  # a test saves nothing
     press(ui, "Save robot", dialog)
-    ui.wait(lambda: robots(site) and not ui.find_all(RobotDialog))
-    ui.wait(lambda: ui.find_all(RobotPanel))
-    (panel,) = ui.find_all(RobotPanel)
-    assert (panel.name, panel.address) == ("Aino", site.fleet.robots[0].url.removeprefix("http://"))
-    ui.wait(lambda: panel.badge.startswith("Connected"))
-    assert panel.serial not in ("", "–")
+    ui.wait(lambda: robots(site) and not ui.find_all(RobotSheet))
+    ui.wait(lambda: titles(ui))
+    assert titles(ui) == ["Aino"]
+    assert site.fleet.robots[0].url.removeprefix("http://") in item_of(ui, "Aino").support
+    ui.wait(lambda: item_of(ui, "Aino").icon == "wifi")
+    assert "serial" in open_row(ui, "Aino").vm.about.note
     ui.tap(ui.find(NavItem, name="home"))
     ui.wait(lambda: [chip.name for chip in ui.find_all(RobotChip)] == ["Aino"])
 
@@ -93,7 +106,7 @@ def test_bad_input_is_one_sentence_at_its_field_and_nothing_is_saved(site, app, 
         ui.wait(lambda field=field, problem=problem: field.problem.startswith(problem))
         ui.wait(lambda: app.shell.background.idle)
         assert robots(site) == []
-        shown = {other: ui.find(RobotDialog).ids[f"{other}_field"] for other in right}
+        shown = {other: ui.find(RobotSheet).ids[f"{other}_field"] for other in right}
         assert {other: seen.text for other, seen in shown.items()} == {
             **right,
             name: wrong,
@@ -105,7 +118,7 @@ def test_bad_input_is_one_sentence_at_its_field_and_nothing_is_saved(site, app, 
 def test_a_name_that_is_taken_is_said_at_the_name(site, app, ui):
     site.container.catalogue.remove_robot(site.add_robots()[1].id)
     go(ui, "robots")
-    ui.wait(lambda: len(ui.find_all(RobotPanel)) == 1)
+    ui.wait(lambda: len(titles(ui)) == 1)
     press(ui, "Add robot")
     dialog = fill_in(ui, name="Aino", address=site.fleet.robots[1].url, username=USER, password=PASSWORD)
     press(ui, "Save robot", dialog)
@@ -123,35 +136,25 @@ def test_something_else_at_the_address_is_no_robot(site, app, ui):
     assert "web page" in dialog.vm.outcome.text
 
 
-def test_the_panel_tests_the_stored_connection(site, app, ui):
+def test_a_test_without_changes_tests_the_stored_connection(site, app, ui):
     site.add_robots()
     go(ui, "robots")
-    ui.wait(lambda: len(ui.find_all(RobotPanel)) == 2)
-    panel = ui.find(RobotPanel, name="Veikko")
-    press(ui, "Test connection", panel)
-    ui.wait(lambda: panel.result.tone == "done")
-    assert panel.result.text.startswith("Veikko answers in")
-    aino = ui.find(RobotPanel, name="Aino")
-    site.container.catalogue.save_robot(
-        next(robot for robot in robots(site) if robot.name == "Aino"), password="changed there"
-    )
-    ui.wait(lambda: page(app).context.facts.robots == tuple(robots(site)))  # the page has read what was saved
-    press(ui, "Test connection", aino)
-    ui.wait(lambda: aino.result.tone == "fault")
-    assert "doesn't accept" in aino.result.text
+    sheet = open_row(ui, "Veikko")
+    press(ui, "Test connection", sheet)
+    ui.wait(lambda: sheet.vm.outcome.tone == "done")
+    assert sheet.vm.outcome.text.startswith("Veikko answers in")
 
 
 def test_editing_keeps_the_password_and_never_shows_it(site, app, ui):
     site.add_robots()
     token = robots(site)[0].token
     go(ui, "robots")
-    ui.wait(lambda: ui.find_all(RobotPanel))
-    press(ui, "Edit", ui.find(RobotPanel, name="Aino"))
-    dialog = ui.find(RobotDialog)
+    ui.wait(lambda: titles(ui))
+    dialog = open_row(ui, "Aino")
     assert (dialog.ids.password_field.text, dialog.ids.password_field.hint) == ("", "unchanged")
     enter(ui, dialog.ids.name_field, "Aino 2")
     press(ui, "Save robot", dialog)
-    ui.wait(lambda: not ui.find_all(RobotDialog))
+    ui.wait(lambda: not ui.find_all(RobotSheet))
     assert {robot.name: robot.token for robot in robots(site)}["Aino 2"] == token
     ui.wait(lambda: says(ui, "Aino 2 saved"))
 
@@ -159,21 +162,20 @@ def test_editing_keeps_the_password_and_never_shows_it(site, app, ui):
 def test_another_user_needs_the_users_own_password(site, app, ui):
     site.add_robots()
     go(ui, "robots")
-    ui.wait(lambda: ui.find_all(RobotPanel))
-    press(ui, "Edit", ui.find(RobotPanel, name="Aino"))
+    ui.wait(lambda: titles(ui))
+    open_row(ui, "Aino")
     dialog = fill_in(ui, username="admin")
     press(ui, "Save robot", dialog)
     assert dialog.ids.password_field.problem == "Enter the password of admin"
     enter(ui, dialog.ids.password_field, "admin")
     press(ui, "Save robot", dialog)
-    ui.wait(lambda: not ui.find_all(RobotDialog))
+    ui.wait(lambda: not ui.find_all(RobotSheet))
     assert robots(site)[0].username == "admin"
 
 
-def edit_aino(ui) -> RobotDialog:
-    ui.wait(lambda: ui.find_all(RobotPanel))
-    press(ui, "Edit", ui.find(RobotPanel, name="Aino"))
-    return ui.find(RobotDialog)
+def edit_aino(ui) -> RobotSheet:
+    ui.wait(lambda: titles(ui))
+    return open_row(ui, "Aino")
 
 
 def answer(ui, word: str) -> ConfirmDialog:
@@ -193,11 +195,11 @@ def test_another_address_needs_the_password_again(site, app, ui):
     ui.wait(lambda: dialog.ids.password_field.problem.startswith("Enter the password"))
     press(ui, "Save robot", dialog)
     ui.wait(lambda: app.shell.background.idle)
-    assert ui.find_all(RobotDialog)
+    assert ui.find_all(RobotSheet)
     assert "localhost" not in robots(site)[0].address
     enter(ui, dialog.ids.password_field, PASSWORD)
     press(ui, "Save robot", dialog)
-    ui.wait(lambda: not ui.find_all(RobotDialog))
+    ui.wait(lambda: not ui.find_all(RobotSheet))
     assert "localhost" in robots(site)[0].address
 
 
@@ -207,7 +209,7 @@ def test_another_machine_gets_nothing_until_it_is_accepted_with_its_password(sit
     before, other = (robot.serial_number for robot in robots(site))
     site.container.catalogue.remove_robot(robots(site)[1].id)  # the machine there is no longer a robot of the plan
     go(ui, "robots")
-    ui.wait(lambda: len(ui.find_all(RobotPanel)) == 1)
+    ui.wait(lambda: len(titles(ui)) == 1)
     edit_aino(ui)
     dialog = fill_in(ui, address=site.fleet.robots[1].url, password=PASSWORD)
     press(ui, "Save robot", dialog)
@@ -221,11 +223,11 @@ def test_another_machine_gets_nothing_until_it_is_accepted_with_its_password(sit
     answer(ui, "This is the new Aino")
     ui.wait(lambda: dialog.vm.outcome.tone == "done")
     press(ui, "Save robot", dialog)
-    ui.wait(lambda: not ui.find_all(RobotDialog))
+    ui.wait(lambda: not ui.find_all(RobotSheet))
     assert (robots(site)[0].serial_number, robots(site)[0].needs_password) == (other, False)
-    ui.wait(lambda: ui.find(RobotPanel, name="Aino").badge.startswith("Connected"))
-    ui.wait(lambda: ui.find(RobotPanel, name="Aino").identified_by == "its serial number")
-    assert ui.find(RobotPanel, name="Aino").has_default_password
+    ui.wait(lambda: item_of(ui, "Aino").meta == "" and item_of(ui, "Aino").icon == "wifi")
+    ui.wait(lambda: "Identified by its serial number" in open_row(ui, "Aino").vm.about.note)
+    assert "Default password of MiR" in ui.find(RobotSheet).vm.about.note
 
 
 def test_a_new_robot_at_the_old_address_needs_its_password_too(site, app, ui):
@@ -233,18 +235,16 @@ def test_a_new_robot_at_the_old_address_needs_its_password_too(site, app, ui):
     ui.wait(lambda: robots(site)[0].serial_number)
     site.container.catalogue.save_robot(replace(robots(site)[0], serial_number="the one before"), PASSWORD)
     go(ui, "robots")
-    ui.wait(lambda: ui.find_all(RobotPanel, name="Aino"))
-    ui.wait(lambda: ui.find(RobotPanel, name="Aino").badge.startswith("Another robot"))
-    press(ui, "Test connection", ui.find(RobotPanel, name="Aino"))
-    ui.wait(lambda: ui.find(RobotPanel, name="Aino").result.note == "If it is the new one, accept it in Edit")
+    ui.wait(lambda: item_of(ui, "Aino"))
+    ui.wait(lambda: item_of(ui, "Aino").meta.startswith("Another robot"))
     dialog = edit_aino(ui)
     press(ui, "Test connection", dialog)
     answer(ui, "This is the new Aino")
     assert dialog.ids.password_field.problem == f"Enter the password of {USER}"
     enter(ui, dialog.ids.password_field, PASSWORD)
     press(ui, "Save robot", dialog)
-    ui.wait(lambda: not ui.find_all(RobotDialog))
-    ui.wait(lambda: ui.find(RobotPanel, name="Aino").badge.startswith("Connected"))
+    ui.wait(lambda: not ui.find_all(RobotSheet))
+    ui.wait(lambda: item_of(ui, "Aino").meta == "" and item_of(ui, "Aino").icon == "wifi")
     assert robots(site)[0].serial_number != "the one before"
 
 
@@ -260,9 +260,9 @@ def test_a_certificate_is_shown_to_compare_and_pinned_when_it_is_trusted(site, a
         assert ":".join(pin[n : n + 2].upper() for n in range(0, 16, 2)) in question.text
         ui.wait(lambda: dialog.vm.outcome.tone == "done")
         press(ui, "Save robot", dialog)
-        ui.wait(lambda: not ui.find_all(RobotDialog))
+        ui.wait(lambda: not ui.find_all(RobotSheet))
         assert robots(site)[0].certificate_sha256 == pin
-        ui.wait(lambda: ui.find_all(RobotPanel, name="Safe", identified_by="its certificate"))
+        ui.wait(lambda: "Identified by its certificate" in open_row(ui, "Safe").vm.about.note)
 
 
 def test_another_certificate_is_compared_with_the_pinned_one(site, app, ui):
@@ -293,21 +293,20 @@ def test_a_robot_reached_over_https_asks_before_it_uses_http(site, app, ui):
         assert (machine.seen, robots(site)[0].address) == ([], "https://127.0.0.1:1")
         press(ui, "Save robot", dialog)
         answer(ui, "Use http")
-        ui.wait(lambda: not ui.find_all(RobotDialog))
+        ui.wait(lambda: not ui.find_all(RobotSheet))
         assert robots(site)[0].address == machine.url
 
 
 def test_a_robot_can_be_switched_off_without_answering(site, app, ui):
     site.add_robots()
     go(ui, "robots")
-    ui.wait(lambda: ui.find_all(RobotPanel))
-    press(ui, "Edit", ui.find(RobotPanel, name="Aino"))
-    dialog = ui.find(RobotDialog)
+    ui.wait(lambda: titles(ui))
+    dialog = open_row(ui, "Aino")
     ui.tap(ui.find(Toggle, root=dialog))
     press(ui, "Save robot", dialog)
-    ui.wait(lambda: not ui.find_all(RobotDialog))
+    ui.wait(lambda: not ui.find_all(RobotSheet))
     assert not robots(site)[0].enabled
-    ui.wait(lambda: ui.find(RobotPanel, name="Aino").badge == "Off")
+    ui.wait(lambda: item_of(ui, "Aino").meta == "Off")
 
 
 def test_a_certificate_is_asked_for_only_with_https(site, app, ui):
@@ -329,11 +328,11 @@ def test_a_deleted_robot_comes_back_with_its_schedules(site, app, ui):
         Schedule("Morning", aino.id, mission.id, datetime(2030, 1, 7, 6, 30), "UTC", "FREQ=DAILY")
     )
     go(ui, "robots")
-    ui.wait(lambda: ui.find_all(RobotPanel, name="Aino"))
+    ui.wait(lambda: item_of(ui, "Aino"))
     site.container.catalogue.save_idle_rule(aino.id, mission.id)
     ui.wait(lambda: page(app).context.facts.robot(aino.id).idle is not None)
-    press(ui, "Edit", ui.find(RobotPanel, name="Aino"))
-    press(ui, "Delete robot", ui.find(RobotDialog))
+    open_row(ui, "Aino")
+    choose(ui, "Delete robot", ui.find(RobotSheet))
     question = ui.find(ConfirmDialog)
     assert question.title == "Delete Aino?"
     assert question.text.splitlines()[:4] == [
@@ -345,8 +344,8 @@ def test_a_deleted_robot_comes_back_with_its_schedules(site, app, ui):
     press(ui, "Cancel", question)
     ui.wait(lambda: app.shell.background.idle)
     assert len(robots(site)) == 2
-    press(ui, "Edit", ui.find(RobotPanel, name="Aino"))
-    press(ui, "Delete robot", ui.find(RobotDialog))
+    open_row(ui, "Aino")
+    choose(ui, "Delete robot", ui.find(RobotSheet))
     press(ui, "Delete robot", ui.find(ConfirmDialog))
     ui.wait(lambda: len(robots(site)) == 1)
     assert schedules(site) == []
@@ -356,30 +355,13 @@ def test_a_deleted_robot_comes_back_with_its_schedules(site, app, ui):
     undo(ui)
     ui.wait(lambda: len(robots(site)) == 2)
     assert [schedule.name for schedule in schedules(site)] == ["Morning"]
-    ui.wait(lambda: len(ui.find_all(RobotPanel)) == 2)
-
-
-def test_the_next_robot_does_not_slide_under_the_finger(site, app, ui):
-    site.add_robots()
-    go(ui, "robots")
-    ui.wait(lambda: len(ui.find_all(RobotPanel)) == 2)
-    edit = ui.find(CommandButton, root=ui.find(RobotPanel, name="Aino"), text="Edit")
-    place = edit.to_window(*edit.center)
-    ui.tap_at(*place)
-    press(ui, "Delete robot", ui.find(RobotDialog))
-    press(ui, "Delete robot", ui.find(ConfirmDialog))
-    ui.wait(lambda: len(ui.find_all(RobotPanel)) == 1)
-    ui.tap_at(*place)
-    assert not ui.find_all(RobotDialog)
-    ui.advance(1)
-    ui.tap_at(*place)
-    assert ui.find(RobotDialog).vm.title == "Edit Veikko"
+    ui.wait(lambda: len(titles(ui)) == 2)
 
 
 def test_a_robot_that_answers_for_the_first_time_shows_who_it_is(site, app, ui):
     go(ui, "robots")
     robot = site.fleet.robots[0]
     site.container.catalogue.save_robot(Robot("New", robot.url, USER), PASSWORD)
-    ui.wait(lambda: ui.find_all(RobotPanel, name="New"))
-    panel = ui.find(RobotPanel, name="New")
-    ui.wait(lambda: panel.badge.startswith("Connected") and panel.serial != "–" and panel.model.startswith("MiR"))
+    ui.wait(lambda: item_of(ui, "New"))
+    ui.wait(lambda: item_of(ui, "New").icon == "wifi" and item_of(ui, "New").support.startswith("MiR"))
+    assert "serial" in open_row(ui, "New").vm.about.note

@@ -16,7 +16,7 @@ from app.screens.settings.idle import IdlePanel
 from app.screens.settings.missions import MissionDialog, MissionRow
 from app.widgets.buttons import Segment, Toggle
 from app.widgets.dialogs import ChoiceDialog
-from app.widgets.fields import StepField
+from app.widgets.fields import Field
 from app.widgets.rows import OptionRow
 from tests.ui.integrator import enter, go, is_saved, page, press, robots, says, settings
 
@@ -175,7 +175,7 @@ def test_a_star_takes_no_new_name_of_a_mission_back(site, app, ui, hold_readings
 def test_a_typed_number_stays_while_the_earlier_choice_is_still_being_read(site, app, ui, hold_readings):
     site.container.catalogue.change_settings(minimum_battery_percent=30)
     go(ui, "constraints")
-    field = ui.find(StepField)
+    field = next(field for field in ui.find_all(Field) if field.kind == "step")
     ui.wait(lambda: is_saved(site, app) and not field.disabled)
     go_on = hold_readings()
     ui.tap(ui.find(Segment, text="20\N{NO-BREAK SPACE}%"))

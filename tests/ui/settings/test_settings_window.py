@@ -12,11 +12,11 @@ from app.screens.common.threads import forward
 from app.screens.common.view_model import Background, Dialogs, Navigator, Snackbars, UiBus
 from app.screens.settings.files import FileRow
 from app.screens.settings.screen import SettingsScreen
-from app.widgets.buttons import ChoiceChip, CommandButton, IconButton
+from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.dialogs import ConfirmDialog
-from app.widgets.fields import StepField
-from app.widgets.rows import OptionRow, SectionRow
-from tests.ui.integrator import forget_all, press, reveal, says
+from app.widgets.fields import Field
+from app.widgets.rows import OptionRow
+from tests.ui.integrator import forget_all, press, reveal, says, section_row, section_rows
 
 pytestmark = pytest.mark.long
 
@@ -65,14 +65,16 @@ def restored(screen, ui, asked):
 def test_where_it_is_narrow_list_and_section_take_turns(screen, ui, size):
     ui.show(screen, size=size)
     screen.shown()
-    ui.wait(lambda: ui.find_all(SectionRow))
-    assert not ui.find_all(StepField)
-    ui.tap(ui.find(SectionRow, key="constraints"))
-    ui.wait(lambda: ui.find_all(StepField))
-    assert not ui.find_all(SectionRow)
-    ui.tap(ui.find(IconButton, icon="arrow-left"))
-    assert ui.find_all(SectionRow)
-    assert not ui.find_all(SectionRow, selected=True)
+    ui.wait(lambda: section_rows(ui))
+    assert not [field for field in ui.find_all(Field) if field.kind == "step"]
+    ui.tap(section_row(ui, "constraints"))
+    ui.wait(lambda: [field for field in ui.find_all(Field) if field.kind == "step"])
+    assert not section_rows(ui)
+    assert screen.can_go_back
+    screen.go_back()
+    ui.advance(0.1)
+    assert section_rows(ui)
+    assert not [row for row in section_rows(ui) if row.item.look == "chosen"]
 
 
 def test_a_backup_is_restored_only_after_a_question(site, ui, restored):

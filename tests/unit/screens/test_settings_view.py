@@ -18,7 +18,7 @@ from app.domain.models import (
 )
 from app.domain.robot import IdentifiedBy, Identity, MissionInfo, RobotStatus
 from app.mir.credentials import Token
-from app.mir.errors import AnotherRobot, CertificateMismatch, CertificateProblem, TimedOut, Unreachable
+from app.mir.errors import CertificateProblem, TimedOut, Unreachable
 from app.screens.settings import missions_view, view
 from app.screens.settings.facts import SettingsFacts
 from app.services.files.places import FoundFile
@@ -94,8 +94,8 @@ def test_what_needs_somebody_is_amber_in_the_list():
 
 
 def test_only_the_open_section_is_marked():
-    rows = view.section_views(facts(), NOW, "idle")
-    assert [row.key for row in rows if row.selected] == ["idle"]
+    rows = view.section_items(facts(), NOW, "idle")
+    assert [row.key for row in rows if row.look == "chosen"] == ["idle"]
     assert [row.key for row in rows] == [
         "robots",
         "missions",
@@ -123,46 +123,44 @@ def test_days_in_few_words(days, phrase):
     assert view.days_phrase(days) == phrase
 
 
-def test_day_options_show_the_working_days():
-    chips = view.day_options(Settings(working_days=("SA", "SU")))
-    assert [chip.text for chip in chips] == ["Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun"]
-    assert [chip.key for chip in chips if chip.selected] == ["SA", "SU"]
-
-
 # ---------------------------------------------------------------------- robots
-def test_a_robots_panel_is_its_data_sheet():
-    [aino, _sisu] = view.robot_panels(facts(snapshots={1: snapshot()}), NOW)
-    assert aino == view.RobotPanelView(
-        1,
-        "Aino",
-        "MiR250 · software 3.5.4",
-        "10.40.12.21",
-        "200104012",
-        "–",
-        missions="1 in use",
-        badge="Connected · now",
-        badge_icon="wifi",
-        tone="neutral",
+def robot_items(**values):
+    return view.robot_items(facts(**values), NOW, {})
+
+
+def test_a_row_of_a_robot_says_what_it_is_and_nothing_else_while_all_is_well():
+    [aino, _sisu] = robot_items(snapshots={1: snapshot()})
+    assert (aino.key, aino.title, aino.support, aino.meta) == (1, "Aino", "MiR250 · 10.40.12.21", "")
+
+
+def test_the_sheet_of_a_robot_has_its_data():
+    known = facts(snapshots={1: snapshot()})
+    assert view.robot_note(known, known.robot(1), NOW) == view.NoticeView(
+        "Connected · now", "MiR250 · software 3.5.4 · serial 200104012", "neutral", "wifi"
     )
 
 
-def test_what_is_not_known_of_a_robot_is_a_dash():
-    [_aino, sisu] = view.robot_panels(facts(missions=()), NOW)
-    assert (sisu.serial, sisu.model, sisu.missions) == ("–", "MiR robot", "none in use")
-    assert sisu.address == "https://sisu.plant:8443"  # what is not plain http is said
+def test_what_is_not_plain_http_is_said():
+    [_aino, sisu] = robot_items(missions=())
+    assert sisu.support == "MiR robot · https://sisu.plant:8443"
 
 
 def test_missing_missions_stand_out_on_their_robot():
-    [aino, sisu] = view.robot_panels(
-        facts(names={1: {"guid-deliver": "Deliver kits"}, 2: {"guid-deliver": "Deliver kits"}}), NOW
-    )
-    assert (aino.missions, aino.missions_tone) == ("1 in use", "neutral")
-    assert (sisu.missions, sisu.missions_tone, sisu.missions_icon) == ("1 missing", "attention", "alert")
+    [aino, sisu] = robot_items(names={1: {"guid-deliver": "Deliver kits"}, 2: {"guid-deliver": "Deliver kits"}})
+    assert "missing" not in aino.meta
+    assert (sisu.meta, sisu.meta_tone, sisu.meta_icon) == ("1 missing", "attention", "alert")
 
 
 def test_a_robot_without_password_says_so_first():
-    [panel] = view.robot_panels(facts(robots=(replace(AINO, needs_password=True, enabled=False),)), NOW)
-    assert (panel.badge, panel.tone) == ("Needs a password", "attention")
+    [row] = robot_items(robots=(replace(AINO, needs_password=True, enabled=False),))
+    assert (row.meta, row.meta_tone) == ("Needs a password", "attention")
+
+
+@pytest.mark.parametrize(("tone", "shown"), [("fault", "1 problem"), ("action", ""), ("done", "")])
+def test_only_a_problem_of_a_check_up_stands_in_the_list(tone, shown):
+    check_up = view.NoticeView("1 problem", tone=tone)
+    [aino, _sisu] = view.robot_items(facts(snapshots={1: snapshot()}), NOW, {1: check_up})
+    assert aino.meta == shown
 
 
 def identity(serial="200104012", **values):
@@ -173,11 +171,12 @@ def identity(serial="200104012", **values):
 def test_two_that_turn_out_to_be_one_machine_name_each_other():
     """A silent one is saved without its serial number, which is read later."""
     twins = (AINO, replace(AINO, id=2, name="Lempi"), replace(AINO, id=3, name="Third", serial_number=""))
-    assert [(panel.badge, panel.tone) for panel in view.robot_panels(facts(robots=twins), NOW)][:2] == [
+    rows = robot_items(robots=twins)
+    assert [(row.meta, row.meta_tone) for row in rows[:2]] == [
         ("Same machine as Lempi", "fault"),
         ("Same machine as Aino", "fault"),
     ]
-    assert "Same" not in view.robot_panels(facts(robots=twins), NOW)[2].badge
+    assert "Same" not in rows[2].meta
 
 
 def test_a_passed_test_says_who_answered():
@@ -191,39 +190,26 @@ def test_a_passed_test_omits_missing_facts():
     assert view.connection_found(identity(serial=None, software=None)).note == "MiR250"
 
 
-def test_another_machine_or_certificate_leads_to_where_it_can_be_accepted():
-    notice = view.failed_test(AnotherRobot(address="10.1.1.1", expected="200104012", found="999"))
-    assert (notice.tone, notice.note) == ("attention", "If it is the new one, accept it in Edit")
-    assert "200104012" in notice.text
-    assert "999" in notice.text
-    unknown = view.failed_test(CertificateProblem(code="certificate_untrusted"))
-    assert (
-        view.failed_test(CertificateMismatch()).note
-        == unknown.note
-        == "Edit, then Test connection, shows its fingerprint to compare"
-    )
-    assert "Test connection" not in unknown.text  # that was just pressed, and has shown nothing
-    assert view.failed_test(CertificateProblem()).note == ""
+def test_a_certificate_is_said_without_what_was_just_pressed():
+    assert "Test connection" not in view.went_wrong(CertificateProblem(code="certificate_untrusted")).text
 
 
 @pytest.mark.parametrize(
     ("by", "words"),
     [
-        (None, "–"),
         (IdentifiedBy.SERIAL_NUMBER, "its serial number"),
         (IdentifiedBy.CERTIFICATE, "its certificate"),
         (IdentifiedBy.ADDRESS, "its address only"),
     ],
 )
-def test_a_panel_says_what_makes_the_machine_the_robot(by, words):
-    [panel] = view.robot_panels(facts(robots=(replace(AINO, identified_by=by),)), NOW)
-    assert panel.identified_by == words
+def test_the_sheet_says_what_makes_the_machine_the_robot(by, words):
+    assert f"Identified by {words}" in view.robot_note(facts(), replace(AINO, identified_by=by), NOW).note
 
 
 @pytest.mark.parametrize(("user", "is_published"), [("distributor", True), ("scheduler", False)])
 def test_a_password_that_is_printed_in_manuals_is_flagged(user, is_published):
-    [panel] = view.robot_panels(facts(robots=(replace(AINO, token=Token.derive(user, "distributor").header),)), NOW)
-    assert panel.has_default_password is is_published
+    robot = replace(AINO, token=Token.derive(user, "distributor").header)
+    assert ("Default password of MiR" in view.robot_note(facts(), robot, NOW).note) is is_published
 
 
 def test_fingerprints_are_shown_as_people_compare_them():

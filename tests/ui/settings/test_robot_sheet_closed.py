@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from app.screens.settings.robot_dialog import RobotDialog
-from app.screens.settings.robots import RobotPanel
+from app.widgets.buttons import IconButton
 from app.widgets.dialogs import ConfirmDialog
-from tests.ui.integrator import enter, fill_in, go, press, robots
+from tests.ui.integrator import enter, fill_in, go, item_of, open_row, press, robots, titles
 from tests.ui.whole_app import PASSWORD, USER
 
 pytestmark = pytest.mark.long
@@ -28,7 +27,7 @@ def test_cancelling_during_the_connection_test_adds_no_robot(site, app, ui, slow
     dialog = fill_in(ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password=PASSWORD)
     press(ui, "Save robot", dialog)
     assert dialog.vm.testing
-    press(ui, "Cancel", dialog)
+    ui.tap(ui.find(IconButton, dialog, icon="close"))
     ui.wait(lambda: app.shell.background.idle)
     assert robots(site) == []
     assert app.shell.snackbars.texts == []
@@ -39,21 +38,16 @@ def test_nothing_is_asked_of_a_robot_whose_dialog_is_closed(site, app, ui):
     site.add_robots()
     veikko = site.fleet.robots[1]
     go(ui, "robots")
-    ui.wait(
-        lambda: (
-            all(panel.badge.startswith("Connected") for panel in ui.find_all(RobotPanel)) and ui.find_all(RobotPanel)
-        )
-    )
+    ui.wait(lambda: len(titles(ui)) == 2 and all(item_of(ui, name).icon == "wifi" for name in titles(ui)))
     site.container.catalogue.remove_robot(robots(site)[1].id)
-    ui.wait(lambda: len(ui.find_all(RobotPanel)) == 1)
-    press(ui, "Edit", ui.find(RobotPanel, name="Aino"))
-    dialog = ui.find(RobotDialog)
+    ui.wait(lambda: len(titles(ui)) == 1)
+    dialog = open_row(ui, "Aino")
     enter(ui, dialog.ids.address_field, veikko.url)
     enter(ui, dialog.ids.password_field, PASSWORD)
     veikko.control({"fault": SLOW})
     press(ui, "Test connection", dialog)
     assert dialog.vm.testing
-    press(ui, "Cancel", dialog)
+    ui.tap(ui.find(IconButton, dialog, icon="close"))
     ui.wait(lambda: app.shell.background.idle)
     veikko.control({"fault": None})
     assert ui.find_all(ConfirmDialog) == []

@@ -1,4 +1,4 @@
-"""The dialog that adds or edits a robot. It tests the connection before it saves, and never shows a saved password.
+"""The sheet that adds or edits a robot. It tests the connection before it saves, and never shows a saved password.
 
 It asks if another machine answers, or one without its serial number or with an unknown certificate; nothing is sent
 before the user's answer.
@@ -12,7 +12,8 @@ from typing import Any
 
 from kivy.clock import Clock
 from kivy.event import EventDispatcher
-from kivy.properties import AliasProperty, BooleanProperty, ObjectProperty, StringProperty
+from kivy.properties import AliasProperty, BooleanProperty, ListProperty, ObjectProperty, StringProperty
+from kivy.uix.widget import Widget
 
 from app.domain import names
 from app.domain.models import Connection, HandOver, InvalidInput, Robot
@@ -20,6 +21,7 @@ from app.domain.robot import Identity
 from app.i18n import _
 from app.mir.credentials import Token
 from app.mir.errors import AnotherRobot, SerialNumberHidden
+from app.screens.common.options import MenuItem
 from app.screens.common.problems import sentence_of
 from app.screens.settings.page import PageContext
 from app.screens.settings.view import (
@@ -31,10 +33,12 @@ from app.screens.settings.view import (
     hidden_number_question,
     new_robot_question,
     plain_address,
+    robot_note,
     went_wrong,
 )
 from app.services.catalogue import validation
-from app.widgets.dialogs import FormDialog
+from app.widgets.items import Item
+from app.widgets.sheet import Sheet
 
 FIELDS = ("name", "address", "username", "password", "fingerprint")
 NEED_DECISION = (Connection.WRONG_ROBOT, Connection.OTHER_CERTIFICATE, Connection.UNTRUSTED, Connection.UNAUTHORIZED)
@@ -62,7 +66,9 @@ class RobotForm(EventDispatcher):
     testing = BooleanProperty(False)
     saving = BooleanProperty(False)
     save_word = StringProperty()
-    can_remove = BooleanProperty(False)
+    is_known = BooleanProperty(False)
+    about = ObjectProperty(NoticeView())  # what answers
+    check_up = ListProperty()  # a row
 
     def _is_https(self) -> bool:
         return self.address.strip().lower().startswith("https:") or bool(self.fingerprint_problem)
@@ -80,16 +86,22 @@ class RobotForm(EventDispatcher):
         return self.address, self.username, self.password, self.fingerprint
 
 
-class RobotDialog(FormDialog):
-    """``on_remove(robot)`` fires when Delete was pressed; the dialog is closed then."""
+class RobotSheet(Sheet):
+    """``on_remove(robot)`` fires when Delete was chosen, the sheet is closed then; ``on_check_up(robot)`` when its check-up was.
+    ``standing(robot)`` is how that stands."""
 
     vm = ObjectProperty(None, rebind=True, allownone=True)
-    wide = BooleanProperty(True)
 
-    __events__ = ("on_remove",)
+    __events__ = ("on_remove", "on_check_up")
 
-    def __init__(self, context: PageContext, robot: Robot | None = None, **kwargs: Any) -> None:
-        self._context, self._robot = context, robot
+    def __init__(
+        self,
+        context: PageContext,
+        robot: Robot | None = None,
+        standing: Callable[[Robot], NoticeView] = lambda _robot: NoticeView(),
+        **kwargs: Any,
+    ) -> None:
+        self._context, self._robot, self._standing = context, robot, standing
         self._tested: tuple[str, ...] | None = None  # the connection whose test is over, passed or failed
         self._found: Identity | None = None
         self._new_serial: str | None = None  # of the machine that was accepted as the new robot
@@ -97,7 +109,7 @@ class RobotDialog(FormDialog):
         self._may_be_open = robot is None or not robot.address.startswith("https:")
         form = RobotForm(save_word=_("Save robot"), title=_("Add robot"))
         if robot is not None:
-            form.title, form.can_remove = _("Edit {robot}").format(robot=robot.name), True
+            form.title, form.is_known = robot.name, True
             form.name, form.address, form.username = robot.name, plain_address(robot.address), robot.username
             form.fingerprint, form.enabled = robot.certificate_sha256 or "", robot.enabled
             form.password_hint = self._password_hint(robot, True)
@@ -112,11 +124,32 @@ class RobotDialog(FormDialog):
         for name in FIELDS:
             form.fbind(name, self._edited, name)
             form.fbind(f"{name}_problem", self._reveal, f"{name}_field")
-        self.fbind("width", self._widened)
-        self._widened()
+        self._entered_first = self._values()
+        for name in (*FIELDS, "enabled", "in_order"):
+            form.fbind(name, lambda *_args: setattr(self, "draft", self._values() != self._entered_first))
+        self.show_facts()
 
     def on_remove(self, robot: Robot) -> None:
-        """Delete was pressed."""
+        """Delete was chosen."""
+
+    def on_check_up(self, robot: Robot) -> None:
+        """Its check-up was tapped."""
+
+    def _values(self) -> tuple[object, ...]:
+        return tuple(getattr(self.vm, name) for name in (*FIELDS, "enabled", "in_order"))
+
+    def show_facts(self) -> Robot | None:
+        """What is known of the robot now; returns it."""
+        context, robot = self._context, self._robot and self._context.facts.robot(self._robot.id)
+        if robot is not None:
+            stands = self._standing(robot)
+            self.vm.about = robot_note(context.facts, robot, context.now())
+            self.vm.check_up = [
+                Item(
+                    "check up", _("Check-up"), stands.text, icon=stands.icon, tone=stands.tone, support_tone=stands.tone
+                )
+            ]
+        return robot
 
     def _reveal(self, what: str, _form: RobotForm, said: str | NoticeView) -> None:
         """In a low window, bring the last message in sight."""
@@ -127,9 +160,6 @@ class RobotDialog(FormDialog):
         """A failed test can be passed over; a name that is taken can't."""
         is_failed = self._tested is not None and self._found is None
         self.vm.save_word = _("Save anyway") if is_failed and not self.vm.name_problem else _("Save robot")
-
-    def _widened(self, *_args: Any) -> None:
-        self.wide = self.width >= self.panel_width * 0.85
 
     def _edited(self, name: str, *_args: Any) -> None:
         """A field being corrected is no longer red, and an earlier test doesn't apply to new values."""
@@ -188,9 +218,21 @@ class RobotDialog(FormDialog):
         """Whether the answering machine is refused until a person has decided: saving tests it, and asks."""
         return self._robot is not None and self._context.facts.snapshot(self._robot.id).connection in NEED_DECISION
 
+    def on_dots(self, button: Widget) -> None:
+        self._context.shell.dialogs.menu(
+            button,
+            "",
+            [MenuItem("delete", _("Delete robot"), "delete-outline", tone="fault")],
+            lambda _key: self.remove(),
+        )
+
+    def open_check_up(self) -> None:
+        if self._robot is not None:
+            self.dispatch("on_check_up", self._robot)
+
     def remove(self) -> None:
         if self._robot is not None:
-            self.dismiss()
+            self._context.shell.sheets.close()
             self.dispatch("on_remove", self._robot)
 
     def _if_it_may_be_open(self, then: Callable[[], object]) -> None:
@@ -239,8 +281,8 @@ class RobotDialog(FormDialog):
         )
 
     def _if_open(self, then: Callable[[], object]) -> None:
-        """If the dialog was closed before the robot's answer, nothing is saved and nothing is asked."""
-        if self.is_open:
+        """If the sheet was closed before the robot's answer, nothing is saved and nothing is asked."""
+        if self.parent is not None:
             then()
 
     def _passed(self, asked: tuple[str, ...], identity: Identity, then: Callable[[], object]) -> None:
@@ -404,7 +446,7 @@ class RobotDialog(FormDialog):
 
     def _saved(self, robot: Robot) -> None:
         self.vm.saving = False
-        self.dismiss()
+        self._context.shell.sheets.close()
         self._context.was_saved("robots", robot)
         self._context.say((_("{robot} saved") if self._robot else _("{robot} added")).format(robot=robot.name))
 

@@ -6,16 +6,15 @@ from dataclasses import replace
 
 import pytest
 
-from app.screens.settings.robot_dialog import RobotDialog
-from app.screens.settings.robots import RobotPanel
+from app.screens.settings.robot_sheet import RobotSheet
 from app.widgets.dialogs import ConfirmDialog
 from tests.hostile.capture import capture
-from tests.ui.integrator import enter, fill_in, go, page, press, robots, says
+from tests.ui.integrator import enter, fill_in, go, item_of, open_row, page, press, robots, says, titles
 from tests.ui.whole_app import PASSWORD, USER
 
 
 @pytest.fixture
-def refused(site, app, ui) -> RobotDialog:
+def refused(site, app, ui) -> RobotSheet:
     """The user name was typed wrongly, and the robot has refused it."""
     go(ui, "robots")
     press(ui, "Add robot")
@@ -54,15 +53,10 @@ def test_a_name_in_use_is_reported_first_and_cannot_be_saved_anyway(site, app, u
     assert (refused.ids.name_field.problem, refused.vm.save_word) == ("", "Save anyway")
 
 
-def aino_at_veikkos_address(site, ui) -> RobotDialog:
+def aino_at_veikkos_address(site, ui) -> RobotSheet:
     go(ui, "robots")
-    ui.wait(
-        lambda: (
-            all(panel.badge.startswith("Connected") for panel in ui.find_all(RobotPanel)) and ui.find_all(RobotPanel)
-        )
-    )
-    press(ui, "Edit", ui.find(RobotPanel, name="Aino"))
-    dialog = ui.find(RobotDialog)
+    ui.wait(lambda: len(titles(ui)) == 2 and all(item_of(ui, name).icon == "wifi" for name in titles(ui)))
+    dialog = open_row(ui, "Aino")
     assert dialog.vm.password_hint == "unchanged"
     enter(ui, dialog.ids.address_field, site.fleet.robots[1].url)
     assert dialog.vm.password_hint == "needed for this change"
