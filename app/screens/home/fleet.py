@@ -8,16 +8,16 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
-from app.domain.message import render
 from app.domain.models import Connection, Robot, RobotSnapshot, Settings
 from app.domain.models import Group as RobotGroup
-from app.domain.robot import RobotState, UserPrompt, clipped, problems_in_words
+from app.domain.robot import RobotState, UserPrompt, clipped
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.formats import LONGEST_QUESTION
 from app.screens.common.holding import HAND
 from app.screens.common.robot_appearance import LOW, battery_appearance, state_appearance
 from app.screens.common.robot_groups import CALM, NEEDS_HELP, URGENCY, Group, count_words, look_of
+from app.screens.common.robot_texts import Problem, problem_of_status
 from app.screens.home.waiting import WaitingStart
 from app.widgets.items import Action, Item
 
@@ -168,9 +168,9 @@ def _problem(robot: Robot, snapshot: RobotSnapshot, group: Group, word: str, is_
         return clipped(status.user_prompt.question, LONGEST_QUESTION)
     if is_low:
         return _("Battery under {minimum} %").format(minimum=formats.plain(settings.minimum_battery_percent or LOW))
-    return (
-        render(problems_in_words(status.errors), _) or (status.mission_text if word == formats.NOTHING else "") or word
-    )
+    is_said = status.errors or group is Group.STOPPED or word == formats.NOTHING
+    found = problem_of_status(status) if is_said else Problem()
+    return found.words or found.quote or word
 
 
 def _remedy(group: Group, state: RobotState | None) -> str:

@@ -15,6 +15,7 @@ from kivymd.uix.boxlayout import MDBoxLayout
 from app.screens.home.fleet import columns
 from app.screens.home.fleet_model import FleetState
 from app.screens.home.wall import WallView
+from app.widgets import load_kv
 from app.widgets.display import SectionCard
 from app.widgets.lists import RecycledRow
 from app.widgets.panel_grid import PanelGrid
@@ -208,6 +209,7 @@ class FleetPage(BoxLayout):
 
     def _show_wall(self, *_: Any) -> None:
         if self.vm.wall.is_on and self._wall is None:
+            load_kv("home/wall")
             self._wall = WallView(vm=self.vm)
             Window.add_widget(self._wall)
         elif not self.vm.wall.is_on and self._wall is not None:

@@ -370,7 +370,7 @@ class HomeScreen(Pages):
     Services = HomeServices
 
     def __init__(self, services: HomeServices, shell: Shell, **kwargs: Any) -> None:
-        load_kv("widgets/flow", "home/cards", "home/waiting", "home/screen", "home/fleet", "home/wall")
+        load_kv("widgets/flow", "home/cards", "home/waiting", "home/screen", "home/fleet")
         super().__init__(vm=HomeViewModel(services, shell), **kwargs)
         for name in ("loaded", "has_robots"):
             self.vm.fbind(name, self._choose_layout)

@@ -70,7 +70,7 @@ def rows(*looks: Look, halls=None):
             Group.STOPPED,
             "fault",
             "Stopped",
-            "Failed to reach goal position 'Line 2' (10120)",
+            "Can't reach Line 2",
             "reset",
         ),
         (sample.ASKING, Group.ASKS, "action", "Asks", "Is the pallet loaded at Dock 3?", ""),
@@ -89,7 +89,7 @@ def rows(*looks: Look, halls=None):
             Group.LOOK,
             "attention",
             "Working",
-            "Lidar is dirty (1)",
+            "Lidar is dirty (1)",  # not among the texts that are known
             "",
         ),
         (
