@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from datetime import timedelta
 from typing import Any
 
+from app.container import Container
+from app.database.activities import ActivityRepository
+from app.domain.activity import ActivitySpan
+from app.domain.models import Group, Robot
 from app.screens.logs.view import PROBLEMS, Period
 from tests.screenshots.planning import EVERY_SIZE, Stand
 from tests.screenshots.registry import BOTH, LANDSCAPE, picture
@@ -68,6 +73,32 @@ def figure(studio: Any) -> Any:
 @picture("logs-activity", sizes=EVERY_SIZE)
 def logs_activity(studio: Any) -> Any:
     stand = Stand(studio, "logs")
+    stand.vm.choose_part("activity")
+    return stand.settle()
+
+
+def fifty(container: Container) -> None:
+    """Robots in three halls, each with eight hours of its own."""
+    robots = [
+        container.catalogue.save_robot(Robot(f"Robot {n}", f"10.0.0.{n}", "user"), "secret") for n in range(1, 51)
+    ]
+    for hall in range(3):
+        members = tuple(robot.id for robot in robots[17 * hall : 17 * (hall + 1)])
+        container.catalogue.save_group(Group(f"Hall {hall + 1}", members))
+    kinds = ("executing", "idle", "charging", "idle", "executing", "paused", "idle", "offline", "executing", "error")
+    for n, robot in enumerate(robots):
+        at, spans = container.clock.now() - timedelta(hours=8), []
+        for k in range(24):
+            end = at + timedelta(minutes=8 + (n * 7 + k * 5) % 23)
+            spans.append(ActivitySpan(kinds[(n + k) % len(kinds)], at, min(end, container.clock.now())))
+            at = end
+        kept = [span for span in spans if span.start < span.end]
+        container.db.write(lambda c, robot=robot, kept=kept: ActivityRepository().save(c, robot.id, kept))
+
+
+@picture("logs-activity-fifty", sizes=(LANDSCAPE,))
+def logs_activity_fifty(studio: Any) -> Any:
+    stand = Stand(studio, "logs", furnished=False, prepare=fifty)
     stand.vm.choose_part("activity")
     return stand.settle()
 

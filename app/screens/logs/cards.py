@@ -57,6 +57,12 @@ class LogsBody(BoxLayout):
     on_part = on_vm
 
 
+class ListCard(SectionCard):
+    """The card of the runs."""
+
+    is_wide = BooleanProperty(False)
+
+
 class ChipLine(StackLayout):
     """A row widget of ``kind`` for each of ``data``, on as many lines as they need; ``on_action(key, action)`` is a tap on one."""
 

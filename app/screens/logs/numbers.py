@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from app.domain.models import Reason, State
 from app.domain.reasons import sentence
-from app.i18n import _, ngettext
+from app.i18n import _, ngettext, pgettext
 from app.screens.common import execution_appearance, formats
 from app.screens.logs.figures import Figures
 from app.services.history.figures import FIGURES, GROUP_FIGURES, Facts, GroupFacts, Unit
@@ -39,7 +39,7 @@ def label(key: str) -> str:
     return {
         "success": _("Success"),
         "duration": _("Duration"),
-        "per_day": _("Missions"),
+        "per_day": pgettext("figure", "Missions"),
         "utilisation": _("In use"),
         "adherence": _("On time"),
     }.get(key) or _(FIGURES[key].title)
