@@ -187,7 +187,7 @@ class FleetViewModel(FleetState, ViewModel):
         self._waiting |= dict.fromkeys(self._robots)
         self._soon()
         self.wall.clock = formats.clock_time(self._services.clock.now(), self._settings.timezone)
-        self.wall.look(self.is_shown and self._shell.dialogs.top is None)
+        self.wall.look(self.wall.is_kiosk and self.is_shown and self._shell.dialogs.top is None)
         if self.wall.is_on and self._chosen is not None:
             self.show_only(None)
 

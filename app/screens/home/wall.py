@@ -38,8 +38,8 @@ class Wall(EventDispatcher):
         return end
 
     def look(self, may_come: bool) -> None:
-        """Once a second: ``may_come`` where nothing else would be hidden."""
-        self.is_on = self.is_kiosk and may_come and Clock.get_time() - self._used_at >= LEFT_ALONE
+        """Once a second: ``may_come`` on a screen that is filled, where nothing else would be hidden."""
+        self.is_on = may_come and Clock.get_time() - self._used_at >= LEFT_ALONE
 
     def leave(self) -> None:
         self._used()
