@@ -29,14 +29,6 @@ class Tile(Surface):
     """A block inside a card."""
 
 
-class StatusBadge(TonedSurface):
-    """Icon, text and colour of a state; ``loud`` only for a fault that needs a person now."""
-
-    icon = StringProperty()
-    text = StringProperty()
-    loud = BooleanProperty(False)
-
-
 class Disc(TonedSurface):
     """A round icon, or a number without an icon."""
 

@@ -217,23 +217,6 @@ PAGES = """
                             icon: "check"
                             text: "Save"
                             large: True
-                    BoxLayout:
-                        size_hint_y: None
-                        height: dp(32)
-                        spacing: S8
-                        StatusBadge:
-                            icon: "wifi"
-                            text: "Connected"
-                        StatusBadge:
-                            tone: "attention"
-                            icon: "wifi-strength-2-alert"
-                            text: "Slow · 10 s ago"
-                        StatusBadge:
-                            tone: "fault"
-                            loud: True
-                            icon: "alert-octagon"
-                            text: "Stopped"
-                        Widget:
 
 <GalleryLists@GalleryFrame>:
     current: "scheduler"

@@ -16,7 +16,7 @@ from app.domain.models import Schedule
 from app.screens.logs.view import Period
 from app.screens.settings.page import SwitchRow
 from app.widgets.buttons import CommandButton, Segment, Toggle
-from app.widgets.display import StatusBadge
+from app.widgets.display import Disc
 from app.widgets.frame import AlarmBanner, Frame, NavItem
 from app.widgets.scrolling import ScrollPage
 from app.widgets.tokens import THEMES, tk
@@ -174,7 +174,7 @@ def test_a_switch_of_the_theme_leaves_the_colours_that_the_theme_has(ui, before,
             ),
             AlarmBanner(text="Nothing is sent", note="held", tone="attention"),
             CommandButton(style="filled", text="Run", icon="play"),
-            StatusBadge(text="Failed", icon="alert", tone="fault", loud=True),
+            Disc(icon="alert", tone="fault", loud=True),
         ]
 
     def inks(shown):

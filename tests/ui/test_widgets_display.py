@@ -12,7 +12,7 @@ from kivymd.icon_definitions import md_icons
 
 from app.domain.models import THEMES
 from app.widgets.chart import Meter
-from app.widgets.display import EmptyState, Fact, StatusBadge, ValueTile
+from app.widgets.display import Disc, EmptyState, Fact, ValueTile
 from app.widgets.surfaces import Tap
 from app.widgets.text import Ico, Txt, Value
 from app.widgets.tokens import COLOURS, TONES, apply_theme, tk
@@ -33,12 +33,12 @@ def test_contrast_is_computed_as_wcag_does():
 
 @pytest.mark.parametrize("theme", THEMES)
 def test_a_switch_recolours_what_is_on_screen(ui, stage, theme):
-    badge = ui.show(StatusBadge(tone="fault", text="Stopped", icon="alert-octagon"))
+    badge = ui.show(Disc(tone="fault", text="4"))
     apply_theme(stage.theme_cls, theme)
     ui.advance()
     column = THEMES.index(theme)
     assert list(badge.tint) == pytest.approx(list(tk.fault_bg))
-    assert list(ui.find(Txt, text="Stopped").color) == list(tk.fault_on)
+    assert list(ui.find(Txt, text="4").color) == list(tk.fault_on)
     assert stage.theme_cls.primaryColor == tk.accent
     assert COLOURS["accent"][column].lower() in str(hex_of(tk.accent))
 

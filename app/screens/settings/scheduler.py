@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 from kivy.event import EventDispatcher
-from kivy.properties import BooleanProperty, NumericProperty, StringProperty
+from kivy.properties import BooleanProperty, NumericProperty, OptionProperty, StringProperty
 
 from app.domain.clock import zone_names
 from app.i18n import _
@@ -15,14 +15,15 @@ from app.screens.common.zones import zone_options
 from app.screens.settings.page import PageContext, SettingsPage
 from app.services.catalogue import fields
 from app.services.catalogue.checks import Number
-from app.widgets.fields import StepField
+from app.widgets.fields import Field
 
 RANGES = {field.key: field.check for field in fields.SETTINGS if isinstance(field.check, Number)}
 
 
-class NumberSetting(StepField):
+class NumberSetting(Field):
     """A number of the configuration's table of fields, by its key: the range is from there, ``stored`` its value."""
 
+    kind = OptionProperty("step", options=["step"])
     setting = StringProperty()
     stored = NumericProperty()
 
