@@ -23,6 +23,7 @@ from hashlib import sha256
 from urllib.parse import urlsplit
 
 from mir_sim import MISSIONS
+from tests.benchmarks.bench_idle import cpu_seconds
 
 AUTHORIZATION = b64encode(b"distributor:" + sha256(b"distributor").hexdigest().encode()).decode()
 
@@ -129,12 +130,6 @@ def main() -> None:
         f"answer ms  p50 {percentile(taken, 0.5):.2f}  p99 {percentile(taken, 0.99):.2f}  max {percentile(taken, 1.0):.2f}   "
         f"(client late by p99 {percentile(late, 0.99):.2f})"
     )
-
-
-def cpu_seconds(pid: int) -> float:
-    with open(f"/proc/{pid}/stat") as stat:
-        fields = stat.read().rsplit(")", 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 if __name__ == "__main__":
