@@ -13,7 +13,7 @@ from app.widgets.lanes_bars import Placed, paint_icon
 from app.widgets.lanes_frame import TWO_LINES_FROM, Frame, Span, cut
 from app.widgets.tokens import tk
 
-LEAST_IN, LEAST_BESIDE = 60, 64  # dp of room, less is too little for a name
+LEAST_IN, LEAST_BESIDE = 60, 52  # dp of room, less is too little for a name
 LINE = 19  # sp between two lines
 SIZE = 16  # sp
 IN, BESIDE = "RobotoMedium", "Roboto"  # fonts

@@ -157,6 +157,10 @@ class FormFields(AsksRobot):
                 draft = replace(draft, until_time=time(23, 59))
         self._change(draft)
 
+    def toggle_day(self, day: str) -> None:
+        days = self._draft.weekdays
+        self.set(weekdays=tuple(d for d in days if d != day) if day in days else (*days, day))
+
     def step_every(self, direction: int) -> None:
         """Minutes by five from ten on, else one by one."""
         draft, number = self._draft, self._draft.every or 0

@@ -166,7 +166,7 @@ def _schedule_row(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> I
     icon, tone = execution_appearance.LOOKS[last.state]
     went = last.ended_at or last.planned_at
     meta = near_time(went, facts, now) if last.state is State.COMPLETED else execution_appearance.word(last.state)
-    return replace(row, meta_icon=icon, meta_tone=tone, meta=meta)
+    return replace(row, meta_icon=icon, meta_tone="neutral" if last.state is State.COMPLETED else tone, meta=meta)
 
 
 def near_time(at: datetime, facts: SchedulerFacts, now: datetime) -> str:

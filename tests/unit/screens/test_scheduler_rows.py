@@ -204,7 +204,7 @@ def test_a_schedule_shows_how_it_last_went():
     assert (row.meta_icon, row.meta_tone, row.meta) == ("skip-next-circle", "attention", "Not run")
     ran = execution(State.COMPLETED, 60, ended_at=NOW - timedelta(minutes=33))
     row = view.schedule_rows(facts(last={7: ran}), NOW)[0]
-    assert (row.meta_tone, row.meta) == ("done", "14:05")
+    assert (row.meta_tone, row.meta) == ("neutral", "14:05")
 
 
 @pytest.mark.parametrize(
