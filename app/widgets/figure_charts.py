@@ -95,12 +95,3 @@ class TrendRow(Row, TonedTap):
 
     def on_release(self):
         self.act("open")
-
-
-class LineKey(Chart):
-    """Legend of the band of what is usual."""
-
-    def draw(self):
-        self.box(*self.pos, *self.size, tk.accent_soft, dp(3), alpha=0.45)
-        self.box(*self.pos, *self.size, tk.accent, dp(3), ring=1)
-        self.box(self.x, self.center_y - 1, self.width, 2, tk.accent)

@@ -93,6 +93,7 @@ def test_arrows_move_the_time_and_a_button_leads_back_to_now(screen, ui):
     assert later.disabled
     tap(screen, ui, ui.find(IconButton, icon="chevron-left"))
     assert [tick.label for tick in ui.find(ActivityBands).ticks] == [f"{hour:02}:00" for hour in range(3, 11)]
+    assert "Fri 20 Nov" in ui.texts()
     tap(screen, ui, later)
     assert later.disabled
     tap(screen, ui, ui.find(IconButton, icon="chevron-left"))
