@@ -64,7 +64,6 @@ class Delays:
     accepted: Sequence[float] = ()  # of that, until the robot had accepted it
     queued: Sequence[float] = ()  # and waiting in the robot's queue
     runs: Sequence[float] = ()  # on the robot, where that is known
-    waited_s: float = 0.0  # in the queue, by these together
 
     @property
     def late(self) -> int:
@@ -185,11 +184,6 @@ GROUP_FIGURES: Mapping[str, Figure[GroupFacts]] = {
 def _spread(shares: Sequence[float]) -> float | None:
     """Between the most and the least used robot; None if fewer than two were seen."""
     return max(shares) - min(shares) if len(shares) > 1 else None
-
-
-def queue_share(delays: Delays) -> float | None:
-    """Waiting in the robot's queue ÷ (waiting + running)."""
-    return _ratio(delays.waited_s, delays.waited_s + sum(delays.runs))
 
 
 # ---------------------------------------------------------------------- counting

@@ -182,7 +182,6 @@ class Kpis:
             sorted(one.app_s for one in found),
             sorted(one.queue_s for one in found),
             sorted(one.run_s for one in found if one.run_s is not None),
-            sum(one.queue_s for one in found if one.run_s is not None),
         )
 
     def failures(self, wanted: KpiFilter = ALL) -> Sequence[Cause]:

@@ -56,10 +56,6 @@ class Trend:
         """The median run of the period took longer than nine of ten runs before it."""
         return self.usual is not None and self.median_s > self.usual.p90_s
 
-    @property
-    def is_shorter(self) -> bool:
-        return self.usual is not None and self.median_s < self.usual.p10_s
-
 
 def expected(measured: DurationEstimate | None, mission: Mission | None) -> DurationEstimate | None:
     """How long the next run will take: as the runs on that robot did or, without any, as a person typed it; None: not known."""
