@@ -1,4 +1,4 @@
-"""What the rows of lists show: without kivy, so that a screen's words are made and tested without a window."""
+"""What rows of lists and tabs show: without kivy, so that a screen's words are made and tested without a window."""
 
 from collections.abc import Hashable
 from dataclasses import dataclass
@@ -61,3 +61,14 @@ class Item:
     def at_right(self) -> str:
         """The meta, or why a button is off."""
         return self.meta or next((action.off for action in self.actions if action.off), "")
+
+
+@dataclass(frozen=True)
+class Tab:
+    """``count`` 0 is not shown. A ``tone`` colours icon and count: something there is not normal."""
+
+    key: Hashable
+    text: str
+    icon: str = ""
+    tone: str = ""
+    count: int = 0

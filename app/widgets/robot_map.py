@@ -41,7 +41,8 @@ class RobotMap(Chart):
 
     The background is a ``texture`` whose alpha shows the walls (the theme colours it), or drawn from ``walls`` and ``racks`` =
     [(x, y, width, height)]. ``places`` (x, y, name) are shown unless they overlap each other or the robot; ``path`` = points
-    still to drive, the last one is the goal; ``at`` empty = position unknown; ``name`` of the map is in a corner. The map keeps its
+    still to drive, the last one is the goal; ``label`` is at the goal, or without one at the robot; ``at`` empty = position unknown;
+    ``name`` of the map is in a corner. The map keeps its
     proportions (``aspect`` = height / width); without enough room it is cropped around the robot.
     """
 
@@ -55,7 +56,8 @@ class RobotMap(Chart):
     racks = ListProperty()
     places = ListProperty()
     name = StringProperty()
-    watch = ("tone", "at", "heading", "path", "texture", "aspect", "walls", "racks", "places", "name")
+    label = StringProperty()
+    watch = ("tone", "at", "heading", "path", "texture", "aspect", "walls", "racks", "places", "name", "label")
 
     def draw(self):
         self._place_map()
@@ -69,6 +71,8 @@ class RobotMap(Chart):
             self._goal([self._point(x, y) for x, y in self.path])
         if self.at:
             self._robot(*self._point(*self.at), self.heading, self.tone)
+        if self.label:
+            self._plate(self._label_area(), self.label, tk.ink, ring=True)
         StencilUnUse()
         RoundedRectangle(**clip)
         StencilPop()
@@ -104,7 +108,10 @@ class RobotMap(Chart):
 
     def _names(self):
         """Labels of the map and of places, without those that would overlap another, the robot or the goal."""
-        taken = [*self.kept_free(), *(self._around(*self._point(*point), dp(17)) for point in self._marked())]
+        taken = [
+            *([self._label_area()] if self.label else []),
+            *(self._around(*self._point(*point), dp(17)) for point in self._marked()),
+        ]
         corner = None
         if self.name and (width := self.width_of(self.name)) < self.width - dp(24):
             corner = self.x + dp(8), self.top - dp(8) - sp(20), self.x + dp(20) + width, self.top - dp(8)
@@ -126,9 +133,13 @@ class RobotMap(Chart):
         if corner is not None:
             self._plate(corner, self.name, tk.ink, ring=True)
 
-    def kept_free(self):
-        """Areas (left, bottom, right, top) of the widget in which no label may be, px."""
-        return []
+    def _label_area(self):
+        """Beside the goal's pin or the robot, where there is room."""
+        x, y = self._point(*self.path[-1]) if self.path else self._point(*(self.at or (0.5, 0.5)))
+        wide, high = self.width_of(self.label) + dp(16), sp(26)
+        left = x - dp(18) - wide if x - dp(18) - wide > self.x + dp(4) else x + dp(18)
+        low = min(max(y + dp(11) - high / 2, self.y + dp(4)), self.top - high - dp(4))
+        return left, low, left + wide, low + high
 
     def _marked(self):
         """Points that no label may cover."""

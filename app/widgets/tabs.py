@@ -1,29 +1,16 @@
 """Tabs: words side by side, a line below the chosen one. Those of the present screen are in the top bar; a card may have its own."""
 
-from collections.abc import Hashable
-from dataclasses import dataclass
-
 from kivy.metrics import dp, sp
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty
 from kivy.uix.boxlayout import BoxLayout
 
+from app.widgets.items import Tab
 from app.widgets.surfaces import TonedTap
 from app.widgets.text import line_width
 from app.widgets.tokens import tk
 
 AROUND = 26  # dp: the margins of a word
 ICON = 32  # dp, with the gap after it
-
-
-@dataclass(frozen=True)
-class Tab:
-    """``count`` 0 is not shown. A ``tone`` colours icon and count: something there is not normal."""
-
-    key: Hashable
-    text: str
-    icon: str = ""
-    tone: str = ""
-    count: int = 0
 
 
 class TabButton(TonedTap):

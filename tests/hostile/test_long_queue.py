@@ -11,6 +11,7 @@ from app.mir.mission_queue import MOST_ITEMS
 from app.screens.home import facts as home_facts
 from app.screens.home.facts import LONGEST_QUEUE, HomeFacts
 from app.screens.home.view import present
+from app.widgets.items import Item
 from tests.support.home_facts import AINO, EXECUTING, FACTS, HELD, NOW, QUEUED, RUNNING, with_aino
 
 LONG = (
@@ -33,31 +34,30 @@ def long_queue() -> HomeFacts:
     return replace(with_aino(EXECUTING, LONG), open=(RUNNING, JUST_SENT, HELD))
 
 
+def queue_of(facts: HomeFacts) -> list[Item]:
+    return [row for row in present(facts, NOW, room=999.0).today if row.key[0] in ("execution", "item", "more")]
+
+
 def test_home_shows_what_runs_the_first_of_a_long_queue_and_what_waits_here() -> None:
-    view = present(long_queue(), NOW)
-    shown, rest = view.queue[:LONGEST_QUEUE], view.queue[LONGEST_QUEUE:]
-    assert (shown[0].mission, shown[0].icon) == (RUNNING.mission, "play")
-    assert [entry.number for entry in shown[1:]] == [str(n) for n in range(1, LONGEST_QUEUE)]
-    assert [entry.mission for entry in rest] == [
-        f"and {MOST_ITEMS - LONGEST_QUEUE} more",
-        JUST_SENT.mission,
-        HELD.mission,
-    ]
-    assert (rest[0].cancellable, rest[1].number) == (False, str(MOST_ITEMS))
-    assert view.queue_note == f"1 running, {MOST_ITEMS + 1} waiting"
-    assert view.controls.clear_count == MOST_ITEMS + 2
+    rows = queue_of(long_queue())
+    shown, rest = rows[:LONGEST_QUEUE], rows[LONGEST_QUEUE:]
+    assert (shown[0].title, shown[0].icon) == (RUNNING.mission, "play")
+    assert [row.number for row in shown[1:]] == [str(n) for n in range(1, LONGEST_QUEUE)]
+    assert [row.title for row in rest] == [f"and {MOST_ITEMS - LONGEST_QUEUE} more", JUST_SENT.mission, HELD.mission]
+    assert (rest[0].actions, rest[1].number) == ((), str(MOST_ITEMS))
+    assert present(long_queue(), NOW).clear_count == MOST_ITEMS + 2
 
 
 def test_a_queue_of_the_longest_length_ends_without_such_a_line() -> None:
-    view = present(replace(with_aino(EXECUTING, LONG[:LONGEST_QUEUE]), open=(RUNNING,)), NOW)
-    assert [entry.key[0] for entry in view.queue] == ["execution", *["item"] * (LONGEST_QUEUE - 1)]
+    rows = queue_of(replace(with_aino(EXECUTING, LONG[:LONGEST_QUEUE]), open=(RUNNING,)))
+    assert [row.key[0] for row in rows] == ["execution", *["item"] * (LONGEST_QUEUE - 1)]
 
 
 def test_ours_beyond_what_is_shown_is_not_taken_for_one_that_waits_here() -> None:
     far = replace(QUEUED, queue_id=LONG[-1].id)
     facts = replace(long_queue(), open=(RUNNING, far))
     assert facts.not_in_queue == ()
-    assert ("execution", far.id) not in [entry.key for entry in present(facts, NOW).queue]
+    assert ("execution", far.id) not in [row.key for row in queue_of(facts)]
 
 
 def test_copies_of_ours_are_rows_of_their_own() -> None:
@@ -66,8 +66,8 @@ def test_copies_of_ours_are_rows_of_their_own() -> None:
         QueueItem(number, QueueState.PENDING, mission_id=ours.mission_guid, description=ours.token)
         for number in (7, 8, 9)
     )
-    view = present(replace(with_aino(EXECUTING, copies), open=(ours,)), NOW)
-    assert [entry.key for entry in view.queue] == [("execution", ours.id), ("item", 8), ("item", 9)]
+    rows = queue_of(replace(with_aino(EXECUTING, copies), open=(ours,)))
+    assert [row.key for row in rows] == [("execution", ours.id), ("item", 8), ("item", 9)]
 
 
 def test_only_what_runs_is_looked_up_in_the_history() -> None:

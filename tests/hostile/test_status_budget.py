@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 
 import pytest
 
@@ -11,8 +10,10 @@ from app.domain.robot import RobotStatus
 from app.mir import parse
 from app.mir.client import RobotClient
 from app.mir.errors import Rejected, Unreadable
-from app.screens.home.view import LONGEST_QUESTION, PromptView, prompt
-from tests.support.home_facts import READY, snapshot
+from app.screens.common.formats import LONGEST_QUESTION
+from app.screens.home.card import Note
+from app.screens.home.view import present
+from tests.support.home_facts import NOW, with_aino
 from tests.unit.mir.answers import answered
 
 KIB = 1024
@@ -28,9 +29,9 @@ def asked(question: str, options: list[object]) -> RobotStatus:
     return client(200, {"state_id": 5, "user_prompt": prompted}).status()
 
 
-def shown(status: RobotStatus) -> PromptView:
+def shown(status: RobotStatus) -> Note:
     """What Home shows of its question."""
-    return prompt(replace(snapshot(1, READY), status=status), old=False)
+    return present(with_aino(status), NOW).card.note
 
 
 def large(size: int) -> dict[str, object]:
@@ -61,12 +62,12 @@ def test_a_prompt_shows_twelve_options_and_says_how_many_there_are():
     status = asked("Which?", [f"Door {n}" for n in range(1000)])
     assert status.user_prompt.options == tuple(f"Door {n}" for n in range(12))
     assert status.user_prompt.more_options == 988
-    assert len(shown(status).options) == 12
-    assert shown(status).question == "Which? (988 more answers can be given at the robot)"
+    assert len(shown(status).answers) == 12
+    assert (shown(status).problem, shown(status).step) == ("Which?", "988 more answers at the robot")
 
 
 def test_a_prompt_with_twelve_options_says_nothing_of_more():
-    assert shown(asked("Which?", [f"Door {n}" for n in range(12)])).question == "Which?"
+    assert shown(asked("Which?", [f"Door {n}" for n in range(12)])).problem == "Which?"
 
 
 @pytest.mark.parametrize(
@@ -80,7 +81,7 @@ def test_an_answer_is_sent_as_the_robot_offers_it_or_not_offered(option):
 
 
 def test_a_question_without_end_leaves_the_answers_in_sight():
-    question = shown(asked("Is the aisle free of people? " * 120, ["Yes", "No"])).question
+    question = shown(asked("Is the aisle free of people? " * 120, ["Yes", "No"])).problem
     assert question.startswith("Is the aisle free of people? Is the aisle")
     assert question.endswith("… read all of it at the robot")
     assert len(question) <= LONGEST_QUESTION + len(" … read all of it at the robot")

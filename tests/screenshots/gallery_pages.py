@@ -31,13 +31,6 @@ PAGES = """
                     height: self.minimum_height
                     pos_hint: {"top": 1}
                     spacing: S12
-                    ScrollRows:
-                        direction: "x"
-                        spacing: S8
-                        size_hint_y: None
-                        height: max(tk.h_action, sp(72))
-                        viewclass: "RobotChip"
-                        data: samples.CHIPS
                     BoxLayout:
                         size_hint_y: None
                         height: self.minimum_height
@@ -84,37 +77,6 @@ PAGES = """
                             stacked: True
                             icon: "playlist-remove"
                             text: "Clear queue"
-                SectionCard:
-                    size_hint_y: None
-                    height: self.minimum_height
-                    pos_hint: {"top": 1}
-                    CardHead:
-                        title: "Queue"
-                        note: "1 running, 2 waiting"
-                    Rows:
-                        orientation: "vertical"
-                        size_hint_y: None
-                        height: self.minimum_height
-                        viewclass: "QueueRow"
-                        data: samples.QUEUE[:3]
-                    CardHead:
-                        title: "Next planned"
-                        note: "all robots"
-                    Rows:
-                        orientation: "vertical"
-                        size_hint_y: None
-                        height: self.minimum_height
-                        viewclass: "PlanRow"
-                        data: samples.PLANNED[:2]
-                    CardHead:
-                        title: "Just finished"
-                        note: "all robots"
-                    Rows:
-                        orientation: "vertical"
-                        size_hint_y: None
-                        height: self.minimum_height
-                        viewclass: "DoneRow"
-                        data: samples.FINISHED
 
 <GalleryForm@GalleryFrame>:
     current: "settings"

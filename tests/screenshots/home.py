@@ -15,15 +15,16 @@ from app.database.errors import DatabaseDamaged
 from app.database.robots import Hold
 from app.domain.clock import zone_names
 from app.domain.message import message, render
-from app.domain.models import Alarm, Priority, Robot, RobotSnapshot, Settings, State, Wait
+from app.domain.models import Alarm, DurationEstimate, Priority, Robot, RobotSnapshot, Settings, State, Wait
 from app.domain.reasons import to_store
-from app.domain.robot import MissionParameter
+from app.domain.robot import MissionParameter, RobotState
 from app.i18n import _
 from app.screens.common.alarm_groups import together
 from app.screens.common.alarms_view import Here, bell, is_shelved
 from app.screens.common.mission_names import SharedMissionNames
 from app.screens.common.robot_appearance import is_old
 from app.screens.common.robot_groups import group_of
+from app.screens.common.sheets import Sheets
 from app.screens.common.threads import UiBus
 from app.screens.common.view_model import Navigator
 from app.screens.frame import controller as frame_controller
@@ -31,7 +32,6 @@ from app.screens.frame.alarm_list import LateStartsDialog
 from app.screens.frame.facts import OpenIssues
 from app.screens.frame.view import banner, open_issues, robot_option, top_bar, zone_asked
 from app.screens.home.facts import HomeFacts
-from app.screens.home.run_dialog import RunDialog
 from app.screens.home.screen import HomeScreen
 from app.screens.rescue import Damage, RescuePage
 from app.services.live.tablet import IS_COPY
@@ -139,7 +139,6 @@ def home(
     studio: Any,
     facts: HomeFacts,
     *,
-    chosen: int | None = 2,
     issues: OpenIssues | None = None,
     more: dict[str, Any] | None = None,
     background: Any = _NOWHERE,
@@ -159,14 +158,16 @@ def home(
         }
         | (more or {})
     )
+    frame = Factory.Frame()
     shell: Any = SimpleNamespace(
+        sheets=Sheets(frame.ids.sheets.__self__),
         background=background,
         dialogs=studio.dialogs,
+        say_problem=None,
         navigator=Navigator(None, {}),
         bus=UiBus(),
         mission_names=SharedMissionNames(),
     )
-    frame = Factory.Frame()
     frame.items = [
         (name, frame_controller.screen_word(name), icon, selected)
         for name, icon, selected in frame_controller.NAVIGATION
@@ -175,7 +176,6 @@ def home(
     screen = HomeScreen(services, shell)
     frame.add_widget(screen)
     screen.vm.take(facts)
-    screen.vm.choose_mission(chosen)
     seen = [(robot, services.snapshots.get(robot.id)) for robot in facts.robots]
     groups = [
         group_of(robot, snapshot, is_old(snapshot, sample.NOW, facts.settings), facts.settings)
@@ -185,6 +185,15 @@ def home(
     show_issues(frame, issues, {robot.id: robot for robot in facts.robots}, facts.settings, "home")
     studio.show(frame)
     return screen
+
+
+def sent(studio: Any, facts: HomeFacts, parameters: tuple[MissionParameter, ...]) -> None:
+    """Home with the sheet of a mission that has these parameters."""
+    screen = home(studio, facts)
+    screen.vm.sending.usual = sample.FACTS.expected
+    screen.vm.send(sample.KITS.id)
+    screen.vm.sending.learned(sample.KITS, parameters)
+    studio.driver.advance(0.2)
 
 
 def show_issues(frame: Any, issues: OpenIssues, robots: Mapping[int, Robot], settings: Settings, name: str) -> None:
@@ -213,17 +222,8 @@ def said(studio: Any) -> None:
 
 @picture("home-waiting", sizes=EVERY_SIZE)
 def waiting_for_a_robot(studio: Any) -> None:
-    """Starts of a group that wait for a robot, and Run now on any robot of it."""
-    screen = home(studio, sample.WITH_WAITING)
-    screen.vm.choose_target(("group", sample.HALL_1.id))
-    studio.driver.advance(0.2)
-
-
-@picture("home-waiting-all", sizes=(*BOTH, SMALL, SMALL_LARGE_TEXT))
-def all_that_wait(studio: Any) -> None:
-    screen = home(studio, sample.WITH_WAITING)
-    screen.vm.waiting.show_all()
-    studio.driver.advance(0.2)
+    """A start of a group that waits for a robot."""
+    home(studio, replace(sample.WITH_WAITING, open=sample.WITH_WAITING.open[:4]))
 
 
 @picture("home-estop", sizes=(*BOTH, SMALL, SMALL_LARGE_TEXT))
@@ -260,19 +260,38 @@ def unreachable(studio: Any) -> None:
 
 @picture("home-idle", sizes=BOTH)
 def idle(studio: Any) -> None:
-    home(studio, replace(sample.with_aino(sample.READY, ()), open=(), planned=(), finished=()), chosen=None)
+    home(studio, replace(sample.with_aino(sample.READY, ()), open=(), planned=(), finished=()))
+
+
+@picture("home-paused", sizes=(LANDSCAPE,))
+def paused(studio: Any) -> None:
+    home(studio, sample.with_aino(replace(sample.EXECUTING, state=RobotState.PAUSE)))
+
+
+@picture("home-manual", sizes=(LANDSCAPE,))
+def manual(studio: Any) -> None:
+    home(studio, sample.with_aino(replace(sample.EXECUTING, state=RobotState.MANUAL_CONTROL)))
+
+
+@picture("home-late", sizes=(LANDSCAPE,))
+def late(studio: Any) -> None:
+    home(studio, replace(sample.FACTS, expected={sample.KITS.guid: DurationEstimate(100.0, 110.0)}))
+
+
+@picture("home-loading", sizes=(LANDSCAPE,))
+def loading(studio: Any) -> None:
+    home(studio, replace(sample.FACTS, snapshots={}, open=(), planned=(), finished=(), map=None, is_new=True))
 
 
 @picture("home-parameters", sizes=(*BOTH, SHARP, LARGE_TEXT))
-def parameters(studio: Any) -> Any:
-    dialog = RunDialog(PARAMETERS, vm=home(studio, sample.FACTS).vm)
-    return studio.dialogs.open(dialog)
+def parameters(studio: Any) -> None:
+    sent(studio, sample.FACTS, PARAMETERS)
 
 
 @picture("home-position", sizes=EVERY_SIZE)
-def position(studio: Any) -> Any:
+def position(studio: Any) -> None:
     """The hint to choose a mission, and where."""
-    return studio.dialogs.open(RunDialog(POSITION, vm=home(studio, sample.FACTS).vm))
+    sent(studio, sample.FACTS, POSITION)
 
 
 @picture("home-position-map", sizes=EVERY_SIZE)
@@ -288,9 +307,8 @@ def no_map(studio: Any) -> None:
 
 
 @picture("home-map", sizes=(*BOTH, SMALL))
-def whole_map(studio: Any) -> Any:
+def whole_map(studio: Any) -> None:
     home(studio, sample.with_aino(sample.STOPPED)).vm.open_map()
-    return studio.dialogs.top
 
 
 @picture("home-held", sizes=(LANDSCAPE,))
@@ -317,7 +335,7 @@ def copied_data(studio: Any) -> None:
 
 @picture("home-empty")
 def empty(studio: Any) -> None:
-    home(studio, HomeFacts(settings=sample.SETTINGS), chosen=None)
+    home(studio, HomeFacts(settings=sample.SETTINGS))
 
 
 @picture("late-starts")
@@ -347,9 +365,8 @@ def time_zone_asked(studio: Any) -> Any:
 
 
 @picture("mission-picker", sizes=(LANDSCAPE,))
-def mission_picker(studio: Any) -> Any:
-    home(studio, sample.FACTS).vm.pick_mission()
-    return studio.dialogs.top
+def mission_picker(studio: Any) -> None:
+    home(studio, replace(sample.FACTS, entered=(*sample.FACTS.missions, sample.COILS))).vm.show_all_missions()
 
 
 @picture("clear-queue", sizes=(LANDSCAPE,))

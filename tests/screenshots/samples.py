@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from datetime import UTC, date, datetime
 
-from app.screens.home.lists import FinishedRun, PlannedStart, QueueEntry, RobotSummary
 from app.screens.logs.key_figures import Card, DayBar, RobotBar, with_unit
 from app.screens.scheduler.timeline import Bar, Lane
 from app.services.robots.map_picture import Place
@@ -17,57 +16,6 @@ NAV = [
     ("scheduler", "Scheduler", "calendar-clock-outline", "calendar-clock"),
     ("logs", "Logs", "text-box-outline", "text-box"),
     ("settings", "Settings", "cog-outline", "cog"),
-]
-CHIPS = [
-    RobotSummary(1, "Aino", "Working", "play-circle-outline", "accent", "78 %", "battery-80", "neutral", selected=True),
-    RobotSummary(
-        2, "Veikko", "Ready", "check-circle-outline", "neutral", "64 %", "battery-60", "neutral", selected=False
-    ),
-    RobotSummary(
-        3, "Sisu", "Charging", "lightning-bolt", "neutral", "19 %", "battery-charging-20", "attention", selected=False
-    ),
-    RobotSummary(
-        4, "Trukki hallissa 2", "Stopped", "alert-octagon", "fault", "–", "battery-unknown", "neutral", selected=False
-    ),
-]
-QUEUE = [
-    QueueEntry(("item", 1), "Deliver kits to line 2", "Run now · started 14:34", icon="play", tone="accent", loud=True),
-    QueueEntry(("item", 2), "Collect empties", "Idle automation · since 14:36", "1"),
-    QueueEntry(("item", 3), "Bring pallet to dock", "Robot's own screen · since 14:37", "2", cancellable=False),
-    QueueEntry(("item", 4), "Move coils to press", "Schedule Coils · since 14:37", "3"),
-    QueueEntry(("item", 5), "Waste to compactor", "Schedule Waste · since 14:37", "4"),
-]
-PLANNED = [
-    PlannedStart((n, FRIDAY), at, mission, note)
-    for n, (at, mission, note) in enumerate(
-        [
-            ("15:00", "Deliver kits to line 2", "Aino · in 22 min"),
-            ("15:15", "Move coils to press", "Sisu · in 37 min"),
-            ("15:30", "Collect empties", "Veikko · in 52 min"),
-            ("16:00", "Deliver kits to line 2", "Aino · in 1 h 22 min"),
-        ]
-    )
-]
-FINISHED = [
-    FinishedRun(
-        1,
-        "skip-next-circle",
-        "attention",
-        True,
-        "Move coils to press",
-        "Sisu 14:30",
-        "Not run: Battery 12 % stayed under 30 % until 14:30",
-    ),
-    FinishedRun(2, "check-circle-outline", "done", False, "Collect empties", "Veikko 14:21", "Completed in 8 min 05 s"),
-    FinishedRun(
-        3,
-        "alert-circle",
-        "fault",
-        True,
-        "Bring pallet to dock",
-        "Veikko 13:52",
-        "Failed: could not reach 'Dock 3' within 4 min",
-    ),
 ]
 SCHEDULES = [
     Item(1, "Deliver kits to line 2", "Hourly 06–18, Mon–Fri", lead="15:00", place="Aino", meta="14:05", on=True),

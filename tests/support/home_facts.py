@@ -299,8 +299,8 @@ FACTS = HomeFacts(
         2: snapshot(2, at_station(READY, "Dock")),
         3: snapshot(3, at_station(CHARGING, "Charger")),
     },
-    planned=PLANNED,
-    finished=FINISHED,
+    planned=tuple(run for run in PLANNED if run.robot is AINO),
+    finished=tuple(run for run in FINISHED if run.robot_id == AINO.id),
     expected={KITS.guid: DurationEstimate(390.0, 450.0), EMPTIES.guid: DurationEstimate(480.0, 520.0)},
     map=HALL,
 )

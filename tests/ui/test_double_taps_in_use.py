@@ -6,12 +6,14 @@ import pytest
 from kivy.core.window import Window
 from kivy.uix.widget import Widget
 
+from app.screens.home.cards import SendTile
+from app.screens.home.sending import SendSheet
 from app.screens.scheduler.cards import TimeCell
 from app.widgets.buttons import CommandButton
-from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, Dialog
+from app.widgets.dialogs import ConfirmDialog, Dialog
+from app.widgets.list_row import ListRow
 from app.widgets.rest import DOUBLE_TAP
-from app.widgets.rows import OptionRow
-from tests.ui.home.operator import is_shown_pending, pend, press, run
+from tests.ui.home.operator import clear_queue, is_shown_pending, pend, run
 from tests.ui.planner import opened, settle
 from tests.ui.whole_app import plant, shown
 
@@ -61,17 +63,21 @@ def sent(app) -> list[str]:
 
 @pytest.mark.parametrize("gap", GAPS)
 def test_a_mission_that_is_chosen_by_a_double_tap_is_not_sent(home, ui, gap):
-    home.shell.navigator.screen("home").vm.pick_mission()
+    vm = home.shell.navigator.screen("home").vm
+    vm.show_all_missions()
     ui.advance(2 * DOUBLE_TAP)
-    row, beneath = (
-        ui.find(OptionRow, ui.find(ChoiceDialog), text="Charge to 80 %"),
-        ui.find(CommandButton, text="Choose a mission"),
-    )
-    ui.tap_twice(common_point(row, beneath), gap)
+    row = next(row for row in ui.find_all(ListRow) if row.item.title == "Home")
+    ui.tap_twice(row.to_window(*row.center), gap)
     ui.wait(lambda: home.shell.background.idle)
-    assert (beneath.text, sent(home), ui.find_all(ChoiceDialog)) == ("Run on Aino", [], [])
-    press(ui, "Run on Aino")  # one tap later it is
-    ui.wait(lambda: sent(home) == ["Charge to 80 %"])
+    assert (sent(home), ui.find(SendSheet).title) == ([], "Home")
+
+
+@pytest.mark.parametrize("gap", GAPS)
+def test_a_tile_pressed_twice_sends_nothing(home, ui, gap):
+    tile = ui.find(SendTile, text="Home")
+    ui.tap_twice(tile.to_window(*tile.center), gap)
+    ui.wait(lambda: home.shell.background.idle)
+    assert (sent(home), ui.find(SendSheet).title) == ([], "Home")
 
 
 @pytest.mark.parametrize("gap", GAPS)
@@ -80,10 +86,9 @@ def test_clear_queue_pressed_twice_sends_nothing(home, ui, resized, gap):
     run(ui, "Deliver")
     ui.wait(lambda: is_shown_pending(ui))
     resized(1024, 600)
-    press(ui, "Clear queue")
-    ui.advance(DOUBLE_TAP)
+    clear_queue(ui)
     yes = ui.find(CommandButton, ui.find(ConfirmDialog), text="Clear queue")
-    ui.tap_twice(common_point(yes, ui.find(CommandButton, text="Run on Aino")), gap)
+    ui.tap_twice(yes.to_window(*yes.center), gap)
     ui.wait(lambda: not sent(home))
     ui.advance(1)
     ui.wait(lambda: home.shell.background.idle)

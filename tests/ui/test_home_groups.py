@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.models import Group, Mission, State
-from app.screens.home.cards import RobotHead, RunNowCard
-from app.screens.home.waiting_model import WaitingCard, WaitingDialog, WaitingRow
-from app.widgets.buttons import ChoiceChip, CommandButton
+from app.domain.models import Group, State
+from app.screens.home.cards import SendTile, TodayRow
+from app.widgets.buttons import ChoiceChip
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, MenuRow
-from app.widgets.fields import PickField
-from app.widgets.rows import OptionRow, QueueRow
+from app.widgets.items import Item
+from app.widgets.list_row import RowButton, RowIcon
+from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from tests.support.stored import Stored
+from tests.ui.home.operator import choose, items, open_robot, press
 from tests.ui.whole_app import GUIDS, api, plant, restart, shown
 
 
@@ -29,9 +30,7 @@ def app(tmp_path_factory, ui):
         site.add_missions("Deliver", "Home")
         with shown(site.container, ui) as app:
             app.site, began = site, site.container.clock.now()
-            ui.wait(
-                lambda: site.is_at_rest(began) and any("Ready" in ui.texts(head) for head in ui.find_all(RobotHead))
-            )
+            ui.wait(lambda: site.is_at_rest(began) and "Ready" in ui.texts())
             app.stored, app.root_vm = Stored(site.container), app.shell.navigator.screen("home").vm
             yield app
 
@@ -47,10 +46,8 @@ def home(app, ui):
             app.site.container.catalogue.remove_group(group.id)
 
     restart(app, ui, put_back)
-    app.root_vm.choose_mission(None)
-    app.root_vm.choose_target(("robot", 0))
-    app.root_vm.go_first(False)
-    ui.wait(lambda: "Ready" in ui.texts(ui.find(RobotHead)) and not ui.find_all(ChoiceChip, text="Any of Hall 1"))
+    app.shell.sheets.close()
+    ui.wait(lambda: app.root_vm.card.state == "Ready" and not app.root_vm.facts.groups and not app.root_vm.foot_rests)
     return app
 
 
@@ -60,21 +57,16 @@ def hall(home, ui):
     group = home.site.container.catalogue.save_group(
         Group("Hall 1", tuple(robot.id for robot in home.site.container.catalogue.robots()))
     )
-    ui.wait(lambda: ui.find_all(ChoiceChip, text="Any of Hall 1"))
+    ui.wait(lambda: home.root_vm.facts.groups)
     return group
 
 
-def press(ui, word: str, root=None) -> None:
-    ui.tap(ui.find(CommandButton, root, text=word))
-
-
-def choose(ui, word: str) -> None:
-    ui.tap(ui.find(ChoiceChip, text=word))
-
-
-def run_on_any(ui, mission: str) -> None:
-    choose(ui, "Any of Hall 1")
+def run_on_any(ui, mission: str, first: bool = False) -> None:
     choose(ui, mission)
+    ui.tap(ui.find(ChoiceChip, text="Any of Hall 1"))
+    if first:
+        ui.tap(ui.find(ChoiceChip, text="Before everything else"))
+    ui.advance(0.7)
     press(ui, "Run on any of Hall 1")
 
 
@@ -89,24 +81,19 @@ def stop_both(home, ui) -> None:
     )
 
 
-def waiting(ui) -> list[tuple[str, str]]:
-    return [(row.mission, row.priority) for row in ui.find_all(WaitingRow, ui.find(WaitingCard))]
+def waiting(ui) -> list[Item]:
+    return items(ui, "waiting")
 
 
-def test_without_a_group_there_is_nothing_of_groups(home, ui):
-    card = ui.find(RunNowCard)
-    assert [chip.text for chip in ui.find_all(ChoiceChip, card)] == ["Deliver", "Home"]
-    assert not ui.find_all(WaitingCard)
-    assert "Run on Aino" not in ui.texts(card)  # no mission is chosen
-    choose(ui, "Home")
-    assert ui.find(CommandButton, card, text="Run on Aino")
+def act(ui, action: str) -> None:
+    """Press that button of the start that waits for a robot."""
+    row = next(row for row in ui.find_all(TodayRow) if row.item.key[0] == "waiting")
+    ui.tap(
+        next(button for button in (*ui.find_all(RowButton, row), *ui.find_all(RowIcon, row)) if button.name == action)
+    )
 
 
-def test_run_now_offers_groups_first_and_any_free_robot_comes(home, hall, ui):
-    card = ui.find(RunNowCard)
-    chips = sorted(ui.find_all(ChoiceChip, card), key=lambda chip: (-round(chip.y), chip.x))
-    assert [chip.text for chip in chips][:2] == ["Any of Hall 1", "Aino"]
-    assert ui.find(ChoiceChip, card, text="Aino").active  # as today, until a group is chosen
+def test_any_free_robot_of_a_group_comes(home, hall, ui):
     run_on_any(ui, "Home")
     ui.wait(
         lambda: (
@@ -120,71 +107,36 @@ def test_run_now_offers_groups_first_and_any_free_robot_comes(home, hall, ui):
     ui.wait(lambda: [bar for bar in ui.find_all(Snackbar) if bar.text.startswith(texts)])
 
 
-def test_many_groups_show_the_chosen_one_and_a_list_of_all(home, hall, ui):
-    members = hall.members
-    for name in ("Hall 2", "Night crew"):
-        home.site.container.catalogue.save_group(Group(name, members))
-    ui.wait(lambda: ui.find_all(ChoiceChip, text="Groups (3)"))
-    card = ui.find(RunNowCard)
-    chips = [chip.text for chip in sorted(ui.find_all(ChoiceChip, card), key=lambda chip: (-chip.y, chip.x))]
-    assert chips[:2] == ["Groups (3)", "Aino"]
-    ui.tap(ui.find(ChoiceChip, card, text="Groups (3)"))
-    ui.wait(lambda: ui.find_all(ChoiceDialog))
-    ui.advance(0.3)
-    assert ui.find(OptionRow, text="Any of Night crew").note == "Aino, Veikko"
-    ui.tap(ui.find(OptionRow, text="Any of Night crew"))
-    ui.wait(lambda: ui.find_all(ChoiceChip, card, text="Any of Night crew", active=True))
-    assert not ui.find_all(ChoiceChip, card, text="Any of Hall 1")
-    choose(ui, "Home")
-    ui.wait(lambda: ui.find_all(CommandButton, card, text="Run on any of Night crew"))
-
-
-def test_a_start_that_no_robot_can_take_waits_above_the_queue_and_is_assigned_by_hand(home, hall, ui):
+def test_a_start_that_no_robot_can_take_waits_on_each_of_them_and_one_is_pressed(home, hall, ui):
     stop_both(home, ui)
-    choose(ui, "Any of Hall 1")
-    choose(ui, "Before everything else")
-    choose(ui, "Home")
-    press(ui, "Run on any of Hall 1")
-    ui.wait(lambda: ui.find_all(WaitingCard))
-    card = ui.find(WaitingCard)
-    assert "Waiting for a robot (1)" in ui.texts(card)
-    assert waiting(ui) == [("Home", "Critical")]
-    ui.wait(lambda: "Aino stopped; Veikko stopped" in ui.find(WaitingRow).note)
-    assert "Not run if none can by " in ui.find(WaitingRow).note
-    press(ui, "Give to a robot", ui.find(WaitingRow))
-    ui.wait(lambda: ui.find_all(ChoiceDialog))
-    ui.advance(0.3)
-    assert [row.text for row in sorted(ui.find_all(OptionRow), key=lambda row: -row.y)] == ["Aino", "Veikko"]
-    ui.tap(ui.find(OptionRow, text="Aino"))
-    ui.wait(lambda: not ui.find_all(WaitingCard))
-    ui.wait(
-        lambda: [item for item in ui.find_all(QueueRow, mission="Home") if "Aino: chosen by a person" in item.origin]
-    )
+    run_on_any(ui, "Home", first=True)
+    ui.wait(lambda: waiting(ui) and "Aino stopped · Veikko stopped" in waiting(ui)[0].support)
+    assert waiting(ui)[0].title == "Home · any of Hall 1"
+    assert home.site.container.history.open()[0].priority == 2
+    open_robot(ui, "Veikko")
+    ui.wait(lambda: home.root_vm.card.name == "Veikko" and waiting(ui))
+    open_robot(ui, "Aino")
+    ui.wait(lambda: home.root_vm.card.name == "Aino" and waiting(ui))
+    ui.advance(1)
+    act(ui, "here")
+    ui.wait(lambda: not waiting(ui) and "Home" in [item.title for item in items(ui, "execution")])
     (row,) = home.site.container.history.open()
     assert (row.robot, row.robot_group) == ("Aino", "Hall 1")
 
 
-def test_a_robot_that_refuses_the_values_is_named_in_the_message_and_on_the_card(home, hall, ui):
+def test_a_robot_that_refuses_the_values_is_named_in_the_message(home, hall, ui):
     home.site.add_missions("Collect empties")
-    ui.wait(lambda: ui.find_all(ChoiceChip, text="Collect empties"))
+    ui.wait(lambda: ui.find_all(SendTile, text="Collect empties"))
     stop_both(home, ui)
     run_on_any(ui, "Collect empties")
-    ui.wait(lambda: ui.find_all(WaitingRow) and home.shell.snackbars.texts and home.shell.background.idle)
+    ui.wait(lambda: waiting(ui) and home.shell.snackbars.texts and home.shell.background.idle)
     home.shell.snackbars.clear()
-    api(home.site.fleet.robots[1], "DELETE", f"/missions/{GUIDS['Collect empties']}")  # since its list was read
-    press(ui, "Give to a robot", ui.find(WaitingRow))
-    ui.wait(lambda: ui.find_all(ChoiceDialog))
-    ui.advance(0.3)
-    ui.tap(ui.find(OptionRow, text="Veikko"))
+    api(home.site.fleet.robots[0], "DELETE", f"/missions/{GUIDS['Collect empties']}")  # since its list was read
+    ui.advance(1)
+    act(ui, "here")
     ui.wait(lambda: home.shell.snackbars.texts)
     (message,) = home.shell.snackbars.texts
-    assert message.startswith("Collect empties is not sent yet. Veikko refused it: The robot has no such mission: ")
-    ui.wait(
-        lambda: (
-            ui.find_all(WaitingRow)
-            and ui.find(WaitingRow).note.startswith("Veikko refused it: The robot has no such mission")
-        )
-    )
+    assert message.startswith("Collect empties is not sent yet. Aino refused it: The robot has no such mission: ")
 
 
 def pick(ui, word: str) -> None:
@@ -193,29 +145,16 @@ def pick(ui, word: str) -> None:
     ui.tap(ui.find(OptionRow, text=word))
 
 
-def test_the_priority_of_what_waits_is_changed_by_a_tap_on_it(home, hall, ui):
-    stop_both(home, ui)
-    run_on_any(ui, "Deliver")
-    ui.wait(lambda: ui.find_all(WaitingRow) and home.shell.snackbars.texts)  # what is said of its start is said
-    ui.tap(ui.find(ChoiceChip, ui.find(WaitingRow), text="High"))
-    pick(ui, "Critical")
-    ui.wait(
-        lambda: (
-            ui.find(WaitingRow).priority == "Critical" and "Deliver: priority Critical" in home.shell.snackbars.texts
-        )
-    )
-    assert home.site.container.history.open()[0].priority == 2
-
-
 def test_undoing_the_cancellation_of_a_waiting_start_makes_it_wait_again(home, hall, ui):
     stop_both(home, ui)
     run_on_any(ui, "Deliver")
-    ui.wait(lambda: ui.find_all(WaitingRow) and home.shell.background.idle)
+    ui.wait(lambda: waiting(ui) and home.shell.background.idle)
     (row,) = home.site.container.history.open()
-    press(ui, "Cancel", ui.find(WaitingRow))
-    ui.wait(lambda: "Deliver is cancelled" in ui.texts() and not ui.find_all(WaitingRow))
+    ui.advance(1)
+    act(ui, "cancel")
+    ui.wait(lambda: "Deliver is cancelled" in ui.texts() and not waiting(ui))
     ui.tap_text("Undo")
-    ui.wait(lambda: ui.find_all(WaitingRow) and "Deliver waits again" in home.shell.snackbars.texts)
+    ui.wait(lambda: waiting(ui) and "Deliver waits again" in home.shell.snackbars.texts)
     (again,) = home.site.container.history.open()
     assert (again.id, again.token) == (row.id, row.token)
 
@@ -223,7 +162,7 @@ def test_undoing_the_cancellation_of_a_waiting_start_makes_it_wait_again(home, h
 def test_a_waiting_start_offers_the_same_on_the_timeline_as_on_home(home, hall, ui):
     stop_both(home, ui)
     run_on_any(ui, "Deliver")
-    ui.wait(lambda: ui.find_all(WaitingRow))
+    ui.wait(lambda: waiting(ui))
     (row,) = home.site.container.history.open()
     home.shell.go("scheduler")
     vm = home.shell.navigator.screen("scheduler").vm
@@ -262,7 +201,7 @@ def test_a_waiting_start_offers_the_same_on_the_timeline_as_on_home(home, hall, 
 def test_cancel_on_the_card_of_a_start_that_runs_asks_first(home, hall, ui):
     stop_both(home, ui)
     run_on_any(ui, "Deliver")
-    ui.wait(lambda: ui.find_all(WaitingRow))
+    ui.wait(lambda: waiting(ui))
     (row,) = home.site.container.history.open()
     home.shell.go("scheduler")
     vm = home.shell.navigator.screen("scheduler").vm
@@ -273,45 +212,19 @@ def test_cancel_on_the_card_of_a_start_that_runs_asks_first(home, hall, ui):
         api(robot, "PUT", "/status", state_id=3)
     ui.wait(lambda: any((one.id, one.state) == (row.id, State.EXECUTING) for one in vm._facts.past))
     ui.tap(ui.find(MenuRow, text="Cancel"))
-    ui.wait(lambda: "Stop Deliver?" in ui.texts())
-    press(ui, "Let it run")
+    ui.wait(lambda: "Cancel Deliver?" in ui.texts())
+    press(ui, "Keep")
     assert home.site.container.history.get(row.id).cancel_code is None
-
-
-def test_the_missions_to_run_on_a_group_say_which_robot_lacks_them(home, hall, ui):
-    veikko = hall.members[1]
-    home.site.container.catalogue.save_mission(
-        Mission("Deliver", "00000000-0000-0000-0000-000000000000", robot_id=veikko)
-    )
-    choose(ui, "Any of Hall 1")
-    ui.wait(lambda: home.shell.background.idle)
-    ui.tap(ui.find(PickField, ui.find(RunNowCard)))
-    ui.wait(lambda: ui.find_all(ChoiceDialog))
-    ui.advance(0.3)
-    *rows, fetch = sorted(ui.find_all(OptionRow), key=lambda row: -row.to_window(0, row.y)[1])
-    assert {row.text: row.note for row in rows} == {"Deliver": "not on Veikko", "Home": ""}
-    assert fetch.text == "Not in the list? Fetch it from a robot"
 
 
 def test_a_waiting_start_is_cancelled(home, hall, ui):
     stop_both(home, ui)
     run_on_any(ui, "Deliver")
-    ui.wait(lambda: ui.find_all(WaitingRow))
-    press(ui, "Cancel", ui.find(WaitingRow))
-    ui.wait(lambda: not ui.find_all(WaitingCard))
+    ui.wait(lambda: waiting(ui))
+    ui.advance(1)
+    act(ui, "cancel")
+    ui.wait(lambda: not waiting(ui))
     assert home.site.container.history.last_finished(1)[0].state is State.CANCELLED
-
-
-def test_many_waiting_starts_show_the_first_on_home_and_all_in_a_dialog(home, hall, ui):
-    stop_both(home, ui)
-    mission = home.site.container.catalogue.missions()[0]
-    for _n in range(5):
-        home.site.container.operator.run_on_any(hall.id, mission.id)
-    ui.wait(lambda: ui.find_all(WaitingCard) and "Waiting for a robot (5)" in ui.texts(ui.find(WaitingCard)))
-    assert len(waiting(ui)) == 2
-    ui.find(WaitingCard).state.show_all()
-    ui.wait(lambda: ui.find_all(WaitingDialog))
-    assert len(ui.find(WaitingDialog).state.all_rows) == 5
 
 
 def test_a_start_that_a_silent_robot_may_have_is_run_on_another_by_a_person_only(home, hall, ui):
@@ -333,15 +246,11 @@ def test_a_start_that_a_silent_robot_may_have_is_run_on_another_by_a_person_only
     ui.wait(lambda: [row for row in container.history.open() if row.state is State.SUBMITTING and row.robot == "Aino"])
     ui.wait(lambda: not aino.model.faults.full())  # being sent
     aino.control({"fault": {"kind": "drop_request", "path": "*", "count": None}})
-    ui.wait(
-        lambda: [row for row in ui.find_all(WaitingRow) if row.note.startswith("Aino may have it, no answer since ")]
-    )
+    open_robot(ui, "Veikko")
+    ui.wait(lambda: waiting(ui) and waiting(ui)[0].support.startswith("Aino may have it, "))
     veikko.model.resume()
     ui.advance(1)
-    press(ui, "Start elsewhere", ui.find(WaitingRow))
-    ui.wait(lambda: ui.find_all(ChoiceDialog))
-    ui.advance(0.3)
-    ui.tap(ui.find(OptionRow, text="Veikko"))
+    act(ui, "here")
     ui.wait(lambda: ui.find_all(ConfirmDialog))
     assert ui.find(ConfirmDialog).title == "Start Home on Veikko?"
     assert ui.find(ConfirmDialog).text == "If Aino already has it, it runs twice."

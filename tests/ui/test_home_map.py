@@ -7,15 +7,13 @@ import logging
 
 import pytest
 from kivy.core.window import Window
-from kivy.metrics import dp, sp
+from kivy.metrics import sp
 
-from app.screens.home.cards import PlaceMap, RobotMessage, RobotPlace
+from app.screens.home.cards import PlaceMap
 from app.screens.home.map import Marker
-from app.services.robots.map_picture import Place
 from app.widgets.robot_map import RobotMap, WholeMap
-from app.widgets.rows import RobotChip
 from mir_sim import world
-from tests.ui.home.operator import run
+from tests.ui.home.operator import open_robot, run
 from tests.ui.whole_app import api, plant, shown
 
 MAP = f"/maps/{world.MAP_GUID}"
@@ -35,18 +33,17 @@ def at(ui) -> tuple[float, ...]:
 
 
 def test_the_robot_drives_on_the_screen(site, ui):
-    with shown(site.container, ui):
+    with shown(site.container, ui) as app:
         ui.wait(lambda: ui.find_all(RobotMap))
         chart = ui.find(RobotMap)
-        assert chart.name == world.MAP_NAME
+        assert app.shell.navigator.screen("home").vm.map.name == world.MAP_NAME
         assert {"Home", "Dock", "Press"} <= {place.name for place in chart.places}
         assert chart.texture is not None
         assert chart.aspect == pytest.approx(world.HEIGHT / world.WIDTH, abs=0.05)
         start, ground = at(ui), chart.texture
         run(ui, "Deliver")
         ui.wait(lambda: at(ui) != start and chart.path)
-        texts = ui.texts()
-        assert any(text.startswith("Moving to '") for text in texts)
+        assert chart.label.endswith(" m")
         first = at(ui)
         ui.wait(lambda: at(ui) not in (start, first))
         x, y = at(ui)
@@ -57,17 +54,17 @@ def test_the_robot_drives_on_the_screen(site, ui):
 
 def test_each_robot_has_its_own_position_and_an_offline_one_looks_so(site, ui):
     with shown(site.container, ui):
-        ui.wait(lambda: ui.find_all(RobotMap) and len(ui.find_all(RobotChip)) == 2)
+        ui.wait(lambda: ui.find_all(RobotMap))
         site.aino.control({"reboot_seconds": 600})
         ui.wait(lambda: "No answer" in ui.texts())
         assert ui.find(RobotMap).tone == "offline"
-        assert any("127.0.0.1" in text for text in ui.texts(ui.find(RobotPlace)))
-        ui.tap(ui.find(RobotChip, name="Veikko"))
+        assert ui.find(RobotMap).label.startswith("seen ")
+        open_robot(ui, "Veikko")
         ui.wait(lambda: ui.find_all(RobotMap, tone="accent"))
 
 
 def test_a_tap_opens_all_of_the_map_with_every_robot_on_it(site, ui):
-    with shown(site.container, ui):
+    with shown(site.container, ui) as app:
         ui.wait(lambda: ui.find_all(PlaceMap))
         ui.tap(ui.find(PlaceMap))
         ui.wait(lambda: len(ui.find(WholeMap).robots) == 2)
@@ -77,7 +74,7 @@ def test_a_tap_opens_all_of_the_map_with_every_robot_on_it(site, ui):
         site.aino.control({"emergency_stop": True})
         ui.wait(lambda: chart.robots[0] != before)
         assert {robot.name for robot in chart.robots} >= {"Aino · Stopped"}
-        ui.key(27)
+        app.shell.navigator.screen("home").go_back()
         ui.wait(lambda: not ui.find_all(WholeMap))
 
 
@@ -95,7 +92,7 @@ def test_a_known_map_is_shown_after_a_restart_although_the_robot_refuses_it(site
         ui.wait(lambda: ui.find_all(RobotMap))
 
 
-def test_a_robot_without_a_map_leaves_the_place_to_its_words(site, ui):
+def test_a_robot_without_a_map_shows_none(site, ui):
     api(site.aino, "DELETE", MAP)
     with shown(site.container, ui) as app:
         ui.wait(lambda: "Ready" in ui.texts())
@@ -104,8 +101,6 @@ def test_a_robot_without_a_map_leaves_the_place_to_its_words(site, ui):
         )
         ui.wait(lambda: app.shell.background.idle)
         assert not ui.find_all(RobotMap)
-        assert ui.find_all(RobotMessage)
-        assert any("Waiting for new missions" in text for text in ui.texts())
 
 
 @pytest.mark.parametrize("picture", [b"GIF89a no picture at all", b"\x89PNG\r\n\x1a\n" + bytes(200)])
@@ -118,7 +113,6 @@ def test_garbage_for_a_map_is_no_map_and_one_line_in_the_log(site, ui, caplog, p
         ui.wait(lambda: app.shell.background.idle)
         ui.advance(2)
         assert not ui.find_all(RobotMap)
-        assert ui.find_all(RobotMessage)
     assert len([record for record in caplog.records if "map of Aino" in record.getMessage()]) == 1
 
 
@@ -135,10 +129,6 @@ class RecordedTexts:
         super().draw()
 
 
-class RecordedPlace(RecordedTexts, PlaceMap):
-    pass
-
-
 class RecordedWhole(RecordedTexts, WholeMap):
     def draw(self):
         self.tones = []
@@ -147,18 +137,6 @@ class RecordedWhole(RecordedTexts, WholeMap):
     def _robot(self, x, y, heading, tone):
         self.tones.append(tone)
         super()._robot(x, y, heading, tone)
-
-
-@pytest.mark.parametrize("at", [(0.9, 0.1), (0.97, 0.12), (0.8, 0.15)])
-def test_no_name_of_a_place_is_under_the_icon_that_enlarges_the_map(ui, at):
-    places = [Place("Compactor", *at), Place("Home", 0.2, 0.5)]
-    chart = RecordedPlace(places=places, size_hint=(None, None), size=(350, 135))
-    Window.add_widget(chart)
-    ui.advance(0.1)
-    assert "Home" in chart.written
-    if "Compactor" in chart.written:
-        x, y, width = chart.written["Compactor"]
-        assert x + width / 2 <= chart.right - dp(34) or y - sp(9) >= chart.y + dp(34)
 
 
 def test_robots_close_together_show_the_first_on_top_without_overlapping_names(ui):

@@ -7,7 +7,7 @@ import weakref
 
 import pytest
 
-from app.screens.home.cards import RobotStrip
+from app.screens.home.cards import RobotFoot
 from app.widgets.fields import FieldInput
 from app.window.garbage import LET_GO
 from app.window.window import quiet_garbage
@@ -46,7 +46,7 @@ def test_screens_replaced_by_a_turn_of_the_window_are_collected_in_use(container
         before = wear.counts()
         built = wear.turn(TURNS)
         gc.unfreeze()
-        piled = widgets()[RobotStrip.__name__]
+        piled = widgets()[RobotFoot.__name__]
         wear.settle()
         gc.unfreeze()
         after = wear.counts()

@@ -11,6 +11,7 @@ import pytest
 import mir_sim
 from app.container import Container
 from app.domain.models import Mission, Robot, State
+from app.screens.home.cards import TodayRow
 from app.screens.scheduler.cards import TimeCell
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog
@@ -18,7 +19,7 @@ from app.widgets.fields import PickField
 from app.widgets.figures import FigureCard
 from app.widgets.frame import NavItem
 from app.widgets.list_row import ListRow
-from app.widgets.rows import OptionRow, PlanRow
+from app.widgets.rows import OptionRow
 from app.widgets.tabs import TabButton
 from tests.support.way import Way, documented
 from tests.ui.whole_app import GUIDS, PASSWORD, USER, shown
@@ -94,8 +95,7 @@ def test_a_planned_mission_starts_by_itself_and_is_found_in_the_log(site, ui):
     with shown(site, ui) as app:
         plan_home(app, site, ui)
         go(ui, "home")
-        ui.wait(lambda: ui.find_all(PlanRow, mission="Home"))
-        assert ui.find(PlanRow, mission="Home").time == "06:30"
+        ui.wait(lambda: [row.item.lead for row in ui.find_all(TodayRow) if row.item.title == "Home"] == ["06:30"])
 
         let_it_begin(site)
         ui.wait(lambda: site.history.last_finished(1), seconds=60)

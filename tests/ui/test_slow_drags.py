@@ -9,7 +9,6 @@ from kivy.metrics import dp
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.widget import Widget
 
-from app.screens.home.lists import QueueEntry, RobotSummary
 from app.screens.scheduler.timeline import Bar, Lane
 from app.widgets.buttons import ChoiceChip, IconButton, Segment, Toggle
 from app.widgets.fields import FieldInput, FormField, RepeatButton, StepField
@@ -19,6 +18,7 @@ from app.widgets.long_list import LongList
 from app.widgets.pages import LowColumn, LowPage
 from app.widgets.rows import RobotChip
 from app.widgets.scrolling import ScrollPage
+from tests.support.rows import QueueEntry, RobotSummary
 from tests.ui.drawing import fired, put_down
 
 

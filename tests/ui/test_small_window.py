@@ -4,50 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from datetime import time, timedelta
-from itertools import pairwise, product
+from datetime import time
+from itertools import product
 
 import pytest
 from kivy.core.window import Window
-from kivy.tests.common import UnitTestTouch
 from kivy.uix.label import Label
-from kivy.uix.scrollview import ScrollView
 
-from app.database.robots import Hold
-from app.domain.models import Alarm, Connection, Group, Priority
+from app.domain.models import Alarm, Connection, Priority
 from app.domain.robot import RobotProblem, UserPrompt, problems_in_words
 from app.i18n import _
 from app.screens.common.overlays import Dialogs
 from app.screens.common.pin_dialog import PinDialog
 from app.screens.frame.facts import OpenIssues
-from app.screens.home.cards import (
-    BlockedLine,
-    HomeColumn,
-    HomeTall,
-    MissionTile,
-    PlaceMap,
-    PromptOption,
-    QueueCard,
-    RobotCard,
-    RobotControls,
-    RobotStrip,
-)
+from app.screens.home.cards import PlaceMap, ProblemNote, PromptOption, RobotCard, RobotFoot, TodayRow
 from app.screens.home.facts import HomeFacts
 from app.screens.home.fleet_page import RobotCell
 from app.screens.home.screen import HomeScreen
-from app.screens.home.waiting_model import WaitingDialog
+from app.screens.home.sending import AllMissionsSheet
 from app.screens.settings.idle import IdlePanel
 from app.screens.settings.missions import MissionRow
 from app.screens.settings.places import PlaceRow
 from app.widgets.buttons import CommandButton
-from app.widgets.display import ValueTile
 from app.widgets.fields import StepField
 from app.widgets.frame import AlarmBanner, Frame
 from app.widgets.list_row import ListRow
 from app.widgets.number_pad import PadKey
 from app.widgets.pages import LowPage
-from app.widgets.rows import QueueRow, RobotChip
-from app.widgets.text import ScreenTitle, Value
+from app.widgets.text import ScreenTitle
 from tests.screenshots.fleet import fleet
 from tests.screenshots.home import ERROR, SILENT, damaged, home
 from tests.screenshots.planning import Stand
@@ -121,13 +105,29 @@ def test_nothing_overlaps(ui, small):
     assert banner.height <= Window.height / 3
 
 
-def test_the_state_and_all_controls_can_be_reached(ui, small):
+def test_the_state_is_reached_and_the_button_and_its_reason_are_seen_at_once(ui, small):
     loud_home(ui, small, replace(sample.FAILED, errors=LOUD))
     view = ui.find(HomeScreen).vm
     reach(ui, next(label for label in ui.find_all(Label) if label.text == view.card.state))
-    for word in (view.controls.pause, _("Reset errors"), _("Clear queue")):
-        reach(ui, ui.find(CommandButton, text=word))
-    reach(ui, ui.find(CommandButton, text=view.run.text))
+    assert checks.is_seen(ui.find(CommandButton, text=_("Reset errors")))
+
+
+@pytest.mark.parametrize(
+    "status",
+    [sample.EXECUTING, sample.STOPPED, sample.ASKING, sample.READY],
+    ids=["working", "stopped", "asks", "ready"],
+)
+def test_the_robots_button_is_never_covered_nor_scrolled_away(ui, small, status):
+    """Also below a banner and beside a sheet."""
+    screen = home(small, sample.with_aino(status), issues=OpenIssues([ALARM.alarms[1]]))
+    ui.advance(0.5)
+    button = ui.find(CommandButton, ui.find(RobotFoot))
+    assert checks.is_seen(button)
+    screen.vm.show_all_missions()
+    ui.advance(0.5)
+    left, bottom, right, top = checks.area(button)
+    (x, y, x2, y2) = checks.area(ui.find(AllMissionsSheet))
+    assert x >= right or x2 <= left or y >= top or y2 <= bottom
 
 
 @pytest.mark.long
@@ -149,31 +149,8 @@ def test_the_way_to_a_first_robot_can_be_reached_below_a_banner(ui, size, scale,
         home(rig, HomeFacts(settings=sample.FACTS.settings), issues=ALARM)
         ui.advance(0.5)
         assert "\n".join(checks.problems(ui.find(Frame))) == ""
-        for text in (_("Add your first robot"), _("Add robot")):
+        for text in (_("No robots yet"), _("Add robot")):
             reach(ui, next(label for label in ui.find_all(Label) if label.text == text))
-
-
-@pytest.mark.parametrize("small", [pytest.param(((1024, 600), "large"), id="1024x600-large")], indirect=True)
-@pytest.mark.parametrize("issues", [None, OpenIssues([ALARM.alarms[1]])])
-def test_the_controls_are_seen_at_once(ui, small, issues):
-    screen = home(small, sample.FACTS, issues=issues)
-    ui.advance(0.5)
-    for word in (screen.vm.controls.pause, _("Reset errors"), _("Clear queue")):
-        button = ui.find(CommandButton, text=word)
-        assert checks.is_seen(button)
-    assert "\n".join(checks.problems(ui.find(Frame))) == ""
-
-
-@pytest.mark.parametrize(
-    "small", [pytest.param(((1024, 600), mode), id=f"1024x600-{mode}") for mode in ("plain", "gloves")], indirect=True
-)
-def test_each_of_three_robots_is_seen_whole(ui, small):
-    home(small, sample.FACTS)
-    ui.advance(0.5)
-    chips = ui.find_all(RobotChip)
-    assert len(chips) == 3
-    for chip in chips:
-        assert checks.is_seen(chip)
 
 
 @pytest.mark.long
@@ -190,40 +167,14 @@ def test_everything_about_a_robot_that_needs_a_person_is_visible_at_once(ui, fac
     """1280×800 with an alarm: what it says, its battery, where it is or was, and its controls."""
     screen = home(Rig(ui), facts, issues=OpenIssues([alarm]))
     ui.advance(0.5)
-    parts = (
-        ui.find(MissionTile),
-        ui.find(ValueTile, icon=screen.vm.card.battery.icon),
+    for part in (
+        ui.find(ProblemNote),
+        ui.find(text=screen.vm.card.battery.text),
         ui.find(PlaceMap),
-        ui.find(RobotControls),
-    )
-    for part in parts:
+        ui.find(RobotFoot),
+    ):
         assert checks.is_seen(part), part
     assert ui.find(PlaceMap).height >= 150
-    assert ui.find(MissionTile).height < 120  # two lines for the error with its code; what room is left is the map's
-    bands = sorted(checks.area(part)[1::2] for part in parts)
-    assert all(above - below <= 24 for (_bottom, below), (above, _top) in pairwise(bands))  # no gap
-    assert "\n".join(checks.problems(ui.find(Frame))) == ""
-    screen.vm.take(sample.FACTS)
-    ui.advance(0.5)
-    assert ui.find(ValueTile, label=_("Done about"))
-    assert "\n".join(checks.problems(ui.find(Frame))) == ""
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("status", [sample.READY, sample.CHARGING])
-def test_the_map_of_an_idle_robot_is_next_to_its_battery_below_a_banner(ui, status):
-    """Without one it is below, and the address is next to the battery."""
-    facts = sample.with_aino(status, queue=())
-    home(Rig(ui), facts)
-    ui.advance(0.5)
-    assert not ui.find(RobotCard).has_map_at_side
-    screen = home(Rig(ui), facts, issues=HELD)
-    ui.advance(0.5)
-    assert ui.find(RobotCard).has_map_at_side
-    place, battery = ui.find(PlaceMap), ui.find(ValueTile, icon=screen.vm.card.battery.icon)
-    (left, low, _right, high), (_left, bottom, right, top) = checks.area(place), checks.area(battery)
-    assert (left >= right, bottom < high, low < top) == (True, True, True)
-    assert checks.is_seen(place)
     assert "\n".join(checks.problems(ui.find(Frame))) == ""
 
 
@@ -287,16 +238,6 @@ def test_fields_in_one_row_are_aligned_at_the_top(ui):
 
 
 @pytest.mark.long
-def test_the_bar_of_the_list_of_what_waits_lies_on_no_button(ui):
-    with window(ui, (1024, 600)) as rig:
-        rig.dialogs = Dialogs(animate=False)
-        home(rig, sample.WITH_WAITING).vm.waiting.show_all()
-        ui.advance(0.3)
-        assert "\n".join(checks.problems(ui.find(WaitingDialog))) == ""
-        rig.dialogs.close_all()
-
-
-@pytest.mark.long
 @pytest.mark.parametrize("size", [(600, 480), (800, 480), (800, 1280), (1024, 600)], ids="{0[0]}x{0[1]}".format)
 def test_the_text_of_a_run_fits_next_to_its_time(ui, size):
     with window(ui, size, 1.3, "fi") as rig:
@@ -308,30 +249,17 @@ def test_the_text_of_a_run_fits_next_to_its_time(ui, size):
 
 @pytest.mark.long
 def test_the_text_of_a_robot_is_shown_once(ui):
-    sentence = home(Rig(ui), sample.with_aino(sample.FAILED), issues=OpenIssues([ERROR])).vm.card.mission.name
+    note = home(Rig(ui), sample.with_aino(sample.FAILED), issues=OpenIssues([ERROR])).vm.card.note
     ui.advance(0.5)
-    assert [label.text for label in ui.find_all(Label) if sentence in label.text] == [sentence]
+    assert [label.text for label in ui.find_all(Label) if note.quote in label.text] == [note.quote]
 
 
-def test_a_blocked_queue_is_reported_above_the_fold(ui, small):
-    screen = home(small, sample.FACTS)
+def test_a_blocked_start_is_in_sight(ui, small):
+    home(small, sample.FACTS)
     ui.advance(0.5)
-    said = [line for line in ui.find_all(BlockedLine) if line.text and checks.is_seen(line)]
-    assert [line.text for line in said] == [screen.vm.queue_blocked.text]
+    [row] = [row for row in ui.find_all(TodayRow) if row.item.meta_tone]
+    assert checks.is_seen(row) or Window.height < 500
     assert "\n".join(checks.problems(ui.find(Frame))) == ""
-    ui.tap(said[0])
-    ui.advance(0.5)
-    rows = [row for row in ui.find_all(QueueRow) if row.tone == "attention"]
-    assert [checks.is_seen(row) for row in rows] == [True]
-
-
-def test_a_map_is_not_cut_where_the_page_ends(ui, small):
-    loud_home(ui, small, sample.EXECUTING)
-    for plan in ui.find_all(PlaceMap):
-        seen = checks.visible_area(plan, checks.parents(plan))
-        shown = seen[3] - seen[1] if seen else 0
-        page = any(isinstance(view, HomeColumn | HomeTall) for view in checks.parents(plan))  # scrolls as a whole
-        assert page or shown <= 1 or shown >= plan.height - 1
 
 
 def test_the_worst_robot_is_seen_and_some_cells_beside_it(ui, small):
@@ -356,39 +284,12 @@ def test_two_rows_of_fifty_robots_are_readable_in_a_low_window(ui, scale, gloves
         assert "\n".join(checks.problems(ui.find(Frame))) == ""
 
 
-@pytest.mark.long
-def test_the_button_back_to_all_robots_is_level_with_the_blocked_start(ui):
-    with window(ui, (1024, 600), 1.3, "fi") as rig:
-        fleet(rig, fleet_facts.facts(50)).leave()
-        ui.advance(0.5)
-        strip = ui.find(RobotStrip)
-        button, line = ui.find(CommandButton, root=strip), ui.find(BlockedLine, root=strip)
-        assert line.text
-        assert checks.is_seen(button)
-        assert strip.height == button.height
-        assert abs(line.center_y - button.center_y) < 1
-
-
 @pytest.mark.parametrize("small", [pytest.param(((1024, 600), "plain"), id="1024x600")], indirect=True)
 def test_how_full_the_battery_is_and_when_the_mission_is_done_is_seen_at_once(ui, small):
     card = home(small, sample.FACTS).vm.card
     ui.advance(0.5)
-    for text in (card.battery.text, card.end_tile.value):
-        assert checks.is_seen(ui.find(Value, text=text, root=ui.find(RobotCard)))
-
-
-@pytest.mark.parametrize("small", [pytest.param(((800, 480), "plain"), id="800x480")], indirect=True)
-def test_the_controls_are_seen_at_once_below_a_banner_in_a_very_low_window(ui, small):
-    screen = home(small, sample.FACTS, issues=OpenIssues([ALARM.alarms[1]]))
-    ui.advance(0.5)
-    for word in (screen.vm.controls.pause, _("Reset errors"), _("Clear queue")):
-        assert checks.is_seen(ui.find(CommandButton, text=word))
-
-
-def test_the_words_of_a_robot_without_a_map_can_be_reached(ui, small):
-    home(small, replace(sample.with_aino(sample.EXECUTING), map=None))
-    ui.advance(0.5)
-    reach(ui, next(label for label in ui.find_all(Label) if label.text == sample.EXECUTING.mission_text))
+    for text in (card.battery.text, card.end):
+        assert checks.is_seen(ui.find(text=text, root=ui.find(RobotCard)))
 
 
 def test_a_question_and_each_answer_can_be_reached(ui, small):
@@ -399,7 +300,7 @@ def test_a_question_and_each_answer_can_be_reached(ui, small):
         reach(ui, answer)
         label = next(widget for widget in answer.walk() if isinstance(widget, Label) and widget.text == answer.text)
         assert label.height <= answer.height
-    reach(ui, next(label for label in ui.find_all(Label) if label.text == view.prompt.question))
+    reach(ui, next(label for label in ui.find_all(Label) if label.text == view.card.note.problem))
 
 
 def test_every_key_of_the_pin_is_seen_without_scrolling(ui, small):
@@ -413,19 +314,6 @@ def test_every_key_of_the_pin_is_seen_without_scrolling(ui, small):
     ui.advance(0.5)
 
 
-@pytest.mark.parametrize("size", [(800, 480), (600, 480)])
-def test_a_drag_over_a_list_that_fits_scrolls_the_page(ui, size):
-    with window(ui, size) as rig:
-        home(rig, replace(sample.with_aino(sample.READY, ()), open=()), issues=ALARM)
-        ui.advance(0.5)
-        words = ui.find(text=ui.find(HomeScreen).vm.queue_empty, root=ui.find(QueueCard))
-        reach(ui, words)
-        page = next(parent for parent in checks.parents(words) if isinstance(parent, ScrollView))
-        at = page.scroll_y
-        ui.drag(words, 0, 150 if at > 0.5 else -150)
-        assert page.scroll_y != pytest.approx(at)
-
-
 def test_a_tap_on_the_text_of_the_banner_leads_to_the_list(ui):
     frame = Frame(alarm="Aino is stopped", alarm_note="Since 14:36")
     ui.show(frame)
@@ -433,54 +321,3 @@ def test_a_tap_on_the_text_of_the_banner_leads_to_the_list(ui):
     frame.bind(on_list_alarms=lambda *_args: asked.append("list"))
     ui.tap_text("Aino is stopped")
     assert asked == ["list"]
-
-
-# ---------------------------------------------------------------------- fingers
-HELD = OpenIssues(holds=(Hold("Maintenance", sample.NOW + timedelta(minutes=38), sample.ago(minutes=22), robot_id=1),))
-IDLE = replace(
-    sample.with_aino(sample.READY), groups=(Group("Hall 1", (1, 2), id=5), Group("Pallet pair", (1, 3), id=6))
-)
-
-
-def swipe(ui, x: float, y: float, dy: float) -> None:
-    """Drag from that point of the window."""
-    touch = UnitTestTouch(x, y)
-    touch.touch_down()
-    ui.advance()
-    for n in range(1, 11):
-        touch.touch_move(x, y + dy * n / 10)
-        ui.advance()
-    ui.advance(0.3)
-    touch.touch_up()
-    ui.advance(0.5)
-
-
-@pytest.mark.parametrize(
-    "small",
-    [pytest.param((size, "large"), id=f"{size[0]}x{size[1]}") for size in ((600, 800), (1024, 600))],
-    indirect=True,
-)
-def test_drags_lead_from_whatever_is_under_the_finger_to_the_run_button(ui, small):
-    screen = home(small, IDLE, issues=HELD)
-    screen.vm.choose_target(("group", 5))
-    ui.advance(0.5)
-    button = ui.find(CommandButton, text=screen.vm.run.text)
-    left, bottom, right, top = checks.area(ui.find(Frame).ids.body)
-    x, y = (left + right) / 2 if Window.width < Window.height else right - 100, (bottom + top) / 2
-    for _n in range(30):
-        if checks.is_seen(button):
-            return
-        swipe(ui, x, y, 80)
-    pytest.fail("the Run button is not reached")
-
-
-@pytest.mark.parametrize("small", [pytest.param(((600, 800), "plain"), id="600x800")], indirect=True)
-def test_the_robots_card_is_as_high_as_it_needs_in_one_column(ui, small):
-    home(small, IDLE, issues=HELD)
-    ui.advance(0.5)
-    card, tile = ui.find(RobotCard), ui.find(MissionTile)
-    assert not card.ids.scroll.do_scroll_y
-    assert tile.height < 130
-    page = ui.find(HomeColumn)
-    swipe(ui, *tile.to_window(*tile.center), 100)
-    assert page.scroll_y < 1

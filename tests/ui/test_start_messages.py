@@ -427,7 +427,7 @@ def test_a_start_with_attempts_is_cancelled_only_after_a_question(world, starts,
         "Cancel Kits?",
         "This can't be undone.",
     )
-    ui.tap(ui.find(CommandButton, text="Cancel it"))
+    ui.tap(ui.find(CommandButton, text="Cancel mission"))
     assert world.messages == ["Kits is being cancelled"]
 
 
@@ -436,10 +436,10 @@ def test_a_start_that_runs_when_its_cancellation_is_confirmed_asks_before_stoppi
     starts.cancel(waits)
     ui.advance(0.5)
     world.row = replace(waits, state=State.EXECUTING, robot_id=1, robot="Aino")
-    ui.tap(ui.find(CommandButton, text="Cancel it"))
+    ui.tap(ui.find(CommandButton, text="Cancel mission"))
     ui.advance(0.5)
-    assert (world.messages, ui.find(ConfirmDialog).title) == ([], "Stop Kits?")
-    ui.tap(ui.find(CommandButton, text="Stop it"))
+    assert (world.messages, ui.find(ConfirmDialog).title) == ([], "Cancel Kits?")
+    ui.tap(ui.find(CommandButton, text="Cancel mission"))
     assert world.messages == ["Kits is being cancelled"]
 
 

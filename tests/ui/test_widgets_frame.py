@@ -15,7 +15,8 @@ from app.screens.frame.controller import show_banner
 from app.screens.frame.view import BannerView
 from app.widgets.buttons import CommandButton
 from app.widgets.frame import AlarmBanner, Frame, NavIndicator, NavItem, TopBar
-from app.widgets.tabs import Tab, TabButton
+from app.widgets.items import Tab
+from app.widgets.tabs import TabButton
 from app.widgets.text import Ico, Txt
 from app.widgets.tokens import apply_theme, tk
 from app.window.key_focus import ENTER, TAB

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from app.screens.home.lists import QueueEntry, RobotSummary
 from app.widgets.buttons import IconButton
 from app.widgets.lists import KEPT, STILL, Rows, ScrollRows
 from app.widgets.long_list import LongList
 from app.widgets.rows import QueueRow, RobotChip
 from app.widgets.text import Txt
+from tests.support.rows import QueueEntry, RobotSummary
 from tests.ui.checks import parents, visible_area
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from app.widgets.tabs import Tab, TabButton, Tabs
+from app.widgets.items import Tab
+from app.widgets.tabs import TabButton, Tabs
 from tests.ui import checks
 from tests.ui.drawing import fired
 

@@ -51,7 +51,7 @@ class Wear:
         self._shell = app.shell
         self._switched = self._opened = self._resized = 0
         self._dialogs: tuple[Callable[[], object], ...] = (
-            lambda: self._shell.navigator.screen("home").vm.pick_mission(),
+            lambda: self._shell.navigator.screen("home").vm.show_all_missions(),
             lambda: self._shell.dialogs.confirm(
                 "Clear the queue?", "Everything goes.", "Clear", lambda: None, danger=True
             ),

@@ -20,23 +20,24 @@ def is_undoable(row: Execution) -> bool:
 def ask_to_cancel(shell: Shell, mission: str, robot: str, agreed: Callable[[], object]) -> None:
     """Starts that wait in that robot's queue, or in none."""
     text = (
-        _("It is removed from the queue of {robot}. This can't be undone.").format(robot=robot)
+        _("It leaves the queue of {robot}. This can't be undone.").format(robot=robot)
         if robot
         else _("This can't be undone.")
     )
-    shell.dialogs.confirm(
-        _("Cancel {mission}?").format(mission=mission), text, _("Cancel it"), agreed, danger=True, decline=_("Keep it")
-    )
+    _ask(shell, mission, text, agreed)
 
 
 def ask_to_stop(shell: Shell, mission: str, robot: str, agreed: Callable[[], object], following: str = "") -> None:
     """What that robot is on; ``following`` is the next in its queue, as far as known."""
-    text = _("{robot} is running it: it stops where it is and does not continue this mission.").format(robot=robot)
+    text = _("{robot} stops where it is.").format(robot=robot)
     if following:
-        text += " " + _("It then continues with {mission}, the next in its queue.").format(mission=following)
-    shell.dialogs.confirm(
-        _("Stop {mission}?").format(mission=mission), text, _("Stop it"), agreed, danger=True, decline=_("Let it run")
-    )
+        text += " " + _("Then it runs {mission}.").format(mission=following)
+    _ask(shell, mission, text, agreed)
+
+
+def _ask(shell: Shell, mission: str, text: str, agreed: Callable[[], object]) -> None:
+    asked = _("Cancel {mission}?").format(mission=mission)
+    shell.dialogs.confirm(asked, text, _("Cancel mission"), agreed, danger=True, decline=_("Keep"))
 
 
 def say_cancelled(

@@ -102,11 +102,11 @@ class GroupStarts:
         self._busy: set[int] = set()  # ids of executions that something is being done to
 
     def give(self, row: Execution, robots: Sequence[Option]) -> None:
-        self._shell.dialogs.choose(
-            _("Give {mission} to").format(mission=self._name(row)),
-            robots,
-            lambda robot_id: self._do(row, lambda: self._operator.assign_robot(row.id, robot_id), self._follow),
-        )
+        title = _("Give {mission} to").format(mission=self._name(row))
+        self._shell.dialogs.choose(title, robots, lambda robot_id: self.assign(row, robot_id))
+
+    def assign(self, row: Execution, robot_id: int) -> None:
+        self._do(row, lambda: self._operator.assign_robot(row.id, robot_id), self._follow)
 
     def prioritise(self, row: Execution) -> None:
         def chosen(priority: int) -> None:
@@ -162,20 +162,23 @@ class GroupStarts:
         )
 
     def start_on_another(self, row: Execution, robots: Sequence[Option]) -> None:
-        """Start it on another robot too: asks first, because the silent robot may have it."""
+        """Start it on another robot too."""
 
-        def agreed(robot_id: int) -> None:
-            name = next((robot.text for robot in robots if robot.key == robot_id), "")
-            asked = _("Start {mission} on {robot}?") if robot_id else _("Start {mission} on another robot?")
-            self._shell.dialogs.confirm(
-                asked.format(mission=self._name(row), robot=name),
-                _("If {robot} already has it, it runs twice.").format(robot=row.robot),
-                _("Start it"),
-                lambda: self._do(row, lambda: self._operator.start_on_another(row.id, robot_id or None), self._follow),
-                danger=True,
-            )
+        def chosen(robot_id: int) -> None:
+            self.start_also(row, robot_id, next((robot.text for robot in robots if robot.key == robot_id), ""))
 
-        self._shell.dialogs.choose(_("Start on another robot"), robots, agreed)
+        self._shell.dialogs.choose(_("Start on another robot"), robots, chosen)
+
+    def start_also(self, row: Execution, robot_id: int, name: str) -> None:
+        """Start it on that robot too (0: on any other): asks first, because the silent robot may have it."""
+        asked = _("Start {mission} on {robot}?") if robot_id else _("Start {mission} on another robot?")
+        self._shell.dialogs.confirm(
+            asked.format(mission=self._name(row), robot=name),
+            _("If {robot} already has it, it runs twice.").format(robot=row.robot),
+            _("Start it"),
+            lambda: self._do(row, lambda: self._operator.start_on_another(row.id, robot_id or None), self._follow),
+            danger=True,
+        )
 
     def _name(self, row: Execution) -> str:
         return self._shell.mission_names.known.run(row)

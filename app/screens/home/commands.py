@@ -19,11 +19,17 @@ from app.screens.home.cards import HomeState
 from app.screens.home.facts import HomeFacts, HomeServices, OnRobot
 from app.screens.home.fleet import ANSWER
 from app.screens.home.reset import ResetReport
+from app.widgets.items import Item
 from app.widgets.snackbar import SECONDS
 
 GONE = (404, 410)  # a robot's answers about an item that it no longer has
 
 T = TypeVar("T")
+
+
+def foot_of(robot_id: int) -> OfRobot:
+    """The key of presses on the button of that robot's card, whatever it does: a double tap never means two things."""
+    return OfRobot("foot", robot_id)
 
 
 class HomeCommands(HomeState):
@@ -46,25 +52,25 @@ class HomeCommands(HomeState):
         """A command was just run: a reading that began before is dropped."""
         raise NotImplementedError
 
-    def pause_or_resume(self) -> None:
-        robot, operator = self.facts.robot, self._services.operator
-        if robot is None or self._presses.is_same(key := OfRobot("pause", robot.id)):
+    def press_foot(self) -> None:
+        """The next step of the robot that is shown, or Pause."""
+        robot, action = self.facts.robot, self.card.foot.action
+        if robot is None or self._presses.is_same(foot_of(robot.id)):
             return
-        robot_id = robot.id
-        if self.controls.pauses:
-            self._act(
-                key,
-                lambda: operator.pause(robot_id),
-                self._saying(_("{robot} pauses").format(robot=robot.name), "pause", key),
-                self._refused(robot, _("Pause")),
-            )
-        else:
-            self.resume(robot)
+        match action:
+            case "reset":
+                self.reset_errors(robot)
+            case "resume":
+                self.resume(robot)
+            case _:
+                said = self._saying(_("{robot} pauses").format(robot=robot.name), "pause", foot_of(robot.id))
+                refused = self._refused(robot, _("Pause"))
+                self.act_once(foot_of(robot.id), lambda: self._services.operator.pause(robot.id), said, refused)
 
     def resume(self, robot: Robot) -> None:
-        key = OfRobot("pause", robot.id)
+        key = foot_of(robot.id)
         if not self._presses.is_same(key):
-            self._act(
+            self.act_once(
                 key,
                 lambda: self._services.operator.resume(robot.id),
                 self._saying(_("{robot} continues").format(robot=robot.name), "play", key),
@@ -74,10 +80,10 @@ class HomeCommands(HomeState):
     def reset_errors(self, robot: Robot | None = None) -> None:
         """Of the selected robot, or of that one. The result is shown after its next reading."""
         robot = robot or self.facts.robot
-        if robot is not None and not self._presses.is_same(OfRobot("reset", robot.id)):
+        if robot is not None and not self._presses.is_same(foot_of(robot.id)):
             pressed_at = self._services.clock.now()
-            self._act(
-                OfRobot("reset", robot.id),
+            self.act_once(
+                foot_of(robot.id),
                 lambda: self._services.operator.reset_errors(robot.id),
                 lambda _none: self._reset.begin(robot, pressed_at),
                 self._refused(robot, _("Reset errors")),
@@ -95,7 +101,7 @@ class HomeCommands(HomeState):
 
     def clear_queue(self) -> None:
         """Asked first: what is aborted can't be brought back."""
-        robot, count = self.facts.robot, self.controls.clear_count
+        robot, count = self.facts.robot, self.clear_count
         if robot is None or not count or self._presses.is_same(OfRobot("clear", robot.id)):
             return
         title = ngettext(
@@ -113,7 +119,7 @@ class HomeCommands(HomeState):
     def _clear(self, robot: Robot) -> None:
         self._clearing.add(robot.id)
         self.facts = replace(self.facts, clearing=frozenset(self._clearing))
-        self._act(
+        self.act_once(
             OfRobot("clear", robot.id),
             lambda: self._services.operator.clear_queue(robot.id),
             lambda _done: self._cleared(robot),
@@ -135,28 +141,30 @@ class HomeCommands(HomeState):
             self._refused(robot, _("Clear queue"))(problem)
 
     def cancel(self, key: tuple[str, int]) -> None:
-        """Cancel one entry of the queue: the app's by the execution, others' by the item. Asks first if it runs or
-        can't be undone."""
-        robot = self.facts.robot
-        entry = next((entry for entry in self.queue if entry.key == key), None)
-        if robot is None or entry is None or self._presses.is_same(OfRobot(key, robot.id)):
-            return  # without an entry: it went in the frame of the press
-        name = entry.mission
-        if not entry.runs and self._is_undoable(key):
-            self._cancel(robot, key, name)
-            return
-        if not entry.runs:
-            ask_to_cancel(self._shell, name, robot.name if entry.number else "", lambda: self._agreed(robot, key, name))
-            return
-        following = (
-            next((each.mission for each in self.queue if each.number and each.cancellable), "") if entry.loud else ""
-        )
-        ask_to_stop(self._shell, name, robot.name, lambda: self._cancel(robot, key, name), following)
+        """Cancel one row of the queue: the app's by the execution, others' by the item. Asks first if it runs or can't be undone."""
+        robot, row = self.facts.robot, self._row(key)
+        if robot is None or row is None or self._presses.is_same(OfRobot(key, robot.id)):
+            return  # without a row: it went in the frame of the press
+        if not row.number:
+            following = next((each.title for each in self.today if each.number and each.actions), "")
+            is_moving = row.tone == "accent"
+            name = row.title
+            ask_to_stop(
+                self._shell, name, robot.name, lambda: self._cancel(robot, key, name), following if is_moving else ""
+            )
+        elif self._is_undoable(key):
+            self._cancel(robot, key, row.title)
+        else:
+            name = row.title
+            ask_to_cancel(self._shell, name, robot.name, lambda: self._agreed(robot, key, name))
+
+    def _row(self, key: tuple[str, int]) -> Item | None:
+        return next((row for row in self.today if row.key == key), None)
 
     def _agreed(self, robot: Robot, key: tuple[str, int], name: str) -> None:
         """Cancel it if it still only waits; a run that has begun since needs another question."""
-        shown = self.facts.robot
-        if shown is not None and shown.id == robot.id and any(entry.key == key and entry.runs for entry in self.queue):
+        shown, row = self.facts.robot, self._row(key)
+        if shown is not None and shown.id == robot.id and row is not None and not row.number:
             self.cancel(key)
         elif not self._presses.is_same(OfRobot(key, robot.id)):
             self._cancel(robot, key, name)
@@ -169,7 +177,7 @@ class HomeCommands(HomeState):
         if kind == "item":
             self._cancelling.add((robot.id, number))
             self.facts = replace(self.facts, cancelling=frozenset(self._cancelling))
-        self._act(
+        self.act_once(
             OfRobot(key, robot.id),
             lambda: (
                 operator.cancel_execution(number) if kind == "execution" else operator.cancel_item(robot.id, number)
@@ -189,14 +197,14 @@ class HomeCommands(HomeState):
             self._refused(robot, name)(problem)
 
     def answer(self, option: str) -> None:
-        if self.facts.robot is not None and self.prompt.guid:
-            self.answer_of(self.facts.robot, self.prompt.guid, option)
+        if self.facts.robot is not None and self.card.note.guid:
+            self.answer_of(self.facts.robot, self.card.note.guid, option)
 
     def answer_of(self, robot: Robot, guid: str, option: str) -> None:
         """Answer that robot's question."""
         if not self._presses.is_same(OfRobot("answer", robot.id)):
             said = _("Answer sent to {robot}: {answer}").format(robot=robot.name, answer=option)
-            self._act(
+            self.act_once(
                 OfRobot("answer", robot.id),
                 lambda: self._services.operator.answer_prompt(robot.id, guid, option),
                 self._saying(said, "comment-check-outline"),
@@ -204,7 +212,7 @@ class HomeCommands(HomeState):
             )
 
     # ------------------------------------------------------------------ inside
-    def _act(
+    def act_once(
         self,
         key: Hashable,
         work: Callable[[], T],

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from functools import cached_property
 
+from app.database.executions import ExecutionFilter
 from app.database.robots import Hold
 from app.domain.activity import NO_DATA, ActivitySpan, activity_of
 from app.domain.clock import Clock
-from app.domain.models import DurationEstimate, Execution, Group, Mission, Robot, RobotSnapshot, Settings
+from app.domain.models import DurationEstimate, Execution, Group, Mission, Robot, RobotSnapshot, Settings, State
 from app.domain.robot import QueueItem, QueueState, RobotProblem, RobotState
 from app.screens.common.holding import hold_at, hold_of_run
 from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
@@ -29,8 +30,11 @@ from app.services.robots.map_picture import MapPicture
 from app.services.robots.maps import RobotMaps
 from app.services.robots.missions import RobotMissions
 
-NEXT_PLANNED = LAST_FINISHED = 5
+NEXT_PLANNED, LAST_FINISHED = 10, 2  # of the selected robot
+MOST_READ = 300  # starts of all robots, among which the next ones of the selected robot are looked for
+LOOKED_BACK = timedelta(hours=12)  # for since when the robot has been in its state
 PAUSED = "paused"  # the activity
+ENDED = tuple(state for state in State if not state.is_open)
 LONGEST_QUEUE = 200  # items of a robot's queue that are shown; the others are counted
 
 OnRobot = tuple[int, int]  # a robot's id and the number of an item in its queue: numbers repeat between robots
@@ -72,8 +76,8 @@ class HomeFacts:
         default_factory=dict
     )  # guids of missions by robot, as far as they have been read
     open: tuple[Execution, ...] = ()  # under way or waiting, of all robots
-    planned: tuple[PlannedRun, ...] = ()
-    finished: tuple[Execution, ...] = ()
+    planned: tuple[PlannedRun, ...] = ()  # on the selected robot, as far as is known
+    finished: tuple[Execution, ...] = ()  # the last ones of the selected robot, newest first
     expected: Mapping[str, DurationEstimate] = field(default_factory=dict)  # by guid, on the selected robot
     names: Mapping[str, str] = field(default_factory=dict)  # of missions by guid, as the selected robot calls them
     alarms: int = 0  # that are open, shelved ones among them
@@ -87,7 +91,7 @@ class HomeFacts:
     seen_running: Mapping[OnRobot, datetime] = field(
         default_factory=dict
     )  # since when this tablet has seen an item run
-    activities: tuple[ActivitySpan, ...] = ()  # the selected robot's activity since its mission began
+    activities: tuple[ActivitySpan, ...] = ()  # the selected robot's, up to now
 
     @property
     def has_reset_no_effect(self) -> bool:
@@ -115,7 +119,18 @@ class HomeFacts:
         chosen = replace(self, settings=replace(self.settings, selected_robot_id=robot_id))
         if chosen.robot == self.robot:
             return chosen
-        return replace(chosen, entered=(), missions=(), is_new=True, expected={}, names={}, map=None, activities=())
+        return replace(
+            chosen,
+            entered=(),
+            missions=(),
+            is_new=True,
+            planned=(),
+            finished=(),
+            expected={},
+            names={},
+            map=None,
+            activities=(),
+        )
 
     def hold(self, robot_id: int, at: datetime) -> Hold | None:
         """The hold that stops a start on that robot at that instant."""
@@ -175,12 +190,18 @@ class HomeFacts:
         if since is None or read_at is None or status is None:
             return since
         is_paused = activity_of(status) == PAUSED
-        paused = sum((span.end - span.start for span in self.activities if span.activity == PAUSED), timedelta())
+        spans = [span for span in self.activities if span.activity == PAUSED and span.end > since]
+        paused = sum((span.end - max(since, span.start) for span in spans), timedelta())
         if self.activities and self.activities[-1].activity == PAUSED:  # stored only once a minute
             paused += max(timedelta(), (now if is_paused else read_at) - self.activities[-1].end)
         elif is_paused:
             paused += now - max(since, read_at)
         return since + paused
+
+    def state_since(self) -> datetime | None:
+        """Since when the selected robot has been doing what it does; None: not known, or only for a moment."""
+        status, last = self.snapshot.status, self.activities[-1] if self.activities else None
+        return last.start if status is not None and last is not None and last.activity == activity_of(status) else None
 
     def name_of(self, item: QueueItem) -> str:
         """The mission of an item by its name here, else by the robot's; the app's with their values."""
@@ -227,6 +248,7 @@ def read(
     if robot is None:
         return facts
     running = facts.running
+    now = services.clock.now()
     since = facts.running_since(running) if running else None
     expected = services.history.expected(robot.id, facts.guid_of(running)) if running else None
     return replace(
@@ -235,7 +257,7 @@ def read(
         missions=tuple(services.robot_missions.offered(robot.id, facts.entered)),
         names=services.robot_missions.names(robot.id),
         expected={facts.guid_of(running): expected} if running and expected else {},
-        activities=_activities(services, robot, since) if since else (),
+        activities=_activities(services, robot, min(since or now, now - LOOKED_BACK)),
     )
 
 
@@ -252,12 +274,18 @@ def _read_plan(services: HomeServices) -> HomeFacts:
         robots=by_name(services.catalogue.robots()),
         groups=by_name(services.catalogue.groups()),
         open=tuple(services.history.open()),
-        planned=tuple(services.plan.next(NEXT_PLANNED)),
-        finished=tuple(services.history.last_finished(LAST_FINISHED)),
     )
     if facts.groups:
         facts = replace(facts, all_missions=tuple(services.catalogue.missions()))
-    if facts.robot is None:
+    robot = facts.robot
+    if robot is None:
         return facts
-    entered = services.catalogue.missions_of(facts.robot.id)
-    return replace(facts, entered=tuple(sorted(entered, key=lambda m: (not m.favourite, m.name.casefold()))))
+    entered = services.catalogue.missions_of(robot.id)
+    ahead = services.plan.next(min(MOST_READ, NEXT_PLANNED * len(facts.robots)))
+    ended = ExecutionFilter(robot_ids=[robot.id], states=ENDED, end=services.clock.now())
+    return replace(
+        facts,
+        entered=tuple(sorted(entered, key=lambda m: (not m.favourite, m.name.casefold()))),
+        planned=tuple(run for run in ahead if run.robot.id == robot.id)[:NEXT_PLANNED],
+        finished=tuple(services.history.page(ended, size=LAST_FINISHED).rows),
+    )

@@ -6,11 +6,9 @@ from dataclasses import dataclass
 from datetime import datetime
 from operator import itemgetter
 
-from app.domain.message import render
-from app.domain.robot import RobotState, RobotStatus, problems_in_words
+from app.domain.robot import RobotState, RobotStatus
 from app.i18n import _
 from app.screens.common import formats
-from app.screens.common.problems import words_of
 from app.screens.common.robot_appearance import is_old
 from app.screens.common.robot_groups import group_of, help_rank, look_of
 from app.screens.home.facts import HomeFacts
@@ -19,7 +17,7 @@ from app.services.robots.map_picture import MapPicture, Place
 
 @dataclass(frozen=True)
 class MapView:
-    """Without ``picture`` the robot's words are shown in its place. Points are fractions of the picture."""
+    """Without ``picture`` nothing is known. Points are fractions of the picture."""
 
     picture: MapPicture | None = None
     name: str = ""
@@ -27,8 +25,8 @@ class MapView:
     heading: float = 0.0
     tone: str = "accent"  # of the robot on the map
     places: tuple[Place, ...] = ()
-    goal: tuple[tuple[float, float], ...] = ()  # none or one
-    message: str = ""
+    path: tuple[tuple[float, ...], ...] = ()  # straight from the robot to its goal, if that is known
+    label: str = ""  # at the goal how far it is, or at an old position when that was
 
 
 NO_MAP = MapView()
@@ -82,34 +80,30 @@ def map_view(facts: HomeFacts, now: datetime, tone: str, old: bool) -> MapView:
     at = picture.fraction(status.position.x, status.position.y)
     if at is None:
         return NO_MAP
-    if old:
-        seen = formats.day_and_time(snapshot.read_at, facts.settings.timezone, now) if snapshot.read_at else "–"
-        message, tone = words_of(snapshot.problem) or _("Seen here {time}").format(time=seen), "offline"
-    else:
-        message, tone = own_words(status), "accent" if tone == "neutral" else tone
+    goal = None if old else _goal(picture, status)
+    label = _goal_words(goal, status) if goal is not None else ""
+    if old and snapshot.read_at is not None:
+        label = _("seen {time}").format(time=formats.day_and_time(snapshot.read_at, facts.settings.timezone, now))
     return MapView(
         picture,
         picture.name,
         at,
         picture.heading(status.position.orientation),
-        tone,
+        "offline" if old else "accent" if tone == "neutral" else tone,
         picture.places,
-        () if old else _goal(picture, status),
-        message,
+        (at, (goal.x, goal.y)) if goal is not None else (),
+        label,
     )
 
 
-def own_words(status: RobotStatus | None) -> str:
-    """What the robot says, unless its error says the same."""
-    if status is None:
-        return ""
-    said, error = status.mission_text, render(problems_in_words(status.errors), _)
-    return "" if error and said and (said in error or error in said) else said
-
-
-def _goal(picture: MapPicture, status: RobotStatus) -> tuple[tuple[float, float], ...]:
+def _goal(picture: MapPicture, status: RobotStatus) -> Place | None:
     """The place that the robot says it drives to: "Moving to 'Line 2' (12.4 meters to goal)"."""
     if status.state is not RobotState.EXECUTING:
-        return ()
+        return None
     named = [place for place in picture.places if f"'{place.name}'" in status.mission_text]
-    return ((named[0].x, named[0].y),) if len(named) == 1 else ()
+    return named[0] if len(named) == 1 else None
+
+
+def _goal_words(goal: Place, status: RobotStatus) -> str:
+    left = status.distance_to_next_target
+    return goal.name if left is None else f"{goal.name} · {formats.number(left, 0, 'm')}"

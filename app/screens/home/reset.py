@@ -10,8 +10,8 @@ from kivy.clock import Clock
 from app.domain.models import Robot, RobotSnapshot
 from app.i18n import _
 from app.screens.common.shell import PROBLEM_SECONDS
+from app.screens.home.card import error_words, has_errors
 from app.screens.home.facts import HomeFacts, Standing, standing
-from app.screens.home.view import error_words, has_errors
 from app.widgets.snackbar import SECONDS
 
 READ_WITHIN = 5.0  # s until the message that errors remain after the reset

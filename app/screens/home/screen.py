@@ -2,43 +2,47 @@
 
 from __future__ import annotations
 
-import uuid
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import fields, replace
 from datetime import datetime
 from typing import Any
 
 from kivy.core.window import Window
-from kivy.metrics import dp, sp
+from kivy.metrics import dp
+from kivy.properties import BooleanProperty, ListProperty
+from kivy.uix.widget import Widget
 
-from app.domain.robot import MissionParameter
 from app.i18n import _
-from app.screens.common.missing_mission import fetch_option, or_fetch
-from app.screens.common.presses import OfRobot, Presses
+from app.screens.common.group_starts import GroupStarts
+from app.screens.common.options import MenuItem
+from app.screens.common.presses import Presses
 from app.screens.common.shell import Shell
-from app.screens.common.started import StartReports, as_it_is, say_not_started
+from app.screens.common.started import StartReports, as_it_is
 from app.screens.common.view_model import Changed, Refresher, ViewModel
-from app.screens.home.cards import HomeColumn, HomeEmpty, HomeTall, HomeWide
-from app.screens.home.commands import HomeCommands
+from app.screens.home.card import battery_words, can_reset
+from app.screens.home.cards import HomeEmpty, HomeLow, HomeTall, HomeWide, MapPage
+from app.screens.home.commands import HomeCommands, foot_of
 from app.screens.home.facts import HomeFacts, HomeServices, OnRobot, read
 from app.screens.home.fleet_model import FleetViewModel
 from app.screens.home.fleet_page import FleetPage
 from app.screens.home.learning import Learning
 from app.screens.home.map import robots_on_map
-from app.screens.home.map_dialog import MapDialog
-from app.screens.home.pages import ALL_ROBOTS, NO_ROBOT, Pages
+from app.screens.home.pages import NO_ROBOT, Pages
 from app.screens.home.reset import ResetReport
-from app.screens.home.run_dialog import RunDialog
-from app.screens.home.run_now import MANY_GROUPS, Target, aimed, chosen_group, group_options, mission_options, start
-from app.screens.home.view import present
+from app.screens.home.sending import Sending
+from app.screens.home.view import ALL_ROBOTS, present, tabs
 from app.screens.home.waiting_model import WaitingModel
 from app.services.live.changes import Topic
 from app.widgets import load_kv
-from app.widgets.tokens import tk
+
+MAP = "map"
 
 
 class HomeViewModel(HomeCommands, ViewModel):
-    """Reads the facts, shows them in words, and starts missions."""
+    """Reads the facts and shows them in words."""
+
+    tabs = ListProperty()
+    shows_map = BooleanProperty(False)
 
     def __init__(self, services: HomeServices, shell: Shell) -> None:
         super().__init__()
@@ -47,27 +51,31 @@ class HomeViewModel(HomeCommands, ViewModel):
         self.fleet.fbind("is_shown", self._robot_left)
         self._reader = Refresher(shell, self._reading, self.take, self._not_read)
         self.facts = HomeFacts()
-        self._started = StartReports(shell, as_it_is(services.history, services.holds))
-        self._chosen: int | None = None
-        self._asked_for: tuple[int, int] | None = None  # robot and mission whose parameters are shown
-        self._wanted: Sequence[MissionParameter] = ()  # the parameters that it has
-        self._is_asking = self._is_known = False  # the robot for them, and whether it has answered
-        self._pressed: tuple[str, str] | None = None  # mission and robot or group for which Run was pressed
+        self.started = StartReports(shell, as_it_is(services.history, services.holds))
         self._seen_running: dict[OnRobot, datetime] = {}
         self._cancelling: set[OnRobot] = set()
         self._clearing: set[int] = set()  # ids of robots whose queues are being cleared
         self._reset = ResetReport(self._say)
         self._presses = Presses(self._update_busy)
-        self._learning = Learning(services, shell, self._reader.request)
-        self._target = Target()  # of Run now
-        self.waiting = self.fleet.waiting = WaitingModel(services, shell, self._reader.request, self._started.follow)
+        self.learning = Learning(services, shell, self._reader.request)
+        self.waiting = self.fleet.waiting = WaitingModel(services, shell, self._reader.request, self.started.follow)
         self._is_plan_old = True  # more than what the robots do has changed
-        self._pausable: int | None = None  # id of the robot for which Pause is on screen
+        self._foot = (0, "")  # robot, and what the button on screen does
+        self.sending = Sending(services, shell, self)
+        self._group_starts = GroupStarts(
+            services.operator,
+            services.catalogue,
+            shell,
+            self._reader.request,
+            self.started.follow,
+            lambda number: next((row for row in self.facts.open if row.id == number), None),
+        )
+        self.fbind("room", lambda *_args: self._show())
 
     # ------------------------------------------------------------------ reading
     def opened(self, robot_id: int | None = None) -> None:
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
-        self.keep(self._started.open())
+        self.keep(self.started.open())
         self._reset.forget()
         self.keep(self._reader.start())
         self.every(1, self._tick)
@@ -80,11 +88,12 @@ class HomeViewModel(HomeCommands, ViewModel):
             self.select_robot(robot_id)
 
     def closed(self) -> None:
-        self._run_no_more()
+        self.sending.close()
 
     def _robot_left(self, _fleet: FleetViewModel, shows_all: bool) -> None:
+        self.shows_map = False
         if shows_all:
-            self._run_no_more()
+            self.sending.close()
 
     def _changed(self, event: Changed) -> None:
         """Robots that are only chips are updated by the tick."""
@@ -123,10 +132,8 @@ class HomeViewModel(HomeCommands, ViewModel):
         if "robot" in self.busy:  # the last choice is still being written
             facts = facts.about(self.facts.settings.selected_robot_id)
         self.facts = facts
-        if self._target.group_id is not None and chosen_group(facts, self._target) is None:
-            self._aim(Target())  # it was deleted
         self._note_running()
-        self._learning.look(facts)
+        self.learning.look(facts)
         self.waiting.take(facts)
         self._reset.look(facts)
         self.fleet.take(facts)
@@ -155,249 +162,151 @@ class HomeViewModel(HomeCommands, ViewModel):
 
     def _show(self) -> None:
         now = self._services.clock.now()
-        view = present(replace(self.facts, reset_without_effect=self._reset.without_effect), now, self._chosen)
-        view = replace(view, run=aimed(view.run, self.facts, self._target, now))
+        facts = replace(self.facts, reset_without_effect=self._reset.without_effect)
+        view = present(facts, now, self.room)
         robot_id = self._shell.navigator.robot_id = self.facts.robot.id if self.facts.robot is not None else None
-        if robot_id is not None and robot_id == self._pausable and not view.controls.pauses:
-            self._presses.rest(OfRobot("pause", robot_id))  # a finger about to press Pause must not resume
-        self._pausable = robot_id if view.controls.pauses else None
+        was, self._foot = self._foot, (robot_id or 0, view.card.foot.action)
+        if was[0] == robot_id and was != self._foot:
+            self._presses.rest(foot_of(robot_id))  # a finger about to press it must not do what it does now
         for field in fields(view):
             value = getattr(view, field.name)
             setattr(self, field.name, list(value) if isinstance(value, tuple) else value)
+        self.tabs = tabs(self.facts, robot_id, now)
+        if self.shows_map:
+            self.robots_on_map = list(robots_on_map(self.facts, now))
         self._update_busy()
-        self._ask_parameters()
+        self.sending.show()
 
-    # ------------------------------------------------------------------ which robot, which mission
+    # ------------------------------------------------------------------ which robot
     def select_robot(self, robot_id: int) -> None:
         """Select it for the whole app, where another one may have been selected since this screen was read."""
         is_shown = self.facts.robot is not None and robot_id == self.facts.robot.id
         self.facts = self.facts.about(robot_id)
         if not is_shown:
-            self._aim(Target())
-            self._chosen = None
+            self.shows_map = False
+            self.sending.close()
             self._show()
         self._keep_selection()
 
     def _keep_selection(self) -> None:
         """Until the last choice is written, however fast they follow each other."""
         wanted = self.facts.settings.selected_robot_id
-        self._act(
+        self.act_once(
             "robot",
             lambda: self._services.catalogue.change_settings(selected_robot_id=wanted),
             lambda _done: None if self.facts.settings.selected_robot_id == wanted else self._keep_selection(),
         )
 
+    def choose_tab(self, key: str | int) -> None:
+        """All robots, or one of them."""
+        if key == ALL_ROBOTS:
+            self.fleet.come_back()
+        else:
+            self.fleet.leave()
+            self.select_robot(int(key))
+
     def add_robot(self) -> None:
         self._shell.go("settings", section="robots", add=True)
 
-    def open_run(self, execution_id: int) -> None:
-        """Its story, in Logs."""
-        self._shell.go("logs", execution_id=execution_id)
-
-    def open_schedule(self, key: tuple[int, datetime]) -> None:
-        """What a planned start comes from, in Scheduler."""
-        self._shell.go("scheduler", schedule_id=key[0])
-
-    def open_map(self) -> None:
-        self._shell.dialogs.open(MapDialog(self, lambda: robots_on_map(self.facts, self._services.clock.now())))
-
-    def pick_mission(self) -> None:
-        self._shell.dialogs.choose(
-            _("Mission to run"),
-            mission_options(self.facts, self._target),
-            or_fetch(self._shell, self.choose_mission),
-            selected=self.run.mission_id,
-            last=fetch_option(),
-        )
-
-    def choose_mission(self, mission_id: int) -> None:
-        self._chosen = mission_id
-        self._show()
-
-    def choose_target(self, target: tuple[str, int]) -> None:
-        """Of Run now: ("group", id), ("robot", id of the selected one), or the list of groups."""
-        if target == MANY_GROUPS:
-            self._shell.dialogs.choose(_("Run on"), group_options(self.facts), self.choose_target)
-            return
-        self._aim(Target(target[1]) if target[0] == "group" else Target())
-        if (group := chosen_group(self.facts, self._target)) is not None:
-            self._learning.learn_names(group.members)
-        self._show()
-
-    def go_first(self, wanted: bool) -> None:
-        """Of Run now on a group: before everything else."""
-        self._aim(replace(self._target, first=wanted))
-        self._show()
-
-    def _aim(self, target: Target) -> None:
-        """What was pressed for another one is not run on this."""
-        self._run_no_more()
-        self._target, self.goes_first = target, target.first
-
-    def _ask_parameters(self) -> None:
-        """Ask the robot which parameters the chosen mission has."""
-        robot, mission_id = self.facts.robot, self.run.mission_id
-        wanted = (robot.id, mission_id) if robot is not None and mission_id is not None else None
-        if wanted == self._asked_for:
-            return
-        self._asked_for = wanted
-        self._run_no_more()
-        self._take_parameters(wanted, None)
-        self._ask_robot()
-
-    def _ask_robot(self) -> None:
-        robot, wanted = self.facts.robot, self._asked_for
-        mission = next((m for m in self.facts.missions if wanted is not None and m.id == wanted[1]), None)
-        if robot is None or mission is None:
-            return
-        self._is_asking = True
-
-        def take(found: Sequence[MissionParameter]) -> None:
-            self._shell.mission_names.take(mission.guid, found)
-            self._take_parameters(wanted, found)
-
-        self._shell.background.run(
-            lambda: self._services.robot_missions.parameters(robot.id, mission.guid),
-            take,
-            lambda _problem: self._take_parameters(
-                wanted, self._shell.mission_names.known.parameters.get(mission.guid)
-            ),
-            key=("home", "parameters"),
-            apart="parameters",
-        )
-
-    def _take_parameters(self, asked_for: tuple[int, int] | None, found: Sequence[MissionParameter] | None) -> None:
-        """From this robot or, if it does not answer, another one. None: no answer; Run asks again, and sends none if
-        there is still no answer."""
-        if asked_for != self._asked_for:
-            return
-        self._wanted, self.asks, self._is_known, self._is_asking = found or (), bool(found), found is not None, False
-        if self._pressed is None:
-            return
-        if self.run.off:
-            self._run_no_more(self.run.text)
-            return
-        self._end_waiting()
-        if found is None:
-            self._run({})
-        else:
-            self.run_now()
-
-    def _wait_to_run(self) -> None:
-        """Run was pressed before the mission's parameters are known."""
-        self._pressed = self._aim_in_words()
-        self._presses.begin("run")
-        if not self._is_asking:
-            self._ask_robot()
-
-    def _end_waiting(self) -> None:
-        self._pressed = None
-        self._presses.end("run")
-
-    def _run_no_more(self, why: str = "") -> None:
-        """The mission of the pressed Run is no longer shown, or can't be run: it is not started, and a message says
-        so."""
-        if (pressed := self._pressed) is not None:
-            self._end_waiting()
-            say_not_started(self._shell, *pressed, why or _("The values that it asks for were not known yet"))
-
-    def _aim_in_words(self) -> tuple[str, str]:
-        """Mission and robot or group of Run now."""
-        aim = chosen_group(self.facts, self._target) or self.facts.robot
-        return self.run.mission, aim.name if aim is not None else ""
+    def find_robots(self) -> None:
+        self._shell.go("settings", section="robots")
 
     # ------------------------------------------------------------------ what the operator presses
-    def run_now(self) -> None:
-        """At once, or as soon as it is known whether the mission has parameters; these are asked for first."""
-        if self.run.off or self._presses.is_same("run"):
+    def act(self, key: tuple[Any, ...], name: str) -> None:
+        """A row of Today was used."""
+        match key[0], name:
+            case "planned", "open":
+                self._shell.go("scheduler", schedule_id=key[1])
+            case _, "open":
+                self._shell.go("logs", execution_id=key[1])
+            case "waiting", _:
+                self._act_on_waiting(key[1], name)
+            case _, "cancel":
+                self.cancel((key[0], key[1]))
+
+    def _act_on_waiting(self, execution_id: int, name: str) -> None:
+        robot, row = self.facts.robot, next((row for row in self.facts.open if row.id == execution_id), None)
+        if robot is None or row is None:
             return
-        if not self._is_known and not self.card.old:
-            self._wait_to_run()
-        elif self._wanted:
-            self._ask_for_values()
-        else:
-            self._run({})
+        if name == "cancel":
+            self._group_starts.cancel(row)
+        elif row.robot_id is None:
+            self._group_starts.assign(row, robot.id)
+        else:  # on a silent robot
+            self._group_starts.start_also(row, robot.id, robot.name)
 
-    def _ask_for_values(self) -> None:
-        """They run on what they were entered for, or not at all."""
-        asked, pressed = (self._asked_for, self._target), self._aim_in_words()
+    def show_more(self, anchor: Widget) -> None:
+        """What is seldom done to the queue."""
+        items = [MenuItem("clear", _("Clear queue"), "playlist-remove", disabled=not self.clear_count)]
+        if self.card.foot.action == "pause" and not self.card.old and can_reset(self.facts.snapshot.status):
+            items.append(MenuItem("reset", _("Reset errors"), "restore"))
+        calls: dict[str, Callable[[], object]] = {"clear": self.clear_queue, "reset": self.reset_errors}
+        self._shell.dialogs.menu(anchor, _("Queue"), items, lambda key: calls[key]())
 
-        def entered(_dialog: RunDialog, values: Mapping[str, Any]) -> None:
-            if asked == (self._asked_for, self._target):
-                self._run(values)
-            else:
-                say_not_started(self._shell, *pressed, _("Robot, group or mission has changed since then"))
+    def show_battery(self, anchor: Widget) -> None:
+        self._shell.dialogs.menu(anchor, _("Battery"), [], lambda _key: None, battery_words(self.facts, self.card.old))
 
-        dialog = RunDialog(self._wanted, vm=self)
-        dialog.bind(on_run=entered)
-        self._shell.dialogs.open(dialog)
+    def open_map(self) -> None:
+        self.shows_map = True
+        self._show()
 
-    def _run(self, parameters: Mapping[str, Any]) -> None:
-        """One press, one mission: the token is made here, and the button waits until the execution is on disk."""
-        robot, run = self.facts.robot, self.run
-        if robot is None or run.off or run.mission_id is None:
-            return
-        token, mission_id, target = str(uuid.uuid4()), run.mission_id, self._target
-        is_held = self.facts.hold(robot.id, self._services.clock.now()) is not None
-        is_silent = (
-            target.group_id is None and self.card.old and not is_held
-        )  # now: another robot may be shown when it is on disk
+    def send(self, mission_id: int) -> None:
+        self.sending.open(mission_id)
 
-        def submit() -> None:
-            self._act(
-                "run",
-                lambda: start(self._services.operator, target, robot.id, mission_id, parameters, token),
-                lambda execution: self._started.follow(execution, is_silent),
-            )
-
-        if run.low_battery:
-            self._shell.dialogs.confirm(
-                _("Run {mission} anyway?").format(mission=run.mission), run.low_battery, _("Run"), submit
-            )
-        else:
-            submit()
+    def show_all_missions(self) -> None:
+        self.sending.open_all()
 
     def _update_busy(self) -> None:
         robot_id = self.facts.robot.id if self.facts.robot is not None else None
         self.busy = self._presses.names(robot_id)
-        self.pause_rests = robot_id is not None and self._presses.is_same(OfRobot("pause", robot_id))
+        self.foot_rests = robot_id is not None and self._presses.is_same(foot_of(robot_id))
 
 
 class HomeScreen(Pages):
-    """Three columns in landscape; bands in portrait, and in a window too small for the columns; one column in a narrow
-    one; all robots if there are many, until one is chosen; and an invitation without robots."""
+    """One robot, in the layout for the window; its map; all robots if there are many, until one is chosen; and an invitation without
+    robots."""
 
     Services = HomeServices
 
     def __init__(self, services: HomeServices, shell: Shell, **kwargs: Any) -> None:
-        load_kv("widgets/flow", "home/cards", "home/waiting", "home/screen", "home/fleet")
+        load_kv("widgets/flow", "home/page", "home/waiting", "home/fleet", "home/sending")
         super().__init__(vm=HomeViewModel(services, shell), **kwargs)
-        for name in ("loaded", "has_robots"):
+        for name in ("loaded", "has_robots", "shows_map"):
             self.vm.fbind(name, self._choose_layout)
         self.vm.fleet.fbind("is_shown", self._choose_layout)
-        for name in ("portrait", "size"):
+        self.vm.sending.find_card = lambda: self.children[0].ids.card.__self__
+        for name in ("tabs", "card"):  # the card: another robot may be shown
+            self.vm.fbind(name, self._show_tabs)
+        for name in ("tall", "low", "size"):
             self.fbind(name, self._choose_layout)
         self._choose_layout()
 
     def _choose_layout(self, *_: Any) -> None:
         if not self.vm.loaded:
             return
-        layout = NO_ROBOT if not self.vm.has_robots else ALL_ROBOTS if self.vm.fleet.is_shown else self._fitting()
-        kind = {NO_ROBOT: HomeEmpty, "column": HomeColumn, "tall": HomeTall, "wide": HomeWide, ALL_ROBOTS: FleetPage}[
-            layout
-        ]
+        is_low = self.low or (self.tall and Window.height < dp(1000))
+        one = "low" if is_low else "tall" if self.tall else "wide"
+        layout = NO_ROBOT if not self.vm.has_robots else ALL_ROBOTS if self.vm.fleet.is_shown else one
+        if self.vm.shows_map and layout == one:
+            layout = MAP
+        kinds = {NO_ROBOT: HomeEmpty, "low": HomeLow, "tall": HomeTall, "wide": HomeWide, MAP: MapPage}
+        kind = FleetPage if layout == ALL_ROBOTS else kinds[layout]
         self.turn_to(layout, lambda: kind(vm=self.vm.fleet if layout == ALL_ROBOTS else self.vm))
+        self.can_go_back = layout == MAP
+        self._show_tabs()
+
+    def _show_tabs(self, *_: Any) -> None:
+        robot = self.vm.facts.robot
+        self.tabs = self.vm.tabs
+        self.tab = ALL_ROBOTS if self.vm.fleet.is_shown else robot.id if robot is not None else None
+
+    def choose_tab(self, key: Any) -> None:
+        self.vm.choose_tab(key)
+
+    def go_back(self) -> None:
+        self.vm.shows_map = False
 
     def place(self) -> dict[str, Any]:
         """All robots is where Home begins by itself."""
         robot = self.vm.facts.robot
         return {"robot_id": robot.id} if robot is not None and self.vm.fleet.many and not self.vm.fleet.is_shown else {}
-
-    def _fitting(self) -> str:
-        """By the window's height, not the screen's, which changes with every alarm: a field in use would be rebuilt."""
-        if self.width < dp(660):
-            return "column"
-        around = dp(64 + 64 + 32) + dp(97)  # bars, margins, and a banner of two lines
-        fixed = 2 * tk.h_action + dp(56) + sp(14)  # the robots' strip and the controls
-        is_small = self.width < dp(890) or Window.height - around - fixed < sp(110)
-        return "tall" if self.portrait or is_small else "wide"

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from typing import Any
 
-from app.domain import choice, names
-from app.domain.models import Execution, Group, Robot, Settings, State, Wait
+from app.domain import choice
+from app.domain.models import Execution, Group, Robot, Settings, State, Trigger, Wait
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.group_starts import has_no_robot
@@ -17,8 +17,7 @@ from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
 from app.screens.common.options import Option
 from app.screens.common.priorities import word
 from app.screens.home.facts import HomeFacts
-from app.screens.home.lists import trigger_words
-from app.services.allocation.choose import AHEAD, LAST_CALL
+from app.services.allocation.choose import LAST_CALL
 from app.services.allocation.situation import HIGH, Ineligible
 
 SHOWN = 2  # on Home; all of them in a dialog
@@ -162,18 +161,11 @@ def more_words(count: int) -> str:
     return ngettext("Show {n} more", "Show {n} more", more).format(n=more) if more > 0 else ""
 
 
-def kept_for(facts: HomeFacts, robot: Robot, now: datetime) -> str:
-    """The planned start for which the robot is kept free, though others wait."""
-    missions = {row.wait_details.get("kept_for") for row in facts.open if has_no_robot(row)}
-    run = next(
-        (
-            run
-            for run in facts.planned
-            if run.mission.name in missions and run.robot.id == robot.id and (run.at - now).total_seconds() <= AHEAD
-        ),
-        None,
-    )
-    if run is None:
-        return ""
-    name = names.own_schedule_name(run.schedule.name, run.mission.name, run.whose) or facts.mission_names.start(run)
-    return _("Kept for {name} at {time}").format(name=name, time=formats.clock_time(run.at, facts.settings.timezone))
+def trigger_words(execution: Execution) -> str:
+    """Its source."""
+    match execution.trigger:
+        case Trigger.MANUAL:
+            return _("Run now")
+        case Trigger.IDLE:
+            return _("Idle automation")
+    return execution.own_name or _("Schedule")

@@ -24,7 +24,6 @@ from app.screens.home.waiting import (
     waiting_title,
 )
 from app.widgets.dialogs import Dialog
-from app.widgets.display import SectionCard
 from app.widgets.lists import RecycledRow
 
 READ_EVERY = 5  # s, while something waits
@@ -124,12 +123,6 @@ class WaitingRow(RecycledRow, BoxLayout):
     cancelling = BooleanProperty(False)
     is_stuck = BooleanProperty(False)
     has_robot = BooleanProperty(False)
-
-
-class WaitingCard(SectionCard):
-    """The first waiting starts; without any it takes no room."""
-
-    state = ObjectProperty(NO_WAITING, rebind=True)
 
 
 class WaitingDialog(Dialog):

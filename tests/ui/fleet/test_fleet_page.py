@@ -18,7 +18,7 @@ from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.fields import FieldInput
 from app.widgets.frame import TopBar
 from app.widgets.rest import rest
-from app.widgets.rows import RobotChip
+from app.widgets.tabs import TabButton
 from app.window.key_focus import ESCAPE
 from tests.support import fleet_facts
 from tests.support import home_facts as sample
@@ -44,11 +44,11 @@ def test_up_to_three_robots_have_no_such_page(container, ui):
     with shown(container, ui) as app:
         ui.wait(lambda: ui.find_all(HomeWide))
         settle(app, ui)
-        assert len(ui.find_all(RobotChip)) == 3
+        assert len(ui.find_all(TabButton, ui.find(TopBar))) == 3
         assert not ui.find_all(FleetPage)
         assert not any(button.text.startswith("All robots") for button in ui.find_all(CommandButton))
         add_robots(container, 1)  # nothing is sent, but it would be possible
-        ui.wait(lambda: not ui.find_all(RobotChip))
+        ui.wait(lambda: not ui.find_all(HomeWide))
         settle(app, ui)
         go_back(ui)
         assert len(tiles(ui)) == 4
@@ -63,7 +63,7 @@ def test_with_many_robots_home_shows_all_first(container, robots, ui):
         assert head(ui) == ""
         for robot in robots[3:]:
             container.catalogue.remove_robot(robot.id)
-        ui.wait(lambda: len(ui.find_all(RobotChip)) == 3)
+        ui.wait(lambda: len(ui.find_all(TabButton, ui.find(TopBar))) == 3)
         assert not ui.find_all(FleetPage)
 
 

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from app.screens.home.cards import FinishedRow, RobotHead
-from app.widgets.frame import AlarmBanner, TopBar
-from app.widgets.rows import RobotChip
+from app.widgets.frame import AlarmBanner
 from tests.support.stored import Stored
-from tests.ui.home.operator import rows
+from tests.ui.home.operator import items, rows
 from tests.ui.whole_app import plant, restart, shown
 
 
@@ -25,9 +23,7 @@ def app(tmp_path_factory, ui):
         site.add_missions("Deliver", "Home", "Collect empties")
         with shown(site.container, ui) as app:
             app.site, app.aino, began = site, site.fleet.robots[0], site.container.clock.now()
-            ui.wait(
-                lambda: site.is_at_rest(began) and any("Ready" in ui.texts(head) for head in ui.find_all(RobotHead))
-            )
+            ui.wait(lambda: site.is_at_rest(began) and "Ready" in ui.texts())
             app.stored, app.root_vm = Stored(site.container), app.shell.navigator.screen("home").vm
             yield app
 
@@ -42,11 +38,14 @@ def home(app, ui):
         app.site.container.parameters._answers.clear()  # what an earlier test learned from the robots
 
     restart(app, ui, put_back)
-    app.root_vm.choose_mission(None)
+    app.shell.sheets.close()
     ui.wait(
         lambda: (
-            "Ready" in ui.texts(ui.find(RobotHead)) and ui.find(TopBar).robot == "Aino" and not ui.find_all(AlarmBanner)
+            (app.root_vm.card.name, app.root_vm.card.state) == ("Aino", "Ready")
+            and not ui.find_all(AlarmBanner)
+            and not rows(ui)
+            and not app.root_vm.foot_rests
         )
     )
-    assert (len(ui.find_all(RobotChip)), rows(ui), ui.find_all(FinishedRow), app.root_vm.busy) == (2, [], [], [])
+    assert (items(ui, "run"), app.root_vm.busy) == ([], [])
     return app

@@ -9,73 +9,45 @@ from zoneinfo import ZoneInfo
 from app.database.connection import DatabaseUnavailable
 from app.domain.models import Mission, Schedule
 from app.screens.home import screen
-from app.screens.home.cards import FinishedRow, PlannedRow, RobotHead
+from app.screens.home.cards import SendTile, TodayRow
 from app.screens.home.facts import HomeFacts, read
 from app.screens.scheduler.cards import FormSheet
 from app.widgets.buttons import CommandButton
-from app.widgets.frame import AlarmBanner, TopBar
-from app.widgets.rows import OptionRow, RobotChip
-from tests.ui.home.operator import press, run
+from tests.ui.home.operator import items, open_robot, run, step, tab
 
 
 # ---------------------------------------------------------------------- what is seen
-def test_both_robots_and_the_selected_one_are_shown(home, ui):
-    assert {chip.name for chip in ui.find_all(RobotChip)} == {"Aino", "Veikko"}
-    texts = ui.texts()
-    assert "90 %" in texts
-    assert any(text.startswith("127.0.0.1:") for text in texts)
-    assert ui.find(TopBar).robot == "Aino"
-    assert ui.find(TopBar).link.startswith("Connected")
+def test_each_robot_has_a_tab_and_the_card_is_of_the_selected_one(home, ui):
+    assert [tab(ui, name).active for name in ("Aino", "Veikko")] == [True, False]
+    assert {"Aino", "Ready", "90 %", "Send Aino", "Today"} <= set(ui.texts())
 
 
-def test_an_emergency_stop_shows_within_a_poll_with_banner_and_advice(home, ui):
+def test_an_emergency_stop_shows_within_a_poll_with_advice(home, ui):
     home.aino.control({"emergency_stop": True})
-    ui.wait(lambda: "Stopped" in ui.texts())
-    ui.wait(lambda: ui.find_all(AlarmBanner))
-    assert ui.find(AlarmBanner).text == "Aino is stopped: emergency stop pressed"
+    ui.wait(lambda: "Release the red button. Then press Reset on the robot." in ui.texts())
     assert ui.find(CommandButton, text="Resume").disabled
-    assert ui.find(CommandButton, text="Aino is stopped").disabled
+    assert "Not while Aino is stopped" in ui.texts()
+    assert ui.find(SendTile, text="Home").disabled
     home.aino.control({"emergency_stop": False})
     ui.wait(lambda: "Paused" in ui.texts())
-    ui.advance(1)
-    press(ui, "Resume")
-    ui.wait(lambda: "Ready" in ui.texts(ui.find(RobotHead)))
+    step(ui, "Resume")
+    ui.wait(lambda: "Ready" in ui.texts())
 
 
 # ---------------------------------------------------------------------- which robot
-def test_the_bar_names_the_robot_of_the_page_before_the_choice_is_stored(home, ui, monkeypatch):
+def test_a_tab_selects_the_robot_for_the_whole_app_before_the_choice_is_stored(home, ui, monkeypatch):
     stored, write = threading.Event(), home.site.container.catalogue.change_settings
     monkeypatch.setattr(
         home.site.container.catalogue, "change_settings", lambda **values: stored.wait(30) and write(**values)
     )
     try:
-        ui.tap(ui.find(RobotChip, name="Veikko"))
-        assert (home.root_vm.facts.robot.name, ui.find(TopBar).robot) == ("Veikko", "Veikko")
+        open_robot(ui, "Veikko")
+        assert (home.root_vm.card.name, tab(ui, "Veikko").active) == ("Veikko", True)
         ui.advance(3)
-        assert (home.root_vm.facts.robot.name, ui.find(TopBar).robot) == ("Veikko", "Veikko")
+        assert (home.root_vm.card.name, tab(ui, "Veikko").active) == ("Veikko", True)
     finally:
         stored.set()
-    ui.wait(lambda: home.shell.background.idle)
-    assert ui.find(TopBar).robot == "Veikko"
-
-
-def test_a_chip_selects_the_robot_for_the_whole_app(home, ui):
-    ui.tap(ui.find(RobotChip, name="Veikko"))
-    assert home.root_vm.facts.robot.name == "Veikko"  # at once, before the database knows
-    ui.wait(lambda: ui.find(TopBar).robot == "Veikko")
     ui.wait(lambda: home.site.container.settings().selected_robot_id == home.root_vm.facts.robot.id)
-
-
-def test_the_top_bar_switches_robots_from_anywhere(home, ui):
-    home.shell.go("scheduler")
-    ui.advance(0.3)
-    ui.tap(ui.find(root=ui.find(TopBar), text="Aino"))
-    ui.tap(ui.find(OptionRow, home.shell.dialogs.top, text="Veikko"))
-    ui.wait(lambda: ui.find(TopBar).robot == "Veikko")
-    ui.tap_text("Home")
-    ui.wait(
-        lambda: ui.find_all(CommandButton, text="Run on Veikko") or ui.find_all(RobotChip, name="Veikko", selected=True)
-    )
 
 
 def test_missions_of_another_robot_are_not_offered_on_the_one_just_chosen(home, ui):
@@ -84,8 +56,8 @@ def test_missions_of_another_robot_are_not_offered_on_the_one_just_chosen(home, 
     read = view.facts
     view.select_robot(veikko.id)
     view.take(read)
-    assert (view.facts.robot, view.run.chips, view.run.text) == (veikko, (), "Choose a mission")
-    ui.wait(lambda: view.run.chips)
+    assert (view.facts.robot, view.tiles, view.today) == (veikko, [], view.today)
+    ui.wait(lambda: view.tiles)
     assert view.facts.robot == veikko
 
 
@@ -103,11 +75,11 @@ def test_a_reading_that_began_before_a_choice_does_not_undo_it(home, ui, monkeyp
     monkeypatch.setattr(screen, "read", read_late)
     view.open()
     ui.wait(begun.is_set)
-    ui.tap(ui.find(RobotChip, name="Veikko"))
+    open_robot(ui, "Veikko")
     veikko = view.facts.robot
     ui.wait(lambda: container.settings().selected_robot_id == veikko.id and "robot" not in view.busy)
     go.set()
-    ui.wait(lambda: seen.append(view.facts.robot) or (view.run.chips and len(seen) > 20))
+    ui.wait(lambda: seen.append(view.facts.robot) or (view.tiles and len(seen) > 20))
     assert set(seen) == {veikko}
 
 
@@ -124,7 +96,7 @@ def test_a_plan_that_was_being_read_when_a_command_was_done_is_read_again(home, 
     monkeypatch.setattr(screen, "read", read_late)
     mission = container.catalogue.save_mission(Mission("Quite new", "00000000-0000-0000-0000-0000000000aa"))
     ui.wait(begun.is_set)
-    view._act("action", lambda: None)
+    view.act_once("action", lambda: None)
     ui.wait(lambda: "action" not in view.busy)
     go.set()
     ui.wait(lambda: mission.id in [each.id for each in view.facts.missions], 10)
@@ -137,17 +109,17 @@ def test_a_choice_of_a_robot_that_can_not_be_written_is_undone(home, ui, monkeyp
 
     view, aino = home.root_vm, home.root_vm.facts.robot
     monkeypatch.setattr(home.site.container.catalogue, "change_settings", fail)
-    ui.tap(ui.find(RobotChip, name="Veikko"))
+    open_robot(ui, "Veikko")
     ui.wait(lambda: home.shell.snackbars.texts)
-    ui.wait(lambda: view.facts.robot == aino and view.run.chips)
+    ui.wait(lambda: view.facts.robot == aino and view.tiles)
 
 
 # ---------------------------------------------------------------------- where lists lead
 def test_an_ended_run_opens_its_story_in_logs(home, ui):
     run(ui, "Home")
-    ui.wait(lambda: ui.find_all(FinishedRow))
+    ui.wait(lambda: items(ui, "run"))
     (execution,) = home.site.container.history.last_finished(1)
-    ui.tap(ui.find(FinishedRow))
+    ui.tap(ui.find(TodayRow, key=("run", execution.id)))
     assert home.shell.navigator.current == "logs"
     ui.wait(lambda: home.shell.navigator.screen("logs").vm.story.key == execution.id)
 
@@ -161,9 +133,9 @@ def test_a_planned_start_opens_its_schedule(home, ui):
         home.site.container.catalogue.save_schedule(
             Schedule(mission.name, robots[0].id, mission.id, start, zone, "FREQ=DAILY", respect_working_days=False)
         )
-    ui.wait(lambda: len({row.mission for row in ui.find_all(PlannedRow)}) == 2)
-    row = ui.find(PlannedRow, mission=missions[1].name)
-    schedule_id = row.key[0]
+    ui.wait(lambda: len({item.title for item in items(ui, "planned")}) == 2)
+    row = next(row for row in ui.find_all(TodayRow) if row.item.title == missions[1].name)
+    schedule_id = row.key[1]
     ui.tap(row)
     assert home.shell.navigator.current == "scheduler"
     form = home.shell.navigator.screen("scheduler").vm.form

@@ -8,12 +8,25 @@ import pytest
 
 from app.domain.models import InvalidInput, ReasonCode, State
 from app.mir.errors import Unreachable
-from app.screens.home.cards import RobotHead
-from app.widgets.buttons import CommandButton, IconButton
+from app.screens.home.cards import SendTile
+from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ConfirmDialog
-from app.widgets.frame import TopBar
-from app.widgets.rows import QueueRow, RobotChip
-from tests.ui.home.operator import choose, is_shown_pending, is_shown_running, loud, pend, press, rows, run
+from tests.ui.home.operator import (
+    QUEUE,
+    clear_queue,
+    is_shown_pending,
+    is_shown_running,
+    items,
+    loud,
+    open_robot,
+    pend,
+    press,
+    rows,
+    run,
+    step,
+    tab,
+    tap_cancel,
+)
 from tests.ui.whole_app import GUIDS, api
 
 ERROR = "Failed to reach goal position 'Line 1' (10120)"
@@ -28,7 +41,7 @@ def test_pause_and_resume_are_one_button_that_says_what_it_will_do(home, ui):
     assert ui.find(CommandButton, text="Resume").busy  # a second tap on Pause resumes nothing, and it is seen why
     ui.wait(lambda: not ui.find(CommandButton, text="Resume").busy)
     press(ui, "Resume")
-    ui.wait(lambda: "Ready" in ui.texts(ui.find(RobotHead)))
+    ui.wait(lambda: home.root_vm.card.state == "Ready")
     assert home.aino.state()["state_id"] == 3
 
 
@@ -38,10 +51,10 @@ def test_progress_stops_while_the_robot_is_paused(home, ui):
     press(ui, "Pause")
     ui.wait(lambda: home.root_vm.facts.activities and home.root_vm.facts.activities[-1].activity == "paused")
     ui.advance(1)
-    began, shown = home.site.container.clock.now(), home.root_vm.card.mission.elapsed
+    began, shown = home.site.container.clock.now(), home.root_vm.card.progress
     ui.wait(lambda: (home.site.container.clock.now() - began).total_seconds() > 3)
     ui.advance(1)
-    assert home.root_vm.card.mission.elapsed == shown
+    assert home.root_vm.card.progress == shown
 
 
 def test_a_failed_command_names_robot_and_command(home, ui):
@@ -98,39 +111,40 @@ def test_pause_does_not_turn_into_resume_under_a_finger(home, ui):
 def test_resume_of_another_robot_is_ready_at_once(home, ui):
     """It was paused long before: no tap on Pause can be under way."""
     api(home.site.fleet.robots[1], "PUT", "/status", state_id=4)
-    ui.wait(lambda: "Paused" in ui.texts(ui.find(RobotChip, name="Veikko")))
-    ui.tap(ui.find(RobotChip, name="Veikko"))
+    ui.wait(lambda: tab(ui, "Veikko").tab.tone == "action")
+    open_robot(ui, "Veikko")
     ui.wait(lambda: ui.find_all(CommandButton, text="Resume"))
     assert not ui.find(CommandButton, text="Resume").busy
     ui.wait(lambda: not home.root_vm.busy)
-    ui.tap(ui.find(RobotChip, name="Aino"))
+    open_robot(ui, "Aino")
     ui.wait(lambda: ui.find_all(CommandButton, text="Pause"))
     ui.wait(lambda: not home.root_vm.busy)
 
 
 def test_reset_errors_never_moves_the_robot_and_resume_lights_up_after_it(home, ui):
     home.aino.control({"error": {"code": 10120, "description": "Failed to reach goal position 'Line 1'"}})
-    ui.wait(lambda: ERROR in ui.texts())
-    assert ui.find(CommandButton, text="Resume").disabled
+    ui.wait(lambda: f"“{ERROR}”" in ui.texts())
+    assert "Can't reach Line 1" in ui.texts()
+    assert ui.find(SendTile, text="Deliver").disabled
     assert loud(ui) == ["Reset errors"]
     home.aino.control({"error": None})
-    press(ui, "Reset errors")
+    step(ui, "Reset errors")
     ui.wait(lambda: "Paused" in ui.texts())
-    assert ui.find(CommandButton, text="Reset errors").disabled
-    assert not ui.find(CommandButton, text="Resume").disabled
-    choose(ui, "Deliver")
     assert loud(ui) == ["Resume"]
+    press(ui, "Resume")  # at once: the tap belongs to the press before
+    ui.wait(lambda: home.shell.background.idle)
+    assert home.aino.state()["state_id"] == 4
 
 
 def test_reset_errors_reports_success_only_when_no_error_is_left(home, ui):
     home.aino.control({"error": {"code": 10120, "description": "Failed to reach goal position 'Line 1'"}})
-    ui.wait(lambda: ERROR in ui.texts())
-    press(ui, "Reset errors")  # its cause is still there
+    ui.wait(lambda: f"“{ERROR}”" in ui.texts())
+    step(ui, "Reset errors")  # its cause is still there
     ui.wait(lambda: home.shell.snackbars.texts == ["Reset errors was sent to Aino"])
     ui.wait(lambda: home.shell.snackbars.texts == [STANDS])
     home.aino.control({"error": None})
     home.shell.snackbars.clear()
-    press(ui, "Reset errors")
+    step(ui, "Reset errors")
     ui.wait(lambda: home.shell.snackbars.texts == ["The errors of Aino are reset; press Resume to continue"])
 
 
@@ -140,7 +154,7 @@ def test_clear_queue_says_how_many_and_ends_them_all(home, ui):
     ui.wait(lambda: len(rows(ui)) == 1)
     api(home.aino, "POST", "/mission_queue", mission_id=GUIDS["Home"])
     ui.wait(lambda: len(rows(ui)) == 2)
-    press(ui, "Clear queue")
+    clear_queue(ui)
     dialog = ui.find(ConfirmDialog)
     assert dialog.title == "Clear 2 missions from the queue of Aino?"
     ui.tap(ui.find(CommandButton, dialog, text="Clear queue"))
@@ -157,11 +171,11 @@ def test_a_queue_is_shown_as_being_cleared_until_the_robot_answers(home, ui):
     home.aino.control(
         {"fault": {"kind": "late", "path": "/mission_queue", "method": "DELETE", "count": 1, "seconds": 1.0}}
     )
-    press(ui, "Clear queue")
+    clear_queue(ui)
     ui.tap(ui.find(CommandButton, ui.find(ConfirmDialog), text="Clear queue"))
-    ui.wait(lambda: "Being cancelled" in ui.texts(ui.find(QueueRow)))
+    ui.wait(lambda: "Being cancelled" in dict(rows(ui)).values())
     assert "clear" in home.root_vm.busy
-    assert not ui.find_all(IconButton, ui.find(QueueRow))
+    assert not any(item.actions for item in items(ui, *QUEUE))
     ui.wait(lambda: not rows(ui))
 
 
@@ -172,7 +186,7 @@ def test_a_clear_without_an_answer_says_its_outcome(home, ui):
     ui.wait(lambda: len(rows(ui)) == 1)
     home.shell.snackbars.clear()
     home.aino.control({"fault": {"kind": "drop_request", "path": "/mission_queue", "method": "DELETE", "count": 1}})
-    press(ui, "Clear queue")
+    clear_queue(ui)
     ui.tap(ui.find(CommandButton, ui.find(ConfirmDialog), text="Clear queue"))
     ui.wait(lambda: any("answered" in text for text in home.shell.snackbars.texts))
     assert (
@@ -188,13 +202,13 @@ def test_clearing_the_queue_of_a_silent_robot_first_says_what_will_happen(home, 
     pend(home)
     run(ui, "Deliver")
     ui.wait(lambda: len(rows(ui)) == 1)
-    press(ui, "Clear queue")
+    clear_queue(ui)
     assert "no connection" not in ui.find(ConfirmDialog).text
     ui.tap(ui.find(CommandButton, ui.find(ConfirmDialog), text="Cancel"))
     ui.wait(lambda: not ui.find_all(ConfirmDialog))
     home.aino.control({"reboot_seconds": 600})
     ui.wait(lambda: home.root_vm.card.old)
-    press(ui, "Clear queue")
+    clear_queue(ui)
     assert (
         "There is no connection to Aino now. If the command does not reach it, nothing is removed"
         in ui.find(ConfirmDialog).text
@@ -209,15 +223,15 @@ def test_a_start_of_the_app_can_be_cancelled(home, ui):
     pend(home)
     run(ui, "Deliver")
     ui.wait(lambda: is_shown_pending(ui))
-    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
-    press(ui, "Keep it")
+    tap_cancel(ui)
+    press(ui, "Keep")
     ui.wait(lambda: home.shell.dialogs.top is None)
     assert [item["state"] for item in home.aino.state()["queue"][-1:]] == ["Pending"]
-    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
-    assert {"Cancel Deliver?", "It is removed from the queue of Aino. This can't be undone."} <= set(
+    tap_cancel(ui)
+    assert {"Cancel Deliver?", "It leaves the queue of Aino. This can't be undone."} <= set(
         ui.texts(ui.find(ConfirmDialog))
     )
-    press(ui, "Cancel it")
+    press(ui, "Cancel mission")
     ui.wait(lambda: home.site.container.history.last_finished(1))
     (execution,) = home.site.container.history.last_finished(1)
     assert execution.reason.code is ReasonCode.USER_CANCELLED
@@ -226,11 +240,9 @@ def test_a_start_of_the_app_can_be_cancelled(home, ui):
 
 def test_an_unsent_start_is_cancelled_at_once_and_undo_makes_it_wait_again(home, ui):
     home.site.container.holds.hold("Audit")
-    choose(ui, "Home")
-    ui.wait(lambda: ui.find_all(CommandButton, text="Queue, held"))
-    press(ui, "Queue, held")
+    run(ui, "Home")
     ui.wait(lambda: rows(ui))
-    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+    tap_cancel(ui)
     ui.wait(lambda: "Home is cancelled" in home.shell.snackbars.texts)
     ui.tap(ui.find(text="Undo"))
     ui.wait(lambda: "Home waits again" in home.shell.snackbars.texts and rows(ui))
@@ -240,25 +252,25 @@ def test_a_start_that_begins_during_the_question_is_stopped_only_after_the_answe
     pend(home)
     run(ui, "Deliver")
     ui.wait(lambda: is_shown_pending(ui))
-    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+    tap_cancel(ui)
     api(home.aino, "PUT", "/status", state_id=3)
     ui.wait(lambda: is_shown_running(ui))
-    press(ui, "Cancel it")
-    assert "Stop Deliver?" in ui.texts()
-    press(ui, "Let it run")
+    press(ui, "Cancel mission")
+    assert "Cancel Deliver?" in ui.texts()
+    press(ui, "Keep")
     assert home.aino.state()["queue"][-1]["state"] == "Executing"
 
 
 def test_a_running_mission_is_stopped_only_after_a_question(home, ui):
     run(ui, "Deliver")
     ui.wait(lambda: is_shown_running(ui))
-    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
-    assert "Stop Deliver?" in ui.texts()
-    press(ui, "Let it run")
+    tap_cancel(ui)
+    assert "Cancel Deliver?" in ui.texts()
+    press(ui, "Keep")
     ui.wait(lambda: home.shell.dialogs.top is None)
     assert home.aino.state()["queue"][-1]["state"] == "Executing"
-    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
-    press(ui, "Stop it")
+    tap_cancel(ui)
+    press(ui, "Cancel mission")
     ui.wait(lambda: home.site.container.history.last_finished(1))
     (execution,) = home.site.container.history.last_finished(1)
     assert execution.reason.code is ReasonCode.USER_CANCELLED
@@ -268,17 +280,17 @@ def test_stopping_a_mission_says_what_the_robot_continues_with(home, ui):
     run(ui, "Deliver")
     ui.wait(lambda: is_shown_running(ui))
     api(home.aino, "POST", "/mission_queue", mission_id=GUIDS["Home"])
-    ui.wait(lambda: ui.find_all(QueueRow, number="1", mission="Home"))
-    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
-    assert "Stop Deliver?" in ui.texts()
-    assert any("continues with Home, the next in its queue" in text for text in ui.texts())
-    press(ui, "Let it run")
+    ui.wait(lambda: ("Home", "1") in [(item.title, item.number) for item in items(ui, *QUEUE)])
+    tap_cancel(ui)
+    assert "Cancel Deliver?" in ui.texts()
+    assert "Aino stops where it is. Then it runs Home." in ui.texts()
+    press(ui, "Keep")
     ui.wait(lambda: home.shell.dialogs.top is None)
     press(ui, "Pause")  # and then with nothing, until somebody resumes
-    ui.wait(lambda: any(" · held, started " in origin for _mission, origin in rows(ui)[:1]))
-    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
-    assert "Stop Deliver?" in ui.texts()
-    assert not any("goes on with" in text for text in ui.texts())
+    ui.wait(lambda: any(item.icon == "pause" for item in items(ui, *QUEUE)))
+    tap_cancel(ui)
+    assert "Cancel Deliver?" in ui.texts()
+    assert "Aino stops where it is." in ui.texts()
 
 
 def test_a_start_that_could_not_be_cancelled_on_the_robot_is_not_cancelled_yet(home, ui):
@@ -290,8 +302,8 @@ def test_a_start_that_could_not_be_cancelled_on_the_robot_is_not_cancelled_yet(h
         {"fault": {"kind": "drop_request", "method": "DELETE", "path": f"/mission_queue/{number}", "count": None}}
     )
     ui.wait(lambda: home.shell.snackbars.texts == ["Deliver is sent to Aino"])
-    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
-    press(ui, "Cancel it")
+    tap_cancel(ui)
+    press(ui, "Cancel mission")
     ui.wait(lambda: home.shell.snackbars.texts == ["Deliver is being cancelled"])
     home.aino.control({"fault": None})
     ui.wait(lambda: not rows(ui))
@@ -304,8 +316,8 @@ def test_somebody_elses_item_shows_its_creator_and_can_be_cancelled(home, ui):
     mission, origin = rows(ui)[0]
     assert mission == "Home"
     assert origin.startswith(api(home.aino, "GET", f"/mission_queue/{number}").json()["created_by_name"])
-    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
-    press(ui, "Cancel it")
+    tap_cancel(ui)
+    press(ui, "Cancel mission")
     ui.wait(lambda: not rows(ui))
     assert api(home.aino, "GET", f"/mission_queue/{number}").json()["state"] == "Aborted"
 
@@ -322,7 +334,7 @@ def test_cancelling_an_item_does_not_mark_the_same_number_on_another_robot(home,
         if numbers[behind]:
             api(robots[behind], "DELETE", f"/mission_queue/{numbers[behind]}")
         numbers[behind] = api(robots[behind], "POST", "/mission_queue", mission_id=GUIDS["Home"]).json()["id"]
-    ui.wait(lambda: [row.key for row in ui.find_all(QueueRow)] == [("item", numbers[0])])
+    ui.wait(lambda: [item.key for item in items(ui, *QUEUE)] == [("item", numbers[0])])
     robots[0].control(
         {
             "fault": {
@@ -334,27 +346,27 @@ def test_cancelling_an_item_does_not_mark_the_same_number_on_another_robot(home,
             }
         }
     )
-    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
-    press(ui, "Cancel it")
-    ui.wait(lambda: home.shell.dialogs.top is None and "Being cancelled" in ui.texts(ui.find(QueueRow)))
-    ui.tap(ui.find(RobotChip, name="Veikko"))
-    ui.wait(lambda: ui.find(TopBar).robot == "Veikko" and ui.find_all(QueueRow) and not home.root_vm.facts.is_new)
-    assert "Being cancelled" not in ui.texts(ui.find(QueueRow))
-    ui.tap(ui.find(RobotChip, name="Aino"))
-    ui.wait(lambda: ui.find(TopBar).robot == "Aino" and not home.root_vm.facts.is_new)
-    assert "Being cancelled" in ui.texts(ui.find(QueueRow))
+    tap_cancel(ui)
+    press(ui, "Cancel mission")
+    ui.wait(lambda: home.shell.dialogs.top is None and "Being cancelled" in dict(rows(ui)).values())
+    open_robot(ui, "Veikko")
+    ui.wait(lambda: home.root_vm.card.name == "Veikko" and rows(ui) and not home.root_vm.facts.is_new)
+    assert "Being cancelled" not in dict(rows(ui)).values()
+    open_robot(ui, "Aino")
+    ui.wait(lambda: home.root_vm.card.name == "Aino" and not home.root_vm.facts.is_new)
+    assert "Being cancelled" in dict(rows(ui)).values()
     ui.wait(lambda: not rows(ui))
 
 
 def test_a_question_about_one_robot_cancels_nothing_on_the_robot_shown_later(home, ui):
     pend(home)
     number = api(home.aino, "POST", "/mission_queue", mission_id=GUIDS["Home"]).json()["id"]
-    ui.wait(lambda: [row.key for row in ui.find_all(QueueRow)] == [("item", number)])
-    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+    ui.wait(lambda: [item.key for item in items(ui, *QUEUE)] == [("item", number)])
+    tap_cancel(ui)
     ui.wait(lambda: ui.find_all(ConfirmDialog))
     home.root_vm.select_robot(next(robot.id for robot in home.root_vm.facts.robots if robot.name == "Veikko"))
-    ui.wait(lambda: ui.find(TopBar).robot == "Veikko" and not home.root_vm.facts.is_new)
-    press(ui, "Cancel it")
+    ui.wait(lambda: home.root_vm.card.name == "Veikko" and not home.root_vm.facts.is_new)
+    press(ui, "Cancel mission")
     ui.wait(lambda: api(home.aino, "GET", f"/mission_queue/{number}").json()["state"] == "Aborted")
     ui.wait(lambda: "Home is cancelled" in home.shell.snackbars.texts)
 
@@ -379,21 +391,20 @@ def test_cancelling_what_somebody_else_has_just_cancelled_is_not_an_error(home, 
     ui.wait(lambda: rows(ui))
     with screen_behind(home):
         api(home.aino, "DELETE", f"/mission_queue/{number}")
-        ui.tap(ui.find(IconButton, ui.find(QueueRow)))
-        press(ui, "Cancel it")
+        tap_cancel(ui)
+        press(ui, "Cancel mission")
         ui.wait(lambda: home.root_vm.busy == [])
         assert "Home is cancelled" in home.shell.snackbars.texts
     ui.wait(lambda: not rows(ui))
 
 
-def test_cancelling_one_of_ours_that_has_just_ended_keeps_how_it_ended(home, ui):
+def test_one_of_ours_that_ends_behind_an_old_screen_can_not_be_cancelled_and_keeps_how_it_ended(home, ui):
     run(ui, "Home")
     ui.wait(lambda: is_shown_running(ui))
     with screen_behind(home):
         ui.wait(lambda: home.aino.state()["queue"][-1]["state"] == "Done")
-        ui.tap(ui.find(IconButton, ui.find(QueueRow)))
-        press(ui, "Stop it")
-        ui.wait(lambda: home.root_vm.busy == [])
+        ui.wait(lambda: home.root_vm.card.old)
+        assert not any(item.actions for item in items(ui, *QUEUE))
     ui.wait(lambda: home.site.container.history.last_finished(1))
     (execution,) = home.site.container.history.last_finished(1)
     assert execution.state is State.COMPLETED
@@ -407,8 +418,8 @@ def test_an_item_that_the_robot_does_not_know_any_more_had_ended(home, ui, monke
     monkeypatch.setattr(operator, "cancel_item", lambda robot_id, _number: cancel_item(robot_id, unknown))
     api(home.aino, "POST", "/mission_queue", mission_id=GUIDS["Home"])
     ui.wait(lambda: rows(ui))
-    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
-    press(ui, "Cancel it")
+    tap_cancel(ui)
+    press(ui, "Cancel mission")
     ui.wait(lambda: "Home had already ended" in ui.texts())
 
 
@@ -416,7 +427,7 @@ def test_a_robot_that_goes_offline_while_pausing_is_reported_in_one_sentence(hom
     """The robot was there when the finger came down; the press itself finds no connection."""
     home.aino.control({"fault": {"kind": "drop_request", "method": "PUT", "path": "/status", "count": None}})
     press(ui, "Pause")
-    ui.wait(lambda: "pause" not in home.root_vm.busy)
+    ui.wait(lambda: "foot" not in home.root_vm.busy)
     (message,) = home.shell.snackbars.texts
     assert message.startswith("Pause: ")
     assert "Aino" in message
@@ -429,22 +440,21 @@ def test_a_robot_that_goes_offline_while_pausing_is_reported_in_one_sentence(hom
 def test_another_robot_can_be_paused_while_one_does_not_answer(home, ui):
     home.aino.control({"fault": {"kind": "hang", "method": "PUT", "path": "/status", "count": None, "seconds": 60}})
     press(ui, "Pause")
-    assert "pause" in home.root_vm.busy
-    ui.tap(ui.find(RobotChip, name="Veikko"))
-    ui.wait(lambda: "Veikko" in " ".join(ui.texts(ui.find(RobotHead))))
-    assert "pause" not in home.root_vm.busy
+    assert "foot" in home.root_vm.busy
+    open_robot(ui, "Veikko")
+    ui.wait(lambda: home.root_vm.card.name == "Veikko")
+    assert "foot" not in home.root_vm.busy
     press(ui, "Pause")
     ui.wait(lambda: ui.find_all(CommandButton, text="Resume"), seconds=3)
-    ui.tap(ui.find(RobotChip, name="Aino"))
-    ui.wait(lambda: "Aino" in " ".join(ui.texts(ui.find(RobotHead))))
-    assert "pause" in home.root_vm.busy  # it has not answered yet
+    open_robot(ui, "Aino")
+    ui.wait(lambda: home.root_vm.card.name == "Aino")
+    assert "foot" in home.root_vm.busy  # it has not answered yet
     home.aino.control({"fault": None})
-    ui.wait(lambda: "pause" not in home.root_vm.busy, seconds=20)
+    ui.wait(lambda: "foot" not in home.root_vm.busy, seconds=20)
 
 
-def test_pause_can_be_pressed_although_the_robot_is_known_to_be_offline(home, ui):
+def test_a_robot_that_is_known_to_be_offline_can_only_be_stopped_by_hand(home, ui):
     home.aino.control({"reboot_seconds": 60})
     ui.wait(lambda: "No answer" in ui.texts())
-    press(ui, "Pause")
-    ui.wait(lambda: any(text.startswith("Pause: Aino ") for text in home.shell.snackbars.texts), seconds=20)
-    assert "pause" not in home.root_vm.busy
+    assert ui.find(CommandButton, text="Pause").disabled
+    assert "Aino can't hear it. Use the button on the robot." in ui.texts()

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from app.screens.home.cards import RobotHead
-from app.widgets.buttons import ChoiceChip, CommandButton
+from app.screens.home.cards import SendTile
+from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ConfirmDialog
-from tests.ui.home.operator import choose, press, rows
+from tests.ui.home.operator import choose, press, rows, run, step
 
 pytestmark = pytest.mark.long
 
@@ -18,18 +18,16 @@ STANDS = f"Still there: {ERROR}. Remove its cause at Aino, then reset again"
 def say_held(home, ui) -> None:
     """Start a mission that a hold stops."""
     home.site.container.holds.hold("shift meeting")
-    choose(ui, "Home")
-    ui.wait(lambda: ui.find_all(CommandButton, text="Queue, held"))
-    press(ui, "Queue, held")
+    ui.wait(lambda: home.root_vm.card.send_note)
+    run(ui, "Home")
     ui.wait(lambda: are_said(home, "Home is not sent to Aino yet. On hold: shift meeting"))
 
 
 def say_silent(home, ui) -> None:
     """Start a mission on a robot that does not answer."""
     home.aino.control({"reboot_seconds": 3600})
-    choose(ui, "Home")
-    ui.wait(lambda: ui.find_all(CommandButton, text="Send when Aino answers"))
-    press(ui, "Send when Aino answers")
+    ui.wait(lambda: home.root_vm.card.old)
+    run(ui, "Home")
     ui.wait(lambda: are_said(home, "Home waits for an answer of Aino, until "))
 
 
@@ -44,7 +42,7 @@ def test_a_start_that_is_cancelled_is_not_said_to_wait_for_an_answer(home, ui):
     ui.wait(lambda: rows(ui))
     home.root_vm.cancel(("execution", execution.id))
     if ui.find_all(ConfirmDialog):  # it has been tried already
-        press(ui, "Cancel it")
+        press(ui, "Cancel mission")
     ui.wait(lambda: are_said(home, "Home is cancelled"))
     assert home.shell.snackbars.texts == ["Home is cancelled"]
 
@@ -84,13 +82,12 @@ def test_the_robot_shown_at_the_press_is_the_one_that_is_asked(home, ui, monkeyp
     home.root_vm.select_robot(ids[silent.name])
     ui.wait(lambda: home.root_vm.card.old)
     home.root_vm.select_robot(ids["Aino"])
-    ui.wait(lambda: ui.find_all(ChoiceChip, text="Home") and home.root_vm.busy == [])
+    ui.wait(lambda: ui.find_all(SendTile, text="Home") and home.root_vm.busy == [])
     choose(ui, "Home")
-    ui.wait(lambda: home.root_vm._is_known or home.root_vm.card.old)
     monkeypatch.setattr(
-        home.root_vm._started, "follow", lambda execution, silent=False: followed.append((execution.robot, silent))
+        home.root_vm.started, "follow", lambda execution, silent=False: followed.append((execution.robot, silent))
     )
-    home.root_vm.run_now()
+    home.root_vm.sending.run({})
     home.root_vm.select_robot(ids["Veikko"])  # in the same frame
     assert home.root_vm.card.old is not is_silent
     ui.wait(lambda: followed)
@@ -102,12 +99,12 @@ def test_the_robot_shown_at_the_press_is_the_one_that_is_asked(home, ui, monkeyp
 def failed(home, ui):
     """A robot whose error stays after every reset."""
     home.aino.control({"error": {"code": 10120, "description": "Failed to reach goal position 'Line 1'"}})
-    ui.wait(lambda: ERROR in ui.texts())
+    ui.wait(lambda: f"“{ERROR}”" in ui.texts())
     return home
 
 
 def test_a_remaining_error_is_shown_longer_than_a_reset(failed, ui):
-    press(ui, "Reset errors")
+    step(ui, "Reset errors")
     ui.wait(lambda: failed.shell.snackbars.texts == [STANDS])
     ui.advance(6)
     assert failed.shell.snackbars.texts == [STANDS]
@@ -116,10 +113,9 @@ def test_a_remaining_error_is_shown_longer_than_a_reset(failed, ui):
 
 
 def test_the_card_promises_nothing_of_reset_once_it_did_not_help(failed, ui):
-    promise = "Reset errors clears it; the robot then waits for Resume"
-    stands = "Reset errors did not clear it: remove its cause first"
+    promise, stands = "Clear the way. Then reset.", "Still there. Remove its cause, reset again."
     assert promise in ui.texts()
-    press(ui, "Reset errors")
+    step(ui, "Reset errors")
     ui.wait(lambda: stands in ui.texts())
     assert not ui.find(CommandButton, text="Reset errors").disabled
     failed.aino.control({"error": {"code": 10121, "description": "Failed to reach goal position 'Line 2'"}})
@@ -127,11 +123,11 @@ def test_the_card_promises_nothing_of_reset_once_it_did_not_help(failed, ui):
 
 
 def test_the_result_of_a_reset_is_not_reported_on_another_screen(failed, ui):
-    press(ui, "Reset errors")
+    step(ui, "Reset errors")
     ui.wait(lambda: failed.shell.snackbars.texts == ["Reset errors was sent to Aino"])
     failed.shell.go("logs")
     ui.skip(60)
     failed.shell.go("home")
-    ui.wait(lambda: failed.shell.background.idle and ui.find_all(RobotHead))
+    ui.wait(lambda: failed.shell.background.idle and ui.find_all(SendTile))
     ui.advance(2)
     assert failed.shell.snackbars.texts == []

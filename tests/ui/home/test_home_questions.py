@@ -15,7 +15,7 @@ from app.widgets.frame import AlarmBanner
 from app.widgets.rows import OptionRow
 from app.widgets.tokens import tk
 from tests.ui import checks
-from tests.ui.home.operator import choose, loud, press
+from tests.ui.home.operator import loud, press
 
 
 def ask(home, question: str) -> None:
@@ -35,25 +35,18 @@ def test_a_question_of_the_robot_is_answered_from_the_tablet(home, ui):
 
 
 @pytest.mark.parametrize("theme", THEMES)
-def test_the_answers_are_the_loudest_buttons_and_none_of_them_louder_than_another(home, ui, theme):
+def test_no_answer_is_louder_than_another_and_each_can_be_read(home, ui, theme):
     tk.use(theme)
-    choose(ui, "Deliver")
-    assert loud(ui) == ["Run on Aino"]
     ask(home, "Is the load secured?")
     ui.wait(lambda: ui.find_all(PromptOption))
-    assert sorted(loud(ui)) == ["No", "Yes"]
-    ui.advance(0.1)
-    fills = {
+    assert loud(ui) == []
+    looks = {
         (tuple(button.back), tuple(button.front), button.large, round(button.width))
         for button in ui.find_all(PromptOption)
     }
-    [(fill, words, large, _width)] = fills
-    fill, words, ground = (get_hex_from_color(colour[:3]) for colour in (fill, words, tk.action_bg))
-    assert (large, checks.contrast_ratio(fill, ground) >= 3, checks.contrast_ratio(fill, words) >= 4.5) == (
-        True,
-        True,
-        True,
-    )
+    [(fill, words, large, _width)] = looks
+    fill, words = (get_hex_from_color(colour[:3]) for colour in (fill, words))
+    assert (large, checks.contrast_ratio(fill, words) >= 4.5) == (True, True)
 
 
 def test_a_question_is_an_alarm_that_is_answered_where_it_is_shown(home, ui):

@@ -1,216 +1,169 @@
-"""Run now, from the tap to what has ended: on real services and a simulated robot."""
+"""Sending the robot, from the tap to what has ended: on real services and a simulated robot."""
 
 from __future__ import annotations
 
-from app.domain.models import Mission, State, Trigger
-from app.screens.home.cards import BlockedLine
-from app.screens.home.run_dialog import RunDialog
+from app.domain.models import Group, Mission, State, Trigger
+from app.screens.home.cards import SendTile
+from app.screens.home.sending import AllMissionsSheet, SendSheet
 from app.widgets.buttons import ChoiceChip, CommandButton
-from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
-from app.widgets.fields import FormField
+from app.widgets.dialogs import ChoiceDialog
 from app.widgets.flow import PositionRow
-from app.widgets.frame import AlarmBanner, TopBar
+from app.widgets.list_row import ListRow
 from app.widgets.positions import PositionsMap
-from app.widgets.rows import OptionRow, RobotChip
-from tests.ui.home.operator import choose, press, rows, run, visible_rows
+from app.widgets.rows import OptionRow
+from tests.ui.home.operator import choose, items, open_robot, press, rows, run
 from tests.ui.whole_app import GUIDS, api
 
 
-# ---------------------------------------------------------------------- run now
-def test_run_now_from_tap_to_just_finished(home, ui):
+def sheet(ui) -> SendSheet:
+    return ui.find(SendSheet)
+
+
+def open_sheet(home, ui, mission: str) -> None:
+    """Of a mission that was not entered before, when it is known what it asks for."""
+    home.site.add_missions(mission)
+    ui.wait(lambda: ui.find_all(SendTile, text=mission))
+    choose(ui, mission)
+    ui.advance(0.7)
+
+
+def test_sending_a_robot_takes_two_taps_and_shows_what_became_of_it(home, ui):
     run(ui, "Home")
     ui.wait(lambda: "Home is sent to Aino" in ui.texts())
-    ui.wait(lambda: any(reason.startswith("Completed in") for reason in ui.texts()), seconds=60)
+    ui.wait(lambda: items(ui, "run"), seconds=60)
     (execution,) = home.site.container.history.last_finished(5)
     assert (execution.trigger, execution.state, execution.mission) == (Trigger.MANUAL, State.COMPLETED, "Home")
 
 
-def test_run_now_under_a_hold_says_that_it_waits(home, ui):
+def test_under_a_hold_the_sheet_and_the_message_say_that_it_waits(home, ui):
     home.site.container.holds.hold("shift meeting")
+    ui.wait(lambda: home.root_vm.card.send_note)
     choose(ui, "Home")
-    ui.wait(lambda: ui.find_all(CommandButton, text="Queue, held"))
-    press(ui, "Queue, held")
+    assert any(text.startswith("Not run unless released by ") for text in ui.texts(sheet(ui)))
+    ui.advance(0.7)
+    press(ui, "Run on Aino")
     ui.wait(lambda: home.shell.snackbars.texts)
     (message,) = home.shell.snackbars.texts
     assert message.startswith("Home is not sent to Aino yet. On hold: shift meeting; waits until ")
 
 
-def test_run_now_on_a_silent_robot_says_that_it_waits_for_an_answer(home, ui):
+def test_to_a_silent_robot_it_is_sent_when_it_answers(home, ui):
     home.aino.control({"reboot_seconds": 60})
+    ui.wait(lambda: home.root_vm.card.old)
     choose(ui, "Home")
-    ui.wait(lambda: ui.find_all(CommandButton, text="Send when Aino answers"))
-    press(ui, "Send when Aino answers")
+    assert "Sent when Aino answers" in ui.texts(sheet(ui))
+    ui.advance(0.7)
+    press(ui, "Run on Aino")
     ui.wait(lambda: home.shell.snackbars.texts)
     (message,) = home.shell.snackbars.texts
     assert message.startswith("Home waits for an answer of Aino, until ")
 
 
-def test_run_now_that_the_robot_refuses_says_why_and_nothing_else(home, ui):
+def test_what_the_robot_refuses_says_why_and_nothing_else(home, ui):
     home.site.container.catalogue.save_mission(
         Mission("Removed on the robot", "00000000-0000-0000-0000-000000000000", favourite=True)
     )
-    ui.wait(lambda: ui.find_all(ChoiceChip, text="Removed on the robot"))
+    ui.wait(lambda: ui.find_all(SendTile, text="Removed on the robot"))
     run(ui, "Removed on the robot")
     ui.wait(lambda: home.shell.snackbars.texts)
     (message,) = home.shell.snackbars.texts
     assert message.startswith("Removed on the robot was not started on Aino. The robot has no mission ")
 
 
-def test_a_mission_in_the_queue_says_that_it_came_from_run_now(home, ui):
-    run(ui, "Deliver")
-    ui.wait(lambda: any(mission == "Deliver" and origin.startswith("Run now") for mission, origin in rows(ui)))
-    ui.wait(lambda: {"Working", "no earlier run to compare with"} <= set(ui.texts()))
-
-
 def test_two_taps_start_one_mission(home, ui):
     choose(ui, "Deliver")
-    press(ui, "Run on Aino")
-    press(ui, "Run on Aino")  # a glove that trembles
-    ui.wait(lambda: any(mission == "Deliver" for mission, _origin in rows(ui)))
+    ui.advance(0.7)
+    button = ui.find(CommandButton, text="Run on Aino")
+    ui.tap(button)
+    ui.tap_at(*button.center)  # a glove that trembles
+    ui.wait(lambda: any(mission == "Deliver" for mission, _meta in rows(ui)))
     assert len(home.site.container.history.open()) == 1
-    ui.advance(1)
-    press(ui, "Run on Aino")  # a second wish is a second mission
+    run(ui, "Deliver")  # a second wish is a second mission
     ui.wait(lambda: len(home.site.container.history.open()) == 2)
 
 
-def test_under_the_minimum_the_operator_is_asked_first(home, ui):
+def test_under_the_minimum_the_sheet_says_so_before_it_runs(home, ui):
     home.site.container.catalogue.change_settings(minimum_battery_percent=50)
     home.aino.control({"battery": 20.0})
-    ui.wait(lambda: any(chip.battery == "20 %" for chip in ui.find_all(RobotChip)))
-    run(ui, "Home")
-    ui.wait(lambda: ui.find_all(ConfirmDialog))  # once it is known that the mission has no parameters
-    assert ui.find(ConfirmDialog).text == "The battery of Aino is at 20 %, under the minimum of 50 %."
+    ui.wait(lambda: home.root_vm.card.battery.text == "20 %")
+    ui.tap(ui.find(SendTile, text="Home"))
+    ui.wait(lambda: ui.find_all(CommandButton, text="Run anyway on Aino", busy=False))
+    assert "Battery 20 %, minimum 50 %." in ui.texts(sheet(ui))
     assert not home.site.container.history.open()
-    press(ui, "Run")
+    ui.advance(0.7)
+    press(ui, "Run anyway on Aino")
     ui.wait(lambda: home.site.container.history.open() or home.site.container.history.last_finished(1))
 
 
 def test_a_missions_parameters_are_asked_for_and_travel_to_the_robot(home, ui):
-    (mission,) = home.site.add_missions("Wait at home")
-    ui.wait(lambda: ui.find_all(ChoiceChip, text="Wait at home"))
-    choose(ui, "Wait at home")
-    ui.wait(lambda: ui.find_all(CommandButton, text="Enter values and run"))
-    press(ui, "Enter values and run")
-    dialog = ui.find(RunDialog)
-    field = ui.find(FormField, dialog)
+    open_sheet(home, ui, "Wait at home")
+    fields = sheet(ui).ids.parameters
+    [field] = fields.children
     assert field.label == "Time"
     field.text = ""
-    assert ui.find(CommandButton, dialog, text="Enter Time first").disabled
+    assert ui.find(CommandButton, text="Run on Aino").disabled
+    assert "Enter Time first" in ui.texts(sheet(ui))
     field.text = "00:00:05.000000"
-    ui.tap(ui.find(CommandButton, dialog, text="Run on Aino"))
+    press(ui, "Run on Aino")
     ui.wait(lambda: home.site.container.history.open())
     assert dict(home.site.container.history.open()[0].parameters) == {"Time": "00:00:05.000000"}
-    ui.wait(lambda: any(item["mission_id"] == mission.guid for item in home.aino.state()["queue"]))
-
-
-def test_run_pressed_before_the_robot_has_named_the_parameters_asks_for_them(home, ui):
-    (mission,) = home.site.add_missions("Wait at home")
-    ui.wait(lambda: ui.find_all(ChoiceChip, text="Wait at home"))
-    home.root_vm.choose_mission(mission.id)
-    home.root_vm.run_now()  # in the same frame
-    ui.wait(lambda: ui.find_all(RunDialog))
-    assert not home.site.container.history.open()
-
-
-def test_run_asks_again_for_parameters_without_an_answer(home, ui):
-    (mission,) = home.site.add_missions("Go to position")
-    home.aino.control(
-        {"fault": {"kind": "status_503", "method": "GET", "path": f"/missions/{mission.guid}", "count": None}}
-    )
-    ui.wait(lambda: ui.find_all(ChoiceChip, text="Go to position"))
-    choose(ui, "Go to position")
-    ui.wait(lambda: home.shell.background.idle)
-    assert ui.find_all(CommandButton, text="Run on Aino")
-    home.aino.control({"fault": None})
-    press(ui, "Run on Aino")
-    ui.wait(lambda: ui.find_all(RunDialog))
-    assert not home.site.container.history.open()
+    ui.wait(lambda: any(item["mission_id"] == GUIDS["Wait at home"] for item in home.aino.state()["queue"]))
 
 
 def test_parameters_known_from_another_robot_are_asked_for_at_a_silent_one(home, ui):
     """It would be queued without its parameters and refused once the robot answers."""
     home.site.add_missions("Go to position")
-    ui.tap(ui.find(RobotChip, name="Veikko"))
-    ui.wait(lambda: ui.find(TopBar).robot == "Veikko" and ui.find_all(ChoiceChip, text="Go to position"))
-    choose(ui, "Go to position")
-    ui.wait(lambda: home.shell.background.idle)
+    open_robot(ui, "Veikko")
+    ui.wait(lambda: home.root_vm.card.name == "Veikko" and ui.find_all(SendTile, text="Go to position"))
+    ui.tap(ui.find(SendTile, text="Go to position"))
+    ui.wait(lambda: ui.find_all(PositionRow))
     home.aino.control({"reboot_seconds": 60})
-    ui.wait(lambda: ui.find_all(AlarmBanner))
-    ui.advance(1)  # it has moved what is below it
-    ui.tap(ui.find(RobotChip, name="Aino"))
-    ui.wait(
-        lambda: (
-            ui.find(TopBar).robot == "Aino"
-            and "No answer" in ui.texts()
-            and ui.find_all(ChoiceChip, text="Go to position")
-        )
-    )
-    choose(ui, "Go to position")
-    ui.wait(lambda: home.shell.background.idle)
-    assert ui.find(CommandButton, text="Enter values").icon == "timer-sand"
-    press(ui, "Enter values")
-    ui.wait(lambda: ui.find_all(RunDialog))
-    assert not home.site.container.history.open()
+    home.root_vm.select_robot(next(robot.id for robot in home.root_vm.facts.robots if robot.name == "Aino"))
+    ui.wait(lambda: home.root_vm.card.old and ui.find_all(SendTile, text="Go to position"))
+    ui.tap(ui.find(SendTile, text="Go to position"))
+    ui.wait(lambda: ui.find_all(PositionRow))
+    assert not ui.find(CommandButton, text="Run on Aino").busy
 
 
-def test_a_mission_can_be_searched_among_many(home, ui):
+def test_a_mission_is_searched_among_all_of_them(home, ui):
     home.site.add_missions(
         *(name for name in GUIDS if name not in ("Deliver", "Home", "Collect empties")), favourite=False
     )
     ui.wait(lambda: len(home.root_vm.facts.missions) == len(GUIDS))
-    home.root_vm.pick_mission()
-    ui.advance(0.3)
-    dialog = home.shell.dialogs.top
-    dialog.query = "coils"
-    ui.advance(0.2)
-    assert [option.text for option in dialog.shown] == ["Move coils to press"]
-    ui.tap_text("Move coils to press")
-    assert home.root_vm.run.mission == "Move coils to press"
+    ui.tap(ui.find(SendTile, text="All missions"))
+    ui.wait(lambda: ui.find_all(AllMissionsSheet))
+    home.root_vm.sending.query = "coils"
+    ui.advance(0.7)
+    shown = ui.find_all(ListRow, ui.find(AllMissionsSheet))
+    assert [row.item.title for row in shown][:1] == ["Move coils to press"]
+    ui.tap(shown[0])
+    ui.wait(lambda: ui.find_all(SendSheet) and sheet(ui).title == "Move coils to press")
 
 
 def test_the_blocked_start_is_never_below_the_fold(home, ui):
     for _n in range(8):
         api(home.aino, "POST", "/mission_queue", mission_id=GUIDS["Deliver"])
-    ui.wait(lambda: len(home.root_vm.queue) == 8)
+    ui.wait(lambda: len(home.root_vm.facts.snapshot.queue) == 8)
     home.site.container.holds.hold("Audit")
-    choose(ui, "Home")
-    ui.wait(lambda: ui.find_all(CommandButton, text="Queue, held"))
-    press(ui, "Queue, held")
-    ui.wait(lambda: "1 blocked: held" in ui.texts())
-    assert "Home" not in [mission for mission, _origin in visible_rows(ui)]
-    ui.tap(ui.find(BlockedLine))
-    assert visible_rows(ui)[-1][1].startswith("Run now · On hold: Audit; skipped at ")
+    ui.wait(lambda: home.root_vm.card.send_note)
+    run(ui, "Home")
+    ui.wait(lambda: any(meta.startswith("on hold, not run from ") for _mission, meta in rows(ui)[:2]))
 
 
-def test_a_position_is_chosen_on_the_map_of_the_robot(home, ui):
-    home.site.add_missions("Go to position")
-    ui.wait(lambda: ui.find_all(ChoiceChip, text="Go to position") and home.root_vm.map.picture is not None)
-    choose(ui, "Go to position")
-    ui.wait(lambda: ui.find_all(CommandButton, text="Enter values and run"))
-    press(ui, "Enter values and run")
-    dialog = ui.find(RunDialog)
+def test_a_position_is_chosen_on_the_map_of_the_robot_and_named_in_logs(home, ui):
+    ui.wait(lambda: home.root_vm.map.picture is not None)
+    open_sheet(home, ui, "Go to position")
     press(ui, "On the map")
     ui.advance(0.3)
     chart = ui.find(PositionsMap)
-    press_spot = next(spot for spot in chart.places if spot.name == "Press")
-    ui.tap_at(*chart.to_window(*chart._point(press_spot.x, press_spot.y)))
+    spot = next(spot for spot in chart.places if spot.name == "Press")
+    ui.tap_at(*chart.to_window(*chart._point(spot.x, spot.y)))
     press(ui, "Choose Press")
-    ui.tap(ui.find(CommandButton, dialog, text="Run on Aino"))
-    ui.wait(lambda: home.site.container.history.open())
-    assert list(home.site.container.history.open()[0].parameters.values()) == [press_spot.key]
-
-
-def test_the_opened_run_shows_its_destination_by_name(home, ui):
-    home.site.add_missions("Go to position")
-    ui.wait(lambda: ui.find_all(ChoiceChip, text="Go to position"))
-    choose(ui, "Go to position")
-    ui.wait(lambda: ui.find_all(CommandButton, text="Enter values and run"))
-    press(ui, "Enter values and run")
-    ui.find(PositionRow).chosen = next(guid for guid, name in ui.find(PositionRow).options if name == "Press")
-    ui.tap(ui.find(CommandButton, ui.find(RunDialog), text="Run on Aino"))
+    ui.advance(0.7)
+    press(ui, "Run on Aino")
     ui.wait(lambda: "Go to position · Press is sent to Aino" in home.shell.snackbars.texts)
-    ui.wait(lambda: any(mission == "Go to position · Press" for mission, _origin in rows(ui)))
     (execution,) = home.site.container.history.open()
+    assert list(execution.parameters.values()) == [spot.key]
     home.shell.go("logs", execution_id=execution.id)
     ui.wait(lambda: home.shell.navigator.screen("logs").vm.story.note == "Position: Press")
 
@@ -218,12 +171,27 @@ def test_the_opened_run_shows_its_destination_by_name(home, ui):
 def test_a_mission_that_is_not_in_the_list_is_fetched_from_a_robot(home, ui, monkeypatch):
     asked: list[int] = []
     monkeypatch.setattr(home.site.container.operator, "fetch_missions", lambda robot_id: asked.append(robot_id) or ())
-    home.root_vm.pick_mission()
+    ui.tap(ui.find(SendTile, text="All missions"))
+    ui.wait(lambda: ui.find_all(AllMissionsSheet))
     ui.advance(1)
-    ui.tap(ui.find(OptionRow, text="Not in the list? Fetch it from a robot"))
+    ui.tap(next(row for row in ui.find_all(ListRow) if row.item.key == "fetch"))
     ui.wait(lambda: ui.find_all(ChoiceDialog, title="Fetch missions from"))
     ui.advance(1)
     ui.tap(ui.find(OptionRow, text="Veikko"))
     ui.wait(lambda: asked)
     assert home.shell.navigator.current == "settings"
-    assert home.root_vm.run.mission_id is None
+
+
+def test_a_mission_runs_on_any_robot_of_a_group_from_its_sheet(home, ui):
+    members = tuple(robot.id for robot in home.root_vm.facts.robots)
+    group = home.site.container.catalogue.save_group(Group("Hall 1", members))
+    try:
+        ui.wait(lambda: home.root_vm.facts.groups)
+        choose(ui, "Home")
+        ui.tap(ui.find(ChoiceChip, text="Any of Hall 1"))
+        ui.advance(0.7)
+        press(ui, "Run on any of Hall 1")
+        ui.wait(lambda: home.site.container.history.open() or home.site.container.history.last_finished(1))
+    finally:
+        ui.wait(lambda: not home.site.container.history.open())
+        home.site.container.catalogue.remove_group(group.id)

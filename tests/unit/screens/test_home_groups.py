@@ -1,4 +1,4 @@
-"""Home's words about groups: what waits for a robot, for what one is kept, whom Run now starts on."""
+"""Words about starts that wait for a robot of their group."""
 
 from __future__ import annotations
 
@@ -8,14 +8,10 @@ from datetime import timedelta
 import pytest
 
 from app.database.robots import Hold
-from app.domain.models import Connection, Group, HandOver, Mission, Reason, ReasonCode, Schedule, State, Wait
+from app.domain.models import Connection, Group, Reason, ReasonCode, State, Wait
 from app.screens.common.group_starts import robots_for
-from app.screens.home import run_now, waiting
-from app.screens.home.lists import planned_starts, queue_entries
-from app.screens.home.run_now import Target
-from app.screens.home.view import present
-from app.services.planning.planned import PlannedRun, unassigned_robot
-from tests.support.home_facts import AINO, FACTS, KITS, NOW, READY, RUNNING, SETTINGS, VEIKKO, execution, snapshot
+from app.screens.home import waiting
+from tests.support.home_facts import AINO, FACTS, NOW, READY, SETTINGS, VEIKKO, execution, snapshot
 
 HALL = Group("Hall 1", (1, 2), id=5)
 BUSY = {"robot": "Aino", "until": (NOW + timedelta(minutes=14)).isoformat()}
@@ -127,33 +123,6 @@ def test_a_robot_that_can_not_have_it_says_why():
     )
 
 
-def test_the_card_says_for_what_the_robot_is_kept():
-    bus = Schedule("Shift bus", None, KITS.id, NOW.replace(tzinfo=None), "UTC", id=9, group_id=5)
-    coming = PlannedRun(NOW + timedelta(minutes=5), bus, AINO, KITS)
-    held_back = row(wait_details={"group": "Hall 1", "robots": [], "kept_for": KITS.name})
-    shown = facts(held_back, planned=(coming,), snapshots={1: snapshot(1, READY), 2: snapshot(2, READY)})
-    assert present(shown, NOW).card.mission.note.startswith("Kept for ")
-    assert present(shown, NOW).card.mission.note.endswith(" at 14:43")
-    assert waiting.kept_for(shown, VEIKKO, NOW) == ""
-    assert waiting.kept_for(replace(shown, open=()), AINO, NOW) == ""
-
-
-def test_a_start_that_another_robot_may_take_is_probably_next():
-    kits = Schedule("", None, KITS.id, NOW.replace(tzinfo=None), "UTC", id=9, group_id=5)
-    coming = PlannedRun(
-        NOW + timedelta(minutes=22), kits, AINO, KITS, group=HALL, begins_at=NOW + timedelta(minutes=22)
-    )
-    shown = facts(planned=(coming,), snapshots={1: snapshot(1, READY)})
-    assert present(shown, NOW).card.mission.note.startswith(f"probably next: {KITS.name}, in 22 min")
-    assert present(replace(shown, planned=(replace(coming, group=None),)), NOW).card.mission.note.startswith("next: ")
-
-
-def test_a_run_of_a_group_says_why_it_came_here():
-    chosen = replace(RUNNING, choice={"robots": [{"robot": "Aino"}, LOW]})
-    [entry, *_rest] = queue_entries(replace(FACTS, open=(chosen,)), NOW)
-    assert entry.origin.endswith(" · Aino: free now")  # the others' stories are in Logs
-
-
 def test_other_robots_are_offered_for_a_start_that_a_silent_robot_may_have():
     lost = replace(row(60), state=State.SUBMITTING, robot_id=1, robot="Aino")
     silent = snapshot(1, READY, connection=Connection.UNREACHABLE)
@@ -201,85 +170,3 @@ def test_the_priority_of_what_has_a_robot_is_settled():
     [(_row, start)] = waiting.starts_with_a_robot(facts(sent, snapshots={2: snapshot(2, READY)}), NOW)
     assert start.has_robot
     assert not waiting.waiting_starts([row()], SETTINGS)[0].has_robot
-
-
-# ---------------------------------------------------------------------- run now
-def aimed(shown, target=None, mission=KITS.id):
-    return run_now.aimed(present(shown, NOW, mission).run, shown, target or Target(5), NOW)
-
-
-def test_groups_come_first_and_the_robot_is_the_default():
-    view = aimed(facts(), Target())
-    assert [(option.text, option.selected) for option in view.targets] == [("Any of Hall 1", False), ("Aino", True)]
-    assert (view.text, view.can_be_first) == ("Run on Aino", False)
-    view = aimed(facts())
-    assert [(option.text, option.selected) for option in view.targets] == [("Any of Hall 1", True), ("Aino", False)]
-    assert (view.text, view.off, view.can_be_first, view.note) == (
-        "Run on any of Hall 1",
-        False,
-        True,
-        "waits until 14:53 at most",
-    )
-
-
-def test_without_groups_run_now_is_as_ever():
-    assert run_now.aimed(present(FACTS, NOW, KITS.id).run, FACTS, Target(5), NOW) == present(FACTS, NOW, KITS.id).run
-
-
-@pytest.mark.parametrize(
-    ("change", "text", "off"),
-    [
-        (
-            {"robots": (replace(AINO, enabled=False), replace(VEIKKO, enabled=False))},
-            "No robot of Hall 1 is switched on",
-            True,
-        ),
-        ({"groups": (Group("Hall 1", id=5),)}, "Hall 1 has no robot", True),
-        ({"known": {1: {"other"}, 2: {"other"}}}, "No robot of Hall 1 has this mission", True),
-        ({"known": {1: {"other"}, 2: {KITS.guid}}}, "Run on any of Hall 1", False),
-        ({"known": {1: {"other"}}}, "Run on any of Hall 1", False),  # the other one may have it
-        ({"missions": (Mission("Own", "g", 77, robot_id=1),)}, "This mission is for one robot only", True),
-        ({"holds": (Hold("Audit"),)}, "Queue, held", False),
-    ],
-)
-def test_the_button_says_what_prevents_it(change, text, off):
-    shown = replace(facts(), **change)
-    view = aimed(shown, mission=77 if "missions" in change else KITS.id)
-    assert (view.text, view.off) == (text, off)
-
-
-def test_the_missions_of_a_group_say_which_robot_does_not_have_them():
-    shown = replace(facts(), missions=(KITS,), all_missions=(KITS,), known={1: {KITS.guid}, 2: {"other"}})
-    assert [option.note for option in run_now.mission_options(shown, Target(5))] == ["not on Veikko"]
-    assert [option.note for option in run_now.mission_options(shown, Target())] == [""]
-
-
-def test_a_group_that_sends_at_once_does_not_say_that_it_waits():
-    at_once = replace(HALL, hand_over=HandOver.AT_ONCE)
-    assert aimed(replace(facts(), groups=(at_once,))).note == "at once, also to a busy robot"
-    assert aimed(replace(facts(), groups=(at_once,), holds=(Hold("Audit"),))).note == "skipped at 14:53 unless released"
-
-
-def test_a_group_that_is_held_until_a_time_says_so_on_the_button():
-    view = aimed(replace(facts(), holds=(Hold("Audit", NOW + timedelta(minutes=10)),)))
-    assert (view.text, view.note) == ("Queue, held until 14:48", "")
-
-
-def test_before_everything_else_is_critical():
-    assert (Target(5).priority, Target(5, first=True).priority) == (1, 2)
-
-
-@pytest.mark.parametrize(
-    ("values", "holds", "words"),
-    [
-        ({}, (), "in 5 min"),
-        ({"lacks_mission": True}, (), "no robot of the group has the mission"),
-        ({}, (Hold(since=NOW, robot_id=1),), "in 5 min"),
-        ({}, (Hold(since=NOW, robot_id=1), Hold(since=NOW, robot_id=2)), "held until released"),
-    ],
-)
-def test_a_planned_start_says_that_no_robot_of_its_group_can_take_it(values, holds, words):
-    schedule = Schedule("Kits", None, 1, NOW.replace(tzinfo=None), "UTC", id=9, group_id=5)
-    run = PlannedRun(NOW + timedelta(minutes=5), schedule, unassigned_robot(HALL), KITS, group=HALL, **values)
-    [start] = planned_starts(facts(planned=(run,), holds=holds), NOW)
-    assert start.note == f"any of Hall 1 · {words}"

@@ -10,7 +10,7 @@ from app.domain.models import Connection
 from app.domain.robot import Pose
 from app.screens.home.map import NO_MAP, robots_on_map
 from app.screens.home.view import present
-from tests.support.home_facts import EXECUTING, FACTS, FAILED, HALL, NOW, READY, STOPPED, snapshot, with_aino
+from tests.support.home_facts import EXECUTING, FACTS, HALL, NOW, READY, STOPPED, snapshot, with_aino
 
 
 def test_the_robot_its_goal_and_the_places_are_on_the_map() -> None:
@@ -20,18 +20,18 @@ def test_the_robot_its_goal_and_the_places_are_on_the_map() -> None:
     assert view.at == HALL.fraction(18.0, 12.0)
     assert view.heading == 0.0
     line2 = next(place for place in HALL.places if place.name == "Line 2")
-    assert view.goal == ((line2.x, line2.y),)
+    assert view.path == (view.at, (line2.x, line2.y))
+    assert view.label == "Line 2 · 12 m"
     assert {place.name for place in view.places} >= {"Home", "Dock", "Line 2"}
-    assert view.message == EXECUTING.mission_text
 
 
 def test_a_robot_that_does_not_move_has_no_goal() -> None:
-    assert present(with_aino(replace(READY, mission_text="Moved to 'Line 2'")), NOW).map.goal == ()
+    assert present(with_aino(replace(READY, mission_text="Moved to 'Line 2'")), NOW).map.path == ()
 
 
 def test_two_places_that_could_be_meant_are_no_goal() -> None:
     status = replace(EXECUTING, mission_text="Moving from 'Line 1' to 'Line 2'")
-    assert present(with_aino(status), NOW).map.goal == ()
+    assert present(with_aino(status), NOW).map.path == ()
 
 
 def test_a_stopped_robot_is_as_red_on_the_map_as_elsewhere() -> None:
@@ -39,22 +39,9 @@ def test_a_stopped_robot_is_as_red_on_the_map_as_elsewhere() -> None:
     assert present(with_aino(READY), NOW).map.tone == "accent"
 
 
-@pytest.mark.parametrize(
-    ("words", "shown"),
-    [("Failed to reach goal position 'Line 2'", ""), ("Failed to reach goal", ""), ("Waiting", "Waiting")],
-)
-def test_words_that_are_those_of_the_error_are_not_repeated(words: str, shown: str) -> None:
-    view = present(with_aino(replace(FAILED, mission_text=words)), NOW)
-    assert view.card.mission.name == "Failed to reach goal position 'Line 2' (10120)"
-    assert (view.map.message, view.card.message) == (shown, shown)
-
-
-@pytest.mark.parametrize("problem", ["", "10.40.12.21 doesn't answer"])
-def test_an_old_place_looks_old_and_says_since_when_or_why(problem: str) -> None:
-    view = present(with_aino(EXECUTING, age=300, connection=Connection.UNREACHABLE, problem=problem), NOW).map
-    assert view.tone == "offline"
-    assert view.goal == ()
-    assert view.message == (problem or "Seen here 14:33")
+def test_an_old_place_looks_old_and_says_when_it_was_seen() -> None:
+    view = present(with_aino(EXECUTING, age=300, connection=Connection.UNREACHABLE), NOW).map
+    assert (view.tone, view.path, view.label) == ("offline", (), "seen 14:33")
 
 
 @pytest.mark.parametrize("position", [None, Pose(500.0, 0.0, 0.0)])

@@ -16,7 +16,6 @@ from app.domain.robot import QueueState, RobotState
 from app.screens.common.robot_appearance import is_old
 from app.screens.common.robot_groups import Group, group_of
 from app.screens.frame.view import banner, open_issues
-from app.screens.home.facts import LAST_FINISHED, NEXT_PLANNED
 from mir_sim import world
 from tests.support import fleet_facts, month
 from tests.support import home_facts as sample
@@ -70,13 +69,13 @@ def test_all_samples_show_one_moment():
 
 def test_home_plans_what_the_scheduler_plans(plant):
     assert [(run.at, run.robot.name, run.mission.name) for run in sample.PLANNED] == [
-        (run.at, run.robot.name, run.mission.name) for run in plant.plan.next(NEXT_PLANNED)
+        (run.at, run.robot.name, run.mission.name) for run in plant.plan.next(len(sample.PLANNED))
     ]
 
 
 def test_home_has_the_runs_of_logs(plant):
     assert [summary(run) for run in sample.FINISHED] == [
-        summary(run) for run in plant.history.last_finished(LAST_FINISHED)
+        summary(run) for run in plant.history.last_finished(len(sample.FINISHED))
     ]
 
 

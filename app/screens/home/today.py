@@ -1,0 +1,333 @@
+"""What one robot has done, does and will do, as rows of one list: the last two done, now, what waits for a robot of its group, its
+queue, what is planned. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from datetime import datetime, timedelta
+
+from app.domain import choice, names, rules
+from app.domain.models import Execution, Reason, ReasonCode, Robot, State, Wait
+from app.domain.reasons import sentence
+from app.domain.robot import QueueItem, QueueState, RobotState
+from app.i18n import _, ngettext
+from app.screens.common import execution_appearance, foreseen, formats
+from app.screens.common.group_starts import has_no_robot
+from app.screens.common.holding import HAND, held_note, waiting_words
+from app.screens.common.robot_appearance import STOPPED, is_old
+from app.screens.home.facts import HomeFacts
+from app.services.allocation.choose import AHEAD
+from app.services.dispatch import idle
+from app.services.planning.planned import PlannedRun
+from app.widgets.items import Action, Item
+
+OURS, THEIRS = "execution", "item"  # kinds of keys in the queue: the app's by the execution, others' by the queue item
+DONE = 2  # that are shown, if there is room
+WAITS_FOR_GROUP = 1.5  # rows that one of them takes
+
+_WAIT_ICONS = {
+    Wait.DUE: "",
+    Wait.RETRY: "refresh",
+    Wait.BATTERY: "battery-alert-variant-outline",
+    Wait.HOLD: HAND,
+    Wait.LATE_START: "timer-alert-outline",
+    Wait.CLOCK: "clock-alert-outline",
+    Wait.ELSEWHERE: "magnify",
+    Wait.ROBOT: "robot-outline",
+    Wait.PLACE: "map-marker-outline",
+}
+
+
+def today(facts: HomeFacts, robot: Robot, now: datetime, room: float = 7.0) -> tuple[Item, ...]:
+    """``room``: how many rows are in sight; rows that are done give way to those that are not."""
+    waiting, queue, planned = _waiting(facts, robot), _queue(facts, robot, now), _planned(facts, robot, now)
+    done = min(DONE, max(0, int(room - len(queue) - WAITS_FOR_GROUP * len(waiting))))
+    now_row, others = queue[:1], queue[1:]
+    if queue and queue[0].number:
+        now_row, others = [], queue
+    if len(queue) + WAITS_FOR_GROUP * len(waiting) > room:  # what is blocked is never below the fold
+        others = sorted(others, key=lambda row: not row.meta_tone)
+    rows = [*_done(facts, now, done), *now_row, *waiting, *others, *planned]
+    return tuple(rows) or (Item(("nothing",), _empty(robot), strong=False, opens=False),)
+
+
+def _empty(robot: Robot) -> str:
+    if robot.needs_password:
+        return _("Nothing starts before its password is entered")
+    return _("Nothing done, nothing planned")
+
+
+# ---------------------------------------------------------------------- done
+def _done(facts: HomeFacts, now: datetime, most: int) -> Iterator[Item]:
+    for run in reversed(facts.finished[:most]):
+        icon, tone = execution_appearance.LOOKS[run.state]
+        is_well = run.state is State.COMPLETED
+        yield Item(
+            ("run", run.id),
+            facts.mission_names.run(run),
+            "" if is_well else outcome_line(run),
+            lead=formats.clock_time(run.ended_at or run.planned_at, facts.settings.timezone),
+            icon="check" if is_well else icon,
+            tone=tone,
+            strong=False,
+        )
+
+
+def outcome_line(execution: Execution) -> str:
+    """How it ended, in one line."""
+    if execution.state is State.COMPLETED:
+        return _("Completed")
+    reason = _reason(execution)
+    if execution.reason is not None and _says_outcome(execution.reason):
+        return reason
+    return _("{outcome}: {reason}").format(outcome=execution_appearance.word(execution.state), reason=reason)
+
+
+def _says_outcome(reason: Reason) -> bool:
+    """Whether its sentence begins with the outcome."""
+    return reason.code in (ReasonCode.USER_CANCELLED, ReasonCode.QUEUE_CLEARED)
+
+
+def _reason(execution: Execution) -> str:
+    reason = execution.reason
+    if reason is None:
+        return formats.NOTHING
+    if reason.code is ReasonCode.ROBOT_ABORTED and (text := reason.details.get("message")):
+        return str(text)  # the line says already that it failed
+    return sentence(reason, execution.timezone, _)
+
+
+# ---------------------------------------------------------------------- now, and the queue
+def _queue(facts: HomeFacts, robot: Robot, now: datetime) -> list[Item]:
+    """The running one, those in the robot's queue, those of the app that are not there yet. Only these have a number."""
+    old, number, rows = is_old(facts.snapshot, now, facts.settings), 0, []
+    deaf = _("{robot} can't hear it").format(robot=robot.name) if old else ""
+    clears = robot.id in facts.clearing
+    seen: set[int] = set()  # ours; a copy of one is an item of its own
+    for item in facts.queue:
+        ours = facts.execution_of(item)
+        if ours is not None and ours.id in seen:
+            ours = None
+        elif ours is not None:
+            seen.add(ours.id)
+        key = (OURS, ours.id) if ours else (THEIRS, item.id)
+        goes = clears or facts.on_robot(item) in facts.cancelling or bool(ours and ours.cancel_code)
+        if item.state is QueueState.EXECUTING:
+            rows.append(_now(facts, item, key, old, goes, now))
+            continue
+        number += 1
+        who = "" if ours else item.created_by_name or ""
+        rows.append(_waits(key, facts.name_of(item), number, who, goes, off=deaf))
+    if more := len(facts.snapshot.queue) - len(facts.queue):
+        number += more
+        words = ngettext("and {n} more", "and {n} more", more).format(n=more)
+        rows.append(Item(("more", 0), words, icon="dots-horizontal", strong=False, opens=False))
+    for run in facts.not_in_queue:
+        number += 1
+        unsent = run.state is State.WAITING and not run.attempts and run.withdrawn is None
+        row = _waits(
+            (OURS, run.id),
+            facts.mission_names.run(run),
+            number,
+            "",
+            clears or run.cancel_code is not None,
+            off="" if unsent else deaf,
+        )
+        rows.append(_with_reason(row, facts, run, now) if row.actions else row)
+    return rows
+
+
+def _waits(key: tuple[str, int], mission: str, number: int, meta: str, goes: bool, off: str) -> Item:
+    if goes:
+        return Item(key, mission, meta=_("Being cancelled"), number=str(number), strong=False, opens=False)
+    cancel = Action("cancel", icon="close", off=off)
+    return Item(key, mission, meta=meta, number=str(number), strong=False, actions=(cancel,), opens=key[0] == OURS)
+
+
+def _with_reason(row: Item, facts: HomeFacts, run: Execution, now: datetime) -> Item:
+    """What it waits for, besides its turn."""
+    if run.state is not State.WAITING or run.wait is Wait.DUE:
+        return row
+    return replace(row, meta=reason_words(facts, run, now), meta_tone="attention", meta_icon=_WAIT_ICONS[run.wait])
+
+
+def reason_words(facts: HomeFacts, run: Execution, now: datetime) -> str:
+    """In a few words; its story has all of them."""
+    details = run.wait_details
+    match run.wait:
+        case Wait.BATTERY if isinstance(minimum := details.get("minimum"), int | float):
+            return _("Needs {percent} %").format(percent=formats.plain(minimum))
+        case Wait.LATE_START if run.listed_until is not None:
+            seconds = max(0, round((run.listed_until - now).total_seconds()))
+            return _("Late, starts in {n} s").format(n=seconds)
+        case Wait.PLACE if "place" in details:
+            return _("{place} is full").format(place=details["place"])
+        case Wait.HOLD:
+            hold = facts.hold(run.robot_id or 0, now)
+            if hold is not None and hold.until is not None and hold.until < run.closes_at:
+                return _("on hold")
+            return _("on hold, not run from {time}").format(
+                time=formats.clock_time(run.closes_at, facts.settings.timezone)
+            )
+    return {
+        Wait.RETRY: _("No answer"),
+        Wait.BATTERY: _("battery unknown"),
+        Wait.LATE_START: _("Late"),
+        Wait.CLOCK: _("the tablet's clock"),
+        Wait.ELSEWHERE: _("may have run already"),
+        Wait.ROBOT: _("waits for a robot"),
+        Wait.PLACE: _("a place is full"),
+    }[run.wait]
+
+
+def _now(facts: HomeFacts, item: QueueItem, key: tuple[str, int], old: bool, goes: bool, now: datetime) -> Item:
+    mission, status = facts.name_of(item), facts.snapshot.status
+    if old:
+        at = formats.day_and_time(facts.snapshot.queue_read_at, facts.settings.timezone, now)
+        words, icon = _("not known now"), "help-circle-outline"
+        return Item(key, mission, meta=words, lead=at, icon=icon, strong=False, opens=key[0] == OURS)
+    icon, tone = "play", "accent"
+    if status is not None and status.state in STOPPED:
+        icon, tone = "alert-circle", "fault"
+    elif status is not None and status.user_prompt is not None:
+        icon, tone = "comment-question", "action"
+    elif status is not None and status.state is RobotState.PAUSE:
+        icon, tone = "pause", "action"
+    elif status is not None and status.state is RobotState.MANUAL_CONTROL:
+        icon, tone = "pause", "attention"
+    row = Item(key, mission, lead=_("Now"), icon=icon, tone=tone, look="tint", opens=key[0] == OURS)
+    if goes:
+        return replace(row, meta=_("Being cancelled"))
+    return replace(row, actions=(Action("cancel", _("Cancel"), style="text"),))
+
+
+# ---------------------------------------------------------------------- what waits for a robot of a group
+def group_starts(facts: HomeFacts, robot: Robot) -> list[Execution]:
+    """Starts that this robot may get, or that a silent robot may have, in the order in which they get one."""
+    mine = {group.id for group in facts.groups if robot.id in group.members}
+    found = [run for run in facts.open if run.group_id in mine and (has_no_robot(run) or _stuck(facts, run))]
+    return sorted(found, key=lambda run: (-run.priority, run.planned_at, run.id))
+
+
+def _stuck(facts: HomeFacts, run: Execution) -> datetime | None:
+    """Since when the robot that may have it is silent."""
+    snapshot = facts.snapshots.get(run.robot_id or 0)
+    return choice.stuck_since(run, snapshot) if snapshot is not None else None
+
+
+def _waiting(facts: HomeFacts, robot: Robot) -> list[Item]:
+    zone, rows = facts.settings.timezone, []
+    for run in group_starts(facts, robot):
+        since = _stuck(facts, run)
+        words = choice.awaited(run.wait_details, zone, _).replace("; ", " · ") if run.wait is Wait.ROBOT else ""
+        if since is not None:
+            words = choice.stuck(run.robot, since, zone, _)
+        actions: tuple[Action, ...] = (Action("here", _("Run here"), style="outlined", tone="attention"),)
+        if since is not None and run.robot_id == robot.id:
+            actions = ()
+        if not run.held or since is not None:
+            actions = (*actions, Action("cancel", icon="close"))
+        rows.append(
+            Item(
+                ("waiting", run.id),
+                _("{mission} · any of {group}").format(mission=facts.mission_names.run(run), group=run.robot_group),
+                words or waiting_words(run, zone),
+                lead=formats.clock_time(max(run.created_at, run.planned_at), zone),
+                icon="timer-sand",
+                tone="attention",
+                look="tint",
+                meta=_("Being cancelled") if run.cancel_code else "",
+                actions=() if run.cancel_code else actions,
+            )
+        )
+    return rows
+
+
+# ---------------------------------------------------------------------- planned
+def _planned(facts: HomeFacts, robot: Robot, now: datetime) -> Iterator[Item]:
+    zone, day, said = facts.settings.timezone, formats.day(now, facts.settings.timezone), ""
+    for run in facts.planned:
+        if formats.day(run.at, zone) != day:
+            day = formats.day(run.at, zone)
+            yield Item(("day", day), day, look="head", opens=False)
+        held, why = facts.hold_of(run), _why_not_planned(facts, run, robot, now)
+        meta, said = (why if why != said else ""), why
+        yield Item(
+            ("planned", run.schedule.id, run.at),
+            planned_name(facts, run),
+            meta=meta,
+            meta_tone="attention" if run.lacks_mission else "",
+            lead=formats.clock_time(run.at, zone),
+            icon=HAND if held else "clock-outline",
+            strong=False,
+        )
+
+
+def planned_name(facts: HomeFacts, run: PlannedRun) -> str:
+    mission = facts.mission_names.start(run)
+    if run.group is None:
+        return mission
+    return _("{mission} · any of {group}").format(mission=mission, group=run.group.name)
+
+
+def _why_not_planned(facts: HomeFacts, run: PlannedRun, robot: Robot, now: datetime) -> str:
+    """Why it may not start at its time; said once for starts that follow each other."""
+    settings, status = facts.settings, facts.snapshot.status
+    hold = facts.hold_of(run)
+    if hold is not None:
+        late = rules.closes_at(run.at, run.schedule.start_window_minutes, settings)
+        return _("on hold, not run") if hold.until is not None and late <= hold.until else _("on hold")
+    if run.lacks_mission:
+        return foreseen.lack(run)
+    is_stopped = status is not None and status.state in STOPPED and not is_old(facts.snapshot, now, settings)
+    return _("if {robot} is back").format(robot=robot.name) if is_stopped else ""
+
+
+# ---------------------------------------------------------------------- the robot without a mission
+def next_words(facts: HomeFacts, robot: Robot, now: datetime) -> tuple[str, str]:
+    """What comes next, and why its idle mission does not start or for what it is kept free."""
+    run = next(iter(facts.planned), None)
+    said = _kept_for(facts, robot, now) or _idle_obstacle(facts, robot, run.at if run else None, now)
+    if run is None:
+        return ("" if facts.is_new else _("Nothing planned")), said
+    words = _("Next about {time} {mission}") if run.is_approximate else _("Next {time} {mission}")
+    held = held_note(facts.hold_of(run), run.at, run.schedule.start_window_minutes, facts.settings, now)
+    at = formats.day_and_time(run.at, facts.settings.timezone, now)
+    return words.format(time=at, mission=facts.mission_names.start(run)), held or said
+
+
+def _kept_for(facts: HomeFacts, robot: Robot, now: datetime) -> str:
+    """The planned start for which the robot is kept free, though others wait."""
+    missions = {row.wait_details.get("kept_for") for row in facts.open if has_no_robot(row)}
+    soon = now + timedelta(seconds=AHEAD)
+    run = next((run for run in facts.planned if run.mission.name in missions and run.at <= soon), None)
+    if run is None:
+        return ""
+    name = names.own_schedule_name(run.schedule.name, run.mission.name, run.whose) or facts.mission_names.start(run)
+    return _("Kept for {name} at {time}").format(name=name, time=formats.clock_time(run.at, facts.settings.timezone))
+
+
+def _idle_obstacle(facts: HomeFacts, robot: Robot, next_planned_at: datetime | None, now: datetime) -> str:
+    """Why the idle mission does not start now."""
+    rule, status = robot.idle, facts.snapshot.status
+    mission = next((mission for mission in facts.entered if rule is not None and mission.id == rule.mission_id), None)
+    if (
+        rule is None
+        or not rule.enabled
+        or mission is None
+        or status is None
+        or not idle.is_idle(status, bool(facts.snapshot.queue))
+    ):
+        return ""
+    battery, minimum = status.battery_percentage, rules.minimum_battery(None, mission, facts.settings)
+    match idle.obstacle(battery, minimum, next_planned_at, facts.settings, facts.calendar, now):
+        case idle.Obstacle.DAY_OFF:
+            return _("{mission}: not today, a day off").format(mission=mission.name)
+        case idle.Obstacle.BATTERY if battery is None:
+            return _("{mission} waits: battery unknown").format(mission=mission.name)
+        case idle.Obstacle.BATTERY:
+            return _("{mission} waits: battery under {minimum}").format(
+                mission=mission.name, minimum=formats.percent(minimum)
+            )
+    return ""  # starts planned within minutes are shown already
