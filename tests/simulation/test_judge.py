@@ -189,6 +189,20 @@ def test_a_start_due_before_an_absence_and_once_more_in_it_needs_no_list(tmp_pat
     world.site.container.db.close()
 
 
+def test_a_start_due_before_a_day_was_closed_runs_on_it_though_the_clock_went_back(tmp_path):
+    """By the clock that was set back it falls due after the day was closed."""
+    world = World(tmp_path, 1, STILL.only(site=PLACE | {"with_window": False}))
+    world.site.network.down.add("R1")
+    world.site.run(130.0)
+    world.person.do("day_off")
+    world.weather._step(-100.0, 5.0)
+    wait_while_the_app_is_off(world)
+    world.site.network.down.clear()
+    world.site.run_until(lambda: world.site.network.submissions, within=60)
+    assert objections(world) == []
+    world.site.container.db.close()
+
+
 def test_a_start_for_a_group_missed_before_the_clock_was_set_back_need_not_run(tmp_path):
     world = World(tmp_path, 3, STILL.with_groups().only(site=PLACE | {"robots": 3, "with_window": False}))
     world.site.run(30.0)
