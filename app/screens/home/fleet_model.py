@@ -76,7 +76,6 @@ class FleetState(EventDispatcher):
     order = ObjectProperty(None, allownone=True)  # another one when the operator chose other cells
     moves = BooleanProperty(False)  # the cells are being scrolled
     waiting = ObjectProperty(NO_WAITING, rebind=True)  # for a robot
-    way_back = StringProperty()  # from one robot to all
     wall = ObjectProperty(None, rebind=True, allownone=True)
 
 
@@ -289,8 +288,6 @@ class FleetViewModel(FleetState, ViewModel):
         if self._is_withheld:
             return
         self._is_behind = False
-        help_needed = help_words(groups)
-        self.way_back = _("All robots · {help}").format(help=help_needed) if help_needed else _("All robots")
         if not self.is_shown:
             return
         if bool(pane.title) != bool(self.pane.title) and not by_hand:

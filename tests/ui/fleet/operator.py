@@ -6,9 +6,9 @@ from app.container import Container
 from app.domain.models import Connection, Robot
 from app.domain.robot import QueueItem, RobotStatus
 from app.screens.home.fleet_page import FleetPage, RobotCell
-from app.widgets.buttons import CommandButton
 from app.widgets.list_row import ListRow, RowButton
 from app.widgets.long_list import LongList
+from app.widgets.tabs import TabButton
 from app.window.key_focus import TAB, KeyFocus
 
 
@@ -68,7 +68,7 @@ def open_tile(ui, name: str) -> None:
 def go_back(ui) -> None:
     """Wait before and after, so that no tap counts as the second of a double tap."""
     ui.advance(0.5)
-    ui.tap(next(button for button in ui.find_all(CommandButton) if button.text.startswith("All robots")))
+    ui.tap(next(tab for tab in ui.find_all(TabButton) if tab.tab.text == "All robots"))
     ui.advance(0.5)
 
 
