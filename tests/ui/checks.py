@@ -28,7 +28,7 @@ from app.widgets.tokens import COLOURS, THEMES, TONES, tk
 
 SLACK = 1.5  # px: tolerance for rounding
 GAP = 8  # dp
-DIVIDED = ("ListRow", "FleetHead", "CauseRow", "TrendRow", "Segment")
+DIVIDED = ("ListRow", "TodayRow", "FleetHead", "CauseRow", "TrendRow", "Segment")
 LONGEST_WORD = 30  # characters, also in Finnish
 
 
