@@ -22,11 +22,13 @@ from kivymd.uix.navigationbar import MDNavigationBar, MDNavigationItem
 from kivymd.uix.screen import MDScreen
 from kivymd.uix.screenmanager import MDScreenManager
 
+from app.widgets import finger
 from app.widgets.dock import dock
 from app.widgets.rest import from_next_frame, rest
 from app.widgets.surfaces import CLEAR, Surface, Toned, TonedSurface
 from app.widgets.tokens import TONES
 
+STILL = 1.5  # s without a touch, after which no hand is at work
 SETTLES = 0.5  # s after the page has moved, in which a touch was meant for what was there before
 
 
@@ -76,31 +78,18 @@ class TopBar(Toned, MDTopAppBar):
         """The bell was tapped."""
 
 
-class AlarmBanner(TonedSurface):
-    """The most serious alarm or hold in one sentence, since when, how many others there are, and a button that leads to
-    its solution (``on_solve``). A tap on the sentence or on that number fires ``on_list_alarms``.
-
-    Sentence and note have ``most_lines`` together, one of them for the note, as that says what to do; a ``narrow`` one
-    omits the number, which the bell shows too; an ``urgent`` one is larger. A ``calm`` one, which was acknowledged, is
-    outlined instead of filled."""
+class Banner(TonedSurface):
+    """A strip below the top bar: one line, and one button (``on_solve``). Without a text it keeps its place as long as it ``has_room``."""
 
     icon = StringProperty()
     text = StringProperty()
-    note = StringProperty()
-    others = StringProperty()
     action = StringProperty()
-    most_lines = NumericProperty(3)
-    narrow = BooleanProperty(False)
-    urgent = BooleanProperty(False)
-    calm = BooleanProperty(False)
+    has_room = BooleanProperty(True)
 
-    __events__ = ("on_solve", "on_list_alarms")
+    __events__ = ("on_solve",)
 
     def on_solve(self):
         """The button was pressed."""
-
-    def on_list_alarms(self):
-        """The sentence or the number of other alarms was tapped."""
 
 
 class NavIndicator(Surface):
@@ -188,11 +177,12 @@ class Screens(MDScreenManager):
 
 
 class Frame(Surface):
-    """The window's content. Screens added to it go into the body. With an empty ``alarm`` there is no banner. The present ``screen`` says
-    which tabs are in the top bar.
+    """The window's content. Screens added to it go into the body. The present ``screen`` says which tabs are in the top bar. ``banner`` has
+    text, icon, tone, action, act and about.
 
-    A banner that comes, goes or changes its height moves the page. A tap on either within the next moment was meant for
-    the earlier content, and presses nothing.
+    A banner moves the page when it comes and goes, as room that is always kept would cost a tenth of a low window. So it moves only
+    while no hand is at work: in the first moment after a while without a touch, or with another screen. Then for a moment, and after
+    another button has come into the banner, a tap was meant for what was there before, and presses nothing.
     """
 
     screen = ObjectProperty(None, allownone=True, rebind=True)
@@ -205,15 +195,8 @@ class Frame(Surface):
     link_icon = StringProperty()
     link_tone = OptionProperty("neutral", options=TONES)
     help_count = StringProperty()
-    alarm = StringProperty()
-    alarm_icon = StringProperty("alert-octagon")
-    alarm_tone = OptionProperty("fault", options=TONES)
-    alarm_note = StringProperty()
-    alarm_others = StringProperty()
-    alarm_action = StringProperty()
-    alarm_urgent = BooleanProperty(False)
-    alarm_calm = BooleanProperty(False)
-    alarm_about = ObjectProperty(None, allownone=True)  # differs if its button's action or object differs
+    banner = ObjectProperty(None, allownone=True, rebind=True)
+    has_banner = BooleanProperty(False)  # room for it
     bell_icon = StringProperty("bell-outline")
     bell_count = StringProperty()
     items = ListProperty()
@@ -222,10 +205,29 @@ class Frame(Surface):
     __events__ = ("on_go", "on_pick_robot", "on_solve", "on_list_alarms")
 
     def __init__(self, **kwargs):
-        self._rests_until = self._banner_rests_until = 0.0
+        self._rests_until, self._touched_at, self._about = 0.0, -math.inf, None
+        self._when_still = Clock.create_trigger(self._make_room, STILL, interval=True)
         super().__init__(**kwargs)
-        self.ids.banner_place.fbind("height", self._moved)
+        self.fbind("has_banner", self._moved)
         self.ids.body.fbind("current_screen", self.setter("screen"))
+
+    def on_banner(self, *_):
+        about = (self.banner.act, self.banner.about, self.banner.action) if self.banner else None
+        if self._about not in (None, about):
+            self._moved()
+        self._about = about
+        self._make_room()
+
+    def _make_room(self, *_):
+        """Or take it away; later where a hand is at work."""
+        wanted = bool(self.banner and self.banner.text)
+        is_still = not finger.is_down() and Clock.get_time() - self._touched_at >= STILL
+        if is_still:
+            self.has_banner = wanted
+        if self.has_banner == wanted:
+            self._when_still.cancel()
+        else:
+            self._when_still()
 
     def _moved(self, *_):
         self._rests_until = math.inf
@@ -235,36 +237,29 @@ class Frame(Surface):
 
         from_next_frame(count)
 
-    def on_alarm_about(self, *_):
-        """A touch may be meant for what the banner said before."""
-        self._banner_rests_until = math.inf
-
-        def count(now):
-            self._banner_rests_until = now + SETTLES
-
-        from_next_frame(count)
-
     def on_current(self, *_):
         """Another screen is where the finger was."""
         rest.after_moving()
+        self.has_banner = bool(self.banner and self.banner.text)
 
     @property
     def has_just_moved(self) -> bool:
         """Whether a tap on the page or on the banner would not be meant for it."""
-        return rest.is_on or Clock.get_time() < max(self._rests_until, self._banner_rests_until)
+        return rest.is_on or Clock.get_time() < self._rests_until
 
     def on_touch_down(self, touch):
-        now, banner = Clock.get_time(), self.ids.banner_place
-        is_on_page = self.ids.sheets.collide_point(*touch.pos)
-        is_for_before = (is_on_page and now < self._rests_until) or (
-            banner.collide_point(*touch.pos) and now < self._banner_rests_until
-        )
+        self._touched_at = Clock.get_time()
+        is_for_before = self.ids.moving.collide_point(*touch.pos) and Clock.get_time() < self._rests_until
         return is_for_before or super().on_touch_down(touch)
 
-    def banner_pressed(self, event):
+    def on_touch_up(self, touch):
+        self._touched_at = Clock.get_time()
+        return super().on_touch_up(touch)
+
+    def banner_pressed(self):
         """By a key too, and by a finger that was put down before."""
-        if Clock.get_time() >= self._banner_rests_until:
-            self.dispatch(event)
+        if Clock.get_time() >= self._rests_until:
+            self.dispatch("on_solve")
 
     def on_go(self, name):
         """A screen of the rail was tapped."""
@@ -276,7 +271,7 @@ class Frame(Surface):
         """The button of the banner was pressed."""
 
     def on_list_alarms(self):
-        """The bell, the banner's sentence or its number of other alarms was tapped."""
+        """The bell was tapped."""
 
     def add_widget(self, widget, *args, **kwargs):
         holder = self.ids.body if isinstance(widget, MDScreen) else super()

@@ -110,7 +110,8 @@ class SchedulerApp(MDApp):
         self._appear(container.settings())
         frame = Factory.Frame()
         background = Background(self._bus, unexpected=self._show_unexpected)
-        builders = {name: partial(self._build_screen, name) for name in SCREENS}
+        builders: dict[str, Callable[[], ScreenBase]] = {name: partial(self._build_screen, name) for name in SCREENS}
+        builders["alarms"] = self._build_alarms
         navigator, snackbars = Navigator(frame.ids.body.__self__, builders), Snackbars()
         self.shell = Shell(
             navigator,
@@ -240,6 +241,10 @@ class SchedulerApp(MDApp):
         kind = getattr(importlib.import_module(module), class_name)
         screen: ScreenBase = kind(pick(kind.Services, self.container), self.shell)
         return screen
+
+    def _build_alarms(self) -> ScreenBase:
+        assert self._frame is not None
+        return self._frame.alarms_screen()
 
     # ------------------------------------------------------------------ the poll cycle
     def _set_poll(self, settings: Settings) -> None:

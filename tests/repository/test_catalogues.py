@@ -69,14 +69,14 @@ def demand(field, msgid):
 @pytest.mark.parametrize("damage", ["missing", "unused", "placeholder", "fuzzy", "empty"])
 def test_the_check_notices_every_kind_of_damage(tmp_path, damage):
     source = (LOCALE_DIR / "fi" / "LC_MESSAGES" / f"{DOMAIN}.po").read_text(encoding="utf-8")
-    entry = 'msgid "{robot} doesn\'t answer"\nmsgstr "{robot} ei vastaa"\n'
+    entry = 'msgid "{robot} is being checked up"\nmsgstr "{robot}: tarkastus käynnissä"\n'
     assert entry in source
     damaged = {
         "missing": "",
         "unused": entry + '\nmsgid "Nobody says this"\nmsgstr "Kukaan ei sano"\n',
-        "placeholder": entry.replace('"{robot} ei', '"{robotti} ei'),
+        "placeholder": entry.replace('"{robot}: ', '"{robotti}: '),
         "fuzzy": "#, fuzzy\n" + entry,
-        "empty": entry.replace("{robot} ei vastaa", ""),
+        "empty": entry.replace("{robot}: tarkastus käynnissä", ""),
     }[damage]
     target = tmp_path / "fi" / "LC_MESSAGES"
     target.mkdir(parents=True)

@@ -1,4 +1,4 @@
-"""The list of alarms over Home: its three parts, its menu, and the note."""
+"""The page of alarms: its three tabs, its menu, and the note."""
 
 from __future__ import annotations
 
@@ -8,13 +8,19 @@ from datetime import timedelta
 from types import SimpleNamespace
 from typing import Any
 
+from kivy.factory import Factory
+
 from app.domain.models import Alarm, Reason, ReasonCode
 from app.domain.reasons import to_store
 from app.mir.errors import Unreachable
-from app.screens.common.alarms_view import alarm_text, menu_of
-from app.screens.frame.alarm_list import AlarmList, AlarmRow, NoteDialog
+from app.screens.common.alarm_groups import menu_of_group
+from app.screens.common.alarms_view import alarm_text
+from app.screens.frame import controller as frame_controller
+from app.screens.frame.alarms import AlarmsModel, AlarmsScreen, NoteDialog
 from app.screens.frame.facts import OpenIssues
-from tests.screenshots.home import ALARMS, home, stopped
+from app.screens.frame.view import top_bar
+from app.widgets.list_row import ListRow
+from tests.screenshots.home import ALARMS, show_issues
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SMALL, picture
 from tests.support import home_facts as sample
 from tests.support.alarms import alarm
@@ -55,29 +61,44 @@ ROBOTS = {robot.id: robot for robot in sample.FACTS.robots}
 
 
 class Desk:
-    """Services that know these alarms; work in the background is done at once."""
+    """The page of these alarms in its frame; work in the background is done at once."""
 
     def __init__(self, studio: Any, past: Sequence[Alarm] = PAST, standing: Sequence[Alarm] = STANDING) -> None:
-        issues = OpenIssues(standing, [sample.HOLD])
-        home(studio, sample.on_hold(stopped()), issues=issues)
         services: Any = SimpleNamespace(
             clock=SimpleNamespace(now=lambda: sample.NOW),
             alarms=SimpleNamespace(past=lambda _limit: (past, 312 if past else 0)),
         )
         shell: Any = SimpleNamespace(background=self, dialogs=studio.dialogs, say_problem=print)
-        self.list = AlarmList(services, shell, lambda _act, _about: None)
-        self.list.show(issues, ROBOTS, sample.SETTINGS)
-        self.list.open()
-        self.dialog = studio.dialogs.top
+        self.model = AlarmsModel(services, shell, lambda _act, _about: None)
+        self.screen = AlarmsScreen(self.model, lambda: None, name="alarms")
+        frame = framed("alarms", standing)
+        frame.add_widget(self.screen)
+        self.screen.shown()
+        self.model.show(standing, ROBOTS, sample.SETTINGS)
+        studio.show(frame)
+        studio.driver.advance(0.2)
 
     @staticmethod
     def run(work: Any, done: Any, _failed: Any, key: Any = None) -> None:
         done(work())
 
 
+def framed(name: str, standing: Sequence[Alarm]) -> Any:
+    frame = Factory.Frame()
+    frame.items = [
+        (key, frame_controller.screen_word(key), icon, selected) for key, icon, selected in frame_controller.NAVIGATION
+    ]
+    frame.current, frame.title = name, frame_controller.screen_word(name)
+    frame_controller.show_bar(
+        frame, top_bar(sample.FACTS.robot, sample.FACTS.snapshot, sample.FACTS.settings, sample.NOW, ())
+    )
+    show_issues(frame, OpenIssues(standing), ROBOTS, sample.SETTINGS, name)
+    return frame
+
+
 @picture("alarms", sizes=SIZES)
-def standing(studio: Any) -> Any:
-    return Desk(studio).dialog
+def standing(studio: Any) -> None:
+    Desk(studio)
 
 
 @picture("alarms-one-cause", sizes=SIZES)
@@ -94,9 +115,7 @@ def one_cause(studio: Any) -> Any:
         )
         for n in range(1, 15)
     ]
-    dialog = Desk(studio, standing=(STANDING[0], *silent)).dialog
-    dialog.dispatch("on_row", ("group", 21), "fold")
-    return dialog
+    Desk(studio, standing=(STANDING[0], *silent)).model.used(("group", 21), "fold")
 
 
 @picture("alarms-many", sizes=SIZES)
@@ -124,36 +143,28 @@ def many(studio: Any) -> Any:
         )
     ]
     stops = [replace(ALARMS[0], id=50 + n, key=f"robot:{50 + n}", details={"robot": f"Robot {n}"}) for n in range(1, 9)]
-    return Desk(studio, standing=(*stops, *failed)).dialog
+    Desk(studio, standing=(*stops, *failed))
 
 
 @picture("alarms-shelved", sizes=BOTH)
 def shelved(studio: Any) -> Any:
-    dialog = Desk(studio).dialog
-    dialog.tab = "shelved"
-    return dialog
+    Desk(studio).model.choose("shelved")
 
 
 @picture("alarms-past", sizes=(*BOTH, LARGE_TEXT))
 def past(studio: Any) -> Any:
-    dialog = Desk(studio).dialog
-    dialog.tab = "past"
-    return dialog
+    Desk(studio).model.choose("past")
 
 
 @picture("alarms-none", sizes=(LANDSCAPE,))
 def nothing(studio: Any) -> Any:
-    desk = Desk(studio, past=())
-    desk.list.show(OpenIssues(), ROBOTS, sample.SETTINGS)
-    return desk.dialog
+    Desk(studio, past=(), standing=())
 
 
 @picture("alarms-menu", sizes=SIZES)
 def menu(studio: Any) -> Any:
-    dialog = Desk(studio).dialog
-    studio.driver.advance(0.2)
-    row = next(widget for widget in dialog.walk() if isinstance(widget, AlarmRow))
-    return studio.dialogs.menu(row.children[0], row.text, menu_of(STANDING[0], ROBOTS), lambda _key: None)
+    row = next(widget for widget in Desk(studio).screen.walk() if isinstance(widget, ListRow))
+    return studio.dialogs.menu(row.children[0], row.item.title, menu_of_group(STANDING[:1]), lambda _key: None)
 
 
 @picture("alarms-note", sizes=SIZES)

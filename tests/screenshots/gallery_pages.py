@@ -6,7 +6,6 @@ PAGES = """
 #:import samples tests.screenshots.samples
 <GalleryFrame@Frame>:
     title: "Home"
-    date: "Fri 20 Nov 2026"
     clock: "14:38"
     robot: "Aino"
     link: "Connected · now"
@@ -15,11 +14,8 @@ PAGES = """
     current: "home"
 
 <GalleryHome@GalleryFrame>:
-    alarm: "Aino is stopped: emergency stop pressed"
-    alarm_note: "Since 14:36 · release the red button on the robot, then press Reset on the robot"
-    alarm_others: "+1 more"
-    alarm_action: "Show Aino"
-    MDScreen:
+    banner: samples.BANNER
+    ScreenBase:
         ScrollPage:
             BoxLayout:
                 orientation: "vertical" if root.height > root.width else "horizontal"
@@ -81,7 +77,7 @@ PAGES = """
 <GalleryForm@GalleryFrame>:
     current: "settings"
     title: "Settings"
-    MDScreen:
+    ScreenBase:
         ScrollPage:
             BoxLayout:
                 orientation: "vertical" if root.height > root.width else "horizontal"
@@ -183,7 +179,7 @@ PAGES = """
 <GalleryLists@GalleryFrame>:
     current: "scheduler"
     title: "Scheduler"
-    MDScreen:
+    ScreenBase:
         BoxLayout:
             orientation: "vertical" if root.height > root.width else "horizontal"
             spacing: GAP
@@ -206,7 +202,7 @@ PAGES = """
 <GalleryCharts@GalleryFrame>:
     current: "logs"
     title: "Logs"
-    MDScreen:
+    ScreenBase:
         ScrollPage:
             Rows:
                 size_hint_y: None
@@ -252,7 +248,7 @@ PAGES = """
     link: ""
     link_icon: "robot-off-outline"
     link_tone: "offline"
-    MDScreen:
+    ScreenBase:
         SectionCard:
             EmptyState:
                 icon: "access-point-network"

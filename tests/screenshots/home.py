@@ -19,8 +19,7 @@ from app.domain.models import Alarm, DurationEstimate, Priority, Robot, RobotSna
 from app.domain.reasons import to_store
 from app.domain.robot import MissionParameter, RobotState
 from app.i18n import _
-from app.screens.common.alarm_groups import together
-from app.screens.common.alarms_view import Here, bell, is_shelved
+from app.screens.common.alarms_view import bell, is_shelved, is_unseen
 from app.screens.common.mission_names import SharedMissionNames
 from app.screens.common.robot_appearance import is_old
 from app.screens.common.robot_groups import group_of
@@ -28,9 +27,9 @@ from app.screens.common.sheets import Sheets
 from app.screens.common.threads import UiBus
 from app.screens.common.view_model import Navigator
 from app.screens.frame import controller as frame_controller
-from app.screens.frame.alarm_list import LateStartsDialog
 from app.screens.frame.facts import OpenIssues
-from app.screens.frame.view import banner, open_issues, robot_option, top_bar, zone_asked
+from app.screens.frame.late_starts import LateStartsDialog
+from app.screens.frame.view import banner, open_lines, robot_option, top_bar, zone_asked
 from app.screens.home.facts import HomeFacts
 from app.screens.home.screen import HomeScreen
 from app.screens.rescue import Damage, RescuePage
@@ -198,9 +197,12 @@ def sent(studio: Any, facts: HomeFacts, parameters: tuple[MissionParameter, ...]
 
 def show_issues(frame: Any, issues: OpenIssues, robots: Mapping[int, Robot], settings: Settings, name: str) -> None:
     """Banner and bell over the screen of that name, as the app sets them with Aino selected."""
-    frame_controller.show_banner(frame, banner(issues, robots, settings, sample.NOW, Here(name, 1)))
-    shelved = together((alarm for alarm in issues.alarms if is_shelved(alarm, sample.NOW)), sample.NOW)
-    frame.bell_icon, frame.bell_count = bell(len(open_issues(issues, robots, settings, sample.NOW)), len(shelved))
+    frame.banner = banner(issues, robots, settings, sample.NOW, name)
+    lines = open_lines(issues.alarms, sample.NOW)
+    shelved = [alarm for alarm in issues.alarms if is_shelved(alarm, sample.NOW)]
+    frame.bell_icon, frame.bell_count = bell(
+        sum(is_unseen(alarm) for line in lines for alarm in line), len(lines), len(shelved)
+    )
 
 
 stopped = sample.without_veikko  # as ``ALARMS`` say

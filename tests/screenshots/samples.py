@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from datetime import UTC, date, datetime
+from types import SimpleNamespace
 
 from app.screens.logs.key_figures import Card, DayBar, RobotBar, with_unit
 from app.screens.scheduler.timeline import Bar, Lane
@@ -90,3 +91,7 @@ PLAN = {
     "racks": [(0.05, 0.66, 0.055, 0.26), (0.37, 0.69, 0.24, 0.09), (0.37, 0.08, 0.32, 0.11), (0.86, 0.54, 0.09, 0.14)],
     "places": [Place("Kitting", 0.1625, 0.50), Place("Line 2", 0.905, 0.42), Place("Dock", 0.245, 0.12)],
 }
+
+BANNER = SimpleNamespace(
+    text="Aino: emergency stop", icon="alert-octagon", tone="fault", action="Show", act="show_robot", about=1
+)

@@ -107,5 +107,5 @@ def test_robots_that_have_changed_places_are_named(tmp_path):
         f"Another robot answers at the address of R1: serial number {first.serial_number} (R2) instead of {second.serial_number}; "
         "nothing is sent"
     )
-    assert alarm_note(alarms["R2"], site.container.settings(), site.clock.now()).endswith(" · correct the addresses")
+    assert alarm_note(alarms["R2"], site.container.settings(), site.clock.now()).endswith("correct the addresses")
     site.switch_off()

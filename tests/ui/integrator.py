@@ -19,7 +19,7 @@ from app.services.files import places
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton
 from app.widgets.dialogs import MenuRow, Overlay
 from app.widgets.fields import FormField
-from app.widgets.frame import AlarmBanner, NavItem
+from app.widgets.frame import Banner, NavItem
 from app.widgets.items import Item
 from app.widgets.keyboard import BoardKey, DockedKeyboard
 from app.widgets.list_row import ListRow
@@ -57,9 +57,7 @@ def restart(site: Plant, app: SchedulerApp, ui: Driver, screen: str) -> None:
     app.shell.go(screen)
     ui.wait(lambda: app.shell.background.idle)
     ui.wait(
-        lambda: (
-            not [widget for kind in (Overlay, Snackbar, AlarmBanner, DockedKeyboard) for widget in ui.find_all(kind)]
-        )
+        lambda: not [widget for kind in (Overlay, Snackbar, Banner, DockedKeyboard) for widget in ui.find_all(kind)]
     )
     assert (tk.theme, tk.gloves, translator.language) == (site.first_settings.theme, False, SOURCE_LANGUAGE)
 

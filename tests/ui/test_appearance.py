@@ -17,7 +17,7 @@ from app.screens.logs.view import Period
 from app.screens.settings.page import SwitchRow
 from app.widgets.buttons import CommandButton, Segment, Toggle
 from app.widgets.display import Disc
-from app.widgets.frame import AlarmBanner, Frame, NavItem
+from app.widgets.frame import Banner, Frame, NavItem
 from app.widgets.scrolling import ScrollPage
 from app.widgets.tokens import THEMES, tk
 from tests.ui import checks
@@ -60,14 +60,14 @@ def test_a_section_stays_where_it_was_scrolled_to(site, app, ui):
 
 
 def test_the_banner_keeps_its_button_inside_when_glove_mode_is_switched(site, app, ui):
-    site.container.alarms.raise_("emergency_stop", "robot:77", robot="Aino")
-    ui.wait(lambda: ui.find_all(AlarmBanner))
+    site.container.holds.hold("Audit")
+    ui.wait(lambda: ui.find_all(Banner))
     for gloves in (True, False):
         site.container.catalogue.change_settings(gloves=gloves)
         ui.wait(lambda expected=gloves: tk.gloves is expected)
         ui.advance(0.2)
-        banner = ui.find(AlarmBanner)
-        assert ui.find(CommandButton, banner, text=banner.action).height == tk.h_field <= banner.height
+        banner = ui.find(Banner)
+        assert ui.find(CommandButton, banner, text=banner.action).height == tk.h_touch <= banner.height
 
 
 def test_the_operators_buttons_grow_with_gloves(site, ui):
@@ -169,10 +169,8 @@ def test_a_switch_of_the_theme_leaves_the_colours_that_the_theme_has(ui, before,
 
     def pieces():
         return [
-            AlarmBanner(
-                text="Aino is stopped", note="since 14:36", others="+3 more", action="Acknowledge", tone="fault"
-            ),
-            AlarmBanner(text="Nothing is sent", note="held", tone="attention"),
+            Banner(text="Aino: emergency stop", action="Show", tone="fault"),
+            Banner(text="All robots on hold", tone="attention"),
             CommandButton(style="filled", text="Run", icon="play"),
             Disc(icon="alert", tone="fault", loud=True),
         ]

@@ -126,7 +126,7 @@ def test_late_starts_are_listed_first_and_can_be_held_and_released(tmp_path, ui)
             ui.wait(lambda: "Held late starts" in ui.texts(app.shell.dialogs.top))
             assert [(e.state, e.held) for e in site.container.history.open()] == [(State.WAITING, True)]
             ui.tap(ui.find(CommandButton, app.shell.dialogs.top, text="Close"))
-            ui.wait(lambda: "1 late mission is held" in ui.texts())
+            ui.wait(lambda: "1 late start on hold" in ui.texts())
             ui.tap(ui.find(CommandButton, text="Show"))
             ui.tap(ui.find(CommandButton, app.shell.dialogs.top, text="Release all"))
             ui.wait(lambda: all(e.state is not State.WAITING for e in site.container.history.open()))

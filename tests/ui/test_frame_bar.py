@@ -7,7 +7,7 @@ from kivy.uix.boxlayout import BoxLayout
 
 from app.widgets import load_kv
 from app.widgets.buttons import CommandButton
-from app.widgets.frame import AlarmBanner, TopBar
+from app.widgets.frame import Banner, TopBar
 from app.widgets.text import Ico
 from app.widgets.tokens import tk
 
@@ -45,16 +45,11 @@ def test_the_number_can_be_read_in_every_theme(bar, ui, theme):
     assert tuple(number.color) == tuple(tk.snack_ink) != tuple(number.parent.md_bg_color) == tuple(tk.snack)
 
 
-def test_an_acknowledged_alarm_is_no_red_block_any_more(ui):
+@pytest.mark.parametrize("tone", ["fault", "attention", "neutral"])
+def test_only_a_fault_is_a_red_block(ui, tone):
     load_kv("widgets/frame")
-    banner = AlarmBanner(
-        tone="fault", icon="alert-octagon", text="Aino is stopped", note="Since 14:31", action="Show Aino"
-    )
-    ui.show(BoxLayout(), (1280, 200)).add_widget(banner)
+    banner = ui.show(Banner(tone=tone, icon="alert-octagon", text="Aino: emergency stop", action="Show"), (1280, 64))
     ui.advance()
-    button, icon = ui.find(CommandButton, banner), ui.find(Ico, banner, icon="alert-octagon")
-    assert (tuple(banner.md_bg_color), button.over_solid) == (tuple(tk.fault_solid), True)
-    banner.calm = True
-    ui.advance()
-    assert (tuple(banner.md_bg_color), button.over_solid) == (tuple(tk.surface), False)
-    assert tuple(banner.line_color) == tuple(icon.color) == tuple(tk.fault)
+    fill = tk.fault_solid if tone == "fault" else getattr(tk, f"{tone}_bg")
+    assert tuple(banner.md_bg_color) == tuple(fill)
+    assert ui.find(CommandButton, banner).over_solid == (tone == "fault")

@@ -17,6 +17,7 @@ from app.i18n import _
 from app.screens.common.overlays import Dialogs
 from app.screens.common.pin_dialog import PinDialog
 from app.screens.frame.facts import OpenIssues
+from app.screens.frame.view import BannerView
 from app.screens.home.cards import PlaceMap, ProblemNote, PromptOption, RobotCard, RobotFoot, TodayRow
 from app.screens.home.facts import HomeFacts
 from app.screens.home.fleet_page import RobotCell
@@ -27,7 +28,7 @@ from app.screens.settings.missions import MissionRow
 from app.screens.settings.places import PlaceRow
 from app.widgets.buttons import CommandButton
 from app.widgets.fields import StepField
-from app.widgets.frame import AlarmBanner, Frame
+from app.widgets.frame import Frame
 from app.widgets.list_row import ListRow
 from app.widgets.number_pad import PadKey
 from app.widgets.pages import LowPage
@@ -97,12 +98,6 @@ def loud_home(ui, rig: Rig, status=ASKING) -> HomeScreen:
 def test_nothing_overlaps(ui, small):
     loud_home(ui, small)
     assert "\n".join(checks.problems(ui.find(Frame))) == ""
-    banner = ui.find(AlarmBanner)
-    lines = sum(label.lines for label in (banner.ids.banner_text, banner.ids.banner_note) if label.height > 1)
-    assert lines <= 3
-    assert banner.ids.banner_note.height > 1
-    assert banner.ids.banner_text.texture_size[0] > 200
-    assert banner.height <= Window.height / 3
 
 
 def test_the_state_is_reached_and_the_button_and_its_reason_are_seen_at_once(ui, small):
@@ -218,7 +213,7 @@ def test_a_list_of_settings_can_be_reached_below_its_tools_and_a_banner(
         screen = with_groups(Plant(rig)).screen(rig, section)
         if part:
             screen.choose_tab(part)
-        ui.find(Frame).alarm, ui.find(Frame).alarm_urgent = "Aino: Failed to reach its goal " * 2, True
+        ui.find(Frame).banner = BannerView("Aino: Failed to reach its goal " * 2)
         ui.advance(0.3)
         assert "\n".join(checks.problems(ui.find(Frame))) == ""
         page = screen.ids.columns.children[0]
@@ -312,12 +307,3 @@ def test_every_key_of_the_pin_is_seen_without_scrolling(ui, small):
     assert "\n".join(checks.problems(dialog)) == ""
     dialog.dismiss()
     ui.advance(0.5)
-
-
-def test_a_tap_on_the_text_of_the_banner_leads_to_the_list(ui):
-    frame = Frame(alarm="Aino is stopped", alarm_note="Since 14:36")
-    ui.show(frame)
-    asked = []
-    frame.bind(on_list_alarms=lambda *_args: asked.append("list"))
-    ui.tap_text("Aino is stopped")
-    assert asked == ["list"]

@@ -11,10 +11,9 @@ from kivy.metrics import Metrics
 from app.domain.models import THEMES
 from app.screens.common.alarms_view import Act
 from app.screens.common.view_model import ScreenBase
-from app.screens.frame.controller import show_banner
 from app.screens.frame.view import BannerView
 from app.widgets.buttons import CommandButton
-from app.widgets.frame import AlarmBanner, Frame, NavIndicator, NavItem, TopBar
+from app.widgets.frame import Banner, Frame, NavIndicator, NavItem, TopBar
 from app.widgets.items import Tab
 from app.widgets.tabs import TabButton
 from app.widgets.text import Ico, Txt
@@ -94,26 +93,24 @@ def test_the_robot_in_the_bar_can_be_tapped(ui):
     assert calls == [()]
 
 
-def test_the_banner_comes_with_an_alarm_and_goes_with_it(ui):
+def test_the_banner_comes_with_something_to_say_and_goes_with_it(ui):
     window = frame(ui)
     body = window.ids.body
     high = body.height
-    window.alarm, window.alarm_action, window.alarm_others = "Aino is stopped", "Show Aino", "+1 more"
+    window.banner = BannerView("Aino: emergency stop", action="Show")
     ui.advance()
-    assert "Aino is stopped" in ui.texts()
-    assert body.height < high - 70
-    solve, others = fired(window, "on_solve"), fired(window, "on_list_alarms")
-    ui.tap_text("Show Aino")
-    ui.tap(ui.find(Txt, text="+1 more"))
-    assert (solve, others) == ([()], [()])
-    window.alarm = ""
-    ui.advance()
-    assert body.height == high
-    assert ui.find_all(AlarmBanner) == []
+    assert "Aino: emergency stop" in ui.texts()
+    assert body.height == high - 64
+    solve = fired(window, "on_solve")
+    ui.tap_text("Show")
+    assert solve == [()]
+    window.banner = BannerView()
+    ui.wait(lambda: body.height == high)
+    assert ui.find_all(Banner) == []
 
 
 def test_the_banner_follows_the_font_scale_while_it_is_there(ui):
-    banner = ui.show(AlarmBanner(text="Aino is stopped", action="Acknowledge"))
+    banner = ui.show(Banner(text="Aino: emergency stop", action="Show"))
     usual, before = Metrics.fontscale, banner.ids.banner_text.font_size
     try:
         Metrics.fontscale = usual * 1.3
@@ -191,7 +188,7 @@ def test_the_screens_are_at_the_side_where_the_window_is_wide(ui, size, upright)
 def test_a_touch_that_holds_one_start_does_not_hold_all(ui, keys, by_key):
     window, late, pressed = frame(ui), BannerView("Late", action="Hold", act=Act.HOLD), []
     window.bind(on_solve=pressed.append)
-    show_banner(window, late)
+    window.banner = late
     ui.advance(2)
     if by_key:
         while getattr(keys.target, "text", "") != "Hold":
@@ -205,7 +202,7 @@ def test_a_touch_that_holds_one_start_does_not_hold_all(ui, keys, by_key):
         else:
             ui.tap_at(*button.to_window(*button.center))
 
-    show_banner(window, replace(late, action="Hold all"))
+    window.banner = replace(late, action="Hold all")
     press()
     assert pressed == []
     ui.advance(1)

@@ -29,6 +29,7 @@ from kivy.metrics import Metrics  # noqa: E402
 from kivy.uix.label import Label  # noqa: E402
 
 from app.i18n import _, languages, translator  # noqa: E402
+from app.screens.frame.view import BannerView  # noqa: E402
 from app.widgets.frame import Frame  # noqa: E402
 from tests.screenshots.registry import LANDSCAPE, PICTURES, THEMES, Picture, find_pictures  # noqa: E402
 from tests.screenshots.studio import Studio  # noqa: E402
@@ -165,9 +166,8 @@ class Walk:
     def _show_alarm(self, is_shown: bool) -> None:
         """A banner in the picture's frame, if it has none."""
         frame = self._studio.shown
-        if isinstance(frame, Frame) and (not frame.alarm or frame.alarm_note == ALARM_NOTE):
-            frame.alarm, frame.alarm_note = (ALARM, ALARM_NOTE) if is_shown else ("", "")
-            frame.alarm_action = _("Acknowledge") if is_shown else ""
+        if isinstance(frame, Frame) and (not (frame.banner and frame.banner.text) or frame.banner.text == ALARM):
+            frame.banner = BannerView(ALARM, action=_("Release")) if is_shown else BannerView()
 
     def close(self) -> None:
         Logger.removeHandler(self._unsettled)

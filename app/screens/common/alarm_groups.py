@@ -14,21 +14,23 @@ from app.i18n import _, ngettext
 from app.mir import errors
 from app.screens.common import formats
 from app.screens.common.alarms_view import (
-    AlarmEntry,
-    acknowledged_words,
     alarm_icon,
     alarm_note,
     alarm_text,
     alarm_tone,
-    group_menu,
+    can_be_handled,
     id_in,
     is_over,
+    is_past,
     is_shelved,
-    menu_of,
-    state_words,
+    is_unseen,
+    short_words,
     urgency,
+    way_to,
 )
 from app.screens.common.options import MenuItem
+from app.services.live.alarms import SHELF_HOURS
+from app.widgets.items import Action, Item
 
 ENOUGH = 3  # alarms, from which on they share a line
 NAMED = 3  # robots or missions whose names are in the note
@@ -208,26 +210,24 @@ def _names(alarms: Iterable[Alarm], of: str) -> tuple[int, str]:
     return len(found), ", ".join(found[:NAMED]) + (" …" if len(found) > NAMED else "")
 
 
-def _note_of_error(group: Together, settings: Settings, now: datetime, whole: bool, advises: bool) -> str:
+def _note_of_error(group: Together, settings: Settings, now: datetime) -> str:
     """Which missions an error has ended; of an error that is over, only these remain."""
-    note = alarm_note(group[0], settings, now, whole, advises)
+    note = alarm_note(group[0], settings, now)
     if group[0].code == "robot_error":
         n, names = _names((alarm for alarm in group if alarm.code in _OF_RUNS), "mission")
-        return " · ".join(
-            (ngettext("Mission failed: {missions}", "Missions failed: {missions}", n).format(missions=names), note)
-        )
+        ended = ngettext("Mission failed: {missions}", "Missions failed: {missions}", n).format(missions=names)
+        return " · ".join(filter(None, (ended, note)))
     error = next(alarm for alarm in group if alarm.code == "robot_error")
     over = _("Over since {time}").format(time=formats.day_and_time(error.cleared_at, settings.timezone, now))
     return " · ".join(filter(None, (note, over)))
 
 
-def group_note(group: Together, settings: Settings, now: datetime, whole: bool = False, advises: bool = True) -> str:
-    """Which robots or missions, and why, what to do, or since when it is over; ``whole`` and ``advises`` as for one
-    alarm."""
+def group_note(group: Together, settings: Settings, now: datetime) -> str:
+    """Which robots or missions, and why, what to do, or since when it is over."""
     if len(group) == 1:
-        return alarm_note(group[0], settings, now, whole, advises)
+        return alarm_note(group[0], settings, now)
     if has_leader(group):
-        return _note_of_error(group, settings, now, whole, advises)
+        return _note_of_error(group, settings, now)
     of_runs, zone = group[0].code in _OF_RUNS, settings.timezone
     _count, names = _names(group, "mission" if of_runs else "robot")
     if of_runs:
@@ -242,26 +242,52 @@ def group_note(group: Together, settings: Settings, now: datetime, whole: bool =
     return " · ".join(filter(None, (_advice(_silence(group[0])), names)))
 
 
-def group_entry(group: Together, settings: Settings, now: datetime, unfolded: bool) -> AlarmEntry:
-    """Its line in the list; ``unfolded``: those of its robots are below it."""
-    action = (
-        _("Unshelve") if is_shelved(group[0], now) else _("Acknowledge") if group[0].acknowledged_at is None else ""
-    )
-    tone = "neutral" if is_shelved(group[0], now) else alarm_tone(group[0])
-    return AlarmEntry(
-        ("group", group[0].id),
-        alarm_icon(group[0]),
-        tone,
-        group_text(group, settings, now),
-        group_note(group, settings, now, whole=True),
-        *state_words(group[0], settings, now),
-        acknowledged_words(group[0], settings, now) if has_leader(group) else "",
-        action=action,
-        has_menu=not is_shelved(group[0], now),
-        fold="chevron-up" if unfolded else "chevron-down",
+def alarm_item(
+    group: Together, robots: Mapping[int, Robot], settings: Settings, now: datetime, below: bool = False
+) -> Item:
+    """The row of an alarm, or of several with one cause. ``below``: its buttons have a line of their own."""
+    alarm, n = group[0], len(group)
+    short, robot = short_words(alarm) if has_leader(group) else "", str(alarm.details.get("robot", ""))
+    note = group_note(group, settings, now)
+    title = short[:1].upper() + short[1:] or group_text(group, settings, now)
+    return Item(
+        ("group" if n > 1 else "alarm", alarm.id),
+        f"{robot} · {title}" if short else title,
+        note[:1].upper() + note[1:],
+        lead=formats.day_or_time(_began(alarm), settings.timezone, now),
+        icon=alarm_icon(alarm),
+        tone="neutral" if is_shelved(alarm, now) else alarm_tone(alarm),
+        actions=_actions(group, robots, now),
+        disc=True,
+        loud=alarm_tone(alarm) == "fault",
+        edge=True,
+        strong=is_unseen(alarm),
+        below=below,
+        opens=False,
     )
 
 
-def menu_of_group(group: Together, robots: Mapping[int, Robot]) -> list[MenuItem]:
-    """Other actions for them, including the way to the solution."""
-    return menu_of(group[0], robots) if has_leader(group) else group_menu(group[0])
+def _actions(group: Together, robots: Mapping[int, Robot], now: datetime) -> tuple[Action, ...]:
+    alarm, n = group[0], len(group)
+    fold = [Action("fold", icon="unfold-more-horizontal")] if n > 1 else []
+    if is_shelved(alarm, now):
+        return (Action("unshelve", _("Unshelve")), *fold)
+    if is_past(alarm):
+        return ()
+    way = way_to(alarm, robots) if has_leader(group) else None
+    word = _("Acknowledge") if n == 1 else _("Acknowledge {n}").format(n=n)
+    seen = [Action("acknowledge", word, style="text", tone="accent")] if is_unseen(alarm) else []
+    solving = [Action("way", way.word)] if way is not None else []
+    menu = [Action("menu", icon="dots-vertical")] if can_be_handled(alarm) else []
+    return (*seen, *solving, *fold, *menu)
+
+
+def menu_of_group(group: Together) -> list[MenuItem]:
+    """What else can be done about them; the keys are "note" and a number of hours."""
+    note = [MenuItem("note", _("Acknowledge with a note"), "note-edit-outline")] if is_unseen(group[0]) else []
+    return note + [
+        MenuItem(
+            hours, ngettext("Shelve for {n} hour", "Shelve for {n} hours", hours).format(n=hours), "bell-sleep-outline"
+        )
+        for hours in SHELF_HOURS
+    ]

@@ -12,8 +12,7 @@ from app.domain.message import is_message, render
 from app.domain.models import Alarm, Priority, Robot, Settings
 from app.i18n import _, ngettext
 from app.screens.common import formats
-from app.screens.common.options import MenuItem
-from app.services.live.alarms import EVENTS, SHELF_HOURS, alarm_sentence
+from app.services.live.alarms import EVENTS, alarm_sentence
 
 
 class Act(StrEnum):
@@ -25,10 +24,9 @@ class Act(StrEnum):
     DATA_SETTINGS = "data_settings"  # where the database and its backups are
     ANSWER = "answer"  # the question of a robot
     LOGS = "logs"
-    SHOW_ALARMS = "show_alarms"  # those of one cause, in the list
+    SHOW_ALARMS = "show_alarms"  # those of one cause, on their page
     SHOW_RUN = "show_run"  # the story of an execution
     SCHEDULE_RUN = "schedule_run"  # the story of a schedule's last execution
-    ACKNOWLEDGE = "acknowledge"
     HOLD = "hold"  # the late starts
     LATE_STARTS = "late_starts"  # show their list
     RELEASE = "release"  # a hold
@@ -44,23 +42,6 @@ class Way:
     word: str
     act: Act
     about: int | None = None
-
-
-@dataclass(frozen=True)
-class Here:
-    """The present screen and its robot; None: all of them."""
-
-    screen: str = ""
-    robot_id: int | None = None
-
-    def is_at(self, way: Way) -> bool:
-        """Whether the user is there already."""
-        if way.act is Act.SHOW_ROBOT:
-            return self.screen == "home" and self.robot_id == way.about
-        return self.screen == "logs" and way.act in (Act.LOGS, Act.SHOW_RUN, Act.SCHEDULE_RUN)
-
-
-NOWHERE = Here()
 
 
 # ---------------------------------------------------------------------- what is the case
@@ -96,25 +77,6 @@ def urgency(alarm: Alarm) -> tuple[bool, bool, float, float]:
     return alarm.acknowledged_at is not None, is_over(alarm), severity, -newest
 
 
-def state_words(alarm: Alarm, settings: Settings, now: datetime) -> tuple[str, str]:
-    """Icon and words of its state."""
-    if is_shelved(alarm, now):
-        until = formats.day_and_time(alarm.shelved_until, settings.timezone, now)
-        return "bell-sleep-outline", _("Shelved until {time}").format(time=until)
-    is_seen = alarm.acknowledged_at is not None
-    if alarm.code in EVENTS:
-        return ("bell-check-outline", _("Acknowledged")) if is_seen else ("bell-ring-outline", _("Not acknowledged"))
-    if is_over(alarm):
-        return (
-            ("check-all", _("Over, acknowledged")) if is_seen else ("bell-badge-outline", _("Over, not acknowledged"))
-        )
-    return (
-        ("bell-check-outline", _("Active, acknowledged"))
-        if is_seen
-        else ("bell-ring-outline", _("Active, not acknowledged"))
-    )
-
-
 # ---------------------------------------------------------------------- texts
 # code: what a person does about it
 _ADVICE: Mapping[str, Callable[[], str]] = {
@@ -146,16 +108,28 @@ _ADVICE: Mapping[str, Callable[[], str]] = {
     "pin_guessed": lambda: _("enter the right PIN to end this"),
     "unknown_outcome": lambda: _("check the robot's queue before starting it again"),
 }
-_LOUD: Mapping[str, Callable[[], str]] = {
-    "emergency_stop": lambda: _("{robot} is stopped: emergency stop pressed"),
-    "unreachable": lambda: _("{robot} doesn't answer"),
-}
+
+
+def short_words(alarm: Alarm) -> str:
+    """What is the matter with a robot, where its name stands in front of it; empty where only the whole sentence says it."""
+    if not alarm.details.get("robot"):
+        return ""
+    match alarm.code:
+        case "emergency_stop":
+            return _("emergency stop")
+        case "unreachable":
+            return _("no answer")
+        case "unauthorized":
+            return _("wrong password")
+        case "robot_error":
+            return render(alarm.details.get("problem"), _)
+        case "question":
+            return _("asks: {question}").format(question=render(alarm.details.get("question"), _))
+    return ""
 
 
 def alarm_text(alarm: Alarm, settings: Settings, now: datetime) -> str:
     """One sentence in the operator's language, instants in the zone of the settings."""
-    if alarm.code in _LOUD and alarm.details.get("robot"):
-        return _LOUD[alarm.code]().format(robot=alarm.details["robot"])
     details = {name: _readable(value, settings, now) for name, value in alarm.details.items()}
     return alarm_sentence(replace(alarm, details=details), _)
 
@@ -170,30 +144,37 @@ def _readable(value: Any, settings: Settings, now: datetime) -> Any:
         return value
 
 
-def alarm_note(alarm: Alarm, settings: Settings, now: datetime, whole: bool = False, advises: bool = True) -> str:
-    """Its time or begin, whether it is over, how often, and, if it ``advises``, what to do. ``whole``: also the begin
-    of an ended one."""
-    zone = settings.timezone
-    raised = formats.day_and_time(alarm.raised_at, zone, now)
+def alarm_note(alarm: Alarm, settings: Settings, now: datetime) -> str:
+    """Until when it is shelved, since when it is over, how often, what to do, and when it was acknowledged."""
     parts = []
-    if alarm.code in EVENTS:
-        parts = [raised] if alarm.count == 1 else [_("First {time}").format(time=raised)] if whole else []
-    elif whole or not is_over(alarm):
-        parts = [_("Since {time}").format(time=raised)]
+    if is_shelved(alarm, now):
+        parts.append(_("Shelved until {time}").format(time=_time(alarm.shelved_until, settings, now)))
     if is_over(alarm):
-        parts.append(_("Over since {time}").format(time=formats.day_and_time(alarm.cleared_at, zone, now)))
+        parts.append(_("Over since {time}").format(time=_time(alarm.cleared_at, settings, now)))
     if alarm.count > 1:
         times = (
             ngettext("{n} time, last {time}", "{n} times, last {time}", alarm.count)
             if alarm.last_at
             else ngettext("{n} time", "{n} times", alarm.count)
         )
-        parts.append(times.format(n=alarm.count, time=formats.day_and_time(alarm.last_at, zone, now)))
+        parts.append(times.format(n=alarm.count, time=_time(alarm.last_at, settings, now)))
     if alarm.code == "question" and is_over(alarm):
         parts.append(_answered(alarm))
-    if advises and not is_past(alarm) and not is_over(alarm) and alarm.code in _ADVICE:
+    elif not is_past(alarm) and not is_over(alarm) and alarm.code in _ADVICE:
         parts.append(_advice(alarm))
-    return " · ".join(parts)
+    return " · ".join(filter(None, (*parts, seen_words(alarm, settings, now))))
+
+
+def seen_words(alarm: Alarm, settings: Settings, now: datetime) -> str:
+    """When it was acknowledged, and the note."""
+    if alarm.acknowledged_at is None:
+        return ""
+    time = _time(alarm.acknowledged_at, settings, now)
+    return (_("Seen {time}: “{note}”") if alarm.note else _("Seen {time}")).format(time=time, note=alarm.note)
+
+
+def _time(instant: datetime | None, settings: Settings, now: datetime) -> str:
+    return formats.day_and_time(instant, settings.timezone, now)
 
 
 def _advice(alarm: Alarm) -> str:
@@ -284,7 +265,7 @@ def way_to(alarm: Alarm, robots: Mapping[int, Robot]) -> Way | None:
     if is_over(alarm):
         return None
     if alarm.code == "clock_implausible":
-        return Way(_("This clock is right"), Act.CLOCK_IS_RIGHT)
+        return Way(_("Decide"), Act.CLOCK_IS_RIGHT)
     if alarm.code == "zone_guessed":
         return Way(_("Choose the time zone"), Act.TIME_ZONE)
     if alarm.code in _OF_THE_TABLET:
@@ -293,9 +274,9 @@ def way_to(alarm: Alarm, robots: Mapping[int, Robot]) -> Way | None:
         return Way(_("Open settings"), Act.DATA_SETTINGS)
     if alarm.code in _OF_THE_PLAN:
         if (execution_id := id_in(alarm.key, "execution")) is not None:
-            return Way(_("Show in Logs"), Act.SHOW_RUN, execution_id)
+            return Way(_("Show"), Act.SHOW_RUN, execution_id)
         schedule_id = id_in(alarm.key, "schedule")
-        return Way(_("Show in Logs"), Act.LOGS if schedule_id is None else Act.SCHEDULE_RUN, schedule_id)
+        return Way(_("Show"), Act.LOGS if schedule_id is None else Act.SCHEDULE_RUN, schedule_id)
     robot = next((robot for robot in robots.values() if robot.name == alarm.details.get("robot")), None)
     if robot is None:
         return None
@@ -303,105 +284,7 @@ def way_to(alarm: Alarm, robots: Mapping[int, Robot]) -> Way | None:
         return Way(_("Open settings"), Act.ROBOT_SETTINGS, robot.id)
     if answers_of(alarm):
         return Way(_("Answer"), Act.ANSWER, robot.id)
-    return Way(_("Show {robot}").format(robot=robot.name), Act.SHOW_ROBOT, robot.id)
-
-
-def acknowledging(alarm: Alarm) -> Way:
-    """Unless it is acknowledged already."""
-    if is_unseen(alarm):
-        return Way(_("Acknowledge"), Act.ACKNOWLEDGE, alarm.id)
-    return Way("", Act.NOTHING)
-
-
-def button_of(alarm: Alarm, robots: Mapping[int, Robot]) -> Way:
-    """The action of its button: acknowledge, with all others in the menu, unless the alarm can't be acknowledged or can
-    be answered."""
-    way = way_to(alarm, robots)
-    return way if way is not None and (way.act is Act.ANSWER or not can_be_handled(alarm)) else acknowledging(alarm)
-
-
-def menu_of(alarm: Alarm, robots: Mapping[int, Robot]) -> list[MenuItem]:
-    """Other actions for an open alarm; the keys are "way", "note", and a number of hours."""
-    items = []
-    if (way := way_to(alarm, robots)) is not None:
-        items.append(MenuItem("way", way.word, "arrow-right"))
-    return items + group_menu(alarm) if can_be_handled(alarm) else items
-
-
-def group_menu(alarm: Alarm) -> list[MenuItem]:
-    """What can be done about alarms in the state of ``alarm``, one or many."""
-    note = (
-        [MenuItem("note", _("Acknowledge with a note"), "note-edit-outline")] if alarm.acknowledged_at is None else []
-    )
-    return note + [
-        MenuItem(
-            hours, ngettext("Shelve for {n} hour", "Shelve for {n} hours", hours).format(n=hours), "bell-sleep-outline"
-        )
-        for hours in SHELF_HOURS
-    ]
-
-
-# ---------------------------------------------------------------------- lines of the list
-@dataclass(frozen=True)
-class AlarmEntry:
-    """``key``: its kind and id, for an alarm ("alarm", id). ``action`` is the word of its button; ``fold`` the icon of
-    the button that shows or hides the alarms of a group."""
-
-    key: tuple[str, int]
-    icon: str
-    tone: str
-    text: str
-    note: str
-    state_icon: str = ""
-    state_words: str = ""
-    answer: str = ""
-    action: str = ""
-    has_menu: bool = False
-    fold: str = ""
-
-
-def open_entry(alarm: Alarm, robots: Mapping[int, Robot], settings: Settings, now: datetime) -> AlarmEntry:
-    """An open alarm."""
-    return replace(_entry(alarm, settings, now), action=button_of(alarm, robots).word, has_menu=can_be_handled(alarm))
-
-
-def shelved_entry(alarm: Alarm, settings: Settings, now: datetime) -> AlarmEntry:
-    return replace(_entry(alarm, settings, now), tone="neutral", action=_("Unshelve"))
-
-
-def past_entry(alarm: Alarm, settings: Settings, now: datetime) -> AlarmEntry:
-    return replace(_entry(alarm, settings, now), tone="neutral")
-
-
-def _entry(alarm: Alarm, settings: Settings, now: datetime) -> AlarmEntry:
-    return AlarmEntry(
-        ("alarm", alarm.id),
-        alarm_icon(alarm),
-        alarm_tone(alarm),
-        alarm_text(alarm, settings, now),
-        alarm_note(alarm, settings, now, whole=True),
-        *state_words(alarm, settings, now),
-        acknowledged_words(alarm, settings, now),
-    )
-
-
-def acknowledged_words(alarm: Alarm, settings: Settings, now: datetime) -> str:
-    """When it was acknowledged, and the note."""
-    if alarm.acknowledged_at is None:
-        return ""
-    time = formats.day_and_time(alarm.acknowledged_at, settings.timezone, now)
-    if alarm.note:
-        return _("Acknowledged {time}: {note}").format(time=time, note=alarm.note)
-    return _("Acknowledged {time}").format(time=time)
-
-
-def tab_words(still_open: int, shelved: int) -> list[tuple[str, str]]:
-    """The parts of the list, with how many are in them."""
-    return [
-        ("open", _("Open ({n})").format(n=still_open)),
-        ("shelved", _("Shelved ({n})").format(n=shelved)),
-        ("past", _("Past")),
-    ]
+    return Way(_("Show"), Act.SHOW_ROBOT, robot.id)
 
 
 def past_count(shown: int, total: int) -> str:
@@ -411,8 +294,8 @@ def past_count(shown: int, total: int) -> str:
     return ngettext("{n} past alarm", "{n} past alarms", total).format(n=total)
 
 
-def bell(still_open: int, shelved: int) -> tuple[str, str]:
-    """Icon and number of the bell in the top bar: open alarms, else shelved ones."""
-    if still_open:
-        return "bell-ring-outline", str(still_open)
-    return ("bell-sleep-outline", str(shelved)) if shelved else ("bell-outline", "")
+def bell(new: int, still_open: int, shelved: int) -> tuple[str, str]:
+    """Icon and number of the bell in the top bar: how many alarms are new."""
+    if new:
+        return "bell-ring-outline", str(new)
+    return ("bell-outline" if still_open or not shelved else "bell-sleep-outline"), ""

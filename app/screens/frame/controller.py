@@ -12,8 +12,7 @@ from app.domain.clock import zone_names
 from app.domain.models import Execution, Robot, RobotSnapshot
 from app.i18n import _, ngettext, translator
 from app.screens.common import formats, questions
-from app.screens.common.alarm_groups import together
-from app.screens.common.alarms_view import Act, Here, bell, is_over, is_shelved
+from app.screens.common.alarms_view import Act, bell, is_over, is_shelved, is_unseen
 from app.screens.common.holding import HAND, about_hold, about_start
 from app.screens.common.mission_names import MissionNameLookup
 from app.screens.common.options import Option
@@ -22,14 +21,14 @@ from app.screens.common.robot_appearance import is_old
 from app.screens.common.robot_groups import Group, group_of, help_rank
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, Refresher
-from app.screens.frame.alarm_list import AlarmList, LateStartsDialog
+from app.screens.frame.alarms import AlarmsModel, AlarmsScreen
 from app.screens.frame.facts import FrameFacts, FrameServices, read
+from app.screens.frame.late_starts import LateStartsDialog
 from app.screens.frame.sounding import Sounding
 from app.screens.frame.view import (
-    BannerView,
     BarView,
     banner,
-    open_issues,
+    open_lines,
     picker_title,
     robot_option,
     top_bar,
@@ -37,7 +36,6 @@ from app.screens.frame.view import (
     zone_asked,
 )
 from app.services.live.changes import Topic
-from app.widgets import finger
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.frame import Frame
 from app.widgets.snackbar import Message
@@ -52,7 +50,13 @@ T = TypeVar("T")
 
 
 def screen_word(name: str) -> str:
-    return {"home": _("Home"), "scheduler": _("Scheduler"), "logs": _("Logs"), "settings": _("Settings")}[name]
+    return {
+        "home": _("Home"),
+        "scheduler": _("Scheduler"),
+        "logs": _("Logs"),
+        "settings": _("Settings"),
+        "alarms": _("Alarms"),
+    }[name]
 
 
 def show_bar(frame: Frame, bar: BarView) -> None:
@@ -63,17 +67,6 @@ def show_bar(frame: Frame, bar: BarView) -> None:
         bar.link_tone,
         bar.help_count,
     )
-
-
-def show_banner(frame: Frame, view: BannerView) -> None:
-    frame.alarm, frame.alarm_note, frame.alarm_icon, frame.alarm_tone = view.text, view.note, view.icon, view.tone
-    frame.alarm_others, frame.alarm_action, frame.alarm_urgent, frame.alarm_calm = (
-        view.others,
-        view.action,
-        view.urgent,
-        view.calm,
-    )
-    frame.alarm_about = view.act, view.about, view.action  # the word distinguishes one late start from several
 
 
 def _listed(executions: Sequence[Execution]) -> frozenset[object]:
@@ -90,9 +83,9 @@ class FrameController:
         self._services, self._shell, self._frame = services, shell, frame
         self._facts = FrameFacts()
         self._is_read = self._is_asked = False  # the facts; for the choice of a robot, before they were
-        self._banner = BannerView()
         self._reader = Refresher(shell, lambda: lambda: read(services), self._take)
-        self._alarms = AlarmList(services, shell, self._do)
+        self.alarms = AlarmsModel(services, shell, self._do)
+        self._left = "home"  # the screen from which the alarms were opened
         self._sounding = Sounding()
         self._given = MissionNameLookup(services.robot_missions, services.clock, shell, self._show)
         self._late: LateStartsDialog | None = None
@@ -138,6 +131,8 @@ class FrameController:
     def _went(self, *_: Any) -> None:
         current = self._shell.navigator.current
         self._frame.current = current
+        if current and current != "alarms":
+            self._left = current
         self._frame.title = screen_word(current) if current else ""
         self._show()
 
@@ -156,7 +151,7 @@ class FrameController:
             facts.robots.values(), ((e.robot_id, e.mission_guid, e.parameters) for e in facts.issues.late_starts)
         )
         self._show()
-        self._alarms.changed()
+        self.alarms.changed()
         self._show_late_starts()
         if facts.issues.guessed_zone and not self._zone_is_asked:
             self._ask_zone()
@@ -169,26 +164,18 @@ class FrameController:
         robot, issues = self._robot, replace(facts.issues, mission_names=self._shell.mission_names.known)
         if self._is_read:  # until then neither the robots nor the time zone are known
             show_bar(frame, top_bar(robot, self._snapshot(robot), facts.settings, now, self._groups()))
-        if not finger.is_down():  # else a second later: the banner moves everything below it
-            self._banner = banner(issues, facts.robots, facts.settings, now, self._here())
-            show_banner(frame, self._banner)
-            self._show_choice()
-        shelved = together((alarm for alarm in issues.alarms if is_shelved(alarm, now) and not is_over(alarm)), now)
-        frame.bell_icon, frame.bell_count = bell(
-            len(open_issues(issues, facts.robots, facts.settings, now)), len(shelved)
-        )
-        self._alarms.show(issues, facts.robots, facts.settings)
+        frame.banner = banner(issues, facts.robots, facts.settings, now, frame.current)
+        self._show_choice()
+        lines = open_lines(issues.alarms, now)
+        new = sum(is_unseen(alarm) for line in lines for alarm in line)
+        shelved = [alarm for alarm in issues.alarms if is_shelved(alarm, now) and not is_over(alarm)]
+        frame.bell_icon, frame.bell_count = bell(new, len(lines), len(shelved))
+        self.alarms.show(issues.alarms, facts.robots, facts.settings)
         sounds = self._sounding.is_due(issues.alarms, now, self._services.clock.monotonic())
         if sounds and facts.settings.alarm_sound and self._shell.loudspeaker is not None:
             self._shell.loudspeaker.play()
         if self._late is not None:
             self._late.show(issues, facts.settings, now)
-
-    def _here(self) -> Here:
-        """On the page of all robots the bar shows none in full."""
-        navigator, robot = self._shell.navigator, self._robot
-        are_all = navigator.current == "home" and navigator.all_robots
-        return Here(navigator.current, robot.id if robot is not None and not are_all else None)
 
     def _groups(self) -> list[Group]:
         """Of all robots."""
@@ -258,10 +245,10 @@ class FrameController:
         """Whether its content has just changed under the finger: a second tap at once is ignored."""
         if Clock.get_time() >= self._rests_until:
             self._rests_until = Clock.get_time() + DOUBLE_TAP
-            self._do(self._banner.act, self._banner.about)
+            self._do(self._frame.banner.act, self._frame.banner.about)
 
     def _do(self, act: Act, about: int | None) -> None:
-        """Run an action of the banner or the list."""
+        """Run an action of the banner or of an alarm."""
         services, go = self._services, self._shell.go
         match act:
             case Act.SHOW_ROBOT:
@@ -273,15 +260,13 @@ class FrameController:
             case Act.ANSWER if about is not None:
                 self._answer(about)
             case Act.SHOW_ALARMS:
-                self._alarms.open(about)
+                go("alarms", unfold=about)
             case Act.LOGS:
                 go("logs", unfiltered=True)
             case Act.SHOW_RUN:
                 go("logs", execution_id=about)
             case Act.SCHEDULE_RUN if about is not None:
                 self._work(lambda: services.history.last_of_schedule(about), self._show_run)
-            case Act.ACKNOWLEDGE if about is not None:
-                self._alarms.acknowledge(about)
             case Act.HOLD:
                 self._hold_starts([e.id for e in self._facts.issues.late_starts if not e.held], True)
             case Act.LATE_STARTS:
@@ -370,7 +355,12 @@ class FrameController:
         self._work(lambda: self._services.operator.hold_starts(ids, held), done)
 
     def _show_alarms(self, _frame: Frame) -> None:
-        self._alarms.open()
+        if self._shell.navigator.current != "alarms":
+            self._shell.go("alarms")
+
+    def alarms_screen(self) -> AlarmsScreen:
+        """Its arrow leads to the screen from which it was opened."""
+        return AlarmsScreen(self.alarms, lambda: self._shell.go(self._left))
 
     def _show_late_starts(self) -> None:
         """Opens by itself: a robot must not start because somebody plugged the tablet in."""

@@ -22,13 +22,6 @@ def needs_attention(alarm: Alarm, now: datetime) -> bool:
     )
 
 
-def is_overdue(alarm: Alarm, now: datetime) -> bool:
-    """Whether it should have been acknowledged already."""
-    return (
-        needs_attention(alarm, now) and can_be_handled(alarm) and now - (alarm.last_at or alarm.raised_at) >= PATIENCE
-    )
-
-
 class Sounding:
     """Remembers which alarms have sounded, by the monotonic clock: the wall clock may be set back."""
 

@@ -1,28 +1,26 @@
-"""The frame in words: the selected robot in the top bar, and the banner with the most serious alarm or hold. Pure."""
+"""The frame in words: the selected robot in the top bar, and the banner. Pure."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import datetime
 
 from app.database.robots import Hold
-from app.domain.models import Alarm, Execution, Robot, RobotSnapshot, Settings
+from app.domain.models import Alarm, Execution, Priority, Robot, RobotSnapshot, Settings
 from app.i18n import _, ngettext
 from app.screens.common import formats
-from app.screens.common.alarm_groups import Together, group_entry, group_note, group_text, has_leader, together
+from app.screens.common.alarm_groups import Together, group_text, has_leader, together
 from app.screens.common.alarms_view import (
-    NOWHERE,
     Act,
-    AlarmEntry,
-    Here,
-    acknowledged_words,
-    acknowledging,
+    Way,
     alarm_icon,
     alarm_tone,
+    id_in,
     is_over,
     is_shelved,
-    open_entry,
+    is_unseen,
+    short_words,
     urgency,
     way_to,
 )
@@ -33,7 +31,7 @@ from app.screens.common.robot_appearance import battery_appearance, is_old, link
 from app.screens.common.robot_groups import FEW, NEEDS_HELP, Group, group_of, help_words, look_of
 from app.screens.common.zones import zone_options
 from app.screens.frame.facts import OpenIssues
-from app.screens.frame.sounding import is_overdue
+from app.services.check_up.journal import HOLD as CHECK_UP
 
 
 @dataclass(frozen=True)
@@ -86,153 +84,82 @@ def robot_option(
 
 @dataclass(frozen=True)
 class BannerView:
-    """Empty ``text``: no banner."""
+    """One line and one button. Empty ``text``: no banner."""
 
     text: str = ""
-    note: str = ""
-    tone: str = "fault"
-    icon: str = "alert-octagon"
-    others: str = ""
+    tone: str = "attention"
+    icon: str = HAND
     action: str = ""
     act: Act = Act.NOTHING
     about: int | None = None  # id of the robot, alarm or start that ``act`` is about
-    urgent: bool = False  # larger: unacknowledged for long
-    calm: bool = False  # somebody has acknowledged it
 
 
 def banner(
-    issues: OpenIssues, robots: Mapping[int, Robot], settings: Settings, now: datetime, here: Here = NOWHERE
+    issues: OpenIssues, robots: Mapping[int, Robot], settings: Settings, now: datetime, screen: str
 ) -> BannerView:
-    """The most serious one, and how many others the list has. ``here`` is the present screen, so that no button leads
-    there."""
-    found = open_issues(issues, robots, settings, now, here)
-    if not found:
-        return BannerView()
-    count = len(found) - 1
-    is_one = bool(found[0].alarms) and has_leader(found[0].alarms)
-    others = ngettext("+{n} more", "+{n} more", count).format(n=count) if count else _("Details") if is_one else ""
-    return replace(found[0].view, others=others)
-
-
-@dataclass(frozen=True)
-class OpenIssue:
-    """One line that the banner counts and the list shows: an alarm, a hold, or the late starts."""
-
-    key: tuple[str, int]
-    view: BannerView
-    alarms: Together = ()  # several with one cause
-
-
-def open_issues(
-    issues: OpenIssues, robots: Mapping[int, Robot], settings: Settings, now: datetime, here: Here = NOWHERE
-) -> list[OpenIssue]:
-    """Everything that is open and not shelved, most serious first."""
-    standing = [alarm for alarm in issues.alarms if not is_shelved(alarm, now)]
-    lines = [
-        (
-            min(map(urgency, group)),
-            OpenIssue(
-                ("group" if len(group) > 1 else "alarm", group[0].id),
-                _alarms(group, robots, settings, now, here),
-                group,
-            ),
-        )
-        for group in together(standing, now)
-    ]
-    lines += [
-        (_HOLD, OpenIssue(("hold", hold.robot_id or 0), _hold(hold, robots, settings, now)))
-        for hold in issues.holds
-        if not hold.clock and not hold.is_over(now)
-    ]  # an implausible clock has its own alarm
-    starting = [OpenIssue(("late", 0), _late(issues, settings, now))] if issues.late_starts else []
-    if starting and all(start.held for start in issues.late_starts):  # nothing of them runs away, as of other holds
-        lines += [(_HOLD, starting.pop())]
-    lines.sort(key=lambda line: line[0])
-    copy = [OpenIssue(("copy", 0), _copy(issues.copy))] if issues.copy else []
-    return [*copy, *starting, *(issue for _urgency, issue in lines)]
-
-
-def issue_entry(
-    issue: OpenIssue, robots: Mapping[int, Robot], settings: Settings, now: datetime, unfolded: bool = False
-) -> AlarmEntry:
-    """Its line in the list; ``unfolded``: those of a group are below it."""
-    if len(issue.alarms) > 1:
-        return group_entry(issue.alarms, settings, now, unfolded)
-    if issue.alarms:
-        return open_entry(issue.alarms[0], robots, settings, now)
-    view = issue.view
-    return AlarmEntry(issue.key, view.icon, view.tone, view.text, view.note, action=view.action)
-
-
-_HOLD = (False, False, 0.5, 0.0)  # a hold comes after new alarms of high priority, before all others
-
-
-def _alarms(group: Together, robots: Mapping[int, Robot], settings: Settings, now: datetime, here: Here) -> BannerView:
-    alarm = group[0]
-    newest = max(group, key=lambda one: (one.acknowledged_at is not None, one.acknowledged_at or one.raised_at))
-    seen, calm = acknowledged_words(newest, settings, now), alarm.acknowledged_at is not None
-    if not has_leader(group):
-        note = " · ".join(filter(None, (seen, group_note(group, settings, now))))
+    """What a person has to know on this screen: why nothing is sent, what is about to start, or which robot is worst off. About robots
+    only where none is in sight."""
+    if issues.copy is not None:
         return BannerView(
-            _now_or_over(alarm, group_text(group, settings, now)),
-            note,
-            alarm_tone(alarm),
-            _icon(alarm),
-            "",
-            _("Show all"),
-            Act.SHOW_ALARMS,
-            alarm.id,
-            calm=calm,
+            _("Nothing is sent from this tablet"), icon="tablet-dashboard", action=_("Decide"), act=Act.WHOSE_PLAN
         )
-    way = way_to(alarm, robots)
-    is_on_card = (
-        way is not None and here.is_at(way) and alarm.code in ("robot_error", "emergency_stop")
-    )  # by the robot's card below
-    if way is None or here.is_at(way):
-        way = acknowledging(alarm)
-    note, urgent = (
-        " · ".join(filter(None, (seen, group_note(group, settings, now, advises=not is_on_card)))),
-        is_overdue(alarm, now),
-    )
+    going = [e for e in issues.late_starts if not e.held]
+    if going:
+        return _late(going, now)
+    new = [group for group in open_lines(issues.alarms, now) if is_unseen(group[0]) and not is_over(group[0])]
+    urgent = [group for group in new if group[0].priority is Priority.HIGH and _is_of_tablet(group[0])]
     if urgent:
-        since = formats.rough_duration((now - (alarm.last_at or alarm.raised_at)).total_seconds())
-        note = _("Unacknowledged for {time} · {note}").format(time=since, note=note)
-    text = (
-        _("{robot} reports an error").format(robot=alarm.details["robot"])
-        if is_on_card and alarm.code == "robot_error"
-        else group_text(group, settings, now)
-    )
-    return BannerView(
-        _now_or_over(alarm, text), note, alarm_tone(alarm), _icon(alarm), "", way.word, way.act, way.about, urgent, calm
-    )
+        return _alarm(urgent[0], robots, settings, now)
+    in_need = [group for group in new if _is_of_robot(group[0])] if screen not in ("home", "alarms") else []
+    if in_need and in_need[0][0].priority is Priority.HIGH:
+        return _alarm(in_need[0], robots, settings, now)
+    hold = next((hold for hold in issues.holds if not hold.clock and not hold.is_over(now)), None)
+    if hold is not None:
+        return _hold(hold, robots, settings, now)
+    if in_need:
+        return _alarm(in_need[0], robots, settings, now)
+    if held := len(issues.late_starts):
+        text = ngettext("{n} late start on hold", "{n} late starts on hold", held).format(n=held)
+        return BannerView(text, action=_("Show"), act=Act.LATE_STARTS)
+    return BannerView()
 
 
-def _now_or_over(alarm: Alarm, text: str) -> str:
-    """The sentence; if the alarm is over, that comes first."""
-    return _("Over: {alarm}").format(alarm=text) if is_over(alarm) else text
+def open_lines(alarms: Iterable[Alarm], now: datetime) -> list[Together]:
+    """All that are open and not shelved, those of one cause together, the most serious first."""
+    standing = (alarm for alarm in alarms if not is_shelved(alarm, now))
+    return sorted(together(standing, now), key=lambda group: min(map(urgency, group)))
 
 
-def _icon(alarm: Alarm) -> str:
-    """An acknowledged one looks calmer."""
-    return alarm_icon(alarm) if alarm.acknowledged_at is None else "bell-check-outline"
+def _is_of_robot(alarm: Alarm) -> bool:
+    """Whether it says how a robot is, not what became of a run."""
+    return id_in(alarm.key, "robot") is not None
+
+
+def _is_of_tablet(alarm: Alarm) -> bool:
+    """Whether it concerns all robots."""
+    return "robot" not in alarm.details or alarm.code in ("clock_implausible", "database", "two_tablets", "lock_lost")
+
+
+def _alarm(group: Together, robots: Mapping[int, Robot], settings: Settings, now: datetime) -> BannerView:
+    alarm = group[0]
+    way = way_to(alarm, robots) if has_leader(group) else None
+    if alarm.code == "clock_implausible":
+        text, icon = _("This clock can't be right. Nothing is sent."), "clock-alert-outline"
+        return BannerView(text, "attention", icon, _("Decide"), Act.CLOCK_IS_RIGHT)
+    text = group_text(group, settings, now)
+    if has_leader(group) and (what := short_words(alarm)):
+        text = _("{robot}: {problem}").format(robot=alarm.details["robot"], problem=what)
+    if way is None:
+        way = Way(_("Show"), Act.SHOW_ALARMS, alarm.id)
+    return BannerView(text, alarm_tone(alarm), alarm_icon(alarm), way.word, way.act, way.about)
 
 
 # ---------------------------------------------------------------------- holds and late starts
-def _late(issues: OpenIssues, settings: Settings, now: datetime) -> BannerView:
-    executions = issues.late_starts
-    going = [e for e in executions if not e.held]
-    count = len(going) or len(executions)
-    names = ", ".join(late_line(e, issues.mission_names, settings) for e in (going or executions)[:3])
-    note = _("Due while the app was off: {missions}").format(missions=names)
-    if not going:
-        text = ngettext("{n} late mission is held", "{n} late missions are held", count).format(n=count)
-        return BannerView(text, note, "attention", HAND, "", _("Show"), Act.LATE_STARTS)
-    left = seconds_left(going, now)
-    first = ngettext("{n} late mission starts in {s} s", "{n} late missions start in {s} s", count).format(
-        n=count, s=left
-    )
+def _late(going: Sequence[Execution], now: datetime) -> BannerView:
+    count, left = len(going), seconds_left(going, now)
+    text = ngettext("{n} starts in {s} s", "{n} start in {s} s", count).format(n=count, s=left)
     action, about = (_("Hold"), going[0].id) if count == 1 else (_("Hold all"), None)
-    return BannerView(first, note, "attention", "timer-alert-outline", "", action, Act.HOLD, about)
+    return BannerView(text, "attention", "timer-alert-outline", action, Act.HOLD, about)
 
 
 def late_line(execution: Execution, mission_names: MissionNames, settings: Settings) -> str:
@@ -247,19 +174,6 @@ def seconds_left(executions: Sequence[Execution], now: datetime) -> int:
     """Whole seconds until the first of them is sent."""
     ends = [e.listed_until for e in executions if e.listed_until is not None]
     return max(0, round((min(ends) - now).total_seconds())) if ends else 0
-
-
-def _copy(hold: Hold) -> BannerView:
-    reason = _(hold.reason)
-    return BannerView(
-        _("Nothing is sent from this tablet"),
-        reason[:1].upper() + reason[1:],
-        "attention",
-        "tablet-dashboard",
-        "",
-        _("Decide"),
-        Act.WHOSE_PLAN,
-    )
 
 
 def zone_asked(names: Iterable[str], guess: str, now: datetime) -> tuple[str, list[Option]]:
@@ -287,12 +201,17 @@ def whose_plan() -> list[Option]:
 
 def _hold(hold: Hold, robots: Mapping[int, Robot], settings: Settings, now: datetime) -> BannerView:
     robot = robots.get(hold.robot_id or 0)
-    text = _("Nothing is sent to {robot}").format(robot=robot.name) if robot else _("Nothing is sent to any robot")
-    until = _("Held until released")
+    if robot is not None and hold.reason == CHECK_UP:  # it ends by itself
+        text = _("{robot} is being checked up").format(robot=robot.name)
+        return BannerView(text, "neutral", "stethoscope", _("Show"), Act.ROBOT_SETTINGS, robot.id)
+    who = robot.name if robot else _("All robots")
+    text = _("{robot} on hold").format(robot=who)
     if hold.until is not None:
-        until = _("Held until {time}").format(time=formats.day_and_time(hold.until, settings.timezone, now))
-    since = (
-        _("since {time}").format(time=formats.day_and_time(hold.since, settings.timezone, now)) if hold.since else ""
+        time = formats.day_or_time(hold.until, settings.timezone, now)
+        text = _("{robot} on hold until {time}").format(robot=who, time=time)
+    return BannerView(
+        " · ".join(filter(None, (text, hold.reason and _(hold.reason)))),
+        action=_("Release"),
+        act=Act.RELEASE,
+        about=hold.robot_id,
     )
-    note = " · ".join(filter(None, (until, since, hold.reason and _(hold.reason))))
-    return BannerView(text, note, "attention", "hand-back-right-outline", "", _("Release"), Act.RELEASE, hold.robot_id)

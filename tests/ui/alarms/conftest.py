@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.widgets.frame import AlarmBanner, TopBar
+from app.widgets.frame import Banner, TopBar
 from tests.support import month
 from tests.support.stored import Stored
 from tests.ui.whole_app import restart, shown
@@ -53,7 +53,7 @@ def app(shared_app, container, ui):
         ui.skip(1e3)  # what rests after a press takes presses again, however long a test lets it rest
 
     restart(shared_app, ui, put_back)
-    assert not ui.find_all(AlarmBanner)
+    assert not ui.find_all(Banner)
     assert ui.find(TopBar).bell_count == ""
     return shared_app
 

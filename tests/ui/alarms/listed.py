@@ -1,37 +1,49 @@
-"""The list of alarms as a person handles it."""
+"""The page of alarms as a person handles it."""
 
 from __future__ import annotations
 
 from app.mir.errors import Unreachable
-from app.screens.frame.alarm_list import AlarmRow, AlarmsDialog
-from app.widgets.buttons import IconButton, Segment
+from app.screens.frame.alarms import AlarmsScreen
+from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.dialogs import MenuRow
-from app.widgets.frame import AlarmBanner, TopBar
+from app.widgets.frame import TopBar
+from app.widgets.list_row import ListRow
+from app.widgets.tabs import TabButton
 
 
-def open_list(ui) -> AlarmsDialog:
+def open_list(ui) -> AlarmsScreen:
     ui.tap(ui.find(TopBar).ids.bell)
-    return ui.find(AlarmsDialog)
+    ui.wait(lambda: ui.find_all(AlarmsScreen))
+    return ui.find(AlarmsScreen)
 
 
-def tab(ui, key: str) -> Segment:
-    return ui.find(Segment, root=ui.find(AlarmsDialog), key=key)
+def tab(ui, key: str) -> TabButton:
+    return next(button for button in ui.find_all(TabButton) if button.tab.key == key)
 
 
-def row(ui, code_text: str) -> AlarmRow:
-    found = [row for row in ui.find_all(AlarmRow) if code_text in row.text]
-    assert found, [row.text for row in ui.find_all(AlarmRow)]
+def row(ui, text: str) -> ListRow:
+    found = [row for row in ui.find_all(ListRow) if text in row.item.title]
+    assert found, [row.item.title for row in ui.find_all(ListRow)]
     return found[0]
 
 
-def menu(ui, of: AlarmRow, word: str) -> None:
+def press(ui, of: ListRow, word: str) -> None:
+    ui.tap(ui.find(CommandButton, of, text=word))
+
+
+def fold(ui, of: ListRow) -> None:
+    """Or unfold."""
+    ui.tap(ui.find(IconButton, of, icon="unfold-more-horizontal"))
+
+
+def menu(ui, of: ListRow, word: str) -> None:
     ui.tap(ui.find(IconButton, of, icon="dots-vertical"))
     ui.tap(ui.find(MenuRow, text=word))
 
 
 def wait_for_rows(ui, count: int) -> None:
     """In sight or not."""
-    ui.wait(lambda: len(ui.find(AlarmsDialog).rows) == count)
+    ui.wait(lambda: len(ui.find(AlarmsScreen).model.rows) == count)
     ui.advance()
 
 
@@ -43,4 +55,4 @@ def silence(alarms, ui, count: int = 6) -> None:
             robot=f"Robot {number}",
             problem=Unreachable(code="no_answer", address=f"10.1.1.{number}").message,
         )
-    ui.wait(lambda: ui.find_all(AlarmBanner) and ui.find(AlarmBanner).text.startswith(f"Wi-Fi: {count} robots"))
+    ui.wait(lambda: ui.find(TopBar).bell_count == str(count))

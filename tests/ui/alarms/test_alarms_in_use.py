@@ -5,13 +5,15 @@ from __future__ import annotations
 
 import pytest
 
-from app.screens.frame import alarm_list as frame_alarms
+from app.domain.models import Robot
+from app.screens.frame import alarms as frame_alarms
 from app.screens.frame import controller
-from app.screens.frame.alarm_list import AlarmRow, AlarmsDialog, NoteDialog
+from app.screens.frame.alarms import AlarmsScreen, NoteDialog
 from app.screens.settings.page import SwitchRow
 from app.widgets import finger
 from app.widgets.buttons import CommandButton, IconButton, Toggle
-from app.widgets.frame import AlarmBanner, NavItem, TopBar
+from app.widgets.frame import Banner, Frame, NavItem, TopBar
+from app.widgets.list_row import ListRow
 from app.widgets.rest import rest
 from app.widgets.surfaces import Tap
 from app.widgets.tokens import tk
@@ -22,7 +24,7 @@ from tests.ui.integrator import go
 
 # ---------------------------------------------------------------------- all that is on screen
 def acknowledge_all(ui, word: str = "Acknowledge all") -> None:
-    ui.tap(ui.find(CommandButton, ui.find(AlarmsDialog), text=word))
+    ui.tap(ui.find(CommandButton, ui.find(AlarmsScreen), text=word))
 
 
 def unseen(alarms) -> int:
@@ -33,7 +35,7 @@ def test_one_press_acknowledges_all_that_is_on_screen(app, alarms, ui):
     silence(alarms, ui, 3)
     alarms.raise_("emergency_stop", "robot:90", robot="Aino")
     alarms.raise_("app_was_off", "app")
-    ui.wait(lambda: ui.find(TopBar).bell_count == "3")
+    ui.wait(lambda: ui.find(TopBar).bell_count == "5")
     dialog = open_list(ui)
     wait_for_rows(ui, 3)
     assert checks.problems(dialog) == []
@@ -51,8 +53,8 @@ def test_alarms_out_of_sight_are_not_acknowledged(app, alarms, ui):
     page.scroll_y = 0.5  # rows are cut off above and below
     ui.advance(0.2)
     shown = [
-        each.text
-        for each in ui.find_all(AlarmRow)
+        each.item.title
+        for each in ui.find_all(ListRow)
         if page.to_window(*page.pos)[1] <= each.to_window(*each.pos)[1]
         and each.to_window(0, each.top)[1] <= page.to_window(0, page.top)[1]
     ]
@@ -60,9 +62,7 @@ def test_alarms_out_of_sight_are_not_acknowledged(app, alarms, ui):
     acknowledge_all(ui, "Acknowledge those shown")
     ui.wait(lambda: unseen(alarms) == 9 - len(shown))
     assert not {
-        f"{alarm.details['robot']} is stopped: emergency stop pressed"
-        for alarm in alarms.open()
-        if alarm.acknowledged_at is None
+        f"{alarm.details['robot']} · Emergency stop" for alarm in alarms.open() if alarm.acknowledged_at is None
     } & set(shown)
 
 
@@ -74,7 +74,7 @@ def test_a_second_tap_acknowledges_nothing_more(app, alarms, ui, monkeypatch):
     dialog = open_list(ui)
     wait_for_rows(ui, 9)
     acknowledge_all(ui, "Acknowledge those shown")
-    ui.wait(lambda: unseen(alarms) < 9 and len(dialog.unseen) == unseen(alarms))
+    ui.wait(lambda: unseen(alarms) < 9 and len(dialog.model.unseen) == unseen(alarms))
     left = unseen(alarms)
     assert left > 1  # above those that are acknowledged, where the first ones were
     acknowledge_all(ui)
@@ -124,18 +124,14 @@ def test_a_new_alarm_sounds_and_again_while_it_is_unacknowledged(container, app,
     before = loudspeaker.played
     alarms.raise_("emergency_stop", "robot:77", robot="Aino")
     ui.wait(lambda: loudspeaker.played == before + 1)
-    height = ui.find(AlarmBanner).height
     container.clock.advance(301)
     ui.advance(1.1)
     assert loudspeaker.played == before + 2
-    assert ui.find(AlarmBanner).height > height
-    assert ui.find(AlarmBanner).note.startswith("Unacknowledged for 5 min")
-    assert checks.problems(ui.find(AlarmBanner)) == []
     alarms.acknowledge(alarms.open()[0].id)
-    ui.wait(lambda: ui.find(AlarmBanner).calm)
+    ui.wait(lambda: ui.find(TopBar).bell_count == "")
     played = loudspeaker.played
     container.clock.advance(301)
-    ui.wait(lambda: ui.find(AlarmBanner).height == height)
+    ui.advance(1.1)
     assert loudspeaker.played == played == before + 2
 
 
@@ -147,7 +143,7 @@ def test_the_sound_is_switched_in_settings_where_it_is_heard(container, app, ala
     ui.wait(lambda: not container.settings().alarm_sound)
     before = loudspeaker.played
     alarms.raise_("emergency_stop", "robot:77", robot="Aino")
-    ui.wait(lambda: ui.find_all(AlarmBanner))
+    ui.wait(lambda: ui.find(TopBar).bell_count == "1")
     assert loudspeaker.played == before
     ui.wait(lambda: not ui.find(SwitchRow, text="Sound at alarms").active)
     ui.tap(ui.find(Toggle, root=ui.find(SwitchRow, text="Sound at alarms")))
@@ -180,53 +176,52 @@ def test_the_tabs_stay_where_the_finger_is(app, alarms, ui):
 
 
 # ---------------------------------------------------------------------- fingers
-def test_an_alarm_does_not_move_what_a_finger_is_on(app, alarms, ui, monkeypatch):
+def test_a_banner_does_not_move_what_a_finger_is_on(container, app, ui, monkeypatch):
     monkeypatch.setattr(finger, "LONGEST", 1e6)
     lift = ui.press(ui.find(NavItem, name="settings"))
-    alarms.raise_("clock_stepped", "clock", seconds=40)
-    ui.wait(lambda: ui.find(TopBar).bell_count == "1")
-    assert ui.find_all(AlarmBanner) == []
+    container.holds.hold("Audit")
+    ui.wait(lambda: ui.find(Frame).banner.action == "Release")
+    ui.advance(3)
+    assert not ui.find(Frame).has_banner
     lift()
     assert ui.find(NavItem, name="settings").active
-    ui.wait(lambda: ui.find_all(AlarmBanner))
+    ui.wait(lambda: ui.find_all(Banner))
 
 
-def test_a_tap_on_what_the_banner_has_just_moved_presses_nothing(app, alarms, ui):
-    def at(button: CommandButton) -> tuple[float, float]:
-        return button.to_window(*button.center)
-
-    def tap_at_once(button: CommandButton) -> None:
-        """Without looking first."""
-        ui.tap_at(*at(button))
-        ui.wait(lambda: app.shell.background.idle)
-
+def test_a_banner_waits_until_the_hand_has_left(container, app, ui):
+    ui.wait(lambda: not rest.is_on)
     button = ui.find(CommandButton, text="Add robot")
-    place = at(button)
-    alarms.raise_("app_was_off", "app")
-    ui.wait(lambda: ui.find_all(AlarmBanner))
-    acknowledge = ui.find(CommandButton, ui.find(AlarmBanner), text="Acknowledge")
-    assert at(button) != place
-    tap_at_once(acknowledge)
-    assert alarms.open()
-    ui.advance(1)
-    ui.tap(acknowledge)
-    ui.wait(lambda: not ui.find_all(AlarmBanner))
-    assert at(button) == place  # it has moved back
-    tap_at_once(button)
+    ui.tap_at(2, 2)
+    container.holds.hold("Audit")
+    ui.wait(lambda: ui.find(Frame).banner.action == "Release")
+    place = button.to_window(*button.center)
+    ui.advance(0.2)
+    assert button.to_window(*button.center) == place
+    ui.wait(lambda: ui.find_all(Banner))
+    assert button.to_window(*button.center) != place
+    ui.tap_at(*button.to_window(*button.center))  # without having looked
     assert app.shell.navigator.current == "home"
-    ui.tap(button)
-    assert app.shell.navigator.current == "settings"
+
+
+def test_the_room_of_a_released_hold_stays_under_the_finger(container, app, ui):
+    container.holds.hold("Audit")
+    ui.wait(lambda: ui.find_all(Banner) and not ui.find(Frame).has_just_moved)
+    ui.tap(ui.find(CommandButton, ui.find(Banner), text="Release"))
+    ui.wait(lambda: not container.holds.current() and not ui.find_all(Banner))
+    assert ui.find(Frame).has_banner
+    ui.wait(lambda: not ui.find(Frame).has_banner)
 
 
 def test_a_finger_on_its_way_to_one_banner_presses_nothing_of_the_next(container, app, alarms, ui):
     """Who wants to hold what starts in a moment must not release a hold whose message appears as it starts."""
-    alarms.raise_("app_was_off", "app")
-    ui.wait(lambda: ui.find_all(AlarmBanner))
+    alarms.database_fails("disk full")
+    ui.wait(lambda: ui.find_all(Banner, action="Open settings"))
     ui.advance(2)
+    alarms.database_works()
     container.holds.hold("Audit")
-    ui.wait(lambda: ui.find(AlarmBanner).action == "Release")
+    ui.wait(lambda: ui.find(Banner).action == "Release")
     ui.advance()
-    button = ui.find(CommandButton, ui.find(AlarmBanner), text="Release")
+    button = ui.find(CommandButton, ui.find(Banner), text="Release")
     ui.tap_at(*button.to_window(*button.center))
     ui.wait(lambda: app.shell.background.idle)
     assert len(container.holds.current()) == 1
@@ -235,52 +230,23 @@ def test_a_finger_on_its_way_to_one_banner_presses_nothing_of_the_next(container
     ui.wait(lambda: not container.holds.current())
 
 
-def test_the_second_tap_on_the_banner_is_the_same_press(app, alarms, ui, monkeypatch):
-    """It says something else by then, which has not been read."""
-    monkeypatch.setattr(controller, "DOUBLE_TAP", 1e3)
-    for seconds in (40, 50):
-        alarms.raise_("app_was_off", str(seconds))
-    ui.wait(lambda: ui.find_all(AlarmBanner) and ui.find(TopBar).bell_count == "2")
-    ui.advance(0.5)
-    button = ui.find(CommandButton, ui.find(AlarmBanner), text="Acknowledge")
-    place = button.to_window(*button.center)
-    ui.tap_at(*place)
-    ui.wait(lambda: len(alarms.open()) == 1 and ui.find(AlarmBanner).others == "Details")
-    ui.tap_at(*place)
-    ui.wait(lambda: app.shell.background.idle)
-    assert len(alarms.open()) == 1
-    ui.skip(1e3)
-    ui.tap_at(*place)
-    ui.wait(lambda: not alarms.open())
-
-
-def test_a_hand_that_rests_on_the_screen_keeps_no_alarm_away(app, alarms, ui):
+def test_a_hand_that_rests_on_the_screen_keeps_no_banner_away(container, app, ui):
     lift = ui.press(ui.find(NavItem, name="settings"))
-    alarms.raise_("clock_stepped", "clock", seconds=40)
-    ui.wait(lambda: ui.find_all(AlarmBanner))
+    container.holds.hold("Audit")
+    ui.wait(lambda: ui.find_all(Banner))
     lift()
 
 
-def test_a_second_tap_after_releasing_a_hold_presses_nothing(container, app, alarms, ui):
-    """Late starts are reported together with everything else."""
-    for number in range(3):
-        alarms.raise_("emergency_stop", f"robot:{70 + number}", robot=f"Robot {number}")
-        alarms.acknowledge(alarms.open()[-1].id)
-    container.holds.hold("cleaning", None)
-    alarms.raise_("app_was_off", "app")
-    ui.wait(lambda: ui.find(TopBar).bell_count == "5")
-    open_list(ui)
-    wait_for_rows(ui, 5)
-    ui.wait(lambda: not rest.is_on)
-    release = ui.find(CommandButton, ui.find(AlarmsDialog), text="Release")
-    place = release.to_window(release.x + 20, release.center_y)  # where other rows have Acknowledge
-    ui.tap_at(*place)
-    alarms.raise_("executions_missed", "plan", count=4)
-    ui.wait(
-        lambda: container.holds.active() is None and any("missed" in row.text for row in ui.find(AlarmsDialog).rows)
-    )
-    ui.advance(0.1)
-    before = {alarm.id: alarm.acknowledged_at for alarm in alarms.open()}
-    ui.tap_at(*place)
+def test_a_second_tap_on_the_banner_releases_no_other_hold(container, app, ui, monkeypatch):
+    monkeypatch.setattr(controller, "DOUBLE_TAP", 1e3)
+    robot = container.catalogue.save_robot(Robot("Aino", "http://127.0.0.1:9", "u", enabled=False), password="p")
+    container.holds.hold("Audit")
+    container.holds.hold("Wheel", robot_id=robot.id)
+    ui.wait(lambda: ui.find_all(Banner, action="Release") and not ui.find(Frame).has_just_moved)
+    button = ui.find(CommandButton, ui.find(Banner), text="Release")
+    ui.tap(button)
+    ui.wait(lambda: len(container.holds.current()) == 1)
+    ui.advance(2)
+    ui.tap_at(*button.to_window(*button.center))
     ui.wait(lambda: app.shell.background.idle)
-    assert {alarm.id: alarm.acknowledged_at for alarm in alarms.open()} == before
+    assert len(container.holds.current()) == 1

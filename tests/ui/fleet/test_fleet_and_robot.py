@@ -12,7 +12,7 @@ from app.screens.home.fleet_page import FleetPage, NameLine, RobotCell
 from app.screens.scheduler.hold import HoldDialog
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog
-from app.widgets.frame import AlarmBanner, TopBar
+from app.widgets.frame import TopBar
 from app.widgets.list_row import RowButton
 from app.widgets.panel_grid import PanelGrid
 from app.widgets.rest import DOUBLE_TAP
@@ -194,26 +194,6 @@ def test_the_ring_goes_along_to_a_robot_and_back(container, robots, ui):
             ui.key(ENTER)  # it is on the way back
             ui.wait(lambda: ui.find_all(FleetPage))
             settle(app, ui)  # and there on the tile
-
-
-def test_the_banner_of_all_robots_is_unchanged_after_a_visit_to_one(container, robots, ui):
-    container.alarms.raise_("robot_error", f"robot:{robots[4].id}", robot=robots[4].name, problem="Left motor too hot")
-    with shown(container, ui) as app:
-
-        def banner_texts() -> tuple[str, str, str]:
-            banner = ui.find(AlarmBanner)
-            return banner.text, banner.note, banner.action
-
-        ui.wait(lambda: ui.find_all(FleetPage) and ui.find_all(AlarmBanner))
-        before = banner_texts()
-        assert (before[0], before[2]) == (f"{robots[4].name}: Left motor too hot", f"Show {robots[4].name}")
-        settle(app, ui)
-        ui.tap(ui.find(CommandButton, ui.find(AlarmBanner)))
-        ui.wait(lambda: ui.find_all(HomeWide) and banner_texts()[2] == "Acknowledge")
-        settle(app, ui)
-        ui.key(ESCAPE)
-        ui.wait(lambda: ui.find_all(FleetPage))
-        assert banner_texts() == before
 
 
 def test_escape_leads_back_to_all_robots_where_they_were(container, ui):

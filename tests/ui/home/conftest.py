@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.widgets.frame import AlarmBanner
+from app.widgets.frame import Banner
 from tests.support.stored import Stored
 from tests.ui.home.operator import items, rows
 from tests.ui.whole_app import plant, restart, shown
@@ -42,7 +42,7 @@ def home(app, ui):
     ui.wait(
         lambda: (
             (app.root_vm.card.name, app.root_vm.card.state) == ("Aino", "Ready")
-            and not ui.find_all(AlarmBanner)
+            and not ui.find_all(Banner)
             and not rows(ui)
             and not app.root_vm.foot_rests
         )

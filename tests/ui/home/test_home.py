@@ -13,6 +13,7 @@ from app.screens.home.cards import SendTile, TodayRow
 from app.screens.home.facts import HomeFacts, read
 from app.screens.scheduler.cards import FormSheet
 from app.widgets.buttons import CommandButton
+from app.widgets.frame import Banner
 from tests.ui.home.operator import items, open_robot, run, step, tab
 
 
@@ -25,6 +26,7 @@ def test_each_robot_has_a_tab_and_the_card_is_of_the_selected_one(home, ui):
 def test_an_emergency_stop_shows_within_a_poll_with_advice(home, ui):
     home.aino.control({"emergency_stop": True})
     ui.wait(lambda: "Release the red button. Then press Reset on the robot." in ui.texts())
+    assert not ui.find_all(Banner)
     assert ui.find(CommandButton, text="Resume").disabled
     assert "Not while Aino is stopped" in ui.texts()
     assert ui.find(SendTile, text="Home").disabled

@@ -83,9 +83,7 @@ def test_everything_is_held_with_a_reason_until_the_banner_releases_it(screen, c
     assert (hold.reason, hold.until, hold.robot_id) == ("Cleaning", container.clock.now() + timedelta(hours=1), None)
     assert "Nothing is sent to any robot until" in ui.find(Snackbar).text
     frame = ui.find(Frame)
-    ui.wait(lambda: frame.alarm == "Nothing is sent to any robot")
-    assert frame.alarm_note.endswith("since 14:38 · Cleaning")
-    assert frame.alarm_note.startswith("Held until 15:38")
+    ui.wait(lambda: frame.banner.text == "All robots on hold until 15:38 · Cleaning" and frame.has_banner)
     schedule = named(container, KITS, "Aino")
     assert line(screen, schedule) == "15:00 · 15:00 is skipped: held until 15:38"
     again = Holds(container.db, container.clock, container.changes)  # as after a restart
@@ -120,7 +118,7 @@ def test_one_robot_is_held_until_a_time_that_is_picked(screen, container, ui):
         "Wheel change",
         datetime(2026, 11, 23, 4, 30, tzinfo=UTC),
     )
-    ui.wait(lambda: ui.find(Frame).alarm == "Nothing is sent to Veikko")
+    ui.wait(lambda: ui.find(Frame).banner.text.startswith("Veikko on hold until "))
 
 
 def test_a_present_hold_is_shown_and_released_in_the_dialog(screen, container, ui):

@@ -16,10 +16,12 @@ from app.screens.settings.robot_sheet import RobotSheet
 from app.services.live.access import TRIES, WAIT_S
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
-from app.widgets.frame import AlarmBanner, NavItem
+from app.widgets.frame import NavItem
 from app.widgets.number_pad import PadKey
 from app.widgets.tokens import tk
 from tests.ui import checks
+from tests.ui.alarms.listed import open_list, row, wait_for_rows
+from tests.ui.alarms.listed import press as press_row
 from tests.ui.integrator import go, says, section_row, section_rows, undo
 
 F1, TAB = 282, 9
@@ -232,14 +234,15 @@ def test_everything_of_the_operators_stays_free(site, app, ui):
     site.container.alarms.raise_(
         "app_was_off", "app", start="2026-11-20T08:00:00+00:00", end="2026-11-20T09:00:00+00:00"
     )
-    ui.wait(lambda: ui.find_all(AlarmBanner) and ui.find(AlarmBanner).action == "Acknowledge")
-    ui.tap(ui.find(CommandButton, ui.find(AlarmBanner), text="Acknowledge"))
+    open_list(ui)
+    wait_for_rows(ui, 1)
+    press_row(ui, row(ui, "off or asleep"), "Acknowledge")
     ui.wait(lambda: not site.container.alarms.open())
     assert not ui.find_all(PinDialog)
     ui.skip(DOUBLE_TAP)
     site.container.alarms.raise_("unauthorized", f"robot:{robot.id}", robot="Aino")
-    ui.wait(lambda: ui.find_all(AlarmBanner) and ui.find(AlarmBanner).action == "Open settings")
-    ui.tap(ui.find(CommandButton, ui.find(AlarmBanner), text="Open settings"))
+    wait_for_rows(ui, 1)
+    press_row(ui, row(ui, "Wrong password"), "Open settings")
     unlock(ui, app)  # the intent waits behind the door
     ui.wait(lambda: app.shell.navigator.screen("settings").vm.current == "robots")
 

@@ -11,10 +11,10 @@ from app.domain.message import message
 from app.domain.models import Alarm, Reason, ReasonCode, Robot
 from app.domain.reasons import to_store
 from app.mir.errors import SENTENCES
-from app.screens.common.alarm_groups import APART, group_entry, group_note, group_text, menu_of_group, together
-from app.screens.common.alarms_view import Act, Here
+from app.screens.common.alarm_groups import APART, alarm_item, group_note, group_text, together
+from app.screens.common.alarms_view import Act
 from app.screens.frame.facts import OpenIssues
-from app.screens.frame.view import banner, issue_entry, open_issues
+from app.screens.frame.view import banner, open_lines
 from tests.support.alarms import alarm
 from tests.support.home_facts import NOW, SETTINGS, ago
 
@@ -89,21 +89,24 @@ def sizes(alarms) -> list[int]:
     return sorted(map(len, together(alarms, NOW)))
 
 
-def test_many_that_fall_silent_together_are_one_line_in_list_and_banner():
+ROBOTS = {1: Robot("Aino", "http://10.1.1.1", "u", id=1)}
+
+
+def item(group, **values):
+    return alarm_item(tuple(group), ROBOTS, SETTINGS, NOW, **values)
+
+
+def test_many_that_fall_silent_together_are_one_line_on_the_page_and_in_the_banner():
     issues = OpenIssues(silent(14))
-    [issue] = open_issues(issues, {}, SETTINGS, NOW)
-    assert issue.view.text == "Wi-Fi: 14 robots unreachable since 14:02"
-    assert issue.view.note == "is the access point on, and this tablet on its network? · R1, R2, R3 …"
-    assert (issue.view.action, issue.view.act, issue.view.about) == ("Show all", Act.SHOW_ALARMS, 1)
-    assert banner(issues, {}, SETTINGS, NOW) == issue.view
-    entry = issue_entry(issue, {}, SETTINGS, NOW)
-    assert (entry.key, entry.text, entry.action, entry.fold) == (
+    [group] = open_lines(issues.alarms, NOW)
+    row, view = item(group), banner(issues, {}, SETTINGS, NOW, "logs")
+    assert row.title == view.text == "Wi-Fi: 14 robots unreachable since 14:02"
+    assert row.support == "Is the access point on, and this tablet on its network? · R1, R2, R3 …"
+    assert (view.action, view.act, view.about) == ("Show", Act.SHOW_ALARMS, 1)
+    assert (row.key, [action.text or action.name for action in row.actions]) == (
         ("group", 1),
-        issue.view.text,
-        "Acknowledge",
-        "chevron-down",
+        ["Acknowledge 14", "fold", "menu"],
     )
-    assert issue_entry(issue, {}, SETTINGS, NOW, unfolded=True).fold == "chevron-up"
 
 
 @pytest.mark.parametrize(
@@ -162,8 +165,8 @@ def test_when_they_answer_again_the_line_says_from_when_to_when():
 
 
 def test_a_shelved_group_comes_back_by_its_button():
-    entry = group_entry(tuple(silent(3, shelved_until=NOW + timedelta(hours=1))), SETTINGS, NOW, unfolded=False)
-    assert (entry.tone, entry.action, entry.has_menu) == ("neutral", "Unshelve", False)
+    row = item(silent(3, shelved_until=NOW + timedelta(hours=1)))
+    assert (row.tone, [action.name for action in row.actions]) == ("neutral", ["unshelve", "fold"])
 
 
 @pytest.mark.parametrize(
@@ -198,41 +201,30 @@ def test_the_line_names_the_cause_that_the_problems_have_in_common(code, text, n
 
 def test_missions_that_one_robot_failed_are_one_line_with_their_number_and_reason():
     alarms = [replace(each, count=2) for each in failed(4)]
-    [issue] = open_issues(OpenIssues(alarms), {}, SETTINGS, NOW)
-    assert issue.view.text == "8 missions on Aino failed"
-    assert issue.view.note == (
+    [group] = open_lines(alarms, NOW)
+    assert item(group).title == "8 missions on Aino failed"
+    assert item(group).support == (
         "Its start window closed at 14:15: 10.1.1.7 doesn't answer; is the robot switched on and on this network? · "
         "last 14:37 · M1, M2, M3 …"
     )
     assert group_text(tuple(failed(3, code="execution_skipped")), SETTINGS, NOW) == "3 missions on Aino were not run"
 
 
-ROBOTS = {1: Robot("Aino", "http://10.1.1.1", "u", id=1)}
-
-
 def test_an_error_and_the_mission_that_it_ended_are_one_line_led_by_the_error():
-    issue, _veikko = open_issues(OpenIssues(broken()), ROBOTS, SETTINGS, NOW)
-    view, entry = issue.view, issue_entry(issue, ROBOTS, SETTINGS, NOW)
+    group, _veikko = open_lines(broken(), NOW)
+    row, view = item(group), banner(OpenIssues(broken()), ROBOTS, SETTINGS, NOW, "logs")
     assert (view.text, view.tone) == ("Aino: Failed to reach goal position 'Dock'", "fault")
-    assert view.note == "Mission failed: Deliver · Since 14:36 · see the robot on Home"
-    assert (view.action, view.act, view.about) == ("Show Aino", Act.SHOW_ROBOT, 1)
-    assert banner(OpenIssues(broken()[:2]), ROBOTS, SETTINGS, NOW).others == "Details"
-    assert (entry.text, entry.note, entry.tone) == (view.text, view.note, "fault")
-    assert (entry.action, entry.fold, entry.state_words) == ("Acknowledge", "chevron-down", "Active, not acknowledged")
-    assert [item.key for item in menu_of_group(issue.alarms, ROBOTS)][:2] == ["way", "note"]
-
-
-def test_at_the_robot_the_banner_acknowledges_and_still_names_the_mission():
-    view = banner(OpenIssues(broken()[:2]), ROBOTS, SETTINGS, NOW, Here("home", 1))
-    assert (view.text, view.note) == ("Aino reports an error", "Mission failed: Deliver · Since 14:36")
-    assert (view.act, view.about) == (Act.ACKNOWLEDGE, 2)
+    assert (view.action, view.act, view.about) == ("Show", Act.SHOW_ROBOT, 1)
+    assert (row.title, row.tone) == ("Aino · Failed to reach goal position 'Dock'", "fault")
+    assert row.support == "Mission failed: Deliver · see the robot on Home"
+    assert [action.name for action in row.actions] == ["acknowledge", "way", "fold", "menu"]
 
 
 def test_when_the_error_is_over_the_mission_leads_and_it_is_still_one_line():
     alarms = [replace(each, cleared_at=ago(minutes=1)) if each.code == "robot_error" else each for each in broken()]
-    issue = next(issue for issue in open_issues(OpenIssues(alarms), ROBOTS, SETTINGS, NOW) if len(issue.alarms) == 2)
-    assert issue.view.text == "Deliver on Aino failed: The robot ended it: Failed to reach goal position 'Dock'"
-    assert (issue.view.note, issue.view.tone) == ("14:35 · Over since 14:37", "attention")
+    row = item(next(group for group in open_lines(alarms, NOW) if len(group) == 2))
+    assert row.title == "Deliver on Aino failed: The robot ended it: Failed to reach goal position 'Dock'"
+    assert (row.support, row.tone) == ("Over since 14:37", "attention")
 
 
 def test_several_missions_that_it_ended_are_named():
@@ -244,12 +236,11 @@ def test_several_missions_that_it_ended_are_named():
             for n in range(2)
         ),
     ]
-    [issue] = open_issues(OpenIssues(several), ROBOTS, SETTINGS, NOW)
-    assert issue.view.note.startswith("Missions failed: M0, M1 · ")
+    [group] = open_lines(several, NOW)
+    assert item(group).support.startswith("Missions failed: M0, M1 · ")
     over = [replace(each, cleared_at=ago(minutes=1)) for each in several]
-    assert open_issues(OpenIssues(over), ROBOTS, SETTINGS, NOW)[0].view.text == "2 missions on Aino failed"
+    assert item(open_lines(over, NOW)[0]).title == "2 missions on Aino failed"
 
 
 def test_the_group_is_as_urgent_as_the_most_urgent_in_it():
-    first = open_issues(OpenIssues([alarm("backup_failed", "backup", id=40), *silent(3)]), {}, SETTINGS, NOW)[0]
-    assert len(first.alarms) == 3
+    assert len(open_lines([alarm("backup_failed", "backup", id=40), *silent(3)], NOW)[0]) == 3

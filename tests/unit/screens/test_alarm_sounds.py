@@ -8,11 +8,9 @@ from datetime import timedelta
 import pytest
 
 from app.domain.models import Alarm
-from app.screens.frame.facts import OpenIssues
-from app.screens.frame.sounding import PATIENCE, Sounding
-from app.screens.frame.view import banner
+from app.screens.frame.sounding import Sounding
 from tests.support.alarms import alarm
-from tests.support.home_facts import NOW, SETTINGS
+from tests.support.home_facts import NOW
 
 STOP = alarm("emergency_stop", id=3)
 
@@ -80,14 +78,3 @@ def test_an_alarm_that_returns_sounds_again():
 def test_an_alarm_that_cannot_be_acknowledged_sounds_once():
     database = alarm("database", "database", id=0)
     assert heard((after(0), [database]), (after(400), [database])) == [True, False]
-
-
-def test_the_banner_is_larger_and_says_for_how_long_it_is_unacknowledged():
-    def shown(alarm: Alarm):
-        return banner(OpenIssues([alarm]), {}, SETTINGS, NOW)
-
-    late = replace(STOP, raised_at=NOW - PATIENCE - after(70))
-    assert not shown(STOP).urgent
-    assert shown(late).urgent
-    assert shown(late).note.startswith("Unacknowledged for 6 min · Since ")
-    assert not shown(replace(late, acknowledged_at=NOW)).urgent

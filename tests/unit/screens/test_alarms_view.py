@@ -10,22 +10,14 @@ import pytest
 from app.domain.message import message_of
 from app.domain.models import Alarm
 from app.mir.errors import Unreachable
+from app.screens.common.alarm_groups import alarm_item, menu_of_group
 from app.screens.common.alarms_view import (
     Act,
-    Here,
     Way,
-    acknowledging,
     alarm_note,
     alarm_text,
     bell,
-    button_of,
-    menu_of,
-    open_entry,
     past_count,
-    past_entry,
-    shelved_entry,
-    state_words,
-    tab_words,
     way_to,
 )
 from app.services.live.alarms import EVENTS, SENTENCES
@@ -37,69 +29,40 @@ UNKNOWN_NAME = Unreachable(code="unknown_name", host="mir7.plant")
 LATER = NOW + timedelta(hours=1, minutes=22)
 
 
-def words(shown_alarm: Alarm) -> str:
-    return state_words(shown_alarm, SETTINGS, NOW)[1]
+def note(shown_alarm: Alarm) -> str:
+    return alarm_note(shown_alarm, SETTINGS, NOW)
 
 
-def note(shown_alarm: Alarm, whole: bool = True) -> str:
-    return alarm_note(shown_alarm, SETTINGS, NOW, whole)
+def item(shown_alarm: Alarm):
+    return alarm_item((shown_alarm,), ROBOTS, SETTINGS, NOW)
 
 
-# ---------------------------------------------------------------------- its state
-def test_active_or_over_and_acknowledged_or_not_are_four_words_and_four_icons():
-    looks = {
-        state_words(alarm("unreachable", cleared_at=cleared, acknowledged_at=seen), SETTINGS, NOW)
-        for cleared in (None, NOW)
-        for seen in (None, NOW)
-    }
-    assert {word for _icon, word in looks} == {
-        "Active, not acknowledged",
-        "Active, acknowledged",
-        "Over, not acknowledged",
-        "Over, acknowledged",
-    }
-    assert len({icon for icon, _word in looks}) == 4
-
-
-def test_an_event_is_neither_active_nor_over():
-    assert words(alarm("clock_stepped", "clock")) == "Not acknowledged"
-    assert words(alarm("clock_stepped", "clock", acknowledged_at=NOW)) == "Acknowledged"
-
-
-def test_a_shelved_one_says_until_when():
-    assert words(alarm("unreachable", shelved_until=LATER)) == "Shelved until 16:00"
-    assert words(alarm("unreachable", shelved_until=ago(hours=1))) == "Active, not acknowledged"
+def buttons(shown_alarm: Alarm) -> list[str]:
+    return [action.text or action.name for action in item(shown_alarm).actions]
 
 
 # ---------------------------------------------------------------------- since when, how often
 def test_repeats_are_counted_and_the_last_one_has_its_time():
     again = alarm("unreachable", raised_at=ago(hours=2), last_at=ago(minutes=36), count=4)
-    assert note(again) == "Since 12:38 · 4 times, last 14:02 · is it switched on, and on this network?"
-    assert note(replace(again, last_at=None)).startswith(
-        "Since 12:38 · 4 times · "
-    )  # of a version that did not note it
+    assert note(again) == "4 times, last 14:02 · is it switched on, and on this network?"
+    assert note(replace(again, last_at=None)).startswith("4 times · ")  # of a version that did not note it
 
 
 def test_a_silent_robot_comes_with_what_was_tried_and_what_to_check():
     refused = alarm("unreachable", details={"robot": "Aino", "problem": message_of(UNKNOWN_NAME.at("mir7.plant"))})
-    assert alarm_text(refused, SETTINGS, NOW) == "Aino doesn't answer"
-    assert (
-        note(refused)
-        == "Since 14:36 · the name mir7.plant is not known on this network; check it or enter the robot's IP address"
-    )
+    assert alarm_text(refused, SETTINGS, NOW).startswith("Aino does not answer: ")
+    assert note(refused) == "the name mir7.plant is not known on this network; check it or enter the robot's IP address"
 
 
-def test_recovery_is_reported_in_the_list_with_both_ends_and_in_the_banner_with_the_last():
-    over = alarm("unreachable", raised_at=ago(hours=1), cleared_at=ago(minutes=28))
-    assert note(over) == "Since 13:38 · Over since 14:10"
-    assert note(over, whole=False) == "Over since 14:10"
+def test_recovery_is_reported_with_its_time():
+    over = item(alarm("unreachable", raised_at=ago(hours=1), cleared_at=ago(minutes=28)))
+    assert (over.lead, over.support, over.strong) == ("13:38", "Over since 14:10", True)
 
 
-def test_an_event_has_a_time_and_when_it_repeats_its_first_and_last():
-    assert note(alarm("clock_stepped", "clock")) == "14:36"
-    again = alarm("clock_stepped", "clock", count=2, last_at=ago(minutes=1))
-    assert note(again) == "First 14:36 · 2 times, last 14:37"
-    assert note(again, whole=False) == "2 times, last 14:37"
+def test_an_event_has_the_time_of_the_last_one():
+    assert item(alarm("clock_stepped", "clock")).lead == "14:36"
+    again = item(alarm("clock_stepped", "clock", count=2, last_at=ago(minutes=1)))
+    assert (again.lead, again.support) == ("14:37", "2 times, last 14:37")
 
 
 def test_instants_in_an_alarm_are_reported_in_the_zone_of_the_settings():
@@ -109,7 +72,7 @@ def test_instants_in_an_alarm_are_reported_in_the_zone_of_the_settings():
 def test_the_alarm_of_a_double_start_advises_to_cancel_one():
     twice = alarm("started_twice", "execution:9", details={"mission": "Kits", "robot": "Aino", "other": "Veikko"})
     assert alarm_text(twice, SETTINGS, NOW) == "Kits reached Aino after all and had been started on Veikko too"
-    assert note(twice) == "14:36 · cancel those that have not run and are not needed"
+    assert note(twice) == "cancel those that have not run and are not needed"
 
 
 # ---------------------------------------------------------------------- where it leads
@@ -168,7 +131,6 @@ def test_each_leads_to_where_it_is_solved(code):
     way = way_to(alarm(code, key), ROBOTS)
     if act is None:
         assert way is None
-        assert acknowledging(alarm(code, key)) == Way("Acknowledge", Act.ACKNOWLEDGE, 1)
     else:
         assert way is not None
         assert way.word
@@ -182,35 +144,27 @@ def test_an_ended_alarm_needs_no_solution(code):
 
 def test_a_question_can_be_answered_where_the_robot_gives_answers():
     asked = alarm("question", details={"robot": "Aino", "question": "Loaded?", "answers": ["Yes", "No"]})
-    assert (alarm_text(asked, SETTINGS, NOW), note(asked)) == ("Aino asks: Loaded?", "Since 14:36 · answers: Yes / No")
-    assert button_of(asked, ROBOTS) == Way("Answer", Act.ANSWER, 1)
+    assert (alarm_text(asked, SETTINGS, NOW), note(asked)) == ("Aino asks: Loaded?", "answers: Yes / No")
+    assert way_to(asked, ROBOTS) == Way("Answer", Act.ANSWER, 1)
     without = alarm("question", details={"robot": "Aino", "question": "Loaded?", "answers": []})
-    assert note(without) == "Since 14:36 · answer it at the robot"
-    assert button_of(without, ROBOTS).act is Act.ACKNOWLEDGE
-    assert button_of(replace(asked, cleared_at=NOW), ROBOTS).act is Act.ACKNOWLEDGE
+    assert note(without) == "answer it at the robot"
+    assert way_to(without, ROBOTS) == Way("Show", Act.SHOW_ROBOT, 1)
+    assert way_to(replace(asked, cleared_at=NOW), ROBOTS) is None
 
 
 def test_the_alarm_of_a_deleted_robot_leads_nowhere():
     unreachable = alarm("unreachable", "robot:99", details={"robot": "Nobody"})
     assert way_to(unreachable, ROBOTS) is None
-    assert menu_of(unreachable, ROBOTS)[0].key == "note"
-
-
-def test_nothing_leads_to_where_one_is():
-    robot = Way("", Act.SHOW_ROBOT, 1)
-    assert Here("home", 1).is_at(robot)
-    assert not Here("home", 2).is_at(robot)
-    assert not Here("logs", 1).is_at(robot)
-    assert Here("logs").is_at(Way("", Act.SHOW_RUN, 3))
-    assert not Here("settings").is_at(Way("", Act.DATA_SETTINGS))
+    assert buttons(unreachable) == ["Acknowledge", "menu"]
 
 
 # ---------------------------------------------------------------------- rows and menus
-def test_the_button_acknowledges_and_the_menu_has_the_rest():
-    row = open_entry(alarm("emergency_stop"), ROBOTS, SETTINGS, NOW)
-    assert (row.key, row.action, row.has_menu, row.tone) == (("alarm", 1), "Acknowledge", True, "fault")
-    assert [(item.key, item.text) for item in menu_of(alarm("emergency_stop"), ROBOTS)] == [
-        ("way", "Show Aino"),
+def test_a_row_acknowledges_leads_to_the_solution_and_has_the_rest_in_its_menu():
+    stop = item(alarm("emergency_stop"))
+    assert (stop.key, stop.title, stop.tone, stop.loud) == (("alarm", 1), "Aino · Emergency stop", "fault", True)
+    assert stop.support == "Release the red button, then press Reset on the robot"
+    assert buttons(alarm("emergency_stop")) == ["Acknowledge", "Show", "menu"]
+    assert [(entry.key, entry.text) for entry in menu_of_group((alarm("emergency_stop"),))] == [
         ("note", "Acknowledge with a note"),
         (1, "Shelve for 1 hour"),
         (4, "Shelve for 4 hours"),
@@ -221,32 +175,27 @@ def test_the_button_acknowledges_and_the_menu_has_the_rest():
 
 def test_an_acknowledged_one_says_when_and_with_what_note():
     seen = alarm("emergency_stop", acknowledged_at=ago(minutes=1), note="Pallet fell over")
-    row = open_entry(seen, ROBOTS, SETTINGS, NOW)
-    assert (row.action, row.answer) == ("", "Acknowledged 14:37: Pallet fell over")
-    assert "note" not in [item.key for item in menu_of(seen, ROBOTS)]
-    assert (
-        open_entry(alarm("emergency_stop", acknowledged_at=NOW), ROBOTS, SETTINGS, NOW).answer == "Acknowledged 14:38"
-    )
+    assert (buttons(seen), item(seen).strong) == (["Show", "menu"], False)
+    assert note(seen).endswith(" · Seen 14:37: “Pallet fell over”")
+    assert note(replace(seen, note="")).endswith(" · Seen 14:37")
+    assert menu_of_group((seen,))[0].key == 1
 
 
 def test_the_alarm_that_cannot_be_written_can_be_neither_acknowledged_nor_shelved():
-    failing = alarm("database", "database", id=0)
-    row = open_entry(failing, ROBOTS, SETTINGS, NOW)
-    assert (row.action, row.has_menu) == ("Open settings", False)
-    assert [item.key for item in menu_of(failing, ROBOTS)] == ["way"]
+    assert buttons(alarm("database", "database", id=0)) == ["Open settings"]
 
 
 def test_a_shelved_one_can_be_unshelved_and_a_past_one_has_no_button():
-    shelved = shelved_entry(alarm("emergency_stop", shelved_until=LATER), SETTINGS, NOW)
-    assert (shelved.action, shelved.tone, shelved.state_words) == ("Unshelve", "neutral", "Shelved until 16:00")
-    past = past_entry(alarm("emergency_stop", cleared_at=NOW, acknowledged_at=NOW), SETTINGS, NOW)
-    assert (past.action, past.has_menu) == ("", False)
-    assert (past.tone, past.state_words) == ("neutral", "Over, acknowledged")
+    shelved = item(alarm("emergency_stop", shelved_until=LATER))
+    assert (buttons(alarm("emergency_stop", shelved_until=LATER)), shelved.tone) == (["Unshelve"], "neutral")
+    assert shelved.support.startswith("Shelved until 16:00")
+    past = alarm("emergency_stop", cleared_at=NOW, acknowledged_at=NOW)
+    assert (buttons(past), item(past).tone) == ([], "neutral")
+    assert note(past) == "Over since 14:38 · Seen 14:38"
 
 
 def test_counts_are_reported():
-    assert [word for _key, word in tab_words(3, 1)] == ["Open (3)", "Shelved (1)", "Past"]
     assert past_count(50, 312) == "The newest 50 of 312"
     assert (past_count(1, 1), past_count(3, 3)) == ("1 past alarm", "3 past alarms")
-    assert [bell(2, 1)[1], bell(0, 1)[1], bell(0, 0)[1]] == ["2", "1", ""]
-    assert len({bell(2, 1)[0], bell(0, 1)[0], bell(0, 0)[0]}) == 3
+    assert [bell(2, 3, 1)[1], bell(0, 3, 1)[1], bell(0, 0, 1)[1]] == ["2", "", ""]
+    assert len({bell(2, 3, 1)[0], bell(0, 0, 1)[0], bell(0, 0, 0)[0]}) == 3

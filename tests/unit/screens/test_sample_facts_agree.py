@@ -13,9 +13,10 @@ import pytest
 from app.container import Container
 from app.domain.models import Execution, State, Wait
 from app.domain.robot import QueueState, RobotState
+from app.screens.common.alarm_groups import group_text
 from app.screens.common.robot_appearance import is_old
 from app.screens.common.robot_groups import Group, group_of
-from app.screens.frame.view import banner, open_issues
+from app.screens.frame.view import open_lines
 from mir_sim import world
 from tests.support import fleet_facts, month
 from tests.support import home_facts as sample
@@ -132,8 +133,7 @@ def test_banner_and_bell_agree_with_the_robots(name):
     codes = [alarm.code for alarm in issues.alarms]
     assert codes.count("emergency_stop") + codes.count("robot_error") == seen.count(Group.STOPPED)
     assert (codes.count("question"), codes.count("unreachable")) == (seen.count(Group.ASKS), seen.count(Group.SILENT))
-    shown = open_issues(issues, {robot.id: robot for robot in facts.robots}, facts.settings, sample.NOW)
-    assert bool(shown) == bool(issues.alarms or facts.holds)
+    assert bool(open_lines(issues.alarms, sample.NOW)) == bool(issues.alarms)
 
 
 def test_nothing_is_sent_while_nothing_is_to_be_sent():
@@ -144,14 +144,13 @@ def test_nothing_is_sent_while_nothing_is_to_be_sent():
 
 def test_robots_that_fell_silent_together_are_one_line():
     facts = OF_MANY["fifty"]
-    issues, robots = issues_of(facts), {robot.id: robot for robot in facts.robots}
-    assert [issue.view.text for issue in open_issues(issues, robots, facts.settings, sample.NOW)] == [
-        "Robot 4 is stopped: emergency stop pressed",
+    lines = open_lines(issues_of(facts).alarms, sample.NOW)
+    assert [group_text(group, facts.settings, sample.NOW) for group in lines] == [
+        "Robot 4: the emergency stop is pressed",
         "Robot 7 asks: Is the pallet loaded at Dock 3?",
         "Robot 31: Failed to reach goal position 'Line 2' (10120)",
         "Wi-Fi: 3 robots unreachable since 14:23",
     ]
-    assert banner(issues, robots, facts.settings, sample.NOW).others == "+3 more"
 
 
 @pytest.mark.parametrize("count", [12, 50])

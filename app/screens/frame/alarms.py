@@ -1,0 +1,262 @@
+"""The alarms as a page: open, shelved, past. Its model lives as long as the app: it follows what is open while another screen is shown."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from kivy.clock import Clock
+from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
+
+from app.domain.models import Alarm, Robot, Settings
+from app.i18n import _, ngettext
+from app.screens.common.alarm_groups import Together, alarm_item, group_text, menu_of_group, together
+from app.screens.common.alarms_view import Act, is_shelved, is_unseen, past_count, way_to
+from app.screens.common.presses import DOUBLE_TAP
+from app.screens.common.shell import Shell
+from app.screens.common.view_model import ScreenBase, ViewModel
+from app.screens.frame.facts import FrameServices
+from app.screens.frame.view import open_lines
+from app.services.live.alarms import LONGEST_NOTE
+from app.widgets import load_kv
+from app.widgets.dialogs import FormDialog
+from app.widgets.items import Item, Tab
+
+PAGE = 50  # past alarms that are read at first, and whenever the last one comes into sight
+EMPTY: Mapping[str, Callable[[], str]] = {
+    "open": lambda: _("No alarms"),
+    "shelved": lambda: _("Nothing shelved"),
+    "past": lambda: _("No past alarms"),
+}
+Do = Callable[[Act, int | None], object]
+
+
+class NoteDialog(FormDialog):
+    """Acknowledge an alarm with a note: ``done(note)``."""
+
+    text = StringProperty()
+    longest = LONGEST_NOTE
+
+    def __init__(self, alarm: str, done: Callable[[str], object], **kwargs: Any) -> None:
+        load_kv("frame/alarms")
+        self._done = done
+        super().__init__(title=_("Acknowledge"), text=alarm, **kwargs)
+
+    def acknowledge(self, note: str) -> None:
+        self._done(note)
+        self.dismiss()
+
+
+class AlarmsModel(ViewModel):
+    """Which rows there are, and what their buttons do; ``do`` runs those that lead elsewhere."""
+
+    tabs = ListProperty()
+    tab = StringProperty("open")
+    rows = ListProperty()
+    head = StringProperty()  # how many are new, or how many past ones there are
+    empty = StringProperty()  # without rows
+    unseen = ListProperty()  # keys of unacknowledged rows
+    below = BooleanProperty(False)  # the buttons of a row are in a line of their own
+
+    def __init__(self, services: FrameServices, shell: Shell, do: Do) -> None:
+        super().__init__()
+        self._services, self._shell, self._do = services, shell, do
+        self._alarms: Sequence[Alarm] = ()
+        self._robots: Mapping[int, Robot] = {}
+        self._settings = Settings()
+        self._past: Sequence[Alarm] | None = None  # None: not read yet
+        self._past_total = 0
+        self._wanted = PAGE
+        self._unfolded: set[int] = set()  # alarms whose group shows all that are in it
+        self.fbind("below", self._show)
+
+    # ------------------------------------------------------------------ showing
+    def opened(self, unfold: int | None = None) -> None:
+        """``unfold`` shows all alarms of this one's group."""
+        self._unfolded = set() if unfold is None else {unfold}
+        self.choose("open")
+
+    def show(self, alarms: Sequence[Alarm], robots: Mapping[int, Robot], settings: Settings) -> None:
+        """What is open now; called every second."""
+        self._alarms, self._robots, self._settings = alarms, robots, settings
+        self._show()
+
+    def changed(self) -> None:
+        """Something was raised, cleared, acknowledged or shelved."""
+        if self.is_open and self.tab == "past":
+            self._read_past()
+
+    def choose(self, tab: str) -> None:
+        self.tab, self._wanted = tab, PAGE
+        self.changed()
+        self._show()
+
+    def _show(self, *_args: Any) -> None:
+        if not self.is_open:
+            return
+        now = self._services.clock.now()
+        lines = open_lines(self._alarms, now)
+        off = together((alarm for alarm in self._alarms if is_shelved(alarm, now)), now)
+        self.tabs = [
+            Tab("open", _("Open"), count=len(lines)),
+            Tab("shelved", _("Shelved"), tone="attention" if off else "", count=len(off)),
+            Tab("past", _("Past")),
+        ]
+        past: list[Together] = [(alarm,) for alarm in self._past or ()]
+        groups = {"open": lines, "shelved": off, "past": past}[self.tab]
+        self.rows = [item for group in groups for item in self._items(group)]
+        new = [item.key for item in self.rows if self.tab == "open" and any(map(is_unseen, self._meant_by(item.key)))]
+        self.unseen = new
+        count = len({alarm.id for key in new for alarm in self._meant_by(key) if is_unseen(alarm)})
+        self.head = ngettext("{n} new", "{n} new", count).format(n=count) if count else ""
+        if self.tab == "past" and self.rows:
+            self.head = past_count(len(self.rows), self._past_total)
+        is_reading = self.tab == "past" and self._past is None
+        self.empty = "" if self.rows or is_reading else EMPTY[self.tab]()
+
+    def _items(self, group: Together) -> list[Item]:
+        """One row, and for an unfolded group those of its alarms."""
+        unfolded = len(group) > 1 and any(alarm.id in self._unfolded for alarm in group)
+        shown = [group, *((alarm,) for alarm in group if unfolded)]
+        now = self._services.clock.now()
+        return [alarm_item(each, self._robots, self._settings, now, self.below) for each in shown]
+
+    def _meant_by(self, key: tuple[str, int]) -> Together:
+        """The alarms of a row; empty if they are over."""
+        kind, alarm_id = key
+        found: list[Together] = [(alarm,) for alarm in self._alarms]
+        if kind == "group":
+            found = together(self._alarms, self._services.clock.now())
+        return next((group for group in found if any(alarm.id == alarm_id for alarm in group)), ())
+
+    # ------------------------------------------------------------------ the past ones
+    def read_on(self) -> None:
+        """The last row is in sight."""
+        if self.tab == "past" and self._past is not None and self._wanted <= len(self._past) < self._past_total:
+            self._wanted += PAGE
+            self._read_past()
+
+    def _read_past(self) -> None:
+        wanted = self._wanted
+        self._shell.background.run(
+            lambda: self._services.alarms.past(wanted), self._take_past, self._shell.say_problem, key=("alarms", "past")
+        )
+
+    def _take_past(self, found: tuple[Sequence[Alarm], int]) -> None:
+        self._past, self._past_total = found
+        self._show()
+
+    # ------------------------------------------------------------------ buttons
+    def used(self, key: tuple[str, int], action: str, *values: Any) -> None:
+        """A button of a row."""
+        group, alarms = self._meant_by(key), self._services.alarms
+        if not group:
+            return  # over since
+        ids = {alarm.id for alarm in group}
+        match action:
+            case "fold":
+                self._unfolded = self._unfolded - ids if self._unfolded & ids else self._unfolded | ids
+                self._show()
+            case "menu":
+                items = menu_of_group(group)
+                self._shell.dialogs.menu(values[0], self._text_of(group), items, lambda key: self._chosen(group, key))
+            case "unshelve":
+                self._for_each(group, lambda alarm: alarms.unshelve(alarm.id))
+            case "acknowledge":
+                self._acknowledge(group)
+            case "way" if way := way_to(group[0], self._robots):
+                self._do(way.act, way.about)
+
+    def acknowledge(self, keys: Sequence[tuple[str, int]]) -> None:
+        """Each alarm once, though it may be in a group above it."""
+        found = {alarm.id: alarm for key in keys for alarm in self._meant_by(key) if is_unseen(alarm)}
+        self._acknowledge(tuple(found.values()))
+
+    def _acknowledge(self, group: Together) -> None:
+        self._for_each(group, lambda alarm: self._services.alarms.acknowledge(alarm.id))
+
+    def _chosen(self, group: Together, chosen: str | int) -> None:
+        """In the menu of a row."""
+        alarms = self._services.alarms
+        if chosen == "note":
+            self._shell.dialogs.open(
+                NoteDialog(
+                    self._text_of(group),
+                    lambda note: self._for_each(group, lambda alarm: alarms.acknowledge(alarm.id, note)),
+                )
+            )
+        else:
+            hours = int(chosen)
+            self._for_each(group, lambda alarm: alarms.shelve(alarm.id, hours))
+
+    def _text_of(self, group: Together) -> str:
+        return group_text(group, self._settings, self._services.clock.now())
+
+    def _for_each(self, group: Together, work: Callable[[Alarm], object]) -> None:
+        """Its effect is published on the bus."""
+
+        def all_of_them() -> None:
+            for alarm in group:
+                work(alarm)
+
+        self._shell.background.run(all_of_them, None, self._shell.say_problem)
+
+
+class AlarmsScreen(ScreenBase):
+    """One button acknowledges all rows on screen, but no row that is hidden, cut off or has only just appeared, as it was not seen."""
+
+    model = ObjectProperty(None, rebind=True)
+    all_word = StringProperty()  # of that button
+
+    def __init__(self, model: AlarmsModel, back: Callable[[], object], **kwargs: Any) -> None:
+        load_kv("frame/alarms")
+        self._came: dict[object, float] = {}  # when a row was first there
+        self._rests_until = 0.0
+        self._back = back
+        super().__init__(vm=model, model=model, tab=model.tab, can_go_back=True, **kwargs)
+        self._look = Clock.create_trigger(self._name_button)
+        model.fbind("rows", self._rows_changed)
+        model.fbind("unseen", self._look)
+        for name in ("tabs", "tab"):
+            model.fbind(name, self.setter(name))
+        self.fbind("tall", model.setter("below"))
+        for name in ("scroll_y", "size", "pos", "content_height"):
+            self.ids.alarm_rows.fbind(name, self._look)
+
+    def choose_tab(self, key: str) -> None:
+        self.model.choose(key)
+
+    def go_back(self) -> None:
+        self._back()
+
+    def _rows_changed(self, *_args: Any) -> None:
+        now = Clock.get_time() if self._came else 0.0
+        self._came = {row.key: self._came.get(row.key, now) for row in self.model.rows}
+        self._look()
+
+    def _in_sight(self) -> list[object]:
+        """Unacknowledged rows that are wholly on screen, or fill the page."""
+        page, unseen = self.ids.alarm_rows, set(self.model.unseen)
+        bottom = page.to_window(*page.pos)[1]
+        found = []
+        for row in page.whole_rows:
+            low = row.to_window(*row.pos)[1]
+            shown = min(low + row.height, bottom + page.height) - max(low, bottom)
+            if row.key in unseen and shown >= min(row.height, page.height) - 1:
+                found.append(row.key)
+        return found
+
+    def _name_button(self, *_args: Any) -> None:
+        unseen = self.model.unseen
+        found = len(self._in_sight()) if len(unseen) > 1 else 0
+        self.all_word = (
+            "" if not found else _("Acknowledge all") if found == len(unseen) else _("Acknowledge those shown")
+        )
+
+    def acknowledge(self) -> None:
+        """The rows on screen. A moment later others are in their places, unseen when a second tap comes."""
+        now = Clock.get_time()
+        if now < self._rests_until:
+            return
+        self._rests_until = now + DOUBLE_TAP
+        self.model.acknowledge([key for key in self._in_sight() if now - self._came[key] >= DOUBLE_TAP])
