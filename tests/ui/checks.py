@@ -28,7 +28,18 @@ from app.widgets.tokens import COLOURS, THEMES, TONES, tk
 
 SLACK = 1.5  # px: tolerance for rounding
 GAP = 8  # dp
-DIVIDED = ("ListRow", "TodayRow", "FleetHead", "CauseRow", "TrendRow", "Segment")
+DIVIDED = (
+    "ListRow",
+    "TodayRow",
+    "RowIcon",
+    "RowButton",
+    "TabButton",
+    "QueueMenu",
+    "FleetHead",
+    "CauseRow",
+    "TrendRow",
+    "Segment",
+)
 LONGEST_WORD = 30  # characters, also in Finnish
 
 
