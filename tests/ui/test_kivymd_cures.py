@@ -351,13 +351,13 @@ def test_texts_follow_the_font_scale_and_none_is_smaller_than_14_sp(ui):
         MDLabel(text="Deliver", font_style="Label", role="small"),
     )
     ui.show(MDBoxLayout(body, small))
-    assert (body.font_size, small.font_size) == (sp(16), sp(14))
+    assert (body.font_size, small.font_size) == (sp(18), sp(14))
     usual = Metrics.fontscale
     try:
         Metrics.fontscale = usual * 1.3
         ui.advance()
-        assert (body.font_size, small.font_size) == (sp(16), sp(14))
-        assert body.font_size == pytest.approx(16 * 1.3 * usual * Metrics.density)
+        assert (body.font_size, small.font_size) == (sp(18), sp(14))
+        assert body.font_size == pytest.approx(18 * 1.3 * usual * Metrics.density)
     finally:
         Metrics.fontscale = usual
 

@@ -57,7 +57,7 @@ class LogsBody(BoxLayout):
     on_part = on_vm
 
 
-class ListCard(SectionCard):
+class RunsCard(SectionCard):
     """The card of the runs."""
 
     is_wide = BooleanProperty(False)
