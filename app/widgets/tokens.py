@@ -93,7 +93,8 @@ TYPE_SCALE = {
 }
 
 # name: (bare hands, gloves) in dp; MIL-STD-1472 requires 19 mm with gloves on
-TARGETS = {"h_touch": (48, 64), "h_field": (56, 64), "h_action": (64, 120)}
+# In the order in which they change: a button has h_action of its class, and what its page wants instead has to come after that.
+TARGETS = {"h_action": (64, 120), "h_field": (56, 64), "h_touch": (48, 64)}
 
 
 def font_of(style: str, role: str) -> tuple[str, str]:
