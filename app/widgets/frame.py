@@ -10,7 +10,6 @@ from kivy.properties import (
     ListProperty,
     NumericProperty,
     ObjectProperty,
-    OptionProperty,
     StringProperty,
 )
 from kivy.uix.boxlayout import BoxLayout
@@ -25,18 +24,15 @@ from kivymd.uix.screenmanager import MDScreenManager
 from app.widgets import finger
 from app.widgets.dock import dock
 from app.widgets.rest import from_next_frame, rest
-from app.widgets.surfaces import CLEAR, Surface, Toned, TonedSurface
-from app.widgets.tokens import TONES
+from app.widgets.surfaces import CLEAR, Surface, TonedSurface
 
 STILL = 1.5  # s without a touch, after which no hand is at work
 SETTLES = 0.5  # s after the page has moved, in which a touch was meant for what was there before
 
 
-class TopBar(Toned, MDTopAppBar):
-    """The tabs of the present screen, or its title if it has none; the time; the selected robot with its connection; and the bell, which
-    keeps its place. With ``can_go_back`` an arrow is in front of the tabs.
-
-    ``on_choose_tab(key)``, ``on_back``, ``on_pick_robot``, ``on_list_alarms`` are taps. ``help_count`` says how many robots need a person.
+class TopBar(MDTopAppBar):
+    """The tabs of the present screen, or its title if it has none; the time; and the bell, which keeps its place. With
+    ``can_go_back`` an arrow is in front of the tabs. ``on_choose_tab(key)``, ``on_back``, ``on_list_alarms`` are taps.
     """
 
     title = StringProperty()
@@ -44,16 +40,12 @@ class TopBar(Toned, MDTopAppBar):
     tab = ObjectProperty(None, allownone=True)
     can_go_back = BooleanProperty(False)
     clock = StringProperty()
-    robot = StringProperty()
-    link = StringProperty()
-    icon = StringProperty()
     bell_icon = StringProperty("bell-outline")
     bell_count = StringProperty()
-    help_count = StringProperty()
     free_left = NumericProperty(0)  # px: between these there is nothing to press
     free_right = NumericProperty(0)
 
-    __events__ = ("on_choose_tab", "on_back", "on_pick_robot", "on_list_alarms")
+    __events__ = ("on_choose_tab", "on_back", "on_list_alarms")
 
     def on_free_left(self, *_):
         dock.free_left = self.free_left
@@ -70,9 +62,6 @@ class TopBar(Toned, MDTopAppBar):
 
     def on_back(self):
         """The arrow was tapped."""
-
-    def on_pick_robot(self):
-        """The robot in the bar was tapped."""
 
     def on_list_alarms(self):
         """The bell was tapped."""
@@ -190,11 +179,6 @@ class Frame(Surface):
     low = BooleanProperty(False)
     title = StringProperty()
     clock = StringProperty()
-    robot = StringProperty()
-    link = StringProperty()
-    link_icon = StringProperty()
-    link_tone = OptionProperty("neutral", options=TONES)
-    help_count = StringProperty()
     banner = ObjectProperty(None, allownone=True, rebind=True)
     has_banner = BooleanProperty(False)  # room for it
     bell_icon = StringProperty("bell-outline")
@@ -202,7 +186,7 @@ class Frame(Surface):
     items = ListProperty()
     current = StringProperty()
 
-    __events__ = ("on_go", "on_pick_robot", "on_solve", "on_list_alarms")
+    __events__ = ("on_go", "on_solve", "on_list_alarms")
 
     def __init__(self, **kwargs):
         self._rests_until, self._touched_at, self._about = 0.0, -math.inf, None
@@ -263,9 +247,6 @@ class Frame(Surface):
 
     def on_go(self, name):
         """A screen of the rail was tapped."""
-
-    def on_pick_robot(self):
-        """The robot in the top bar was tapped."""
 
     def on_solve(self):
         """The button of the banner was pressed."""

@@ -13,12 +13,12 @@ from kivy.factory import Factory
 from app.domain.models import Alarm, Reason, ReasonCode
 from app.domain.reasons import to_store
 from app.mir.errors import Unreachable
+from app.screens.common import formats
 from app.screens.common.alarm_groups import menu_of_group
 from app.screens.common.alarms_view import alarm_text
 from app.screens.frame import controller as frame_controller
 from app.screens.frame.alarms import AlarmsModel, AlarmsScreen, NoteDialog
 from app.screens.frame.facts import OpenIssues
-from app.screens.frame.view import top_bar
 from app.widgets.list_row import ListRow
 from tests.screenshots.home import ALARMS, show_issues
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SMALL, picture
@@ -89,9 +89,7 @@ def framed(name: str, standing: Sequence[Alarm]) -> Any:
         (key, frame_controller.screen_word(key), icon, selected) for key, icon, selected in frame_controller.NAVIGATION
     ]
     frame.current, frame.title = name, frame_controller.screen_word(name)
-    frame_controller.show_bar(
-        frame, top_bar(sample.FACTS.robot, sample.FACTS.snapshot, sample.FACTS.settings, sample.NOW, ())
-    )
+    frame.clock = formats.clock_time(sample.NOW, sample.SETTINGS.timezone)
     show_issues(frame, OpenIssues(standing), ROBOTS, sample.SETTINGS, name)
     return frame
 

@@ -7,9 +7,6 @@ PAGES = """
 <GalleryFrame@Frame>:
     title: "Home"
     clock: "14:38"
-    robot: "Aino"
-    link: "Connected · now"
-    link_icon: "wifi"
     items: samples.NAV
     current: "home"
 
@@ -244,10 +241,6 @@ PAGES = """
                         days: samples.DAYS
 
 <GalleryEmpty@GalleryFrame>:
-    robot: "No robot"
-    link: ""
-    link_icon: "robot-off-outline"
-    link_tone: "offline"
     ScreenBase:
         SectionCard:
             EmptyState:

@@ -19,17 +19,16 @@ from app.domain.models import Alarm, DurationEstimate, Priority, Robot, RobotSna
 from app.domain.reasons import to_store
 from app.domain.robot import MissionParameter, RobotState
 from app.i18n import _
+from app.screens.common import formats
 from app.screens.common.alarms_view import bell, is_shelved, is_unseen
 from app.screens.common.mission_names import SharedMissionNames
-from app.screens.common.robot_appearance import is_old
-from app.screens.common.robot_groups import group_of
 from app.screens.common.sheets import Sheets
 from app.screens.common.threads import UiBus
 from app.screens.common.view_model import Navigator
 from app.screens.frame import controller as frame_controller
 from app.screens.frame.facts import OpenIssues
 from app.screens.frame.late_starts import LateStartsDialog
-from app.screens.frame.view import banner, open_lines, robot_option, top_bar, zone_asked
+from app.screens.frame.view import banner, open_lines, zone_asked
 from app.screens.home.facts import HomeFacts
 from app.screens.home.screen import HomeScreen
 from app.screens.rescue import Damage, RescuePage
@@ -175,12 +174,7 @@ def home(
     screen = HomeScreen(services, shell)
     frame.add_widget(screen)
     screen.vm.take(facts)
-    seen = [(robot, services.snapshots.get(robot.id)) for robot in facts.robots]
-    groups = [
-        group_of(robot, snapshot, is_old(snapshot, sample.NOW, facts.settings), facts.settings)
-        for robot, snapshot in seen
-    ]
-    frame_controller.show_bar(frame, top_bar(facts.robot, facts.snapshot, facts.settings, sample.NOW, groups))
+    frame.clock = formats.clock_time(sample.NOW, facts.settings.timezone)
     show_issues(frame, issues, {robot.id: robot for robot in facts.robots}, facts.settings, "home")
     studio.show(frame)
     return screen
@@ -348,14 +342,6 @@ def late_starts(studio: Any) -> Any:
     dialog = LateStartsDialog(hold=lambda _ids, _held: None)
     dialog.show(OpenIssues(late_starts=late), sample.SETTINGS, sample.NOW)
     return studio.dialogs.open(dialog)
-
-
-@picture("robot-picker", sizes=(LANDSCAPE,))
-def robot_picker(studio: Any) -> Any:
-    home(studio, sample.FACTS)
-    facts = sample.FACTS
-    options = [robot_option(robot, facts.snapshots[robot.id], facts.settings, sample.NOW) for robot in facts.robots]
-    return studio.dialogs.choose(_("Robot"), options, lambda _key: None, selected=1)
 
 
 @picture("time-zone-asked", sizes=BOTH)

@@ -13,12 +13,12 @@ from kivy.tests.common import UnitTestTouch
 from app.container import Container
 from app.domain.models import Group, Schedule
 from app.domain.robot import MissionParameter
+from app.screens.common import formats
 from app.screens.common.sheets import Sheets
 from app.screens.common.shell import Shell, pick
 from app.screens.common.view_model import Background, Navigator, Snackbars, UiBus
 from app.screens.frame import controller as frame_controller
 from app.screens.frame.facts import OpenIssues
-from app.screens.frame.view import top_bar
 from app.screens.logs.screen import LogsScreen
 from app.screens.scheduler.draft import Kind, Unit
 from app.screens.scheduler.screen import SchedulerScreen
@@ -43,9 +43,7 @@ def framed(name: str, container: Container) -> Any:
         (key, frame_controller.screen_word(key), icon, selected) for key, icon, selected in frame_controller.NAVIGATION
     ]
     frame.current, frame.title = name, frame_controller.screen_word(name)
-    frame_controller.show_bar(
-        frame, top_bar(sample.FACTS.robot, sample.FACTS.snapshot, sample.FACTS.settings, sample.NOW, ())
-    )
+    frame.clock = formats.clock_time(sample.NOW, sample.SETTINGS.timezone)
     robots = {robot.id: robot for robot in container.catalogue.robots()}
     show_issues(
         frame, OpenIssues(container.alarms.open(), container.holds.current()), robots, container.settings(), name

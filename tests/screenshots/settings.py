@@ -74,9 +74,6 @@ def framed(screen: SettingsScreen):
     frame = Factory.Frame(
         title="Settings",
         clock="14:38",
-        robot="Aino",
-        link="Connected · now",
-        link_icon="wifi",
         items=NAV,
         current="settings",
     )

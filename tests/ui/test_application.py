@@ -24,14 +24,13 @@ from app.process.data_directory import DataDirectory, restore_backup
 from app.screens.rescue import Damage
 from app.services.live.changes import Topic
 from app.widgets.buttons import CommandButton
-from app.widgets.frame import TopBar
 from app.widgets.lanes import Lanes
 from app.window import window
 from app.window.application import SchedulerApp, UiExceptionHandler
 from app.window.key_focus import ENTER, TAB
 from tests.support.examples import at_night
 from tests.ui.drawing import put_down
-from tests.ui.whole_app import plant, shown
+from tests.ui.whole_app import plant, shown, tab_shown
 
 ROOT = Path(__file__).parents[2]
 
@@ -186,7 +185,7 @@ def test_a_damaged_database_is_a_screen_with_a_restore_button(tmp_path, ui, by):
             ui.key(TAB)
             ui.key(ENTER)
         ui.wait(lambda: app.container is not None)
-        ui.wait(lambda: ui.find(TopBar).robot == "Aino")
+        ui.wait(lambda: tab_shown(ui) == "Aino")
     finally:
         app.dispatch("on_stop")
         ui.advance()
@@ -279,7 +278,7 @@ def test_the_running_app_goes_back_to_a_backup_and_on_with_it(tmp_path, ui, is_g
         assert app.container is opened[1]
         assert names(app.container) == (["Aino"] if is_good else ["Aino", "Veikko"])
         assert any(backup.name in text for text in ui.texts())
-        ui.wait(lambda: ui.find(TopBar).robot == "Aino")
+        ui.wait(lambda: tab_shown(ui) == "Aino")
     finally:
         may.set()
         app.dispatch("on_stop")

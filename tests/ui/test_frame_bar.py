@@ -15,7 +15,7 @@ from app.widgets.tokens import tk
 @pytest.fixture
 def bar(ui):
     load_kv("widgets/frame")
-    bar = TopBar(title="Scheduler", clock="14:38", robot="Aino", link="Connected · now", icon="wifi")
+    bar = TopBar(title="Scheduler", clock="14:38")
     ui.show(BoxLayout(), (1280, 600)).add_widget(bar)
     ui.advance()
     return bar
@@ -30,7 +30,7 @@ def test_the_bell_keeps_its_position_whatever_is_next_to_it(bar, ui):
     before, size = places(bar, ui), tuple(bar.ids.bell.size)
     for count in ("1", "12", "128"):
         bar.bell_count, bar.bell_icon = count, "bell-ring-outline"
-        bar.link = f"No answer for {count} min"
+        bar.clock = f"{count}:38"
         ui.advance()
         assert count in ui.texts(bar.ids.bell)
         assert (places(bar, ui), tuple(bar.ids.bell.size)) == (before, size)

@@ -16,7 +16,7 @@ from app.widgets.buttons import CommandButton
 from app.widgets.frame import Banner, Frame, NavIndicator, NavItem, TopBar
 from app.widgets.items import Tab
 from app.widgets.tabs import TabButton
-from app.widgets.text import Ico, Txt
+from app.widgets.text import Ico
 from app.widgets.tokens import apply_theme, tk
 from app.window.key_focus import ENTER, TAB
 from tests.ui import checks
@@ -30,9 +30,6 @@ def frame(ui, **values) -> Frame:
         Frame(
             title="Home",
             clock="14:38",
-            robot="Aino",
-            link="Connected",
-            link_icon="wifi",
             items=ITEMS,
             current="home",
             **values,
@@ -86,13 +83,6 @@ def test_the_present_screen_is_marked_in_the_colours_of_the_theme(ui, stage, the
     assert [list(icon.color) for icon in marks["home"].children] == [list(tk.ink2)]
 
 
-def test_the_robot_in_the_bar_can_be_tapped(ui):
-    window = frame(ui)
-    calls = fired(window, "on_pick_robot")
-    ui.tap(ui.find(Txt, text="Aino"))
-    assert calls == [()]
-
-
 def test_the_banner_comes_with_something_to_say_and_goes_with_it(ui):
     window = frame(ui)
     body = window.ids.body
@@ -140,12 +130,12 @@ def test_screens_are_not_cut_off_at_their_edge(ui):
 @pytest.mark.parametrize("width", [800, 1024, 1280])
 def test_the_bar_has_room_for_long_names(ui, width):
     bar = TopBar(
-        title="Scheduler",
+        tabs=[
+            Tab("1", "Kuljetusrobotti hallin 2 eteläpäässä, pakkaamon puolella", "wifi-off", "attention"),
+            Tab("2", "Aino"),
+        ],
+        tab="1",
         clock="14:38",
-        robot="Kuljetusrobotti hallin 2 eteläpäässä, pakkaamon puolella",
-        link="Not seen since 14:02",
-        icon="wifi-off",
-        tone="attention",
     )
     ui.show(bar, (width, 64))
     ui.advance()

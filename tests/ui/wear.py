@@ -59,7 +59,6 @@ class Wear:
             lambda: self._shell.dialogs.pick_time("Time", time(6, 30), lambda _time: None),
             lambda: self._shell.dialogs.pick_date("Day", DAY, lambda _day: None, today=DAY),
             lambda: self._shell.dialogs.menu(app.root_box, "Menu", ITEMS, lambda _key: None),
-            lambda: app._frame._pick_robot(None),
             lambda: app._frame._show_alarms(None),
             lambda: self._shell.go("settings", section="robots", add=True),
         )

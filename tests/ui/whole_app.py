@@ -16,6 +16,8 @@ from app.domain.models import Connection, Mission, Robot, RobotSnapshot
 from app.domain.robot import RobotState, RobotStatus
 from app.mir.credentials import Token
 from app.screens.common.shell import Loudspeaker
+from app.widgets.frame import TopBar
+from app.widgets.tabs import TabButton
 from app.window import application
 from app.window.application import SchedulerApp
 from tests.support.fleet_process import DistantFleet
@@ -28,6 +30,11 @@ BATTERY = 90.0  # %
 application.INPUT_DEVICES = Path(
     "/nowhere/devices"
 )  # whether the machine of the tests has a keyboard is nothing to them
+
+
+def tab_shown(ui: Driver) -> str:
+    """The word of the chosen tab in the top bar: on Home, the robot."""
+    return next((button.tab.text for button in ui.find_all(TabButton, ui.find(TopBar)) if button.active), "")
 
 
 class Plant:

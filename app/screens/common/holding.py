@@ -36,11 +36,6 @@ def until_words(hold: Hold, settings: Settings, now: datetime) -> str:
     return _("held until {time}").format(time=formats.day_or_time(hold.until, settings.timezone, now))
 
 
-def state_and_hold(word: str, hold: Hold | None) -> str:
-    """A robot's state; nothing is sent to a held robot in any state."""
-    return word if hold is None else _("{state}, held").format(state=word)
-
-
 def hold_for(
     holds: Sequence[Hold], robot_id: int | None, group: Group | None, robots: Iterable[Robot], at: datetime
 ) -> Hold | None:

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, TypeVar
 
 from kivy.clock import Clock
 
 from app.domain.clock import zone_names
-from app.domain.models import Execution, Robot, RobotSnapshot
+from app.domain.models import Execution
 from app.i18n import _, ngettext, translator
 from app.screens.common import formats, questions
 from app.screens.common.alarms_view import Act, bell, is_over, is_shelved, is_unseen
 from app.screens.common.holding import HAND, about_hold, about_start
 from app.screens.common.mission_names import MissionNameLookup
-from app.screens.common.options import Option
 from app.screens.common.presses import DOUBLE_TAP
-from app.screens.common.robot_appearance import is_old
-from app.screens.common.robot_groups import Group, group_of, help_rank
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, Refresher
 from app.screens.frame.alarms import AlarmsModel, AlarmsScreen
@@ -26,17 +23,12 @@ from app.screens.frame.facts import FrameFacts, FrameServices, read
 from app.screens.frame.late_starts import LateStartsDialog
 from app.screens.frame.sounding import Sounding
 from app.screens.frame.view import (
-    BarView,
     banner,
     open_lines,
-    picker_title,
-    robot_option,
-    top_bar,
     whose_plan,
     zone_asked,
 )
 from app.services.live.changes import Topic
-from app.widgets.dialogs import ChoiceDialog
 from app.widgets.frame import Frame
 from app.widgets.snackbar import Message
 
@@ -59,16 +51,6 @@ def screen_word(name: str) -> str:
     }[name]
 
 
-def show_bar(frame: Frame, bar: BarView) -> None:
-    frame.clock, frame.robot = bar.clock, bar.robot
-    frame.link, frame.link_icon, frame.link_tone, frame.help_count = (
-        bar.link,
-        bar.link_icon,
-        bar.link_tone,
-        bar.help_count,
-    )
-
-
 def _listed(executions: Sequence[Execution]) -> frozenset[object]:
     """After another absence they are listed again."""
     return frozenset((e.id, e.listed_until) for e in executions)
@@ -82,7 +64,7 @@ class FrameController:
     def __init__(self, services: FrameServices, shell: Shell, frame: Frame) -> None:
         self._services, self._shell, self._frame = services, shell, frame
         self._facts = FrameFacts()
-        self._is_read = self._is_asked = False  # the facts; for the choice of a robot, before they were
+        self._is_read = False  # the facts
         self._reader = Refresher(shell, lambda: lambda: read(services), self._take)
         self.alarms = AlarmsModel(services, shell, self._do)
         self._left = "home"  # the screen from which the alarms were opened
@@ -90,7 +72,6 @@ class FrameController:
         self._given = MissionNameLookup(services.robot_missions, services.clock, shell, self._show)
         self._late: LateStartsDialog | None = None
         self._zone_is_asked = False  # once, without having been pressed for
-        self._choice: ChoiceDialog | None = None  # of a robot, while it is open
         self._rests_until = 0.0  # the banner, after it was pressed
         self._late_seen: frozenset[object] = frozenset()  # executions, as listed, whose list the operator has closed
         self._release: list[Callable[[], object]] = []
@@ -100,7 +81,6 @@ class FrameController:
         frame = self._frame
         frame.bind(
             on_go=self._go,
-            on_pick_robot=self._pick_robot,
             on_solve=self._press_banner,
             on_list_alarms=self._show_alarms,
         )
@@ -137,12 +117,6 @@ class FrameController:
         self._show()
 
     # ------------------------------------------------------------------ showing
-    @property
-    def _robot(self) -> Robot | None:
-        """The bar never names another one than the page."""
-        navigator, facts = self._shell.navigator, self._facts
-        return facts.robots.get(navigator.robot_id or 0 if navigator.current == "home" else 0) or facts.robot
-
     def _take(self, facts: FrameFacts) -> None:
         before, self._facts, self._is_read = self._facts.robot, facts, True
         if facts.robot and (before is None or before.id != facts.robot.id):
@@ -155,17 +129,13 @@ class FrameController:
         self._show_late_starts()
         if facts.issues.guessed_zone and not self._zone_is_asked:
             self._ask_zone()
-        if self._is_asked:
-            self._is_asked = False
-            self._pick_robot()
 
     def _show(self) -> None:
         facts, frame, now = self._facts, self._frame, self._services.clock.now()
-        robot, issues = self._robot, replace(facts.issues, mission_names=self._shell.mission_names.known)
-        if self._is_read:  # until then neither the robots nor the time zone are known
-            show_bar(frame, top_bar(robot, self._snapshot(robot), facts.settings, now, self._groups()))
+        issues = replace(facts.issues, mission_names=self._shell.mission_names.known)
+        if self._is_read:  # until then the time zone is not known
+            frame.clock = formats.clock_time(now, facts.settings.timezone)
         frame.banner = banner(issues, facts.robots, facts.settings, now, frame.current)
-        self._show_choice()
         lines = open_lines(issues.alarms, now)
         new = sum(is_unseen(alarm) for line in lines for alarm in line)
         shelved = [alarm for alarm in issues.alarms if is_shelved(alarm, now) and not is_over(alarm)]
@@ -177,68 +147,10 @@ class FrameController:
         if self._late is not None:
             self._late.show(issues, facts.settings, now)
 
-    def _groups(self) -> list[Group]:
-        """Of all robots."""
-        settings, now = self._facts.settings, self._services.clock.now()
-        seen = [(robot, self._services.snapshots.get(robot.id)) for robot in self._facts.robots.values()]
-        return [group_of(robot, snapshot, is_old(snapshot, now, settings), settings) for robot, snapshot in seen]
-
-    def _snapshot(self, robot: Robot | None) -> RobotSnapshot | None:
-        return self._services.snapshots.get(robot.id) if robot else None
-
     # ------------------------------------------------------------------ the bar
     def _go(self, _frame: Frame, name: str) -> None:
         if name != self._shell.navigator.current:
             self._shell.go(name)
-
-    def _pick_robot(self, *_: object) -> None:
-        """The same choice from every screen; without robots the form to add the first one; waits until the robots are
-        known."""
-        facts = self._facts
-        if not self._is_read:
-            self._is_asked = True
-            return
-        if not facts.robots:
-            self._shell.go("settings", section="robots", add=True)
-            return
-        groups = self._groups()
-        ranked = sorted(zip(facts.robots.values(), groups, strict=True), key=lambda pair: help_rank(pair[1]))
-        self._choice = self._shell.dialogs.choose(
-            picker_title(groups),
-            self._options([robot for robot, _group in ranked]),
-            self._select_robot,
-            selected=self._robot.id if self._robot else None,
-        )
-        self._choice.bind(on_dismiss=self._choice_closed)
-
-    def _options(self, robots: Iterable[Robot]) -> list[Option]:
-        facts, snapshots, now = self._facts, self._services.snapshots, self._services.clock.now()
-        return [
-            robot_option(robot, snapshots.get(robot.id), facts.settings, now, facts.issues.holds) for robot in robots
-        ]
-
-    def _show_choice(self) -> None:
-        """The present robots, each in its place; new ones come last."""
-        robots, choice = self._facts.robots, self._choice
-        if choice is None:
-            return
-        if not robots:
-            choice.dismiss()
-            return
-        order = dict.fromkeys([*(option.key for option in choice.options if option.key in robots), *robots])
-        choice.title, choice.options = picker_title(self._groups()), self._options(robots[key] for key in order)
-        choice.selected = [self._robot.id] if self._robot else []
-
-    def _choice_closed(self, *_: object) -> None:
-        self._choice = None
-
-    def _select_robot(self, robot_id: int) -> None:
-        """For all screens; on Home it is shown, even if it is already selected."""
-        if self._shell.navigator.current == "home":
-            self._shell.go("home", robot_id=robot_id)
-            return
-        self._shell.navigator.all_robots = False
-        self._work(lambda: self._services.catalogue.change_settings(selected_robot_id=robot_id))
 
     # ------------------------------------------------------------------ the banner
     def _press_banner(self, _frame: Frame) -> None:

@@ -1,4 +1,4 @@
-"""The frame in words: the selected robot in the top bar, and the banner. Pure."""
+"""The banner in words. Pure."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from datetime import datetime
 
 from app.database.robots import Hold
-from app.domain.models import Alarm, Execution, Priority, Robot, RobotSnapshot, Settings
+from app.domain.models import Alarm, Execution, Priority, Robot, Settings
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.alarm_groups import Together, group_text, has_leader, together
@@ -24,62 +24,12 @@ from app.screens.common.alarms_view import (
     urgency,
     way_to,
 )
-from app.screens.common.holding import HAND, hold_at, state_and_hold
+from app.screens.common.holding import HAND
 from app.screens.common.mission_names import MissionNames
 from app.screens.common.options import Option
-from app.screens.common.robot_appearance import battery_appearance, is_old, link_appearance, state_appearance
-from app.screens.common.robot_groups import FEW, NEEDS_HELP, Group, group_of, help_words, look_of
 from app.screens.common.zones import zone_options
 from app.screens.frame.facts import OpenIssues
 from app.services.check_up.journal import HOLD as CHECK_UP
-
-
-@dataclass(frozen=True)
-class BarView:
-    """The top bar, except tabs and name of the screen."""
-
-    clock: str = ""
-    robot: str = ""
-    link: str = ""
-    link_icon: str = "robot-off-outline"
-    link_tone: str = "offline"
-    help_count: str = ""  # of robots that need a person, where Home doesn't show all of them side by side
-
-
-def top_bar(
-    robot: Robot | None, snapshot: RobotSnapshot | None, settings: Settings, now: datetime, groups: Sequence[Group] = ()
-) -> BarView:
-    """``groups`` are those of all robots."""
-    clock = formats.clock_time(now, settings.timezone)
-    if robot is None:
-        return BarView(clock, _("No robot"))
-    link = link_appearance(robot, snapshot or RobotSnapshot(robot.id), now, settings)
-    needy = sum(group in NEEDS_HELP for group in groups)
-    return BarView(
-        clock, robot.name, link.word, link.icon, link.tone, str(needy) if needy and len(groups) > FEW else ""
-    )
-
-
-def picker_title(groups: Sequence[Group]) -> str:
-    """Of the list to choose from."""
-    help_needed = help_words(groups)
-    return _("Robot · {help}").format(help=help_needed) if help_needed else _("Robot")
-
-
-def robot_option(
-    robot: Robot, snapshot: RobotSnapshot, settings: Settings, now: datetime, holds: Sequence[Hold] = ()
-) -> Option:
-    """One robot in the list to choose from; the icon of one that needs help stands out."""
-    hold, old = hold_at(holds, robot.id, now) if robot.enabled else None, is_old(snapshot, now, settings)
-    state, group = state_appearance(robot, snapshot, old), group_of(robot, snapshot, old, settings)
-    battery = battery_appearance(None if old else snapshot.status, settings)
-    return Option(
-        robot.id,
-        robot.name,
-        state.icon,
-        f"{state_and_hold(state.word, hold)} · {battery.text}",
-        tone=look_of(group).tone if group in NEEDS_HELP else "neutral",
-    )
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import threading
-
 import pytest
 
 from app.domain.models import Group, Robot
@@ -12,15 +10,13 @@ from app.screens.home.fleet_page import FleetPage, NameLine, RobotCell
 from app.screens.scheduler.hold import HoldDialog
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog
-from app.widgets.frame import TopBar
 from app.widgets.list_row import RowButton
 from app.widgets.panel_grid import PanelGrid
 from app.widgets.rest import DOUBLE_TAP
-from app.widgets.rows import OptionRow
 from app.window.key_focus import ARROWS, ENTER, ESCAPE
 from tests.support import home_facts as sample
 from tests.ui.fleet.operator import add_robots, go_back, head, open_tile, see, settle, tab_to, tiles, to_do
-from tests.ui.whole_app import shown
+from tests.ui.whole_app import shown, tab_shown
 
 pytestmark = pytest.mark.long
 
@@ -38,7 +34,7 @@ def test_a_tile_opens_its_robot_and_back_is_the_same_place(container, ui):
         before, place = tiles(ui), grid.scroll_y
         assert "Aino" not in before
         open_tile(ui, before[20])
-        ui.wait(lambda: ui.find_all(HomeWide) and ui.find(TopBar).robot == before[20])
+        ui.wait(lambda: ui.find_all(HomeWide) and tab_shown(ui) == before[20])
         assert not ui.find_all(FleetPage)
         settle(app, ui)
         go_back(ui)
@@ -72,20 +68,6 @@ def test_a_second_tap_on_a_tile_presses_nothing_of_what_comes_in_its_place(conta
         assert len(paused) == 1
 
 
-def test_a_robot_that_is_picked_in_the_bar_is_shown(container, robots, ui):
-    with shown(container, ui) as app:
-        ui.wait(lambda: ui.find_all(FleetPage))
-        for name in ("Veikko", "Aino", "Aino"):  # the last one is selected already
-            if ui.find_all(HomeWide):
-                go_back(ui)
-            ui.find(TopBar).dispatch("on_pick_robot")
-            ui.wait(lambda name=name: ui.find_all(OptionRow, text=name))
-            ui.advance(0.3)
-            ui.tap(ui.find(OptionRow, text=name))
-            ui.wait(lambda name=name: ui.find_all(HomeWide) and ui.find(TopBar).robot == name)
-            settle(app, ui)
-
-
 def test_hold_on_all_robots_holds_all_and_on_one_only_it(container, robots, ui):
     def asked_to_hold(app) -> str:
         app.shell.go("scheduler")
@@ -100,13 +82,13 @@ def test_hold_on_all_robots_holds_all_and_on_one_only_it(container, robots, ui):
     with shown(container, ui) as app:
         ui.wait(lambda: ui.find_all(FleetPage))
         assert asked_to_hold(app) == "All robots"
-        ui.find(TopBar).dispatch("on_pick_robot")
-        ui.advance(0.3)
-        ui.tap(ui.find(OptionRow, text="Veikko"))
+        app.shell.go("home")
+        ui.wait(lambda: ui.find_all(FleetPage))
+        open_tile(ui, "Veikko")
         settle(app, ui)
         ui.wait(lambda: asked_to_hold(app) == "Veikko")
         app.shell.go("home")
-        ui.wait(lambda: ui.find_all(FleetPage))
+        go_back(ui)
         assert asked_to_hold(app) == "All robots"
         app.shell.go("home")
         ui.wait(lambda: ui.find_all(FleetPage))
@@ -132,21 +114,6 @@ def test_an_opened_tile_selects_its_robot_although_another_was_chosen_since(cont
         assert container.settings().selected_robot_id == veikko
 
 
-def test_a_robot_can_be_asked_for_before_any_is_known(container, robots, ui):
-    """The first reading is slow: the choice comes late, not the form to add a first robot."""
-    may, read = threading.Event(), container.holds.current
-    container.holds.current = lambda: (may.wait(30), read())[1]
-    with shown(container, ui) as app:
-        ui.find(TopBar).dispatch("on_pick_robot")
-        ui.advance(0.3)
-        assert not ui.find_all(OptionRow)
-        assert "No robot" not in ui.texts()
-        may.set()
-        ui.wait(lambda: ui.find_all(OptionRow, text="Veikko"))
-        assert app.shell.navigator.current == "home"
-        settle(app, ui)
-
-
 def test_other_screens_lead_back_to_what_was_shown(container, robots, ui):
     with shown(container, ui) as app:
         ui.wait(lambda: ui.find_all(FleetPage))
@@ -156,7 +123,7 @@ def test_other_screens_lead_back_to_what_was_shown(container, robots, ui):
         assert ui.find_all(FleetPage)
         app.shell.go("logs")
         app.shell.go("home", robot_id=robots[2].id)  # as an alarm does
-        ui.wait(lambda: ui.find_all(HomeWide) and ui.find(TopBar).robot == robots[2].name)
+        ui.wait(lambda: ui.find_all(HomeWide) and tab_shown(ui) == robots[2].name)
         settle(app, ui)
         app.shell.navigator.rebuild()  # gloves on
         ui.wait(lambda: ui.find_all(HomeWide))
@@ -171,7 +138,7 @@ def test_by_keys_alone(container, robots, ui):
         tab_to(ui, RobotCell)
         ui.key(DOWN)
         ui.key(ENTER)
-        ui.wait(lambda: ui.find_all(HomeWide) and ui.find(TopBar).robot == "Veikko")
+        ui.wait(lambda: ui.find_all(HomeWide) and tab_shown(ui) == "Veikko")
 
 
 def test_the_ring_goes_along_to_a_robot_and_back(container, robots, ui):
@@ -181,7 +148,7 @@ def test_the_ring_goes_along_to_a_robot_and_back(container, robots, ui):
         tab_to(ui, RobotCell, name="Sisu")
         for _round in range(2):
             ui.key(ENTER)
-            ui.wait(lambda: ui.find_all(HomeWide) and ui.find(TopBar).robot == "Sisu")
+            ui.wait(lambda: ui.find_all(HomeWide) and tab_shown(ui) == "Sisu")
             settle(app, ui)
             ui.key(ESCAPE)
             ui.wait(lambda: ui.find_all(FleetPage))
@@ -199,7 +166,7 @@ def test_escape_leads_back_to_all_robots_where_they_were(container, ui):
         ui.advance(1)
         before, place, name = tiles(ui), ui.find(PanelGrid).scroll_y, tiles(ui)[20]
         open_tile(ui, name)
-        ui.wait(lambda: ui.find_all(HomeWide) and ui.find(TopBar).robot == name)
+        ui.wait(lambda: ui.find_all(HomeWide) and tab_shown(ui) == name)
         settle(app, ui)
         app.shell.dialogs.confirm("Title", "Text", "Yes", lambda: None)
         ui.key(ESCAPE)  # closes what is open first
@@ -220,51 +187,6 @@ def test_a_name_that_is_too_long_keeps_its_end(container, ui):
         shown_name = label._label.text
         assert shown_name.startswith("Auto")
         assert shown_name.endswith("… 17")
-
-
-def test_the_bar_and_its_list_say_how_many_need_help(container, robots, ui):
-    with shown(container, ui):
-        see(container, robots[1], sample.STOPPED)
-        ui.wait(lambda: ui.find(TopBar).help_count == "1")
-        ui.find(TopBar).dispatch("on_pick_robot")
-        ui.advance(0.3)
-        assert "Robot · 1 needs you" in ui.texts()
-        names = [robot.name for robot in robots]
-        assert [option.text for option in ui.find(ChoiceDialog).options] == [names[1], names[0], *names[2:]]
-
-
-def test_the_open_list_of_robots_is_updated_without_moving_a_row_under_a_finger(container, robots, ui):
-    with shown(container, ui) as app:
-        settle(app, ui)
-        names = [robot.name for robot in robots]
-        ui.find(TopBar).dispatch("on_pick_robot")
-        ui.advance(0.3)
-        dialog = ui.find(ChoiceDialog)
-        assert not any("Error" in option.note or option.tone != "neutral" for option in dialog.options)
-        see(container, robots[1], sample.STOPPED)
-        ui.wait(lambda: dialog.title == "Robot · 1 needs you")
-        stopped = dialog.options[1]
-        assert ([option.text for option in dialog.options], stopped.tone, stopped.icon) == (
-            names,
-            "fault",
-            "alert-octagon",
-        )
-        last = ui.find(OptionRow, dialog, key=robots[2].id)
-        lift = ui.press(last)
-        container.catalogue.remove_robot(robots[0].id)
-        ui.wait(lambda: app.shell.background.idle)
-        ui.advance(1.2)
-        assert len(dialog.options) == len(names)
-        lift()
-        ui.wait(lambda: app.shell.background.idle and not dialog.is_open)
-        ui.wait(lambda: ui.find(TopBar).robot == names[2])
-        ui.find(TopBar).dispatch("on_pick_robot")
-        ui.advance(0.3)
-        dialog = ui.find(ChoiceDialog)
-        assert [option.text for option in dialog.options] == [names[1], *names[2:]]
-        container.catalogue.remove_robot(robots[1].id)
-        ui.wait(lambda: [option.text for option in dialog.options] == names[2:])
-        assert (dialog.selected, dialog.title) == ([robots[2].id], "Robot")
 
 
 def test_starts_that_wait_for_a_robot_are_listed_below_what_needs_a_person(container, ui, robots):
@@ -297,7 +219,3 @@ def test_robots_are_listed_as_their_numbers_follow_each_other(container, ui):
     in_order = [f"Robot {n}" for n in range(1, 12)]
     with shown(container, ui):
         ui.wait(lambda: [name for name in tiles(ui) if name.startswith("Robot ")] == in_order)
-        ui.find(TopBar).dispatch("on_pick_robot")
-        ui.wait(lambda: ui.find_all(ChoiceDialog))
-        offered = [option.text for option in ui.find(ChoiceDialog).options]
-        assert [name for name in offered if name.startswith("Robot ")] == in_order

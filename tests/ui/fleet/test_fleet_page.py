@@ -36,7 +36,7 @@ from tests.ui.fleet.operator import (
     to_do,
 )
 from tests.ui.looks import labels
-from tests.ui.whole_app import shown
+from tests.ui.whole_app import shown, tab_shown
 
 
 # ---------------------------------------------------------------------- when there is such a page
@@ -338,7 +338,7 @@ def test_the_list_never_comes_under_a_finger(container, robots, ui):
         ui.advance(0.5)
         assert head(ui) == ""
         lift(0.1)
-        ui.wait(lambda: ui.find(TopBar).robot == robots[5].name)
+        ui.wait(lambda: tab_shown(ui) == robots[5].name)
         go_back(ui)
         assert head(ui) == "1 needs you"
 
@@ -374,7 +374,7 @@ def test_above_fifty_six_robots_one_group_is_open(container, ui):
         assert [part.text for part in ui.find(FleetHead, name="Hall 2").bad] == ["1"]
         assert tiles(ui) == ["Aino", "Sisu", "Veikko"]  # what is open stays open
         open_tile(ui, "Sisu")
-        ui.wait(lambda: ui.find(TopBar).robot == "Sisu")
+        ui.wait(lambda: tab_shown(ui) == "Sisu")
 
 
 def test_the_open_group_is_first_that_of_the_worst_robot(container, ui):

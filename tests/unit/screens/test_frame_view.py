@@ -8,16 +8,14 @@ from datetime import timedelta
 import pytest
 
 from app.database.robots import Hold
-from app.domain.models import Alarm, Connection, Priority, Wait
-from app.domain.robot import RobotState
+from app.domain.models import Alarm, Priority, Wait
 from app.screens.common.alarms_view import Act
 from app.screens.common.mission_names import MissionNames
-from app.screens.common.robot_groups import Group
 from app.screens.frame.facts import OpenIssues, late_starts
-from app.screens.frame.view import banner, late_line, open_lines, picker_title, robot_option, top_bar
+from app.screens.frame.view import banner, late_line, open_lines
 from app.services.live.alarms import SENTENCES
 from tests.support.alarms import alarm
-from tests.support.home_facts import AINO, EXECUTING, FACTS, HELD, NOW, RUNNING, SETTINGS, VEIKKO, ago, silent, snapshot
+from tests.support.home_facts import AINO, FACTS, HELD, NOW, RUNNING, SETTINGS, VEIKKO, ago
 
 DOCK = "a1c4e008-5d0f-11ef-93c1-0001297b6e20"
 ROBOTS = {robot.id: robot for robot in FACTS.robots}
@@ -28,44 +26,6 @@ LATER = NOW + timedelta(hours=1)
 
 def show(*alarms: Alarm, holds=(), late=(), screen="logs"):
     return banner(OpenIssues(alarms, holds, late), ROBOTS, SETTINGS, NOW, screen)
-
-
-# ---------------------------------------------------------------------- the bar
-def test_bar_and_list_say_how_many_of_many_robots_need_help():
-    groups = [Group.READY, Group.STOPPED, Group.WORKING, Group.SILENT]
-    assert top_bar(AINO, snapshot(1, EXECUTING), SETTINGS, NOW, groups).help_count == "2"
-    assert top_bar(AINO, snapshot(1, EXECUTING), SETTINGS, NOW, groups[:3]).help_count == ""
-    assert top_bar(AINO, snapshot(1, EXECUTING), SETTINGS, NOW, [Group.READY] * 4).help_count == ""
-    assert picker_title(groups) == "Robot · 2 need you"
-    assert picker_title([Group.READY] * 4) == "Robot"
-
-
-def test_the_bar_shows_time_in_the_zone_of_the_settings_and_the_robot_with_its_age():
-    bar = top_bar(AINO, snapshot(1, EXECUTING), SETTINGS, NOW)
-    assert bar.clock == "14:38"
-    assert (bar.robot, bar.link, bar.link_tone) == ("Aino", "Connected · now", "neutral")
-
-
-def test_without_a_robot_the_bar_says_so():
-    assert top_bar(None, None, SETTINGS, NOW).robot == "No robot"
-
-
-def test_the_list_of_robots_shows_state_and_battery():
-    assert robot_option(AINO, snapshot(1, EXECUTING), SETTINGS, NOW, [Hold(robot_id=1)]).note.startswith(
-        "Working, held · "
-    )
-    option = robot_option(AINO, snapshot(1, EXECUTING), SETTINGS, NOW)
-    assert (option.text, option.note) == ("Aino", "Working · 78 %")
-    assert (
-        robot_option(AINO, silent(AINO, EXECUTING, minutes=4), SETTINGS, NOW).note == "No answer · –"
-    )  # old, not as it is now
-
-
-def test_the_robots_that_need_help_stand_out_among_those_to_choose_from():
-    """Their number is in the title."""
-    paused = replace(EXECUTING, state=RobotState.PAUSE)
-    assert robot_option(AINO, snapshot(1, EXECUTING), SETTINGS, NOW).tone == "neutral"
-    assert robot_option(AINO, snapshot(1, paused), SETTINGS, NOW).tone == "action"
 
 
 # ---------------------------------------------------------------------- the banner
@@ -187,8 +147,3 @@ def test_the_page_lists_alarms_only_the_most_serious_first():
 
 def test_priorities_are_those_of_the_list():
     assert list(Priority) == [Priority.HIGH, Priority.MEDIUM, Priority.LOW]
-
-
-def test_an_unreachable_robot_shows_in_the_bar():
-    bar = top_bar(AINO, snapshot(1, EXECUTING, connection=Connection.UNREACHABLE), SETTINGS, NOW)
-    assert (bar.link, bar.link_tone, bar.link_icon) == ("No answer since 14:18", "attention", "wifi-off")
