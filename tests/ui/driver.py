@@ -223,7 +223,7 @@ class Driver:
                 yield widget
                 waiting += widget.children  # the last of them was added first
 
-    def find_all(self, kind: type | None = None, root: Widget | None = None, **values) -> list[Widget]:
+    def find_all(self, kind: type | None = None, /, root: Widget | None = None, **values) -> list[Widget]:
         """All that is shown of class ``kind`` with those property values, in reading order of the tree."""
         missing = object()
         return [
@@ -233,7 +233,7 @@ class Driver:
             and all(getattr(widget, name, missing) == value for name, value in values.items())
         ]
 
-    def find(self, kind: type | None = None, root: Widget | None = None, **values) -> Widget:
+    def find(self, kind: type | None = None, /, root: Widget | None = None, **values) -> Widget:
         """The first such widget; raises LookupError without one."""
         found = self.find_all(kind, root, **values)
         if not found:

@@ -18,7 +18,7 @@ from app.screens.settings.robot_sheet import RobotSheet
 from app.services.files import places
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton
 from app.widgets.dialogs import MenuRow, Overlay
-from app.widgets.fields import FormField
+from app.widgets.fields import Field
 from app.widgets.frame import Banner, NavItem
 from app.widgets.items import Item
 from app.widgets.keyboard import BoardKey, DockedKeyboard
@@ -172,7 +172,7 @@ def enter_path(ui: Driver, row: FileRow, path: str) -> None:
         ui.wait(lambda: ui.find_all(ChoiceChip, row, text="Another place"))
         ui.tap(ui.find(ChoiceChip, row, text="Another place"))
         ui.advance(0.2)
-    enter(ui, ui.find(FormField, root=row), path)
+    enter(ui, ui.find(Field, root=row), path)
 
 
 def fill_in(ui: Driver, **values: str) -> RobotSheet:

@@ -12,17 +12,17 @@ from app.domain.models import Robot
 from app.screens.common.pin_dialog import PinDialog
 from app.screens.frame.controller import DOUBLE_TAP
 from app.screens.settings.gate import LEFT_ALONE_S
-from app.screens.settings.robot_sheet import RobotSheet
 from app.services.live.access import TRIES, WAIT_S
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from app.widgets.frame import NavItem
+from app.widgets.list_row import ListRow
 from app.widgets.number_pad import PadKey
 from app.widgets.tokens import tk
 from tests.ui import checks
 from tests.ui.alarms.listed import open_list, row, wait_for_rows
 from tests.ui.alarms.listed import press as press_row
-from tests.ui.integrator import go, says, section_row, section_rows, undo
+from tests.ui.integrator import choose, go, item_of, open_row, says, section_row, section_rows, undo
 
 F1, TAB = 282, 9
 
@@ -241,7 +241,7 @@ def test_everything_of_the_operators_stays_free(site, app, ui):
     assert not ui.find_all(PinDialog)
     ui.skip(DOUBLE_TAP)
     site.container.alarms.raise_("unauthorized", f"robot:{robot.id}", robot="Aino")
-    wait_for_rows(ui, 1)
+    ui.wait(lambda: any("Wrong password" in row.item.title for row in ui.find_all(ListRow)))
     press_row(ui, row(ui, "Wrong password"), "Open settings")
     unlock(ui, app)  # the intent waits behind the door
     ui.wait(lambda: app.shell.navigator.screen("settings").vm.current == "robots")
@@ -283,9 +283,7 @@ def test_undo_of_a_deletion_in_settings_needs_the_pin(site, app, ui):
     site.container.access.set_pin("4711")
     to_settings(ui)
     unlock(ui, app)
-    ui.wait(lambda: ui.find_all(CommandButton, text="Edit"))
-    ui.tap(ui.find(CommandButton, text="Edit"))
-    ui.tap(ui.find(CommandButton, ui.find(RobotSheet), text="Delete robot"))
+    choose(ui, "Delete robot", open_row(ui, "Aino"))
     ui.wait(lambda: ui.find_all(ConfirmDialog))
     ui.tap(ui.find(CommandButton, ui.find(ConfirmDialog), text="Delete robot"))
     ui.wait(lambda: app.shell.snackbars.texts == ["Aino deleted"])
@@ -308,7 +306,7 @@ def test_a_failed_undo_stays_behind_the_pin(site, app, ui):
     site.container.access.set_pin("4711")
     to_settings(ui)
     unlock(ui, app)
-    ui.wait(lambda: ui.find_all(CommandButton, text="Edit"))
+    ui.wait(lambda: item_of(ui, "Aino"))
     app.shell.navigator.screen("settings").vm.context.remove(
         lambda: site.container.catalogue.remove_robot(stored.id), "Aino deleted"
     )

@@ -140,13 +140,13 @@ def test_idle_automation_of_a_robot(site, app, ui):
     assert (idle.enabled, idle.after_minutes) == (True, 10)
     ui.wait(lambda: panel.active)
     assert panel.mission == "Home"
-    enter(ui, ui.find(Field, root=panel), "31")
-    ui.find(Field, root=panel).focus = False
+    enter(ui, ui.find(Field, root=panel, kind="step"), "31")
+    ui.find(Field, root=panel, kind="step").focus = False
     ui.advance(0.2)
-    assert ui.find(Field, root=panel).outside
+    assert ui.find(Field, root=panel, kind="step").outside
     assert robots(site)[0].idle.after_minutes == 10
-    enter(ui, ui.find(Field, root=panel), "30")
-    ui.find(Field, root=panel).focus = False
+    enter(ui, ui.find(Field, root=panel, kind="step"), "30")
+    ui.find(Field, root=panel, kind="step").focus = False
     ui.wait(lambda: robots(site)[0].idle.after_minutes == 30)
     ui.wait(lambda: panel.note == "After 30 minutes without work, once")
     ui.tap(ui.find(Toggle, root=panel))
@@ -232,7 +232,7 @@ def test_intermediate_steps_of_an_idle_rule_are_not_saved(site, app, ui):
     go(ui, "idle")
     ui.wait(lambda: [panel for panel in ui.find_all(IdlePanel) if panel.minutes == 30])
     panel = next(panel for panel in ui.find_all(IdlePanel) if panel.minutes == 30)
-    field = ui.find(Field, root=panel)
+    field = ui.find(Field, root=panel, kind="step")
     stepped(app, ui, field, "minus", 5)
     stepped(app, ui, field, "plus", 3)
     assert robots(site)[0].idle.after_minutes == 30
@@ -255,7 +255,7 @@ def test_a_number_that_was_stepped_is_saved_when_the_page_is_left(site, app, ui,
     go(ui, "idle")
     ui.wait(lambda: [panel for panel in ui.find_all(IdlePanel) if panel.minutes == 30])
     panel = next(panel for panel in ui.find_all(IdlePanel) if panel.minutes == 30)
-    stepped(app, ui, ui.find(Field, root=panel), "minus", 2)
+    stepped(app, ui, ui.find(Field, root=panel, kind="step"), "minus", 2)
     leave(app, ui)
     ui.wait(lambda: app.shell.background.idle)
     assert robots(site)[0].idle.after_minutes == 20
@@ -290,7 +290,9 @@ def test_idle_automation_without_missions_says_where_they_come_from(site, app, u
     ui.wait(lambda: ui.find_all(IdlePanel))
     panel = ui.find(IdlePanel, name="Veikko")
     ui.tap(ui.find(Toggle, root=panel))
-    ui.wait(lambda: ui.find(Field, root=panel).problem == "There are no missions yet: add them under Missions")
+    ui.wait(
+        lambda: ui.find(Field, root=panel, kind="pick").problem == "There are no missions yet: add them under Missions"
+    )
     assert not panel.active
 
 

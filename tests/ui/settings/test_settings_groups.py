@@ -248,7 +248,7 @@ def test_a_place_and_the_missions_that_use_it(site, app, ui):
     press(ui, "Save place", dialog)
     ui.wait(lambda: dialog.vm.name_problem == "Enter a name")
     enter(ui, dialog.ids.name_field, "Dock 2")
-    ui.tap(ui.find(Tap, ui.find(Field, root=dialog)))
+    ui.tap(ui.find(Tap, ui.find(Field, root=dialog, kind="pick")))
     tick(ui, "Deliver", "Home")
     assert dialog.vm.most == 1
     enter(ui, dialog.ids.most_field, "2.5")

@@ -75,7 +75,7 @@ def test_on_another_page_a_message_says_that_the_missions_arrived(site, app, ui)
     assert app.shell.dialogs.top is None
     ui.tap(ui.find(root=ui.find(Snackbar), text="Choose"))
     ui.wait(lambda: ui.find_all(ChoiceDialog, multiple=True))
-    assert section_row(ui, "missions").selected
+    assert section_row(ui, "missions").item.look == "chosen"
     app.shell.dialogs.close_all()
     page(app).reached(found=(99, ()))  # of a robot that was deleted since
     assert app.shell.dialogs.top is None
@@ -287,7 +287,7 @@ def test_a_mission_that_the_robot_lost_is_flagged(site, app, ui):
     ui.wait(lambda: [row.warning for row in ui.find_all(MissionRow)] == ["Not on Aino any more"])
     assert section_row(ui, "missions").item.support == "1 mission, 1 missing"
     ui.tap(section_row(ui, "robots"))
-    ui.wait(lambda: item_of(ui, "Aino").missions == "1 missing")
+    ui.wait(lambda: item_of(ui, "Aino").meta == "1 missing")
 
 
 def test_missions_are_found_while_typing(site, app, ui):

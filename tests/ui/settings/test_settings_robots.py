@@ -36,7 +36,7 @@ from tests.ui.whole_app import PASSWORD, USER
 
 @pytest.mark.parametrize("first_screen", ["home"])
 def test_the_first_robot_from_the_empty_home_to_its_panel(site, app, ui):
-    ui.wait(lambda: "Add your first robot" in ui.texts())
+    ui.wait(lambda: "No robots yet" in ui.texts())
     press(ui, "Add robot")
     ui.wait(lambda: ui.find_all(RobotSheet))
     dialog = fill_in(ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password=PASSWORD)
