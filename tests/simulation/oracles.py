@@ -180,7 +180,7 @@ class Judge:
         self._in_window(name, wall, key[1], max(windows))
         if (
             self.world.nature.with_window
-            and self._away_since < first_due <= self._back_at - 1
+            and self._away_since < first_due <= due <= self._back_at - 1
             and post.token not in self._first_post
             and not self.diary.was_wrong("hold", post.robot, self._back_at, post.at)
             and self._back_at - self._away_since > ABSENCE

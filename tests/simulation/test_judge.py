@@ -189,6 +189,17 @@ def test_a_start_due_before_an_absence_and_once_more_in_it_needs_no_list(tmp_pat
     world.site.container.db.close()
 
 
+def test_a_start_due_in_an_absence_and_once_more_after_it_is_not_late(tmp_path):
+    world = World(tmp_path, 1, STILL.only(site=PLACE | {"with_window": True}))
+    left_at = world.site.seconds()
+    wait_while_the_app_is_off(world)
+    world.weather._step(50.0 - WAITS_FOR, 5.0)
+    world.judge.came_back(left_at)
+    world.site.run_until(lambda: world.site.network.submissions, within=300)
+    assert objections(world) == []
+    world.site.container.db.close()
+
+
 def test_a_start_due_before_a_day_was_closed_runs_on_it_though_the_clock_went_back(tmp_path):
     """By the clock that was set back it falls due after the day was closed."""
     world = World(tmp_path, 1, STILL.only(site=PLACE | {"with_window": False}))

@@ -315,7 +315,7 @@ class World:
             self.site.stay_off(self.rng.uniform(1, self.profile.longest_off if self.rng.random() < 0.2 else 60))
             try:
                 if how == "restore":
-                    self._restore()
+                    self._restore(trouble.start)
                 self.site.switch_on()
             except PowerOff as off:
                 how = off.how
@@ -332,12 +332,13 @@ class World:
         except DatabaseError:
             self.site.container.db.close()
 
-    def _restore(self) -> None:
+    def _restore(self, left_at: float) -> None:
         file, made_at, wishes = self.person.backups[-1]
         at, wall = self.site.seconds(), self.site.clock.now()
         restore(file, self.site.container.db.path, wall)
         made = wall - timedelta(seconds=at - made_at + max(0.0, self.diary.ahead(at) - self.diary.ahead(made_at)))
-        self.diary.restores.append(Restore(at, made, wall))
+        shown = wall - timedelta(seconds=at - left_at + self.diary.ahead(at) - self.diary.ahead(left_at))
+        self.diary.restores.append(Restore(at, made, max(wall, shown)))
         self.diary.wishes.append((self.site.seconds(), wishes.copy()))
         self.note_holds()
 
