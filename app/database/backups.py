@@ -11,7 +11,7 @@ import logging
 import os
 import sqlite3
 from collections.abc import Callable
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 from app.database import files
@@ -26,6 +26,7 @@ from app.domain.models import Settings
 
 log = logging.getLogger(__name__)
 
+HEARTBEAT_AGE = timedelta(minutes=1)  # more than the app lets pass between two
 NOT_RESTORED = message("The backup {path} can't be restored: {problem}; nothing was changed, so choose another one")[
     "msgid"
 ]
@@ -251,8 +252,8 @@ def _finish(path: Path) -> Path | None:
 
 def _note_restore(file: Path, former: Path, now: datetime) -> None:
     """Update it to this version, compute counts again, record the restore, continue ids beyond all that were used since
-    the backup, and keep the count of wrong PINs."""
-    settings, wrong = SettingsRepository(), _wrong_pins(former)
+    the backup, and keep the count of wrong PINs and until when the app ran."""
+    settings, (wrong, ran_until) = SettingsRepository(), _left_by(former)
     with contextlib.closing(sqlite3.connect(file, isolation_level=None)) as connection:
         configured(connection)
         connection.execute("PRAGMA journal_mode = DELETE")
@@ -261,18 +262,22 @@ def _note_restore(file: Path, former: Path, now: datetime) -> None:
         connection.executescript("".join([*MIGRATIONS[version:], RECOUNT, f"PRAGMA user_version = {len(MIGRATIONS)};"]))
         connection.execute("BEGIN IMMEDIATE")
         settings.put(connection, "restored_at", to_text(now))
+        settings.put(connection, "former_ran_until", ran_until and to_text(ran_until))
         settings.put(connection, WRONG_PINS, max(wrong, settings.get(connection, WRONG_PINS, 0)))
         connection.execute("UPDATE sqlite_sequence SET seq = seq + ?", (SEQUENCE_GAP,))
         connection.execute("COMMIT")
 
 
-def _wrong_pins(database: Path) -> int:
-    """How many were entered in a row; 0 where that can't be read."""
+def _left_by(database: Path) -> tuple[int, datetime | None]:
+    """Of the former database: how many wrong PINs were entered in a row, and until when the app ran by its clock. 0 and
+    None where that can't be read."""
     is_whole = not files.size_of(files.sibling(database, "-wal"))  # then SQLite creates no files next to it
     try:
         with contextlib.closing(
             sqlite3.connect(f"{database.as_uri()}?mode=ro{'&immutable=1' * is_whole}", uri=True)
         ) as connection:
-            return min(int(SettingsRepository().get(configured(connection), WRONG_PINS, 0)), LARGEST_IN_BACKUP)
+            settings, former = SettingsRepository(), configured(connection)
+            wrong, beat = int(settings.get(former, WRONG_PINS, 0)), settings.heartbeat(former)
+            return min(wrong, LARGEST_IN_BACKUP), beat and beat + HEARTBEAT_AGE
     except (sqlite3.Error, ValueError, TypeError, OverflowError):
-        return 0
+        return 0, None

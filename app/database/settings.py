@@ -78,6 +78,12 @@ class SettingsRepository:
         text = self.get(c, "restored_at")
         return None if text is None else to_instant(text)
 
+    def former_ran_until(self, c: sqlite3.Connection) -> datetime | None:
+        """Until when the app ran on the database that a restore replaced, if the clock was set back since; so starts
+        planned up to then may have run too."""
+        text = self.get(c, "former_ran_until")
+        return None if text is None else to_instant(text)
+
 
 class CalendarRepository(Table[DayException]):
     """The exceptions, as entered or imported from a file."""

@@ -155,6 +155,7 @@ def _settings(c: sqlite3.Connection) -> None:
     instants = [
         repository.heartbeat(c),
         repository.restored_at(c),
+        repository.former_ran_until(c),
         to_optional_instant(repository.get(c, CLOCK_CONFIRMED_AT)),
     ]
     if move := stored_move(repository, c):

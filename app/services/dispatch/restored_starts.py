@@ -80,6 +80,7 @@ class RestoredStarts:
         self._tablet, self._robots, self._settings = tablet, robots, settings
         self._lock = threading.Lock()
         self._restored_at = repository.restored_at(db.read())  # a restore opens everything again
+        self._former_ran_until = repository.former_ran_until(db.read())
         self._settled = repository.get(db.read(), SETTLED) or {}
         self._right_since: datetime | None = None
         self._search = _Search(self._noted, clock.monotonic())
@@ -88,7 +89,8 @@ class RestoredStarts:
     @property
     def _noted(self) -> list[datetime]:
         move = self._tablet.move
-        return [at for at in (self._restored_at, move.at if move else None) if at is not None]
+        ends = self._restored_at, self._former_ran_until, move.at if move else None
+        return [at for at in ends if at is not None]
 
     @property
     def uncertain_until(self) -> datetime | None:

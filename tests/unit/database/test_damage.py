@@ -85,6 +85,7 @@ def test_restoring_brings_back_the_backup_and_keeps_everything_else(backed_up, c
     db = start()
     assert SETTINGS.get(db.read(), "a") == 1
     assert SETTINGS.restored_at(db.read()) == clock.now()
+    assert SETTINGS.former_ran_until(db.read()) is None  # it can't be read
     assert damage.kept_as.exists()
     assert damage.backup.exists()
     assert backed_up.stat().st_mode & 0o777 == 0o600
