@@ -82,6 +82,10 @@ class HomeTall(Part):
     """The robot, the missions and the day below each other."""
 
 
+class HomeSmall(Part):
+    """A window smaller than any tablet: one column that scrolls; only the robot's button stays."""
+
+
 class HomeEmpty(Part):
     """No robot yet."""
 
@@ -261,6 +265,10 @@ class SendCard(HomeCard):
 
 class TodayCard(HomeCard):
     """What the robot has done, does and will do."""
+
+
+class TodayHead(Part):
+    """Its title and menu."""
 
 
 class QueueMenu(OfHome, IconButton):

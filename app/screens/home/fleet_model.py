@@ -43,7 +43,7 @@ from app.screens.home.fleet import (
     waiting_row,
 )
 from app.screens.home.fleet_known import Known
-from app.screens.home.waiting_model import NO_WAITING
+from app.screens.home.waiting_model import WaitingModel
 from app.screens.home.wall import Wall
 from app.services.live.changes import Topic
 from app.widgets import finger
@@ -75,7 +75,6 @@ class FleetState(EventDispatcher):
     query = StringProperty()
     order = ObjectProperty(None, allownone=True)  # another one when the operator chose other cells
     moves = BooleanProperty(False)  # the cells are being scrolled
-    waiting = ObjectProperty(NO_WAITING, rebind=True)  # for a robot
     wall = ObjectProperty(None, rebind=True, allownone=True)
 
 
@@ -94,6 +93,8 @@ class Seen:
 class FleetViewModel(FleetState, ViewModel):
     """Gets robots and runs from Home by ``take``, their states from the snapshots; ``open_robot(id)`` selects one, and
     ``command(robot, guid, name)`` sends one of Home's commands, with the guid of the question that it answers."""
+
+    waiting: WaitingModel  # what waits for a robot
 
     def __init__(
         self,
@@ -325,7 +326,7 @@ class FleetViewModel(FleetState, ViewModel):
         self._chosen = None
         halls = {robot: self._groups[n].name for robot, n in self._halls.items() if n < len(self._groups)}
         rows = to_do(looks, self._settings, now, halls, self.tight)
-        starts = tuple(waiting_row(start) for start in self.waiting.all_rows)
+        starts = tuple(waiting_row(start) for start in self.waiting.rows)
         return Pane(
             help_words(each.group for each in looks) or self.waiting.title,
             "",

@@ -20,7 +20,7 @@ from app.screens.common.shell import Shell
 from app.screens.common.started import StartReports, as_it_is
 from app.screens.common.view_model import Changed, Refresher, ViewModel
 from app.screens.home.card import battery_words, can_reset
-from app.screens.home.cards import HomeEmpty, HomeLow, HomeTall, HomeWide, MapPage
+from app.screens.home.cards import HomeEmpty, HomeLow, HomeSmall, HomeTall, HomeWide, MapPage
 from app.screens.home.commands import HomeCommands, foot_of
 from app.screens.home.facts import HomeFacts, HomeServices, OnRobot, read
 from app.screens.home.fleet_model import FleetViewModel
@@ -269,7 +269,7 @@ class HomeScreen(Pages):
     Services = HomeServices
 
     def __init__(self, services: HomeServices, shell: Shell, **kwargs: Any) -> None:
-        load_kv("widgets/flow", "home/page", "home/waiting", "home/fleet", "home/sending")
+        load_kv("widgets/flow", "home/page", "home/fleet", "home/sending")
         super().__init__(vm=HomeViewModel(services, shell), **kwargs)
         for name in ("loaded", "has_robots", "shows_map"):
             self.vm.fbind(name, self._choose_layout)
@@ -284,12 +284,20 @@ class HomeScreen(Pages):
     def _choose_layout(self, *_: Any) -> None:
         if not self.vm.loaded:
             return
-        is_low = self.low or (self.tall and Window.height < dp(1000))
-        one = "low" if is_low else "tall" if self.tall else "wide"
+        is_narrow, height = Window.width < dp(1000), Window.height
+        is_small = (is_narrow and height < dp(1000)) or height < dp(580)
+        one = "small" if is_small else "tall" if is_narrow else "low" if self.low else "wide"
         layout = NO_ROBOT if not self.vm.has_robots else ALL_ROBOTS if self.vm.fleet.is_shown else one
         if self.vm.shows_map and layout == one:
             layout = MAP
-        kinds = {NO_ROBOT: HomeEmpty, "low": HomeLow, "tall": HomeTall, "wide": HomeWide, MAP: MapPage}
+        kinds = {
+            NO_ROBOT: HomeEmpty,
+            "small": HomeSmall,
+            "low": HomeLow,
+            "tall": HomeTall,
+            "wide": HomeWide,
+            MAP: MapPage,
+        }
         kind = FleetPage if layout == ALL_ROBOTS else kinds[layout]
         self.turn_to(layout, lambda: kind(vm=self.vm.fleet if layout == ALL_ROBOTS else self.vm))
         self.can_go_back = layout == MAP

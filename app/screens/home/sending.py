@@ -17,6 +17,7 @@ from app.screens.common.parameters_view import Problems, fields_of, values_of
 from app.screens.common.shell import Shell
 from app.screens.home.facts import HomeServices
 from app.screens.home.send import SendView, Target, all_missions, send_view, start
+from app.widgets.dock import dock
 from app.widgets.flow import Chip
 from app.widgets.sheet import Sheet
 
@@ -41,7 +42,7 @@ class SendState(EventDispatcher):
 
 
 class HomeSheet(Sheet):
-    """Beside the robot's ``card``, or in a tall window below it: that is never covered."""
+    """Beside the robot's ``card``, in a tall window below it, in a small one above its button: that is never covered."""
 
     state = ObjectProperty(SendState(), rebind=True)
     card = ObjectProperty(None, allownone=True)
@@ -51,7 +52,10 @@ class HomeSheet(Sheet):
         if self.parent is None or self.card is None:
             return
         x, y = self.parent.to_widget(*self.card.to_window(*self.card.pos))
-        if self.at == "bottom":
+        if y < self.parent.center_y and self.card.width > self.parent.width / 2:
+            lowest = max(y + self.card.height + dp(8), dock.height)
+            self.x, self.y, self.size = self.parent.x, lowest, (self.parent.width, self.parent.top - lowest)
+        elif self.at == "bottom":
             self.height = min(self.height, y - dp(8) - self.y)  # type: ignore[has-type]
         else:
             self.width = self.right - x - self.card.width - dp(8)

@@ -8,36 +8,30 @@ from datetime import datetime, timedelta
 from typing import Any
 
 from app.domain import choice
-from app.domain.models import Execution, Group, Robot, Settings, State, Trigger, Wait
+from app.domain.models import Execution, Group, Robot, Settings, State, Wait
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.group_starts import has_no_robot
 from app.screens.common.holding import waiting_words
 from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
 from app.screens.common.options import Option
-from app.screens.common.priorities import word
 from app.screens.home.facts import HomeFacts
 from app.services.allocation.choose import LAST_CALL
-from app.services.allocation.situation import HIGH, Ineligible
+from app.services.allocation.situation import Ineligible
 
-SHOWN = 2  # on Home; all of them in a dialog
 ON_THE_WAY = timedelta(seconds=2)  # until the message that a start is being sent
 
 
 @dataclass(frozen=True)
 class WaitingStart:
-    """``key``: id of the execution. ``urgent``: High or Critical."""
+    """``key``: id of the execution."""
 
     key: int
     mission: str
-    origin: str  # its group, its source, and since when
     note: str
-    priority: str = ""
-    urgent: bool = False
     can_give: bool = True
     cancelling: bool = False
     is_stuck: bool = False  # a silent robot may have it: another one can be asked to do it as well
-    has_robot: bool = False  # so that it is already last
 
 
 def waiting_of(rows: Iterable[Execution]) -> list[Execution]:
@@ -51,27 +45,15 @@ def waiting_starts(
 ) -> list[WaitingStart]:
     return [
         replace(
-            _start(row, waits_for(row, settings), settings, mission_names),
+            _start(row, waits_for(row, settings), mission_names),
             can_give=row.group_id is not None and not row.held,
         )
         for row in rows
     ]
 
 
-def _start(row: Execution, note: str, settings: Settings, mission_names: MissionNames) -> WaitingStart:
-    since = formats.clock_time(max(row.created_at, row.planned_at), settings.timezone)
-    origin = _("any of {group} · {source} · since {time}").format(
-        group=row.robot_group, source=trigger_words(row), time=since
-    )
-    return WaitingStart(
-        row.id,
-        mission_names.run(row),
-        origin,
-        note,
-        word(row.priority),
-        row.priority >= HIGH,
-        cancelling=row.cancel_code is not None,
-    )
+def _start(row: Execution, note: str, mission_names: MissionNames) -> WaitingStart:
+    return WaitingStart(row.id, mission_names.run(row), note, cancelling=row.cancel_code is not None)
 
 
 def starts_with_a_robot(facts: HomeFacts, now: datetime) -> list[tuple[Execution, WaitingStart]]:
@@ -84,14 +66,10 @@ def starts_with_a_robot(facts: HomeFacts, now: datetime) -> list[tuple[Execution
         snapshot = facts.snapshots.get(row.robot_id)
         if snapshot is not None and (since := choice.stuck_since(row, snapshot)) is not None:
             words = choice.stuck(row.robot, since, facts.settings.timezone, _)
-            stuck.append(
-                (row, replace(_start(row, words, facts.settings, facts.mission_names), is_stuck=True, has_robot=True))
-            )
+            stuck.append((row, replace(_start(row, words, facts.mission_names), is_stuck=True)))
         elif _is_being_sent(row) and now - max(row.created_at, row.planned_at) >= ON_THE_WAY:
             words = _("Being sent to {robot}").format(robot=row.robot)
-            sent.append(
-                (row, replace(_start(row, words, facts.settings, facts.mission_names), can_give=False, has_robot=True))
-            )
+            sent.append((row, replace(_start(row, words, facts.mission_names), can_give=False)))
     return stuck + sent
 
 
@@ -153,19 +131,3 @@ def waiting_title(rows: Sequence[Execution]) -> str:
     if waits == {Wait.PLACE}:
         return ngettext("Waiting for a place ({n})", "Waiting for a place ({n})", count).format(n=count)
     return ngettext("Waiting to start ({n})", "Waiting to start ({n})", count).format(n=count)
-
-
-def more_words(count: int) -> str:
-    """The way to those that are not shown on Home."""
-    more = count - SHOWN
-    return ngettext("Show {n} more", "Show {n} more", more).format(n=more) if more > 0 else ""
-
-
-def trigger_words(execution: Execution) -> str:
-    """Its source."""
-    match execution.trigger:
-        case Trigger.MANUAL:
-            return _("Run now")
-        case Trigger.IDLE:
-            return _("Idle automation")
-    return execution.own_name or _("Schedule")

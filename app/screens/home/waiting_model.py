@@ -1,57 +1,32 @@
-"""Starts that wait for a robot, on Home and above all robots: assigning a robot, cancelling, all of them in a
-dialog."""
+"""Starts that wait for a robot, in the list of All robots: assigning a robot, cancelling."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-
-from kivy.event import EventDispatcher
-from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
-from kivy.uix.boxlayout import BoxLayout
 
 from app.domain.models import Execution
 from app.screens.common.group_starts import GroupStarts, robots_for
 from app.screens.common.shell import Shell
 from app.screens.home.facts import HomeFacts, HomeServices
 from app.screens.home.waiting import (
-    SHOWN,
     WaitingStart,
-    more_words,
     others_for,
     starts_with_a_robot,
     waiting_of,
     waiting_starts,
     waiting_title,
 )
-from app.widgets.dialogs import Dialog
-from app.widgets.lists import RecycledRow
 
 READ_EVERY = 5  # s, while something waits
 
 
-class WaitingState(EventDispatcher):
-    """Read by kv: the first rows, all rows, and their number in words."""
-
-    rows = ListProperty()
-    all_rows = ListProperty()
-    title = StringProperty()  # empty: nothing waits
-    more = StringProperty()
-
-    def act(self, _key: int, _action: str) -> None:
-        """A row was used."""
-
-    def show_all(self) -> None:
-        """All that waits, in a dialog."""
-
-
-class WaitingModel(WaitingState):
-    """``changed()`` is called after a change that can be read; ``follow(execution)`` reports on one that a person has
-    assigned to a robot."""
+class WaitingModel:
+    """``rows`` of what waits, and their number in words as ``title``, empty without any. ``changed()`` is called after a
+    change that can be read; ``follow(execution)`` reports on one that a person has assigned to a robot."""
 
     def __init__(
         self, services: HomeServices, shell: Shell, changed: Callable[[], object], follow: Callable[[Execution], object]
     ) -> None:
-        super().__init__()
         self._services, self._shell = services, shell
         self._starts = GroupStarts(
             services.operator,
@@ -62,6 +37,8 @@ class WaitingModel(WaitingState):
             lambda number: next((row for row in self._facts.open if row.id == number), None),
         )
         self._facts = HomeFacts()
+        self.rows: list[WaitingStart] = []
+        self.title = ""
         self._waiting: dict[int, Execution] = {}
         self._assigned: dict[int, WaitingStart] = {}  # to a robot that has not confirmed them yet
         self._seconds = 0
@@ -82,12 +59,11 @@ class WaitingModel(WaitingState):
 
     def show(self) -> None:
         waiting = [row for row in self._waiting.values() if row.id not in self._assigned]
-        self.all_rows = [
+        self.rows = [
             *self._assigned.values(),
             *waiting_starts(waiting, self._facts.settings, self._facts.mission_names),
         ]
-        self.rows = self.all_rows[:SHOWN]
-        self.title, self.more = waiting_title([*self._waiting.values()]), more_words(len(self.all_rows))
+        self.title = waiting_title([*self._waiting.values()])
 
     def act(self, key: int, action: str) -> None:
         row, facts = self._waiting.get(key), self._facts
@@ -99,33 +75,5 @@ class WaitingModel(WaitingState):
             case "give":
                 now = self._services.clock.now()
                 self._starts.give(row, robots_for(row, facts.robots, facts.groups, facts.holds, facts.settings, now))
-            case "priority":
-                self._starts.prioritise(row)
             case "cancel":
                 self._starts.cancel(row)
-
-    def show_all(self) -> None:
-        self._shell.dialogs.open(WaitingDialog(state=self))
-
-
-NO_WAITING = WaitingState()
-
-
-class WaitingRow(RecycledRow, BoxLayout):
-    """A start without a robot, or that its robot does not have yet. Actions: "give", "priority", "cancel"."""
-
-    mission = StringProperty()
-    origin = StringProperty()
-    note = StringProperty()
-    priority = StringProperty()
-    urgent = BooleanProperty(False)
-    can_give = BooleanProperty(True)
-    cancelling = BooleanProperty(False)
-    is_stuck = BooleanProperty(False)
-    has_robot = BooleanProperty(False)
-
-
-class WaitingDialog(Dialog):
-    """All of what waits."""
-
-    state = ObjectProperty(NO_WAITING, rebind=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from app.screens.home.cards import QueueMenu, SendTile, TodayRow
+from app.screens.home.screen import HomeScreen
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import MenuRow
 from app.widgets.frame import TopBar
@@ -61,8 +62,9 @@ def is_shown_running(ui) -> bool:
 
 
 def is_shown_pending(ui) -> bool:
-    """One of them in the robot's own queue, by its number."""
-    return any(item.number for item in items(ui, *QUEUE))
+    """One of them in the robot's own queue, no longer in the app's alone."""
+    sent = any(row.queue_id is not None for row in ui.find(HomeScreen).vm.facts.open)
+    return sent and any(item.number for item in items(ui, *QUEUE))
 
 
 def tap_cancel(ui, mission: str = "") -> None:
