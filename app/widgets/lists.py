@@ -12,11 +12,9 @@ from kivy.clock import Clock
 from kivy.factory import Factory
 from kivy.metrics import dp
 from kivy.properties import (
-    BooleanProperty,
     ListProperty,
     NumericProperty,
     ObjectProperty,
-    OptionProperty,
     StringProperty,
 )
 from kivy.uix.floatlayout import FloatLayout
@@ -218,15 +216,12 @@ class ScrollRows(FloatLayout):
     """``Rows`` that scroll, for up to some dozens. At rest the upper edge is that of a row; a partly visible row at the
     lower edge shows that there is more.
 
-    ``on_action(key, action, *values)`` comes from the rows. ``direction`` "x" is a strip whose rows share the width; if
-    not all fit, an arrow at each end scrolls by a page, which is easier with gloves.
+    ``on_action(key, action, *values)`` comes from the rows.
     """
 
     viewclass = StringProperty()
     data = ListProperty()
     spacing = NumericProperty(0)
-    direction = OptionProperty("y", options=("x", "y"))
-    paged = BooleanProperty(False)  # a strip that does not fit
 
     __events__ = ("on_action",)
 
@@ -247,29 +242,10 @@ class ScrollRows(FloatLayout):
         if view is not None:
             self.ids.scroll.scroll_to(view, padding=0, animate=False)
 
-    def in_sight(self, scroll_x, scroll_y, scroll, rows) -> tuple[float, float, float, float]:
+    def in_sight(self, scroll_y, scroll, rows) -> tuple[float, float, float, float]:
         """The part of the rows, whose size is ``rows``, that is visible in a scroll view of size ``scroll``."""
-        left, bottom = scroll_x * max(0, rows[0] - scroll[0]), scroll_y * max(0, rows[1] - scroll[1])
-        return left, bottom, left + scroll[0], bottom + scroll[1]
-
-    def width_of_strip(self, seen: float, needed: float) -> float:
-        """The heights of a strip's rows, so that none is cut at the end of the visible part ``seen`` (px). ``needed``:
-        least height of all rows, px."""
-        rows = self.ids.rows.children
-        if not rows or needed <= seen or self.direction == "y":
-            return seen
-        at_once = max(1, int((seen + self.spacing) / (max(row.size_hint_min_x or 0 for row in rows) + self.spacing)))
-        return (seen + self.spacing) * len(rows) / at_once - self.spacing
-
-    def turn(self, direction: int) -> None:
-        """Show the next (1) or the previous (-1) rows of a strip."""
-        scroll, rows = self.ids.scroll, self.ids.rows
-        hidden = rows.width - scroll.width
-        if hidden > 0:
-            step = (scroll.width + self.spacing) / hidden
-            Animation(scroll_x=min(1.0, max(0.0, scroll.scroll_x + direction * step)), d=0.2, t="out_quad").start(
-                scroll
-            )
+        bottom = scroll_y * max(0, rows[1] - scroll[1])
+        return 0, bottom, scroll[0], bottom + scroll[1]
 
     def _hold(self, *_):
         self._held = True
@@ -286,7 +262,7 @@ class ScrollRows(FloatLayout):
     def _snap(self, _dt):
         scroll, rows = self.ids.scroll, self.ids.rows
         hidden = rows.height - scroll.height
-        if self._held or self.direction == "x" or hidden < 1:
+        if self._held or hidden < 1:
             return
         above = (1 - scroll.scroll_y) * hidden
         edges = [rows.top - view.top for view in rows.children]

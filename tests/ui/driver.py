@@ -1,8 +1,8 @@
 """Hands and eyes of a test: virtual time, taps, typing, keys, and what can be seen.
 
 def test_cancel(ui):
-    row = ui.show(Factory.QueueRow(mission="Deliver"))
-    ui.tap(ui.find(IconButton))
+    row = ui.show(Factory.ListRow(item=Item(1, "Deliver")))
+    ui.tap(row)
     assert "Deliver" in ui.texts()
 """
 

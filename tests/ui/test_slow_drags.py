@@ -16,10 +16,9 @@ from app.widgets.lanes import LONG, Lanes
 from app.widgets.lists import ScrollRows
 from app.widgets.long_list import LongList
 from app.widgets.pages import LowColumn, LowPage
-from app.widgets.rows import RobotChip
 from app.widgets.scrolling import ScrollPage
-from tests.support.rows import QueueEntry, RobotSummary
 from tests.ui.drawing import fired, put_down
+from tests.ui.queue_rows import queue
 
 
 def slow_drag(ui, widget: Widget, dx: float, dy: float, rest: float = 0.3) -> None:
@@ -116,9 +115,7 @@ def test_a_stepper_is_scrolled_before_it_repeats_and_keeps_the_finger_afterwards
 
 @pytest.mark.parametrize("kind", [ScrollRows, LongList])
 def test_a_row_is_scrolled(ui, kind):
-    rows = ui.show(
-        kind(viewclass="QueueRow", data=[QueueEntry(n, f"Mission {n}", "Run now") for n in range(30)]), (400, 300)
-    )
+    rows = ui.show(kind(viewclass="QueueRow", data=queue(*range(30))), (400, 300))
     scroll = rows.ids.scroll if kind is ScrollRows else rows
     happened = fired(rows, "on_action")
     ui.advance(0.5)
@@ -130,23 +127,12 @@ def test_a_row_is_scrolled(ui, kind):
 
 
 def test_a_list_comes_to_rest_on_a_row_after_a_slow_tap(ui):
-    rows = ui.show(
-        ScrollRows(viewclass="QueueRow", data=[QueueEntry(n, f"Mission {n}", "Run now") for n in range(30)]), (400, 300)
-    )
+    rows = ui.show(ScrollRows(viewclass="QueueRow", data=queue(*range(30))), (400, 300))
     ui.tap(ui.find_all(IconButton)[0], hold=0.4)
     scroll = rows.ids.scroll
     scroll.scroll_y = 1 - 100 / (scroll.viewport_size[1] - scroll.height)
     ui.advance(1)
     assert ((1 - scroll.scroll_y) * (scroll.viewport_size[1] - scroll.height) + 1) % 72 == pytest.approx(1, abs=1)
-
-
-def test_a_strip_is_turned(ui):
-    robots = [RobotSummary(n, f"Robot {n}", "", "", "neutral", "", "", "neutral", False) for n in range(20)]
-    strip = ui.show(ScrollRows(direction="x", viewclass="RobotChip", spacing=8, data=robots), (600, 64))
-    happened = fired(strip, "on_action")
-    slow_drag(ui, ui.find(RobotChip, key=1), -120, 0)
-    assert strip.ids.scroll.scroll_x > 0
-    assert happened == []
 
 
 def test_a_column_at_its_end_hands_it_on_to_the_page(ui):

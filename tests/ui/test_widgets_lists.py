@@ -7,24 +7,15 @@ import pytest
 from app.widgets.buttons import IconButton
 from app.widgets.lists import KEPT, STILL, Rows, ScrollRows
 from app.widgets.long_list import LongList
-from app.widgets.rows import QueueRow, RobotChip
 from app.widgets.text import Txt
-from tests.support.rows import QueueEntry, RobotSummary
 from tests.ui.checks import parents, visible_area
+from tests.ui.queue_rows import QueueRow, entry, queue
 
 
 def actions_of(rows) -> list[tuple]:
     calls: list[tuple] = []
-    rows.bind(on_action=lambda _rows, *values: calls.append(values))
+    rows.bind(on_action=lambda _rows, key, name, *_rest: calls.append((key, name)))
     return calls
-
-
-def queue(*keys: int) -> list[QueueEntry]:
-    return [QueueEntry(key, f"Mission {key}", "Run now", number=str(key)) for key in keys]
-
-
-def robots(count: int) -> list[RobotSummary]:
-    return [RobotSummary(n, f"Robot {n}", "", "", "neutral", "", "", "neutral", False) for n in range(count)]
 
 
 def test_the_cross_of_a_row_cancels_what_the_row_shows(ui):
@@ -35,13 +26,10 @@ def test_the_cross_of_a_row_cancels_what_the_row_shows(ui):
     assert calls == [(8, "cancel")]
 
 
-def test_a_row_without_a_cross_cannot_be_cancelled(ui):
-    rows = ui.show(
-        ScrollRows(viewclass="QueueRow", data=[QueueEntry(1, "Dock", "Run now", cancellable=False)]), (400, 300)
-    )
+def test_a_row_whose_cross_is_off_cannot_be_cancelled(ui):
+    rows = ui.show(ScrollRows(viewclass="QueueRow", data=[entry(1, "Dock", off="Being cancelled")]), (400, 300))
     calls = actions_of(rows)
-    cross = next(w for w in rows.walk() if isinstance(w, IconButton) and w.icon == "close")
-    ui.tap(cross)
+    ui.tap(ui.find(IconButton, root=ui.find(QueueRow)))
     assert calls == []
 
 
@@ -146,10 +134,9 @@ def test_rows_are_updated_not_rebuilt(ui):
     rows = Rows(viewclass="QueueRow", orientation="vertical", data=queue(1, 2))
     ui.show(rows, (400, 300))
     first = ui.find(QueueRow, key=1)
-    rows.data = [QueueEntry(2, "Two", "Run now"), QueueEntry(1, "One", "Run now", icon="play")]
+    rows.data = [entry(2, "Two"), entry(1, "One")]
     assert ui.find(QueueRow, key=1) is first
-    assert first.mission == "One"
-    assert first.number == ""
+    assert (first.item.title, first.item.number) == ("One", "")
     assert [row.key for row in reversed(rows.children)] == [2, 1]
 
 
@@ -159,7 +146,7 @@ def test_a_new_row_reuses_the_view_of_a_removed_one(ui):
     rows.data = queue(3, 4, 5)
     ui.advance()
     assert set(rows.children) == views
-    assert [view.mission for view in reversed(rows.children)] == ["Mission 3", "Mission 4", "Mission 5"]
+    assert [view.item.title for view in reversed(rows.children)] == ["Mission 3", "Mission 4", "Mission 5"]
     rows.data = []
     rows.data = queue(6)
     assert set(rows.children) <= views
@@ -204,76 +191,31 @@ def test_a_list_begins_with_a_whole_row_and_ends_with_a_partial_one(ui, kind):
     assert seen() == [(16, 250 - 3 * 72), (17, 72), (18, 72), (19, 72)]
 
 
-def test_a_strip_shares_its_width_or_turns_pages(ui):
-    strip = ScrollRows(direction="x", viewclass="RobotChip", spacing=8, data=robots(3))
-    ui.show(strip, (600, 64))
-    assert not strip.paged
-    assert ui.find(RobotChip).width == pytest.approx((600 - 16) / 3)
-    calls = actions_of(strip)
-    strip.data = robots(20)
-    ui.advance()
-    assert strip.paged
-    ui.tap(ui.find(IconButton, icon="chevron-right"))
-    ui.advance(0.5)
-    assert strip.ids.scroll.scroll_x > 0
-    strip.show(15)
-    ui.advance(0.5)
-    ui.tap(ui.find(RobotChip, key=15))
-    assert calls == [(15, "choose")]
-
-
-def drawn(strip) -> set[int]:
+def drawn(rows) -> set[int]:
     """Keys of the rows that are drawn."""
-    return {view.key for view in strip.ids.rows.children if view.canvas in strip.ids.rows.canvas.children}
+    return {view.key for view in rows.ids.rows.children if view.canvas in rows.ids.rows.canvas.children}
 
 
-def seen(strip) -> set[int]:
+def seen(rows) -> set[int]:
     """Keys of the rows that lie in the scroll view."""
-    scroll = strip.ids.scroll
-    left = scroll.to_window(scroll.x, 0)[0]
-    return {
-        view.key
-        for view in strip.ids.rows.children
-        if left - view.width < view.to_window(view.x, 0)[0] < left + scroll.width
-    }
+    return {view.key for view in rows.ids.rows.children if visible_area(view, parents(view)) is not None}
 
 
-def test_only_the_visible_part_of_a_strip_is_drawn(ui):
-    chips = robots(20)
-    strip = ui.show(ScrollRows(direction="x", viewclass="RobotChip", spacing=8, data=chips), (600, 64))
-    assert 0 in seen(strip)
-    assert drawn(strip) == seen(strip)
-    assert len(drawn(strip)) <= 5
-    strip.show(15)
+def test_only_the_rows_in_sight_are_drawn(ui):
+    data = queue(*range(20))
+    rows = ui.show(ScrollRows(viewclass="QueueRow", data=data), (400, 250))
+    assert 0 in seen(rows)
+    assert drawn(rows) == seen(rows)
+    assert len(drawn(rows)) <= 5
+    rows.show(15)
     ui.advance(0.5)
-    assert 15 in seen(strip)
-    assert drawn(strip) == seen(strip)
-    for data in (chips[::-1], chips[:2], chips):  # moved, removed, come again
-        strip.data = data
+    assert 15 in seen(rows)
+    assert drawn(rows) == seen(rows)
+    for changed in (data[::-1], data[:2], data):  # moved, removed, come again
+        rows.data = changed
         ui.advance(0.2)
-        assert seen(strip)
-        assert drawn(strip) == seen(strip)
-
-
-@pytest.mark.parametrize("width", [300, 352, 480, 600])
-def test_no_chip_of_a_strip_is_cut_wherever_its_arrows_lead(ui, width):
-    strip = ui.show(ScrollRows(direction="x", viewclass="RobotChip", spacing=8, data=robots(7)), (width, 72))
-    for _n in range(7):
-        left = strip.ids.scroll.to_window(strip.ids.scroll.x, 0)[0]
-        right = left + strip.ids.scroll.width
-        edges = [(chip.to_window(chip.x, 0)[0], chip.to_window(chip.right, 0)[0]) for chip in strip.ids.rows.children]
-        assert not [edge for edge in edges if edge[0] < left - 1 < edge[1] - 2 or edge[0] + 2 < right + 1 < edge[1]]
-        ui.tap(ui.find_all(IconButton)[-1])
-        ui.advance(0.5)
-
-
-def test_three_robots_have_room_on_a_small_strip(ui):
-    strip = ui.show(ScrollRows(direction="x", viewclass="SmallRobotChip", spacing=8, data=robots(3)), (352, 72))
-    assert not strip.paged
-    for chip in ui.find_all(RobotChip):
-        for label in (widget for widget in chip.walk(restrict=True) if isinstance(widget, Txt) and widget.text):
-            assert label.to_window(label.right, 0)[0] <= chip.to_window(chip.right, 0)[0]
-            assert label.texture_size[0] <= label.width + 1
+        assert seen(rows)
+        assert drawn(rows) == seen(rows)
 
 
 # ---------------------------------------------------------------------- rows keep their order under a finger
