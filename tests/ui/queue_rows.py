@@ -1,4 +1,4 @@
-"""A plain row with a cross, of which the tests of lists make their lists."""
+"""A plain row with a cross, for the tests of lists."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from datetime import datetime
 from typing import Any
 
 from kivy.core.window import Window
-from kivy.metrics import dp
+from kivy.metrics import dp, sp
 from kivy.properties import BooleanProperty, ListProperty
 from kivy.uix.widget import Widget
 
@@ -284,8 +284,8 @@ class HomeScreen(Pages):
     def _choose_layout(self, *_: Any) -> None:
         if not self.vm.loaded:
             return
-        is_narrow, height = Window.width < dp(1000), Window.height
-        is_small = (is_narrow and height < dp(1000)) or height < dp(580)
+        (width, height), is_narrow = Window.size, Window.width < dp(1000)
+        is_small = height < dp(1000 if is_narrow else 580) or width < sp(610)
         one = "small" if is_small else "tall" if is_narrow else "low" if self.low else "wide"
         layout = NO_ROBOT if not self.vm.has_robots else ALL_ROBOTS if self.vm.fleet.is_shown else one
         if self.vm.shows_map and layout == one:
