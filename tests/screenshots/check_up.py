@@ -58,7 +58,7 @@ class Checked(Plant):
         """The check-up of a robot, with its dialog open."""
         page = self.screen(studio).page
         robot = next(robot for robot in page.context.facts.robots if robot.name == name)
-        page.act(robot.id, "check up")
+        page._open_check_up(robot)
         self.settle(studio)
         return page._check_ups[robot.id]
 

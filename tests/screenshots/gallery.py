@@ -8,6 +8,7 @@ from kivy.lang import Builder
 
 from app.screens.common.options import MenuItem, Option
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, Menu
+from app.widgets.list_row import RowIcon
 from app.widgets.pickers import DateDialog, TimeDialog
 from app.widgets.snackbar import Snackbars
 from tests.screenshots.gallery_pages import PAGES
@@ -125,7 +126,7 @@ def menu(studio):
     page(studio, "GalleryLists")
     return studio.dialogs.open(
         Menu(
-            anchor=studio.driver.find(icon="dots-vertical"),
+            anchor=studio.driver.find_all(RowIcon)[0],
             title="Deliver kits to line 2",
             text="Aino",
             items=[

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from app.screens.settings.robot_sheet import RobotSheet
-from app.widgets.fields import FormField, StepField
+from app.widgets.fields import Field, FormField
 from app.widgets.keyboard import DockedKeyboard
 from tests.screenshots.registry import BOTH, GLOVES, LARGE_TEXT, SMALL, picture
 from tests.screenshots.settings import Plant
@@ -37,5 +37,5 @@ def letters(studio: Any) -> Any:
 @picture("keyboard-numbers", sizes=SIZES)
 def numbers(studio: Any) -> Any:
     screen = Plant(studio).screen(studio, "scheduler")
-    field = next(widget for widget in screen.walk() if isinstance(widget, StepField))
+    field = next(widget for widget in screen.walk() if isinstance(widget, Field) and widget.kind == "step")
     return typed_into(studio, field)

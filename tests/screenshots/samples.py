@@ -9,7 +9,7 @@ from types import SimpleNamespace
 from app.screens.logs.key_figures import Card, DayBar, RobotBar, with_unit
 from app.screens.scheduler.timeline import Bar, Lane
 from app.services.robots.map_picture import Place
-from app.widgets.items import Item
+from app.widgets.items import Action, Item
 
 FRIDAY = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
 NAV = [
@@ -18,10 +18,39 @@ NAV = [
     ("logs", "Logs", "text-box-outline", "text-box"),
     ("settings", "Settings", "cog-outline", "cog"),
 ]
+MENU = (Action("menu", icon="dots-vertical"),)
 SCHEDULES = [
-    Item(1, "Deliver kits to line 2", "Hourly 06–18, Mon–Fri", lead="15:00", place="Aino", meta="14:05", on=True),
-    Item(2, "Waste to compactor", "Mon, Wed, Fri 16:30", lead="16:30", place="Veikko", meta="Failed", on=True),
-    Item(3, "Floor wash, hall A", "Daily 22:00", lead="–", place="Veikko", meta="Off", on=False, look="faint"),
+    Item(
+        1,
+        "Deliver kits to line 2",
+        "Hourly 06–18, Mon–Fri",
+        lead="15:00",
+        place="Aino",
+        meta="14:05",
+        actions=MENU,
+        on=True,
+    ),
+    Item(
+        2,
+        "Waste to compactor",
+        "Mon, Wed, Fri 16:30",
+        lead="16:30",
+        place="Veikko",
+        meta="Failed",
+        actions=MENU,
+        on=True,
+    ),
+    Item(
+        3,
+        "Floor wash, hall A",
+        "Daily 22:00",
+        lead="–",
+        place="Veikko",
+        meta="Off",
+        actions=MENU,
+        on=False,
+        look="faint",
+    ),
 ]
 
 

@@ -253,7 +253,7 @@ def place_dialog(studio):
 @picture("settings-list", sizes=(PORTRAIT,))
 def section_list(studio):
     screen = Plant(studio).screen(studio)
-    screen.close()
+    screen.go_back()
     studio.driver.advance()
     return screen
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from app.container import Container
 from app.domain.models import Schedule
+from app.screens.logs.view import Period
 from tests.screenshots.planning import EVERY_SIZE, Stand
 from tests.screenshots.registry import BOTH, LARGE_TEXT, SMALL, picture
 from tests.support import month
@@ -64,7 +65,7 @@ def skipped_ahead(studio: Any) -> Any:
         container.pausing.skip(kits, MONDAY)
 
     stand = Stand(studio, "logs", prepare=skip)
-    stand.vm.choose_period("all")
+    stand.vm.set_filters(period=Period.ALL)
     stand.settle()
     stand.vm.toggle(stand.vm.rows[0].key)
     return stand.settle()

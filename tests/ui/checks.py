@@ -22,6 +22,7 @@ from kivy.uix.textinput import TextInput
 from kivy.uix.widget import Widget
 
 from app.widgets.fields import Field
+from app.widgets.sheet import Sheet
 from app.widgets.surfaces import Passive
 from app.widgets.text import SEAM, line_width
 from app.widgets.tokens import COLOURS, THEMES, TONES, tk
@@ -39,6 +40,8 @@ DIVIDED = (
     "CauseRow",
     "TrendRow",
     "Segment",
+    "Toggle",
+    "BoardKey",
 )
 LONGEST_WORD = 30  # characters, also in Finnish
 
@@ -260,11 +263,22 @@ def _gap_problems(targets: list[tuple[Widget, tuple[Widget, ...]]]) -> Iterator[
         for b, b_above, (bx, by, bright, btop) in seen[n + 1 :]:
             if a in b_above or b in a_above or _one_field(a_above, b_above):
                 continue
+            if _is_beneath(b, b_above, a_above) or _is_beneath(a, a_above, b_above):
+                continue
             gap = max(bx - aright, ax - bright, by - atop, ay - btop)
             if gap > -SLACK and _is_divided(a) and _is_divided(b):
                 continue
             if gap < dp(GAP) - SLACK:
                 yield f"gap {gap:.0f} px between {name_of(a)} and {name_of(b)}"
+
+
+def _is_beneath(widget: Widget, above: tuple[Widget, ...], other_above: tuple[Widget, ...]) -> bool:
+    """Under the sheet that holds the other one, which keeps the touches there."""
+    sheet = next((part for part in other_above if isinstance(part, Sheet)), None)
+    if sheet is None or sheet in above:
+        return False
+    (x, y, right, top), (sx, sy, sright, stop) = area(widget), area(sheet)
+    return min(right, sright) - max(x, sx) > SLACK and min(top, stop) - max(y, sy) > SLACK
 
 
 def _is_divided(widget: Widget) -> bool:
@@ -274,7 +288,7 @@ def _is_divided(widget: Widget) -> bool:
 
 def _one_field(a_above: tuple[Widget, ...], b_above: tuple[Widget, ...]) -> bool:
     """A field and the icon inside its frame belong together."""
-    return type(a_above[-1]).__name__ == "FieldFrame" and a_above[-1] is b_above[-1]
+    return type(a_above[-1]).__name__ in ("FieldFrame", "FieldLine") and a_above[-1] is b_above[-1]
 
 
 # ---------------------------------------------------------------------- contrast of the tokens

@@ -40,7 +40,7 @@ NARROW = SIZES[-1]
 FONT_SCALES = (1.0, 1.3)
 SCREENS = ("home", "scheduler", "logs", "settings-robots")
 ALARM, ALARM_NOTE = "Aino: Failed to reach goal position 'Line 2'", "14:37"
-SAME_LETTERS = {"Yes", "No", "To"}  # a robot's own answers, and Thursday in Finnish
+SAME_LETTERS = {"Yes", "No", "To", "Summer break"}  # a robot's own answers, Thursday in Finnish, a name in a file
 SAMPLES = "gallery-"  # pictures of components with words of their own
 
 
