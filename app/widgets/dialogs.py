@@ -4,7 +4,7 @@ A dialog's kv adds its content and, as a ``DialogActions`` box, its buttons; the
 
     <RobotSheet>:                       # class RobotSheet(FormDialog)
         title: root.vm.title
-        FormField:
+        Field:
             label: tr._("Name")
         DialogActions:
             CommandButton:

@@ -269,23 +269,6 @@ class Field(BoxLayout):
         self.commit()
 
 
-class FormField(Field):
-    """Going: a Field."""
-
-
-class PickField(Field):
-    """Going: a Field of the kind pick."""
-
-    kind = OptionProperty("pick", options=["pick"])
-    value = ObjectProperty("–")
-
-
-class StepField(Field):
-    """Going: a Field of the kind step."""
-
-    kind = OptionProperty("step", options=["step"])
-
-
 class FieldPart(FloatLayout):
     """The line of one kind of field, ``card``."""
 

@@ -11,7 +11,7 @@ from kivy.uix.stacklayout import StackLayout
 
 from app.widgets.buttons import ChoiceChip
 from app.widgets.dialogs import ChoiceDialog
-from app.widgets.fields import FormField, PickField, StepField
+from app.widgets.fields import Field
 from app.widgets.positions import OnMap  # noqa: F401  (kv's Factory learns it)
 from app.widgets.tr import tr
 
@@ -82,7 +82,7 @@ class Offer(NamedTuple):
     tone: str = "neutral"
 
 
-class ChoiceField(PickField):
+class ChoiceField(Field):
     """A choice of many, in a list that can be searched: ``chosen`` is its key."""
 
     options = ListProperty()  # [(key, word), …]
@@ -133,7 +133,7 @@ class ParameterFields(BoxLayout):
     __events__ = ("on_entered",)
 
     def __init__(self, **kwargs):
-        self._views: dict[str, FormField | StepField | ChoiceRow | ChoiceField | PositionRow] = {}
+        self._views: dict[str, Field | ChoiceRow | PositionRow] = {}
         super().__init__(**kwargs)
         self.fbind("fields", self._build)
         self.fbind("problems", self._show_problems)
@@ -152,7 +152,8 @@ class ParameterFields(BoxLayout):
                 view = CHOICES[field.kind](label=field.label, options=field.choices, chosen=field.default)
             elif field.kind == "steps":
                 low, high = field.limits
-                view = StepField(
+                view = Field(
+                    kind="step",
                     label=field.label,
                     help=field.help,
                     minimum=low,
@@ -165,7 +166,7 @@ class ParameterFields(BoxLayout):
                 )  # also one that can't be: it stays as typed
                 view.commit()
             else:
-                view = FormField(
+                view = Field(
                     label=field.label,
                     kind=field.kind,
                     help=field.help,

@@ -86,27 +86,29 @@ PAGES = """
                     height: self.minimum_height
                     pos_hint: {"top": 1}
                     spacing: S16
-                    FormField:
+                    Field:
                         label: "Name"
                         text: "Veikko"
                         help: "As people call it"
-                    FormField:
+                    Field:
                         label: "Address"
                         hint: "10.40.12.22 or robot.local"
                         problem: "Nothing answers at 10.40.12.99: is it switched on, and on this network?"
-                    FormField:
+                    Field:
                         label: "Password"
                         text: "secret"
                         password: True
                         help: "Never shown again"
-                    StepField:
+                    Field:
+                        kind: "step"
                         label: "Ask robots every"
                         unit: "s"
                         value: 30
                         minimum: 1
                         maximum: 3600
                         help: "1–3600 s"
-                    StepField:
+                    Field:
+                        kind: "step"
                         label: "Retry limit"
                         value: 10
                         text: "40"
@@ -117,11 +119,13 @@ PAGES = """
                     height: self.minimum_height
                     pos_hint: {"top": 1}
                     spacing: S16
-                    PickField:
+                    Field:
+                        kind: "pick"
                         label: "Mission"
                         value: "Deliver kits to line 2"
                         icon: "magnify"
-                    PickField:
+                    Field:
+                        kind: "pick"
                         label: "First day"
                         value: "Sat 21 Nov 2026"
                         icon: "calendar-month"

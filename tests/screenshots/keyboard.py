@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from app.screens.settings.robot_sheet import RobotSheet
-from app.widgets.fields import Field, FormField
+from app.widgets.fields import Field
 from app.widgets.keyboard import DockedKeyboard
 from tests.screenshots.registry import BOTH, GLOVES, LARGE_TEXT, SMALL, picture
 from tests.screenshots.settings import Plant
@@ -30,7 +30,7 @@ def letters(studio: Any) -> Any:
     studio.afterwards(context.shell.sheets.close)
     context.shell.sheets.show(dialog)
     studio.driver.advance(0.2)
-    field: FormField = dialog.ids.username_field
+    field: Field = dialog.ids.username_field
     return typed_into(studio, field)
 
 

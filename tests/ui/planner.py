@@ -18,7 +18,7 @@ from app.screens.scheduler.cards import FormSheet, ScheduleRow, TimeCell
 from app.screens.scheduler.view import Listing
 from app.widgets.buttons import CommandButton, IconButton, Segment
 from app.widgets.dialogs import ChoiceDialog, Menu, MenuRow
-from app.widgets.fields import PickField, SearchField
+from app.widgets.fields import Field, SearchField
 from app.widgets.lanes import Lanes
 from app.widgets.pickers import DateDialog, DayCell
 from app.widgets.rows import OptionRow
@@ -78,8 +78,8 @@ def tab(app, ui, key: str) -> None:
     settle(app, ui)
 
 
-def field(ui, label: str) -> PickField:
-    return ui.find(PickField, label=label)
+def field(ui, label: str) -> Field:
+    return ui.find(Field, label=label)
 
 
 def choose(app, ui, label: str, option: str) -> None:

@@ -79,10 +79,12 @@ def test_fields_that_are_not_level_are_found(ui):
         ui,
         """MDGridLayout:
             cols: 2
-            StepField:
+            Field:
+                kind: "step"
                 label: 'Left'
                 help: 'several lines of help ' * 9
-            StepField:
+            Field:
+                kind: "step"
                 label: 'Right'""",
     )
     assert [found for found in checks.problems(root) if "level" in found]

@@ -13,7 +13,7 @@ from app.domain.models import Group, Mission, Overlap, Robot, Schedule, State
 from app.screens.scheduler.cards import FormNote, FormSheet, TimeCell
 from app.widgets.buttons import CommandButton, Segment
 from app.widgets.dialogs import ChoiceDialog
-from app.widgets.fields import PickField
+from app.widgets.fields import Field
 from app.widgets.rows import OptionRow
 from tests.ui.test_plan_to_log import ShiftedClock, go
 from tests.ui.whole_app import GUIDS, PASSWORD, USER, shown
@@ -41,7 +41,7 @@ def site(tmp_path: Path, fleet):
 
 
 def pick(ui, label: str, option: str) -> None:
-    ui.tap(ui.find(PickField, label=label))
+    ui.tap(ui.find(Field, label=label))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
     ui.advance(0.3)
     ui.tap(ui.find(OptionRow, text=option))
@@ -59,8 +59,8 @@ def test_one_robot_breaks_the_other_comes_and_nothing_runs_twice(site, fleet, ui
         plan = app.shell.navigator.screen("scheduler").vm
         ui.wait(lambda: app.shell.background.idle and plan.has_robots)
         plan.form.begin()
-        ui.wait(lambda: app.shell.background.idle and ui.find_all(PickField, label="Robot", value="Aino"))
-        ui.tap(ui.find(PickField, label="Robot"))
+        ui.wait(lambda: app.shell.background.idle and ui.find_all(Field, label="Robot", value="Aino"))
+        ui.tap(ui.find(Field, label="Robot"))
         ui.wait(lambda: ui.find_all(ChoiceDialog))
         ui.advance(0.3)
         assert [row.text for row in sorted(ui.find_all(OptionRow), key=lambda row: -row.y)] == [
@@ -71,7 +71,7 @@ def test_one_robot_breaks_the_other_comes_and_nothing_runs_twice(site, fleet, ui
         ui.tap(ui.find(OptionRow, text="Any of Hall 1"))
         ui.advance(0.3)
         pick(ui, "Mission", "Home")
-        ui.tap(ui.find(PickField, label="Time"))
+        ui.tap(ui.find(Field, label="Time"))
         ui.advance(0.5)
         for hour_or_minute in ("06", "30"):
             ui.tap(ui.find(TimeCell, text=hour_or_minute))

@@ -16,7 +16,7 @@ from app.screens.scheduler.axis import Band
 from app.screens.scheduler.timeline import Bar, Lane
 from app.widgets.buttons import CommandButton
 from app.widgets.display import SectionCard
-from app.widgets.fields import FieldInput, FormField
+from app.widgets.fields import Field, FieldInput
 from app.widgets.lanes import Lanes
 from app.widgets.long_list import LongList
 from app.widgets.panel_grid import PanelGrid
@@ -152,7 +152,7 @@ def test_the_ring_is_drawn_while_keys_are_used(ui, keys):
 
 def test_the_ring_rests_while_a_field_that_its_button_opened_takes_the_keys(ui, keys):
     page = page_of("Search")
-    field = FormField(label="Words")
+    field = Field(label="Words")
     page.add_widget(field)
     ui.show(page, (300, 300))
     before = ring_at()
@@ -198,7 +198,7 @@ def test_a_key_that_is_held_presses_once(ui, keys):
 
 def test_enter_ends_a_field_and_leaves_its_place_in_the_round(ui, keys):
     page = page_of()
-    for widget in (FormField(label="Name"), CommandButton(text="Save")):
+    for widget in (Field(label="Name"), CommandButton(text="Save")):
         page.add_widget(widget)
     ui.show(page, (300, 300))
     ui.key(TAB)
@@ -212,7 +212,7 @@ def test_enter_ends_a_field_and_leaves_its_place_in_the_round(ui, keys):
 
 
 def test_tab_into_a_field_selects_what_is_in_it(ui, keys):
-    field = ui.show(FormField(label="Minutes", text="15"), (300, 90))
+    field = ui.show(Field(label="Minutes", text="15"), (300, 90))
     ui.key(TAB)
     assert ui.find(FieldInput, field).selection_text == "15"
 
@@ -311,7 +311,7 @@ def test_a_disabled_or_hidden_button_is_passed_over(ui, keys):
 
 def test_tab_leaves_a_field_for_the_button_after_it(ui, keys):
     page = page_of()
-    for widget in (FormField(label="Name"), CommandButton(text="Save")):
+    for widget in (Field(label="Name"), CommandButton(text="Save")):
         page.add_widget(widget)
     ui.show(page, (300, 300))
     ui.key(TAB)

@@ -6,7 +6,7 @@ import string
 
 import pytest
 
-from app.widgets.fields import FieldInput, FormField, StepField
+from app.widgets.fields import Field, FieldInput
 from app.widgets.keyboard import PAGES, BoardKey, DockedKeyboard
 from app.widgets.tokens import tk
 from tests.ui import checks
@@ -30,7 +30,7 @@ def bottom(field) -> float:
 
 
 def test_the_field_is_lifted_above_it_and_all_is_put_down_again(ui):
-    field = ui.show(FormField(label="Name"), (400, 90))
+    field = ui.show(Field(label="Name"), (400, 90))
     field.pos_hint, field.y = {}, 40
     ui.advance()
     keys = DockedKeyboard(lambda: True)
@@ -59,7 +59,7 @@ def test_all_of_ascii_can_be_typed_on_it():
 
 
 def test_a_rare_sign_is_two_keys_away(ui):
-    field = ui.show(FormField(label="Password"), (400, 90))
+    field = ui.show(Field(label="Password"), (400, 90))
     keys = DockedKeyboard(lambda: True)
     keys.start()
     try:
@@ -71,7 +71,7 @@ def test_a_rare_sign_is_two_keys_away(ui):
 
 
 def test_a_closed_keyboard_keeps_only_the_page_of_letters(ui):
-    field = ui.show(FormField(label="Password"), (400, 90))
+    field = ui.show(Field(label="Password"), (400, 90))
     keys = DockedKeyboard(lambda: True)
     keys.start()
     try:
@@ -89,7 +89,7 @@ def test_a_closed_keyboard_keeps_only_the_page_of_letters(ui):
 
 
 def test_the_keyboard_hides_when_a_real_one_types_and_returns_for_a_finger(ui):
-    field = ui.show(FormField(label="Name"), (400, 90))
+    field = ui.show(Field(label="Name"), (400, 90))
     keys = DockedKeyboard(lambda: True)
     keys.start()
     try:
@@ -109,11 +109,11 @@ def test_the_keyboard_hides_when_a_real_one_types_and_returns_for_a_finger(ui):
 @pytest.mark.parametrize(
     ("field", "signs"),
     [
-        (lambda: FormField(kind="decimal"), ["-", ","]),
-        (lambda: FormField(kind="int"), ["-"]),
-        (lambda: FormField(kind="count"), []),
-        (lambda: StepField(minimum=1), []),
-        (lambda: StepField(minimum=-5), ["-"]),
+        (lambda: Field(kind="decimal"), ["-", ","]),
+        (lambda: Field(kind="int"), ["-"]),
+        (lambda: Field(kind="count"), []),
+        (lambda: Field(kind="step", minimum=1), []),
+        (lambda: Field(kind="step", minimum=-5), ["-"]),
     ],
 )
 def test_the_number_pad_has_the_signs_that_the_field_can_use(ui, field, signs):

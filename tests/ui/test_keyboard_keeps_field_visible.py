@@ -11,7 +11,7 @@ from app.screens.common.options import Option
 from app.screens.common.overlays import Dialogs
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog, Dialog, FormDialog
-from app.widgets.fields import FieldInput, FormField
+from app.widgets.fields import Field, FieldInput
 from app.widgets.keyboard import DockedKeyboard
 from app.widgets.sheet import Sheet
 from tests.support.examples import at_night, first_of_each
@@ -44,7 +44,7 @@ def keys(ui, request) -> Iterator[DockedKeyboard]:
 def long_form() -> FormDialog:
     dialog = FormDialog(title="A form")
     for n in range(8):
-        dialog.add_content(FormField(label=f"Field {n}", help="What to enter here"))
+        dialog.add_content(Field(label=f"Field {n}", help="What to enter here"))
     return dialog
 
 

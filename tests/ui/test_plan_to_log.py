@@ -15,7 +15,7 @@ from app.screens.home.cards import TodayRow
 from app.screens.scheduler.cards import TimeCell
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog
-from app.widgets.fields import PickField
+from app.widgets.fields import Field
 from app.widgets.figures import FigureCard
 from app.widgets.frame import NavItem
 from app.widgets.list_row import ListRow
@@ -73,7 +73,7 @@ def plan_home(app, site, ui) -> None:
     ui.advance(0.3)
     ui.tap(ui.find(OptionRow, text="Home"))
     ui.advance(0.5)
-    ui.tap(ui.find(PickField, label="Time"))
+    ui.tap(ui.find(Field, label="Time"))
     ui.advance(0.5)
     for hour_or_minute in ("06", "30"):
         ui.tap(ui.find(TimeCell, text=hour_or_minute))

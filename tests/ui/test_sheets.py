@@ -15,7 +15,7 @@ from app.screens.common.view_model import Navigator, ScreenBase, Snackbars
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.dialogs import ESCAPE
 from app.widgets.dock import dock
-from app.widgets.fields import FormField
+from app.widgets.fields import Field
 from app.widgets.sheet import Sheet, SheetPlace
 
 WIDE, LOW, TALL = (1280, 800), (1024, 600), (800, 1280)
@@ -96,7 +96,7 @@ def test_a_sheet_closes_by_its_cross_by_esc_and_with_its_screen(ui, room, way):
 
 
 def test_undo_brings_back_what_was_entered_even_from_another_screen(ui, room):
-    field = FormField(label="Name")
+    field = Field(label="Name")
     sheet = Sheet(draft=True)
     sheet.add_widget(field)
     room.sheets.show(sheet)

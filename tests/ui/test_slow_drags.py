@@ -11,7 +11,7 @@ from kivy.uix.widget import Widget
 
 from app.screens.scheduler.timeline import Bar, Lane
 from app.widgets.buttons import ChoiceChip, IconButton, Segment, Toggle
-from app.widgets.fields import FieldInput, FormField, RepeatButton, StepField
+from app.widgets.fields import Field, FieldInput, RepeatButton
 from app.widgets.lanes import LONG, Lanes
 from app.widgets.lists import ScrollRows
 from app.widgets.long_list import LongList
@@ -74,7 +74,7 @@ def test_buttons_can_be_scrolled_however_long_the_finger_rested(ui, kind, make: 
 
 
 def test_a_field_is_scrolled_and_not_entered(ui):
-    page = page_of(ui, field := FormField(label="Name"))
+    page = page_of(ui, field := Field(label="Name"))
     slow_drag(ui, ui.find(FieldInput), 0, 120)
     assert page.scroll_y < 0.95
     assert not field.focus
@@ -98,7 +98,7 @@ def test_a_switch_stays_as_it_is(ui):
 
 
 def test_a_stepper_is_scrolled_before_it_repeats_and_keeps_the_finger_afterwards(ui):
-    page = page_of(ui, field := StepField(value=10, maximum=100))
+    page = page_of(ui, field := Field(kind="step", value=10, maximum=100))
     plus = ui.find(RepeatButton, icon="plus")
     slow_drag(ui, plus, 0, 120)
     assert page.scroll_y < 0.95

@@ -16,7 +16,7 @@ from app.screens.common.options import MenuItem, Option
 from app.screens.common.overlays import Dialogs
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, Dialog, FormDialog, Menu
-from app.widgets.fields import FormField
+from app.widgets.fields import Field
 from app.widgets.long_list import LongList
 from app.widgets.pickers import DateDialog, TimeDialog
 from app.widgets.rest import DOUBLE_TAP
@@ -67,7 +67,7 @@ def test_every_other_way_out_is_a_no(ui, dialogs, way_out):
 
 def test_escape_asks_before_what_was_typed_is_lost(ui, dialogs):
     dialog = FormDialog(title="Add robot")
-    field = FormField(label="Name", text="Aino")
+    field = Field(label="Name", text="Aino")
     dialog.add_widget(field)
     dialogs.open(dialog)
     ui.advance()
@@ -86,7 +86,7 @@ def test_escape_asks_before_what_was_typed_is_lost(ui, dialogs):
 
 def test_escape_closes_a_form_in_which_nothing_was_typed(ui, dialogs):
     dialog = FormDialog(title="Add robot")
-    dialog.add_widget(FormField(label="Name", text="Aino"))
+    dialog.add_widget(Field(label="Name", text="Aino"))
     dialogs.open(dialog)
     ui.advance()
     ui.key(ESCAPE)

@@ -9,7 +9,7 @@ from kivy.utils import get_hex_from_color
 from kivymd.uix.textfield import MDTextField
 
 from app.widgets.buttons import IconButton
-from app.widgets.fields import FieldInput, FormField, PickField, RepeatButton, SearchField, StepField
+from app.widgets.fields import Field, FieldInput, RepeatButton, SearchField
 from app.widgets.scrolling import ScrollPage
 from app.widgets.text import Ico, Large
 from app.widgets.tokens import THEMES, apply_theme, tk
@@ -25,7 +25,7 @@ def commits_of(field) -> list:
 
 
 def test_typing_commits_once_when_the_field_is_left(ui):
-    field = ui.show(FormField(label="Name"), (400, 120))
+    field = ui.show(Field(label="Name"), (400, 120))
     values = commits_of(field)
     ui.type(field, "Veikko")
     assert field.text == "Veikko"
@@ -41,7 +41,7 @@ def test_typing_commits_once_when_the_field_is_left(ui):
 
 
 def test_help_is_there_while_there_is_some(ui):
-    field = ui.show(FormField(label="Name"), (400, 120))
+    field = ui.show(Field(label="Name"), (400, 120))
     without = field.height
     assert ui.find_all(Ico, field) == []
     field.help = "As it is called on the floor"
@@ -58,7 +58,7 @@ def test_help_is_there_while_there_is_some(ui):
 
 
 def test_enter_commits_and_says_so(ui):
-    field = ui.show(FormField(), (400, 120))
+    field = ui.show(Field(), (400, 120))
     values = commits_of(field)
     entered: list[str] = []
     field.bind(on_enter=lambda f: entered.append(f.text))
@@ -69,7 +69,7 @@ def test_enter_commits_and_says_so(ui):
 
 
 def test_values_set_by_the_view_model_do_not_count_as_typed(ui):
-    field = ui.show(FormField(), (400, 120))
+    field = ui.show(Field(), (400, 120))
     values = commits_of(field)
     field.show("Aino")
     field.focus = True
@@ -81,7 +81,7 @@ def test_values_set_by_the_view_model_do_not_count_as_typed(ui):
 
 
 def test_a_problem_takes_the_place_of_the_help_and_turns_the_frame_red(ui):
-    field = ui.show(FormField(help="Its host name or IP"), (400, 120))
+    field = ui.show(Field(help="Its host name or IP"), (400, 120))
     assert "Its host name or IP" in ui.texts()
     field.problem = "Nothing answers there"
     ui.advance()
@@ -95,7 +95,7 @@ def test_a_problem_takes_the_place_of_the_help_and_turns_the_frame_red(ui):
 
 @pytest.mark.parametrize("theme", THEMES)
 def test_typed_text_can_be_read_and_the_frame_shows_the_focus(ui, theme):
-    field = ui.show(FormField(text="Aino"), (400, 120))
+    field = ui.show(Field(text="Aino"), (400, 120))
     line = ui.find(MDTextField)
     quiet = list(line.line_color), line.line_width
     apply_theme(ui.app.theme_cls, theme)  # live
@@ -119,15 +119,15 @@ def test_a_closed_field_leaves_nothing_at_the_theme(ui):
         return sum(len(theme.get_property_observers(name)) for name in theme.properties())
 
     theme = ui.app.theme_cls
-    ui.show(FormField(label="Name"), (400, 120))
+    ui.show(Field(label="Name"), (400, 120))
     before = followers()
     for _n in range(5):
-        ui.show(FormField(label="Name"), (400, 120))
+        ui.show(Field(label="Name"), (400, 120))
     assert followers() == before
 
 
 def test_help_lies_under_the_frame_and_counts_in_the_height(ui):
-    field = ui.show(FormField(label="Name", help="word " * 60))
+    field = ui.show(Field(label="Name", help="word " * 60))
     field.size_hint_x, field.width = None, 300
     ui.advance()
     frame = ui.find(FieldInput)
@@ -137,7 +137,7 @@ def test_help_lies_under_the_frame_and_counts_in_the_height(ui):
 
 
 def test_a_password_is_hidden_until_the_eye_is_pressed(ui):
-    field = ui.show(FormField(password=True), (400, 120))
+    field = ui.show(Field(password=True), (400, 120))
     ui.type(field, "secret")
     line = ui.find(FieldInput)
     assert line.password
@@ -147,7 +147,7 @@ def test_a_password_is_hidden_until_the_eye_is_pressed(ui):
 
 
 def test_a_shortened_text_is_reported_until_it_fits(ui):
-    field = ui.show(FormField(label="Name", help="Of the robot", max_length=5), (400, 120))
+    field = ui.show(Field(label="Name", help="Of the robot", max_length=5), (400, 120))
     ui.type(field, "Aino")
     assert ui.texts(field) == ["Name", "Of the robot"]
     ui.find(FieldInput).insert_text(" 2 at the press")  # pasted
@@ -162,7 +162,7 @@ def test_a_shortened_text_is_reported_until_it_fits(ui):
 @pytest.mark.parametrize("kind", ["count", "int", "decimal", "steps"])
 @pytest.mark.parametrize("typed", ["10,5", "1.5", "-3", "1a2", "1_5", "1e3"])
 def test_a_number_field_leaves_nothing_out_of_what_is_typed(ui, kind, typed):
-    field = ui.show(StepField(optional=True) if kind == "steps" else FormField(kind=kind), (400, 120))
+    field = ui.show(Field(kind="step", optional=True) if kind == "steps" else Field(kind=kind), (400, 120))
     ui.type(field, typed)
     field.focus = False
     ui.advance(0.1)
@@ -178,7 +178,7 @@ def test_search_can_be_emptied(ui):
 
 
 def test_a_pick_field_opens_something(ui):
-    field = ui.show(PickField(label="Mission", value="Deliver"), (300, 90))
+    field = ui.show(Field(kind="pick", label="Mission", value="Deliver"), (300, 90))
     taps: list[int] = []
     field.bind(on_release=lambda *_: taps.append(1))
     ui.tap_text("Deliver")
@@ -188,8 +188,8 @@ def test_a_pick_field_opens_something(ui):
     assert "Choose a mission" in ui.texts()
 
 
-def step_field(ui, **kwargs) -> StepField:
-    return ui.show(StepField(**kwargs), (360, 140))
+def step_field(ui, **kwargs) -> Field:
+    return ui.show(Field(kind="step", **kwargs), (360, 140))
 
 
 @pytest.mark.parametrize("value", [7, 8])
@@ -280,15 +280,15 @@ def test_the_range_may_come_after_the_value(ui):
 
 
 def test_a_narrow_pick_field_breaks_no_word(ui):
-    field = ui.show(PickField(label="Battery ≥", value="No minimum"), (126, 90))
+    field = ui.show(Field(kind="pick", label="Battery ≥", value="No minimum"), (126, 90))
     assert ui.find(Large, field).lines == 2
 
 
 # ---------------------------------------------------------------------- numbers are replaced
 NUMBERS = {
-    "steps": lambda: StepField(value=1, maximum=600),
-    "whole": lambda: FormField(kind="int", text="1"),
-    "decimal": lambda: FormField(kind="decimal", text="1"),
+    "steps": lambda: Field(kind="step", value=1, maximum=600),
+    "whole": lambda: Field(kind="int", text="1"),
+    "decimal": lambda: Field(kind="decimal", text="1"),
 }
 
 
@@ -315,7 +315,7 @@ def test_typing_replaces_a_number_that_was_tapped(ui, kind, typed_on):
 
 
 def test_another_tap_puts_the_cursor_into_a_number(ui):
-    field = ui.show(StepField(value=13, maximum=600), (400, 120))
+    field = ui.show(Field(kind="step", value=13, maximum=600), (400, 120))
     inside = ui.find(FieldInput)
     ui.tap(inside)
     ui.advance(1)
@@ -325,7 +325,7 @@ def test_another_tap_puts_the_cursor_into_a_number(ui):
 
 
 def test_a_text_that_is_tapped_stays(ui):
-    field = ui.show(FormField(text="Aino"), (400, 120))
+    field = ui.show(Field(text="Aino"), (400, 120))
     inside = ui.find(FieldInput)
     ui.tap_at(inside.right - 40, inside.center_y)
     Window.dispatch("on_textinput", "2")

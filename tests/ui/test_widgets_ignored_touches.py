@@ -12,7 +12,7 @@ from app.screens.common.overlays import Dialogs
 from app.screens.common.view_model import ScreenBase
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog, Dialog, FormDialog
-from app.widgets.fields import FieldInput, FormField
+from app.widgets.fields import Field, FieldInput
 from app.widgets.frame import Frame
 from app.widgets.keyboard import DockedKeyboard
 from app.widgets.rest import DOUBLE_TAP, SETTLES
@@ -293,7 +293,7 @@ def board(ui):
 
 def test_the_key_that_closes_the_keyboard_leaves_nothing_to_a_second_tap(ui, board, page):
     column = ui.show(BoxLayout(orientation="vertical"))
-    column.add_widget(field := FormField(label="Name", size_hint_y=None))
+    column.add_widget(field := Field(label="Name", size_hint_y=None))
     page.size_hint = 1, 1
     column.add_widget(page)
     ui.advance()
@@ -309,8 +309,8 @@ def test_the_key_that_closes_the_keyboard_leaves_nothing_to_a_second_tap(ui, boa
 
 def test_a_field_away_from_where_the_keyboard_was_takes_the_next_touch(ui, board):
     column = ui.show(BoxLayout(orientation="vertical"))
-    column.add_widget(first := FormField(label="Name", size_hint_y=None))
-    column.add_widget(second := FormField(label="Note", size_hint_y=None))
+    column.add_widget(first := Field(label="Name", size_hint_y=None))
+    column.add_widget(second := Field(label="Note", size_hint_y=None))
     column.add_widget(BoxLayout())
     ui.advance()
     ui.tap(ui.find(FieldInput, first))
@@ -324,7 +324,7 @@ def test_a_field_away_from_where_the_keyboard_was_takes_the_next_touch(ui, board
 def test_a_double_tap_on_a_field_types_nothing_on_the_keyboard_that_comes(ui, board):
     column = ui.show(BoxLayout(orientation="vertical"))
     column.add_widget(BoxLayout())
-    column.add_widget(field := FormField(label="Name", size_hint_y=None))
+    column.add_widget(field := Field(label="Name", size_hint_y=None))
     inside = ui.find(FieldInput)
     ui.advance()
     for gap in (0.15, 0.3, 0.45, 0.58):

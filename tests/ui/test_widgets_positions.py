@@ -17,7 +17,7 @@ from app.services.robots.map_picture import MapPicture, Place
 from app.widgets import load_kv
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog, Dialog
-from app.widgets.fields import FormField
+from app.widgets.fields import Field
 from app.widgets.flow import ChoiceField, ParameterFields
 from app.widgets.positions import OnMap, PositionDialog, PositionsMap, Spot
 from app.widgets.robot_map import touch_each_other
@@ -59,7 +59,7 @@ def test_the_problem_of_a_value_disappears_once_another_is_entered(ui):
     fields = ui.show(ParameterFields(fields=fields_of([GOAL, speed])), (600, 200))
     problems = {"goal": "Choose one", "speed": "At most 2"}
     fields.problems = problems
-    goal, typed = ui.find(ChoiceField, fields), ui.find(FormField, fields)
+    goal, typed = ui.find(ChoiceField, fields), ui.find(Field, fields, kind="decimal")
     assert (goal.problem, typed.problem) == ("Choose one", "At most 2")
     goal.chosen = "g-1"
     assert (goal.problem, typed.problem) == ("", "At most 2")
@@ -213,7 +213,7 @@ def test_the_first_empty_field_is_reported_as_missing(ui, fields):
     assert fields.missing == "Choose Goal first"
     ui.find(ChoiceField).chosen = "g-2"
     assert fields.missing == "Enter Note first"
-    ui.find(FormField).text = " x"
+    ui.find(Field, kind="text").text = " x"
     assert fields.missing == ""
 
 

@@ -12,7 +12,7 @@ from app.screens.frame import alarms as frame_alarms
 from app.screens.frame.alarms import NoteDialog
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.dialogs import Menu
-from app.widgets.fields import FormField
+from app.widgets.fields import Field
 from app.widgets.frame import Banner, Frame, TopBar
 from app.widgets.list_row import ListRow
 from tests.ui import checks
@@ -26,7 +26,7 @@ def test_an_alarm_is_acknowledged_with_a_note_that_is_shown_afterwards(app, alar
     open_list(ui)
     assert row(ui, "Aino").item.strong
     menu(ui, row(ui, "Aino"), "Acknowledge with a note")
-    ui.type(ui.find(FormField, root=ui.find(NoteDialog)), "Access point is off")
+    ui.type(ui.find(Field, root=ui.find(NoteDialog)), "Access point is off")
     ui.tap(ui.find(CommandButton, ui.find(NoteDialog), text="Acknowledge"))
     ui.wait(lambda: row(ui, "Aino").item.support.endswith(": “Access point is off”"))
     assert not ui.find_all(CommandButton, row(ui, "Aino"), text="Acknowledge")

@@ -18,7 +18,7 @@ from app.services.live.changes import Topic
 from app.services.robots.map_picture import MapPicture, Place
 from app.widgets.buttons import CommandButton, Segment
 from app.widgets.dialogs import ChoiceDialog
-from app.widgets.fields import FormField, RepeatButton, SearchField, StepField
+from app.widgets.fields import Field, RepeatButton, SearchField
 from app.widgets.positions import OnMap, PositionsMap
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
@@ -190,7 +190,7 @@ def test_the_less_common_fields_are_under_more(screen, container, ui):
     ui.advance(0.2)
     ui.tap(ui.find(OptionRow, dialog, text="14:00"))
     press(screen, ui, "Set")
-    name = ui.find(FormField, label="Name")
+    name = ui.find(Field, label="Name")
     reveal(ui, name)
     ui.type(name, "Kits, twice")
     ui.key(13)
@@ -204,7 +204,7 @@ def test_a_mission_that_asks_for_something_is_planned_with_the_answers(screen, c
     count = MissionParameter("count", "Pallets", "integer", 2, 1, 8)
     monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (count,))
     choose(screen, ui, "Mission", "Bring pallet to dock")
-    pallets = ui.find(StepField, label="Pallets")
+    pallets = ui.find(Field, kind="step", label="Pallets")
     pallets.text = "9"
     ui.tap(save_button(ui))
     settle(screen, ui)
@@ -264,7 +264,7 @@ def test_saving_waits_for_what_the_mission_asks_for(screen, container, ui, monke
     ui.tap(save_button(ui))
     asked.set()
     settle(screen, ui)
-    ui.wait(lambda: ui.find_all(FormField, label="Note"))
+    ui.wait(lambda: ui.find_all(Field, label="Note"))
     assert len(schedules(container)) == before
     assert "The mission asks for values: enter them, then save" in ui.texts()
 
@@ -280,10 +280,10 @@ def test_parameters_known_from_another_robot_are_asked_for_at_a_silent_one(scree
     monkeypatch.setattr(container.robot_missions, "parameters", parameters)
     monkeypatch.setattr(screen.shell.mission_names, "known", NOTHING_KNOWN)
     choose(screen, ui, "Mission", "Bring pallet to dock")
-    assert not ui.find_all(FormField, label="Note")
+    assert not ui.find_all(Field, label="Note")
     for robot in ("Veikko", "Aino"):
         choose(screen, ui, "Robot", robot)
-        ui.wait(lambda: ui.find_all(FormField, label="Note"))
+        ui.wait(lambda: ui.find_all(Field, label="Note"))
 
 
 def test_missions_that_the_robot_lacks_are_not_offered_for_it(screen, container, ui, monkeypatch):
@@ -369,7 +369,7 @@ def test_a_name_that_is_taken_is_said_at_the_name(screen, container, ui):
     settle(screen, ui)
     assert ui.texts(ui.find(FormSheet)).count(f"There is a schedule {KITS} on Aino already") == 1
     assert screen.plan.form.more  # where it can be mended
-    said = ui.find(FormField, label="Name")
+    said = ui.find(Field, label="Name")
     assert visible_area(said, parents(said)) == pytest.approx(area(said), abs=2)
     screen.plan.form.set(name="Another name")
     settle(screen, ui)

@@ -11,7 +11,7 @@ from app.domain.models import Group, Overlap, Schedule
 from app.screens.scheduler.cards import StepLine
 from app.widgets.buttons import MenuChip, Segment
 from app.widgets.dialogs import ChoiceDialog
-from app.widgets.fields import PickField, RepeatButton
+from app.widgets.fields import Field, RepeatButton
 from app.widgets.lanes import Lanes
 from app.widgets.rows import OptionRow
 from tests.support import month
@@ -121,7 +121,7 @@ def test_priority_of_one_robot_is_four_words_too_and_a_number_of_a_file_is_kept(
 def test_a_site_without_a_group_has_no_word_of_them(screen, container, ui):
     assert container.catalogue.groups() == []
     new(screen, ui)
-    ui.tap(ui.find(PickField, label="Robot"))
+    ui.tap(ui.find(Field, label="Robot"))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
     assert [option.text for option in ui.find(ChoiceDialog).options] == [
         robot.name for robot in container.catalogue.robots()

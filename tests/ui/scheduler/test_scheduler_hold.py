@@ -13,7 +13,7 @@ from app.services.live.holds import Holds
 from app.services.live.tablet import IS_COPY
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton
 from app.widgets.dialogs import ChoiceDialog, MenuRow
-from app.widgets.fields import PickField
+from app.widgets.fields import Field
 from app.widgets.frame import Frame
 from app.widgets.lanes import Lanes
 from app.widgets.long_list import LongList
@@ -49,7 +49,7 @@ def chip(app, ui, word: str) -> None:
 def hold_all(app, ui) -> None:
     """The dialog, about all robots."""
     press(app, ui, "Hold")
-    ui.tap(ui.find(PickField, root=ui.find(HoldDialog), label="What to hold"))
+    ui.tap(ui.find(Field, root=ui.find(HoldDialog), label="What to hold"))
     ui.tap(ui.find(OptionRow, root=ui.find(ChoiceDialog), text="All robots"))
     settle(app, ui)
 
@@ -97,7 +97,7 @@ def test_everything_is_held_with_a_reason_until_the_banner_releases_it(screen, c
 def test_one_robot_is_held_until_a_time_that_is_picked(screen, container, ui):
     press(screen, ui, "Hold")
     dialog = ui.find(HoldDialog)
-    ui.tap(ui.find(PickField, root=dialog, label="What to hold"))
+    ui.tap(ui.find(Field, root=dialog, label="What to hold"))
     ui.tap(ui.find(OptionRow, root=ui.find(ChoiceDialog), text="Veikko"))
     settle(screen, ui)
     ui.type(dialog.ids.reason_field, "Wheel change")
@@ -127,7 +127,7 @@ def test_a_present_hold_is_shown_and_released_in_the_dialog(screen, container, u
     settle(screen, ui)
     press(screen, ui, "Hold")
     dialog = ui.find(HoldDialog)
-    ui.tap(ui.find(PickField, root=dialog, label="What to hold"))
+    ui.tap(ui.find(Field, root=dialog, label="What to hold"))
     ui.tap(ui.find(OptionRow, root=ui.find(ChoiceDialog), text="Veikko"))
     settle(screen, ui)
     assert dialog.present == "Held since 14:38, until it is released · Audit"
@@ -142,7 +142,7 @@ def test_the_dialog_says_until_when_it_would_hold_now_however_long_it_is_open(sc
     settle(screen, ui)
     press(screen, ui, "Hold")
     dialog = ui.find(HoldDialog)
-    ui.tap(ui.find(PickField, root=dialog, label="What to hold"))
+    ui.tap(ui.find(Field, root=dialog, label="What to hold"))
     ui.tap(ui.find(OptionRow, root=ui.find(ChoiceDialog), text="Veikko"))
     settle(screen, ui)
     assert dialog.follows.startswith("Starts wait until 15:38;")
@@ -267,7 +267,7 @@ def test_closed_days_are_hatched_and_the_form_refuses_them_by_name(screen, conta
     assert not [words for *_hours, words, _kind in ui.find(Lanes).bands if words.startswith("Saturday")]
     choose(screen, ui, "Mission", KITS)
     pick_day(screen, ui, "Day", date(2026, 11, 23))
-    assert ui.find(PickField, label="Day").problem == "Not a working day: Stocktaking"
+    assert ui.find(Field, label="Day").problem == "Not a working day: Stocktaking"
     pick_day(screen, ui, "Day", date(2026, 11, 21))
     save(screen, ui)
     assert any(

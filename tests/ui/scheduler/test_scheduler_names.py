@@ -9,7 +9,7 @@ from datetime import timedelta
 import pytest
 
 from app.widgets.dialogs import ChoiceDialog
-from app.widgets.fields import FormField
+from app.widgets.fields import Field
 from app.widgets.rows import OptionRow
 from tests.ui.planner import KITS, WASTE, card_of, choose, menu, named, save, schedules, settle, take, tap_bar
 
@@ -75,7 +75,7 @@ def test_the_form_shows_no_made_name_and_what_is_made_follows_the_mission(screen
     settle(screen, ui)
     screen.plan.form.more = True
     settle(screen, ui)
-    name = ui.find(FormField, label="Name")
+    name = ui.find(Field, label="Name")
     assert (name.text, name.hint) == ("", SHOWN)
     choose(screen, ui, "Mission", WASTE)
     save(screen, ui)

@@ -14,7 +14,7 @@ from app.screens.scheduler.advice import SOON
 from app.screens.scheduler.cards import FormSheet, SuggestionRow
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.dialogs import MenuRow
-from app.widgets.fields import PickField
+from app.widgets.fields import Field
 from app.widgets.snackbar import Snackbar
 from tests.services import test_suggestions as month_of_kits
 from tests.support.clock import VirtualClock
@@ -73,7 +73,7 @@ def test_a_suggestion_says_why_and_fills_the_form_which_a_person_saves(app, cont
     before = kits(container)
     ui.tap(ui.find(CommandButton, panel, text="Any of Hall 1"))
     settle(app, ui)
-    assert ui.find(PickField, label="Robot").value == "Any of Hall 1"
+    assert ui.find(Field, label="Robot").value == "Any of Hall 1"
     assert ui.find(FormSheet).view.title == "Edit schedule"
     assert kits(container) == before  # nothing is changed before it is saved
     save(app, ui)

@@ -10,16 +10,16 @@ from kivy.core.window import Window
 from app.screens.scheduler.cards import FormSheet
 from app.screens.scheduler.draft import Kind
 from app.widgets.buttons import ChoiceChip
-from app.widgets.fields import FormField
+from app.widgets.fields import Field
 from tests.ui.planner import KITS, bring_back, choose, kind, named, new, reveal, save_button, schedules, settle
 
 pytestmark = pytest.mark.long
 
 
-def type_name(screen, ui, text: str) -> FormField:
+def type_name(screen, ui, text: str) -> Field:
     screen.plan.form.more = True
     settle(screen, ui)
-    field = ui.find(FormField, label="Name")
+    field = ui.find(Field, label="Name")
     reveal(ui, field)
     ui.type(field, text)
     return field
