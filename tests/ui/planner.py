@@ -209,7 +209,7 @@ def bring_back(app, ui) -> None:
     """The message about them offers it; a later one is on top of it."""
     for _message in range(2):
         bar = ui.find(Snackbar)
-        if "not saved" not in bar.text and len(said(app)) + len(app.shell.snackbars._pile) > 1:
+        if "not saved" not in bar.text and len(said(app)) > 1:
             bar.dispatch("on_close")
             ui.advance(0.6)
     ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))

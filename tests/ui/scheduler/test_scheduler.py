@@ -263,10 +263,10 @@ def test_saving_waits_for_what_the_mission_asks_for(screen, container, ui, monke
     ui.wait(lambda: not save_button(ui).disabled)
     ui.tap(save_button(ui))
     asked.set()
+    ui.wait(lambda: "The mission asks for values: enter them, then save" in ui.texts())
     settle(screen, ui)
-    ui.wait(lambda: ui.find_all(Field, label="Note"))
+    assert ui.find_all(Field, label="Note")
     assert len(schedules(container)) == before
-    assert "The mission asks for values: enter them, then save" in ui.texts()
 
 
 def test_parameters_known_from_another_robot_are_asked_for_at_a_silent_one(screen, container, ui, monkeypatch):
