@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from app.domain.models import Group, Robot
-from app.screens.home.cards import HomeWide
+from app.screens.home.cards import HomeWide, SendTile
 from app.screens.home.fleet_page import FleetPage, NameLine, RobotCell
+from app.screens.home.sending import HomeSheet
 from app.screens.scheduler.hold import HoldDialog
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog
@@ -44,28 +45,27 @@ def test_a_tile_opens_its_robot_and_back_is_the_same_place(container, ui):
         assert ui.find_all(HomeWide)
 
 
-def test_a_second_tap_on_a_tile_presses_nothing_of_what_comes_in_its_place(container, ui, monkeypatch):
+def test_a_second_tap_on_a_tile_presses_nothing_of_what_comes_in_its_place(container, ui):
     add_robots(container, 90)
-    paused: list[int] = []
-    monkeypatch.setattr(type(container.operator), "pause", lambda _self, robot_id: paused.append(robot_id))
     with shown(container, ui) as app:
         ui.wait(lambda: ui.find_all(FleetPage))
         aino = next(robot for robot in container.catalogue.robots() if robot.name == "Aino")
         see(container, aino, sample.READY)
         open_tile(ui, "Aino")
         settle(app, ui)
-        button = ui.find(CommandButton, text="Pause")
-        place = button.to_window(*button.center)
+        below = [tile.to_window(*tile.center) for tile in ui.find_all(SendTile)]
         go_back(ui)
         settle(app, ui)
+        cells = ui.find_all(RobotCell)
+        place = next(at for at in below if any(cell.collide_point(*cell.parent.to_widget(*at)) for cell in cells))
         ui.tap_at(*place)
         ui.tap_at(*place)
         assert ui.find_all(HomeWide)
         settle(app, ui)
-        assert paused == []
+        assert not ui.find_all(HomeSheet)
         ui.tap_at(*place)
         settle(app, ui)
-        assert len(paused) == 1
+        assert ui.find_all(HomeSheet)
 
 
 def test_hold_on_all_robots_holds_all_and_on_one_only_it(container, robots, ui):
