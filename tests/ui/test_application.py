@@ -121,7 +121,7 @@ def test_late_starts_are_listed_first_and_can_be_held_and_released(tmp_path, ui)
             assert "The app was off. Start this now?" in ui.texts()
             assert any("Home on Aino" in text for text in ui.texts(app.shell.dialogs.top))
             ui.tap(ui.find(CommandButton, app.shell.dialogs.top, text="Hold"))
-            ui.wait(lambda: "1 start is held; it is skipped unless it is released in time" in ui.texts())
+            ui.wait(lambda: "1 start is on hold: skipped unless released in time" in ui.texts())
             ui.wait(lambda: "Held late starts" in ui.texts(app.shell.dialogs.top))
             assert [(e.state, e.held) for e in site.container.history.open()] == [(State.WAITING, True)]
             ui.tap(ui.find(CommandButton, app.shell.dialogs.top, text="Close"))

@@ -178,8 +178,8 @@ def test_a_waiting_start_offers_the_same_on_the_timeline_as_on_home(home, hall, 
     pick(ui, "Low")
     ui.wait(lambda: home.site.container.history.get(row.id).priority == -1)
     for word, held, said in (
-        ("Hold", True, "Deliver is held; it is skipped unless it is released in time"),
-        ("Release", False, "Deliver is released"),
+        ("Hold", True, "Deliver is on hold: skipped unless released in time"),
+        ("Release", False, "Deliver is no longer on hold"),
     ):
         use(word)
         ui.wait(lambda held=held: home.site.container.history.get(row.id).held is held)

@@ -32,8 +32,8 @@ def _end(hold: Hold) -> tuple[bool, float]:
 
 def until_words(hold: Hold, settings: Settings, now: datetime) -> str:
     if hold.until is None:
-        return _("held until released")
-    return _("held until {time}").format(time=formats.day_or_time(hold.until, settings.timezone, now))
+        return _("on hold until released")
+    return _("on hold until {time}").format(time=formats.day_or_time(hold.until, settings.timezone, now))
 
 
 def hold_for(
@@ -67,9 +67,9 @@ def run_words(
     if hold is not None:
         until = held_until(hold, closes_at)
         text = (
-            _("Queue, held")
+            _("Queue, on hold")
             if until is None
-            else _("Queue, held until {time}").format(time=formats.day_or_time(until, zone, now))
+            else _("Queue, on hold until {time}").format(time=formats.day_or_time(until, zone, now))
         )
         return text, HAND
     return (_("Send when {robot} answers").format(robot=silent.name), "timer-sand") if silent is not None else None
@@ -83,7 +83,7 @@ def waiting_words(execution: Execution, zone: str, hold: Hold | None = None) -> 
     reason = hold.reason if hold is not None else str(execution.wait_details.get("hold", ""))
     why = reason and _(reason)
     if not execution.held and (until := held_until(hold, execution.closes_at)) is not None:
-        words = _("Held until {time}").format(time=formats.clock_time(until, zone))
+        words = _("On hold until {time}").format(time=formats.clock_time(until, zone))
         return f"{words}: {why}" if why else words
     text = (
         _("On hold: {hold}; skipped at {time} unless released")
@@ -100,7 +100,7 @@ def held_note(hold: Hold | None, at: datetime, window_minutes: int | None, setti
         return ""
     if hold.until is None or not _is_too_late(hold, at, window_minutes, settings):
         return until_words(hold, settings, now)
-    return _("skipped: held until {time}").format(time=formats.day_or_time(hold.until, settings.timezone, now))
+    return _("skipped: on hold until {time}").format(time=formats.day_or_time(hold.until, settings.timezone, now))
 
 
 def held_next(hold: Hold | None, at: datetime, window_minutes: int | None, settings: Settings, now: datetime) -> str:
@@ -109,11 +109,11 @@ def held_next(hold: Hold | None, at: datetime, window_minutes: int | None, setti
         return ""
     planned = formats.day_and_time(at, settings.timezone, now)
     if hold.until is None:
-        return _("held · next {time} once released").format(time=planned)
+        return _("on hold · next {time} once released").format(time=planned)
     text = (
-        _("{time} is skipped: held until {until}")
+        _("{time} is skipped: on hold until {until}")
         if _is_too_late(hold, at, window_minutes, settings)
-        else _("held until {until} · planned {time}")
+        else _("on hold until {until} · planned {time}")
     )
     return text.format(time=planned, until=formats.day_or_time(hold.until, settings.timezone, now))
 
@@ -122,7 +122,7 @@ def held_word(hold: Hold | None, at: datetime, window_minutes: int | None, setti
     """``held_note`` as one word."""
     if hold is None:
         return ""
-    return _("skipped") if _is_too_late(hold, at, window_minutes, settings) else _("held")
+    return _("skipped") if _is_too_late(hold, at, window_minutes, settings) else _("on hold")
 
 
 def _is_too_late(hold: Hold, at: datetime, window_minutes: int | None, settings: Settings) -> bool:

@@ -57,7 +57,7 @@ def _why_not_on(robot: Robot, stopped: bool) -> str:
 def start_now(
     services: LiveServices, settings: Settings, robots: Iterable[Robot], target: Robot | Group
 ) -> tuple[str, str]:
-    """Why nothing can be started on ``target`` now, and what a start does if it is not sent at once ("Queue, held");
+    """Why nothing can be started on ``target`` now, and what a start does if it is not sent at once ("Queue, on hold");
     each may be empty."""
     now, holds = services.clock.now(), services.holds.all_active()
     hold, stopped, silent = hold_at(holds, None, now), False, None

@@ -256,8 +256,8 @@ class FrameController:
                     snackbars.end(each)
             else:
                 kept = ngettext(
-                    "{n} start is held; it is skipped unless it is released in time",
-                    "{n} starts are held; those that are not released in time are skipped",
+                    "{n} start is on hold: skipped unless released in time",
+                    "{n} starts are on hold: skipped unless released in time",
                     number,
                 )
                 late = ngettext("{n} start had already been sent", "{n} starts had already been sent", sent)

@@ -183,7 +183,7 @@ def test_run_again_under_a_hold_says_that_it_is_held(screen, container, ui, aske
     container.holds.hold("shift meeting")
     try:
         press_run_again(screen, ui)
-        tap(screen, ui, ui.find(CommandButton, ui.find(ConfirmDialog), text="Queue, held"))
+        tap(screen, ui, ui.find(CommandButton, ui.find(ConfirmDialog), text="Queue, on hold"))
     finally:
         container.holds.release()
     assert len(asked) == 1

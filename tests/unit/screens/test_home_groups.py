@@ -107,11 +107,11 @@ def test_a_robot_that_can_not_have_it_says_why():
     held = Hold("Maintenance", until=NOW + timedelta(minutes=38), robot_id=2)
     assert [option.note for option in robots_for(place, (AINO, VEIKKO), (HALL,), (held,), SETTINGS, NOW)] == [
         "Dock 1 is full: Sisu uses it",
-        "held until 15:16",
+        "on hold until 15:16",
     ]
     assert (
         robots_for(row(), (AINO, VEIKKO), (HALL,), (replace(held, until=None),), SETTINGS, NOW)[1].note
-        == "held until released"
+        == "on hold until released"
     )
 
 

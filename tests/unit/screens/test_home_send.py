@@ -152,7 +152,7 @@ def test_a_group_that_sends_at_once_does_not_say_that_it_waits():
     at_once = replace(HALL, hand_over=HandOver.AT_ONCE)
     shown = replace(FACTS, groups=(at_once,))
     assert sheet(shown, Target(5)).starts == "Starts at once, also on a busy robot"
-    assert sheet(replace(shown, holds=(Hold("Audit"),)), Target(5)).starts == "Queue, held"
+    assert sheet(replace(shown, holds=(Hold("Audit"),)), Target(5)).starts == "Queue, on hold"
 
 
 def test_before_everything_else_is_critical():
