@@ -7,13 +7,15 @@ from kivy.properties import ListProperty, NumericProperty, ObjectProperty
 
 class Dock(EventDispatcher):
     """``field`` is the focused text input, or None; ``height`` in px of the area under the on-screen keyboard, 0 without it; between
-    ``free_left`` and ``free_right`` (px) nothing in the top bar can be pressed, 0 without a bar; ``dialogs`` are the open ones, the
+    ``free_left`` and ``free_right`` (px) nothing in the top bar can be pressed, 0 without a bar; ``floor`` is the
+    height of the bar with the screens at the bottom of a tall window; ``dialogs`` are the open ones, the
     topmost last."""
 
     field = ObjectProperty(None, allownone=True)
     height = NumericProperty(0)
     free_left = NumericProperty(0)
     free_right = NumericProperty(0)
+    floor = NumericProperty(0)
     dialogs = ListProperty()
 
     def entered(self, field) -> None:

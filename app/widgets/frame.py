@@ -177,6 +177,7 @@ class Frame(Surface):
     screen = ObjectProperty(None, allownone=True, rebind=True)
     tall = BooleanProperty(False)
     low = BooleanProperty(False)
+    floor = NumericProperty(0)  # px, of the bar with the screens at the bottom
     title = StringProperty()
     clock = StringProperty()
     banner = ObjectProperty(None, allownone=True, rebind=True)
@@ -194,6 +195,9 @@ class Frame(Surface):
         super().__init__(**kwargs)
         self.fbind("has_banner", self._moved)
         self.ids.body.fbind("current_screen", self.setter("screen"))
+
+    def on_floor(self, *_):
+        dock.floor = self.floor
 
     def on_banner(self, *_):
         about = (self.banner.act, self.banner.about, self.banner.action) if self.banner else None

@@ -73,15 +73,17 @@ class Snackbar(OnlySeen, Passive, MDSnackbar):
 
 
 class SnackbarStack(BoxLayout):
-    """Holds the snackbar, on top of everything: in the top bar over the screen's name and the time, where nothing can
-    be pressed, or ``inside`` a dialog that reaches up there, between its head and its buttons. A text with no room
-    there is over the whole bar (``wide``) rather than over the page. An edge of those ``below`` it is visible."""
+    """Holds the snackbar, on top of everything: in the top bar between the tabs and the time, where nothing can be pressed, or ``inside`` a
+    dialog that reaches up there, between its head and its buttons. In a tall window, and without the room there, it is at the foot of the
+    page (``low``): right of the foot button of Home. A text with no room (``wide``) is as wide as a window without a top bar. An edge of
+    those ``below`` it is visible."""
 
     below = NumericProperty(0)
     bar = ObjectProperty(None, allownone=True, rebind=True)
     dialog = ObjectProperty(None, allownone=True, rebind=True)
     inside = BooleanProperty(False)
     wide = BooleanProperty(False)
+    low = BooleanProperty(False)
     settles_at = 0.0
 
     @property
@@ -197,7 +199,7 @@ class Snackbars:
         """``instead``: in the place of another one."""
         said, stack = self._pile[-1], self._place()
         stack.add_widget(said.bar)
-        stack.settles_at = Clock.get_time() + SETTLES if instead or stack.wide else 0.0
+        stack.settles_at = Clock.get_time() + SETTLES if instead or stack.wide or stack.low else 0.0
         said.begin(instead)
 
     def _place(self) -> SnackbarStack:

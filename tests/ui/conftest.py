@@ -25,6 +25,7 @@ import app.widgets  # noqa: E402
 from app.container import Container  # noqa: E402
 from app.i18n import SOURCE_LANGUAGE, translator  # noqa: E402
 from app.services.robots.missions import RobotMissions  # noqa: E402
+from app.widgets.dock import dock  # noqa: E402
 from app.widgets.tokens import apply_theme  # noqa: E402
 from app.window.application import SchedulerApp  # noqa: E402
 from app.window.key_focus import KeyFocus  # noqa: E402
@@ -117,6 +118,7 @@ def _window(stage: MDApp, user: str, session: pytest.Session) -> Iterator[Driver
     Window.property("focus").dispatch(Window)  # as when another window comes to the front: no key is held
     for _event in range(3):  # what was to happen, the animation that this began, and the caches
         driver.skip(PENDING)
+    dock.free_left = dock.free_right = dock.floor = 0
     App._running_app = None
     EventLoop.status = "idle"
 
