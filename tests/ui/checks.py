@@ -22,6 +22,7 @@ from kivy.uix.textinput import TextInput
 from kivy.uix.widget import Widget
 
 from app.widgets.fields import Field
+from app.widgets.list_row import ListRow
 from app.widgets.sheet import Sheet
 from app.widgets.surfaces import Passive
 from app.widgets.text import SEAM, line_width
@@ -29,20 +30,7 @@ from app.widgets.tokens import COLOURS, THEMES, TONES, tk
 
 SLACK = 1.5  # px: tolerance for rounding
 GAP = 8  # dp
-DIVIDED = (
-    "ListRow",
-    "TodayRow",
-    "RowIcon",
-    "RowButton",
-    "TabButton",
-    "QueueMenu",
-    "FleetHead",
-    "CauseRow",
-    "TrendRow",
-    "Segment",
-    "Toggle",
-    "BoardKey",
-)
+DIVIDED = ("ListRow", "FleetHead", "CauseRow", "TrendRow", "Segment", "TabButton")
 LONGEST_WORD = 30  # characters, also in Finnish
 
 
@@ -266,7 +254,7 @@ def _gap_problems(targets: list[tuple[Widget, tuple[Widget, ...]]]) -> Iterator[
             if _is_beneath(b, b_above, a_above) or _is_beneath(a, a_above, b_above):
                 continue
             gap = max(bx - aright, ax - bright, by - atop, ay - btop)
-            if gap > -SLACK and _is_divided(a) and _is_divided(b):
+            if gap > -SLACK and _are_divided(a, a_above, b, b_above):
                 continue
             if gap < dp(GAP) - SLACK:
                 yield f"gap {gap:.0f} px between {name_of(a)} and {name_of(b)}"
@@ -281,8 +269,14 @@ def _is_beneath(widget: Widget, above: tuple[Widget, ...], other_above: tuple[Wi
     return min(right, sright) - max(x, sx) > SLACK and min(top, stop) - max(y, sy) > SLACK
 
 
+def _are_divided(a: Widget, a_above: tuple[Widget, ...], b: Widget, b_above: tuple[Widget, ...]) -> bool:
+    """A line is between them: rows or tabs side by side, or a row and a button in the next row."""
+    rows = [_is_divided(widget) for widget in (a, b)]
+    inside = [any(isinstance(around, ListRow) for around in above) for above in (a_above, b_above)]
+    return all(rows) or any(is_row and is_inside for is_row, is_inside in zip(rows, reversed(inside), strict=True))
+
+
 def _is_divided(widget: Widget) -> bool:
-    """A line separates it from the next row."""
     return any(kind.__name__ in DIVIDED for kind in type(widget).__mro__)
 
 
