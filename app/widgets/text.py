@@ -157,7 +157,7 @@ Large, Title, Value = (
     _role(style, "large", name) for style, name in (("Body", "Large"), ("Title", "Title"), ("Title", "Value"))
 )  # 18
 BigValue, ScreenTitle = _role("Headline", "small", "BigValue"), _role("Headline", "small", "ScreenTitle")  # 24
-StateWord, Kpi = _role("Headline", "medium", "StateWord"), _role("Display", "small", "Kpi")  # 28, 40
+Kpi = _role("Display", "small", "Kpi")  # 40
 
 
 class Ico(MDIcon):
