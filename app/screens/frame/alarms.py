@@ -74,6 +74,7 @@ class AlarmsModel(ViewModel):
     def opened(self, unfold: int | None = None) -> None:
         """``unfold`` shows all alarms of this one's group."""
         self._unfolded = set() if unfold is None else {unfold}
+        self.rows = []  # those of the last time: what is there now is there from the start
         self.choose("open")
 
     def show(self, alarms: Sequence[Alarm], robots: Mapping[int, Robot], settings: Settings) -> None:
