@@ -12,7 +12,7 @@ from app.screens.scheduler.cards import TimeCell
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ConfirmDialog, Dialog
 from app.widgets.list_row import ListRow
-from app.widgets.rest import DOUBLE_TAP
+from app.widgets.rest import DOUBLE_TAP, rest
 from tests.ui.home.operator import clear_queue, is_shown_pending, pend, run
 from tests.ui.planner import opened, settle
 from tests.ui.whole_app import plant, shown
@@ -74,6 +74,7 @@ def test_a_mission_that_is_chosen_by_a_double_tap_is_not_sent(home, ui, gap):
 
 @pytest.mark.parametrize("gap", GAPS)
 def test_a_tile_pressed_twice_sends_nothing(home, ui, gap):
+    ui.wait(lambda: not rest.is_on)  # after the sheet of the test before
     tile = ui.find(SendTile, text="Home")
     ui.tap_twice(tile.to_window(*tile.center), gap)
     ui.wait(lambda: home.shell.background.idle)
