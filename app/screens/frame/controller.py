@@ -12,7 +12,7 @@ from app.domain.clock import zone_names
 from app.domain.models import Execution
 from app.i18n import _, ngettext, translator
 from app.screens.common import formats, questions
-from app.screens.common.alarms_view import Act, bell, is_over, is_shelved, is_unseen
+from app.screens.common.alarms_view import Act, bell, is_over, is_shelved
 from app.screens.common.holding import HAND, about_hold, about_start
 from app.screens.common.mission_names import MissionNameLookup
 from app.screens.common.presses import DOUBLE_TAP
@@ -137,7 +137,7 @@ class FrameController:
             frame.clock = formats.clock_time(now, facts.settings.timezone)
         frame.banner = banner(issues, facts.robots, facts.settings, now, frame.current)
         lines = open_lines(issues.alarms, now)
-        new = sum(is_unseen(alarm) for line in lines for alarm in line)
+        new = sum(alarm.acknowledged_at is None for line in lines for alarm in line)
         shelved = [alarm for alarm in issues.alarms if is_shelved(alarm, now) and not is_over(alarm)]
         frame.bell_icon, frame.bell_count = bell(new, len(lines), len(shelved))
         self.alarms.show(issues.alarms, facts.robots, facts.settings)

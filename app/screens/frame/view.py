@@ -19,7 +19,6 @@ from app.screens.common.alarms_view import (
     id_in,
     is_over,
     is_shelved,
-    is_unseen,
     short_words,
     urgency,
     way_to,
@@ -56,7 +55,11 @@ def banner(
     going = [e for e in issues.late_starts if not e.held]
     if going:
         return _late(going, now)
-    new = [group for group in open_lines(issues.alarms, now) if is_unseen(group[0]) and not is_over(group[0])]
+    new = [
+        group  # also what can't be acknowledged: nothing can be written
+        for group in open_lines(issues.alarms, now)
+        if group[0].acknowledged_at is None and not is_over(group[0])
+    ]
     urgent = [group for group in new if group[0].priority is Priority.HIGH and _is_of_tablet(group[0])]
     if urgent:
         return _alarm(urgent[0], robots, settings, now)

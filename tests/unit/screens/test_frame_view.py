@@ -33,6 +33,10 @@ def test_nothing_wrong_no_banner():
     assert show().text == ""
 
 
+def test_an_alarm_that_can_not_be_written_is_in_the_banner_though_it_can_not_be_acknowledged():
+    assert show(alarm("database", "database", id=0), screen="home").action == "Open settings"
+
+
 def test_the_worst_robot_is_named_where_none_is_in_sight():
     view = show(alarm("unreachable", "robot:2", details={"robot": "Veikko"}), alarm("emergency_stop"))
     assert (view.text, view.tone) == ("Aino: emergency stop", "fault")
