@@ -70,6 +70,17 @@ def test_the_banner_keeps_its_button_inside_when_glove_mode_is_switched(site, ap
         assert ui.find(CommandButton, banner, text=banner.action).height == tk.h_touch <= banner.height
 
 
+def test_the_banner_keeps_its_button_inside_when_started_with_gloves(site, ui):
+    site.add_robots()
+    site.container.catalogue.change_settings(gloves=True)
+    site.container.holds.hold("Audit")
+    with shown(site.container, ui):
+        ui.wait(lambda: ui.find_all(Banner) and ui.find(Banner).action)
+        ui.advance(0.2)
+        banner = ui.find(Banner)
+        assert ui.find(CommandButton, banner, text=banner.action).height == tk.h_touch <= banner.height
+
+
 def test_the_operators_buttons_grow_with_gloves(site, ui):
     site.add_robots()
     site.container.catalogue.change_settings(gloves=True)

@@ -60,7 +60,12 @@ def _empty(robot: Robot) -> str:
 
 # ---------------------------------------------------------------------- done
 def _done(facts: HomeFacts, now: datetime, most: int) -> Iterator[Item]:
-    for run in reversed(facts.finished[:most]):
+    """Of this day only: the rows show no date."""
+    zone = facts.settings.timezone
+    of_today = [
+        run for run in facts.finished if formats.day(run.ended_at or run.planned_at, zone) == formats.day(now, zone)
+    ]
+    for run in reversed(of_today[:most]):
         icon, tone = execution_appearance.LOOKS[run.state]
         is_well = run.state is State.COMPLETED
         yield Item(

@@ -35,7 +35,7 @@ class Moving:
     that one; None: its rule can't."""
 
     key: tuple[Any, ...]
-    hour: float
+    to: datetime
     schedule: Schedule
     moved: Schedule | None
     title: str
@@ -72,6 +72,8 @@ class OnTimeline(ViewModel):
     # ------------------------------------------------------------------ the draft in it
     def take_plan(self, shown: TimelineView) -> None:
         """As it was read."""
+        if shown.origin != self._plan.origin:
+            self.free = None  # its hour is from the former origin
         self._plan = shown
         self._show_plan()
 
@@ -108,8 +110,9 @@ class OnTimeline(ViewModel):
                 forecast.usual_s,
                 mission.name if mission is not None else "",
             )
-        if self.moving is not None:
-            shown = timeline.with_moved(shown, self.moving.key, self.moving.hour)
+        if self.moving is not None and shown.origin is not None:
+            hour = (self.moving.to - shown.origin).total_seconds() / 3600
+            shown = timeline.with_moved(shown, self.moving.key, hour)
         if shown != self.timeline:
             self.timeline = shown
 
@@ -288,7 +291,7 @@ class OnTimeline(ViewModel):
         moved = self.actions.moved(self._facts, schedule, at, to) if repeats else None
         self.moving = Moving(
             key,
-            hour,
+            to,
             schedule,
             moved,
             title=f"{self._facts.called(schedule)} → {after}",
@@ -307,7 +310,7 @@ class OnTimeline(ViewModel):
     def move_only(self) -> None:
         moving: Moving = self.moving
         self.keep_moved()
-        self.actions.move_one(moving.schedule, moving.key[2], self._instant(moving.hour))
+        self.actions.move_one(moving.schedule, moving.key[2], moving.to)
 
     def move_all(self) -> None:
         moving: Moving = self.moving

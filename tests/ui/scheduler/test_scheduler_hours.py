@@ -137,6 +137,17 @@ def test_only_the_start_that_was_dragged_is_moved(screen, container, ui):
     assert bars_of(ui, schedule)[0] == "planned"
 
 
+def test_a_start_that_was_dragged_goes_there_though_the_plan_was_paged_since(screen, container, ui):
+    schedule = named(container, "Night stock count", "Aino")
+    drag(screen, ui, schedule, -1.5)
+    for _page in range(5):
+        screen.plan.page(True)
+        settle(screen, ui)
+    press(screen, ui, "Only Fri 20 Nov")
+    begins = [run.at for run in container.plan.next(40) if "Night stock count" in run.schedule.name][:2]
+    assert [f"{at:%d %H:%M}" for at in begins] == ["20 15:30", "23 17:00"]
+
+
 def test_the_card_of_a_start_asks_for_its_new_time(screen, container, ui):
     schedule = named(container, "Night stock count", "Aino")
     tap_bar(ui, ("schedule", schedule.id))

@@ -69,6 +69,12 @@ def test_the_day_is_one_list_from_what_is_done_to_what_is_planned():
     ]
 
 
+def test_what_was_done_yesterday_is_not_of_this_day():
+    last, *others = FACTS.finished
+    yesterday = replace(last, ended_at=last.ended_at - timedelta(days=1))
+    assert [row.lead for row in rows(replace(FACTS, finished=(yesterday, *others))) if row.key[0] == "run"] == ["13:40"]
+
+
 @pytest.mark.parametrize(("room", "done"), [(7.0, 2), (5.8, 1), (4.9, 0), (2.0, 0)])
 def test_what_is_done_gives_way_to_what_is_not(room, done):
     assert [row.key[0] for row in rows(FACTS, room)].count("run") == done
