@@ -67,5 +67,5 @@ def skipped_ahead(studio: Any) -> Any:
     stand = Stand(studio, "logs", prepare=skip)
     stand.vm.set_filters(period=Period.ALL)
     stand.settle()
-    stand.vm.toggle(stand.vm.rows[0].key)
+    stand.vm.open_story(next(row.key for row in stand.vm.rows if isinstance(row.key, int)))
     return stand.settle()
