@@ -277,7 +277,10 @@ def _left_by(database: Path) -> tuple[int, datetime | None]:
             sqlite3.connect(f"{database.as_uri()}?mode=ro{'&immutable=1' * is_whole}", uri=True)
         ) as connection:
             settings, former = SettingsRepository(), configured(connection)
-            wrong, beat = int(settings.get(former, WRONG_PINS, 0)), settings.heartbeat(former)
-            return min(wrong, LARGEST_IN_BACKUP), beat and beat + HEARTBEAT_AGE
+            wrong = min(int(settings.get(former, WRONG_PINS, 0)), LARGEST_IN_BACKUP)
+            with contextlib.suppress(ValueError, TypeError, OverflowError):
+                beat = settings.heartbeat(former)
+                return wrong, beat and beat + HEARTBEAT_AGE
+            return wrong, None
     except (sqlite3.Error, ValueError, TypeError, OverflowError):
         return 0, None

@@ -38,7 +38,6 @@ class Table:
     weekdays_date: tuple[str, ...]  # before a date
     date_pattern: str  # with the year
     day_pattern: str  # without
-    near_pattern: str  # nor the month
     time_separator: str
     decimal: str
     in_pattern: str
@@ -56,7 +55,6 @@ LANGUAGES = {
         weekdays_date=sentences.WEEKDAYS,
         date_pattern="{weekday} {day} {month} {year}",
         day_pattern="{weekday} {day} {month}",
-        near_pattern="{weekday} {day}",
         time_separator=":",
         decimal=".",
         in_pattern="in {}",
@@ -97,7 +95,6 @@ LANGUAGES = {
         weekdays_date=("ma", "ti", "ke", "to", "pe", "la", "su"),
         date_pattern="{weekday} {day}.{number}.{year}",
         day_pattern="{weekday} {day}.{number}.",
-        near_pattern="{weekday} {day}.",
         time_separator=".",
         decimal=",",
         in_pattern="{} kuluttua",
@@ -145,11 +142,6 @@ def clock_time(moment: datetime | None, zone: str, seconds: bool = False) -> str
 def wall_day(when: date | None, year: bool = False) -> str:
     """Fri 20 Nov, with ``year`` Fri 20 Nov 2026, of a date that is a local one already."""
     return NOTHING if when is None else _written(when, current().date_pattern if year else current().day_pattern)
-
-
-def near_day(when: date) -> str:
-    """Fri 20, of a local date that is near enough to be known by it."""
-    return _written(when, current().near_pattern)
 
 
 def _written(when: date, pattern: str) -> str:

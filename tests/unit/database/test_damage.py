@@ -240,9 +240,11 @@ def test_an_export_during_an_interrupted_restore_says_so(backed_up):
         Database.open_for_reading(backed_up)
 
 
-def test_wrong_pins_stay_counted(backed_up, clock, start):
+@pytest.mark.parametrize("heartbeat", [None, "yesterday", "9999-12-31T23:59:59+00:00", 7])
+def test_wrong_pins_stay_counted(backed_up, clock, start, heartbeat):
     db = start()
     db.write(lambda c: SETTINGS.put(c, WRONG_PINS, 12))
+    db.write(lambda c: SETTINGS.put(c, "heartbeat", heartbeat))
     db.close()
     restore(newest_good_backup(backed_up), backed_up, clock.now())
     db = start()
