@@ -1,7 +1,7 @@
 """Robots' time: one lane per robot, a bar per run, the now-line, closed time hatched.
 
 A finger drags it along, two fingers zoom. The ``Drawing`` extends beyond the visible part and is only moved while it
-covers it; a new drawing of crowded lanes is made a few lanes a frame, and replaces the old one when it is complete.
+covers it.
 """
 
 import math
@@ -17,7 +17,6 @@ from app.widgets.lanes_bars import paint_lifted
 from app.widgets.lanes_drawing import Box, Drawing
 from app.widgets.lanes_frame import AXIS, FOLD, LEAST_LANE, Frame
 
-AT_ONCE = 2000  # bars that are drawn in one frame
 NEAR_END = 0.15  # of the visible part: this close to the end of a drawing a new one is begun
 SLOP = 12  # dp that a finger moves before it drags
 MOST_SEATS = 40  # of bars of a lane
@@ -66,15 +65,12 @@ class Lanes(Chart):
         self._fingers: dict[object, tuple[float, float]] = {}  # uid of a touch: where it is
         self._moved = False
         self._may_tap = False  # a single finger that has not moved
-        self._meant = self._free = None  # what is under it: an event, a lane's key and an hour
+        self._meant = None  # what is under it: an event and its values
         self._answered = -SECOND_TAP  # when a tap was
         self._seats: dict[tuple[int, str, object], KeySeat] = {}
         self._lifted = None  # a bar under a finger, where it was, and when it would begin now
         self._is_long = Clock.create_trigger(self._press_long, LONG)
-        self._drawing: Drawing | None = None  # that is seen
-        self._next: Drawing | None = None  # that is being made
-        self._is_stale = False  # and is not what is wanted any more
-        self._make_soon = Clock.create_trigger(self._make, 0)
+        self._drawing: Drawing | None = None
         self._place_soon = Clock.create_trigger(self._place, -1)
         super().__init__(**kwargs)
         for name in ("first", "now", "now_label"):
@@ -121,7 +117,7 @@ class Lanes(Chart):
             self._may_tap = not self._fingers and Clock.get_time() - self._answered >= SECOND_TAP
             if not self._fingers:
                 self._moved = False
-                self._meant, self._free = self._event_at(*touch.pos), self._free_at(*touch.pos)
+                self._meant = self._event_at(*touch.pos)
                 self._is_long()
             self._fingers[touch.uid] = touch.pos
             touch.grab(self)
@@ -161,8 +157,8 @@ class Lanes(Chart):
                 self._end_drag()
             return True
         is_tap = touch.grab_current is None and touch.uid in self._fingers and self._may_tap and not self._moved
-        if is_tap and self.collide_point(*touch.pos) and (self._meant or self._free):
-            self._answer(*(self._meant or ("on_free", *self._free)))
+        if is_tap and self.collide_point(*touch.pos) and self._meant:
+            self._answer(*self._meant)
             return True
         return super().on_touch_up(touch)
 
@@ -192,7 +188,7 @@ class Lanes(Chart):
 
     # ------------------------------------------------------------------ a finger that rests
     def _press_long(self, _dt):
-        """Lift the bar under the touch, if that may be moved, or report the free time under it."""
+        """Lift the bar under the touch, if that may be moved."""
         event, key = (self._meant or ("", None))[:2]
         bar = next(
             (bar for lane in self.lanes for bar in lane.bars if event == "on_bar" and bar.key == key and bar.movable),
@@ -203,9 +199,6 @@ class Lanes(Chart):
             self._moved = self.touched = True
             self._lifted = bar, place, bar.start
             self._lift(0)
-        elif self._free is not None and bar is None:
-            self._moved = True  # its end is not a tap
-            self.dispatch("on_free", *self._free)
 
     def _time_at(self, x) -> float:
         return round(self._drawing.frame.hour_at(x - self._drawing.moved) / STEP) * STEP
@@ -305,15 +298,9 @@ class Lanes(Chart):
         closed = next((kind for start, end, _words, kind in self.bands if kind != "held" and start <= hour < end), "")
         if closed != "folded" and (keys := self._bars_near(x, y)):
             return "on_bar", *keys
-        return ("on_fold", hour) if closed else None
-
-    def _free_at(self, x, y):
-        """The lane's key and the hour of free time there, also close to a bar that can't be moved; or None."""
-        lane = self._lane_at(y)
-        is_free = (
-            lane is not None and not lane.line and x >= self._drawing.frame.left and not self._bars_near(x, y, dp(8))
-        )
-        return (lane.key, self._time_at(x)) if is_free else None
+        if closed:
+            return "on_fold", hour
+        return ("on_free", lane.key, self._time_at(x)) if x >= frame.left else None
 
     def _lane_at(self, y):
         """None: the axis, or nothing."""
@@ -322,9 +309,9 @@ class Lanes(Chart):
             return None
         return frame.lanes[frame.lane_at(y)]
 
-    def _bars_near(self, x, y, reach=None):
+    def _bars_near(self, x, y):
         """Keys: the bar nearest to a finger, the uppermost of several, and those that share its place and are as near."""
-        reach, slack = reach or dp(24), dp(8)
+        reach, slack = dp(24), dp(8)
         lanes = {self._drawing.frame.lane_at(y + slack), self._drawing.frame.lane_at(y - slack)}
         boxes = (
             box
@@ -355,7 +342,7 @@ class Lanes(Chart):
         scale = self._drawing.frame.scale
         self.first = scale.hour(scale.drawn(self.first) - dx / self._drawing.frame.unit)
         self._drawing.move(dx)
-        if self._next is None and not self._drawing.reaches(self.first, self.hours * NEAR_END):
+        if not self._drawing.reaches(self.first, self.hours * NEAR_END):
             self._trigger()
 
     def _pinch(self, a0, b0, a, b):
@@ -372,47 +359,27 @@ class Lanes(Chart):
 
     # ------------------------------------------------------------------ drawing
     def _redraw(self, *_):
-        """One drawing at a time is made; a change during a reading requests one more."""
-        if self._next is not None:
-            self._is_stale = True
-        elif self.lanes and self.width > 4 and self.height > 4:
-            self.draw()
-        else:
+        """Only the drawing: a button may be on it."""
+        if self._drawing is not None:
+            self.canvas.remove(self._drawing.canvas)
             self._drawing = None
-            self.canvas.clear()
+        if self.lanes and self.width > 4 and self.height > 4:
+            self.draw()
 
     def draw(self):
-        """Begin a new drawing; it is shown when it is complete."""
-        self._is_stale = False
         frame = Frame.of(
             self.lanes, self.bands, self.ticks, self.first, self.hours, self.pos, self.size, self.day_text(self.first)
         )
-        self._next = Drawing(frame, self.seen_height)
-        self._make()
-
-    def _make(self, *_):
-        """Draw some more lanes; with the last the new drawing takes the place of the old."""
-        drawing = self._next or self._drawing
-        if drawing is None:
-            return
-        if not drawing.show_lanes(self.seen_from, self.seen_height, AT_ONCE):
-            self._make_soon()
-        elif drawing is self._next:
-            self._drawing, self._next = drawing, None
-            self.canvas.clear()
-            self.canvas.add(drawing.canvas)
-            if self._is_stale:
-                self._trigger()
-            else:
-                drawing.place(self.first)
-            drawing.pin(self.seen_from)
-            drawing.name_day(self.day_text(self.first))
-            drawing.draw_axis(self.now, self.now_label)
+        self._drawing = Drawing(frame, self.seen_height)
+        self.canvas.insert(0, self._drawing.canvas)
+        self._scrolled()
+        self._drawing.name_day(self.day_text(self.first))
+        self._drawing.draw_axis(self.now, self.now_label)
 
     def _place(self, *_):
-        """Hour ``first`` at the left, unless a new drawing is being made."""
+        """Hour ``first`` at the left, unless a new drawing will be made."""
         drawing = self._drawing
-        if drawing is None or self._next is not None or self._trigger.is_triggered:
+        if drawing is None or self._trigger.is_triggered:
             return
         if not drawing.reaches(self.first):
             self._trigger()
@@ -426,6 +393,4 @@ class Lanes(Chart):
         """Other lanes are in sight."""
         if self._drawing is not None:
             self._drawing.pin(self.seen_from)
-        if self._drawing is None or self._next is not None or self._trigger.is_triggered:
-            return
-        self._make()
+            self._drawing.show_lanes(self.seen_from, self.seen_height)

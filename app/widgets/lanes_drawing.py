@@ -1,6 +1,6 @@
-"""One drawing of lanes: the visible part and as much on either side, made once and then only moved. It is made
-lane by lane, so that a crowded one can be spread over several frames, and lanes that come into sight are added. The
-axis and the now-line depend on the time and on the edges of the visible part, so they are a separate layer.
+"""One drawing of lanes: the visible part and as much on either side, made once and then only moved. Lanes that come into
+sight are added. The axis and the now-line depend on the time and on the edges of the visible part, so they are a separate
+layer.
 """
 
 from __future__ import annotations
@@ -155,20 +155,15 @@ class Drawing:
         """Those that are drawn."""
         return list(self._made)
 
-    def show_lanes(self, seen_from: float, seen_height: float, most: int) -> bool:
-        """Add those in sight that are missing, until ``most`` bars are drawn; those out of sight leave. Returns whether all are there."""
+    def show_lanes(self, seen_from: float, seen_height: float) -> None:
+        """Add those in sight that are missing; those out of sight leave."""
         in_sight = self.frame.lanes_in_sight(seen_from, seen_height)
         for lane in [lane for lane in self._made if lane not in in_sight]:
             for layer, part in zip((self._names, self._bars, self._words), self._made.pop(lane), strict=True):
                 layer.remove(part)
-        drawn = 0
         for lane in in_sight:
             if lane not in self._made:
-                if drawn >= most:
-                    return False
                 self._made[lane] = self._make_lane(lane)
-                drawn += len(self.bars_of(lane))
-        return True
 
     def _make_lane(self, lane: int) -> tuple[Canvas, Canvas, Canvas]:
         frame, together = self.frame, self.is_together(lane)

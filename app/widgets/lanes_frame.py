@@ -39,7 +39,7 @@ TOKENS = {  # by the state of a bar
     "draft": Colours("surface", "accent_on", "accent"),
     "was": Colours("surface", "ink2", "outline"),
     "running": Colours("accent_solid", "solid_ink", "accent_solid"),
-    "past": Colours("neutral_bg", "ink2", "neutral_bg"),
+    "past": Colours("neutral_bg", "ink2", "outline"),
     "failed": Colours("fault_bg", "fault_on", "fault"),
     "skipped": Colours("surface", "ink2", "attention_solid"),
     "held": Colours("surface", "ink2", "attention_solid"),
@@ -50,7 +50,7 @@ STRONG = {
     "planned": Colours("accent_soft", "ink", "accent"),
     "draft": Colours("surface", "ink", "accent"),
     "failed": Colours("surface", "fault", "fault"),
-    "past": Colours("track", "ink", "track"),
+    "past": Colours("track", "ink", "outline"),
 }
 
 

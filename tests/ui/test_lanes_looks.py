@@ -38,6 +38,13 @@ def test_a_bar_has_one_colour_at_every_width(ui, stage, theme, look):
 
 
 @pytest.mark.parametrize("theme", THEMES)
+def test_what_has_ended_is_seen_on_a_closed_day(ui, stage, theme):
+    apply_theme(stage.theme_cls, theme)
+    edge, closed = lanes_frame.colours()["past"].edge, tk.closed
+    assert checks.contrast_ratio(hex_of(edge), hex_of(closed)) >= 3
+
+
+@pytest.mark.parametrize("theme", THEMES)
 def test_no_two_kinds_of_bars_look_the_same(ui, stage, theme):
     """What was not run and what is on hold differ by their icons, a draft and what it changes by their dashes."""
     apply_theme(stage.theme_cls, theme)
