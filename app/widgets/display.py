@@ -1,7 +1,7 @@
 """Widgets that only show something: cards, badges, tiles, facts, empty states. Their texts come from the view models."""
 
 from kivy.metrics import sp
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.stacklayout import StackLayout
 from kivymd.uix.card import MDCard
@@ -17,14 +17,6 @@ class SectionCard(OnlySeen, Passive, MDCard):
     vm = ObjectProperty(None, rebind=True, allownone=True)
 
 
-class CardHead(BoxLayout):
-    """Title of a card and a note at its right; at least ``least`` high."""
-
-    title = StringProperty()
-    note = StringProperty()
-    least = NumericProperty("40dp")
-
-
 class Tile(Surface):
     """A block inside a card."""
 
@@ -35,22 +27,6 @@ class Disc(TonedSurface):
     icon = StringProperty()
     text = StringProperty()
     loud = BooleanProperty(False)
-
-
-class ValueTile(Toned, Tile):
-    """A live value with its age: a stale one is grey and its note says since when. ``level`` 0..1 draws a bar, ``mark``
-    0..1 a limit on it (-1: none), named by ``mark_words``."""
-
-    icon = StringProperty()
-    label = StringProperty()
-    value = StringProperty("–")
-    note = StringProperty()
-    note_icon = StringProperty()
-    level = NumericProperty(-1)
-    level_tone = StringProperty("accent")
-    mark = NumericProperty(-1)
-    mark_words = StringProperty()
-    stale = BooleanProperty(False)
 
 
 class EmptyState(BoxLayout):

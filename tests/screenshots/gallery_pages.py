@@ -24,25 +24,6 @@ PAGES = """
                     height: self.minimum_height
                     pos_hint: {"top": 1}
                     spacing: S12
-                    BoxLayout:
-                        size_hint_y: None
-                        height: self.minimum_height
-                        spacing: S12
-                        ValueTile:
-                            icon: "battery-80"
-                            label: "Battery"
-                            value: "78 %"
-                            level: .78
-                            mark: .3
-                            note: "about 4 h 10 min left"
-                        ValueTile:
-                            icon: "lan-connect"
-                            label: "Address"
-                            value: "10.40.12.21"
-                            note: "Not seen since 14:02"
-                            note_icon: "wifi-off"
-                            tone: "attention"
-                            stale: True
                     RobotMap:
                         size_hint_y: None
                         height: dp(140)
@@ -185,17 +166,15 @@ PAGES = """
             orientation: "vertical" if root.height > root.width else "horizontal"
             spacing: GAP
             SectionCard:
-                CardHead:
-                    title: "Schedules"
-                    note: "2 of 3 on"
+                Title:
+                    text: "Schedules"
                 ScrollRows:
                     viewclass: "ListRow"
                     data: samples.SCHEDULES
             SectionCard:
                 size_hint_x: 1.6 if root.height < root.width else 1
-                CardHead:
-                    title: "Runs"
-                    note: "120, newest first"
+                Title:
+                    text: "Runs"
                 LongList:
                     viewclass: "ListRow"
                     data: samples.runs()
@@ -234,13 +213,13 @@ PAGES = """
                 height: dp(220)
                 spacing: GAP
                 SectionCard:
-                    CardHead:
-                        title: "Utilisation"
+                    Title:
+                        text: "Utilisation"
                     RobotBars:
                         rows: samples.UTILISATION
                 SectionCard:
-                    CardHead:
-                        title: "Outcomes per day"
+                    Title:
+                        text: "Outcomes per day"
                     StackedBars:
                         days: samples.DAYS
 

@@ -5,14 +5,12 @@ from __future__ import annotations
 import os
 
 import pytest
-from kivy.factory import Factory
 from kivy.metrics import Metrics
 from kivy.uix.label import Label
 from kivymd.icon_definitions import md_icons
 
 from app.domain.models import THEMES
-from app.widgets.chart import Meter
-from app.widgets.display import Disc, EmptyState, Fact, ValueTile
+from app.widgets.display import Disc, EmptyState, Fact
 from app.widgets.surfaces import Tap
 from app.widgets.text import Ico, Txt, Value
 from app.widgets.tokens import COLOURS, TONES, apply_theme, tk
@@ -46,16 +44,6 @@ def test_a_switch_recolours_what_is_on_screen(ui, stage, theme):
 def test_every_tone_has_all_its_colours():
     for tone in TONES:
         assert {tone, f"{tone}_bg", f"{tone}_on", f"{tone}_solid"} <= COLOURS.keys()
-
-
-def test_a_note_next_to_the_title_of_a_narrow_card_wraps_below(ui):
-    head = ui.show(
-        Factory.CardHead(title="Aja nyt", note="odottaa enintään klo 02.41 asti", padding=(0, 0, 12, 0)), (224, 60)
-    )
-    note = ui.find(Txt, text=head.note)
-    assert head.right - note.right >= 11
-    assert note.x >= ui.find(Txt, text="Aja nyt").right
-    assert note.texture_size[0] <= note.width + 1
 
 
 # ---------------------------------------------------------------------- text
@@ -101,17 +89,6 @@ def test_texts_follow_the_font_scale(ui):
 
 
 # ---------------------------------------------------------------------- cards
-def test_a_stale_value_looks_stale_and_says_since_when(ui):
-    tile = ui.show(ValueTile(label="Battery", value="78 %", level=0.78, note="2 s ago"), (240, 96))
-    value = ui.find(Txt, text="78 %")
-    assert list(value.color) == list(tk.ink)
-    tile.stale, tile.note = True, "Not seen since 14:02"
-    ui.advance()
-    assert list(value.color) == list(tk.ink3)
-    assert ui.find(Meter).tone == "offline"
-    assert "Not seen since 14:02" in ui.texts()
-
-
 def test_an_empty_state_leads_on(ui):
     state = ui.show(
         EmptyState(icon="robot", title="Add your first robot", text="Its address is enough.", action="Add robot")
