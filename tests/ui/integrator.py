@@ -119,6 +119,11 @@ def section_rows(ui: Driver) -> list[ListRow]:
     return [row for row in ui.find_all(ListRow) if type(row).__name__ == "SectionRow"]
 
 
+def row_of(ui: Driver, title: str) -> ListRow | None:
+    """The row with that title."""
+    return next((row for row in ui.find_all(ListRow) if row.item.title == title), None)
+
+
 def item_of(ui: Driver, title: str) -> Item | None:
     """What the row with that title shows."""
     return next((row.item for row in ui.find_all(ListRow) if row.item.title == title), None)

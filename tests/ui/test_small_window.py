@@ -23,7 +23,6 @@ from app.screens.home.facts import HomeFacts
 from app.screens.home.fleet_page import RobotCell
 from app.screens.home.screen import HomeScreen
 from app.screens.home.sending import AllMissionsSheet
-from app.screens.settings.idle import IdlePanel
 from app.screens.settings.missions import MissionRow
 from app.screens.settings.places import PlaceRow
 from app.widgets.buttons import CommandButton
@@ -200,7 +199,7 @@ def test_the_message_about_a_damaged_database_and_its_button_can_be_reached(ui, 
 
 @pytest.mark.parametrize(
     ("section", "part", "kind"),
-    [("missions", "missions", MissionRow), ("missions", "places", PlaceRow), ("idle", "", IdlePanel)],
+    [("missions", "missions", MissionRow), ("missions", "places", PlaceRow), ("idle", "", ListRow)],
 )
 @pytest.mark.parametrize(
     ("size", "scale", "language", "gloves"),
@@ -219,7 +218,7 @@ def test_a_list_of_settings_can_be_reached_below_its_tools_and_a_banner(
         page = screen.ids.columns.children[0]
         page.scroll_y = 0
         ui.advance(0.1)
-        first = ui.find_all(kind)[0]
+        first = ui.find_all(kind, page)[0]
         assert checks.visible_area(first, checks.parents(first))[3] - checks.area(page)[1] > 60
         assert "\n".join(checks.problems(ui.find(Frame))) == ""
 

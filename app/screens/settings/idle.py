@@ -1,40 +1,38 @@
-"""Settings, Idle automation: per robot a mission that starts when the robot has had nothing to do for some minutes."""
+"""Settings, When idle: per robot a mission that starts when the robot has had nothing to do for some minutes."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from kivy.event import EventDispatcher
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 
-from app.domain.models import Connection, Robot
+from app.domain.models import Connection, IdleRule, Robot
 from app.domain.parameters import missing
 from app.domain.robot import MissionParameter
 from app.i18n import _
 from app.screens.common.problems import sentence_of
 from app.screens.common.shell import PROBLEM_SECONDS
-from app.screens.settings.missions_view import idle_panels, mission_options
+from app.screens.settings.missions_view import idle_items, idle_mission, mission_options
 from app.screens.settings.page import PageContext, SettingsPage
-from app.widgets.display import SectionCard
-from app.widgets.lists import RecycledRow
-
-
-class IdlePanel(RecycledRow, SectionCard):
-    """One robot's rule. Actions: "switch" (wanted), "mission", "minutes" (number)."""
-
-    name = StringProperty()
-    active = BooleanProperty(False)
-    mission = StringProperty("–")
-    minutes = NumericProperty(10)
-    note = StringProperty()
-    problem = StringProperty()
+from app.widgets.sheet import Sheet
 
 
 class IdleModel(EventDispatcher):
-    panels = ListProperty()
+    items = ListProperty()
+
+
+class IdleSheet(Sheet):
+    """One robot's rule, saved at once: its mission, and after how many minutes it starts."""
+
+    page = ObjectProperty(None)
+    robot_id = NumericProperty(0)
+    mission = StringProperty()
+    minutes = NumericProperty(10)
+    problem = StringProperty()
+    has_rule = BooleanProperty(False)
 
 
 class IdlePage(SettingsPage):
@@ -43,20 +41,22 @@ class IdlePage(SettingsPage):
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
         self._problems: dict[int, str] = {}
-        self._minutes: dict[int, int] = {}  # chosen and not read yet, or without a rule to save them in
+        self._minutes: dict[int, int] = {}  # chosen and not read yet
         self._list, self._empty = self.ids.idle_list.__self__, self.ids.no_robots.__self__
 
     def show(self) -> None:
-        facts = self.context.facts
-        panels = idle_panels(facts)
-        read = {panel.key: panel.minutes for panel in panels}
+        facts, sheet = self.context.facts, self.context.shell.sheets.top
+        robot = facts.robot(sheet.robot_id) if isinstance(sheet, IdleSheet) else None
+        read = {robot.id: robot.idle.after_minutes for robot in facts.robots if robot.idle is not None}
         self._minutes = {key: minutes for key, minutes in self._minutes.items() if read.get(key) != minutes}
-        self.vm.panels = [
-            replace(
-                panel, minutes=self._minutes.get(panel.key, panel.minutes), problem=self._problems.get(panel.key, "")
+        minutes = {**read, **self._minutes}
+        self.vm.items = idle_items(facts, minutes, self._problems, robot.id if robot else None)
+        if robot is not None and sheet is not None:
+            sheet.title, sheet.mission, sheet.has_rule = robot.name, idle_mission(facts, robot), robot.idle is not None
+            sheet.minutes, sheet.problem = (
+                minutes.get(robot.id, IdleRule(0).after_minutes),
+                self._problems.get(robot.id, ""),
             )
-            for panel in panels
-        ]
         self.show_one(self._list if facts.robots else self._empty, (self._list, self._empty))
 
     def reached(self, **intent: Any) -> None:
@@ -70,20 +70,18 @@ class IdlePage(SettingsPage):
         robot = self.context.facts.robot(robot_id)
         if robot is None:
             return
-        if action == "minutes":
+        if action == "open":
+            self.context.shell.sheets.show(IdleSheet(page=self, robot_id=robot.id))
+            self.show()
+        elif action == "minutes":
             self._minutes[robot.id] = values[0]
-            self.context.save_at_rest(("idle", robot.id), lambda: self._save_minutes(robot.id))
+            self.context.save_at_rest(("idle", robot.id), lambda: self._save(robot))
         elif action == "mission" or (values[0] and robot.idle is None):
             self._choose_mission(robot)  # a rule can't be switched on without a mission
         elif robot.idle is not None and values[0]:
             self._save_if_it_asks_nothing(robot, robot.idle.mission_id, enabled=True)
         elif robot.idle is not None:
             self._save(robot, enabled=False)
-
-    def _save_minutes(self, robot_id: int) -> None:
-        robot = self.context.facts.robot(robot_id)
-        if robot is not None and robot.idle is not None:
-            self._save(robot)
 
     def _choose_mission(self, robot: Robot) -> None:
         options = mission_options(self.context.facts, robot)
@@ -131,16 +129,22 @@ class IdlePage(SettingsPage):
         )
 
     def _save(self, robot: Robot, **changes: Any) -> None:
-        """Change the stored rule's minutes to the chosen ones: the rule shown may be older."""
+        """Change the stored rule's minutes to the chosen ones: the rule shown may be older. A new mission can be undone."""
         self._problems.pop(robot.id, None)
         self.context.pass_over(("idle", robot.id))
-        minutes = self._minutes.get(robot.id)
+        minutes, catalogue, before = self._minutes.get(robot.id), self.context.services.catalogue, robot.idle
         if minutes is not None:
             changes["after_minutes"] = minutes
 
+        def undo() -> None:
+            catalogue.change_idle_rule(robot.id, **(vars(before) if before is not None else {"enabled": False}))
+
         self.context.change(
-            lambda: self.context.services.catalogue.change_idle_rule(robot.id, **changes),
+            lambda: catalogue.change_idle_rule(robot.id, **changes),
             lambda problem: self._not_saved(robot, minutes, problem),
+            undo=(_("{robot}: idle mission changed").format(robot=robot.name), undo)
+            if "mission_id" in changes
+            else None,
         )
 
     def _not_saved(self, robot: Robot, minutes: int | None, problem: BaseException) -> None:

@@ -3,16 +3,17 @@ functions."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from app.domain import names
-from app.domain.models import IdleRule, Mission, Robot
+from app.domain.models import Mission, Robot
 from app.domain.robot import MissionInfo
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.options import Option
 from app.screens.settings.facts import SettingsFacts
+from app.widgets.items import Action, Item
 
 
 @dataclass(frozen=True)
@@ -24,19 +25,6 @@ class MissionView:
     note: str
     favourite: bool
     warning: str
-
-
-@dataclass(frozen=True)
-class IdlePanelView:
-    """Values of IdlePanel."""
-
-    key: int
-    name: str
-    active: bool
-    minutes: int
-    mission: str
-    note: str
-    problem: str = ""
 
 
 def mission_views(facts: SettingsFacts, query: str = "") -> list[MissionView]:
@@ -187,31 +175,33 @@ def mission_options(facts: SettingsFacts, robot: Robot) -> list[Option]:
 
 
 # ---------------------------------------------------------------------- idle automation
-def idle_panels(facts: SettingsFacts) -> list[IdlePanelView]:
-    return [_idle_panel(facts, robot) for robot in facts.robots]
+def idle_items(
+    facts: SettingsFacts, minutes: Mapping[int, int], problems: Mapping[int, str], chosen: int | None = None
+) -> list[Item]:
+    """A row per robot. ``minutes`` and ``problems`` by robot id: those chosen, and why something was not saved."""
+    return [
+        Item(
+            robot.id,
+            robot.name,
+            problems.get(robot.id) or _idle_note(facts, robot, minutes),
+            support_tone="fault" if problems.get(robot.id) else "",
+            icon="robot-outline",
+            look="chosen" if robot.id == chosen else "plain",
+            on=robot.idle is not None and robot.idle.enabled,
+            actions=(Action("open", icon="chevron-right"),),
+        )
+        for robot in facts.robots
+    ]
 
 
-def _idle_panel(facts: SettingsFacts, robot: Robot) -> IdlePanelView:
-    idle = robot.idle
-    mission = facts.mission(idle.mission_id) if idle else None
-    return IdlePanelView(
-        robot.id,
-        robot.name,
-        active=bool(idle and idle.enabled),
-        minutes=(idle or IdleRule(0)).after_minutes,
-        mission=mission.name if mission else _("Choose a mission"),
-        note=_idle_note(robot, mission),
-    )
+def idle_mission(facts: SettingsFacts, robot: Robot) -> str:
+    mission = facts.mission(robot.idle.mission_id) if robot.idle is not None else None
+    return mission.name if mission is not None else _("Choose a mission")
 
 
-def _idle_note(robot: Robot, mission: Mission | None) -> str:
-    idle = robot.idle
-    if idle is None or mission is None:
-        return _("Choose a mission to switch it on")
+def _idle_note(facts: SettingsFacts, robot: Robot, minutes: Mapping[int, int]) -> str:
+    if robot.idle is None:
+        return _("No mission")
     if not robot.enabled:
         return _("The robot is switched off")
-    if not idle.enabled:
-        return _("Off")
-    return ngettext(
-        "After {n} minute without work, once", "After {n} minutes without work, once", idle.after_minutes
-    ).format(n=idle.after_minutes)
+    return _("{mission} · after {n} min").format(mission=idle_mission(facts, robot), n=minutes[robot.id])

@@ -112,15 +112,22 @@ class PageContext:
         return self.shell.background.run(work, done, not_done, key=key, apart=apart)
 
     def change(
-        self, work: Callable[[], object], failed: Callable[[BaseException], object] | None = None, **settings: Any
+        self,
+        work: Callable[[], object],
+        failed: Callable[[BaseException], object] | None = None,
+        undo: tuple[str, Callable[[], object]] | None = None,
+        **settings: Any,
     ) -> None:
         """Make a change, then read the facts again. The changed ``settings`` are shown as chosen from now on, and the
-        next choice starts from them. Errors are also shown as a message if the page has been left."""
+        next choice starts from them. Errors are also shown as a message if the page has been left. ``undo``: what has
+        happened, and how to take it back."""
         page, choice = self._pages_left, _Choice(settings)
 
         def done(_result: object) -> None:
             choice.is_written = True
             self.refresh()
+            if undo is not None:
+                self.offer_undo(*undo)
 
         def not_done(problem: BaseException) -> None:
             self._choices.remove(choice)
@@ -186,15 +193,16 @@ class PageContext:
         for save in resting.values():
             save()
 
+    def offer_undo(self, text: str, undo: Callable[[], object], *, stays: bool = False) -> None:
+        """Show ``text`` with Undo, which asks for the PIN like Settings."""
+        self.shell.offer_undo(text, undo, self.refresh, stays=stays, behind="settings")
+
     def remove(self, work: Callable[[], Removed], text: str) -> None:
-        """Delete something at once, show ``text``, and offer Undo until the message is closed. Undo asks for the PIN
-        like Settings."""
+        """Delete something at once, and offer Undo until the message is closed."""
 
         def removed(what: Removed) -> None:
             self.refresh()
-            self.shell.offer_undo(
-                text, lambda: self.services.catalogue.restore(what), self.refresh, stays=True, behind="settings"
-            )
+            self.offer_undo(text, lambda: self.services.catalogue.restore(what), stays=True)
 
         self.run(work, removed)
 

@@ -11,11 +11,10 @@ import pytest
 from kivy.core.window import Window
 
 from app.database.errors import DatabaseUnavailable
-from app.domain.models import Connection, Robot
+from app.domain.models import Connection, IdleRule, Robot
 from app.screens.settings import screen as settings_module
 from app.screens.settings.constraints import ConstraintsPage
 from app.screens.settings.facts import read
-from app.screens.settings.idle import IdlePanel
 from app.screens.settings.page import SwitchRow
 from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.screen import PAGES, SectionList
@@ -38,11 +37,13 @@ from tests.ui.integrator import (
     page,
     press,
     robots,
+    row_of,
     says,
     section_row,
     section_rows,
     settings,
     titles,
+    undo,
 )
 from tests.ui.wear import CACHED
 from tests.ui.whole_app import PASSWORD, POLL, USER
@@ -131,27 +132,41 @@ def test_idle_automation_of_a_robot(site, app, ui):
     site.add_robots()
     site.add_missions("Home", "Deliver")
     go(ui, "idle")
-    ui.wait(lambda: len(ui.find_all(IdlePanel)) == 2)
-    panel = ui.find(IdlePanel, name="Aino")
-    ui.tap(ui.find(Toggle, root=panel))  # without a mission it requests one
+    ui.wait(lambda: row_of(ui, "Aino"))
+    assert row_of(ui, "Aino").item.support == "No mission"
+    ui.tap(ui.find(Toggle, root=row_of(ui, "Aino")))  # without a mission it requests one
     ui.tap(ui.find(OptionRow, text="Home"))
     ui.wait(lambda: robots(site)[0].idle is not None)
     idle = robots(site)[0].idle
     assert (idle.enabled, idle.after_minutes) == (True, 10)
-    ui.wait(lambda: panel.active)
-    assert panel.mission == "Home"
-    enter(ui, ui.find(Field, root=panel, kind="step"), "31")
-    ui.find(Field, root=panel, kind="step").focus = False
+    ui.wait(lambda: row_of(ui, "Aino").item.on)
+    minutes = ui.find(Field, root=open_row(ui, "Aino"), kind="step")
+    enter(ui, minutes, "31")
+    minutes.focus = False
     ui.advance(0.2)
-    assert ui.find(Field, root=panel, kind="step").outside
+    assert minutes.outside
     assert robots(site)[0].idle.after_minutes == 10
-    enter(ui, ui.find(Field, root=panel, kind="step"), "30")
-    ui.find(Field, root=panel, kind="step").focus = False
+    enter(ui, minutes, "30")
+    minutes.focus = False
     ui.wait(lambda: robots(site)[0].idle.after_minutes == 30)
-    ui.wait(lambda: panel.note == "After 30 minutes without work, once")
-    ui.tap(ui.find(Toggle, root=panel))
+    ui.wait(lambda: row_of(ui, "Aino").item.support == "Home · after 30 min")
+    ui.tap(ui.find(Toggle, root=row_of(ui, "Aino")))
     ui.wait(lambda: not robots(site)[0].idle.enabled)
     ui.wait(lambda: section_row(ui, "idle").item.support == "off")
+
+
+def test_another_idle_mission_can_be_undone(site, app, ui):
+    robot, _other = site.add_robots()
+    home, deliver = site.add_missions("Home", "Deliver")
+    site.container.catalogue.save_idle_rule(robot.id, home.id, 25)
+    go(ui, "idle")
+    sheet = open_row(ui, "Aino")
+    ui.tap(ui.find(PickBox, root=sheet))
+    ui.tap(ui.find(OptionRow, text="Deliver"))
+    ui.wait(lambda: robots(site)[0].idle.mission_id == deliver.id and sheet.mission == "Deliver")
+    undo(ui)
+    ui.wait(lambda: sheet.mission == "Home")
+    assert robots(site)[0].idle == IdleRule(home.id, 25)
 
 
 def test_a_mission_that_asks_for_something_is_no_idle_mission(site, app, ui):
@@ -160,21 +175,22 @@ def test_a_mission_that_asks_for_something_is_no_idle_mission(site, app, ui):
     home, go_to = site.add_missions("Home", "Go to position")
     ui.wait(lambda: site.container.snapshots.get(aino.id).connection is Connection.CONNECTED)
     go(ui, "idle")
-    ui.wait(lambda: len(ui.find_all(IdlePanel)) == 2)
-    panel = ui.find(IdlePanel, name="Aino")
-    ui.tap(ui.find(Toggle, root=panel))
+    ui.wait(lambda: row_of(ui, "Aino"))
+    ui.tap(ui.find(Toggle, root=row_of(ui, "Aino")))
     ui.tap(ui.find(OptionRow, text="Go to position"))
-    ui.wait(lambda: panel.problem == "Go to position asks for Position, which only a schedule or Run now can give")
+    refused = "Go to position asks for Position, which only a schedule or Run now can give"
+    ui.wait(lambda: row_of(ui, "Aino").item.support == refused)
     assert robots(site)[0].idle is None
     site.container.catalogue.save_idle_rule(aino.id, go_to.id, 10, False)  # as a file may bring it
-    ui.wait(lambda: panel.mission == "Go to position")
-    ui.tap(ui.find(Toggle, root=panel))
-    ui.wait(lambda: panel.problem.startswith("Go to position asks for Position"))
+    sheet = open_row(ui, "Aino")
+    ui.wait(lambda: sheet.mission == "Go to position")
+    ui.tap(ui.find(Toggle, root=row_of(ui, "Aino")))
+    ui.wait(lambda: sheet.problem == refused)
     assert not robots(site)[0].idle.enabled
-    ui.tap(ui.find(PickBox, root=panel))
+    ui.tap(ui.find(PickBox, root=sheet))
     ui.tap(ui.find(OptionRow, text="Home"))
     ui.wait(lambda: robots(site)[0].idle.mission_id == home.id)
-    ui.wait(lambda: not panel.problem)
+    ui.wait(lambda: not sheet.problem)
 
 
 def test_minutes_that_are_saved_while_a_mission_is_chosen_are_kept(site, app, ui):
@@ -182,24 +198,23 @@ def test_minutes_that_are_saved_while_a_mission_is_chosen_are_kept(site, app, ui
     home, deliver = site.add_missions("Home", "Deliver")
     site.container.catalogue.save_idle_rule(robot.id, home.id, 10)
     go(ui, "idle")
-    ui.wait(lambda: [panel for panel in ui.find_all(IdlePanel) if panel.active])
-    panel = next(panel for panel in ui.find_all(IdlePanel) if panel.active)
-    ui.tap(ui.find(RepeatButton, root=panel, icon="plus"))
-    panel.act("mission")
+    sheet = open_row(ui, "Aino")
+    ui.tap(ui.find(RepeatButton, root=sheet, icon="plus"))
+    page(app).act(robot.id, "mission")
     ui.wait(lambda: robots(site)[0].idle.after_minutes == 15)
     ui.wait(lambda: app.shell.background.idle)
     ui.tap(ui.find(OptionRow, text="Deliver"))
     ui.wait(lambda: robots(site)[0].idle.mission_id == deliver.id)
     assert robots(site)[0].idle.after_minutes == 15
     site.container.catalogue.save_idle_rule(robot.id, deliver.id, 30)
-    ui.wait(lambda: next(panel.minutes for panel in ui.find_all(IdlePanel) if panel.active) == 30)
+    ui.wait(lambda: sheet.minutes == 30)
 
 
 def test_switching_the_rule_off_keeps_minutes_saved_but_not_yet_read(site, app, ui):
     robot, _other = site.add_robots()
     site.container.catalogue.save_idle_rule(robot.id, site.add_missions("Home")[0].id, 10)
     go(ui, "idle")
-    ui.wait(lambda: [panel for panel in ui.find_all(IdlePanel) if panel.active])
+    ui.wait(lambda: row_of(ui, "Aino"))
     page(app).act(robot.id, "minutes", 15)
     page(app).context._settle()
     ends = time.monotonic() + 20
@@ -230,18 +245,16 @@ def test_intermediate_steps_of_an_idle_rule_are_not_saved(site, app, ui):
     robot, _other = site.add_robots()
     site.container.catalogue.save_idle_rule(robot.id, site.add_missions("Home")[0].id, 30)
     go(ui, "idle")
-    ui.wait(lambda: [panel for panel in ui.find_all(IdlePanel) if panel.minutes == 30])
-    panel = next(panel for panel in ui.find_all(IdlePanel) if panel.minutes == 30)
-    field = ui.find(Field, root=panel, kind="step")
+    field = ui.find(Field, root=open_row(ui, "Aino"), kind="step")
     stepped(app, ui, field, "minus", 5)
     stepped(app, ui, field, "plus", 3)
     assert robots(site)[0].idle.after_minutes == 30
     assert field.text == "20"
     ui.skip(LONG_REST)
     ui.wait(lambda: robots(site)[0].idle.after_minutes == 20)
-    ui.wait(lambda: panel.note == "After 20 minutes without work, once")
+    ui.wait(lambda: row_of(ui, "Aino").item.support == "Home · after 20 min")
     stepped(app, ui, field, "minus", 1)
-    ui.tap(ui.find(Toggle, root=panel))  # what is chosen goes with it
+    ui.tap(ui.find(Toggle, root=row_of(ui, "Aino")))  # what is chosen goes with it
     ui.wait(lambda: not robots(site)[0].idle.enabled)
     assert robots(site)[0].idle.after_minutes == 15
 
@@ -253,9 +266,7 @@ def test_a_number_that_was_stepped_is_saved_when_the_page_is_left(site, app, ui,
     robot, _other = site.add_robots()
     site.container.catalogue.save_idle_rule(robot.id, site.add_missions("Home")[0].id, 30)
     go(ui, "idle")
-    ui.wait(lambda: [panel for panel in ui.find_all(IdlePanel) if panel.minutes == 30])
-    panel = next(panel for panel in ui.find_all(IdlePanel) if panel.minutes == 30)
-    stepped(app, ui, ui.find(Field, root=panel, kind="step"), "minus", 2)
+    stepped(app, ui, ui.find(Field, root=open_row(ui, "Aino"), kind="step"), "minus", 2)
     leave(app, ui)
     ui.wait(lambda: app.shell.background.idle)
     assert robots(site)[0].idle.after_minutes == 20
@@ -287,13 +298,10 @@ def test_numbers_that_are_stepped_are_saved_once(site, app, ui):
 def test_idle_automation_without_missions_says_where_they_come_from(site, app, ui):
     site.add_robots()
     go(ui, "idle")
-    ui.wait(lambda: ui.find_all(IdlePanel))
-    panel = ui.find(IdlePanel, name="Veikko")
-    ui.tap(ui.find(Toggle, root=panel))
-    ui.wait(
-        lambda: ui.find(Field, root=panel, kind="pick").problem == "There are no missions yet: add them under Missions"
-    )
-    assert not panel.active
+    ui.wait(lambda: row_of(ui, "Veikko"))
+    ui.tap(ui.find(Toggle, root=row_of(ui, "Veikko")))
+    ui.wait(lambda: row_of(ui, "Veikko").item.support == "There are no missions yet: add them under Missions")
+    assert not row_of(ui, "Veikko").item.on
 
 
 # ---------------------------------------------------------------------- scheduler
@@ -488,14 +496,14 @@ def test_unsaved_minutes_are_not_shown_as_saved_after_leaving_settings(site, app
     robot, _other = site.add_robots()
     site.container.catalogue.save_idle_rule(robot.id, site.add_missions("Home")[0].id, 10)
     go(ui, "idle")
-    ui.wait(lambda: [panel for panel in ui.find_all(IdlePanel) if panel.active])
+    ui.wait(lambda: row_of(ui, "Aino"))
     monkeypatch.setattr(site.container.catalogue, "edit", refuse)
     page(app).act(robot.id, "minutes", 15)
     app.shell.go("home")
     ui.wait(lambda: app.shell.snackbars.texts == ["The disk is full"])
     app.shell.go("settings")
-    ui.wait(lambda: app.shell.background.idle and ui.find_all(IdlePanel))
-    assert next(panel.minutes for panel in ui.find_all(IdlePanel) if panel.active) == 10
+    ui.wait(lambda: app.shell.background.idle and row_of(ui, "Aino"))
+    ui.wait(lambda: row_of(ui, "Aino").item.support == "Home · after 10 min")
 
 
 # ---------------------------------------------------------------------- a low window

@@ -287,7 +287,7 @@ def test_a_mission_that_the_robot_lost_is_flagged(site, app, ui):
     ui.wait(lambda: [row.warning for row in ui.find_all(MissionRow)] == ["Not on Aino any more"])
     assert section_row(ui, "missions").item.support == "1 mission, 1 missing"
     ui.tap(section_row(ui, "robots"))
-    ui.wait(lambda: item_of(ui, "Aino").meta == "1 missing")
+    ui.wait(lambda: item_of(ui, "Aino").meta == "1 mission missing")
 
 
 def test_missions_are_found_while_typing(site, app, ui):

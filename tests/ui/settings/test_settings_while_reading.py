@@ -12,13 +12,12 @@ from app.domain.models import Connection
 from app.mir.errors import TimedOut
 from app.screens.settings import screen as settings_module
 from app.screens.settings.facts import read
-from app.screens.settings.idle import IdlePanel
 from app.screens.settings.missions import MissionDialog, MissionRow
 from app.widgets.buttons import Segment, Toggle
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import Field
 from app.widgets.rows import OptionRow
-from tests.ui.integrator import enter, go, is_saved, page, press, robots, says, settings
+from tests.ui.integrator import enter, go, is_saved, page, press, robots, row_of, says, settings
 
 pytestmark = pytest.mark.long
 
@@ -56,14 +55,13 @@ def test_switching_the_rule_off_keeps_a_mission_saved_but_not_yet_read(site, app
     home, deliver = site.add_missions("Home", "Deliver")
     site.container.catalogue.save_idle_rule(robot.id, home.id, 10)
     go(ui, "idle")
-    ui.wait(lambda: [panel for panel in ui.find_all(IdlePanel) if panel.active])
+    ui.wait(lambda: row_of(ui, "Aino"))
     hold_readings()
-    panel = next(panel for panel in ui.find_all(IdlePanel) if panel.active)
-    panel.act("mission")
+    page(app).act(robot.id, "mission")
     ui.wait(lambda: ui.find_all(OptionRow, text="Deliver"))
     ui.tap(ui.find(OptionRow, text="Deliver"))
     ui.wait(lambda: robots(site)[0].idle.mission_id == deliver.id and not ui.find_all(ChoiceDialog))
-    ui.tap(ui.find(Toggle, root=panel))
+    ui.tap(ui.find(Toggle, root=row_of(ui, "Aino")))
     ui.wait(lambda: not robots(site)[0].idle.enabled)
     assert robots(site)[0].idle.mission_id == deliver.id
 
@@ -107,7 +105,7 @@ def hold_asking(site, monkeypatch):
 
 def choose(ui, mission: str) -> None:
     """As Aino's idle mission."""
-    ui.find(IdlePanel, name="Aino").act("mission")
+    row_of(ui, "Aino").act("mission")
     ui.wait(lambda: ui.find_all(OptionRow, text=mission))
     ui.tap(ui.find(OptionRow, text=mission))
 
@@ -117,7 +115,7 @@ def test_the_last_choice_is_the_idle_mission_although_the_robot_went_silent(site
     _home, deliver = site.add_missions("Home", "Deliver")
     ui.wait(lambda: site.container.snapshots.get(robot.id).connection is Connection.CONNECTED)
     go(ui, "idle")
-    ui.wait(lambda: len(ui.find_all(IdlePanel)) == 2)
+    ui.wait(lambda: row_of(ui, "Aino"))
     go_on = hold_asking(TimedOut())
     choose(ui, "Home")
     site.fleet.robots[0].control({"fault": {"kind": "drop_request", "path": "*", "count": None}})
@@ -136,10 +134,10 @@ def test_a_silent_robot_gets_no_mission_with_known_parameters(site, app, ui):
     app.shell.mission_names.take(go_to.guid, site.container.robot_missions.parameters(robot.id, go_to.guid))
     site.fleet.robots[0].control({"fault": {"kind": "drop_request", "path": "*", "count": None}})
     go(ui, "idle")
-    ui.wait(lambda: len(ui.find_all(IdlePanel)) == 2)
+    ui.wait(lambda: row_of(ui, "Aino"))
     ui.wait(lambda: page(app).context.facts.snapshot(robot.id).connection is not Connection.CONNECTED)
     choose(ui, "Go to position")
-    ui.wait(lambda: ui.find(IdlePanel, name="Aino").problem.startswith("Go to position asks for Position"))
+    ui.wait(lambda: row_of(ui, "Aino").item.support.startswith("Go to position asks for Position"))
     assert robots(site)[0].idle is None
 
 
@@ -148,7 +146,7 @@ def test_on_another_page_a_message_says_that_a_mission_is_no_idle_mission(site, 
     site.add_missions("Go to position")
     ui.wait(lambda: site.container.snapshots.get(robot.id).connection is Connection.CONNECTED)
     go(ui, "idle")
-    ui.wait(lambda: len(ui.find_all(IdlePanel)) == 2)
+    ui.wait(lambda: row_of(ui, "Aino"))
     go_on = hold_asking()
     choose(ui, "Go to position")
     go(ui, "about")

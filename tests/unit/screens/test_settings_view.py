@@ -148,7 +148,7 @@ def test_what_is_not_plain_http_is_said():
 def test_missing_missions_stand_out_on_their_robot():
     [aino, sisu] = robot_items(names={1: {"guid-deliver": "Deliver kits"}, 2: {"guid-deliver": "Deliver kits"}})
     assert "missing" not in aino.meta
-    assert (sisu.meta, sisu.meta_tone, sisu.meta_icon) == ("1 missing", "attention", "alert")
+    assert (sisu.meta, sisu.meta_tone, sisu.meta_icon) == ("1 mission missing", "attention", "alert")
 
 
 def test_a_robot_without_password_says_so_first():
@@ -343,18 +343,13 @@ def test_a_robots_own_mission_hides_the_common_one_of_its_name():
 
 
 # ---------------------------------------------------------------------- idle automation
-def test_idle_panels_say_what_will_happen():
+def test_idle_rows_say_what_will_happen():
     state = facts(robots=(replace(AINO, idle=IdleRule(11, 15)), SISU))
-    [aino, sisu] = missions_view.idle_panels(state)
-    assert (aino.active, aino.mission, aino.minutes, aino.note) == (
-        True,
-        "Charge",
-        15,
-        "After 15 minutes without work, once",
-    )
-    assert (sisu.active, sisu.mission, sisu.minutes) == (False, "Choose a mission", 10)
-    off = facts(robots=(replace(AINO, idle=IdleRule(11, 15, enabled=False)),))
-    assert missions_view.idle_panels(off)[0].note == "Off"
+    [aino, sisu] = missions_view.idle_items(state, {AINO.id: 15}, {})
+    assert (aino.on, aino.support) == (True, "Charge · after 15 min")
+    assert (sisu.on, sisu.support) == (False, "No mission")
+    [aino, _sisu] = missions_view.idle_items(state, {AINO.id: 15}, {AINO.id: "The disk is full"})
+    assert (aino.support, aino.support_tone) == ("The disk is full", "fault")
 
 
 # ---------------------------------------------------------------------- files
