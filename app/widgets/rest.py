@@ -72,9 +72,9 @@ class Rest:
         x, y, far = *self._finger, dp(SPOT)
         self._ignore(DOUBLE_TAP, (x - far, y - far, x + far, y + far))
 
-    def after_leaving(self, widget) -> None:
+    def after_leaving(self, widget, seconds=DOUBLE_TAP) -> None:
         """That has disappeared, and covered only what it lay on."""
-        self._ignore(DOUBLE_TAP, (*widget.to_window(*widget.pos), *widget.to_window(widget.right, widget.top)))
+        self._ignore(seconds, (*widget.to_window(*widget.pos), *widget.to_window(widget.right, widget.top)))
 
     def after_pressing(self, widget) -> None:
         """That disappears; if it was touched last, something else may now be under the finger."""

@@ -15,6 +15,7 @@ from app.widgets.surfaces import Passive
 
 EDGES = ("right", "bottom", "full")
 PARTS = ("head", "body", "foot")
+FOOT_RESTS = 1.0  # s for which presses after the first one at the foot press nothing, also not of what it covered
 
 
 class SheetPlace(FloatLayout):
@@ -109,7 +110,7 @@ class Sheet(Passive, MDCard):
         """Take it from its place; its widgets stay, so that it can be shown again."""
         place = self.parent
         rest.let_go()
-        rest.after_leaving(self)
+        rest.after_leaving(self, FOOT_RESTS)
         dock.leave(self)
         dock.funbind("height", self._arrange)
         Window.unbind(on_keyboard=self._key)

@@ -142,7 +142,8 @@ def test_a_second_tap_presses_neither_the_sheet_that_came_nor_the_page_after_it_
     ui.advance(1)
     ui.tap_at(1000, 40)
     room.sheets.close()
-    ui.tap_at(1000, 40)
+    for _n in range(2):  # the button was pressed five times within a second
+        ui.tap_twice((1000, 40), 0.2)
     assert pressed == ["foot"]
     ui.advance(1)
     ui.tap_at(1000, 40)

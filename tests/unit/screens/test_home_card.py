@@ -9,7 +9,7 @@ import pytest
 
 from app.database.robots import Hold
 from app.domain.activity import ActivitySpan
-from app.domain.models import Connection, DurationEstimate, IdleRule
+from app.domain.models import Connection, DurationEstimate, IdleRule, Robot, RobotSnapshot
 from app.domain.robot import QueueItem, QueueState, RobotProblem, RobotState, UserPrompt
 from app.screens.home.card import Card, battery_words, can_reset
 from app.screens.home.facts import HomeFacts, standing
@@ -366,3 +366,13 @@ def test_of_more_robots_there_is_one_tab_and_that_of_the_robot_opened_last():
     many = fleet_facts.facts(12)
     assert [tab.key for tab in tabs(many, 5, NOW)] == [ALL_ROBOTS, 5]
     assert [tab.key for tab in tabs(many, None, NOW)] == [ALL_ROBOTS]
+
+
+def test_the_tab_of_all_robots_has_the_colour_of_the_worst_and_counts_those_that_need_a_person():
+    four = replace(with_aino(FAILED), robots=(*FACTS.robots, Robot("Robot 4", "10.0.0.4", "scheduler", id=4)))
+    silent = RobotSnapshot(4, Connection.UNREACHABLE, since=NOW)
+    [every, aino] = tabs(replace(four, snapshots={**four.snapshots, 4: silent}), 1, NOW)
+    assert (every.text, every.tone, every.count) == ("All robots", "fault", 2)
+    assert (aino.text, aino.tone) == ("Aino", "fault")
+    every = tabs(fleet_facts.facts(12, well=True), 1, NOW)[0]
+    assert (every.tone, every.count) == ("", 0)
