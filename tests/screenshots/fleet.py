@@ -36,7 +36,7 @@ class _AtOnce:
 
 def fleet(studio: Any, facts: HomeFacts, *, issues: OpenIssues | None = None) -> FleetViewModel:
     """``issues``: those that the app would have of these robots."""
-    answers = dict.fromkeys(("catalogue", "history", "robot_states", "alarms"), sample.Answers())
+    answers = dict.fromkeys(("catalogue", "engine", "history", "robot_states", "alarms"), sample.Answers())
     screen = home(studio, facts, issues=issues, background=_AtOnce(), more=answers)
     page: FleetViewModel = screen.vm.fleet
     page.open()

@@ -53,6 +53,10 @@ class Known:
     def ended(self, robot_id: int) -> None:
         self._since.pop(robot_id, None)
 
+    def ask_again(self) -> None:
+        """What is not known: an alarm is stored after its robot was seen."""
+        self._robots |= {robot_id for robot_id, since in self._since.items() if since is None}
+
     def learn(self) -> None:
         if self._is_asking or not (self._runs or self._robots):
             return
@@ -64,7 +68,7 @@ class Known:
         def learnt(found: tuple[dict[int, float | None], dict[int, datetime | None]]) -> None:
             self._is_asking = False
             self._usual |= found[0]
-            self._since = found[1] | self._since
+            self._since = found[1] | {robot_id: since for robot_id, since in self._since.items() if since}
             self._learnt()
 
         def not_learnt(_problem: BaseException) -> None:

@@ -54,6 +54,10 @@ from app.widgets.rest import rest
 PER_FRAME = 0.003  # s for looking at robots, and
 NEW_PER_FRAME = 6  # cells that become others; the rest waits for the next frame
 MOVING_PER_FRAME, NEW_WHILE_MOVING = 0.001, 1  # while it can't be read anyway
+READ_EVERY = (
+    5.0  # s, every robot while they are shown: by itself it is read more seldom, as one that nothing is asked of; and
+)
+READ_A_SECOND = 10  # robots at most
 SEARCH = "search"  # what the list shows, instead of a group or a cause
 
 
@@ -122,6 +126,7 @@ class FleetViewModel(FleetState, ViewModel):
         self._is_behind = True  # the page is not up to date
         self._is_withheld = False  # because of a finger on the screen
         self._is_first = True
+        self._read_at = 0.0  # s of kivy's clock
         self.wall = Wall()
         self._soon = Clock.create_trigger(self._look_at_some, 0)
         self.fbind("is_shown", shell.navigator.setter("all_robots"))
@@ -186,6 +191,10 @@ class FleetViewModel(FleetState, ViewModel):
         """Once a second: update times, and mark old states."""
         self._waiting |= dict.fromkeys(self._robots)
         self._soon()
+        if self.is_shown and Clock.get_time() - self._read_at >= max(READ_EVERY, len(self._robots) / READ_A_SECOND):
+            self._read_at = Clock.get_time()
+            self._services.engine.request_cycle()
+            self._known.ask_again()
         self.wall.clock = formats.clock_time(self._services.clock.now(), self._settings.timezone)
         self.wall.look(self.wall.is_kiosk and self.is_shown and self._shell.dialogs.top is None)
         if self.wall.is_on and self._chosen is not None:

@@ -40,8 +40,7 @@ def test_it_keeps_to_the_design(ui, size, scale, language, facts):
         assert sizes(page) <= SIZES
         cut = [label.text for label in labels(page) if "…" in label._label.text and not isinstance(label, NameLine)]
         assert cut == []
-        if language == "en":
-            assert len(words(page)) <= MOST_WORDS.get(facts, 130)
+        assert len(words(page)) <= MOST_WORDS.get(facts, 130)
 
 
 @pytest.mark.parametrize(

@@ -195,6 +195,31 @@ def test_it_knows_since_when_robots_need_a_person_although_it_has_just_been_open
         assert row_of(ui, stopped.name).item.aside == "14:40"
 
 
+def test_it_says_since_when_a_robot_is_in_error_though_its_alarm_came_after_it_was_seen(container, robots, ui):
+    aino = robots[0]
+    see(container, aino, sample.FAILED)
+    with shown(container, ui) as app:
+        ui.wait(lambda: head(ui) == "1 needs you")
+        settle(app, ui)
+        assert row_of(ui, aino.name).item.aside == ""
+        container.alarms.raise_("robot_error", f"robot:{aino.id}", robot=aino.name, problem="Can't reach Dock 3")
+        ui.advance(6)
+        ui.wait(lambda: row_of(ui, aino.name).item.aside == "14:38")
+
+
+def test_while_it_is_shown_the_robots_are_read_every_few_seconds(container, robots, ui, monkeypatch):
+    with shown(container, ui) as app:
+        ui.wait(lambda: ui.find_all(FleetPage))
+        settle(app, ui)
+        read: list[None] = []
+        monkeypatch.setattr(container.engine, "request_cycle", lambda by_window=False: read.append(None))
+        ui.advance(12)
+        assert len(read) == 2
+        open_tile(ui, "Veikko")
+        ui.advance(12)
+        assert len(read) == 2
+
+
 # ---------------------------------------------------------------------- what is pressed in it
 def test_a_question_is_answered_with_one_touch(container, robots, ui, monkeypatch):
     answered: list[object] = []
