@@ -32,7 +32,7 @@ from app.screens.common.problems import sentence_of
 from app.screens.common.sheets import Sheets
 from app.screens.common.shell import SCREENS, Loudspeaker, Shell, pick
 from app.screens.common.threads import Background, Changed, UiBus, forward
-from app.screens.common.view_model import Dialogs, Navigator, ScreenBase, Snackbars
+from app.screens.common.view_model import Dialogs, Navigator, ScreenBase, Snackbars, ViewModel
 from app.screens.frame.controller import FrameController
 from app.screens.rescue import Damage, RescuePage
 from app.screens.settings.gate import Gate
@@ -75,6 +75,7 @@ class SchedulerApp(MDApp):
             first,
         )
         self._loudspeaker = loudspeaker
+        self.models: dict[str, ViewModel] = {}  # by the name of their screens
         self._frame: FrameController | None = None
         self._gate: Gate | None = None
         self._keyboard: DockedKeyboard | None = None
@@ -110,8 +111,8 @@ class SchedulerApp(MDApp):
         self._appear(container.settings())
         frame = Factory.Frame()
         background = Background(self._bus, unexpected=self._show_unexpected)
-        builders: dict[str, Callable[[], ScreenBase]] = {name: partial(self._build_screen, name) for name in SCREENS}
-        builders["alarms"] = self._build_alarms
+        self.models.clear()
+        builders = {name: partial(self._build_screen, name) for name in SCREENS}
         navigator, snackbars = Navigator(frame.ids.body.__self__, builders), Snackbars()
         self.shell = Shell(
             navigator,
@@ -124,6 +125,7 @@ class SchedulerApp(MDApp):
             sheets=Sheets(frame.ids.sheets.__self__, snackbars, navigator),
         )
         self._frame = FrameController(pick(FrameController.Services, container), self.shell, frame)
+        self.models["alarms"] = self._frame.alarms
         self.root_box.clear_widgets()
         self.root_box.add_widget(frame)
         self._unsubscribe = forward(container.changes, self._bus)
@@ -237,14 +239,13 @@ class SchedulerApp(MDApp):
         return True
 
     def _build_screen(self, name: str) -> ScreenBase:
+        """Its view model is made once."""
         module, class_name = SCREENS[name]
         kind = getattr(importlib.import_module(module), class_name)
-        screen: ScreenBase = kind(pick(kind.Services, self.container), self.shell)
+        if name not in self.models:
+            self.models[name] = kind.Model(pick(kind.Services, self.container), self.shell)
+        screen: ScreenBase = kind(self.models[name])
         return screen
-
-    def _build_alarms(self) -> ScreenBase:
-        assert self._frame is not None
-        return self._frame.alarms_screen()
 
     # ------------------------------------------------------------------ the poll cycle
     def _set_poll(self, settings: Settings) -> None:

@@ -69,8 +69,8 @@ class Desk:
             alarms=SimpleNamespace(past=lambda _limit: (past, 312 if past else 0)),
         )
         shell: Any = SimpleNamespace(background=self, dialogs=studio.dialogs, say_problem=print)
-        self.model = AlarmsModel(services, shell, lambda _act, _about: None)
-        self.screen = AlarmsScreen(self.model, lambda: None, name="alarms")
+        self.model = AlarmsModel(services, shell, lambda _act, _about: None, lambda: None)
+        self.screen = AlarmsScreen(self.model, name="alarms")
         frame = framed("alarms", standing)
         frame.add_widget(self.screen)
         self.screen.shown()

@@ -30,7 +30,7 @@ from app.screens.frame.facts import OpenIssues
 from app.screens.frame.late_starts import LateStartsDialog
 from app.screens.frame.view import banner, open_lines, zone_asked
 from app.screens.home.facts import HomeFacts
-from app.screens.home.screen import HomeScreen
+from app.screens.home.screen import HomeScreen, HomeViewModel
 from app.screens.rescue import Damage, RescuePage
 from app.services.live.tablet import IS_COPY
 from app.widgets.positions import PositionDialog, Spot
@@ -171,7 +171,7 @@ def home(
         for name, icon, selected in frame_controller.NAVIGATION
     ]
     frame.current, frame.title = "home", frame_controller.screen_word("home")
-    screen = HomeScreen(services, shell)
+    screen = HomeScreen(HomeViewModel(services, shell))
     frame.add_widget(screen)
     screen.vm.take(facts)
     frame.clock = formats.clock_time(sample.NOW, facts.settings.timezone)

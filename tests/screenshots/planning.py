@@ -70,7 +70,7 @@ class Stand:
         sheets = Sheets(frame.ids.sheets.__self__)
         self.shell = Shell(Navigator(None, {}), studio.dialogs, Snackbars(), bus, self.background, sheets=sheets)
         kind = SCREENS[name]
-        self.screen = kind(pick(kind.Services, self.container), self.shell)
+        self.screen = kind(kind.Model(pick(kind.Services, self.container), self.shell))
         frame.add_widget(self.screen)
         studio.show(frame)
         if name == "scheduler":  # no robots have these addresses

@@ -24,7 +24,7 @@ from app.screens.settings.missions_view import offer_options, offers
 from app.screens.settings.page import PageContext
 from app.screens.settings.removals import robot_question
 from app.screens.settings.robot_sheet import RobotSheet
-from app.screens.settings.screen import SettingsScreen
+from app.screens.settings.screen import SettingsScreen, SettingsViewModel
 from app.screens.settings.view import certificate_question, done, new_robot_question
 from app.services.files import places
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
@@ -152,7 +152,7 @@ class Plant:
         os.utime(backup, (datetime(2026, 11, 20, tzinfo=UTC).timestamp(),) * 2)
 
     def screen(self, studio, section: str = "robots", **intent) -> SettingsScreen:
-        screen = SettingsScreen(pick(SettingsScreen.Services, self.container), self.shell)
+        screen = SettingsScreen(SettingsViewModel(pick(SettingsScreen.Services, self.container), self.shell))
         studio.afterwards(screen.hidden)
         names = {
             robot.id: {guid(name): name for name in MISSIONS if robot.name != "Sisu" or name != "Move coils to press"}

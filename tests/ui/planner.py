@@ -231,10 +231,9 @@ def larger_controls(app, container, ui) -> Iterator[None]:
     """Build the screen again."""
 
     def switch(on: bool) -> None:
-        old = app.plan
+        old = app.shell.navigator.screen("scheduler")
         container.catalogue.change_settings(gloves=on)
-        ui.wait(lambda: app.shell.navigator.screen("scheduler").vm is not old)
-        app.plan = app.shell.navigator.screen("scheduler").vm
+        ui.wait(lambda: app.shell.navigator.screen("scheduler") is not old)
 
     switch(True)
     try:

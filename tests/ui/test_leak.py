@@ -7,6 +7,7 @@ import weakref
 
 import pytest
 
+from app.screens.common.shell import SCREENS
 from app.screens.home.cards import RobotFoot
 from app.widgets.fields import FieldInput
 from app.window.garbage import LET_GO
@@ -60,13 +61,16 @@ def test_screens_replaced_by_a_turn_of_the_window_are_collected_in_use(container
 def test_screens_replaced_by_another_text_size_are_freed_in_time(container, ui):
     with shown(container, ui) as app, quiet_garbage(app):
         Wear(app, ui).turn(0)
-        old = weakref.ref(app.shell.navigator.screen("home"))
+        for name in SCREENS:
+            app.shell.go(name)
+            ui.wait(lambda: app.shell.background.idle)
+        old = {name: weakref.ref(app.shell.navigator.screen(name)) for name in SCREENS}
         gc.collect()
         gc.freeze()  # as what is on screen for a while
         container.catalogue.change_settings(font_scale_percent=130)
-        ui.wait(lambda: app.shell.navigator.screen("home") is not old())
+        ui.wait(lambda: app.shell.navigator.built == [app.shell.navigator.current])
         ui.advance(LET_GO + 0.5)
-        assert old() is None
+        assert [name for name, screen in old.items() if screen() is not None] == []
 
 
 def test_a_field_that_had_the_focus_keeps_no_screen_that_was_thrown_away(container, silent_robots, ui):

@@ -334,10 +334,7 @@ class Page(ScreenBase):
     def __init__(self, name: str, log: list):
         super().__init__()
         self.add_widget(Label(text=name))
-        self._log, self.where = log, {}
-
-    def place(self):
-        return self.where
+        self._log = log
 
     def shown(self, **intent):
         self._log.append(("shown", self.name, intent))
@@ -403,13 +400,6 @@ def test_rebuilding_makes_new_screens(navigator, log):
     navigator.rebuild()
     assert navigator.screen("home") is not home
     assert log == [("shown", "home", {}), ("hidden", "home"), ("shown", "home", {})]
-
-
-def test_rebuilding_comes_back_to_the_place(navigator, log):
-    navigator.go("home")
-    navigator.screen("home").where = {"robot_id": 2}
-    navigator.rebuild()
-    assert log[-1] == ("shown", "home", {"robot_id": 2})
 
 
 def test_discarded_screens_are_freed_and_not_shown_again(ui, navigator, log):

@@ -1,6 +1,6 @@
 """The interface between the window and its screens.
 
-A screen is an MDScreen, built lazily on its first visit as ``HomeScreen(services, shell)``; they are listed in
+A screen is an MDScreen, built lazily on its first visit as ``HomeScreen(HomeScreen.Model(services, shell))``; they are listed in
 ``SCREENS``. ``services`` is an instance of the class's ``Services``: the services that this screen uses, and no others.
 The window calls ``shown(**intent)`` each time it appears (``shell.go("logs", execution_id=7)`` passes the intent) and
 ``hidden()`` when another one replaces it: between the two it subscribes to ``Changed`` on the bus and ticks, otherwise
@@ -37,6 +37,7 @@ SCREENS = {
     "scheduler": ("app.screens.scheduler.screen", "SchedulerScreen"),
     "logs": ("app.screens.logs.screen", "LogsScreen"),
     "settings": ("app.screens.settings.screen", "SettingsScreen"),
+    "alarms": ("app.screens.frame.alarms", "AlarmsScreen"),
 }
 
 

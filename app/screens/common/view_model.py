@@ -2,7 +2,8 @@
 
 A screen is three things: a kv file (layout only), a widget class as thin as possible (``ScreenBase``), and a view model whose properties kv
 reads. The view model asks services in the background and shows what comes back; it decides nothing that a service could decide, and keeps
-no state of its own that a service has.
+no state of its own that a service has. It is made once and lives as long as the app; its screen is thrown away and built again for other
+sizes. So what has to survive is in the view model: the tab, filters, a draft.
 
     @dataclass(frozen=True)
     class LogsServices:                                       # the services that this screen uses, named as in the container
@@ -35,8 +36,11 @@ no state of its own that a service has.
             self._refresher.request()
 
     class LogsScreen(ScreenBase):
-        def __init__(self, services, shell, **kwargs):
-            super().__init__(vm=LogsViewModel(services, shell), **kwargs)
+        Services, Model = LogsServices, LogsViewModel         # the app makes LogsScreen(LogsViewModel(services, shell))
+
+        def __init__(self, vm, **kwargs):
+            super().__init__(vm=vm, **kwargs)
+            self.vm.bind(story=self._show_tabs)               # not fbind, which would keep the screen as long as the view model
 
     # kv/logs/screen.kv
     <LogsScreen>:                                             # an MDScreen
@@ -238,10 +242,6 @@ class ScreenBase(MDScreen):
         if self.vm is not None:
             self.vm.close()
 
-    def place(self) -> dict[str, Any]:
-        """The intent that leads back to what it shows now."""
-        return {}
-
     def choose_tab(self, key: Any) -> None:
         """A tab was tapped."""
         self.tab = key
@@ -276,7 +276,6 @@ class Navigator(EventDispatcher):
         self._manager = manager
         self._builders = dict(builders)
         self._shown: ScreenBase | None = None
-        self._places: dict[str, dict[str, Any]] = {}  # of removed screens
 
     def go(self, name: str, **intent: Any) -> None:
         """Show the screen ``name``, unless the guard asks for something first. Raises KeyError for an unknown one."""
@@ -292,7 +291,6 @@ class Navigator(EventDispatcher):
 
     def _go(self, name: str, intent: dict[str, Any]) -> None:
         screen = self.screen(name)
-        intent = self._places.pop(name, {}) | intent
         self._hide()
         self._manager.current = self.current = name
         self._shown = screen
@@ -312,9 +310,8 @@ class Navigator(EventDispatcher):
         return list(self._manager.screen_names)
 
     def rebuild(self, gone: Callable[[], object] = lambda: None) -> None:
-        """Remove all screens and build the present one again (glove mode, text size), at its ``place()``; the others
-        follow at theirs when visited. ``gone`` is called in between."""
-        self._places |= {name: self.screen(name).place() for name in self.built}
+        """Remove all screens and build the present one again (glove mode, text size); the others follow when visited.
+        ``gone`` is called in between."""
         self._clear()
         gone()
         if self.current:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from kivy.clock import Clock
-from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, StringProperty
 
 from app.domain.models import Alarm, Robot, Settings
 from app.i18n import _, ngettext
@@ -48,7 +48,7 @@ class NoteDialog(FormDialog):
 
 
 class AlarmsModel(ViewModel):
-    """Which rows there are, and what their buttons do; ``do`` runs those that lead elsewhere."""
+    """Which rows there are, and what their buttons do; ``do`` runs those that lead elsewhere, ``back`` leads to the screen before."""
 
     tabs = ListProperty()
     tab = StringProperty("open")
@@ -58,9 +58,9 @@ class AlarmsModel(ViewModel):
     unseen = ListProperty()  # keys of unacknowledged rows
     below = BooleanProperty(False)  # the buttons of a row are in a line of their own
 
-    def __init__(self, services: FrameServices, shell: Shell, do: Do) -> None:
+    def __init__(self, services: FrameServices, shell: Shell, do: Do, back: Callable[[], object]) -> None:
         super().__init__()
-        self._services, self._shell, self._do = services, shell, do
+        self._services, self._shell, self._do, self.back = services, shell, do, back
         self._alarms: Sequence[Alarm] = ()
         self._robots: Mapping[int, Robot] = {}
         self._settings = Settings()
@@ -206,38 +206,35 @@ class AlarmsModel(ViewModel):
 class AlarmsScreen(ScreenBase):
     """One button acknowledges all rows on screen, but no row that is hidden, cut off or has only just appeared, as it was not seen."""
 
-    model = ObjectProperty(None, rebind=True)
     all_word = StringProperty()  # of that button
 
-    def __init__(self, model: AlarmsModel, back: Callable[[], object], **kwargs: Any) -> None:
+    def __init__(self, vm: AlarmsModel, **kwargs: Any) -> None:
         load_kv("frame/alarms")
         self._came: dict[object, float] = {}  # when a row was first there
         self._rests_until = 0.0
-        self._back = back
-        super().__init__(vm=model, model=model, tab=model.tab, can_go_back=True, **kwargs)
         self._look = Clock.create_trigger(self._name_button)
-        model.fbind("rows", self._rows_changed)
-        model.fbind("unseen", self._look)
-        for name in ("tabs", "tab"):
-            model.fbind(name, self.setter(name))
-        self.fbind("tall", model.setter("below"))
+        super().__init__(vm=vm, can_go_back=True, **kwargs)
+        vm.bind(rows=self._rows_changed, unseen=self._rows_changed)
         for name in ("scroll_y", "size", "pos", "content_height"):
             self.ids.alarm_rows.fbind(name, self._look)
 
+    def on_tall(self, *_args: Any) -> None:
+        self.vm.below = self.tall
+
     def choose_tab(self, key: str) -> None:
-        self.model.choose(key)
+        self.vm.choose(key)
 
     def go_back(self) -> None:
-        self._back()
+        self.vm.back()
 
     def _rows_changed(self, *_args: Any) -> None:
         now = Clock.get_time() if self._came else 0.0
-        self._came = {row.key: self._came.get(row.key, now) for row in self.model.rows}
+        self._came = {row.key: self._came.get(row.key, now) for row in self.vm.rows}
         self._look()
 
     def _in_sight(self) -> list[object]:
         """Unacknowledged rows that are wholly on screen, or fill the page."""
-        page, unseen = self.ids.alarm_rows, set(self.model.unseen)
+        page, unseen = self.ids.alarm_rows, set(self.vm.unseen)
         bottom = page.to_window(*page.pos)[1]
         found = []
         for row in page.whole_rows:
@@ -248,7 +245,7 @@ class AlarmsScreen(ScreenBase):
         return found
 
     def _name_button(self, *_args: Any) -> None:
-        unseen = self.model.unseen
+        unseen = self.vm.unseen
         found = len(self._in_sight()) if len(unseen) > 1 else 0
         self.all_word = (
             "" if not found else _("Acknowledge all") if found == len(unseen) else _("Acknowledge those shown")
@@ -260,4 +257,4 @@ class AlarmsScreen(ScreenBase):
         if now < self._rests_until:
             return
         self._rests_until = now + DOUBLE_TAP
-        self.model.acknowledge([key for key in self._in_sight() if now - self._came[key] >= DOUBLE_TAP])
+        self.vm.acknowledge([key for key in self._in_sight() if now - self._came[key] >= DOUBLE_TAP])

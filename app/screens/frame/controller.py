@@ -18,7 +18,7 @@ from app.screens.common.mission_names import MissionNameLookup
 from app.screens.common.presses import DOUBLE_TAP
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, Refresher
-from app.screens.frame.alarms import AlarmsModel, AlarmsScreen
+from app.screens.frame.alarms import AlarmsModel
 from app.screens.frame.facts import FrameFacts, FrameServices, read
 from app.screens.frame.late_starts import LateStartsDialog
 from app.screens.frame.sounding import Sounding
@@ -66,7 +66,7 @@ class FrameController:
         self._facts = FrameFacts()
         self._is_read = False  # the facts
         self._reader = Refresher(shell, lambda: lambda: read(services), self._take)
-        self.alarms = AlarmsModel(services, shell, self._do)
+        self.alarms = AlarmsModel(services, shell, self._do, lambda: shell.go(self._left))
         self._left = "home"  # the screen from which the alarms were opened
         self._sounding = Sounding()
         self._given = MissionNameLookup(services.robot_missions, services.clock, shell, self._show)
@@ -269,10 +269,6 @@ class FrameController:
     def _show_alarms(self, _frame: Frame) -> None:
         if self._shell.navigator.current != "alarms":
             self._shell.go("alarms")
-
-    def alarms_screen(self) -> AlarmsScreen:
-        """Its arrow leads to the screen from which it was opened."""
-        return AlarmsScreen(self.alarms, lambda: self._shell.go(self._left))
 
     def _show_late_starts(self) -> None:
         """Opens by itself: a robot must not start because somebody plugged the tablet in."""

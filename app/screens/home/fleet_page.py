@@ -196,7 +196,7 @@ class FleetPage(BoxLayout):
         super().__init__(**kwargs)
         self.fbind("size", self._fit)
         self.vm.wall.fbind("is_on", self._show_wall)
-        self.vm.fbind("is_grouped", self._choose_tightness)
+        self.vm.bind(is_grouped=self._choose_tightness)
         self._fit()
 
     def _fit(self, *_: Any) -> None:

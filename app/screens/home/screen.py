@@ -266,17 +266,15 @@ class HomeScreen(Pages):
     """One robot, in the layout for the window; its map; all robots if there are many, until one is chosen; and an invitation without
     robots."""
 
-    Services = HomeServices
+    Services, Model = HomeServices, HomeViewModel
 
-    def __init__(self, services: HomeServices, shell: Shell, **kwargs: Any) -> None:
+    def __init__(self, vm: HomeViewModel, **kwargs: Any) -> None:
         load_kv("widgets/flow", "home/page", "home/fleet", "home/sending")
-        super().__init__(vm=HomeViewModel(services, shell), **kwargs)
-        for name in ("loaded", "has_robots", "shows_map"):
-            self.vm.fbind(name, self._choose_layout)
-        self.vm.fleet.fbind("is_shown", self._choose_layout)
-        self.vm.sending.find_card = lambda: self.children[0].ids.card.__self__
-        for name in ("tabs", "card"):  # the card: another robot may be shown
-            self.vm.fbind(name, self._show_tabs)
+        super().__init__(vm=vm, **kwargs)
+        vm.bind(**dict.fromkeys(("loaded", "has_robots", "shows_map"), self._choose_layout))
+        vm.fleet.bind(is_shown=self._choose_layout)
+        vm.sending.screen = self.proxy_ref
+        vm.bind(tabs=self._show_tabs, card=self._show_tabs)  # the card: another robot may be shown
         for name in ("tall", "low", "size"):
             self.fbind(name, self._choose_layout)
         self._choose_layout()
@@ -313,8 +311,3 @@ class HomeScreen(Pages):
 
     def go_back(self) -> None:
         self.vm.shows_map = False
-
-    def place(self) -> dict[str, Any]:
-        """All robots is where Home begins by itself."""
-        robot = self.vm.facts.robot
-        return {"robot_id": robot.id} if robot is not None and self.vm.fleet.many and not self.vm.fleet.is_shown else {}

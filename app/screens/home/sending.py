@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import uuid
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from kivy.event import EventDispatcher
@@ -88,7 +88,7 @@ class Sending(SendState):
         self._target = Target()
         self._parameters: Sequence[MissionParameter] = ()
         self.usual: Mapping[str, DurationEstimate | None] = {}
-        self.find_card: Callable[[], Any] = lambda: None
+        self.screen: Any = None  # on which they are shown
         self.fbind("query", lambda *_args: self.show())
 
     # ------------------------------------------------------------------ opening
@@ -102,7 +102,7 @@ class Sending(SendState):
         self._mission, self._target, self.goes_first = mission, Target(), False
         self.mission_name, self.is_changed, self.is_asking = mission.name, False, not self._home.card.old
         self._parameters, self.fields, self.problems = known, fields_of(known), {}
-        self._put(SendSheet(state=self, card=self.find_card()))
+        self._put(SendSheet(state=self, card=self.screen.children[0].ids.card.__self__))
         self._shell.background.run(
             lambda: self._services.robot_missions.parameters(robot.id, mission.guid),
             lambda found: self.learned(mission, found),
@@ -114,7 +114,7 @@ class Sending(SendState):
     def open_all(self) -> None:
         """The sheet of all missions."""
         self.query, self._mission, self.send_title = "", None, self._home.send_title
-        self._put(AllMissionsSheet(state=self, card=self.find_card()))
+        self._put(AllMissionsSheet(state=self, card=self.screen.children[0].ids.card.__self__))
 
     def _put(self, sheet: HomeSheet) -> None:
         self._sheet = sheet

@@ -106,14 +106,8 @@ class LogsViewModel(ViewModel):
         self._search_soon = Clock.create_trigger(lambda _dt: self.set_filters(text=self.query), SEARCH_DELAY_S)
 
     # ------------------------------------------------------------------ reading
-    def opened(
-        self, execution_id: int | None = None, unfiltered: bool = False, seen: tuple[str, Filters] | None = None
-    ) -> None:
-        """``execution_id``: show the story of that run; ``unfiltered``: the runs, without filters; ``seen``: the part and
-        filters to return to."""
-        if seen is not None:
-            self.part, self._filters = seen
-            self.query, self.searching = self._filters.text, bool(self._filters.text)
+    def opened(self, execution_id: int | None = None, unfiltered: bool = False) -> None:
+        """``execution_id``: show the story of that run; ``unfiltered``: the runs, without filters."""
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
         self.keep(self._started.open())
         for refresher in (self._runs_refresher, self._story_refresher, self._deep_refresher):
@@ -397,11 +391,6 @@ class LogsViewModel(ViewModel):
         self._deep_refresher.reread()
 
     # ------------------------------------------------------------------ the filters
-    @property
-    def seen(self) -> tuple[str, Filters]:
-        """The part that is shown, and of what."""
-        return self.part, self._filters
-
     def set_filters(self, **changes: Any) -> None:
         """Fields of ``Filters`` by name; the others stay."""
         self._use(replace(self._filters, **changes))
@@ -592,13 +581,12 @@ class LogsViewModel(ViewModel):
 class LogsScreen(ScreenBase):
     """Three tabs. In a low or narrow window the story of a run takes the place of them and of the list."""
 
-    Services = LogsServices
+    Services, Model = LogsServices, LogsViewModel
 
-    def __init__(self, services: LogsServices, shell: Shell, **kwargs: Any) -> None:
+    def __init__(self, vm: LogsViewModel, **kwargs: Any) -> None:
         load_kv("logs/screen", "logs/figures", "logs/activity")
-        super().__init__(vm=LogsViewModel(services, shell), **kwargs)
-        for name in ("part", "story"):
-            self.vm.fbind(name, self._show_tabs)
+        super().__init__(vm=vm, **kwargs)
+        vm.bind(part=self._show_tabs, story=self._show_tabs)
         for name in ("tall", "low"):
             self.fbind(name, self._show_tabs)
         self._show_tabs()
@@ -620,7 +608,3 @@ class LogsScreen(ScreenBase):
 
     def go_back(self) -> None:
         self.vm.close_story()
-
-    def place(self) -> dict[str, Any]:
-        """With its part and filters."""
-        return {"seen": self.vm.seen}

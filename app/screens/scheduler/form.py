@@ -24,20 +24,6 @@ from app.screens.scheduler.form_notes import Preview
 from app.services.catalogue.preview import Forecast
 
 AFTER_TYPING = 0.1  # s of rest before the forecast is asked for
-# passed on to the next form
-KEPT = (
-    "_facts",
-    "_draft",
-    "_empty",
-    "_offered",
-    "_submitted",
-    "_written",
-    "_kept",
-    "saving",
-    "more",
-    "entry",
-    "is_open",
-)
 
 
 class FormModel(FormFields):
@@ -66,7 +52,6 @@ class FormModel(FormFields):
         self._kept: dict[object, Draft] = {}  # by entry: what can be brought back
         self._empty: Draft | None = self._draft  # its first state; None: it was filled in
         self._offered: Draft | None = None  # as a finger on free time has begun it
-        self._successor: FormModel | None = None  # that continues with all of it
 
     # ------------------------------------------------------------------ what is edited
     @property
@@ -145,18 +130,6 @@ class FormModel(FormFields):
         """Whether it is an unchanged schedule; before the first reading its entered name is unknown."""
         draft = self._draft
         return draft.is_stored(self._facts.name(draft.base) if self._facts.robots else draft.name)
-
-    def go_on_from(self, before: FormModel) -> None:
-        """The screen was rebuilt. Results of saving come back here; open questions are void."""
-        for name in KEPT:
-            setattr(self, name, getattr(before, name))
-        before._successor, before.entry = self, None
-        self._changed()
-
-    @property
-    def _present(self) -> FormModel:
-        """The form that has what is here."""
-        return self if self._successor is None else self._successor._present
 
     def deleted(self, schedule: Schedule) -> None:
         """What was entered for it can still be brought back, by hand: perhaps the deletion is undone."""
@@ -245,8 +218,8 @@ class FormModel(FormFields):
         self._written[draft.entry] = None
         self._shell.background.run(
             lambda: self._services.catalogue.save_schedule(schedule),
-            lambda saved: self._present._is_saved(draft, saved),
-            lambda problem: self._present._not_saved(draft, problem),
+            lambda saved: self._is_saved(draft, saved),
+            lambda problem: self._not_saved(draft, problem),
         )
 
     @property

@@ -54,7 +54,7 @@ class SchedulerViewModel(OnTimeline):
 
     def __init__(self, services: SchedulerServices, shell: Shell) -> None:
         super().__init__()
-        self._services, self._shell = services, shell
+        self._services, self._shell, self.sheets = services, shell, shell.sheets
         self._refresher = Refresher(shell, self._reading, self._take)
         self._started = StartReports(shell, as_it_is(services.history, services.holds))
         self.actions = ScheduleActions(
@@ -78,22 +78,10 @@ class SchedulerViewModel(OnTimeline):
         self.fbind("touched", self._touch_changed)
 
     # ------------------------------------------------------------------ reading
-    def opened(
-        self,
-        schedule_id: int | None = None,
-        plan: tuple[str, Window] | None = None,
-        form: FormModel | None = None,
-        back: Draft | None = None,
-    ) -> None:
-        """``schedule_id`` opens that schedule in the form; ``plan`` is the ``shown_plan`` and ``form`` the one to
-        continue; ``back`` is the draft to open in the form."""
+    def opened(self, schedule_id: int | None = None, back: Draft | None = None) -> None:
+        """``schedule_id`` opens that schedule in the form, ``back`` a draft."""
         self._wanted = schedule_id
-        if form is not None:
-            self.form.go_on_from(form)
         self.form.retranslated()  # in Settings, since
-        if plan is not None:
-            self.tab, self._window = plan
-            self.follows = self._window.left is None
         if back is not None:
             self.form.begin(back)
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
@@ -163,11 +151,6 @@ class SchedulerViewModel(OnTimeline):
     def _show_schedules(self) -> None:
         if self._is_read:  # unknown until then
             self.listed.show(self._facts)
-
-    @property
-    def shown_plan(self) -> tuple[str, Window]:
-        """The tab, and what the plan shows."""
-        return self.tab, self._window
 
     def _saved(self, schedule: Schedule) -> bool:
         """Returns whether the message about it is shown here."""
@@ -260,16 +243,15 @@ class SchedulerViewModel(OnTimeline):
 class SchedulerScreen(ScreenBase):
     """One of three tabs, and beside it the form as a sheet."""
 
-    Services = SchedulerServices
+    Services, Model = SchedulerServices, SchedulerViewModel
 
-    def __init__(self, services: SchedulerServices, shell: Shell, **kwargs: Any) -> None:
+    def __init__(self, vm: SchedulerViewModel, **kwargs: Any) -> None:
         load_kv("widgets/flow", "scheduler/screen", "scheduler/form", "scheduler/hold")
-        super().__init__(vm=SchedulerViewModel(services, shell), **kwargs)
-        self._sheets, self._sheet = shell.sheets, cards.FormSheet(card=self.vm.form)
-        self.vm.form.fbind("entry", self._type_no_more)
-        self.vm.form.fbind("is_open", self._show_form)
-        self.vm.fbind("tab", self._name_tabs)
-        self.vm.advice.fbind("count", self._name_tabs)
+        super().__init__(vm=vm, **kwargs)
+        self._sheets, self._sheet = vm.sheets, cards.FormSheet(card=vm.form)
+        vm.form.bind(entry=self._type_no_more, is_open=self._show_form)
+        vm.bind(tab=self._name_tabs)
+        vm.advice.bind(count=self._name_tabs)
         self._name_tabs()
 
     def shown(self, **intent: Any) -> None:
@@ -296,10 +278,6 @@ class SchedulerScreen(ScreenBase):
 
     def choose_tab(self, key: str) -> None:
         self.vm.tab = key
-
-    def place(self) -> dict[str, Any]:
-        """With what somebody was filling in."""
-        return {"plan": self.vm.shown_plan, "form": self.vm.form}
 
     def _type_no_more(self, *_args: Any) -> None:
         """The focus was in a draft that has left the form: the new one must not get the keys."""

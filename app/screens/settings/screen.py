@@ -10,7 +10,7 @@ from typing import Any
 from kivy.clock import Clock
 from kivy.core.window import Window
 from kivy.metrics import dp, sp
-from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 
 from app.screens.common.mission_names import MissionNameLookup
 from app.screens.common.shell import Shell
@@ -73,6 +73,7 @@ class SettingsViewModel(ViewModel):
     current = StringProperty(FIRST)
     is_narrow = BooleanProperty(False)  # portrait: either the list or the section
     is_narrow_open = BooleanProperty(False)  # portrait: the section is shown
+    scrolled = NumericProperty(1)  # where its page was when it was left
 
     __events__ = ("on_facts",)
 
@@ -179,12 +180,12 @@ class SectionContent(LowPage):
 
 
 class SettingsScreen(ScreenBase):
-    Services = SettingsServices
+    Services, Model = SettingsServices, SettingsViewModel
 
-    def __init__(self, services: SettingsServices, shell: Shell, **kwargs: Any) -> None:
+    def __init__(self, vm: SettingsViewModel, **kwargs: Any) -> None:
         load_kv(*KV)
         self._pages: dict[str, SettingsPage] = {}
-        super().__init__(vm=SettingsViewModel(services, shell), **kwargs)
+        super().__init__(vm=vm, **kwargs)
         self._columns = self.ids.columns.__self__
         self._list = SectionList(vm=self.vm, screen=self)
         self._content = SectionContent()
@@ -193,27 +194,26 @@ class SettingsScreen(ScreenBase):
         self._arrange()
 
     # ------------------------------------------------------------------ coming on screen
-    def shown(self, section: str | None = None, scrolled: float = 1.0, **intent: Any) -> None:
-        """``shell.go("settings", section="robots", add=True)``; without a section the last one. ``scrolled``: its page, from 1 to 0."""
+    def shown(self, section: str | None = None, **intent: Any) -> None:
+        """``shell.go("settings", section="robots", add=True)``; without a section the last one, where it was left."""
         super().shown()
-        if section in PAGES:
-            self.vm.once_read(lambda: self._come_back(section, scrolled, intent))
-        else:
-            self.vm.once_read(lambda: self.page.reached())
+        self.vm.once_read(partial(self.open, section, **intent) if section in PAGES else self._come_back)
 
-    def place(self) -> dict[str, Any]:
-        """The intent that leads back here."""
+    def hidden(self) -> None:
         scroll = self._scroll()
-        return {"section": self.vm.current, **({"scrolled": scroll.scroll_y} if scroll else {})}
+        self.vm.scrolled = scroll.scroll_y if scroll is not None else 1
+        super().hidden()
 
     def _scroll(self) -> ScrollPage | None:
         """What the open page scrolls in, if it does."""
         return next((widget for widget in self.page.children if isinstance(widget, ScrollPage)), None)
 
-    def _come_back(self, section: str, scrolled: float, intent: dict[str, Any]) -> None:
-        self.open(section, **intent)
-        if scrolled < 1 and (scroll := self._scroll()) is not None:
-            Clock.schedule_once(lambda _dt: setattr(scroll, "scroll_y", scrolled), 0)  # once it has been laid out
+    def _come_back(self) -> None:
+        self.page.reached()
+        if (scroll := self._scroll()) is not None:
+            Clock.schedule_once(
+                lambda _dt: setattr(scroll, "scroll_y", self.vm.scrolled), 0
+            )  # once it has been laid out
 
     # ------------------------------------------------------------------ sections
     def open(self, section: str, **intent: Any) -> None:

@@ -43,7 +43,7 @@ def menu(ui, of: ListRow, word: str) -> None:
 
 def wait_for_rows(ui, count: int) -> None:
     """In sight or not."""
-    ui.wait(lambda: len(ui.find(AlarmsScreen).model.rows) == count)
+    ui.wait(lambda: len(ui.find(AlarmsScreen).vm.rows) == count)
     ui.advance()
 
 

@@ -159,9 +159,9 @@ def test_the_past_is_read_page_by_page_as_it_is_scrolled_with_its_count(app, ala
     page = open_list(ui)
     ui.tap(tab(ui, "past"))
     for count, words in ((12, "The newest 12 of 30"), (24, "The newest 24 of 30"), (30, "30 past alarms")):
-        ui.wait(lambda count=count: len(page.model.rows) == count)
+        ui.wait(lambda count=count: len(page.vm.rows) == count)
         ui.advance(1)
-        assert (len(page.model.rows), page.model.head) == (count, words)  # no more is read than is looked at
+        assert (len(page.vm.rows), page.vm.head) == (count, words)  # no more is read than is looked at
         assert len(ui.find_all(ListRow)) < 14
         assert checks.problems(page) == []
         page.ids.alarm_rows.scroll_y = 0

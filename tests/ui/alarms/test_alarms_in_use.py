@@ -74,7 +74,7 @@ def test_a_second_tap_acknowledges_nothing_more(app, alarms, ui, monkeypatch):
     dialog = open_list(ui)
     wait_for_rows(ui, 9)
     acknowledge_all(ui, "Acknowledge those shown")
-    ui.wait(lambda: unseen(alarms) < 9 and len(dialog.model.unseen) == unseen(alarms))
+    ui.wait(lambda: unseen(alarms) < 9 and len(dialog.vm.unseen) == unseen(alarms))
     left = unseen(alarms)
     assert left > 1  # above those that are acknowledged, where the first ones were
     acknowledge_all(ui)

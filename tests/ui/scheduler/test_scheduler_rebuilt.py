@@ -7,8 +7,9 @@ import pytest
 from app.domain.robot import MissionParameter
 from app.i18n import translator
 from app.screens.scheduler.cards import FormSheet
-from app.widgets.dialogs import Overlay
+from app.widgets.dialogs import ChoiceDialog
 from app.widgets.flow import ParameterFields
+from app.widgets.rows import OptionRow
 from tests.ui.planner import (
     KITS,
     bring_back,
@@ -86,12 +87,13 @@ def test_a_refused_schedule_stays_in_the_form_with_the_reason(screen, container,
         assert (field(ui, "Mission").value, screen.plan.form.view.why) == (KITS, "Choose another name")
 
 
-def test_a_question_of_the_form_of_before_closes(screen, container, ui):
+def test_a_question_of_the_form_stays_and_its_answer_counts(screen, container, ui):
     choose(screen, ui, "Mission", KITS)
     ui.tap(field(ui, "Robot"))
     with larger_controls(screen, container, ui):
+        ui.tap(ui.find(OptionRow, ui.find(ChoiceDialog), text="Veikko"))
         settle(screen, ui)
-        assert not any(dialog.is_open for dialog in ui.find_all(Overlay))
+        assert (field(ui, "Mission").value, field(ui, "Robot").value) == (KITS, "Veikko")
 
 
 def test_words_of_its_parameters_follow_the_language(screen, ui, container, monkeypatch):

@@ -11,7 +11,7 @@ from app.screens.common.shell import Shell, pick
 from app.screens.common.threads import forward
 from app.screens.common.view_model import Background, Dialogs, Navigator, Snackbars, UiBus
 from app.screens.settings.files import FileRow
-from app.screens.settings.screen import SettingsScreen
+from app.screens.settings.screen import SettingsScreen, SettingsViewModel
 from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import Field
@@ -38,7 +38,7 @@ def screen(site, ui, asked):
     bus = UiBus()
     shell = Shell(Navigator(None, {}), Dialogs(animate=False), Snackbars(), bus, Background(bus), asked.append)
     unsubscribe = forward(site.container.changes, bus)
-    screen = SettingsScreen(pick(SettingsScreen.Services, site.container), shell)
+    screen = SettingsScreen(SettingsViewModel(pick(SettingsScreen.Services, site.container), shell))
     yield screen
     screen.hidden()
     unsubscribe()
