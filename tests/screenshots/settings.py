@@ -241,11 +241,11 @@ _group_dialog(
 )
 
 
-@picture("settings-place-dialog", sizes=EVERY_SIZE)
-def place_dialog(studio):
+@picture("settings-place-sheet", sizes=EVERY_SIZE)
+def place_sheet(studio):
     screen = with_groups(Plant(studio)).screen(studio, "missions")
     screen.choose_tab("places")
-    screen.page.places.act(screen.page.context.facts.places[0].id, "edit")
+    screen.page.places.act(screen.page.context.facts.places[0].id, "open")
     studio.driver.advance(0.2)
     return screen
 

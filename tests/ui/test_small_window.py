@@ -24,7 +24,6 @@ from app.screens.home.fleet_page import RobotCell
 from app.screens.home.screen import HomeScreen
 from app.screens.home.sending import AllMissionsSheet
 from app.screens.settings.missions import MissionRow
-from app.screens.settings.places import PlaceRow
 from app.widgets.buttons import CommandButton
 from app.widgets.fields import Field
 from app.widgets.frame import Frame
@@ -199,7 +198,7 @@ def test_the_message_about_a_damaged_database_and_its_button_can_be_reached(ui, 
 
 @pytest.mark.parametrize(
     ("section", "part", "kind"),
-    [("missions", "missions", MissionRow), ("missions", "places", PlaceRow), ("idle", "", ListRow)],
+    [("missions", "missions", MissionRow), ("missions", "places", ListRow), ("idle", "", ListRow)],
 )
 @pytest.mark.parametrize(
     ("size", "scale", "language", "gloves"),

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from app.domain.models import FEWEST_TO_KEEP_FREE, Group, HandOver, Place, Robot
+from app.domain.models import FEWEST_TO_KEEP_FREE, Group, HandOver, Robot
 from app.i18n import _, ngettext
 from app.screens.settings.facts import SettingsFacts
 from app.widgets.items import Action, Item
@@ -24,23 +24,6 @@ class MissionLine:
     note: str
     tone: str
     cells: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class PlaceView:
-    """Values of PlaceRow."""
-
-    key: int
-    name: str
-    note: str
-
-
-@dataclass(frozen=True)
-class ProposalView:
-    """Values of ProposedPlaceRow; ``key``: guid of the position."""
-
-    key: str
-    text: str
 
 
 # ---------------------------------------------------------------------- groups
@@ -174,24 +157,37 @@ def _cell(facts: SettingsFacts, name: str, robot: Robot) -> str:
 
 
 # ---------------------------------------------------------------------- places
-def place_views(facts: SettingsFacts) -> list[PlaceView]:
-    return [PlaceView(place.id, place.name, _place_note(facts, place)) for place in facts.places]
-
-
-def proposal_views(facts: SettingsFacts) -> list[ProposalView]:
-    """One at a time."""
-    return [
-        ProposalView(
-            place.position,
-            _("{place} is used by {n} missions: make it a place?").format(place=place.name, n=len(place.missions)),
+def place_items(facts: SettingsFacts, most: Mapping[int, int], chosen: int = 0) -> list[Item]:
+    """Places with a stepper, ``most`` by their id, then the positions that may become one."""
+    icon = "map-marker-outline"
+    places = [
+        Item(
+            place.id,
+            place.name,
+            missions_phrase(facts, place.missions),
+            icon=icon,
+            look="chosen" if place.id == chosen else "plain",
+            actions=(
+                Action("fewer", icon="minus", style="outlined"),
+                Action("", str(most[place.id])),
+                Action("more", icon="plus", style="outlined"),
+                Action("dots", icon="dots-vertical"),
+            ),
         )
-        for place in facts.proposed[:1]
+        for place in facts.places
     ]
-
-
-def _place_note(facts: SettingsFacts, place: Place) -> str:
-    most = ngettext("At most {n} robot at a time", "At most {n} robots at a time", place.most).format(n=place.most)
-    return f"{most} · {missions_phrase(facts, place.missions)}"
+    proposed = [
+        Item(
+            place.position,
+            place.name,
+            missions_phrase(facts, place.missions),
+            icon=icon,
+            opens=False,
+            actions=(Action("take", _("Make it a place")), Action("decline", icon="close")),
+        )
+        for place in facts.proposed
+    ]
+    return places + ([Item("", _("Used by several missions"), look="head"), *proposed] if proposed else [])
 
 
 def missions_phrase(facts: SettingsFacts, missions: Sequence[int]) -> str:

@@ -22,7 +22,6 @@ from app.i18n import _, ngettext
 from app.screens.common.options import Option
 from app.screens.common.problems import sentence_of
 from app.screens.settings import removals
-from app.screens.settings.groups_view import place_views, proposal_views
 from app.screens.settings.missions_view import (
     Offer,
     fetched_sentence,
@@ -62,8 +61,6 @@ class MissionsModel(EventDispatcher):
     fetching = BooleanProperty(False)
     outcome = ObjectProperty(NoticeView())
     part = OptionProperty("missions", options=("missions", "places"))
-    places = ListProperty()
-    proposals = ListProperty()  # of places
 
 
 class MissionsPage(SettingsPage):
@@ -85,7 +82,7 @@ class MissionsPage(SettingsPage):
 
     def show(self) -> None:
         vm, facts = self.vm, self.context.facts
-        vm.places, vm.proposals = place_views(facts), proposal_views(facts)
+        self.places.show()
         vm.searchable = len(facts.missions) >= SEARCH_FROM
         vm.can_fetch = any(robot.enabled for robot in facts.robots)
         vm.rows = mission_views(facts, vm.query if vm.searchable else "")
@@ -96,7 +93,7 @@ class MissionsPage(SettingsPage):
         """The missions with their tools, or in their stead the places."""
         shows_places = bool(self.parts) and self.vm.part == "places"
         if shows_places and self._places_box is None:
-            self._places_box = PlacesBox(page=self)
+            self._places_box = PlacesBox(part=self.places)
         if not shows_places:
             self.vm.part = "missions"
         wanted = (

@@ -2,143 +2,178 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 from zoneinfo import ZoneInfo
 
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
-from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.widget import Widget
 
 from app.domain import conflicts
 from app.domain.models import InvalidInput, Place
 from app.domain.names import LONGEST
 from app.i18n import _
-from app.screens.common.options import Option
+from app.screens.common.options import Card, MenuItem, Option
 from app.screens.common.problems import sentence_of
 from app.screens.settings import groups_view as view
 from app.screens.settings.page import PageContext
-from app.screens.settings.view import NoticeView, went_wrong
 from app.services.planning.planned import Conflict
-from app.widgets.dialogs import FormDialog
 from app.widgets.display import SectionCard
-from app.widgets.lists import RecycledRow, Row
+from app.widgets.sheet import Sheet
 
 USUAL_MOST = 1  # as the word says; its help explains larger numbers
+STEPS = {"fewer": -1, "more": 1}
 
 
-class PlaceRow(RecycledRow, SectionCard):
-    """A place and the missions that use it. Actions: "edit", "remove"."""
-
-    name = StringProperty()
-    note = StringProperty()
-
-
-class ProposedPlaceRow(Row, BoxLayout):
-    """A position that is not a place yet. Actions: "take", "decline"."""
-
-    text = StringProperty()
-
-
-class PlacesBox(BoxLayout):
+class PlacesBox(SectionCard):
     """The places, in the stead of the missions."""
 
-    page = ObjectProperty(None, rebind=True, allownone=True)
+    part = ObjectProperty(None, rebind=True, allownone=True)
 
 
-class PlacesPart:
-    """What is pressed among the places."""
+class PlacesPart(EventDispatcher):
+    """The rows of the places, and what is pressed there."""
+
+    items = ListProperty()
 
     def __init__(self, context: PageContext) -> None:
+        super().__init__()
         self._context = context
+        self._most: dict[int, int] = {}  # chosen and not read yet
+
+    def show(self) -> None:
+        facts, sheet = self._context.facts, self._context.shell.sheets.top
+        read = {place.id: place.most for place in facts.places}
+        self._most = {key: most for key, most in self._most.items() if read.get(key) != most}
+        chosen = sheet.show_facts(self._most) if isinstance(sheet, PlaceSheet) else 0
+        self.items = view.place_items(facts, {**read, **self._most}, chosen)
+
+    # ------------------------------------------------------------------ what is pressed
+    def act(self, key: int | str, action: str, *values: Any) -> None:
+        """On the row of a place (key: its id), or of a position that is proposed (its guid)."""
+        facts = self._context.facts
+        if isinstance(key, str):
+            self._answer(key, action)
+        elif (place := facts.place(key)) is None:
+            return
+        elif action == "open":
+            self._open(place)
+        elif action == "dots":
+            self._menu(place, values[0])
+        else:
+            self.step(place.id, max(1, self._most.get(place.id, place.most) + STEPS[action]))
 
     def add(self) -> None:
-        self._context.shell.dialogs.open(PlaceDialog(self._context))
+        self._open(Place("", USUAL_MOST))
 
-    def act(self, place_id: int, action: str) -> None:
+    def explain(self, button: Widget) -> None:
+        words = _(
+            "A start that needs a full place waits. Robots avoid collisions themselves: this only prevents queues. "
+            "With 1, a place is empty while the next robot drives up. 2 or 3 keep it in use."
+        )
+        self._context.shell.dialogs.cards(button, [Card(_("Robots at a time"), words, ())], lambda *_args: None)
+
+    def step(self, place_id: int, most: int) -> None:
+        self._most[place_id] = most
         context = self._context
-        place = context.facts.place(place_id)
-        if place is None:
-            return
-        if action == "edit":
-            context.shell.dialogs.open(PlaceDialog(context, place))
-        elif action == "remove":
-            context.remove(
-                lambda: context.services.catalogue.remove_place(place.id), _("{place} deleted").format(place=place.name)
-            )
 
-    def answer(self, position: str, action: str) -> None:
+        def refused(problem: BaseException) -> None:
+            self._most.pop(place_id, None)
+            self.show()
+            context.shell.say_problem(problem)
+
+        def save() -> None:
+            if place := context.facts.place(place_id):
+                stepped = replace(place, most=most)
+                context.run(
+                    lambda: context.services.catalogue.save_place(stepped),
+                    lambda saved: context.was_saved("places", saved),
+                    refused,
+                )
+
+        context.save_at_rest(("place", place_id), save)
+        self.show()
+
+    def _answer(self, position: str, action: str) -> None:
         """To what is proposed."""
         context = self._context
         proposed = next((place for place in context.facts.proposed if place.position == position), None)
         if proposed is None:
             return
-        if action == "take":
-            context.shell.dialogs.open(
-                PlaceDialog(context, proposed=Place(proposed.name[:LONGEST], USUAL_MOST, proposed.missions))
-            )
-        elif action == "decline":
+        if action == "decline":
             context.change(lambda: context.services.proposed_places.decline(position))
+        else:
+            self._open(Place(proposed.name[:LONGEST], USUAL_MOST, proposed.missions))
+
+    def _menu(self, place: Place, button: Widget) -> None:
+        delete = MenuItem("delete", _("Delete place"), "delete-outline", tone="fault")
+        self._context.shell.dialogs.menu(button, place.name, [delete], lambda _key: self._remove(place))
+
+    def _remove(self, place: Place) -> None:
+        context = self._context
+        context.shell.sheets.give_up()
+        context.remove(
+            lambda: context.services.catalogue.remove_place(place.id), _("{place} deleted").format(place=place.name)
+        )
+
+    def _open(self, place: Place) -> None:
+        self._context.shell.sheets.show(PlaceSheet(self._context, place, self.step))
+        self.show()
 
 
-class PlaceForm(EventDispatcher):
-    """What is entered, with one problem per field."""
+class PlaceSheet(Sheet):
+    """Adds a place, or edits one, which is saved at once. ``step(id, most)`` saves how many robots it takes."""
 
-    title = StringProperty()
     name = StringProperty()
     most = NumericProperty(USUAL_MOST)
-    missions = ListProperty()
     missions_phrase = StringProperty()
     name_problem = StringProperty()
-    most_problem = StringProperty()
-    warning = StringProperty()  # that it will be wanted too much
-    outcome = ObjectProperty(NoticeView())
     saving = BooleanProperty(False)
+    warning = StringProperty()  # that it will be wanted too much
 
+    def __init__(self, context: PageContext, place: Place, step: Callable[[int, int], object]) -> None:
+        self._context, self._place, self._step = context, place, step
+        super().__init__(foot="" if place.id else _("Add place"))
+        self._show()
 
-class PlaceDialog(FormDialog):
-    """Adds a place, perhaps one that is ``proposed``, or edits one."""
+    def show_facts(self, most: dict[int, int]) -> int:
+        """The place as it is now, with the ``most`` that is not read yet. Returns its id."""
+        place = self._context.facts.place(self._place.id)
+        if place is not None and not self.saving:
+            place = replace(place, most=most.get(place.id, place.most))
+            if place != self._place:
+                self._place = place
+                self._show()
+        return self._place.id
 
-    vm = ObjectProperty(None, rebind=True, allownone=True)
-
-    def __init__(
-        self, context: PageContext, place: Place | None = None, proposed: Place | None = None, **kwargs: Any
-    ) -> None:
-        self._context, self._stored = context, place
-        stored = place or proposed or Place("", USUAL_MOST)
-        form = PlaceForm(
-            title=_("Edit {place}").format(place=place.name) if place else _("Add place"),
-            name=stored.name,
-            most=stored.most,
-            missions=list(stored.missions),
-        )
-        super().__init__(vm=form, **kwargs)
-        form.fbind("name", lambda *_args: setattr(form, "name_problem", ""))
-        for name in ("missions", "most"):
-            form.fbind(name, self._chosen)
-        self._chosen()
-
-    def _chosen(self, *_args: Any) -> None:
-        self.vm.missions_phrase = view.missions_phrase(self._context.facts, self.vm.missions)
-        place, zone = self._entered(), self._context.facts.settings.timezone
+    def _show(self) -> None:
+        place, facts = self._place, self._context.facts
+        self.title = (place.name if place.id else "") or _("Add place")
+        self.name, self.most = place.name, place.most
+        self.missions_phrase = view.missions_phrase(facts, place.missions)
 
         def found(conflict: Conflict | None) -> None:
-            self.vm.warning = (
-                conflicts.sentence(conflict.code, conflict.at, conflict.details, ZoneInfo(zone), _) if conflict else ""
-            )
+            zone = ZoneInfo(facts.settings.timezone)
+            self.warning = conflicts.sentence(conflict.code, conflict.at, conflict.details, zone, _) if conflict else ""
 
-        self._context.run(
-            lambda: self._context.services.plan.place_warning(place), found, lambda _problem: None, key="place warning"
-        )
+        plan = self._context.services.plan
+        self._context.run(lambda: plan.place_warning(place), found, lambda _problem: None, key="place warning")
 
-    def _entered(self) -> Place:
-        form = self.vm
-        return replace(
-            self._stored or Place("", USUAL_MOST),
-            name=form.name.strip(),
-            most=int(form.most),
-            missions=tuple(form.missions),
-        )
+    # ------------------------------------------------------------------ what is changed
+    def set_most(self, most: int) -> None:
+        if self._place.id:
+            self._step(self._place.id, most)
+        else:
+            self.change(most=most)
+
+    def change(self, **values: Any) -> None:
+        self._place = replace(self._place, **values)
+        self._show()
+        self.draft = not self._place.id
+        if self._place.id:
+            self.save()
 
     def pick_missions(self) -> None:
         facts = self._context.facts
@@ -155,28 +190,33 @@ class PlaceDialog(FormDialog):
             _("Missions that use it"),
             options,
             _("Set"),
-            lambda keys: setattr(self.vm, "missions", keys),
-            selected=self.vm.missions,
+            lambda keys: self.change(missions=tuple(keys)),
+            selected=self._place.missions,
         )
 
-    def save(self) -> None:
-        form = self.vm
-        if form.saving or self.ids.most_field.outside:  # it shows why
+    def save(self, **values: Any) -> None:
+        if self.saving:
             return
-        form.saving = True
-        place = self._entered()
-        self._context.run(lambda: self._context.services.catalogue.save_place(place), self._saved, self._refused)
+        self.saving = True
+        place = self._place = replace(self._place, **values)
+        before, catalogue = self._context.facts.place(place.id), self._context.services.catalogue
 
-    def _saved(self, place: Place) -> None:
-        self.dismiss()
-        self._context.was_saved("places", place)
-        self._context.say((_("{place} saved") if self._stored else _("{place} added")).format(place=place.name))
+        def saved(place: Place) -> None:
+            self.saving = False
+            self._place = place
+            if before is None:
+                self._context.shell.sheets.close()
+            self._context.was_saved("places", place)
+            self._context.offer_undo(
+                (_("{place} saved") if before else _("{place} added")).format(place=place.name),
+                lambda: catalogue.save_place(before) if before else catalogue.remove_place(place.id),
+            )
+
+        self._context.run(lambda: catalogue.save_place(place), saved, self._refused)
 
     def _refused(self, problem: BaseException) -> None:
-        form = self.vm
-        form.saving = False
-        field = problem.field if isinstance(problem, InvalidInput) else ""
-        if field in ("name", "most"):
-            setattr(form, f"{field}_problem", sentence_of(problem))
+        self.saving = False
+        if isinstance(problem, InvalidInput) and problem.field == "name":
+            self.name_problem = sentence_of(problem)
         else:
-            form.outcome = went_wrong(problem)
+            self._context.shell.say_problem(problem)

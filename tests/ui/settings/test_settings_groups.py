@@ -8,14 +8,14 @@ from datetime import datetime
 import pytest
 
 from app.database.missions import StopRepository
-from app.domain.models import Group, HandOver, Mission, Robot, Schedule
+from app.domain.models import Group, HandOver, Mission, Place, Robot, Schedule
 from app.domain.robot import Stop
 from app.screens.settings.groups import GroupMissions, GroupSheet, MissionTableRow
 from app.screens.settings.page import SwitchRow
-from app.screens.settings.places import PlaceDialog, PlaceRow, ProposedPlaceRow
+from app.screens.settings.places import PlacesBox, PlaceSheet
 from app.services.robots import missions
 from app.widgets.buttons import IconButton, Segment, Toggle
-from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
+from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, MenuRow
 from app.widgets.fields import Field, RepeatButton
 from app.widgets.list_row import ListRow
 from app.widgets.rows import OptionRow
@@ -32,6 +32,7 @@ from tests.ui.integrator import (
     press,
     reveal,
     robots,
+    row_of,
     schedules,
     titles,
     undo,
@@ -238,38 +239,71 @@ def test_the_table_follows_what_the_robots_have_while_it_is_open(site, app, ui, 
     ui.wait(lambda: [line.note for line in table.lines] == ["Not on Veikko"])
 
 
+def places(site):
+    return site.container.catalogue.places()
+
+
+def open_places(ui):
+    go(ui, "missions")
+    turn_to(ui, "Places")
+
+
+def add_place(ui):
+    ui.tap(ui.find(IconButton, ui.find(PlacesBox), icon="plus"))
+    return ui.find(PlaceSheet)
+
+
 def test_a_place_and_the_missions_that_use_it(site, app, ui):
     site.add_robots()
     site.add_missions("Deliver", "Home")
-    go(ui, "missions")
-    turn_to(ui, "Places")
-    press(ui, "Add place")
-    dialog = ui.find(PlaceDialog)
-    press(ui, "Save place", dialog)
-    ui.wait(lambda: dialog.vm.name_problem == "Enter a name")
-    enter(ui, dialog.ids.name_field, "Dock 2")
-    ui.tap(ui.find(Tap, ui.find(Field, root=dialog, kind="pick")))
+    open_places(ui)
+    sheet = add_place(ui)
+    press(ui, "Add place", sheet)
+    ui.wait(lambda: sheet.name_problem == "Enter a name")
+    enter(ui, sheet.ids.name_field, "Dock 2")
+    ui.tap(ui.find(Tap, ui.find(Field, root=sheet, kind="pick")))
     tick(ui, "Deliver", "Home")
-    assert dialog.vm.most == 1
-    enter(ui, dialog.ids.most_field, "2.5")
-    press(ui, "Save place", dialog)
-    assert (dialog.ids.most_field.text, dialog.ids.most_field.outside) == ("2.5", True)
-    assert "A whole number is needed" in ui.texts(dialog)
-    assert not site.container.catalogue.places()
-    enter(ui, dialog.ids.most_field, "1")
-    ui.tap(ui.find(RepeatButton, dialog.ids.most_field, icon="plus"))
-    press(ui, "Save place", dialog)
-    ui.wait(lambda: ui.find_all(PlaceRow))
-    row = ui.find(PlaceRow)
-    assert (row.name, row.note) == ("Dock 2", "At most 2 robots at a time · Deliver, Home")
-    ui.tap(ui.find(IconButton, row, icon="delete-outline"))
+    press(ui, "Add place", sheet)
+    ui.wait(lambda: row_of(ui, "Dock 2"))
+    assert (row_of(ui, "Dock 2").item.support, places(site)[0].most) == ("Deliver, Home", 1)
+    ui.tap(ui.find(IconButton, row_of(ui, "Dock 2"), icon="dots-vertical"))
+    ui.tap(ui.find(MenuRow, text="Delete place"))
     ui.wait(lambda: ui.find_all(Snackbar, text="Dock 2 deleted"))
-    ui.wait(lambda: not ui.find_all(PlaceRow))
+    ui.wait(lambda: not row_of(ui, "Dock 2"))
     ui.tap(ui.find(root=ui.find(Snackbar, text="Dock 2 deleted"), text="Undo"))
-    ui.wait(lambda: ui.find_all(PlaceRow))
+    ui.wait(lambda: row_of(ui, "Dock 2"))
     turn_to(ui, "Missions")
     assert page(app).vm.part == "missions"
-    assert not ui.find_all(PlaceRow)
+    assert not row_of(ui, "Dock 2")
+
+
+def test_how_many_robots_a_place_takes_is_stepped_in_its_row(site, app, ui):
+    site.add_robots()
+    (deliver,) = site.add_missions("Deliver")
+    site.container.catalogue.save_place(Place("Dock 2", 1, (deliver.id,)))
+    open_places(ui)
+    ui.wait(lambda: row_of(ui, "Dock 2"))
+    for icon in ("minus", "plus", "plus"):  # never below 1
+        ui.tap(ui.find(IconButton, row_of(ui, "Dock 2"), icon=icon))
+        ui.advance(0.5)
+    assert "3" in ui.texts(row_of(ui, "Dock 2"))
+    ui.wait(lambda: places(site)[0].most == 3)
+
+
+def test_a_change_of_a_place_is_saved_at_once_and_undone(site, app, ui):
+    site.add_robots()
+    deliver, home = site.add_missions("Deliver", "Home")
+    before = site.container.catalogue.save_place(Place("Dock 2", 1, (deliver.id,)))
+    open_places(ui)
+    sheet = open_row(ui, "Dock 2")
+    ui.tap(ui.find(Tap, ui.find(Field, root=sheet, kind="pick")))
+    tick(ui, "Home")
+    ui.wait(lambda: places(site)[0].missions == (deliver.id, home.id))
+    undo(ui)
+    ui.wait(lambda: places(site) == [before] and sheet.missions_phrase == "Deliver")
+    enter(ui, sheet.ids.name_field, "Dock 3")
+    ui.tap(ui.find(IconButton, sheet, icon="close"))
+    ui.wait(lambda: places(site)[0].name == "Dock 3")
 
 
 def test_a_position_of_several_missions_is_proposed_as_a_place(site, app, ui):
@@ -278,19 +312,18 @@ def test_a_position_of_several_missions_is_proposed_as_a_place(site, app, ui):
     line, home = Stop("p1", "Line 1"), Stop("p2", "Home")
     stops = dict(zip((mission.guid for mission in missions), ([line], [home], [home, line]), strict=True))
     site.container.db.write(lambda c: StopRepository().keep(c, stops))
-    go(ui, "missions")
-    turn_to(ui, "Places")
-    ui.wait(lambda: ui.find_all(ProposedPlaceRow))
-    assert ui.find(ProposedPlaceRow).text == "Home is used by 2 missions: make it a place?"
-    ui.tap(ui.find(IconButton, ui.find(ProposedPlaceRow), icon="close"))
-    ui.wait(lambda: ui.find_all(ProposedPlaceRow, text="Line 1 is used by 2 missions: make it a place?"))
-    press(ui, "Make it a place", ui.find(ProposedPlaceRow))
-    dialog = ui.find(PlaceDialog)
-    assert (dialog.vm.title, dialog.vm.name, dialog.vm.most) == ("Add place", "Line 1", 1)
-    assert dialog.vm.missions_phrase == "Deliver, Waste to compactor"
-    press(ui, "Save place", dialog)
-    ui.wait(lambda: ui.find_all(PlaceRow) and not ui.find_all(ProposedPlaceRow))
-    assert ui.find(PlaceRow).note == "At most 1 robot at a time · Deliver, Waste to compactor"
+    open_places(ui)
+    ui.wait(lambda: row_of(ui, "Line 1"))
+    ui.tap(ui.find(IconButton, row_of(ui, "Home"), icon="close"))
+    ui.wait(lambda: not row_of(ui, "Home"))
+    ui.advance(1)  # a row that has just slid takes no touch
+    press(ui, "Make it a place", row_of(ui, "Line 1"))
+    sheet = ui.find(PlaceSheet)
+    assert (sheet.title, sheet.name, sheet.most) == ("Add place", "Line 1", 1)
+    assert sheet.missions_phrase == "Deliver, Waste to compactor"
+    press(ui, "Add place", sheet)
+    ui.wait(lambda: [place.name for place in places(site)] == ["Line 1"])
+    ui.wait(lambda: not row_of(ui, "Used by several missions"))
 
 
 def test_a_place_that_will_be_wanted_too_much_says_so_before_it_is_saved(site, app, ui):
@@ -300,16 +333,14 @@ def test_a_place_that_will_be_wanted_too_much_says_so_before_it_is_saved(site, a
         site.container.catalogue.save_schedule(
             Schedule("", robot.id, mission.id, datetime(2026, 1, 1), "UTC", "FREQ=HOURLY", respect_working_days=False)
         )
-    go(ui, "missions")
-    turn_to(ui, "Places")
-    press(ui, "Add place")
-    dialog = ui.find(PlaceDialog)
-    enter(ui, dialog.ids.name_field, "Dock 2")
-    dialog.vm.most = 1
-    dialog.vm.missions = [mission.id]
-    ui.wait(lambda: "Dock 2 is in use" in dialog.vm.warning)
-    dialog.vm.most = 9
-    ui.wait(lambda: not dialog.vm.warning)
+    open_places(ui)
+    sheet = add_place(ui)
+    enter(ui, sheet.ids.name_field, "Dock 2")
+    sheet.change(missions=(mission.id,), name="Dock 2")
+    ui.wait(lambda: "Dock 2 is in use" in sheet.warning)
+    sheet.set_most(9)
+    ui.wait(lambda: not sheet.warning)
+    assert not places(site)
 
 
 def test_a_robot_s_own_line_is_kept_in_the_app_where_that_is_wanted(site, app, ui):
