@@ -99,9 +99,14 @@ class Person:
             self.world.site.seconds(),
             but=("slow", "network", "battery", "robot", "hold"),
         ):
+            written = {row.token for row in self.world.site.executions()}
             for plan in plans:
-                due = instants(plan, self._wall - LONGEST_WINDOW, self._wall - timedelta(seconds=2))
-                wishes.stopped |= {(plan.id, instant) for instant in due}
+                for instant in instants(plan, self._wall - LONGEST_WINDOW, self._wall - timedelta(seconds=2)):
+                    token = self.diary.token((plan.id, instant))
+                    if token in written:
+                        wishes.stopped.add((plan.id, instant))
+                    else:  # it had passed when the plan got it, and is to come again if the clock is set back
+                        self.diary.uncertain.add(token)
 
     def _doubt_due(self, plans: list[Schedule]) -> None:
         """Due starts of these may have been stopped, or not yet."""

@@ -214,6 +214,21 @@ def test_a_start_due_before_a_day_was_closed_runs_on_it_though_the_clock_went_ba
     world.site.container.db.close()
 
 
+def test_a_start_that_had_passed_when_planned_runs_once_the_clock_was_set_back(tmp_path):
+    """That its robot was switched off did not stop it: it was no start yet."""
+    world = World(tmp_path, 1, STILL.only(site=PLACE | {"with_window": False}))
+    world.site.run(400.0)
+    (plan,) = [each for each in world.diary.now.plans.values() if each.recurrence == "FREQ=MINUTELY;INTERVAL=20"]
+    world.person._edit(plan, start=plan.start + timedelta(minutes=2))
+    world.person.do("switch_robot")
+    world.site.run(410.0)
+    count = len(world.site.network.submissions)
+    world.weather._step(-800.0, 5.0)
+    world.site.run_until(lambda: len(world.site.network.submissions) > count, within=600)
+    assert objections(world) == []
+    world.site.container.db.close()
+
+
 def test_a_start_for_a_group_missed_before_the_clock_was_set_back_need_not_run(tmp_path):
     world = World(tmp_path, 3, STILL.with_groups().only(site=PLACE | {"robots": 3, "with_window": False}))
     world.site.run(30.0)
