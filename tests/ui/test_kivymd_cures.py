@@ -381,6 +381,19 @@ def test_missing_sides_are_drawn_as_before(ui):
         assert (getattr(label, name) or None) == (label._label.options.get(name) or None), name
 
 
+def test_a_changed_text_leaves_the_texture_alone_that_may_still_be_drawn(ui):
+    label = ui.show(MDLabel(text="Aino"))
+    before = label.texture
+    label.text = "Sisu"
+    ui.advance()
+    assert label.texture.size == before.size
+    assert label.texture is not before
+
+
+def test_texts_still_write_over_their_texture():
+    assert "texture.ask_update(self._texture_fill)" in source(KIVY / "core" / "text" / "__init__.py", "def refresh")
+
+
 def test_no_text_sets_what_labels_do_not_follow():
     sets = re.compile(rf"\b({'|'.join(kivymd_cures.LEFT_AT_DEFAULTS)})\s*(?::|=(?!=))")
     root = Path(kivymd_cures.__file__).parents[2]
