@@ -22,7 +22,7 @@ def logs(studio: Any) -> Any:
 @picture("logs-story", sizes=EVERY_SIZE)
 def story(studio: Any) -> Any:
     stand = Stand(studio, "logs")
-    stand.vm.row_action(next(run.id for run in stand.vm._facts.rows if run.state == "failed"))
+    stand.vm.row_action(next(run.id for run in stand.vm.facts.rows if run.state == "failed"))
     return stand.settle()
 
 
@@ -66,7 +66,7 @@ def figure(studio: Any) -> Any:
     stand = Stand(studio, "logs")
     stand.vm.choose_part("figures")
     stand.settle()
-    stand.vm.explain("adherence")
+    stand.vm.figures.explain("adherence")
     return studio.dialogs.top
 
 
@@ -108,12 +108,12 @@ def logs_activity_span(studio: Any) -> Any:
     stand = Stand(studio, "logs")
     stand.vm.choose_part("activity")
     stand.settle()
-    stand.vm.show_moment(stand.vm.lanes[0].key, 0.93)
+    stand.vm.activity.show_moment(stand.vm.activity.lanes[0].key, 0.93)
     return studio.dialogs.top
 
 
 @picture("logs-report", sizes=BOTH)
 def logs_report(studio: Any) -> Any:
     stand = Stand(studio, "logs")
-    stand.vm.choose_report()
+    stand.vm.files.report()
     return studio.dialogs.top

@@ -41,7 +41,7 @@ def reset_logs(app, ui: Driver, part: str = "runs") -> None:
     app.shell.go("logs")
     app.logs.close_story()
     app.logs.searching, app.logs.query = False, ""
-    app.logs.move(0)
+    app.logs.activity.move(0)
     app.logs.choose_part(part)
     app.logs.set_filters(**vars(Filters()))
     settle(app, ui)

@@ -110,12 +110,12 @@ def test_a_planned_mission_starts_by_itself_and_is_found_in_the_log(site, ui):
         assert (item.title, item.place, item.lead) == ("Home", "Aino", "06:30")
         ui.wait(lambda: ui.find_all(ListRow, key=item.key))
         ui.tap(ui.find(ListRow, key=item.key))
-        ui.wait(lambda: [step.title for step in logs.story.steps] == ["Planned", "Sent", "Started", "Completed"])
-        assert "usually" not in logs.story.steps[-1].support  # no other run to compare it with
+        ui.wait(lambda: [step.title for step in logs.story.words.steps] == ["Planned", "Sent", "Started", "Completed"])
+        assert "usually" not in logs.story.words.steps[-1].support  # no other run to compare it with
 
         site.operator.run_now(execution.robot_id, site.catalogue.missions()[0].id)
         ui.wait(lambda: [item.tone for item in logs.rows if item.opens] == ["done"] * 2, seconds=60)
-        ui.wait(lambda: "usually" in logs.story.steps[-1].support)
+        ui.wait(lambda: "usually" in logs.story.words.steps[-1].support)
         ui.tap(next(button for button in ui.find_all(TabButton) if button.tab.text == "Key figures"))
         ui.wait(lambda: ui.find_all(FigureCard, label="Success", value="–"))  # two runs are too few
 

@@ -11,14 +11,13 @@ from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.stacklayout import StackLayout
 from kivy.uix.widget import Widget
 
-from app.screens.logs.story import Story
 from app.widgets import activity_bands, figure_charts, figures, list_row, pages  # noqa: F401  (registers kivy classes)
 from app.widgets.buttons import MenuChip
 from app.widgets.display import SectionCard
 from app.widgets.fields import SearchField
 from app.widgets.lists import Row
 from app.widgets.long_list import LongList
-from app.widgets.surfaces import Surface, TonedSurface, TonedTap
+from app.widgets.surfaces import TonedTap
 
 
 class LogsPart(BoxLayout):
@@ -106,21 +105,6 @@ class SetFilter(Row, MenuChip):
 
     def on_release(self) -> None:
         self.act("clear")
-
-
-class StoryPanel(Surface):
-    """The story of the opened run, beside the list or over it: nothing below it takes a touch. ``card`` is the view model."""
-
-    card = ObjectProperty(None, rebind=True, allownone=True)
-
-    def on_touch_down(self, touch: Any) -> bool:
-        return bool(super().on_touch_down(touch)) or (self.is_seen and self.collide_point(*touch.pos))
-
-
-class StoryCause(TonedSurface):
-    """Why the run ended so, and what the robot said."""
-
-    story = ObjectProperty(Story(), rebind=True)
 
 
 class FigureSection(SectionCard):

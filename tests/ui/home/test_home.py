@@ -123,7 +123,7 @@ def test_an_ended_run_opens_its_story_in_logs(home, ui):
     (execution,) = home.site.container.history.last_finished(1)
     ui.tap(ui.find(TodayRow, key=("run", execution.id)))
     assert home.shell.navigator.current == "logs"
-    ui.wait(lambda: home.shell.navigator.screen("logs").vm.story.key == execution.id)
+    ui.wait(lambda: home.shell.navigator.screen("logs").vm.story.words.key == execution.id)
 
 
 def test_a_planned_start_opens_its_schedule(home, ui):

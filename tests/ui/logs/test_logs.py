@@ -62,29 +62,29 @@ def test_runs_are_listed_newest_first_below_their_days_with_their_reasons(screen
 
 
 def test_the_numbers_of_outcomes_filter_the_list_and_a_second_tap_ends_that(screen, ui):
-    everything = screen.logs._facts.count
+    everything = screen.logs.facts.count
     failed = next(chip for chip in ui.find_all(OutcomeChip) if chip.text.endswith("failed"))
     tap(screen, ui, failed)
-    assert {run.state for run in screen.logs._facts.rows} == {State.FAILED}
-    assert failed.text == f"{screen.logs._facts.count} failed"
+    assert {run.state for run in screen.logs.facts.rows} == {State.FAILED}
+    assert failed.text == f"{screen.logs.facts.count} failed"
     assert failed.active
     tap(screen, ui, failed)
-    assert screen.logs._facts.count == everything
+    assert screen.logs.facts.count == everything
 
 
 # ---------------------------------------------------------------------- filters
 def test_a_longer_period_has_more_runs(screen, ui):
-    week = screen.logs._facts.count
+    week = screen.logs.facts.count
     choose_period(screen, ui, "7 days", "30 days")
-    assert screen.logs._facts.count > week
+    assert screen.logs.facts.count > week
     choose_period(screen, ui, "30 days", "Today")
-    assert screen.logs._facts.count < week
+    assert screen.logs.facts.count < week
 
 
 def test_filters_are_named_above_the_list_and_a_tap_on_one_ends_it(screen, ui):
-    everything = screen.logs._facts.count
+    everything = screen.logs.facts.count
     tick(screen, ui, "Outcome", "Failed", "Cancelled")
-    assert {run.state for run in screen.logs._facts.rows} <= {State.FAILED, State.CANCELLED}
+    assert {run.state for run in screen.logs.facts.rows} <= {State.FAILED, State.CANCELLED}
     tick(screen, ui, "Started by", "Run now")
     menu(screen, ui, "filter-variant", "Mission")
     tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text="Bring pallet to dock"))
@@ -93,7 +93,7 @@ def test_filters_are_named_above_the_list_and_a_tap_on_one_ends_it(screen, ui):
     for text in ("Failed, Cancelled", "Bring pallet to dock", "Run now"):
         tap(screen, ui, ui.find(SetFilter, text=text))
     assert not ui.find_all(SetFilter)
-    assert screen.logs._facts.count == everything
+    assert screen.logs.facts.count == everything
 
 
 def test_one_robot_can_be_looked_at_alone(screen, ui):
@@ -179,21 +179,21 @@ def test_where_nothing_is_found_the_screen_says_so_and_nothing_can_be_exported(s
 # ---------------------------------------------------------------------- paged, exported
 def test_the_list_loads_more_as_it_is_scrolled_until_everything_is_there(screen, container, ui):
     choose_period(screen, ui, "7 days", "All")
-    everything = screen.logs._facts.count
-    assert everything > len(screen.logs._facts.rows) == 100
+    everything = screen.logs.facts.count
+    assert everything > len(screen.logs.facts.rows) == 100
     for _page in range(20):
-        if len(screen.logs._facts.rows) == everything:
+        if len(screen.logs.facts.rows) == everything:
             break
         ui.find(RunsList).scroll_y = 0
         settle(screen, ui)
     ids = [item.key for item in runs_of(screen)]
     assert len(ids) == len(set(ids)) == everything
-    planned = [row.planned_at for row in screen.logs._facts.rows]
+    planned = [row.planned_at for row in screen.logs.facts.rows]
     assert planned == sorted(planned, reverse=True)
 
 
 def export_as(screen, ui, form):
-    menu(screen, ui, "dots-vertical", f"Export {screen.logs._facts.count} runs")
+    menu(screen, ui, "dots-vertical", f"Export {screen.logs.facts.count} runs")
     tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text=form))
 
 
@@ -224,7 +224,7 @@ def test_where_a_stick_is_there_it_is_asked_where_to(screen, ui, tmp_path, docum
 
 def test_the_runs_that_are_seen_are_exported_and_the_file_is_named(screen, ui, documents):
     tap(screen, ui, next(chip for chip in ui.find_all(OutcomeChip) if chip.text.endswith("failed")))
-    count = screen.logs._facts.count
+    count = screen.logs.facts.count
     export_as(screen, ui, "CSV")
     text = ui.find(Snackbar).text
     assert text.startswith(f"{count} runs written to {documents}")
@@ -242,4 +242,4 @@ def test_an_export_that_cannot_be_written_says_why_in_one_sentence(screen, ui, m
     monkeypatch.setattr("app.services.files.exports.draft_of", no_room)
     export_as(screen, ui, "CSV")
     assert "No space left on device" in ui.find(Snackbar).text
-    assert not screen.logs.exporting
+    assert not screen.logs.files.exporting

@@ -71,10 +71,10 @@ def test_a_tap_shows_what_from_when_to_when_and_how_long(screen, ui):
         ("To", "11:30"),
         ("For", "1 h 24 min"),
     ]
-    assert screen.logs.mark[1:] == pytest.approx((start, end))
+    assert screen.logs.activity.mark[1:] == pytest.approx((start, end))
     ui.key(27)
     settle(screen, ui)
-    assert screen.logs.mark is None
+    assert screen.logs.activity.mark is None
 
 
 def test_a_current_span_has_no_end(screen, ui):
@@ -113,7 +113,7 @@ def test_longer_times_are_thinned_out_but_keep_every_robot_and_error(screen, ui)
 
 def test_of_many_robots_one_group_is_open_and_a_tap_opens_another(screen, ui, monkeypatch):
     monkeypatch.setattr("app.screens.logs.activity.MOST_LANES", 2)
-    aino, *others = screen.logs._facts.robots
+    aino, *others = screen.logs.facts.robots
     monkeypatch.setattr(
         screen.logs._services.catalogue, "groups", lambda: [group("Hall 1", aino), group("Hall 2", *others)]
     )

@@ -89,13 +89,15 @@ def test_use_is_one_figure_wherever_it_is_shown(screen, ui):
 # ---------------------------------------------------------------------- to the runs
 def test_a_cause_leads_to_its_runs(screen, ui):
     choose(screen, ui, "7 days", "30 days")
-    assert sum(cause.number for cause in screen.logs._figures.causes) == screen.logs._figures.facts.failed
+    assert (
+        sum(cause.number for cause in screen.logs.figures._figures.causes) == screen.logs.figures._figures.facts.failed
+    )
     row = ui.find_all(CauseRow)[0]
     number, label = int(row.number), row.label
     tap(screen, ui, row)
     assert label in [chip.text for chip in ui.find_all(SetFilter)]
     assert len(runs_of(screen)) == number
-    assert {run.state for run in screen.logs._facts.rows} == {State.FAILED}
+    assert {run.state for run in screen.logs.facts.rows} == {State.FAILED}
 
 
 def test_a_day_leads_to_its_runs(screen, ui):
@@ -103,7 +105,7 @@ def test_a_day_leads_to_its_runs(screen, ui):
     thursday = next(day for day in chart.days if day.key == date(2026, 11, 19))
     tap_part(screen, ui, chart, thursday.key)
     assert [item.title for item in screen.logs.rows if not item.opens] == ["Yesterday"]
-    assert sum(run.state is State.COMPLETED for run in screen.logs._facts.rows) == thursday.completed
+    assert sum(run.state is State.COMPLETED for run in screen.logs.facts.rows) == thursday.completed
 
 
 def test_a_robot_leads_to_its_runs(screen, ui):
@@ -145,7 +147,7 @@ def test_a_report_is_written_and_the_file_named(screen, ui, tmp_path, monkeypatc
     assert words in page
     assert "Aino" in page
     assert "Veikko" not in page
-    assert not screen.logs.reporting
+    assert not screen.logs.files.reporting
     tap(screen, ui, ui.find(root=ui.find(Snackbar), text="Show"))  # a kiosk has nothing to open a page with
     shown = ui.find(FigureDialog)
     assert (shown.title, words in shown.text.replace(" · Aino", ""), shown.rows[0].label) == (

@@ -41,7 +41,7 @@ def test_rows_that_were_loaded_stay_when_a_reading_from_before_arrives(screen, u
     screen.logs.set_filters(period=Period.ALL)
     settle(screen, ui)
     go_on, begun = held_back(monkeypatch, "read_facts")
-    screen.logs._runs_refresher.read()  # as after any change
+    screen.logs._refresher.read()  # as after any change
     ui.wait(begun.is_set)
     ui.find(RunsList).scroll_y = 0
     ui.wait(lambda: len(runs_of(screen)) == 200)
@@ -92,6 +92,6 @@ def test_a_late_story_does_not_undo_a_newer_choice(screen, container, ui, monkey
     ui.wait(lambda: screen.shell.background.idle)  # before what is typed is searched for
     settle(screen, ui)
     assert (logs.part, logs.query, logs.period) == chosen
-    assert logs.opened_run is None
+    assert logs.story.run is None
     screen.shell.go("logs", unfiltered=True)
     settle(screen, ui)

@@ -8,10 +8,11 @@ import pytest
 from kivy.core.window import Window
 
 from app.domain.models import State
-from app.screens.logs.cards import RunsList, StoryPanel
+from app.screens.logs.cards import RunsList
+from app.screens.logs.run_story import StorySheet
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.dialogs import ConfirmDialog
-from app.widgets.frame import NavItem, TopBar
+from app.widgets.frame import NavItem
 from app.widgets.snackbar import Snackbar
 from tests.support.home_facts import FAILED, READY
 from tests.ui import checks
@@ -34,63 +35,72 @@ def test_why_a_run_failed_takes_two_touches(screen, ui):
     settle(screen, ui)
     tap(screen, ui, ui.find(NavItem, name="logs"))
     open_failed(screen, ui)
-    assert {"Can't reach Dock 3", "“Failed to reach goal position 'Dock 3'”"} <= set(ui.texts(ui.find(StoryPanel)))
-    assert [step.title for step in screen.logs.story.steps] == ["Planned", "Sent", "Started", "Failed"]
+    assert {"Can't reach Dock 3", "“Failed to reach goal position 'Dock 3'”"} <= set(ui.texts(ui.find(StorySheet)))
+    assert [step.title for step in screen.logs.story.words.steps] == ["Planned", "Sent", "Started", "Failed"]
 
 
 def test_the_story_stands_beside_the_list_and_the_cross_closes_it(screen, ui):
     row = rows(ui)[3]
     tap(screen, ui, row)
-    panel = ui.find(StoryPanel)
+    panel = ui.find(StorySheet)
     assert panel.width == 400
     assert ui.find(RunsList).to_window(ui.find(RunsList).right, 0)[0] <= panel.to_window(*panel.pos)[0]
     assert row.item.look == "chosen"
     assert checks.problems(screen.shell.navigator.screen("logs")) == []
     tap(screen, ui, ui.find(IconButton, panel, icon="close"))
-    assert not ui.find_all(StoryPanel)
+    assert not ui.find_all(StorySheet)
     assert row.item.look == "plain"
 
 
 def test_arrows_lead_to_the_runs_before_and_after(screen, ui):
     first, second = (item.key for item in runs_of(screen)[:2])
     tap(screen, ui, rows(ui)[0])
-    tap(screen, ui, ui.find(IconButton, ui.find(StoryPanel), icon="chevron-up"))
-    assert screen.logs.story.key == first  # there is none above it
-    tap(screen, ui, ui.find(IconButton, ui.find(StoryPanel), icon="chevron-down"))
-    assert screen.logs.story.key == second
+    tap(screen, ui, ui.find(IconButton, ui.find(StorySheet), icon="chevron-up"))
+    assert screen.logs.story.words.key == first  # there is none above it
+    tap(screen, ui, ui.find(IconButton, ui.find(StorySheet), icon="chevron-down"))
+    assert screen.logs.story.words.key == second
 
 
 @pytest.mark.parametrize("size", [(1024, 600), (800, 1280)])
-def test_in_a_low_or_narrow_window_the_story_takes_the_page_and_an_arrow_leads_back(screen, ui, size):
+def test_in_a_low_or_narrow_window_the_story_takes_the_page(screen, ui, size):
     before = Window.size
     Window.size = size
     try:
         screen.logs.set_filters(outcomes=("failed",))
         settle(screen, ui)
         open_failed(screen, ui)
-        bar = ui.find(TopBar)
-        assert [tab.text for tab in bar.tabs] == ["Bring pallet to dock"]
-        assert checks.problems(screen.shell.navigator.screen("logs")) == []
-        assert not ui.find_all(RunsList)
+        sheet = ui.find(StorySheet)
+        assert sheet.size == sheet.parent.size
+        assert checks.problems(sheet) == []
         assert checks.is_seen(ui.find(CommandButton, text="Run again"))
-        screen.shell.navigator.screen("logs").go_back()
-        settle(screen, ui)
-        assert [tab.text for tab in bar.tabs] == ["Runs", "Key figures", "Activity"]
-        assert ui.find_all(RunsList)
+        tap(screen, ui, ui.find(IconButton, sheet, icon="close"))
+        assert not ui.find_all(StorySheet)
     finally:
         Window.size = before
         settle(screen, ui)
+
+
+@pytest.mark.parametrize(
+    "leave", [lambda screen, ui: choose_tab(screen, ui, "figures"), lambda screen, ui: screen.shell.go("home")]
+)
+def test_the_story_closes_where_its_list_is_left(screen, ui, leave):
+    tap(screen, ui, rows(ui)[0])
+    leave(screen, ui)
+    assert not ui.find_all(StorySheet)
+    screen.shell.go("logs")
+    settle(screen, ui)
+    assert screen.logs.story.run is None
 
 
 def test_runs_that_ended_for_the_same_cause_are_counted_and_found(screen, ui):
     screen.logs.set_filters(outcomes=("skipped",))
     settle(screen, ui)
     tap(screen, ui, rows(ui)[0])
-    number = int(screen.logs.story.like.split()[0])
+    number = int(screen.logs.story.words.like.split()[0])
     assert number > 1
     tap(screen, ui, ui.find(text=f"{number} like this in 30 days"))
     assert len(runs_of(screen)) == number
-    assert screen.logs.story.key == screen.logs.opened_run
+    assert screen.logs.story.words.key == screen.logs.story.run
 
 
 # ---------------------------------------------------------------------- asked for by another screen
@@ -101,7 +111,7 @@ def test_a_link_to_a_run_leaves_no_tab_filter_or_search_in_its_way(screen, conta
     screen.shell.go("home")
     screen.shell.go("logs", execution_id=old.id)
     settle(screen, ui)
-    ui.wait(lambda: screen.logs.story.key == old.id)
+    ui.wait(lambda: screen.logs.story.words.key == old.id)
     ui.wait(lambda: old.id in {row.key for row in rows(ui)})  # and its row is in sight
     assert screen.logs.filters == []
     screen.shell.go("logs", execution_id=10**6)
@@ -110,13 +120,13 @@ def test_a_link_to_a_run_leaves_no_tab_filter_or_search_in_its_way(screen, conta
 
 
 def test_a_link_to_the_runs_as_a_whole_shows_them_unfiltered(screen, ui):
-    everything = screen.logs._facts.count
+    everything = screen.logs.facts.count
     screen.logs.set_filters(outcomes=("skipped",))
     choose_tab(screen, ui, "figures")
     screen.shell.go("logs", unfiltered=True)
     settle(screen, ui)
     assert len(rows(ui)) > 1
-    assert screen.logs._facts.count == everything
+    assert screen.logs.facts.count == everything
 
 
 def test_a_row_comes_into_sight_however_long_its_list_takes_to_be_read(screen, container, ui, monkeypatch):
@@ -125,7 +135,7 @@ def test_a_row_comes_into_sight_however_long_its_list_takes_to_be_read(screen, c
     monkeypatch.setattr(container.history, "page", lambda *args, **more: may_read.wait(60) and page(*args, **more))
     screen.shell.go("home")
     screen.shell.go("logs", execution_id=old.id)
-    ui.wait(lambda: screen.logs.opened_run == old.id)
+    ui.wait(lambda: screen.logs.story.run == old.id)
     ui.advance(2)
     may_read.set()
     ui.wait(lambda: old.id in {row.key for row in rows(ui)})
@@ -159,7 +169,7 @@ def test_a_failed_run_can_be_run_again(screen, container, ui, asked, answer, tim
     assert question.title == f"Run {failed.title} on {failed.place} now?"
     tap(screen, ui, ui.find(CommandButton, question, text=answer))
     assert asked == [failed.key] * times
-    assert screen.logs.story.key == failed.key
+    assert screen.logs.story.words.key == failed.key
 
 
 def test_a_run_is_not_run_again_on_a_stopped_robot(screen, container, ui, asked):
@@ -193,5 +203,5 @@ def test_a_completed_run_has_no_such_button(screen, ui):
     screen.logs.set_filters(outcomes=(State.COMPLETED,))
     settle(screen, ui)
     tap(screen, ui, rows(ui)[0])
-    assert ui.find_all(StoryPanel)
+    assert ui.find_all(StorySheet)
     assert not ui.find_all(CommandButton, text="Run again")

@@ -1,0 +1,152 @@
+"""The story of one run on a sheet: next to the list in a wide window, else over it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+from zoneinfo import ZoneInfo
+
+from kivy.event import EventDispatcher
+from kivy.properties import BooleanProperty, ObjectProperty
+
+from app.i18n import _
+from app.screens.common.shell import Shell
+from app.screens.common.start_now import start_now
+from app.screens.common.started import StartReports, as_it_is, say_not_started
+from app.screens.common.view_model import Refresher
+from app.screens.logs import of_groups, view
+from app.screens.logs.facts import LogsServices, period_with, read_story
+from app.screens.logs.story import Story, StoryFacts, story
+from app.screens.logs.view import Filters, Period
+from app.widgets.items import Item
+from app.widgets.sheet import Sheet
+from app.widgets.surfaces import TonedSurface
+
+if TYPE_CHECKING:
+    from app.screens.logs.screen import LogsViewModel
+
+
+class StorySheet(Sheet):
+    """``story`` is a RunStory."""
+
+    story = ObjectProperty(None, rebind=True, allownone=True)
+    scrolls = BooleanProperty(False)
+
+
+class StoryCause(TonedSurface):
+    """Why the run ended so, and what the robot said."""
+
+    story = ObjectProperty(Story(), rebind=True)
+
+
+class RunStory(EventDispatcher):
+    """Of the run with the id ``run``, whose story is shown or being read."""
+
+    run = ObjectProperty(None, allownone=True)
+    words = ObjectProperty(Story(), rebind=True)
+    like = ObjectProperty(Item(None), rebind=True)  # the row that leads to the runs of the same cause
+
+    def __init__(self, services: LogsServices, shell: Shell, logs: LogsViewModel) -> None:
+        super().__init__()
+        self._services, self._shell, self._logs = services, shell, logs
+        self._facts: StoryFacts | None = None
+        self._is_linked = False  # another screen asked for it: its list has to have it
+        self._sheet: StorySheet | None = None
+        self._started = StartReports(shell, as_it_is(services.history, services.holds))
+        self.refresher = Refresher(shell, self._start_reading, self._take)
+
+    def start(self) -> None:
+        """The screen is shown."""
+        self._logs.keep(self._started.open())
+        self._logs.keep(self.refresher.start())
+
+    def open(self, run: int) -> None:
+        self.run = run
+        self.refresher.reread()
+
+    def follow(self, run: int) -> None:
+        """Another screen asked for it."""
+        self._is_linked = True
+        self.open(run)
+
+    def close(self) -> None:
+        self.run, self._facts, self._is_linked, self.words = None, None, False, Story()
+        sheet, self._sheet = self._sheet, None
+        if sheet is not None and sheet is self._shell.sheets.top:
+            self._shell.sheets.close()
+
+    def forget_link(self) -> bool:
+        """The user has moved on: it must not undo a newer choice. Returns whether there was one."""
+        was_linked = self._is_linked
+        if was_linked:
+            self.close()
+        return was_linked
+
+    # ------------------------------------------------------------------ reading
+    def _start_reading(self) -> Callable[[], tuple[int | None, StoryFacts | None]]:
+        services, run = self._services, self.run
+        return lambda: (run, None if run is None else read_story(services, run))
+
+    def _take(self, found: tuple[int | None, StoryFacts | None]) -> None:
+        run, facts = found
+        if run != self.run or run is None:
+            return
+        if facts is None:
+            self._shell.snackbars.show(_("This run is no longer in the history"), icon="information-outline")
+            self.close()
+            self._logs.read()
+            return
+        self._facts = facts
+        if self._is_linked:
+            self._is_linked = False
+            zone = ZoneInfo(self._services.settings().timezone)
+            self._logs.show_runs(Filters(period_with(facts.run.planned_at, self._services.clock.now(), zone)), run)
+        self.show()
+
+    def show(self) -> None:
+        facts = self._facts
+        if facts is None or facts.run.id != self.run:
+            return
+        self.words = story(facts, self._services.clock.now(), self._logs.zone, self._shell.mission_names.known)
+        self.like = Item("like", self.words.like, meta_icon="chevron-right", strong=False)
+        if self._sheet is None:
+            self._sheet = StorySheet(story=self)
+            self._sheet.bind(on_close=lambda *_args: self._logs.close_story())
+        self._shell.sheets.show(self._sheet)
+
+    # ------------------------------------------------------------------ what its buttons do
+    def step(self, by: int) -> None:
+        """The story of the next run in the list: -1 above, 1 below."""
+        runs = [row.key for row in self._logs.rows if row.opens]
+        pairs = pairwise(runs if by > 0 else runs[::-1])
+        if (key := next((after for before, after in pairs if before == self.run), None)) is not None:
+            self._logs.open_story(key)
+
+    def show_like(self) -> None:
+        """All runs that ended for the same cause, in 30 days."""
+        if self._facts is not None:
+            like = view.like_of(self._facts.run, self._logs.zone)
+            self._logs.show_runs(Filters(Period.MONTH, like=like), self.run)
+
+    def run_again(self) -> None:
+        """Ask first: the reader may not see the robot. Not asked if nothing can be started now."""
+        if self._facts is None:
+            return
+        run, facts, shell = self._facts.run, self._logs.facts, self._shell
+        mission, where = shell.mission_names.known.run(run), of_groups.any_of(run) or run.robot
+        target = facts.target(run)  # if it is no longer there, starting it says so
+        why_not, instead = (
+            start_now(self._services, facts.settings, facts.robots, target) if target is not None else ("", "")
+        )
+        if why_not:
+            say_not_started(shell, mission, where, why_not)
+            return
+
+        def start() -> Any:
+            return shell.background.run(
+                lambda: self._services.operator.run_again(run.id), self._started.follow, shell.say_problem
+            )
+
+        question = _("Run {mission} on {robot} now?").format(mission=mission, robot=where)
+        shell.dialogs.confirm(question, "", instead or _("Run now"), start)
