@@ -15,6 +15,7 @@ from app.widgets.surfaces import Passive
 
 EDGES = ("right", "bottom", "full")
 PARTS = ("head", "body", "foot")
+GAP = dp(8)  # to what it spares
 FOOT_RESTS = 1.0  # s for which presses after the first one at the foot press nothing, also not of what it covered
 
 
@@ -34,7 +35,7 @@ class Sheet(Passive, MDCard):
 
     Where it lies depends on the window: in a wide one at its ``edge``, at the right ``span`` px wide and, if it ``shrinks`` the page,
     beside it; in a low one over all but the ``keeps`` px at the left; in a tall one at its ``tall_edge``. It ends above the on-screen
-    keyboard.
+    keyboard. What ``find_spared()`` returns of the page it never covers: it lies beside that, or below or above it.
 
     X and Esc fire ``on_close``, the buttons ``on_done``, ``on_other``, ``on_dots(button)`` and, with ``can_go_back``, ``on_back``.
     ``foot_off`` says why its button can't be pressed. With a ``draft`` its closing can be undone.
@@ -54,6 +55,7 @@ class Sheet(Passive, MDCard):
     foot_off = StringProperty()
     second = StringProperty()
     second_icon = StringProperty()
+    second_tone = StringProperty("neutral")
     busy = BooleanProperty(False)
     second_busy = BooleanProperty(False)
     menu = BooleanProperty(False)
@@ -66,6 +68,7 @@ class Sheet(Passive, MDCard):
     __events__ = ("on_close", "on_done", "on_other", "on_dots", "on_back")
 
     def __init__(self, **kwargs):
+        self.find_spared = lambda: None
         self._arrange = Clock.create_trigger(self.arrange, -1)
         super().__init__(**kwargs)
         for name in ("edge", "tall_edge", "span", "keeps", "shrinks", "content_height", "around"):
@@ -126,6 +129,7 @@ class Sheet(Passive, MDCard):
         if place is None:
             return
         (x, y), (width, height) = ((0, 0), Window.size) if place is Window else (place.pos, place.size)
+        spared = self.find_spared()
         is_tall, is_low = Window.width < dp(840), Window.height < dp(700)
         self.at = self.tall_edge if is_tall else self.edge
         bottom = max(y, dock.height)
@@ -136,7 +140,21 @@ class Sheet(Passive, MDCard):
         self.height = top - bottom if self.at != "bottom" else min(top - bottom, self.around + self.content_height)
         self.pos = x + width - self.width, bottom
         if place is not Window:
-            place.taken = self.width if self.at == "right" and self.shrinks and not (is_low and self.keeps) else 0
+            beside = self.at == "right" and self.shrinks and not (is_low and self.keeps) and spared is None
+            place.taken = self.width if beside else 0
+        if spared is not None:
+            self._spare(spared, place)
+
+    def _spare(self, spared, place):
+        left, bottom = place.to_widget(*spared.to_window(*spared.pos))
+        right, top = left + spared.width, bottom + spared.height
+        if spared.width <= place.width / 2:
+            self.x, self.width = right + GAP, place.right - right - GAP
+        elif bottom > place.center_y:
+            self.height = min(self.height, bottom - GAP - self.y)
+        else:
+            self.y = max(top + GAP, dock.height)
+            self.height = place.top - self.y
 
     def _key(self, _window, key, *_args):
         if key == ESCAPE:
@@ -145,3 +163,9 @@ class Sheet(Passive, MDCard):
 
     def on_touch_down(self, touch):
         return super().on_touch_down(touch) or self.collide_point(*touch.pos)
+
+
+class AskSheet(Sheet):
+    """A question before what can't be undone, as high as its ``text``: its foot is the safe answer, ``second`` does it."""
+
+    text = StringProperty()

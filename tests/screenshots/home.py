@@ -207,6 +207,12 @@ def running(studio: Any) -> None:
     home(studio, sample.FACTS)
 
 
+@picture("home-cancel", sizes=(*BOTH, SMALL))
+def cancel_asked(studio: Any) -> None:
+    vm = home(studio, sample.FACTS).vm
+    vm.cancel(("execution", sample.RUNNING.id))
+
+
 @picture("home-message", sizes=EVERY_SIZE)
 def said(studio: Any) -> None:
     """The message about what was pressed a moment ago."""

@@ -10,9 +10,10 @@ from app.screens.home.cards import SendTile
 from app.screens.home.sending import SendSheet
 from app.screens.scheduler.cards import TimeCell
 from app.widgets.buttons import CommandButton
-from app.widgets.dialogs import ConfirmDialog, Dialog
+from app.widgets.dialogs import Dialog
 from app.widgets.list_row import ListRow
 from app.widgets.rest import DOUBLE_TAP, rest
+from app.widgets.sheet import AskSheet
 from tests.ui.home.operator import clear_queue, is_shown_pending, pend, run
 from tests.ui.planner import opened, settle
 from tests.ui.whole_app import plant, shown
@@ -88,7 +89,7 @@ def test_clear_queue_pressed_twice_sends_nothing(home, ui, resized, gap):
     ui.wait(lambda: is_shown_pending(ui))
     resized(1024, 600)
     clear_queue(ui)
-    yes = ui.find(CommandButton, ui.find(ConfirmDialog), text="Clear queue")
+    yes = ui.find(CommandButton, ui.find(AskSheet), text="Clear queue")
     ui.tap_twice(yes.to_window(*yes.center), gap)
     ui.wait(lambda: not sent(home))
     ui.advance(1)

@@ -7,10 +7,11 @@ import pytest
 from app.domain.models import Group, State
 from app.screens.home.cards import SendTile, TodayRow
 from app.widgets.buttons import ChoiceChip
-from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, MenuRow
+from app.widgets.dialogs import ChoiceDialog, MenuRow
 from app.widgets.items import Item
 from app.widgets.list_row import RowButton, RowIcon
 from app.widgets.rows import OptionRow
+from app.widgets.sheet import AskSheet
 from app.widgets.snackbar import Snackbar
 from tests.support.stored import Stored
 from tests.ui.home.operator import choose, items, open_robot, press
@@ -251,11 +252,11 @@ def test_a_start_that_a_silent_robot_may_have_is_run_on_another_by_a_person_only
     veikko.model.resume()
     ui.advance(1)
     act(ui, "here")
-    ui.wait(lambda: ui.find_all(ConfirmDialog))
-    assert ui.find(ConfirmDialog).title == "Start Home on Veikko?"
-    assert ui.find(ConfirmDialog).text == "If Aino already has it, it runs twice."
+    ui.wait(lambda: ui.find_all(AskSheet))
+    assert ui.find(AskSheet).title == "Start Home on Veikko?"
+    assert ui.find(AskSheet).text == "If Aino already has it, it runs twice."
     assert len(container.history.open()) == 1
-    press(ui, "Start it", ui.find(ConfirmDialog))
+    press(ui, "Start it", ui.find(AskSheet))
     ui.wait(
         lambda: [
             row for row in (*container.history.open(), *container.history.last_finished(5)) if row.robot == "Veikko"

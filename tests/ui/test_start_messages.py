@@ -22,8 +22,9 @@ from app.screens.common.view_model import Navigator
 from app.screens.frame.controller import FrameController
 from app.services.live.changes import Topic
 from app.widgets.buttons import CommandButton
-from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
+from app.widgets.dialogs import ChoiceDialog
 from app.widgets.frame import Frame
+from app.widgets.sheet import AskSheet
 from app.widgets.snackbar import Snackbars
 from tests.support.home_facts import AINO, execution
 
@@ -422,7 +423,7 @@ def test_a_start_cancelled_at_once_is_not_said_to_be_held(world, starts, ui):
 def test_a_start_with_attempts_is_cancelled_only_after_a_question(world, starts, ui):
     starts.cancel(replace(UNBOUND, attempts=1))
     ui.advance(0.3)
-    assert (world.messages, ui.find(ConfirmDialog).title, ui.find(ConfirmDialog).text) == (
+    assert (world.messages, ui.find(AskSheet).title, ui.find(AskSheet).text) == (
         [],
         "Cancel Kits?",
         "This can't be undone.",
@@ -438,7 +439,7 @@ def test_a_start_that_runs_when_its_cancellation_is_confirmed_asks_before_stoppi
     world.row = replace(waits, state=State.EXECUTING, robot_id=1, robot="Aino")
     ui.tap(ui.find(CommandButton, text="Cancel mission"))
     ui.advance(0.5)
-    assert (world.messages, ui.find(ConfirmDialog).title) == ([], "Cancel Kits?")
+    assert (world.messages, ui.find(AskSheet).title) == ([], "Cancel Kits?")
     ui.tap(ui.find(CommandButton, text="Cancel mission"))
     assert world.messages == ["Kits is being cancelled"]
 

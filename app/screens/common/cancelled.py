@@ -37,7 +37,7 @@ def ask_to_stop(shell: Shell, mission: str, robot: str, agreed: Callable[[], obj
 
 def _ask(shell: Shell, mission: str, text: str, agreed: Callable[[], object]) -> None:
     asked = _("Cancel {mission}?").format(mission=mission)
-    shell.dialogs.confirm(asked, text, _("Cancel mission"), agreed, danger=True, decline=_("Keep"))
+    shell.sheets.ask(asked, text, _("Cancel mission"), agreed, _("Keep"))
 
 
 def say_cancelled(

@@ -172,12 +172,12 @@ class GroupStarts:
     def start_also(self, row: Execution, robot_id: int, name: str) -> None:
         """Start it on that robot too (0: on any other): asks first, because the silent robot may have it."""
         asked = _("Start {mission} on {robot}?") if robot_id else _("Start {mission} on another robot?")
-        self._shell.dialogs.confirm(
+        self._shell.sheets.ask(
             asked.format(mission=self._name(row), robot=name),
             _("If {robot} already has it, it runs twice.").format(robot=row.robot),
             _("Start it"),
             lambda: self._do(row, lambda: self._operator.start_on_another(row.id, robot_id or None), self._follow),
-            danger=True,
+            _("Don't start"),
         )
 
     def _name(self, row: Execution) -> str:

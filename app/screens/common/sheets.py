@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from app.i18n import _
@@ -20,6 +21,7 @@ class Sheets:
     ) -> None:
         self._frame_place = place
         self._snackbars, self._navigator = snackbars, navigator
+        self.spared: Callable[[], Any] = lambda: None  # what of the page is never covered
         self._stack: list[Sheet] = []  # the last one is shown; the arrow leads back to the one before
         if navigator is not None:
             navigator.bind(on_hide=lambda *_args: self.give_up())
@@ -52,6 +54,20 @@ class Sheets:
         self._put(sheet)
         return sheet
 
+    def ask(self, title: str, text: str, action: str, done: Callable[[], object], keep: str) -> Sheet:
+        """Ask before what can't be undone: ``action`` is the word that does it, ``keep`` that of the safe answer."""
+        from app.widgets.sheet import AskSheet
+
+        sheet = AskSheet(title=title, text=text, foot=keep, second=action)
+
+        def agreed(*_args: object) -> None:
+            self.back()
+            done()
+
+        sheet.bind(on_done=lambda *_args: self.back(), on_other=agreed)
+        self.over(sheet)
+        return sheet
+
     def back(self) -> None:
         """To the sheet before this one; without one it closes."""
         self._stack.pop().leave()
@@ -82,7 +98,7 @@ class Sheets:
 
     def _put(self, sheet: Sheet) -> None:
         if not getattr(sheet, "is_known", False):
-            sheet.is_known = True
+            sheet.is_known, sheet.find_spared = True, lambda: self.spared()
             sheet.bind(on_close=lambda *_args: self.give_up(), on_back=lambda *_args: self.back())
         self._stack.append(sheet)
         self._place.add_widget(sheet)

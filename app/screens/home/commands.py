@@ -107,14 +107,11 @@ class HomeCommands(HomeState):
         title = ngettext(
             "Clear {n} mission from the queue of {robot}?", "Clear {n} missions from the queue of {robot}?", count
         )
-        text = _("Everything in its queue is removed, also missions of others; a running mission is aborted.")
+        text = _("Missions of others go too. A running one is aborted.")
         if self.card.old:
-            text += " " + _(
-                "There is no connection to {robot} now. If the command does not reach it, nothing is removed. If "
-                "only its answer is lost, missions sent from here are cancelled as soon as it answers."
-            ).format(robot=robot.name)
+            text += " " + _("{robot} doesn't answer now, so perhaps nothing is removed.").format(robot=robot.name)
         asked = title.format(n=count, robot=robot.name)
-        self._shell.dialogs.confirm(asked, text, _("Clear queue"), lambda: self._clear(robot), danger=True)
+        self._shell.sheets.ask(asked, text, _("Clear queue"), lambda: self._clear(robot), _("Keep"))
 
     def _clear(self, robot: Robot) -> None:
         self._clearing.add(robot.id)

@@ -47,6 +47,7 @@ class HomeViewModel(HomeCommands, ViewModel):
     def __init__(self, services: HomeServices, shell: Shell) -> None:
         super().__init__()
         self._services, self._shell = services, shell
+        self.sheets = shell.sheets
         self.fleet = FleetViewModel(services, shell, self.select_robot, self.command)
         self.fleet.fbind("is_shown", self._robot_left)
         self._reader = Refresher(shell, self._reading, self.take, self._not_read)
@@ -273,11 +274,18 @@ class HomeScreen(Pages):
         super().__init__(vm=vm, **kwargs)
         vm.bind(**dict.fromkeys(("loaded", "has_robots", "shows_map"), self._choose_layout))
         vm.fleet.bind(is_shown=self._choose_layout)
-        vm.sending.screen = self.proxy_ref
         vm.bind(tabs=self._show_tabs, card=self._show_tabs)  # the card: another robot may be shown
         for name in ("tall", "low", "size"):
             self.fbind(name, self._choose_layout)
         self._choose_layout()
+
+    def on_parent(self, _screen: Widget, parent: Any) -> None:
+        self.vm.sheets.spared = self.robot_card if parent is not None else lambda: None
+
+    def robot_card(self) -> Widget | None:
+        """It has the button that nothing may cover."""
+        card = self.children[0].ids.get("card") if self.children else None
+        return card.__self__ if card is not None else None
 
     def _choose_layout(self, *_: Any) -> None:
         if not self.vm.loaded:

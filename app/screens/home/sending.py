@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from kivy.event import EventDispatcher
-from kivy.metrics import dp
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 
 from app.domain.models import DurationEstimate, Mission
@@ -17,7 +16,6 @@ from app.screens.common.parameters_view import Problems, fields_of, values_of
 from app.screens.common.shell import Shell
 from app.screens.home.facts import HomeServices
 from app.screens.home.send import SendView, Target, all_missions, send_view, start
-from app.widgets.dock import dock
 from app.widgets.flow import Chip
 from app.widgets.sheet import Sheet
 
@@ -42,24 +40,9 @@ class SendState(EventDispatcher):
 
 
 class HomeSheet(Sheet):
-    """Beside the robot's ``card``, in a tall window below it, in a small one above its button: that is never covered."""
+    """In which the robot is sent."""
 
     state = ObjectProperty(SendState(), rebind=True)
-    card = ObjectProperty(None, allownone=True)
-
-    def arrange(self, *args: Any) -> None:
-        super().arrange(*args)
-        if self.parent is None or self.card is None:
-            return
-        x, y = self.parent.to_widget(*self.card.to_window(*self.card.pos))
-        if y < self.parent.center_y and self.card.width > self.parent.width / 2:
-            lowest = max(y + self.card.height + dp(8), dock.height)
-            self.x, self.y, self.size = self.parent.x, lowest, (self.parent.width, self.parent.top - lowest)
-        elif self.at == "bottom":
-            self.height = min(self.height, y - dp(8) - self.y)  # type: ignore[has-type]
-        else:
-            self.width = self.right - x - self.card.width - dp(8)
-            self.x = x + self.card.width + dp(8)
 
 
 class SendSheet(HomeSheet):
@@ -88,7 +71,6 @@ class Sending(SendState):
         self._target = Target()
         self._parameters: Sequence[MissionParameter] = ()
         self.usual: Mapping[str, DurationEstimate | None] = {}
-        self.screen: Any = None  # on which they are shown
         self.fbind("query", lambda *_args: self.show())
 
     # ------------------------------------------------------------------ opening
@@ -102,7 +84,7 @@ class Sending(SendState):
         self._mission, self._target, self.goes_first = mission, Target(), False
         self.mission_name, self.is_changed, self.is_asking = mission.name, False, not self._home.card.old
         self._parameters, self.fields, self.problems = known, fields_of(known), {}
-        self._put(SendSheet(state=self, card=self.screen.children[0].ids.card.__self__))
+        self._put(SendSheet(state=self))
         self._shell.background.run(
             lambda: self._services.robot_missions.parameters(robot.id, mission.guid),
             lambda found: self.learned(mission, found),
@@ -114,7 +96,7 @@ class Sending(SendState):
     def open_all(self) -> None:
         """The sheet of all missions."""
         self.query, self._mission, self.send_title = "", None, self._home.send_title
-        self._put(AllMissionsSheet(state=self, card=self.screen.children[0].ids.card.__self__))
+        self._put(AllMissionsSheet(state=self))
 
     def _put(self, sheet: HomeSheet) -> None:
         self._sheet = sheet
@@ -123,9 +105,8 @@ class Sending(SendState):
         self.show()
 
     def close(self) -> None:
-        """What was entered is for the robot that was shown."""
-        if self._sheet is not None and self._sheet is self._shell.sheets.top:
-            self._shell.sheets.give_up()
+        """What was entered, or asked, is for the robot that was shown."""
+        self._shell.sheets.give_up()
         self._sheet = self._mission = None
 
     # ------------------------------------------------------------------ what is known

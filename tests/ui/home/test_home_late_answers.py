@@ -10,7 +10,7 @@ from app.domain.models import Group, InvalidInput
 from app.screens.home.cards import SendTile
 from app.screens.home.sending import SendSheet
 from app.widgets.buttons import ChoiceChip, CommandButton
-from app.widgets.dialogs import ConfirmDialog
+from app.widgets.sheet import AskSheet
 from tests.ui.home.operator import (
     QUEUE,
     choose,
@@ -90,7 +90,7 @@ def test_a_start_that_already_runs_is_stopped_only_after_the_question(home, ui):
     run(ui, "Deliver")
     ui.wait(lambda: is_shown_pending(ui))
     tap_cancel(ui)
-    ui.wait(lambda: ui.find_all(ConfirmDialog))
+    ui.wait(lambda: ui.find_all(AskSheet))
     catalogue.save_robot(replace(home.root_vm.facts.robot, name="Aino 2"))
     api(home.aino, "PUT", "/status", state_id=3)
     ui.wait(lambda: is_shown_running(ui) and home.root_vm.facts.robot.name == "Aino 2")

@@ -6,7 +6,7 @@ import pytest
 
 from app.screens.home.cards import SendTile
 from app.widgets.buttons import CommandButton
-from app.widgets.dialogs import ConfirmDialog
+from app.widgets.sheet import AskSheet
 from tests.ui.home.operator import choose, press, rows, run, step
 
 pytestmark = pytest.mark.long
@@ -41,7 +41,7 @@ def test_a_start_that_is_cancelled_is_not_said_to_wait_for_an_answer(home, ui):
     (execution,) = home.site.container.history.open()
     ui.wait(lambda: rows(ui))
     home.root_vm.cancel(("execution", execution.id))
-    if ui.find_all(ConfirmDialog):  # it has been tried already
+    if ui.find_all(AskSheet):  # it has been tried already
         press(ui, "Cancel mission")
     ui.wait(lambda: are_said(home, "Home is cancelled"))
     assert home.shell.snackbars.texts == ["Home is cancelled"]

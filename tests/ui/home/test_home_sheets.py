@@ -1,0 +1,52 @@
+"""What comes over the page of a robot: never over its button, in any window."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from app.screens.home.cards import RobotFoot
+from app.screens.home.screen import HomeViewModel
+from app.widgets.sheet import Sheet
+from tests.screenshots.home import home
+from tests.support import home_facts as sample
+from tests.ui.looks import targets
+from tests.ui.window_sizes import window
+
+RUNNING = ("execution", sample.FACTS.open[0].id)
+
+
+@pytest.mark.parametrize(
+    "press",
+    [
+        lambda vm: vm.cancel(RUNNING),
+        lambda vm: vm.clear_queue(),
+        lambda vm: vm.send(sample.KITS.id),
+        lambda vm: vm.show_all_missions(),
+    ],
+    ids=["cancel", "clear", "send", "all"],
+)
+@pytest.mark.parametrize(
+    ("size", "scale", "gloves"),
+    [
+        ((1280, 800), 1.3, False),
+        ((1024, 600), 1.0, False),
+        ((1024, 600), 1.0, True),
+        ((800, 1280), 1.3, True),
+        ((600, 1000), 1.0, False),
+    ],
+)
+def test_no_sheet_covers_the_button_of_the_robot(
+    ui, size, scale, gloves, press: Callable[[HomeViewModel], object]
+) -> None:
+    with window(ui, size, scale, "fi", gloves=gloves) as rig:
+        vm = home(rig, sample.FACTS).vm
+        press(vm)
+        ui.advance(0.5)
+        foot, sheet = ui.find(RobotFoot), ui.find(Sheet)
+        x, y = foot.to_window(*foot.pos)
+        left, bottom = sheet.to_window(*sheet.pos)
+        lies_apart = left >= x + foot.width or bottom >= y + foot.height or bottom + sheet.height <= y
+        assert lies_apart, ((x, y, *foot.size), (left, bottom, *sheet.size))
+        assert targets(sheet) == []
