@@ -98,7 +98,6 @@ DOCUMENTED: Sequence[tuple[str, str, str, Sequence[str]]] = (
             "settings-display",
             "settings-data",
             "settings-groups",
-            "settings-group-missions",
         ),
     ),
     ("landscape", "light", "fi", ("fleet-fifty", "home", "scheduler", "logs-figures")),

@@ -19,7 +19,7 @@ from app.mir.errors import AnotherRobot, Unauthorized
 from app.screens.common.pin_dialog import PinDialog
 from app.screens.common.shell import Shell, pick
 from app.screens.common.view_model import Background, Navigator, Snackbars, UiBus
-from app.screens.settings.missions import MissionDialog
+from app.screens.settings.missions import MissionSheet
 from app.screens.settings.missions_view import offer_options, offers
 from app.screens.settings.page import PageContext
 from app.screens.settings.removals import robot_question
@@ -223,7 +223,7 @@ def shared_places(studio):
     return screen
 
 
-def _group_dialog(name: str, show):
+def _group_sheet(name: str, show):
     @picture(f"settings-{name}", sizes=EVERY_SIZE)
     def build(studio):
         plant = with_groups(Plant(studio))
@@ -234,11 +234,7 @@ def _group_dialog(name: str, show):
         return screen
 
 
-_group_dialog("group-sheet", lambda plant, screen: screen.page.open(plant.container.catalogue.groups()[0].id))
-_group_dialog(
-    "group-missions",
-    lambda plant, screen: screen.page._groups._show_missions(plant.container.catalogue.groups()[0]),
-)
+_group_sheet("group-sheet", lambda plant, screen: screen.page.open(plant.container.catalogue.groups()[0].id))
 
 
 @picture("settings-place-sheet", sizes=EVERY_SIZE)
@@ -383,7 +379,7 @@ def robot_dialog_problems(context: PageContext):
 
 @dialog("mission-dialog")
 def mission_dialog(context: PageContext):
-    return MissionDialog(context, replace(context.facts.missions[0], usual_minutes=25))
+    return MissionSheet(context, replace(context.facts.missions[0], usual_minutes=25))
 
 
 @dialog("mission-checklist")

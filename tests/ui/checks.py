@@ -22,7 +22,6 @@ from kivy.uix.textinput import TextInput
 from kivy.uix.widget import Widget
 
 from app.widgets.fields import Field
-from app.widgets.list_row import ListRow
 from app.widgets.sheet import Sheet
 from app.widgets.surfaces import Passive
 from app.widgets.text import SEAM, line_width
@@ -30,7 +29,7 @@ from app.widgets.tokens import COLOURS, THEMES, TONES, tk
 
 SLACK = 1.5  # px: tolerance for rounding
 GAP = 8  # dp
-DIVIDED = ("ListRow", "FleetHead", "CauseRow", "TrendRow", "Segment", "TabButton")
+DIVIDED = ("ListRow", "FleetHead", "CauseRow", "TrendRow", "MissionRow", "Segment", "TabButton")
 LONGEST_WORD = 30  # characters, also in Finnish
 
 
@@ -272,7 +271,7 @@ def _is_beneath(widget: Widget, above: tuple[Widget, ...], other_above: tuple[Wi
 def _are_divided(a: Widget, a_above: tuple[Widget, ...], b: Widget, b_above: tuple[Widget, ...]) -> bool:
     """A line is between them: rows or tabs side by side, or a row and a button in the next row."""
     rows = [_is_divided(widget) for widget in (a, b)]
-    inside = [any(isinstance(around, ListRow) for around in above) for above in (a_above, b_above)]
+    inside = [any(_is_divided(around) for around in above) for above in (a_above, b_above)]
     return all(rows) or any(is_row and is_inside for is_row, is_inside in zip(rows, reversed(inside), strict=True))
 
 

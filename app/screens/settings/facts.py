@@ -97,20 +97,37 @@ class SettingsFacts:
         """Robots whose idle automation starts it."""
         return tuple(robot for robot in self.robots if robot.idle is not None and robot.idle.mission_id == mission.id)
 
-    def used_on(self, robot: Robot) -> tuple[Mission, ...]:
-        """Missions that this app may start on the robot automatically, and those entered only for this robot."""
-        planned = {schedule.mission_id for schedule in self.schedules if schedule.robot_id == robot.id}
-        if robot.idle is not None:
-            planned.add(robot.idle.mission_id)
-        return tuple(mission for mission in self.missions if mission.id in planned or mission.robot_id == robot.id)
+    @cached_property
+    def missing(self) -> Mapping[int, tuple[Mission, ...]]:
+        """By robot, the missions that start there automatically, or are entered only for it, and that its own list does not have; none
+        while that list has not been read."""
+        planned: dict[int, set[int]] = {robot.id: set() for robot in self.robots}
+        members = {group.id: group.members for group in self.groups}
+        for schedule in self.schedules:
+            for robot_id in members.get(schedule.group_id or 0, (schedule.robot_id,)):
+                planned.get(robot_id or 0, set()).add(schedule.mission_id)
+        for robot in self.robots:
+            if robot.idle is not None:
+                planned[robot.id].add(robot.idle.mission_id)
+        own = {(mission.robot_id, mission.name) for mission in self.missions}
 
-    def missing_on(self, robot: Robot) -> tuple[Mission, ...]:
-        """Missions used on the robot that its own list does not have; none while that list has not been read."""
-        names = self.names.get(robot.id)
-        return tuple(mission for mission in self.used_on(robot) if names and mission.guid not in names)
+        def is_used(mission: Mission, robot: Robot) -> bool:
+            """A robot's own mission takes the place of the one for all robots."""
+            if mission.robot_id is not None:
+                return mission.robot_id == robot.id
+            return mission.id in planned[robot.id] and (robot.id, mission.name) not in own
+
+        return {
+            robot.id: tuple(
+                mission
+                for mission in self.missions
+                if (names := self.names.get(robot.id)) and mission.guid not in names and is_used(mission, robot)
+            )
+            for robot in self.robots
+        }
 
     def robots_missing(self, mission: Mission) -> tuple[Robot, ...]:
-        return tuple(robot for robot in self.robots if mission in self.missing_on(robot))
+        return tuple(robot for robot in self.robots if mission in self.missing[robot.id])
 
     def is_on_no_robot(self, mission: Mission) -> bool:
         """The missions of every enabled robot have been read, and none has this one."""

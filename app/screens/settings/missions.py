@@ -1,4 +1,4 @@
-"""Settings, Missions: the list with favourites and warnings; adding missions by hand or from a robot's own list."""
+"""Settings, Missions: which robot has which; adding missions by hand or from a robot's own list."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from kivy.event import EventDispatcher
+from kivy.metrics import sp
 from kivy.properties import (
     BooleanProperty,
     ListProperty,
@@ -15,17 +16,23 @@ from kivy.properties import (
     OptionProperty,
     StringProperty,
 )
+from kivy.uix.boxlayout import BoxLayout
+from kivymd.icon_definitions import md_icons
 
-from app.domain.models import InvalidInput, Mission, Robot
+from app.domain.models import Mission, Robot
 from app.domain.robot import MissionInfo
 from app.i18n import _, ngettext
 from app.screens.common.options import Option
-from app.screens.common.problems import sentence_of
 from app.screens.settings import removals
+from app.screens.settings.edit_sheet import EditForm, EditSheet, delete_menu
 from app.screens.settings.missions_view import (
+    Cell,
+    Choice,
     Offer,
+    columns,
     fetched_sentence,
-    mission_views,
+    mission_lines,
+    mission_note,
     offer_options,
     offers,
     typed_minutes,
@@ -35,28 +42,73 @@ from app.screens.settings.places import PlacesBox, PlacesPart
 from app.screens.settings.view import NoticeView, done, went_wrong
 from app.services.catalogue import mission_edit
 from app.services.catalogue.catalogue import Edit
-from app.widgets.dialogs import FormDialog
 from app.widgets.display import SectionCard
 from app.widgets.lists import RecycledRow
+from app.widgets.surfaces import Tap
+from app.widgets.text import Txt
 
 SEARCH_FROM = 8  # missions
+NAMES, COLUMN = 360, 72  # sp: all but the columns of robots, and one of these
 FETCHED = "missions of a robot"  # what a message is about
 
 
-class MissionRow(RecycledRow, SectionCard):
-    """A mission: star, name and use, warning. Actions: "favourite" (with the wanted state), "edit", "remove"."""
+class MissionRow(RecycledRow, Tap):
+    """A mission. Actions: "favourite" (with the wanted state), "edit" (a tap), "dots" (with the button)."""
 
     name = StringProperty()
     note = StringProperty()
-    warning = StringProperty()
     favourite = BooleanProperty(False)
+    usual = StringProperty()
+    cells = ListProperty()
+
+    def on_release(self) -> None:
+        self.act("edit")
+
+
+class MissionCell(Txt):
+    """An icon or a text."""
+
+    cell = ObjectProperty(Cell(), rebind=True)
+
+    def on_cell(self, *_args: Any) -> None:
+        self.font_name, self.font_size = ("Icons", "24dp") if self.cell.icon else ("Roboto", "16sp")
+        self.text = md_icons[self.cell.icon] if self.cell.icon else self.cell.text
+
+
+class MissionCells(BoxLayout):
+    """One for each column."""
+
+    cells = ListProperty()
+
+    def on_cells(self, *_args: Any) -> None:
+        if len(self.children) != len(self.cells):
+            self.clear_widgets()
+            for _cell in self.cells:
+                self.add_widget(MissionCell())
+        for widget, cell in zip(self.children[::-1], self.cells, strict=True):
+            widget.cell = cell
+
+
+class MissionTable(SectionCard):
+    """The missions, the robots that have them, and above them what chooses among them."""
+
+    page = ObjectProperty(None, rebind=True, allownone=True)
+
+
+class NoMissions(BoxLayout):
+    """What to do first."""
+
+    page = ObjectProperty(None, rebind=True, allownone=True)
 
 
 class MissionsModel(EventDispatcher):
     rows = ListProperty()
-    query = StringProperty()
+    heads = ListProperty()  # of the columns
+    choice = ObjectProperty(Choice(), rebind=True)
+    whose = StringProperty()  # the chosen group; empty: there are none
+    missing = StringProperty()  # how many some robot misses; empty: none
     searchable = BooleanProperty(False)
-    has_missions = BooleanProperty(True)
+    searching = BooleanProperty(False)
     can_fetch = BooleanProperty(False)
     fetching = BooleanProperty(False)
     outcome = ObjectProperty(NoticeView())
@@ -68,10 +120,8 @@ class MissionsPage(SettingsPage):
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
-        self._list, self._empty = self.ids.mission_list.__self__, self.ids.no_missions.__self__
-        self._head = [self.ids.mission_tools.__self__, self.ids.mission_outcome.__self__]
-        self._places_box: PlacesBox | None = None
         self.places = PlacesPart(context)
+        self.fbind("width", lambda *_args: self.show())
 
     @property
     def parts(self) -> list[tuple[str, str]]:
@@ -82,28 +132,32 @@ class MissionsPage(SettingsPage):
 
     def show(self) -> None:
         vm, facts = self.vm, self.context.facts
+        if not self.parts:
+            vm.part = "missions"
         self.places.show()
         vm.searchable = len(facts.missions) >= SEARCH_FROM
         vm.can_fetch = any(robot.enabled for robot in facts.robots)
-        vm.rows = mission_views(facts, vm.query if vm.searchable else "")
-        vm.has_missions = bool(facts.missions)
+        missing = sum(bool(facts.robots_missing(mission)) for mission in facts.missions)
+        vm.missing = _("Missing {n}").format(n=missing) if missing else ""
+        group = facts.group(vm.choice.group_id)
+        vm.choice = replace(
+            vm.choice, only_missing=vm.choice.only_missing and bool(missing), group_id=group.id if group else 0
+        )
+        vm.whose = (group.name if group else _("All robots")) if facts.groups else ""
+        most = max(1, int((self.width - sp(NAMES)) / sp(COLUMN)))
+        vm.heads = [Cell(text=head) for head, _robots in columns(facts, vm.choice, most)]
+        vm.rows = mission_lines(facts, vm.choice, most)
         self._arrange()
 
     def _arrange(self) -> None:
-        """The missions with their tools, or in their stead the places."""
-        shows_places = bool(self.parts) and self.vm.part == "places"
-        if shows_places and self._places_box is None:
-            self._places_box = PlacesBox(part=self.places)
-        if not shows_places:
-            self.vm.part = "missions"
-        wanted = (
-            [self._places_box] if shows_places else [*self._head, self._list if self.vm.has_missions else self._empty]
-        )
-        here = self.children[::-1]
-        if here != wanted:
+        """The missions, or in their stead the places, or what to do first."""
+        if self.vm.part == "places":
+            kind, values = PlacesBox, {"part": self.places}
+        else:
+            kind, values = MissionTable if self.context.facts.missions else NoMissions, {"page": self}
+        if [type(child) for child in self.children] != [kind]:
             self.clear_widgets()
-            for widget in wanted:
-                self.add_widget(widget)
+            self.add_widget(kind(**values))
 
     @property
     def is_busy(self) -> bool:
@@ -113,6 +167,8 @@ class MissionsPage(SettingsPage):
         self.vm.outcome = NoticeView()
         if intent:
             self.turn_to("places" if intent.get("places") else "missions")
+        if "group_id" in intent:
+            self.choose(group_id=intent["group_id"], only_missing=True)
         if intent.get("add"):
             self.add()
         if intent.get("fetch"):
@@ -127,9 +183,30 @@ class MissionsPage(SettingsPage):
         else:
             self.context.shell.go("settings", section="robots", add=True)
 
-    def search(self, query: str) -> None:
-        self.vm.query = query
+    # ------------------------------------------------------------------ which are shown
+    def choose(self, **values: Any) -> None:
+        self.vm.choice = replace(self.vm.choice, **values)
         self.show()
+
+    def search(self, query: str) -> None:
+        self.choose(query=query)
+
+    def turn_search(self) -> None:
+        self.vm.searching = not self.vm.searching
+        self.search("")
+
+    def turn_missing(self) -> None:
+        """Only those that some robot misses, or all."""
+        self.choose(only_missing=not self.vm.choice.only_missing)
+
+    def choose_group(self) -> None:
+        groups = [Option(group.id, group.name, "account-group-outline") for group in self.context.facts.groups]
+        self.context.shell.dialogs.choose(
+            _("Robots"),
+            [Option(0, _("All robots"), "robot-outline"), *groups],
+            lambda group_id: self.choose(group_id=group_id),
+            selected=self.vm.choice.group_id,
+        )
 
     # ------------------------------------------------------------------ single missions
     def act(self, mission_id: int, action: str, *values: Any) -> None:
@@ -139,12 +216,12 @@ class MissionsPage(SettingsPage):
         if action == "favourite":
             self._mark(mission_id, values[0])
         elif action == "edit":
-            self.context.shell.dialogs.open(MissionDialog(self.context, mission))
-        elif action == "remove":
-            self._remove(mission)
+            self.context.shell.sheets.show(MissionSheet(self.context, mission))
+        else:
+            delete_menu(self.context, values[0], lambda: remove(self.context, mission))
 
     def add(self) -> None:
-        self.context.shell.dialogs.open(MissionDialog(self.context))
+        self.context.shell.sheets.show(MissionSheet(self.context))
 
     def _mark(self, mission_id: int, favourite: bool) -> None:
         """Nothing else of it: the stored values may be newer than those shown."""
@@ -153,23 +230,6 @@ class MissionsPage(SettingsPage):
                 lambda edit: mission_edit.save(edit, replace(edit.the_mission(mission_id), favourite=favourite))
             )
         )
-
-    def _remove(self, mission: Mission) -> None:
-        """Ask first if more than the mission is deleted. Undo restores all of it."""
-        context, question = self.context, removals.mission_question(self.context.facts, mission)
-
-        def remove() -> None:
-            context.remove(
-                lambda: context.services.catalogue.remove_mission(mission.id),
-                removals.mission_sentence(context.facts, mission),
-            )
-
-        if question:
-            context.shell.dialogs.confirm(
-                _("Delete {mission}?").format(mission=mission.name), question, _("Delete"), remove, danger=True
-            )
-        else:
-            remove()
 
     # ------------------------------------------------------------------ from a robot
     def fetch(self) -> None:
@@ -248,94 +308,96 @@ class MissionsPage(SettingsPage):
         self.context.run(lambda: self.context.services.catalogue.edit(save_all), saved)
 
 
-class MissionForm(EventDispatcher):
-    title = StringProperty()
+class MissionForm(EditForm):
     name = StringProperty()
     guid = StringProperty()
     robot_id = NumericProperty(0)  # 0: all robots
     robot_name = StringProperty()
     usual_minutes = StringProperty()  # empty: known from its runs only
     low_battery = BooleanProperty(False)
-    low_battery_note = StringProperty()
+    charges = BooleanProperty(False)
+    used = ObjectProperty(NoticeView())  # what starts it, which robots lack it
     name_problem = StringProperty()
     guid_problem = StringProperty()
     usual_minutes_problem = StringProperty()
     robot_problem = StringProperty()
-    outcome = ObjectProperty(NoticeView())
-    saving = BooleanProperty(False)
-    is_new = BooleanProperty(True)
     details = BooleanProperty(True)  # the GUID is shown
 
+    def on_guid_problem(self, _form: object, problem: str) -> None:
+        self.details = self.details or bool(problem)
 
-class MissionDialog(FormDialog):
+
+class MissionSheet(EditSheet):
     """Adds a mission by name and GUID, or edits one."""
 
-    vm = ObjectProperty(None, rebind=True, allownone=True)
+    kind = "missions"
 
     def __init__(self, context: PageContext, mission: Mission | None = None, **kwargs: Any) -> None:
-        self._context, self._mission = context, mission
-        form = MissionForm(title=_("Edit mission") if mission else _("Add mission"))
+        form = MissionForm(title=_("Add mission"))
         if mission is not None:
-            form.name, form.guid, form.robot_id = mission.name, mission.guid, mission.robot_id or 0
+            form.title = form.name = mission.name
+            form.guid, form.robot_id, form.charges = mission.guid, mission.robot_id or 0, mission.charges
             form.usual_minutes, form.low_battery = str(mission.usual_minutes or ""), mission.on_low_battery
-            form.is_new = form.details = False
-        form.low_battery_note = (
-            _("It charges the robot, so it starts at any battery level")
-            if mission is not None and mission.charges
-            else _("Also under the minimum battery; missions that charge the robot always do")
-        )
-        super().__init__(vm=form, **kwargs)
+            form.details = False
+        super().__init__(context, mission, form, **kwargs)
         self._name_robot()
+        self.show_facts()
         for name in ("name", "guid", "usual_minutes"):
-            form.fbind(name, self._edited, name)
+            form.fbind(name, lambda *_args, name=name: setattr(form, f"{name}_problem", ""))
+        for name in ("name", "guid", "usual_minutes", "robot_id", "low_battery"):
+            form.fbind(name, lambda *_args: setattr(self, "draft", self.entered() != (self.stored or Mission("", ""))))
 
-    def _edited(self, name: str, *_args: Any) -> None:
-        setattr(self.vm, f"{name}_problem", "")
+    def show_facts(self) -> None:
+        if (mission := self.context.facts.mission(self.stored_id)) is not None:
+            self.vm.used = mission_note(self.context.facts, mission)
 
     def _name_robot(self) -> None:
-        robot = self._context.facts.robot(int(self.vm.robot_id))
+        robot = self.context.facts.robot(int(self.vm.robot_id))
         self.vm.robot_name = _("Only {robot}").format(robot=robot.name) if robot else _("The same on all robots")
 
     def pick_robot(self) -> None:
         """For the rare mission whose GUID differs between robots."""
         options = [
             Option(0, _("The same on all robots")),
-            *(Option(robot.id, _("Only {robot}").format(robot=robot.name)) for robot in self._context.facts.robots),
+            *(Option(robot.id, _("Only {robot}").format(robot=robot.name)) for robot in self.context.facts.robots),
         ]
-        self._context.shell.dialogs.choose(_("On which robots"), options, self._picked, selected=int(self.vm.robot_id))
+        self.context.shell.dialogs.choose(_("On which robots"), options, self._picked, selected=int(self.vm.robot_id))
 
     def _picked(self, robot_id: int) -> None:
         self.vm.robot_id, self.vm.robot_problem = robot_id, ""
         self._name_robot()
 
-    def save(self) -> None:
+    def entered(self) -> Mission:
         form = self.vm
-        if form.saving:
-            return
-        form.saving = True
-        mission = replace(
-            self._mission or Mission("", ""),
+        return replace(
+            self.stored or Mission("", ""),
             name=form.name.strip(),
             guid=form.guid.strip(),
             robot_id=int(form.robot_id) or None,
             usual_minutes=typed_minutes(form.usual_minutes),
             on_low_battery=form.low_battery,
         )
-        self._context.run(lambda: self._context.services.catalogue.save_mission(mission), self._saved, self._refused)
 
-    def _saved(self, mission: Mission) -> None:
-        self.dismiss()
-        self._context.was_saved("missions", mission)
-        self._context.say(
-            (_("{mission} saved") if self._mission else _("{mission} added")).format(mission=mission.name)
+    def write(self, mission: Mission) -> Mission:
+        return self.context.services.catalogue.save_mission(mission)
+
+    def remove(self) -> None:
+        remove(self.context, self.stored)
+
+
+def remove(context: PageContext, mission: Mission) -> None:
+    """Ask first if more than the mission is deleted. Undo restores all of it."""
+    question = removals.mission_question(context.facts, mission)
+
+    def agreed() -> None:
+        context.remove(
+            lambda: context.services.catalogue.remove_mission(mission.id),
+            removals.mission_sentence(context.facts, mission),
         )
 
-    def _refused(self, problem: BaseException) -> None:
-        form = self.vm
-        form.saving = False
-        field = problem.field if isinstance(problem, InvalidInput) else ""
-        if field in ("name", "guid", "robot", "usual_minutes"):
-            setattr(form, f"{field}_problem", sentence_of(problem))
-            form.details = form.details or field == "guid"
-        else:
-            form.outcome = went_wrong(problem)
+    if question:
+        context.shell.dialogs.confirm(
+            _("Delete {mission}?").format(mission=mission.name), question, _("Delete"), agreed, danger=True
+        )
+    else:
+        agreed()

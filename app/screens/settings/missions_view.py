@@ -13,50 +13,83 @@ from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.options import Option
 from app.screens.settings.facts import SettingsFacts
+from app.screens.settings.view import NoticeView
 from app.widgets.items import Action, Item
+
+MOST_COLUMNS = 6  # robots, else groups
+HAS, MISSING, UNKNOWN = "check", "close", "help"  # icons of cells
 
 
 @dataclass(frozen=True)
-class MissionView:
-    """Values of MissionRow."""
+class Cell:
+    """How a mission stands on the robots of a column: an icon for one robot, a text for several."""
+
+    icon: str = ""
+    text: str = ""
+    is_missing: bool = False
+
+
+@dataclass(frozen=True)
+class MissionLine:
+    """Values of MissionRow. ``usual``: its duration."""
 
     key: int
     name: str
     note: str
     favourite: bool
-    warning: str
+    usual: str
+    cells: tuple[Cell, ...]
 
 
-def mission_views(facts: SettingsFacts, query: str = "") -> list[MissionView]:
-    """Missing missions first, then favourites, then by name; ``query``: only those with all its words in name, GUID or
-    robot."""
-    words = query.casefold().split()
-    views = []
-    order = {
-        mission.id: (
-            not facts.robots_missing(mission),
-            not mission.favourite,
-            mission.name.casefold(),
-            mission.robot_id or 0,
-        )
-        for mission in facts.missions
-    }
-    for mission in sorted(facts.missions, key=lambda m: order[m.id]):
+@dataclass(frozen=True)
+class Choice:
+    """Which missions and robots the matrix shows: those that some robot misses, those found by a search, one group."""
+
+    query: str = ""
+    only_missing: bool = False
+    group_id: int = 0  # 0: all robots
+
+
+def columns(facts: SettingsFacts, choice: Choice, most: int) -> list[tuple[str, tuple[Robot, ...]]]:
+    """The head and the robots of each of at most ``most`` columns: a robot, else a group, else all of them in one."""
+    group = facts.group(choice.group_id)
+    robots = facts.members(group) if group else facts.robots
+    if len(robots) <= min(most, MOST_COLUMNS):
+        return [(robot.name, (robot,)) for robot in robots]
+    groups = [(each.name, facts.members(each)) for each in facts.groups]
+    rest = tuple(robot for robot in robots if not any(robot.id in each.members for each in facts.groups))
+    groups += [(_("Others"), rest)] if rest else []
+    if group is None and 1 < len(groups) <= min(most, MOST_COLUMNS):
+        return groups
+    return [(group.name if group else _("Robots"), robots)]
+
+
+def mission_lines(facts: SettingsFacts, choice: Choice, most: int) -> list[MissionLine]:
+    """By name; searched are name, GUID and robot."""
+    words, shown = choice.query.casefold().split(), columns(facts, choice, most)
+    lines = []
+    for mission in sorted(facts.missions, key=lambda mission: (mission.name.casefold(), mission.robot_id or 0)):
         owner = facts.robot(mission.robot_id)
         searched = f"{mission.name} {mission.guid} {owner.name if owner else ''}".casefold()
-        if all(word in searched for word in words):
-            views.append(_view(facts, mission, owner))
-    return views
+        if all(word in searched for word in words) and not (choice.only_missing and not facts.robots_missing(mission)):
+            usual = formats.duration(mission.usual_minutes * 60) if mission.usual_minutes else "–"
+            note = _("Only {robot}").format(robot=owner.name) if owner else ""
+            cells = tuple(_cell(facts, mission, robots) for _head, robots in shown)
+            lines.append(MissionLine(mission.id, mission.name, note, mission.favourite, usual, cells))
+    return lines
 
 
-def _view(facts: SettingsFacts, mission: Mission, owner: Robot | None) -> MissionView:
-    use = usage(facts, mission)
-    if mission.usual_minutes is not None:
-        use = _("{use} · usual duration: {duration}").format(
-            use=use, duration=formats.duration(mission.usual_minutes * 60)
-        )
-    note = _("Only on {robot} · {use}").format(robot=owner.name, use=use) if owner else use
-    return MissionView(mission.id, mission.name, note, mission.favourite, missing_sentence(facts, mission))
+def _cell(facts: SettingsFacts, mission: Mission, robots: Sequence[Robot]) -> Cell:
+    there = [facts.names.get(robot.id) for robot in robots if mission.robot_id in (None, robot.id)]
+    has = [mission.guid in names for names in there if names]
+    is_missing = any(mission in facts.missing[robot.id] for robot in robots)
+    if len(robots) > 1 and has:
+        return Cell(text=f"{sum(has)}/{len(has)}", is_missing=is_missing)
+    if len(robots) == 1 and there and not has:
+        return Cell(UNKNOWN)
+    if is_missing:
+        return Cell(MISSING, is_missing=True)
+    return Cell(HAS) if any(has) else Cell(text="–")
 
 
 def usage(facts: SettingsFacts, mission: Mission) -> str:
@@ -67,6 +100,15 @@ def usage(facts: SettingsFacts, mission: Mission) -> str:
     if idle := facts.idle_on(mission):
         parts.append(_("idle automation on {robots}").format(robots=", ".join(robot.name for robot in idle)))
     return ", ".join(parts) or _("no schedule uses it")
+
+
+def mission_note(facts: SettingsFacts, mission: Mission) -> NoticeView:
+    """What starts it, and which robots lack it."""
+    use = usage(facts, mission)
+    use = use[:1].upper() + use[1:]
+    if missing := missing_sentence(facts, mission):
+        return NoticeView(missing, use, "attention", "alert")
+    return NoticeView(use, icon="calendar-clock-outline")
 
 
 def typed_minutes(text: str) -> int | None:

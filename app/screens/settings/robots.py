@@ -12,7 +12,7 @@ from app.i18n import _
 from app.screens.settings import removals
 from app.screens.settings.check_up import CheckUp
 from app.screens.settings.check_up_view import standing
-from app.screens.settings.groups import GroupSheet, GroupsPart
+from app.screens.settings.groups import GroupSheet
 from app.screens.settings.groups_view import group_items
 from app.screens.settings.page import PageContext, SettingsPage
 from app.screens.settings.robot_sheet import RobotSheet
@@ -31,7 +31,6 @@ class RobotsPage(SettingsPage):
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
-        self._groups = GroupsPart(context)
         self._check_ups: dict[int, CheckUp] = {}  # by robot id
 
     @property
@@ -42,9 +41,8 @@ class RobotsPage(SettingsPage):
 
     def show(self) -> None:
         facts, sheet = self.context.facts, self.context.shell.sheets.top
-        self._groups.show()
         if self.parts and self.vm.part == "groups":
-            chosen = sheet.group_id if isinstance(sheet, GroupSheet) else None
+            chosen = sheet.stored_id if isinstance(sheet, GroupSheet) else None
             self.vm.items, self.vm.add_word = group_items(facts, chosen), _("Add group")
             self.vm.nothing = _("A schedule may name a group: each start goes to the robot that will be done first")
             return
@@ -70,7 +68,7 @@ class RobotsPage(SettingsPage):
     def open(self, key: Any) -> None:
         """A row was tapped, or with None the button that adds one."""
         if self.vm.part == "groups":
-            self._groups.open(key)
+            self.context.shell.sheets.show(GroupSheet(self.context, self.context.facts.group(key)))
         else:
             self._open(self.context.facts.robot(key))
         self.show()

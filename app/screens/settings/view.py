@@ -226,7 +226,7 @@ def _problem(facts: SettingsFacts, robot: Robot, check_up: NoticeView) -> Notice
         return NoticeView(_("Needs a password"), tone="attention", icon="key-alert-outline")
     if twin := _twin(facts, robot):
         return NoticeView(_("Same machine as {robot}").format(robot=twin.name), tone="fault", icon="alert-octagon")
-    if missing := len(facts.missing_on(robot)):
+    if missing := len(facts.missing[robot.id]):
         text = ngettext("{n} mission missing", "{n} missions missing", missing).format(n=missing)
         return NoticeView(text, tone="attention", icon="alert")
     return check_up if check_up.tone in ("fault", "attention", "accent") else NoticeView()

@@ -267,11 +267,11 @@ def test_an_answer_that_comes_late_asks_nothing_on_another_screen(site, app, ui)
     to_settings(ui)
     unlock(ui, app)
     go(ui, "missions")
-    ui.wait(lambda: ui.find_all(CommandButton, text="Fetch from robot", disabled=False))
+    ui.wait(lambda: ui.find_all(CommandButton, icon="download-outline", disabled=False))
     site.fleet.robots[0].control(
         {"fault": {"kind": "delay", "path": "/missions", "method": "GET", "count": None, "seconds": 0.5}}
     )
-    ui.tap(ui.find_all(CommandButton, text="Fetch from robot", disabled=False)[-1])
+    ui.tap(ui.find_all(CommandButton, icon="download-outline", disabled=False)[-1])
     ui.tap(ui.find(NavItem, name="home"))
     assert not app.shell.background.idle
     ui.wait(lambda: app.shell.background.idle)

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from datetime import datetime
 
-import pytest
-
 from app.database.missions import StopRepository
-from app.domain.models import Group, HandOver, Mission, Place, Robot, Schedule
+from app.domain.models import Group, HandOver, Place, Robot, Schedule
 from app.domain.robot import Stop
-from app.screens.settings.groups import GroupMissions, GroupSheet, MissionTableRow
+from app.screens.settings.groups import GroupSheet
+from app.screens.settings.missions import MissionRow
 from app.screens.settings.page import SwitchRow
 from app.screens.settings.places import PlacesBox, PlaceSheet
 from app.services.robots import missions
@@ -67,12 +66,6 @@ def tick(ui, *words):
     ui.advance(0.3)
 
 
-def show_missions(ui, sheet):
-    row = next(row for row in ui.find_all(ListRow, sheet) if row.key == "missions")
-    reveal(ui, row)
-    ui.tap(row)
-
-
 def test_one_robot_alone_has_neither_groups_nor_places(site, app, ui):
     site.add_missions("Deliver")
     site.container.catalogue.remove_robot(site.add_robots()[1].id)
@@ -90,7 +83,7 @@ def test_a_group_is_made_of_ticked_robots(site, app, ui):
     turn_to(ui, "Groups")
     press(ui, "Add group")
     dialog = ui.find(GroupSheet)
-    press(ui, "Save group", dialog)
+    press(ui, "Save", dialog)
     assert (dialog.vm.name_problem, dialog.vm.members_problem, groups(site)) == (
         "Enter a name",
         "Choose the robots of the group",
@@ -100,14 +93,14 @@ def test_a_group_is_made_of_ticked_robots(site, app, ui):
         ui.tap(next(row for row in ui.find_all(ListRow, dialog) if row.item.title == name))
     assert (dialog.vm.members, dialog.vm.members_problem) == ([robot.id for robot in robots(site)], "")
     enter(ui, dialog.ids.name_field, "aino")
-    press(ui, "Save group", dialog)
+    press(ui, "Save", dialog)
     ui.wait(lambda: dialog.vm.name_problem == "There is a robot Aino already")
     enter(ui, dialog.ids.name_field, "Hall 1")
     at_once = ui.find(Segment, dialog, text="At once")
     reveal(ui, at_once)
     ui.tap(at_once)
-    assert "The robots continue while the tablet is off" in dialog.vm.hand_over_note
-    press(ui, "Save group", dialog)
+    assert "While the tablet is off, the robots continue" in dialog.vm.hand_over_note
+    press(ui, "Save", dialog)
     ui.wait(lambda: titles(ui))
     assert item_of(ui, "Hall 1").support == "Aino, Veikko"
     assert groups(site) == [
@@ -121,26 +114,29 @@ def test_robots_are_kept_free_from_four_on_and_the_cost_is_said(site, app, ui):
     go(ui, "robots")
     turn_to(ui, "Groups")
     dialog = open_row(ui, "Hall 1")
-    assert "Needs a group of 4 robots or more" in dialog.vm.keep_free_note
+    assert dialog.vm.keep_free_note == "From 4 robots on"
     assert dialog.ids.keep_free.disabled
     for n in (3, 4):
         site.container.catalogue.save_robot(Robot(f"R{n}", f"127.0.0.2:{n}", "user", enabled=False))
     ui.wait(lambda: len(dialog.vm.rows) == 4)
-    dialog.vm.members = [robot.id for robot in robots(site)]
+    for name in ("R3", "R4"):
+        tick_robot(ui, dialog, name)
     field = dialog.ids.keep_free
+    ui.wait(lambda: not field.disabled)
     reveal(ui, field)
-    assert not field.disabled
     ui.tap(ui.find(RepeatButton, field, icon="plus"))
     assert "every fifth is not run" in dialog.vm.keep_free_note
-    enter(ui, field, "0.5")
-    press(ui, "Save group", dialog)
-    assert (field.text, field.outside, groups(site)[0].keep_free) == ("0.5", True, 0)
-    enter(ui, field, "1")
-    press(ui, "Save group", dialog)
-    ui.wait(lambda: groups(site)[0].keep_free == 1)
+    ui.wait(lambda: (len(groups(site)[0].members), groups(site)[0].keep_free) == (4, 1))
 
 
-def test_a_renamed_group_keeps_its_schedules(site, app, ui):
+def tick_robot(ui, dialog, name):
+    row = next(row for row in ui.find_all(ListRow, dialog) if row.item.title == name)
+    reveal(ui, row)
+    ui.tap(row)
+    ui.advance(0.3)
+
+
+def test_a_group_is_changed_at_once_and_changed_back(site, app, ui):
     site.add_robots()
     group, mission = save_group(site), site.add_missions("Deliver")[0]
     site.container.catalogue.save_schedule(
@@ -148,11 +144,21 @@ def test_a_renamed_group_keeps_its_schedules(site, app, ui):
     )
     go(ui, "robots")
     turn_to(ui, "Groups")
-    open_row(ui, "Hall 1")
-    enter(ui, ui.find(GroupSheet).ids.name_field, "Hall 2")
-    press(ui, "Save group")
+    dialog = open_row(ui, "Hall 1")
+    enter(ui, dialog.ids.name_field, "Hall 2")
+    dialog.ids.name_field.focus = False
     ui.wait(lambda: item_of(ui, "Hall 2"))
+    assert dialog.title == "Hall 2"
     assert [(schedule.name, schedule.group_id) for schedule in schedules(site)] == [("Deliver on Hall 2", group.id)]
+    tick_robot(ui, dialog, "Veikko")
+    ui.wait(lambda: len(groups(site)[0].members) == 1 and app.shell.background.idle)
+    ui.advance(0.3)
+    undo(ui)
+    ui.wait(lambda: len(groups(site)[0].members) == 2 == len(dialog.vm.members))
+    for name in ("Aino", "Veikko"):
+        tick_robot(ui, dialog, name)
+    ui.wait(lambda: dialog.vm.members_problem == "Choose the robots of the group")
+    assert len(groups(site)[0].members) == 1
 
 
 def test_deleting_a_group_names_its_schedules_and_is_undone(site, app, ui):
@@ -167,7 +173,7 @@ def test_deleting_a_group_names_its_schedules_and_is_undone(site, app, ui):
     go(ui, "robots")
     turn_to(ui, "Groups")
     open_row(ui, "Hall 1")
-    choose(ui, "Delete group", ui.find(GroupSheet))
+    choose(ui, "Delete", ui.find(GroupSheet))
     ui.wait(lambda: ui.find_all(ConfirmDialog))
     question = ui.find(ConfirmDialog)
     assert question.title == "Delete Hall 1?"
@@ -184,59 +190,29 @@ def test_deleting_a_group_names_its_schedules_and_is_undone(site, app, ui):
     assert [schedule.name for schedule in schedules(site)] == ["Evening", "Morning"]
 
 
-@pytest.mark.parametrize(
-    ("known", "panel", "lines"),
-    [
-        ("both", "on all its robots", [("Deliver", "", ["check", "check"])]),
-        (
-            "one lacks it",
-            "1 not on every robot",
-            [("Away", "Not on Veikko", ["check", "close-thick"]), ("Deliver", "", ["check", "check"])],
-        ),
-    ],
-)
-def test_the_table_shows_which_robot_lacks_which_mission(site, app, ui, known, panel, lines):
-    aino, _veikko = site.add_robots()
-    deliver = site.add_missions("Deliver")[0]
-    if known == "one lacks it":
-        site.container.catalogue.save_mission(Mission("Away", deliver.guid, robot_id=aino.id))
-    save_group(site)
-    go(ui, "robots")
-    turn_to(ui, "Groups")
-    sheet = open_row(ui, "Hall 1")
-    ui.wait(lambda: len(page(app).context.facts.names) == 2 and sheet.vm.missions[0].support == panel)
-    show_missions(ui, sheet)
-    rows = ui.find_all(MissionTableRow, ui.find(GroupMissions))
-    assert [(row.name, row.note, list(row.cells)) for row in sorted(rows, key=lambda row: -row.y)] == lines
-
-
-def test_a_group_whose_robots_were_deleted_has_missions_on_none(site, app, ui):
-    _aino, veikko = site.add_robots()
-    site.add_missions("Deliver")
-    site.container.catalogue.save_group(Group("Night", (veikko.id,)))
-    go(ui, "robots")
-    turn_to(ui, "Groups")
-    sheet = open_row(ui, "Night")
-    ui.wait(lambda: sheet.vm.missions[0].support == "on all its robots")
-    site.container.catalogue.remove_robot(veikko.id)
-    ui.wait(lambda: item_of(ui, "Night").support == "none yet")
-    assert sheet.vm.missions[0].support == "–"
-
-
-def test_the_table_follows_what_the_robots_have_while_it_is_open(site, app, ui, monkeypatch):
+def test_a_robot_that_lacks_a_mission_of_its_group_leads_to_the_missions(site, app, ui, monkeypatch):
     monkeypatch.setattr(missions, "ASK_AGAIN_AFTER", 0.0)
     site.add_robots()
-    empties = site.add_missions("Collect empties")[0]  # of no other test here: it stays away
-    save_group(site)
+    empties, _deliver = site.add_missions(
+        "Collect empties", "Deliver"
+    )  # the first of no other test here: it stays away
+    group = save_group(site)
+    site.container.catalogue.save_schedule(
+        Schedule("", None, empties.id, datetime(2030, 1, 7, 6), "UTC", group_id=group.id)
+    )
     go(ui, "robots")
     turn_to(ui, "Groups")
+    dialog = open_row(ui, "Hall 1")
     ui.wait(lambda: len(page(app).context.facts.names) == 2)
-    show_missions(ui, open_row(ui, "Hall 1"))
-    table = ui.find(GroupMissions)
-    assert [line.note for line in table.lines] == [""]
+    assert [row.support for row in dialog.vm.rows] == ["", ""]
     api(site.fleet.robots[1], "DELETE", f"/missions/{empties.guid}")
     page(app).context.refresh()
-    ui.wait(lambda: [line.note for line in table.lines] == ["Not on Veikko"])
+    ui.wait(lambda: [row.support for row in dialog.vm.rows] == ["", "Lacks Collect empties"])
+    assert item_of(ui, "Hall 1").meta == "1 mission missing"
+    ui.tap(next(button for button in ui.find_all(IconButton, dialog) if button.icon == "chevron-right"))
+    ui.wait(lambda: [row.name for row in ui.find_all(MissionRow)] == ["Collect empties"])
+    assert [head.text for head in page(app).vm.heads] == ["Aino", "Veikko"]
+    assert [cell.icon for cell in ui.find(MissionRow).cells] == ["check", "close"]
 
 
 def places(site):

@@ -8,23 +8,27 @@ from datetime import datetime
 
 from app.domain.models import Mission, Schedule
 from app.mir.errors import TimedOut
-from app.screens.settings.missions import MissionDialog, MissionRow
+from app.screens.settings.missions import MissionRow, MissionSheet
 from app.services.catalogue import mission_edit
 from app.widgets.buttons import CommandButton, IconButton, MenuChip, Toggle
-from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
+from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, MenuRow
 from app.widgets.display import Notice
 from app.widgets.fields import PickBox, SearchField
 from app.widgets.rest import DOUBLE_TAP
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
-from app.widgets.surfaces import Tap
 from tests.ui.integrator import enter, go, item_of, missions, page, press, says, section_row, undo
 from tests.ui.whole_app import GUIDS
 
 
+def fetch_buttons(ui) -> list[CommandButton]:
+    """Also the one that is shown while there are no missions."""
+    return [button for button in ui.find_all(CommandButton, disabled=False) if button.text.startswith("Fetch")]
+
+
 def ask(ui, robot: str) -> None:
-    ui.wait(lambda: ui.find_all(CommandButton, text="Fetch from robot", disabled=False))
-    ui.tap(ui.find_all(CommandButton, text="Fetch from robot", disabled=False)[-1])
+    ui.wait(lambda: fetch_buttons(ui))
+    ui.tap(fetch_buttons(ui)[-1])
     ui.wait(lambda: ui.find_all(OptionRow, text=robot))
     ui.tap(ui.find(OptionRow, text=robot))
 
@@ -60,7 +64,7 @@ def test_when_everything_is_here_that_is_said(site, app, ui):
     )
     go(ui, "missions")
     ui.wait(lambda: ui.find_all(MissionRow))
-    press(ui, "Fetch from robot")
+    press(ui, "Fetch")
     ui.tap(ui.find(OptionRow, text="Veikko"))
     ui.wait(lambda: says(ui, f"All {len(found)} missions of Veikko are already added"))
 
@@ -114,7 +118,7 @@ def test_a_robot_that_is_deleted_while_its_missions_are_asked_for(site, app, ui)
     site.fleet.robots[0].control({"fault": {"kind": "drop_request", "path": "*", "count": None}})
     ask(ui, "Aino")
     ui.wait(lambda: ui.find_all(Notice, tone="fault"))
-    assert not ui.find(CommandButton, text="Fetch from robot").busy
+    assert not page(app).vm.fetching
 
 
 def test_all_missions_of_a_list_are_ticked_at_once(site, app, ui):
@@ -144,9 +148,9 @@ def test_the_guid_of_a_mission_is_behind_details(site, app, ui):
     ui.wait(lambda: ui.find_all(MissionRow))
     assert GUIDS["Deliver"] not in ui.texts()
     ui.tap(ui.find(MissionRow))
-    ui.wait(lambda: ui.find_all(MissionDialog))
+    ui.wait(lambda: ui.find_all(MissionSheet))
     ui.advance(0.5)
-    dialog = ui.find(MissionDialog)
+    dialog = ui.find(MissionSheet)
     assert "GUID" not in ui.texts(dialog)
     ui.tap(ui.find(MenuChip, dialog, text="Details"))
     ui.advance(0.3)
@@ -158,18 +162,18 @@ def test_a_mission_by_hand_with_its_bad_input_at_the_field(site, app, ui):
     site.add_missions("Deliver")
     go(ui, "missions")
     ui.wait(lambda: ui.find_all(MissionRow))
-    press(ui, "Add by hand")
-    dialog = ui.find(MissionDialog)
+    ui.tap(ui.find(IconButton, icon="plus"))
+    dialog = ui.find(MissionSheet)
     enter(ui, dialog.ids.name_field, "Deliver")
     enter(ui, dialog.ids.guid_field, "no guid!")
-    press(ui, "Save mission", dialog)
+    press(ui, "Save", dialog)
     ui.wait(lambda: dialog.ids.guid_field.problem.startswith("A mission's guid has"))
     enter(ui, dialog.ids.guid_field, GUIDS["Home"])
-    press(ui, "Save mission", dialog)
+    press(ui, "Save", dialog)
     ui.wait(lambda: dialog.ids.name_field.problem == "There is a mission Deliver already")
     enter(ui, dialog.ids.name_field, "Home")
-    press(ui, "Save mission", dialog)
-    ui.wait(lambda: not ui.find_all(MissionDialog))
+    press(ui, "Save", dialog)
+    ui.wait(lambda: not ui.find_all(MissionSheet))
     assert {mission.name for mission in missions(site)} == {"Deliver", "Home"}
 
 
@@ -178,30 +182,30 @@ def test_a_usual_duration_is_typed_refused_at_its_field_and_removed(site, app, u
     go(ui, "missions")
     ui.wait(lambda: ui.find_all(MissionRow))
 
-    def opened() -> MissionDialog:
-        ui.tap(next(tap for tap in ui.find_all(Tap, root=ui.find(MissionRow)) if not isinstance(tap, IconButton)))
-        return ui.find(MissionDialog)
+    def opened() -> MissionSheet:
+        ui.tap(ui.find(MissionRow))
+        return ui.find(MissionSheet)
 
     dialog = opened()
     field = dialog.ids.usual_minutes_field
     assert field.text == ""
     for text in ("0", "1441"):
         enter(ui, field, text)
-        press(ui, "Save mission", dialog)
+        press(ui, "Save", dialog)
         ui.wait(lambda: field.problem == "Enter a whole number from 1 to 1440")
     enter(ui, field, "25")
     assert field.problem == ""
-    press(ui, "Save mission", dialog)
-    ui.wait(lambda: not ui.find_all(MissionDialog))
+    press(ui, "Save", dialog)
+    ui.wait(lambda: not ui.find_all(MissionSheet))
     assert missions(site)[0].usual_minutes == 25
-    ui.wait(lambda: says(ui, "no schedule uses it · usual duration: 25 min"))
+    ui.wait(lambda: ui.find(MissionRow).usual == "25 min")
     dialog = opened()
     assert dialog.ids.usual_minutes_field.text == "25"
     enter(ui, dialog.ids.usual_minutes_field, "")
-    press(ui, "Save mission", dialog)
-    ui.wait(lambda: not ui.find_all(MissionDialog))
+    press(ui, "Save", dialog)
+    ui.wait(lambda: not ui.find_all(MissionSheet))
     assert missions(site)[0].usual_minutes is None
-    ui.wait(lambda: not says(ui, "usual duration: 25 min"))
+    ui.wait(lambda: ui.find(MissionRow).usual == "–")
 
 
 def test_a_mission_that_holds_for_one_robot_only(site, app, ui):
@@ -209,26 +213,29 @@ def test_a_mission_that_holds_for_one_robot_only(site, app, ui):
     site.add_missions("Deliver")
     go(ui, "missions")
     ui.wait(lambda: ui.find_all(MissionRow))
-    row = ui.find(MissionRow)
-    ui.tap(next(tap for tap in ui.find_all(Tap, root=row) if not isinstance(tap, IconButton)))
-    dialog = ui.find(MissionDialog)
+    ui.tap(ui.find(MissionRow))
+    dialog = ui.find(MissionSheet)
     ui.tap(ui.find(PickBox, root=dialog))
     ui.tap(ui.find(OptionRow, text="Only Veikko"))
-    press(ui, "Save mission", dialog)
+    press(ui, "Save", dialog)
     ui.wait(lambda: missions(site)[0].robot_id == veikko.id)
-    ui.wait(lambda: says(ui, "Only on Veikko"))
+    ui.wait(lambda: ui.find(MissionRow).note == "Only Veikko")
 
 
-def test_favourites_come_first_and_a_deleted_mission_comes_back(site, app, ui):
+def dots(ui, mission: str) -> None:
+    """Delete, in the menu of a row."""
+    ui.tap(ui.find(IconButton, ui.find(MissionRow, name=mission), icon="dots-vertical"))
+    ui.wait(lambda: ui.find_all(MenuRow, text="Delete"))
+    ui.tap(ui.find(MenuRow, text="Delete"))
+
+
+def test_a_star_stays_in_its_place_and_a_deleted_mission_comes_back(site, app, ui):
     site.add_missions("Deliver", "Home", favourite=False)
     go(ui, "missions")
     ui.wait(lambda: len(ui.find_all(MissionRow)) == 2)
-    star, bin_ = ui.find_all(IconButton, root=ui.find(MissionRow, name="Home"))
-    ui.tap(star)
-    ui.wait(lambda: [row.name for row in page(app).vm.rows] == ["Home", "Deliver"])
-    ui.advance(1)  # a tap at once would be meant for the row that stood there
-    star, bin_ = ui.find_all(IconButton, root=ui.find(MissionRow, name="Home"))
-    ui.tap(bin_)
+    ui.tap(ui.find(IconButton, ui.find(MissionRow, name="Home"), icon="star-outline"))
+    ui.wait(lambda: [(row.name, row.favourite) for row in page(app).vm.rows] == [("Deliver", False), ("Home", True)])
+    dots(ui, "Home")
     ui.wait(lambda: [mission.name for mission in missions(site)] == ["Deliver"])
     ui.wait(lambda: says(ui, "Home deleted"))
     undo(ui)
@@ -241,15 +248,13 @@ def test_favourites_come_first_and_a_deleted_mission_comes_back(site, app, ui):
 
 def test_a_mission_that_more_goes_with_is_deleted_once_that_was_asked(site, app, ui):
     aino, _veikko = site.add_robots()
-    deliver, home = site.add_missions("Deliver", "Home")
+    deliver, _home = site.add_missions("Deliver", "Home")
     catalogue = site.container.catalogue
     catalogue.save_schedule(Schedule("Morning", aino.id, deliver.id, datetime(2030, 1, 7, 6, 30), "UTC", "FREQ=DAILY"))
     catalogue.save_idle_rule(aino.id, deliver.id)
     go(ui, "missions")
     ui.wait(lambda: [row.name for row in page(app).vm.rows] == ["Deliver", "Home"])
-    bin_ = ui.find(IconButton, ui.find(MissionRow, name="Deliver"), icon="delete-outline")
-    place = bin_.to_window(*bin_.center)
-    ui.tap_at(*place)
+    dots(ui, "Deliver")
     question = ui.find(ConfirmDialog)
     assert question.title == "Delete Deliver?"
     assert question.text.splitlines() == [
@@ -262,13 +267,10 @@ def test_a_mission_that_more_goes_with_is_deleted_once_that_was_asked(site, app,
     ui.wait(lambda: app.shell.background.idle)
     assert len(missions(site)) == 2
     ui.advance(DOUBLE_TAP)
-    ui.tap_at(*place)
+    dots(ui, "Deliver")
     press(ui, "Delete", ui.find(ConfirmDialog))
     ui.wait(lambda: [mission.name for mission in missions(site)] == ["Home"])
     ui.wait(lambda: len(ui.find_all(MissionRow)) == 1)
-    ui.tap_at(*place)  # nothing slides under the finger
-    ui.wait(lambda: app.shell.background.idle)
-    assert missions(site) == [home]
     ui.skip(3600)  # the message stays until it is closed
     assert says(ui, "Deliver deleted, and with it: 1 schedule, idle automation on Aino")
     undo(ui)
@@ -284,7 +286,7 @@ def test_a_mission_that_the_robot_lost_is_flagged(site, app, ui):
         Schedule("Morning", aino.id, missing.id, datetime(2030, 1, 7, 6, 30), "UTC", "FREQ=DAILY")
     )
     go(ui, "missions")
-    ui.wait(lambda: [row.warning for row in ui.find_all(MissionRow)] == ["Not on Aino any more"])
+    ui.wait(lambda: [cell.icon for cell in ui.find(MissionRow).cells] == ["close", ""])
     assert section_row(ui, "missions").item.support == "1 mission, 1 missing"
     ui.tap(section_row(ui, "robots"))
     ui.wait(lambda: item_of(ui, "Aino").meta == "1 mission missing")
@@ -294,6 +296,8 @@ def test_missions_are_found_while_typing(site, app, ui):
     site.add_missions(*GUIDS)
     go(ui, "missions")
     ui.wait(lambda: len(page(app).vm.rows) == len(GUIDS))
+    ui.tap(ui.find(IconButton, icon="magnify"))
+    ui.wait(lambda: ui.find_all(SearchField))
     ui.type(ui.find(SearchField), "empties")
     assert [row.name for row in page(app).vm.rows] == ["Collect empties"]
 
@@ -302,13 +306,13 @@ def test_a_mission_may_start_on_a_low_battery(site, app, ui):
     site.add_missions("Deliver")
     go(ui, "missions")
     ui.wait(lambda: ui.find_all(MissionRow))
-    ui.tap(next(tap for tap in ui.find_all(Tap, root=ui.find(MissionRow)) if not isinstance(tap, IconButton)))
-    dialog = ui.find(MissionDialog)
+    ui.tap(ui.find(MissionRow))
+    dialog = ui.find(MissionSheet)
     assert not ui.find(Toggle, dialog).active
     ui.tap(ui.find(Toggle, dialog))
     assert ui.find(Toggle, dialog).active
-    press(ui, "Save mission", dialog)
-    ui.wait(lambda: not ui.find_all(MissionDialog))
+    press(ui, "Save", dialog)
+    ui.wait(lambda: not ui.find_all(MissionSheet))
     assert missions(site)[0].on_low_battery
 
 
@@ -316,7 +320,7 @@ def test_an_undo_that_is_refused_says_why_and_can_be_pressed_again(site, app, ui
     (deliver,) = site.add_missions("Deliver")
     go(ui, "missions")
     ui.wait(lambda: ui.find_all(MissionRow))
-    page(app).act(deliver.id, "remove")
+    dots(ui, "Deliver")
     ui.wait(lambda: says(ui, "Deliver deleted"))
     other = site.container.catalogue.save_mission(Mission("Deliver", "other"))
     undo(ui)

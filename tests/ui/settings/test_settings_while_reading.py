@@ -12,7 +12,7 @@ from app.domain.models import Connection
 from app.mir.errors import TimedOut
 from app.screens.settings import screen as settings_module
 from app.screens.settings.facts import read
-from app.screens.settings.missions import MissionDialog, MissionRow
+from app.screens.settings.missions import MissionRow, MissionSheet
 from app.widgets.buttons import Segment, Toggle
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import Field
@@ -73,14 +73,14 @@ def test_editing_again_begins_with_the_values_just_saved(site, app, ui, hold_rea
     ui.wait(lambda: ui.find_all(MissionRow, name="Home"))
     hold_readings()
     ui.find(MissionRow, name="Home").act("edit")
-    ui.wait(lambda: ui.find_all(MissionDialog))
-    dialog = ui.find(MissionDialog)
+    ui.wait(lambda: ui.find_all(MissionSheet))
+    dialog = ui.find(MissionSheet)
     enter(ui, dialog.ids.name_field, "Back home")
-    press(ui, "Save mission", dialog)
-    ui.wait(lambda: not ui.find_all(MissionDialog))
+    press(ui, "Save", dialog)
+    ui.wait(lambda: not ui.find_all(MissionSheet))
     ui.find(MissionRow).act("edit")
-    ui.wait(lambda: ui.find_all(MissionDialog))
-    assert ui.find(MissionDialog).vm.name == "Back home"
+    ui.wait(lambda: ui.find_all(MissionSheet))
+    assert ui.find(MissionSheet).vm.name == "Back home"
     assert ui.find(MissionRow).name == "Back home"
 
 

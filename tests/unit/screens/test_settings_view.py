@@ -235,14 +235,69 @@ def test_a_failed_test_says_exactly_what_is_wrong(problem, sentence):
 
 
 # ---------------------------------------------------------------------- missions
-def test_missions_are_listed_favourites_first_with_what_uses_them():
-    state = facts(robots=(replace(AINO, idle=IdleRule(11, 15)), SISU))
-    rows = missions_view.mission_views(state)
-    assert [(row.name, row.note) for row in rows] == [
-        ("Charge", "idle automation on Aino"),
-        ("Coils", "Only on Sisu · no schedule uses it"),
-        ("Deliver kits", "1 schedule"),
+def lines(state, most=6, **choice):
+    return missions_view.mission_lines(state, missions_view.Choice(**choice), most)
+
+
+def heads(state, most=6, **choice):
+    return [head for head, _robots in missions_view.columns(state, missions_view.Choice(**choice), most)]
+
+
+def signs(line):
+    return [cell.icon or cell.text for cell in line.cells]
+
+
+def test_a_row_of_the_matrix_is_a_mission_with_its_usual_duration():
+    state = facts(missions=(replace(CHARGE, usual_minutes=84), COILS, DELIVER))
+    assert [(row.name, row.note, row.favourite, row.usual) for row in lines(state)] == [
+        ("Charge", "", True, "1 h 24 min"),
+        ("Coils", "Only Sisu", False, "–"),
+        ("Deliver kits", "", False, "–"),
     ]
+
+
+def test_a_cell_says_whether_the_robot_has_it_lacks_it_or_was_not_asked():
+    known = facts(names={1: {"guid-charge": ""}})
+    charge, coils, deliver = lines(known)
+    assert signs(charge) == ["check", "help"]  # Sisu has not answered yet
+    assert signs(coils) == ["–", "help"]  # which only Sisu has
+    assert (signs(deliver), deliver.cells[0].is_missing) == (["close", "help"], True)  # a schedule starts it on Aino
+    assert signs(lines(facts(names={1: {"guid-deliver": ""}}))[0]) == ["–", "help"]  # nothing starts it there
+
+
+def test_what_a_group_plans_is_missing_on_its_robots():
+    of_group = replace(MORNING, robot_id=None, group_id=5)
+    names = {1: {"guid-deliver": ""}, 2: {"guid-coils": ""}}
+    known = facts(groups=(Group("Hall 1", (1, 2), id=5),), schedules=(of_group,), names=names)
+    assert [mission.name for mission in known.missing[2]] == ["Deliver kits"]
+    own = Mission("Deliver kits", "guid-own", id=14, robot_id=2)  # takes its place there
+    with_own = replace(known, missions=(DELIVER, own), names={**names, 2: {"guid-own": ""}})
+    assert with_own.missing[2] == ()
+
+
+def test_above_six_robots_or_without_room_columns_are_groups():
+    robots = tuple(replace(AINO, id=n, name=f"R{n}") for n in range(1, 9))
+    halls = (Group("Hall 1", (1, 2, 3), id=1), Group("Hall 2", (4, 5, 6), id=2))
+    many = facts(robots=robots, groups=halls, names={n: {"guid-charge": ""} for n in range(1, 8)}, schedules=())
+    assert heads(many) == ["Hall 1", "Hall 2", "Others"]
+    assert signs(lines(many)[0]) == ["3/3", "3/3", "1/1"]  # robot 8 has not answered
+    assert heads(many, group_id=1) == ["R1", "R2", "R3"]
+    assert heads(many, most=2) == ["Robots"]
+    assert heads(many, most=2, group_id=1) == ["Hall 1"]
+    assert heads(replace(many, groups=())) == ["Robots"]
+    assert signs(lines(replace(many, names={}))[0]) == ["–", "–", "–"]
+
+
+def test_a_robot_that_lacks_a_planned_mission_marks_its_group():
+    robots = tuple(replace(AINO, id=n, name=f"R{n}") for n in range(1, 9))
+    state = facts(
+        missions=(CHARGE, DELIVER),
+        robots=robots,
+        names={n: {"guid-charge": "", **({} if n == 1 else {"guid-deliver": ""})} for n in range(1, 9)},
+    )
+    [deliver] = [line for line in lines(state) if line.name == "Deliver kits"]
+    assert [(cell.text, cell.is_missing) for cell in deliver.cells] == [("7/8", True)]
+    assert lines(state, only_missing=True) == [deliver]
 
 
 @pytest.mark.parametrize(
@@ -257,7 +312,7 @@ def test_missions_are_listed_favourites_first_with_what_uses_them():
     ],
 )
 def test_missions_are_found_by_words_of_name_guid_or_robot(query, names):
-    assert [row.name for row in missions_view.mission_views(facts(), query)] == names
+    assert [row.name for row in lines(facts(), query=query)] == names
 
 
 def test_a_mission_is_missing_only_where_it_is_used_and_the_robot_has_answered():
@@ -268,9 +323,14 @@ def test_a_mission_is_missing_only_where_it_is_used_and_the_robot_has_answered()
     assert missions_view.missing_sentence(facts(), DELIVER) == ""
 
 
-def test_what_is_missing_stands_first():
-    known = facts(names={1: {"guid-charge": "Charge"}})
-    assert [row.name for row in missions_view.mission_views(known)] == ["Deliver kits", "Charge", "Coils"]
+def test_the_sheet_says_what_starts_a_mission_and_who_lacks_it():
+    state = facts(robots=(replace(AINO, idle=IdleRule(11, 15)), SISU), names={1: {"guid-charge": ""}})
+    notes = [missions_view.mission_note(state, mission) for mission in state.missions]
+    assert [(note.text, note.note) for note in notes] == [
+        ("Idle automation on Aino", ""),
+        ("No schedule uses it", ""),
+        ("Not on Aino any more", "1 schedule"),
+    ]
 
 
 def test_an_unused_mission_that_no_robot_has_is_reported():
