@@ -167,8 +167,6 @@ class DialogText(Body, MDDialogSupportingText):
 class DialogActions(OnlySeen, MDDialogButtonContainer):
     """The buttons at the bottom of a dialog; they share the width, the main one is on the right."""
 
-    usual = NumericProperty(0)  # px, height
-
     def on_kv_post(self, _base_widget):
         for button in self.children:
             if isinstance(button, CommandButton):

@@ -194,6 +194,7 @@ class Snackbars:
     def clear(self) -> None:
         """Close all messages as if their time were over."""
         self._close_all(list(self._pile))
+        self.stack = None  # the next ones may have other sizes
 
     def _show_top(self, instead: bool) -> None:
         """``instead``: in the place of another one."""

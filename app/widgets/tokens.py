@@ -9,6 +9,7 @@ from collections.abc import Callable
 from weakref import WeakMethod
 
 from kivy.event import EventDispatcher
+from kivy.lang.parser import global_idmap
 from kivy.metrics import Metrics, dp
 from kivy.properties import BooleanProperty, ColorProperty, NumericProperty, OptionProperty
 
@@ -92,9 +93,26 @@ TYPE_SCALE = {
     "Label": {"large": 16, "medium": 14, "small": 14},
 }
 
-# name: (bare hands, gloves) in dp; MIL-STD-1472 requires 19 mm with gloves on
-# In the order in which they change: a button has h_action of its class, and what its page wants instead has to come after that.
-TARGETS = {"h_action": (64, 120), "h_field": (56, 64), "h_touch": (48, 64)}
+GLOVES = 1.25  # with gloves everything is so much larger, as far as a window of LEAST dp is left
+LEAST = 1024, 600
+TARGETS = {"h_foot": (72, 96), "h_touch": (48, 56)}  # name: (bare hands, gloves) in dp
+
+# what all kv knows by these names, in dp
+SPACES = {
+    "MARGIN": 24,
+    "GAP": 16,
+    "PAD": 16,
+    **{f"S{n}": n for n in (4, 8, 12, 16, 24)},
+    "R_CARD": 12,
+    "R_CTRL": 12,
+    "R_CHIP": 8,
+    "R_FIELD": 4,
+    "R_DIALOG": 24,
+    "R_PILL": 999,
+    "H_TOP": 64,
+    "H_LOW": 640,  # a lower window has no height to spare
+    "BAR_BESIDE": -12,  # bar_margin of a scroll view whose bar is in the margin next to the content, not on it
+}
 
 
 def font_of(style: str, role: str) -> tuple[str, str]:
@@ -125,12 +143,14 @@ class Tokens(Colours):
     control_w = NumericProperty(1)  # border of fields and buttons, px
     select_w = NumericProperty(2)  # border of what is selected or focused, px
     h_touch = NumericProperty("48dp")  # least side of anything that can be touched
-    h_field = NumericProperty("56dp")  # height of a field
-    h_action = NumericProperty("64dp")  # height of the operator's buttons
+    h_field = NumericProperty("56dp")  # height of a field or a button
+    h_foot = NumericProperty("72dp")  # height of the button at the foot of a page or sheet
 
     def __init__(self, **kwargs) -> None:
         self._followers: dict[WeakMethod, None] = {}  # an ordered set
         super().__init__(**kwargs)
+        self._grown = 1.0  # how much larger everything is
+        self._measure()
         for source, name in ((self, "theme"), (Metrics, "fontscale")):
             source.fbind(name, self._notify)
 
@@ -151,19 +171,33 @@ class Tokens(Colours):
                 appearance_changed()
 
     def use(self, theme: str, gloves: bool | None = None) -> None:
-        """Switch to ``theme`` and, unless None, to targets for gloved or bare hands."""
+        """Switch to ``theme`` and, unless None, to sizes for gloved or bare hands: widgets that exist have to be built again."""
         column = THEMES.index(theme)
         if theme != self.theme:  # dispatched after the colours for widgets that choose colours by the theme
             for name, values in COLOURS.items():
                 setattr(self, name, values[column])
+        if gloves is not None:
+            self.gloves = gloves
+            self._measure()
         self.strong = theme == "contrast"
         self.line_w = self.control_w = max(1, round(dp(2 if self.strong else 1)))
         self.select_w = max(2, round(dp(3 if self.strong else 2)))
-        if gloves is not None:
-            for name, sizes in TARGETS.items():
-                setattr(self, name, dp(sizes[gloves]))
-            self.gloves = gloves
         self.theme = theme  # last: widgets that choose colours themselves are bound to it
+
+    def _measure(self) -> None:
+        """The sizes of now. kivy's ``dp()`` in kv keeps what it was when a widget was built."""
+        grown = 1.0
+        if self.gloves:
+            from kivy.core.window import Window  # not before the window is configured
+
+            own = Metrics.density / self._grown
+            room = min(side / own / least for side, least in zip(sorted(Window.size), sorted(LEAST), strict=True))
+            grown = min(GLOVES, max(1.0, room))
+        if grown != self._grown:
+            Metrics.density, self._grown = Metrics.density / self._grown * grown, grown
+        for name, sizes in TARGETS.items():
+            setattr(self, name, dp(sizes[self.gloves]))
+        global_idmap.update({name: dp(size) for name, size in SPACES.items()})
 
 
 tk = Tokens()

@@ -133,12 +133,31 @@ class SchedulerApp(MDApp):
         self._keys.start()  # before the gate, which wants to know of every key
         self._gate = Gate(pick(Gate.Services, container), self.shell)
         self._gate.start()
-        self._keyboard = DockedKeyboard(self._wants_keyboard, lambda: formats.current().decimal)
-        self._keyboard.start()
+        self._start_keyboard()
         self._set_poll(container.settings())
         bus = self._bus
         container.runner.on_damage = lambda damage: bus.post(lambda: self._show_damage(damage))
         self.shell.go(self._first)
+
+    def _start_keyboard(self) -> None:
+        self._keyboard = DockedKeyboard(self._wants_keyboard, lambda: formats.current().decimal)
+        self._keyboard.start()
+
+    def _rebuild(self, shell: Shell, controller: FrameController, keyboard: DockedKeyboard) -> None:
+        """Everything in the sizes of now. What it shows is in the view models."""
+        frame = Factory.Frame()
+        shell.snackbars.clear()
+        keyboard.stop()
+        self._start_keyboard()
+        self.root_box.clear_widgets()
+        self.root_box.add_widget(frame)
+
+        def gone() -> None:
+            shell.sheets.frame_place = frame.ids.sheets.__self__
+            self.much_has_gone()
+
+        shell.navigator.rebuild(frame.ids.body.__self__, gone)
+        controller.use(frame)
 
     def on_start(self) -> None:
         ExceptionManager.add_handler(self._exception_handler)
@@ -279,8 +298,8 @@ class SchedulerApp(MDApp):
             Metrics.fontscale = scale
         if translator.language != settings.language:
             translator.use(settings.language)
-        if self.shell is not None and len(set(sizes)) > 1:
-            self.shell.navigator.rebuild(self.much_has_gone)
+        if self.shell and self._frame and self._keyboard and len(set(sizes)) > 1:
+            self._rebuild(self.shell, self._frame, self._keyboard)
 
     def _wants_keyboard(self) -> bool:
         """On the screen. Linux says whether the tablet has one; other systems, Android among them, bring up their own."""

@@ -34,7 +34,7 @@ PAGES = """
                         path: [(.445, .50), (.66, .50), (.66, .765), (.80, .765)]
                     BoxLayout:
                         size_hint_y: None
-                        height: tk.h_action
+                        height: tk.h_field
                         spacing: S8
                         CommandButton:
                             size_hint_x: 1.3
@@ -143,7 +143,7 @@ PAGES = """
                         text: "Wed 25 Nov: Collect empties is still running on Aino then, 06:25–06:40"
                     BoxLayout:
                         size_hint_y: None
-                        height: tk.h_action
+                        height: tk.h_field
                         spacing: S8
                         CommandButton:
                             tone: "fault"

@@ -1,7 +1,7 @@
 """What the eye might miss in a picture, found by walking its widgets.
 
 Clipped text, broken words, text under 14 sp, text and widgets that leave their place or overlap in their box, touch targets under 48 dp
-(64 with gloves), gaps between targets under 8 dp, hidden widgets that swallow touches, and the contrast of every pair of colours that the
+(56 with gloves), gaps between targets under 8 dp, hidden widgets that swallow touches, and the contrast of every pair of colours that the
 widgets use; fields that are not level. What else a canvas draws it does not see.
 """
 

@@ -17,7 +17,7 @@ from app.screens.logs.view import Period
 from app.screens.settings.page import SwitchRow
 from app.widgets.buttons import CommandButton, Segment, Toggle
 from app.widgets.display import Disc
-from app.widgets.frame import Banner, Frame, NavItem
+from app.widgets.frame import Banner, Frame, NavItem, TopBar
 from app.widgets.scrolling import ScrollPage
 from app.widgets.tokens import THEMES, tk
 from tests.ui import checks
@@ -31,20 +31,31 @@ def toggle(ui, text: str) -> Toggle:
 
 # ---------------------------------------------------------------------- switched at once, and stored
 def test_glove_mode_is_switched_at_once_and_the_section_stays_open(site, app, ui):
+    """Letters, gaps and targets grow by a quarter, those of a finger by more: the layout is that of a 1024×640 window."""
     go(ui, "display")
+    letters = ui.find(Label, ui.find(SwitchRow, text="Glove mode"), text="Glove mode").font_size
     ui.tap(toggle(ui, "Glove mode"))
     ui.wait(lambda: tk.gloves)
     ui.wait(lambda: ui.find_all(SwitchRow, text="Glove mode", active=True))
-    assert (tk.h_touch, tk.h_field, tk.h_action) == (64, 64, 120)
+    assert (tk.h_touch, tk.h_field, tk.h_foot) == (70, 70, 120)
+    assert ui.find(Label, ui.find(SwitchRow, text="Glove mode"), text="Glove mode").font_size == 1.25 * letters
+    assert (ui.find(Frame).low, ui.find(TopBar).height) == (True, 80)
     assert app.shell.navigator.current == "settings"
     assert app.shell.navigator.screen("settings").vm.current == "display"
-    assert ui.find(NavItem, name="home").height >= 64
+    assert ui.find(NavItem, name="home").height >= 70
     ui.tap(ui.find(NavItem, name="home"))
     ui.tap(ui.find(NavItem, name="settings"))
     ui.wait(lambda: ui.find_all(SwitchRow, text="Glove mode", active=True))
     ui.tap(toggle(ui, "Glove mode"))
     ui.wait(lambda: not tk.gloves)
-    assert settings(site).gloves is False
+    assert (settings(site).gloves, tk.h_touch, ui.find(TopBar).height) == (False, 48, 64)
+
+
+@pytest.mark.parametrize(("size", "touch"), [((1280, 800), 70), ((800, 1280), 70), ((1024, 600), 56)])
+def test_what_gloves_enlarge_still_has_room(site, ui, size, touch):
+    with window(size):
+        tk.use("light", gloves=True)
+        assert tk.h_touch == touch
 
 
 def test_a_section_stays_where_it_was_scrolled_to(site, app, ui):

@@ -65,6 +65,7 @@ def test_screens_replaced_by_another_text_size_are_freed_in_time(container, ui):
             app.shell.go(name)
             ui.wait(lambda: app.shell.background.idle)
         old = {name: weakref.ref(app.shell.navigator.screen(name)) for name in SCREENS}
+        old["frame"] = weakref.ref(app.root_box.children[0])
         gc.collect()
         gc.freeze()  # as what is on screen for a while
         container.catalogue.change_settings(font_scale_percent=130)

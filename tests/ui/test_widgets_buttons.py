@@ -216,10 +216,10 @@ def test_targets_grow_with_gloves(ui):
     icon, chip, button = IconButton(icon="close"), ChoiceChip(text="All robots"), CommandButton(text="Pause")
     for widget in (icon, chip, button):
         ui.show(widget)
-    assert (icon.height, chip.height, button.height) == (48, 48, 64)
+    assert (icon.height, chip.height, button.height) == (48, 48, 56)
     tk.use("light", gloves=True)
     ui.advance()
-    assert (icon.height, icon.width, chip.height, button.height) == (64, 64, 64, 120)
+    assert (icon.height, icon.width, chip.height, button.height) == (70, 70, 70, 70)
 
 
 def test_the_ring_of_a_busy_button_without_an_icon_covers_no_text(ui):

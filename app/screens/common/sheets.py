@@ -13,13 +13,13 @@ if TYPE_CHECKING:
 
 
 class Sheets:
-    """Shows sheets in ``place``, a SheetPlace of the frame, or over the window where there is no frame. The sheet closes when another
+    """Shows sheets in ``frame_place``, a SheetPlace of the frame, or over the window where there is no frame. The sheet closes when another
     screen is shown. A ``draft`` that was closed with X, Esc or by leaving the screen can be had back with Undo."""
 
     def __init__(
         self, place: Any = None, snackbars: Snackbars | None = None, navigator: Navigator | None = None
     ) -> None:
-        self._frame_place = place
+        self.frame_place = place
         self._snackbars, self._navigator = snackbars, navigator
         self.spared: Callable[[], Any] = lambda: None  # what of the page is never covered
         self._stack: list[Sheet] = []  # the last one is shown; the arrow leads back to the one before
@@ -28,8 +28,8 @@ class Sheets:
 
     @property
     def _place(self) -> Any:
-        if self._frame_place is not None:
-            return self._frame_place
+        if self.frame_place is not None:
+            return self.frame_place
         from kivy.core.window import Window  # not before the window is configured
 
         return Window

@@ -63,8 +63,8 @@ Rules
   ``choose``, ``choose_many``, ``pick_time``, ``pick_date``, ``menu``, and ``open`` for dialogs of your own (``FormDialog``,
   app/widgets/dialogs.py).
 - A screen has no title of its own: the top bar has its ``tabs`` (``tab``, ``choose_tab``), else its name, and ``can_go_back`` an arrow.
-- Sizes of targets come from ``tk.h_touch``, ``tk.h_field``, ``tk.h_action``; they grow in glove mode, and ``Navigator.rebuild`` then
-  builds the screens again. Windows are ``root.tall``, ``root.low``, else wide, whatever a banner takes of the page.
+- Sizes of targets come from ``tk.h_touch``, ``tk.h_field``, ``tk.h_foot``. Glove mode is another density, text size another font scale:
+  then frame and screens are built again. Windows are ``root.tall``, ``root.low``, else wide, whatever a banner takes of the page.
 - Fields go red with a sentence in ``problem``; fields of settings commit when the focus leaves them (``on_commit``).
 
 Tests: ``tests/ui/conftest.py`` gives the fixture ``ui`` (taps, typing, virtual time); ``tests/screenshots`` takes the pictures.
@@ -309,10 +309,11 @@ class Navigator(EventDispatcher):
     def built(self) -> list[str]:
         return list(self._manager.screen_names)
 
-    def rebuild(self, gone: Callable[[], object] = lambda: None) -> None:
-        """Remove all screens and build the present one again (glove mode, text size); the others follow when visited.
-        ``gone`` is called in between."""
+    def rebuild(self, manager: MDScreenManager | None = None, gone: Callable[[], object] = lambda: None) -> None:
+        """Remove all screens and build the present one again (glove mode, text size), in another ``manager`` if there is a new one; the
+        others follow when visited. ``gone`` is called in between."""
         self._clear()
+        self._manager = manager or self._manager
         gone()
         if self.current:
             self._go(self.current, {})

@@ -78,12 +78,6 @@ class FrameController:
 
     # ------------------------------------------------------------------ life
     def start(self) -> None:
-        frame = self._frame
-        frame.bind(
-            on_go=self._go,
-            on_solve=self._press_banner,
-            on_list_alarms=self._show_alarms,
-        )
         self._shell.navigator.bind(current=self._went, all_robots=self._went, robot_id=self._went)
         self._release = [
             self._shell.bus.subscribe(Changed, self._changed),
@@ -91,8 +85,14 @@ class FrameController:
             translator.subscribe(self._retranslated),
             Clock.schedule_interval(lambda _dt: self._show(), 1).cancel,
         ]
-        self._retranslated()
+        self.use(self._frame)
         self._reader.read()
+
+    def use(self, frame: Frame) -> None:
+        """Fill this one from now on."""
+        self._frame = frame
+        frame.bind(on_go=self._go, on_solve=self._press_banner, on_list_alarms=self._show_alarms)
+        self._retranslated()
 
     def stop(self) -> None:
         for release in self._release:
