@@ -83,7 +83,6 @@ class LegendItems(StackLayout):
     """Entries of a legend side by side, on as many lines as they need: ``items`` have ``kind`` and ``text``."""
 
     items = ListProperty()
-    entry: type[BoxLayout] = LegendItem
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
@@ -93,4 +92,4 @@ class LegendItems(StackLayout):
     def _build(self, *_):
         self.clear_widgets()
         for item in self.items:
-            self.add_widget(self.entry(kind=item.kind, text=item.text))
+            self.add_widget(LegendItem(kind=item.kind, text=item.text))

@@ -1,7 +1,8 @@
-"""What rows of lists and tabs show: without kivy, so that a screen's words are made and tested without a window."""
+"""What rows of lists, tabs and lanes show: without kivy, so that a screen's words are made and tested without a window."""
 
 from collections.abc import Hashable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 
 @dataclass(frozen=True)
@@ -72,3 +73,30 @@ class Tab:
     icon: str = ""
     tone: str = ""
     count: int = 0
+
+
+# Hours are floats from one common instant. Named tuples, because kivy compares thousands of them whenever they are set.
+class Bar(NamedTuple):
+    """A run, or several that are too short to be distinguished; or what a robot did. ``key`` is handed back when it is tapped."""
+
+    key: Hashable
+    start: float
+    end: float
+    label: str = ""
+    state: str = "planned"  # of lanes_frame.TOKENS
+    movable: bool = False  # to another time, by a finger
+    shorter: tuple[str, ...] = ()  # shorter labels, the best first; an empty one: none rather than a cut one
+
+
+class Lane(NamedTuple):
+    """A robot, its bars, and from when to when two of them want it."""
+
+    name: str
+    note: str = ""
+    bars: tuple[Bar, ...] = ()
+    overlaps: tuple[tuple[float, float], ...] = ()
+    key: Hashable = None
+    line: str = ""  # instead of a robot: what it represents
+    is_open: bool = False  # and whether they follow it
+    icon: str = ""  # of the robot's state
+    tone: str = "neutral"

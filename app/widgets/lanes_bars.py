@@ -10,8 +10,8 @@ from kivy.graphics import Color, Mesh
 from kivy.metrics import dp
 from kivymd.icon_definitions import md_icons
 
-from app.widgets.chart import box, text, width_of
-from app.widgets.lanes_frame import Colours, Frame, Span, kept_in
+from app.widgets.chart import box, hatch, text, width_of
+from app.widgets.lanes_frame import DID, Colours, Frame, Span, kept_in
 from app.widgets.tokens import tk
 
 NARROWEST = 12  # dp, where nothing follows too soon
@@ -110,17 +110,23 @@ def paint_bars_together(frame: Frame, bars: Iterable[Placed]) -> None:
         _mesh(spans, bottom, height, look.edge)
         if look.fill != look.edge:
             _mesh([(x + 1, max(x2 - 1, x + 2)) for x, x2 in spans], bottom + 1, height - 2, look.fill)
+        if state == "offline":
+            for x, x2 in spans:
+                hatch(x, bottom, x2 - x, height, look.edge)
         if overlaps:
             _mesh(spans, bottom, dp(EDGE), tk.overlap)
 
 
 def paint_look(state: str, look: Colours, x: float, bottom: float, width: float, height: float) -> None:
     """A bar as wide as it may be."""
-    box(x, bottom, width, height, look.fill, dp(RADIUS))
+    radius = 0 if state in DID else dp(RADIUS)
+    box(x, bottom, width, height, look.fill, radius)
+    if state == "offline":
+        hatch(x, bottom, width, height, look.edge)
     if state in ("draft", "was"):
         paint_dashes(x, bottom, width, height, look.edge)
     elif look.edge != look.fill:
-        box(x, bottom, width, height, look.edge, dp(RADIUS), ring=2 if state in ("skipped", "held") else 1)
+        box(x, bottom, width, height, look.edge, radius, ring=2 if state in ("skipped", "held") else 1)
 
 
 def paint_dashes(x: float, bottom: float, width: float, height: float, colour: Any) -> None:

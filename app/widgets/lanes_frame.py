@@ -34,7 +34,17 @@ class Colours(NamedTuple):
     edge: Any
 
 
+DID = {  # what robots did, without a gap between
+    "executing": Colours("accent_mid", "solid_ink", "accent_mid"),
+    "charging": Colours("accent_soft", "ink", "accent_soft"),
+    "idle": Colours("neutral_bg", "neutral_on", "neutral_bg"),
+    "paused": Colours("action_solid", "solid_ink", "action_solid"),
+    "error": Colours("fault_solid", "solid_ink", "fault_solid"),
+    "offline": Colours("surface", "ink2", "outline"),
+    "no_data": Colours("surface", "ink2", "outline"),
+}
 TOKENS = {  # by the state of a bar
+    **DID,
     "planned": Colours("accent_bg", "accent_on", "accent_mid"),
     "draft": Colours("surface", "accent_on", "accent"),
     "was": Colours("surface", "ink2", "outline"),
@@ -47,6 +57,7 @@ TOKENS = {  # by the state of a bar
 # in high contrast, where tints are solid
 STRONG = {
     **TOKENS,
+    **{state: look._replace(edge="ink") for state, look in DID.items()},
     "planned": Colours("accent_soft", "ink", "accent"),
     "draft": Colours("surface", "ink", "accent"),
     "failed": Colours("surface", "fault", "fault"),

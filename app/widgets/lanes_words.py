@@ -81,6 +81,8 @@ def _paint_name(
         for room, font, lines, x in ((inside, IN, lines_in, left), (beside, BESIDE, most, begins)):
             if room > 0 and (found := wrapped(words, room, lines, font)) and not found[-1].endswith("…"):
                 return _paint_lines(frame, found, x, y, font, one, lines_at)
+    if "" in one.bar.shorter:
+        return None
     for room, least, font, lines, x in (
         (beside, LEAST_BESIDE, BESIDE, most, begins),
         (inside, LEAST_IN, IN, lines_in, left),

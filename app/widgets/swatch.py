@@ -1,42 +1,25 @@
 """The squares of legends."""
 
-from kivy.metrics import dp
-from kivy.properties import OptionProperty
+from kivy.properties import StringProperty
 
 from app.widgets.chart import Chart
+from app.widgets.lanes_bars import paint_look
+from app.widgets.lanes_frame import colours
 from app.widgets.tokens import tk
-
-SWATCHES = (
-    "planned",
-    "closed",
-    "charging",
-    "accent",
-    "accent_mid",
-    "track",
-    "attention_solid",
-    "fault_solid",
-    "neutral_solid",
-    "done_solid",
-)
 
 
 class Swatch(Chart):
-    """One legend square, drawn like the thing it explains."""
+    """One legend square, drawn like the thing it explains: the state of a bar of lanes, closed time, or a colour."""
 
-    kind = OptionProperty("accent", options=SWATCHES)
+    kind = StringProperty("accent")
     watch = ("kind",)
 
     def draw(self):
-        area = (*self.pos, *self.size)
-        if self.kind == "charging":
-            self.box(*area, tk.accent_soft, dp(3))
-            self.box(*area, tk.accent, dp(3), ring=1)
-        elif self.kind == "planned":
-            self.box(*area, tk.accent_bg, dp(3))
-            self.box(*area, tk.accent, dp(3), ring=1)
+        if (look := colours().get(self.kind)) is not None:
+            paint_look(self.kind, look, *self.pos, *self.size)
         elif self.kind == "closed":
-            self.box(*area, tk.closed)
-            self.hatch(*area, tk.hatch)
-            self.box(*area, tk.hatch, ring=1)
+            self.box(*self.pos, *self.size, tk.closed)
+            self.hatch(*self.pos, *self.size, tk.hatch)
+            self.box(*self.pos, *self.size, tk.hatch, ring=1)
         else:
-            self.box(*area, getattr(tk, self.kind), dp(3))
+            self.box(*self.pos, *self.size, getattr(tk, self.kind))

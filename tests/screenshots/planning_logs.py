@@ -108,7 +108,7 @@ def logs_activity_span(studio: Any) -> Any:
     stand = Stand(studio, "logs")
     stand.vm.choose_part("activity")
     stand.settle()
-    stand.vm.activity.show_moment(stand.vm.activity.lanes[0].key, 0.93)
+    stand.vm.activity.show_bar(stand.vm.activity.lanes[0].bars[-1].key)
     return studio.dialogs.top
 
 

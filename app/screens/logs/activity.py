@@ -8,7 +8,7 @@ from datetime import UTC, datetime, timedelta
 from zoneinfo import ZoneInfo
 
 from app.database.activities import KEPT_FOR
-from app.domain.activity import NO_DATA, ActivitySpan, as_drawn
+from app.domain.activity import NO_DATA, ActivitySpan, as_drawn, seen_seconds
 from app.domain.clock import days_between, midnight
 from app.domain.models import Group
 from app.i18n import _, ngettext
@@ -18,12 +18,12 @@ from app.screens.common.options import Option
 from app.screens.logs.facts import LogsServices
 from app.screens.logs.numbers import Explanation, FactLine
 from app.screens.logs.view import Filters
-from app.services.history.figures import Facts
-from app.services.history.kpis import KpiFilter
 from app.services.history.runs import RobotTimeline
+from app.widgets.items import Bar, Lane
 
 COLUMNS = 600  # of a lane; finer can't be seen
 HOUR = timedelta(hours=1)
+LENGTHS = (8 * HOUR, 24 * HOUR, timedelta(days=7), timedelta(days=30))
 MOST_LANES = 12  # more are shown by groups
 KINDS = ("executing", "charging", "idle", "paused", "error", "offline", NO_DATA)
 
@@ -40,8 +40,13 @@ class Window:
         return end - self.length, end
 
     def moved(self, later: bool, now: datetime) -> Window:
-        """Half its length earlier or later, at most to now and as far as the recordings are kept."""
+        """Half its length earlier or later."""
         end = self.span(now)[1] + self.length / 2 * (1 if later else -1)
+        return Window(self.length, end).within(now)
+
+    def within(self, now: datetime) -> Window:
+        """No later than now, and no further back than the recordings are kept."""
+        end = self.span(now)[1]
         return Window(self.length, None if end >= now else max(end, now - KEPT_FOR + self.length))
 
 
@@ -50,46 +55,14 @@ class ActivityFacts:
     start: datetime
     end: datetime
     timelines: Sequence[RobotTimeline]
-    figures: Sequence[Facts] = ()  # of the robots, in the same time
     groups: Sequence[Group] = ()
 
-    def place(self, instant: datetime) -> float:
-        """0..1 of what is drawn."""
-        return (instant - self.start) / (self.end - self.start)
-
-    def moment(self, place: float) -> datetime:
-        """The instant at 0..1 of what is drawn."""
-        return min(self.start + (self.end - self.start) * place, self.end - timedelta(microseconds=1))
+    def hour(self, instant: datetime) -> float:
+        """Since the start."""
+        return (instant - self.start) / HOUR
 
 
-@dataclass(frozen=True)
-class Span:
-    """One activity from ``start`` to ``end``, both 0..1 of the time; ``text`` if there is room for it."""
-
-    start: float
-    end: float
-    kind: str
-    text: str
-
-
-@dataclass(frozen=True)
-class Lane:
-    """The lane of one robot, or the head of a group: ``is_open`` tells whether its robots are below it."""
-
-    key: Hashable
-    name: str
-    note: str
-    spans: tuple[Span, ...] = ()
-    is_open: bool | None = None
-
-
-@dataclass(frozen=True)
-class Tick:
-    """A mark on the axis at 0..1 of the time."""
-
-    place: float
-    label: str
-    strong: bool
+Tick = tuple[float, str, bool]  # hour, label, whether a day or a week begins
 
 
 @dataclass(frozen=True)
@@ -102,8 +75,7 @@ def read_activity(services: LogsServices, filters: Filters, window: Window, now:
     """Called off the UI thread."""
     start, end = window.span(now)
     timelines = by_name(services.robot_states.timelines(start, end, filters.robot_ids), "robot")
-    facts = services.kpis.facts(KpiFilter(start, end, filters.robot_ids))
-    return ActivityFacts(start, end, timelines, facts.robots, by_name(services.catalogue.groups()))
+    return ActivityFacts(start, end, timelines, by_name(services.catalogue.groups()))
 
 
 # ---------------------------------------------------------------------- in words
@@ -120,12 +92,8 @@ def word(activity: str) -> str:
 
 
 def window_options() -> list[Option]:
-    return [
-        Option(8 * HOUR, _("8 h")),
-        Option(24 * HOUR, _("24 h")),
-        Option(timedelta(days=7), _("7 days")),
-        Option(timedelta(days=30), _("30 days")),
-    ]
+    words = (_("8 h"), _("24 h"), _("7 days"), _("30 days"))
+    return [Option(length, word) for length, word in zip(LENGTHS, words, strict=True)]
 
 
 def window_word(window: Window) -> str:
@@ -149,34 +117,33 @@ def lanes(facts: ActivityFacts, opened: Hashable = None) -> list[Lane]:
         if ones:
             robots = ngettext("{n} robot", "{n} robots", len(ones)).format(n=len(ones))
             opened = key if opened is None else opened
-            found.append(Lane(("group", key), f"{name} · {robots}", _in_use(facts, ones), is_open=key == opened))
+            found.append(Lane(name, key=key, line=f"{robots} · {_in_use(ones)}", is_open=key == opened))
             found += [_lane(facts, one, ("paused", "error", "offline")) for one in ones if key == opened]
     return found
 
 
 def _lane(facts: ActivityFacts, one: RobotTimeline, named: Collection[str] = KINDS) -> Lane:
-    spans = as_drawn(one.spans, COLUMNS)
-    return Lane(
-        one.robot_id,
-        one.robot,
-        _in_use(facts, [one]) if named == KINDS else "",
-        tuple(
-            Span(
-                facts.place(span.start),
-                facts.place(span.end),
-                span.activity,
-                word(span.activity) if span.activity in named else "",
-            )
-            for span in spans
-        ),
-    )
+    bars = [
+        Bar(
+            (one.robot_id, span),
+            facts.hour(span.start),
+            facts.hour(span.end),
+            word(span.activity) if span.activity in named else "",
+            span.activity,
+            shorter=("",),
+        )
+        for span in as_drawn(one.spans, COLUMNS)
+    ]
+    return Lane(one.robot, _in_use([one]) if named == KINDS else "", tuple(bars), key=one.robot_id)
 
 
-def _in_use(facts: ActivityFacts, timelines: Sequence[RobotTimeline]) -> str:
-    """The figure of the same name, of these robots together."""
-    wanted = {one.robot_id for one in timelines}
-    share = Facts(robots=[robot for robot in facts.figures if robot.robot_id in wanted]).value("utilisation")
-    return formats.NOTHING if share is None else _("{share} in use").format(share=formats.percent(share * 100))
+def _in_use(timelines: Sequence[RobotTimeline]) -> str:
+    """How much of the time in which they were seen these robots worked."""
+    seen = sum(seen_seconds(one.seconds) for one in timelines)
+    if not seen:
+        return formats.NOTHING
+    worked = sum(one.seconds.get("executing", 0.0) for one in timelines)
+    return _("{share} in use").format(share=formats.percent(worked / seen * 100))
 
 
 def ticks(facts: ActivityFacts, zone: ZoneInfo) -> list[Tick]:
@@ -192,7 +159,7 @@ def _hours(facts: ActivityFacts, zone: ZoneInfo) -> Iterator[Tick]:
         instant = (at + timedelta(minutes=15 * quarters)).astimezone(zone)
         if facts.start <= instant < facts.end and instant.minute == 0 and instant.hour % step == 0:
             label = formats.wall_time(instant) if instant.hour else formats.wall_day(instant.date())
-            yield Tick(facts.place(instant), label, instant.hour == 0)
+            yield facts.hour(instant), label, instant.hour == 0
 
 
 def _days(facts: ActivityFacts, zone: ZoneInfo) -> Iterator[Tick]:
@@ -202,20 +169,19 @@ def _days(facts: ActivityFacts, zone: ZoneInfo) -> Iterator[Tick]:
         instant = midnight(day, zone)
         if facts.start <= instant < facts.end:
             label = formats.wall_day(day)
-            yield Tick(facts.place(instant), label if names else label.partition(" ")[2], day.weekday() == 0)
+            yield facts.hour(instant), label if names else label.partition(" ")[2], day.weekday() == 0
 
 
-def when(facts: ActivityFacts, zone: ZoneInfo) -> str:
-    """The day that is looked at, or the first of several."""
-    first, last = (at.astimezone(zone).date() for at in (facts.start, facts.end))
-    return formats.wall_day(last) if first == last else f"{formats.wall_day(first)} – {formats.wall_day(last)}"
-
-
-def span_at(facts: ActivityFacts, robot_id: int, place: float) -> tuple[RobotTimeline, ActivitySpan] | None:
-    """What a tap there means."""
+def span_of(facts: ActivityFacts, key: tuple[int, ActivitySpan]) -> tuple[RobotTimeline, ActivitySpan] | None:
+    """What a bar stands for; of several, the longest."""
+    robot_id, drawn = key
     one = next((timeline for timeline in facts.timelines if timeline.robot_id == robot_id), None)
-    span = one.at(facts.moment(place)) if one else None
-    return (one, span) if one and span else None
+    spans = [
+        span
+        for span in (one.spans if one else ())
+        if span.activity == drawn.activity and span.end > drawn.start and span.start < drawn.end
+    ]
+    return (one, max(spans, key=lambda span: span.seconds)) if one and spans else None
 
 
 def span_details(one: RobotTimeline, span: ActivitySpan, now: datetime, zone: str) -> Explanation:

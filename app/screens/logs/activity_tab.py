@@ -6,13 +6,15 @@ from collections.abc import Callable, Hashable
 from typing import TYPE_CHECKING
 
 from kivy.event import EventDispatcher
-from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, StringProperty
 
+from app.domain.activity import ActivitySpan
 from app.i18n import _
+from app.screens.common import formats
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Refresher
 from app.screens.logs import activity
-from app.screens.logs.activity import ActivityFacts, Window
+from app.screens.logs.activity import HOUR, ActivityFacts, Window
 from app.screens.logs.facts import LogsServices
 from app.screens.logs.files import explain
 
@@ -21,13 +23,16 @@ if TYPE_CHECKING:
 
 
 class ActivityTab(EventDispatcher):
+    """``first`` and ``hours`` are the visible time, in hours from the same instant as the bars."""
+
     lanes = ListProperty()
     ticks = ListProperty()
     legend = ListProperty()
-    mark = ObjectProperty(None, allownone=True)  # the band whose details are shown
+    first = NumericProperty(0, force_dispatch=True)  # fingers have moved the lanes
+    hours = NumericProperty(8, force_dispatch=True)
     length = StringProperty()  # of the time that the lanes show
-    when = StringProperty()
     is_now = BooleanProperty(True)
+    touched = False  # fingers move the lanes now
 
     def __init__(self, services: LogsServices, shell: Shell, logs: LogsViewModel) -> None:
         super().__init__()
@@ -49,18 +54,29 @@ class ActivityTab(EventDispatcher):
 
     def show(self) -> None:
         self.length, self.is_now = activity.window_word(self._window), self._window.end is None
-        if (found := self._facts) is not None:
+        if (found := self._facts) is not None and not self.touched:
             self.lanes, self.ticks = activity.lanes(found, self._open_group), activity.ticks(found, self._logs.zone)
-            self.legend, self.when = activity.legend(found), activity.when(found, self._logs.zone)
+            self.legend = activity.legend(found)
+            self.first, self.hours = 0, found.hour(found.end)
 
-    def show_moment(self, robot_id: int, place: float) -> None:
-        """What a robot did at ``place`` 0..1 of the time, from when to when."""
+    def day_at(self, hour: float) -> str:
+        """The day of that hour."""
+        if self._facts is None:
+            return ""
+        return formats.wall_day((self._facts.start + hour * HOUR).astimezone(self._logs.zone).date())
+
+    def show_bar(self, key: tuple[int, ActivitySpan]) -> None:
+        """What a robot did, from when to when."""
         facts = self._facts
-        found = activity.span_at(facts, robot_id, place) if facts else None
-        if facts is not None and found is not None:
-            self.mark = robot_id, facts.place(found[1].start), facts.place(found[1].end)
-            dialog = explain(self._shell, activity.span_details(*found, facts.end, self._logs.facts.settings.timezone))
-            dialog.bind(on_dismiss=lambda _dialog: setattr(self, "mark", None))
+        if facts is not None and (found := activity.span_of(facts, key)) is not None:
+            explain(self._shell, activity.span_details(*found, facts.end, self._logs.facts.settings.timezone))
+
+    def fingers_moved(self, first: float, hours: float) -> None:
+        """Show that time: of the lengths that can be chosen, the one closest to it."""
+        if self._facts is not None:
+            length = min(activity.LENGTHS, key=lambda each: abs(each / HOUR - hours))
+            end = self._facts.start + (first + hours) * HOUR
+            self._look(Window(length, end).within(self._services.clock.now()))
 
     def show_group(self, key: Hashable) -> None:
         self._open_group = key

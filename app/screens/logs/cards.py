@@ -11,7 +11,7 @@ from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.stacklayout import StackLayout
 from kivy.uix.widget import Widget
 
-from app.widgets import activity_bands, figure_charts, figures, list_row, pages  # noqa: F401  (registers kivy classes)
+from app.widgets import figure_charts, figures, lanes, list_row, pages, swatch  # noqa: F401  (registers kivy classes)
 from app.widgets.buttons import MenuChip
 from app.widgets.display import SectionCard
 from app.widgets.fields import SearchField

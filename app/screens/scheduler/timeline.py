@@ -8,7 +8,6 @@ from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import date, datetime, timedelta
 from itertools import pairwise
-from typing import NamedTuple
 from zoneinfo import ZoneInfo
 
 from app.database.robots import Hold
@@ -21,6 +20,7 @@ from app.screens.scheduler.axis import Band, Range, Tick
 from app.screens.scheduler.contested import Contested
 from app.screens.scheduler.facts import HOURS, SchedulerFacts, Window, full_hour
 from app.services.planning.planned import ASSUMED_S, PlannedRun
+from app.widgets.items import Bar, Lane
 
 SHORTEST = 1 / 60  # hours: a bar of no length would be no bar
 THIN = 1 / 85  # share of the visible part: bars this short, and this close together (twice), become one
@@ -44,35 +44,6 @@ BARS = {
     State.SUBMITTING: "planned",
     State.QUEUED: "planned",
 }
-
-
-# Hours are floats from the timeline's origin on. Named tuples, because kivy compares thousands of them whenever they are set.
-class Bar(NamedTuple):
-    """A run, or several that are too short to be distinguished. ``key`` is handed back when it is tapped."""
-
-    key: Hashable
-    start: float
-    end: float
-    label: str = ""
-    state: str = (
-        "planned"  # past, failed, skipped, held, running, planned; of the form: draft, and was for what it changes
-    )
-    movable: bool = False  # to another time, by a finger
-    shorter: tuple[str, ...] = ()  # shorter labels, the best first
-
-
-class Lane(NamedTuple):
-    """A robot, its bars, and from when to when two of them want it."""
-
-    name: str
-    note: str = ""
-    bars: tuple[Bar, ...] = ()
-    overlaps: tuple[tuple[float, float], ...] = ()
-    key: Hashable = None
-    line: str = ""  # instead of a robot: what it represents
-    is_open: bool = False  # and whether they follow it
-    icon: str = ""  # of the robot's state
-    tone: str = "neutral"
 
 
 @dataclass(frozen=True)
