@@ -205,11 +205,12 @@ class IconButton(OnlySeen, Styled, MDIconButton):
 
 
 class ChoiceChip(OnlySeen, MDChip):
-    """A text that can be chosen, with an ``icon`` before it; ``active`` if chosen. Beyond ``limit`` px (0: never) it
+    """A text that can be chosen, with an ``icon`` of its ``tone`` before it; ``active`` if chosen. Beyond ``limit`` px (0: never) it
     wraps, and ends with "…" after ``most_lines`` (0: any number)."""
 
     text = StringProperty()
     icon = StringProperty()
+    tone = StringProperty("neutral")
     limit = NumericProperty(0)
     most_lines = NumericProperty(0)
     after = NumericProperty(0)  # px, of what follows the text
@@ -217,6 +218,9 @@ class ChoiceChip(OnlySeen, MDChip):
     def add_widget(self, *args, **kwargs):
         """KivyMD adds parts a frame later, and its icons keep the touch from the chip."""
         super(MDChip, self).add_widget(*args, **kwargs)
+
+    def icon_ink(self, tone, *_theme):
+        return getattr(tk, tone)
 
     def on_press(self):
         """KivyMD ends ``active`` here."""

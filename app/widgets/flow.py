@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from kivy.clock import Clock
-from kivy.properties import ListProperty, ObjectProperty, StringProperty
+from kivy.properties import ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.scrollview import ScrollView
 from kivy.uix.stacklayout import StackLayout
@@ -25,12 +25,15 @@ class Chip(NamedTuple):
     text: str
     icon: str = ""
     selected: bool = False
+    tone: str = "neutral"
 
 
 class ChipFlow(StackLayout):
-    """``data`` have ``key``, ``text``, ``icon`` and ``selected``; a tap fires ``on_choose(key)``. As high as its rows."""
+    """``data`` have ``key``, ``text``, ``icon`` with its ``tone``, and ``selected``; a tap fires ``on_choose(key)``. As high as its
+    rows; ``whole_width`` px would be one row."""
 
     data = ListProperty()
+    whole_width = NumericProperty(0)
 
     __events__ = ("on_choose",)
 
@@ -53,11 +56,15 @@ class ChipFlow(StackLayout):
             self.clear_widgets()
             self._chips = {option.key: ChoiceChip(limit=self.width) for option in self.data}
             for key, chip in self._chips.items():
-                chip.bind(on_release=lambda _chip, key=key: self.dispatch("on_choose", key))
+                chip.bind(on_release=lambda _chip, key=key: self.dispatch("on_choose", key), width=self._measure)
                 self.add_widget(chip)
         for option in self.data:
             chip = self._chips[option.key]
-            chip.text, chip.icon, chip.active = option.text, option.icon, option.selected
+            chip.text, chip.icon, chip.tone, chip.active = option.text, option.icon, option.tone, option.selected
+        self._measure()
+
+    def _measure(self, *_):
+        self.whole_width = sum(chip.width + self.spacing[0] for chip in self.children)
 
 
 class ChoiceRow(BoxLayout):

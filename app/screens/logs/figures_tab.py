@@ -16,7 +16,7 @@ from app.screens.logs.facts import LogsServices
 from app.screens.logs.figures import Figures, read_figures
 from app.screens.logs.files import explain
 from app.screens.logs.key_figures import FiguresPage
-from app.screens.logs.view import Filters, Like
+from app.screens.logs.view import Filters
 
 if TYPE_CHECKING:
     from app.screens.logs.screen import LogsViewModel
@@ -49,21 +49,7 @@ class FiguresTab(EventDispatcher):
         if self._figures is not None:
             explain(self._shell, numbers.explanation(key, self._figures))
 
-    # ------------------------------------------------------------------ to their runs
-    def show_cause(self, key: Like | None) -> None:
-        """The failed runs of one cause, or of all the others."""
-        self._show_runs(outcomes=("failed",), like=key)
-
-    def show_day(self, day: Any) -> None:
-        self._show_runs(day=day)
-
-    def show_robot(self, robot_id: int) -> None:
-        self._show_runs(robot_id=robot_id, group=None)
-
-    def show_mission(self, mission: str) -> None:
-        self._show_runs(mission=mission)
-
-    def _show_runs(self, **changes: Any) -> None:
-        """Of those that the figures count."""
+    def show_runs(self, **changes: Any) -> None:
+        """Some of those that the figures count."""
         filters = self._logs.wanted
         self._logs.show_runs(replace(Filters(filters.period, filters.robot_id, group=filters.group), **changes))

@@ -18,6 +18,7 @@ from app.screens.logs.facts import LogsServices, execution_filter
 from app.screens.logs.numbers import Explanation
 from app.services.history.shift_report import ReportPeriod, ShiftReport
 from app.widgets.figures import FigureDialog
+from app.widgets.items import Item
 from app.widgets.snackbar import Message
 
 if TYPE_CHECKING:
@@ -29,7 +30,10 @@ PATH_SHOWN_S = 12.0  # long enough to read where a file was written
 
 
 def explain(shell: Shell, found: Explanation) -> FigureDialog:
-    return shell.dialogs.open(FigureDialog(title=found.title, text=found.text, rows=found.lines))
+    rows = [
+        Item(n, line.label, line.note, meta=line.value, strong=False, opens=False) for n, line in enumerate(found.lines)
+    ]
+    return shell.dialogs.open(FigureDialog(title=found.title, text=found.text, rows=rows))
 
 
 class LogsFiles(EventDispatcher):

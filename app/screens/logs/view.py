@@ -99,17 +99,6 @@ def states_of(outcome: str) -> Sequence[State]:
 
 
 # ---------------------------------------------------------------------- the filters
-@dataclass(frozen=True)
-class Chip:
-    """A button of the filters, with an ``icon`` in its tone."""
-
-    key: str
-    text: str
-    icon: str = ""
-    tone: str = "neutral"
-    active: bool = False
-
-
 def period_options() -> list[Option]:
     words = (_("Today"), _("7 days"), _("30 days"), _("All"))
     return [Option(period, word) for period, word in zip(Period, words, strict=True)]
@@ -119,7 +108,7 @@ def period_word(period: Period) -> str:
     return next(option.text for option in period_options() if option.key == period)
 
 
-def counts(numbers: Mapping[State, int], filters: Filters) -> list[Chip]:
+def counts(numbers: Mapping[State, int], filters: Filters) -> list[Option]:
     """How many runs ended how, whatever outcomes are asked for."""
     found = [sum(numbers.get(state, 0) for state in states_of(outcome)) for outcome in COUNTED]
     texts = (
@@ -128,17 +117,13 @@ def counts(numbers: Mapping[State, int], filters: Filters) -> list[Chip]:
         ngettext("{n} not run", "{n} not run", found[2]),
     )
     return [
-        Chip(
-            str(outcome),
-            text.format(n=number),
-            *execution_appearance.LOOKS[outcome],
-            active=filters.outcomes == (str(outcome),),
-        )
+        Option(str(outcome), text.format(n=number), icon, selected=filters.outcomes == (str(outcome),), tone=tone)
         for outcome, text, number in zip(COUNTED, texts, found, strict=True)
+        for icon, tone in [execution_appearance.LOOKS[outcome]]
     ]
 
 
-def set_filters(filters: Filters, robots: Sequence[Robot]) -> list[Chip]:
+def set_filters(filters: Filters, robots: Sequence[Robot]) -> list[Option]:
     """What narrows the list, each with the name of the field that a tap clears; not what is marked elsewhere."""
     is_marked = len(filters.outcomes) == 1 and filters.outcomes[0] in COUNTED
     words = {
@@ -149,7 +134,7 @@ def set_filters(filters: Filters, robots: Sequence[Robot]) -> list[Chip]:
         "day": formats.wall_day(filters.day) if filters.day else "",
         "like": filters.like.words if filters.like else "",
     }
-    return [Chip(key, word, active=True) for key, word in words.items() if word]
+    return [Option(key, word, "close", selected=True) for key, word in words.items() if word]
 
 
 def cleared(filters: Filters, key: str) -> Filters:

@@ -11,10 +11,10 @@ import pytest
 
 from app.domain.models import State
 from app.domain.robot import MissionParameter
-from app.screens.logs.cards import OutcomeChip, RunsList, SetFilter
+from app.screens.logs.cards import RunsList
 from app.services.files.history_export import COLUMNS
 from app.services.files.places import Place, PlaceKind
-from app.widgets.buttons import CommandButton, IconButton, MenuChip
+from app.widgets.buttons import ChoiceChip, CommandButton, IconButton, MenuChip
 from app.widgets.dialogs import ChoiceDialog, Menu
 from app.widgets.fields import SearchField
 from app.widgets.rows import OptionRow
@@ -63,7 +63,7 @@ def test_runs_are_listed_newest_first_below_their_days_with_their_reasons(screen
 
 def test_the_numbers_of_outcomes_filter_the_list_and_a_second_tap_ends_that(screen, ui):
     everything = screen.logs.facts.count
-    failed = next(chip for chip in ui.find_all(OutcomeChip) if chip.text.endswith("failed"))
+    failed = next(chip for chip in ui.find_all(ChoiceChip) if chip.text.endswith("failed"))
     tap(screen, ui, failed)
     assert {run.state for run in screen.logs.facts.rows} == {State.FAILED}
     assert failed.text == f"{screen.logs.facts.count} failed"
@@ -88,11 +88,15 @@ def test_filters_are_named_above_the_list_and_a_tap_on_one_ends_it(screen, ui):
     tick(screen, ui, "Started by", "Run now")
     menu(screen, ui, "filter-variant", "Mission")
     tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text="Bring pallet to dock"))
-    assert [chip.text for chip in ui.find_all(SetFilter)] == ["Failed, Cancelled", "Bring pallet to dock", "Run now"]
+    assert [chip.text for chip in ui.find_all(ChoiceChip, icon="close")] == [
+        "Failed, Cancelled",
+        "Bring pallet to dock",
+        "Run now",
+    ]
     assert {item.title for item in runs_of(screen)} == {"Bring pallet to dock"}
     for text in ("Failed, Cancelled", "Bring pallet to dock", "Run now"):
-        tap(screen, ui, ui.find(SetFilter, text=text))
-    assert not ui.find_all(SetFilter)
+        tap(screen, ui, ui.find(ChoiceChip, text=text))
+    assert not ui.find_all(ChoiceChip, icon="close")
     assert screen.logs.facts.count == everything
 
 
@@ -110,7 +114,7 @@ def test_problems_of_one_cause_are_one_row_that_leads_to_its_runs(screen, ui):
     tap(screen, ui, folded)
     assert len(runs_of(screen)) == 2
     assert {item.meta for item in runs_of(screen)} == {cause}
-    tap(screen, ui, ui.find(SetFilter, text=cause))
+    tap(screen, ui, ui.find(ChoiceChip, text=cause))
     assert folded.item.title in {item.title for item in runs_of(screen)}
 
 
@@ -223,7 +227,7 @@ def test_where_a_stick_is_there_it_is_asked_where_to(screen, ui, tmp_path, docum
 
 
 def test_the_runs_that_are_seen_are_exported_and_the_file_is_named(screen, ui, documents):
-    tap(screen, ui, next(chip for chip in ui.find_all(OutcomeChip) if chip.text.endswith("failed")))
+    tap(screen, ui, next(chip for chip in ui.find_all(ChoiceChip) if chip.text.endswith("failed")))
     count = screen.logs.facts.count
     export_as(screen, ui, "CSV")
     text = ui.find(Snackbar).text

@@ -7,6 +7,8 @@ from itertools import pairwise
 import pytest
 
 from app.domain.models import Group
+from app.screens.logs import activity
+from app.widgets import lanes_frame
 from app.widgets.buttons import CommandButton, IconButton, MenuChip
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.display import LegendItem
@@ -59,11 +61,15 @@ def test_every_robot_has_a_lane_that_fills_the_time_up_to_now(screen, ui):
     assert [item.text for item in ui.find_all(LegendItem)] == words
 
 
+def test_every_activity_has_a_look():
+    assert {*activity.KINDS} <= lanes_frame.TOKENS.keys()
+
+
 def test_a_tap_shows_what_from_when_to_when_and_how_long(screen, ui):
     tap_bar(screen, ui, "Sisu", "charging")
     dialog = ui.find(FigureDialog)
     assert dialog.title == "Sisu · Charging"
-    assert [(line.label, line.value) for line in dialog.rows] == [
+    assert [(line.title, line.meta) for line in dialog.rows] == [
         ("From", "10:06"),
         ("To", "11:30"),
         ("For", "1 h 24 min"),
@@ -74,7 +80,7 @@ def test_a_current_span_has_no_end(screen, ui):
     lanes = ui.find(Lanes)
     screen.logs.activity.show_bar(lanes.lanes[0].bars[-1].key)
     dialog = ui.find(FigureDialog)
-    assert (dialog.title, dialog.rows[1].value) == ("Aino · Working", "ongoing")
+    assert (dialog.title, dialog.rows[1].meta) == ("Aino · Working", "ongoing")
 
 
 def test_a_finger_takes_the_lanes_to_an_earlier_time_and_back_to_now(screen, ui):

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from app.domain.models import State
-from app.screens.logs.cards import FiguresPart, RunsPart, SetFilter
+from app.screens.logs.cards import RunsList
 from app.services.history.kpis import KpiFilter
-from app.widgets.buttons import CommandButton, MenuChip
+from app.widgets.buttons import ChoiceChip, CommandButton, MenuChip
 from app.widgets.charts import RobotBars, StackedBars
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.figure_charts import CauseRow, TrendRow
@@ -45,10 +45,10 @@ def tap_part(app, ui, chart, key) -> None:
 
 
 def test_figures_take_the_place_of_the_runs(screen, ui):
-    assert not ui.find_all(RunsPart)
+    assert not ui.find_all(RunsList)
     assert [card.label for card in ui.find_all(FigureCard)] == ["Success", "Duration", "Missions", "In use", "On time"]
     choose_tab(screen, ui, "runs")
-    assert not ui.find_all(FiguresPart)
+    assert not ui.find_all(FigureCard)
 
 
 def test_a_figure_is_set_against_as_long_before_if_the_history_reaches_so_far(screen, container, ui):
@@ -67,8 +67,8 @@ def test_a_figure_says_what_it_means(screen, ui):
     tap(screen, ui, ui.find(FigureCard, label="On time"))
     dialog = ui.find(FigureDialog)
     assert dialog.text.startswith("Planned starts that reached the robot")
-    assert {"Planned", "Ran"} <= {line.label for line in dialog.rows}
-    assert (dialog.rows[-1].label, dialog.rows[-1].value) == ("Period", "Sat 14 Nov – Fri 20 Nov")
+    assert {"Planned", "Ran"} <= {line.title for line in dialog.rows}
+    assert (dialog.rows[-1].title, dialog.rows[-1].meta) == ("Period", "Sat 14 Nov – Fri 20 Nov")
     ui.key(27)
     assert not ui.find_all(FigureDialog)
 
@@ -83,7 +83,7 @@ def test_use_is_one_figure_wherever_it_is_shown(screen, ui):
     [bar] = ui.find(RobotBars).rows
     assert ui.find(FigureCard, label="In use").value.partition("[")[0] == bar.share.partition(" ")[0]
     tap(screen, ui, ui.find(FigureCard, label="In use"))
-    assert [line.label for line in ui.find(FigureDialog).rows] == ["Sisu", "Period"]
+    assert [line.title for line in ui.find(FigureDialog).rows] == ["Sisu", "Period"]
 
 
 # ---------------------------------------------------------------------- to the runs
@@ -95,7 +95,7 @@ def test_a_cause_leads_to_its_runs(screen, ui):
     row = ui.find_all(CauseRow)[0]
     number, label = int(row.number), row.label
     tap(screen, ui, row)
-    assert label in [chip.text for chip in ui.find_all(SetFilter)]
+    assert label in [chip.text for chip in ui.find_all(ChoiceChip, icon="close")]
     assert len(runs_of(screen)) == number
     assert {run.state for run in screen.logs.facts.rows} == {State.FAILED}
 
@@ -150,12 +150,12 @@ def test_a_report_is_written_and_the_file_named(screen, ui, tmp_path, monkeypatc
     assert not screen.logs.files.reporting
     tap(screen, ui, ui.find(root=ui.find(Snackbar), text="Show"))  # a kiosk has nothing to open a page with
     shown = ui.find(FigureDialog)
-    assert (shown.title, words in shown.text.replace(" · Aino", ""), shown.rows[0].label) == (
+    assert (shown.title, words in shown.text.replace(" · Aino", ""), shown.rows[0].title) == (
         "Shift report",
         True,
         "Success rate",
     )
-    assert "Aino" in [row.label for row in shown.rows]
+    assert "Aino" in [row.title for row in shown.rows]
 
 
 def test_a_report_that_cannot_be_written_says_why_in_one_sentence(screen, ui, monkeypatch):

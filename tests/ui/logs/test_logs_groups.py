@@ -9,9 +9,8 @@ from pathlib import Path
 import pytest
 
 from app.domain.models import Group, State, Trigger
-from app.screens.logs.cards import SetFilter
 from app.screens.logs.of_groups import OfGroup
-from app.widgets.buttons import CommandButton
+from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.figures import FigureCard, FigureDialog
 from app.widgets.rows import OptionRow
@@ -62,7 +61,7 @@ def test_runs_of_a_group_are_found_and_say_why_that_robot_came(logs, container, 
     steps = {step.title: step.support for step in logs.logs.story.words.steps}
     assert steps["Chosen"] == f"{names[0]}: free now; {names[1]}: no answer"
     assert steps["Planned"].endswith(" · any of Hall 1")
-    tap(logs, ui, ui.find(SetFilter, text="Any of Hall 1"))
+    tap(logs, ui, ui.find(ChoiceChip, text="Any of Hall 1"))
     assert len(runs_of(logs)) > 1
 
 
@@ -103,5 +102,5 @@ def test_the_figures_of_a_group_are_among_the_numbers_of_what_ran_on_time(logs, 
     container.db.write(lambda c: container.repositories.executions.add(c, planned))
     reset_logs(logs, ui, "figures")
     tap(logs, ui, ui.find(FigureCard, label="On time"))
-    lines = [(line.label, line.value) for line in ui.find(FigureDialog).rows if line.note == "Any of Hall 1"]
+    lines = [(line.title, line.meta) for line in ui.find(FigureDialog).rows if line.support == "Any of Hall 1"]
     assert lines[0][0] == "Started within 1 min of plan"

@@ -254,7 +254,7 @@ def test_what_narrows_the_list_is_named_and_can_be_cleared():
 def test_the_numbers_of_outcomes_mark_the_one_that_is_asked_for():
     numbers = {State.COMPLETED: 96, State.FAILED: 4, State.SKIPPED: 2, State.MISSED: 1, State.CANCELLED: 7}
     chips = view.counts(numbers, Filters(outcomes=("skipped",)))
-    assert [(chip.text, chip.active) for chip in chips] == [
+    assert [(chip.text, chip.selected) for chip in chips] == [
         ("96 completed", False),
         ("4 failed", False),
         ("3 not run", True),
