@@ -69,6 +69,7 @@ class Sheet(Passive, MDCard):
 
     def __init__(self, **kwargs):
         self.find_spared = lambda: None
+        self._rests_until = 0.0
         self._arrange = Clock.create_trigger(self.arrange, -1)
         super().__init__(**kwargs)
         for name in ("edge", "tall_edge", "span", "keeps", "shrinks", "content_height", "around"):
@@ -81,6 +82,12 @@ class Sheet(Passive, MDCard):
 
     def on_close(self):
         """X or Esc."""
+
+    def press_foot(self):
+        """A double tap is one press, though the button may mean something else by then."""
+        if Clock.get_time() >= self._rests_until:
+            self._rests_until = Clock.get_time() + FOOT_RESTS
+            self.dispatch("on_done")
 
     def on_done(self):
         """The button at the foot."""

@@ -13,6 +13,7 @@ from kivy.factory import Factory
 
 from app.database.errors import DatabaseDamaged
 from app.database.robots import Hold
+from app.domain import rules
 from app.domain.clock import zone_names
 from app.domain.message import message, render
 from app.domain.models import Alarm, DurationEstimate, Priority, Robot, RobotSnapshot, Settings, State, Wait
@@ -27,12 +28,13 @@ from app.screens.common.threads import UiBus
 from app.screens.common.view_model import Navigator
 from app.screens.frame import controller as frame_controller
 from app.screens.frame.facts import OpenIssues
-from app.screens.frame.late_starts import LateStartsDialog
+from app.screens.frame.late_starts import LateSheet
 from app.screens.frame.view import banner, open_lines, zone_asked
 from app.screens.home.facts import HomeFacts
 from app.screens.home.screen import HomeScreen, HomeViewModel
 from app.screens.rescue import Damage, RescuePage
 from app.services.live.tablet import IS_COPY
+from app.widgets import load_kv
 from app.widgets.positions import PositionDialog, Spot
 from app.widgets.snackbar import Snackbars
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
@@ -340,14 +342,20 @@ def empty(studio: Any) -> None:
     home(studio, HomeFacts(settings=sample.SETTINGS))
 
 
-@picture("late-starts")
-def late_starts(studio: Any) -> Any:
-    late = [LATE[0], replace(LATE[1], held=True)]
+@picture("late-starts", sizes=EVERY_SIZE)
+def late_starts(studio: Any) -> None:
+    late = [
+        LATE[0],
+        replace(LATE[1], held=True),
+        replace(LATE[0], id=23, wait=Wait.ELSEWHERE, wait_details=rules.LISTED_LATER),
+    ]
     facts = replace(sample.with_aino(sample.EXECUTING, sample.QUEUE[:1]), open=(sample.RUNNING, *late))
-    home(studio, facts, issues=OpenIssues(late_starts=late))
-    dialog = LateStartsDialog(hold=lambda _ids, _held: None)
-    dialog.show(OpenIssues(late_starts=late), sample.SETTINGS, sample.NOW)
-    return studio.dialogs.open(dialog)
+    screen = home(studio, facts, issues=OpenIssues())
+    load_kv("frame/late_starts")
+    sheet = LateSheet()
+    sheet.show(OpenIssues(late_starts=late), sample.SETTINGS, sample.NOW)
+    screen.vm.sheets.show(sheet)
+    studio.driver.advance(0.3)
 
 
 @picture("time-zone-asked", sizes=BOTH)

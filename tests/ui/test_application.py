@@ -21,10 +21,14 @@ from app.domain.models import Robot, Schedule, State
 from app.failures import BadInput
 from app.i18n import translation, translator
 from app.process.data_directory import DataDirectory, restore_backup
+from app.screens.frame.late_starts import LateSheet
 from app.screens.rescue import Damage
 from app.services.live.changes import Topic
-from app.widgets.buttons import CommandButton
+from app.widgets.buttons import CommandButton, IconButton
+from app.widgets.frame import Banner
 from app.widgets.lanes import Lanes
+from app.widgets.list_row import RowButton
+from app.widgets.sheet import AskSheet
 from app.window import window
 from app.window.application import SchedulerApp, UiExceptionHandler
 from app.window.key_focus import ENTER, TAB
@@ -113,32 +117,51 @@ def late_schedule(site, name: str = "Home", position: str = "") -> None:
     container.runner.start()
 
 
-def test_late_starts_are_listed_first_and_can_be_held_and_released(tmp_path, ui):
+def test_late_starts_lie_over_home_and_can_be_put_on_hold_and_released(tmp_path, ui):
     with plant(tmp_path, start=False) as site:
         late_schedule(site)
         with shown(site.container, ui) as app:
-            ui.wait(lambda: app.shell.dialogs.top is not None)
-            assert "The app was off. Start this now?" in ui.texts()
-            assert any("Home on Aino" in text for text in ui.texts(app.shell.dialogs.top))
-            ui.tap(ui.find(CommandButton, app.shell.dialogs.top, text="Hold"))
-            ui.wait(lambda: "1 start is on hold: skipped unless released in time" in ui.texts())
-            ui.wait(lambda: "Held late starts" in ui.texts(app.shell.dialogs.top))
+            ui.wait(lambda: {"Not started yet", "Home", "Aino · 2 min late"} <= set(ui.texts()))
+            assert not ui.find(LateSheet).closable
+            app.shell.go("logs")
+            ui.wait(lambda: ui.find_all(Banner, action="Hold all"))
+            app.shell.go("home")
+            ui.wait(lambda: ui.find_all(LateSheet) and not ui.find_all(Banner))
+            ui.tap(ui.find(CommandButton, text="Hold all"))
+            ui.wait(lambda: {"1 on hold", "1 start is on hold"} <= set(ui.texts()))
             assert [(e.state, e.held) for e in site.container.history.open()] == [(State.WAITING, True)]
-            ui.tap(ui.find(CommandButton, app.shell.dialogs.top, text="Close"))
+            ui.advance(1)
+            ui.tap(ui.find(IconButton, ui.find(LateSheet), icon="close", visible=True))
             ui.wait(lambda: "1 late start on hold" in ui.texts())
             ui.tap(ui.find(CommandButton, text="Show"))
-            ui.tap(ui.find(CommandButton, app.shell.dialogs.top, text="Release all"))
+            ui.tap(ui.find(CommandButton, ui.find(LateSheet), text="Release"))
+            ui.advance(0.5)
+            assert ui.find(AskSheet).title == "1 start is due now"
+            ui.tap(ui.find(CommandButton, ui.find(AskSheet), text="Release"))
             ui.wait(lambda: all(e.state is not State.WAITING for e in site.container.history.open()))
             assert not site.container.holds.active()
+
+
+def test_a_late_start_that_is_not_wanted_is_cancelled_and_can_be_had_back(tmp_path, ui):
+    with plant(tmp_path, start=False) as site:
+        late_schedule(site)
+        with shown(site.container, ui) as app:
+            ui.wait(lambda: ui.find_all(RowButton, text="Don't start"))
+            ui.tap(ui.find(RowButton, ui.find(LateSheet), text="Don't start"))
+            ui.wait(lambda: not ui.find_all(LateSheet))
+            assert site.container.history.open() == []
+            assert app.shell.snackbars.texts == ["Home is cancelled"]
+            ui.tap_text("Undo")
+            ui.wait(lambda: site.container.history.open())
 
 
 @pytest.mark.long
 def test_a_late_start_is_called_by_where_it_goes(tmp_path, ui):
     with plant(tmp_path, start=False) as site:
         late_schedule(site, "Go to position", "Press")
-        with shown(site.container, ui, "settings") as app:
-            ui.wait(lambda: app.shell.dialogs.top is not None)
-            ui.wait(lambda: any("Go to position · Press on Aino" in text for text in ui.texts(app.shell.dialogs.top)))
+        with shown(site.container, ui):
+            ui.wait(lambda: ui.find_all(LateSheet))
+            ui.wait(lambda: "Go to position · Press" in ui.texts(ui.find(LateSheet)))
 
 
 # ---------------------------------------------------------------------- a damaged database

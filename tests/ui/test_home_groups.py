@@ -179,7 +179,7 @@ def test_a_waiting_start_offers_the_same_on_the_timeline_as_on_home(home, hall, 
     pick(ui, "Low")
     ui.wait(lambda: home.site.container.history.get(row.id).priority == -1)
     for word, held, said in (
-        ("Hold", True, "Deliver is on hold: skipped unless released in time"),
+        ("Hold", True, "Deliver is on hold"),
         ("Release", False, "Deliver is no longer on hold"),
     ):
         use(word)

@@ -395,7 +395,7 @@ def starts(world):
 
 def test_a_start_released_at_once_is_not_said_to_be_held(world, starts, ui):
     starts.hold(UNBOUND, True)
-    assert world.messages == ["Kits is on hold: skipped unless released in time"]
+    assert world.messages == ["Kits is on hold"]
     ui.advance(1)
     starts.hold(UNBOUND, False)
     assert world.messages == ["Kits is no longer on hold"]
@@ -404,7 +404,7 @@ def test_a_start_released_at_once_is_not_said_to_be_held(world, starts, ui):
 def test_actions_on_a_start_name_its_values(world, starts, dock, ui):
     start = replace(UNBOUND, parameters=dock)
     starts.hold(start, True)
-    assert world.messages == ["Kits · Dock 3 is on hold: skipped unless released in time"]
+    assert world.messages == ["Kits · Dock 3 is on hold"]
     ui.advance(1)
     starts.cancel(start)
     assert world.messages == ["Kits · Dock 3 is being cancelled"]
@@ -449,15 +449,15 @@ def test_a_waiting_start_that_is_held_is_said_only_to_be_held(world, starts, ui)
     world.reports.follow(UNBOUND)
     ui.advance(1.2)
     starts.hold(UNBOUND, True)
-    assert world.messages == ["Kits is on hold: skipped unless released in time"]
+    assert world.messages == ["Kits is on hold"]
     world.becomes(replace(UNBOUND, wait=Wait.HOLD, held=True))
-    assert world.messages == ["Kits is on hold: skipped unless released in time"]
+    assert world.messages == ["Kits is on hold"]
 
 
 def test_a_hold_of_one_start_says_nothing_about_another(world, starts, ui):
     starts.hold(UNBOUND, True)
     starts.hold(replace(UNBOUND, id=8, mission="Count"), False)
-    assert world.messages == ["Kits is on hold: skipped unless released in time", "Count is no longer on hold"]
+    assert world.messages == ["Kits is on hold", "Count is no longer on hold"]
 
 
 @pytest.fixture
@@ -470,7 +470,7 @@ def late(world):
 
 def test_late_starts_are_not_said_to_be_held_once_one_of_them_is_released(world, late, ui):
     late([7, 8], True)
-    assert world.messages == ["2 starts are on hold: skipped unless released in time"]
+    assert world.messages == ["2 starts are on hold"]
     ui.advance(1)
     late([9], False)
     assert len(world.messages) == 1
@@ -487,4 +487,4 @@ def test_a_late_start_that_is_released_elsewhere_is_not_said_to_be_held(world, l
 def test_a_late_start_that_is_held_is_not_said_to_be_released(world, late, starts):
     starts.hold(UNBOUND, False)
     late([7], True)
-    assert world.messages == ["1 start is on hold: skipped unless released in time"]
+    assert world.messages == ["1 start is on hold"]

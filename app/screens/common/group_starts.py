@@ -148,9 +148,7 @@ class GroupStarts:
 
     def hold(self, row: Execution, held: bool) -> None:
         """Hold or release it."""
-        words = (
-            _("{mission} is on hold: skipped unless released in time") if held else _("{mission} is no longer on hold")
-        )
+        words = _("{mission} is on hold") if held else _("{mission} is no longer on hold")
         said = self._saying(row, words.format(mission=self._name(row)), HAND if held else "play")
         too_late = self._saying(
             row, _("{mission} had already been sent").format(mission=self._name(row)), "information-outline"

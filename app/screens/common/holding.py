@@ -32,7 +32,7 @@ def _end(hold: Hold) -> tuple[bool, float]:
 
 def until_words(hold: Hold, settings: Settings, now: datetime) -> str:
     if hold.until is None:
-        return _("on hold until released")
+        return _("on hold")
     return _("on hold until {time}").format(time=formats.day_or_time(hold.until, settings.timezone, now))
 
 
@@ -85,11 +85,7 @@ def waiting_words(execution: Execution, zone: str, hold: Hold | None = None) -> 
     if not execution.held and (until := held_until(hold, execution.closes_at)) is not None:
         words = _("On hold until {time}").format(time=formats.clock_time(until, zone))
         return f"{words}: {why}" if why else words
-    text = (
-        _("On hold: {hold}; skipped at {time} unless released")
-        if why
-        else _("On hold; skipped at {time} unless released")
-    )
+    text = _("On hold, not run from {time}: {hold}") if why else _("On hold, not run from {time}")
     return text.format(hold=why, time=formats.clock_time(execution.closes_at, zone))
 
 
@@ -109,7 +105,7 @@ def held_next(hold: Hold | None, at: datetime, window_minutes: int | None, setti
         return ""
     planned = formats.day_and_time(at, settings.timezone, now)
     if hold.until is None:
-        return _("on hold · next {time} once released").format(time=planned)
+        return _("on hold · next {time}").format(time=planned)
     text = (
         _("{time} is skipped: on hold until {until}")
         if _is_too_late(hold, at, window_minutes, settings)

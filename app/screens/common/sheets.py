@@ -39,6 +39,10 @@ class Sheets:
         """The one that is shown."""
         return self._stack[-1] if self._stack else None
 
+    def has(self, sheet: Sheet) -> bool:
+        """It is shown, or below the one that is."""
+        return sheet in self._stack
+
     def show(self, sheet: Sheet) -> Sheet:
         """Show it, in the place of what was shown before."""
         if sheet is not self.top:

@@ -20,10 +20,12 @@ from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, Refresher
 from app.screens.frame.alarms import AlarmsModel
 from app.screens.frame.facts import FrameFacts, FrameServices, read
-from app.screens.frame.late_starts import LateStartsDialog
+from app.screens.frame.late_starts import LateStarts
 from app.screens.frame.sounding import Sounding
 from app.screens.frame.view import (
     banner,
+    counting_down,
+    held_back,
     open_lines,
     whose_plan,
     zone_asked,
@@ -51,11 +53,6 @@ def screen_word(name: str) -> str:
     }[name]
 
 
-def _listed(executions: Sequence[Execution]) -> frozenset[object]:
-    """After another absence they are listed again."""
-    return frozenset((e.id, e.listed_until) for e in executions)
-
-
 class FrameController:
     """Fills the Frame widget and runs the actions of its bar and banner."""
 
@@ -70,10 +67,9 @@ class FrameController:
         self._left = "home"  # the screen from which the alarms were opened
         self._sounding = Sounding()
         self._given = MissionNameLookup(services.robot_missions, services.clock, shell, self._show)
-        self._late: LateStartsDialog | None = None
+        self._late = LateStarts(services, shell, self._hold_starts, self._ask_to_release)
         self._zone_is_asked = False  # once, without having been pressed for
         self._rests_until = 0.0  # the banner, after it was pressed
-        self._late_seen: frozenset[object] = frozenset()  # executions, as listed, whose list the operator has closed
         self._release: list[Callable[[], object]] = []
 
     # ------------------------------------------------------------------ life
@@ -126,7 +122,6 @@ class FrameController:
         )
         self._show()
         self.alarms.changed()
-        self._show_late_starts()
         if facts.issues.guessed_zone and not self._zone_is_asked:
             self._ask_zone()
 
@@ -135,7 +130,9 @@ class FrameController:
         issues = replace(facts.issues, mission_names=self._shell.mission_names.known)
         if self._is_read:  # until then the time zone is not known
             frame.clock = formats.clock_time(now, facts.settings.timezone)
-        frame.banner = banner(issues, facts.robots, facts.settings, now, frame.current)
+        self._late.show(issues, facts.settings, now)
+        said = replace(issues, late_starts=()) if self._late.is_shown else issues
+        frame.banner = banner(said, facts.robots, facts.settings, now, frame.current)
         lines = open_lines(issues.alarms, now)
         new = sum(alarm.acknowledged_at is None for line in lines for alarm in line)
         shelved = [alarm for alarm in issues.alarms if is_shelved(alarm, now) and not is_over(alarm)]
@@ -144,8 +141,6 @@ class FrameController:
         sounds = self._sounding.is_due(issues.alarms, now, self._services.clock.monotonic())
         if sounds and facts.settings.alarm_sound and self._shell.loudspeaker is not None:
             self._shell.loudspeaker.play()
-        if self._late is not None:
-            self._late.show(issues, facts.settings, now)
 
     # ------------------------------------------------------------------ the bar
     def _go(self, _frame: Frame, name: str) -> None:
@@ -180,12 +175,17 @@ class FrameController:
             case Act.SCHEDULE_RUN if about is not None:
                 self._work(lambda: services.history.last_of_schedule(about), self._show_run)
             case Act.HOLD:
-                self._hold_starts([e.id for e in self._facts.issues.late_starts if not e.held], True)
+                self._hold_starts([e.id for e in counting_down(self._facts.issues.late_starts)], True)
             case Act.LATE_STARTS:
-                self._open_late_starts()
+                self._late.open()
+                self._show()
             case Act.RELEASE:
-                self._work(
-                    lambda: services.holds.release(about), lambda _none: self._shell.snackbars.end(about_hold(about))
+                self._ask_to_release(
+                    held_back(self._facts.issues, about, services.clock.now()),
+                    lambda: self._work(
+                        lambda: services.holds.release(about),
+                        lambda _none: self._shell.snackbars.end(about_hold(about)),
+                    ),
                 )
             case Act.CLOCK_IS_RIGHT:
                 now, zone = services.clock.now(), self._facts.settings.timezone
@@ -245,8 +245,16 @@ class FrameController:
         """In Logs; all runs when the history has no longer this one."""
         self._shell.go("logs", execution_id=execution.id if execution else None, unfiltered=execution is None)
 
+    def _ask_to_release(self, count: int, release: Callable[[], object]) -> None:
+        """What starts at once can't be undone."""
+        if not count:
+            release()
+            return
+        title = ngettext("{n} start is due now", "{n} starts are due now", count).format(n=count)
+        self._shell.sheets.ask(title, "", _("Release"), release, _("Keep hold"))
+
     def _hold_starts(self, ids: Sequence[int], held: bool) -> None:
-        """Only these; starts held too long are skipped, as in every hold."""
+        """Put only these on hold, or start them."""
         snackbars, about = self._shell.snackbars, [about_start(execution_id) for execution_id in ids]
 
         def done(number: int) -> None:
@@ -255,11 +263,7 @@ class FrameController:
                 for each in about:
                     snackbars.end(each)
             else:
-                kept = ngettext(
-                    "{n} start is on hold: skipped unless released in time",
-                    "{n} starts are on hold: skipped unless released in time",
-                    number,
-                )
+                kept = ngettext("{n} start is on hold", "{n} starts are on hold", number)
                 late = ngettext("{n} start had already been sent", "{n} starts had already been sent", sent)
                 said = late.format(n=sent) if sent else kept.format(n=number)
                 snackbars.post(Message(said, HAND if not sent else "information-outline", about=frozenset(about)))
@@ -269,21 +273,3 @@ class FrameController:
     def _show_alarms(self, _frame: Frame) -> None:
         if self._shell.navigator.current != "alarms":
             self._shell.go("alarms")
-
-    def _show_late_starts(self) -> None:
-        """Opens by itself: a robot must not start because somebody plugged the tablet in."""
-        waiting = _listed(self._facts.issues.late_starts)
-        if self._late is not None and not waiting:
-            self._late.dismiss()
-        elif self._late is None and waiting - self._late_seen:
-            self._open_late_starts()
-
-    def _open_late_starts(self) -> None:
-        self._late = LateStartsDialog(hold=self._hold_starts)
-        self._late.bind(on_dismiss=self._late_closed)
-        self._shell.dialogs.open(self._late)
-        self._show()
-
-    def _late_closed(self, _dialog: LateStartsDialog) -> None:
-        self._late = None
-        self._late_seen = _listed(self._facts.issues.late_starts)

@@ -1,87 +1,111 @@
-"""The late starts that the operator may still hold, over any screen."""
+"""Starts that fell due while the app was off: a sheet on Home, in which each is started or not, or all are put on hold."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from datetime import datetime
-from typing import Any
 
-from kivy.properties import BooleanProperty, ListProperty, StringProperty
-from kivy.uix.boxlayout import BoxLayout
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 
-from app.domain.models import Settings
-from app.i18n import _, ngettext
-from app.screens.frame.facts import OpenIssues
-from app.screens.frame.view import late_line, seconds_left
+from app.domain import rules
+from app.domain.models import Execution, Settings
+from app.i18n import _
+from app.screens.common.cancelled import say_cancelled
+from app.screens.common.shell import Shell
+from app.screens.frame.facts import FrameServices, OpenIssues
+from app.screens.frame.view import counting_down, counting_words, late_rows, seconds_left
 from app.widgets import load_kv
-from app.widgets.dialogs import FormDialog
-from app.widgets.lists import Row
+from app.widgets.sheet import Sheet
 
 
-class LateRow(Row, BoxLayout):
-    """One late start: mission, robot, planned time. ``act("hold")`` toggles ``held``."""
+class LateSheet(Sheet):
+    """``counts``: some of them start by themselves in a moment, and it can't be closed; without such it can ``release`` those on hold."""
 
-    text = StringProperty()
-    note = StringProperty()
-    held = BooleanProperty(False)
-
-
-@dataclass(frozen=True)
-class LateStart:
-    """What a LateRow shows; ``key`` is the id of the execution."""
-
-    key: int
-    text: str
-    note: str
-    held: bool = False
-
-
-class LateStartsDialog(FormDialog):
-    """Starts that fell due while the app was off, counted down: each can be held and released, or all at once, by
-    ``hold(ids, held)``."""
-
-    text = StringProperty()
+    scrolls = BooleanProperty(False)
+    line = StringProperty()
+    share = NumericProperty(0)  # of the time that is over
+    counts = BooleanProperty(False)
+    can_release = BooleanProperty(False)
     rows = ListProperty()
-    all_held = BooleanProperty(False)
-
-    def __init__(self, hold: Callable[[Sequence[int], bool], object], **kwargs: Any) -> None:
-        load_kv("frame/late_starts")
-        self._hold = hold
-        super().__init__(**kwargs)
+    act = ObjectProperty()  # (key, action): the button of a row was pressed
 
     def show(self, issues: OpenIssues, settings: Settings, now: datetime) -> None:
-        executions = issues.late_starts
-        going = [e for e in executions if not e.held]
-        many = len(going)
-        self.title = (
-            ngettext("The app was off. Start this now?", "The app was off. Start these {n} now?", many).format(n=many)
-            if going
-            else _("Held late starts")
+        counting = counting_down(issues.late_starts)
+        held = [e for e in issues.late_starts if e.held]
+        self.counts, self.can_release = bool(counting), bool(held)
+        on_hold = _("{n} on hold").format(n=len(held)) if held else ""
+        self.line = counting_words(counting, now) if counting else on_hold
+        self.share = 1 - seconds_left(counting, now) / rules.LATE_START_HOLD.total_seconds() if counting else 0
+        self.rows = late_rows(issues.late_starts, issues.mission_names, settings, now)
+
+
+class LateStarts:
+    """The sheet opens by itself: a robot must not start because a person plugged the tablet in. ``hold(ids, held)`` starts what is not
+    ``held``; ``release(count, work)`` asks before ``work()``."""
+
+    def __init__(
+        self,
+        services: FrameServices,
+        shell: Shell,
+        hold: Callable[[Sequence[int], bool], object],
+        release: Callable[[int, Callable[[], object]], object],
+    ) -> None:
+        self._services, self._shell, self._hold, self._release = services, shell, hold, release
+        self._sheet: LateSheet | None = None
+        self._issues = OpenIssues()
+        self._closed: frozenset[object] = frozenset()  # those that were there when a person closed it
+
+    @property
+    def is_shown(self) -> bool:
+        return self._sheet is not None and self._shell.sheets.has(self._sheet)
+
+    def open(self) -> None:
+        """Show those on hold again."""
+        self._closed = frozenset()
+        self._shell.go("home")
+
+    def show(self, issues: OpenIssues, settings: Settings, now: datetime) -> None:
+        """On Home, while there are any."""
+        self._issues = issues
+        is_home, late = self._shell.navigator.current == "home", issues.late_starts
+        is_wanted = bool(counting_down(late)) or bool(_listed(late) - self._closed)
+        if self.is_shown and not late:
+            self._shell.sheets.close()
+        elif is_home and late and is_wanted and not self.is_shown:
+            load_kv("frame/late_starts")
+            self._sheet = LateSheet(act=self.act)
+            self._sheet.bind(on_close=self._close, on_done=self._press)
+            self._shell.sheets.show(self._sheet)
+        if self._sheet is not None and self.is_shown:
+            self._sheet.show(issues, settings, now)
+
+    def _close(self, *_args: object) -> None:
+        self._closed = _listed(self._issues.late_starts)
+
+    def _press(self, *_args: object) -> None:
+        """Put all on hold that count down; or release those on hold."""
+        if counting := counting_down(self._issues.late_starts):
+            self._hold([e.id for e in counting], True)
+        else:
+            held = [e.id for e in self._issues.late_starts if e.held]
+            self._release(len(held), lambda: self._hold(held, False))
+
+    def act(self, key: int, name: str) -> None:
+        """The button of a row decides it alone."""
+        row = next((e for e in self._issues.late_starts if e.id == key), None)
+        if row is None:
+            return
+        if name == "start":
+            self._hold([key], False)
+            return
+        mission, services = self._issues.mission_names.run(row), self._services
+        self._shell.background.run(
+            lambda: services.operator.cancel_execution(key),
+            lambda left: say_cancelled(self._shell, services.catalogue, mission, left, lambda: None),
+            self._shell.say_problem,
         )
-        text = (
-            _("Each is started when it is released, and skipped when its time is over.")
-            if not going
-            else _("It starts in {n} s unless you hold it.")
-            if many == 1
-            else _("They start in {n} s unless you hold them.")
-        )
-        self.text = text.format(n=seconds_left(going, now))
-        self.all_held = not going
-        self.rows = [
-            LateStart(e.id, late_line(e, issues.mission_names, settings), e.own_name, e.held) for e in executions
-        ]
 
-    def start(self) -> None:
-        """At once, what is not held."""
-        if going := [row.key for row in self.rows if not row.held]:
-            self._hold(going, False)
-        self.dismiss()
 
-    def hold_one(self, execution_id: int) -> None:
-        self._hold([execution_id], not next(row.held for row in self.rows if row.key == execution_id))
-
-    def hold_all(self) -> None:
-        """Or release all, when all are held."""
-        self._hold([row.key for row in self.rows if row.held == self.all_held], not self.all_held)
-        self.dismiss()
+def _listed(late: Sequence[Execution]) -> frozenset[object]:
+    """After another absence they are listed again."""
+    return frozenset((e.id, e.listed_until) for e in late)

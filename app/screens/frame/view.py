@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import datetime, timedelta
 
 from app.database.robots import Hold
 from app.domain.models import Alarm, Execution, Priority, Robot, Settings
@@ -23,12 +23,13 @@ from app.screens.common.alarms_view import (
     urgency,
     way_to,
 )
-from app.screens.common.holding import HAND
+from app.screens.common.holding import HAND, hold_at
 from app.screens.common.mission_names import MissionNames
 from app.screens.common.options import Option
 from app.screens.common.zones import zone_options
-from app.screens.frame.facts import OpenIssues
+from app.screens.frame.facts import OpenIssues, may_have_run
 from app.services.check_up.journal import HOLD as CHECK_UP
+from app.widgets.items import Action, Item
 
 
 @dataclass(frozen=True)
@@ -52,9 +53,8 @@ def banner(
         return BannerView(
             _("Nothing is sent from this tablet"), icon="tablet-dashboard", action=_("Decide"), act=Act.WHOSE_PLAN
         )
-    going = [e for e in issues.late_starts if not e.held]
-    if going:
-        return _late(going, now)
+    if counting := counting_down(issues.late_starts):
+        return BannerView(counting_words(counting, now), "attention", "timer-alert-outline", _("Hold all"), Act.HOLD)
     new = [
         group  # also what can't be acknowledged: nothing can be written
         for group in open_lines(issues.alarms, now)
@@ -71,7 +71,7 @@ def banner(
         return _hold(hold, robots, settings, now)
     if in_need:
         return _alarm(in_need[0], robots, settings, now)
-    if held := len(issues.late_starts):
+    if held := sum(e.held for e in issues.late_starts):
         text = ngettext("{n} late start on hold", "{n} late starts on hold", held).format(n=held)
         return BannerView(text, action=_("Show"), act=Act.LATE_STARTS)
     return BannerView()
@@ -108,18 +108,53 @@ def _alarm(group: Together, robots: Mapping[int, Robot], settings: Settings, now
 
 
 # ---------------------------------------------------------------------- holds and late starts
-def _late(going: Sequence[Execution], now: datetime) -> BannerView:
-    count, left = len(going), seconds_left(going, now)
-    text = ngettext("{n} starts in {s} s", "{n} start in {s} s", count).format(n=count, s=left)
-    action, about = (_("Hold"), going[0].id) if count == 1 else (_("Hold all"), None)
-    return BannerView(text, "attention", "timer-alert-outline", action, Act.HOLD, about)
+def counting_down(late: Sequence[Execution]) -> list[Execution]:
+    """Those that start by themselves in a moment."""
+    return [e for e in late if not e.held and not may_have_run(e)]
 
 
-def late_line(execution: Execution, mission_names: MissionNames, settings: Settings) -> str:
-    return _("{mission} on {robot} ({time})").format(
-        mission=mission_names.run(execution),
-        robot=execution.robot or execution.robot_group,
-        time=formats.clock_time(execution.planned_at, settings.timezone),
+def counting_words(counting: Sequence[Execution], now: datetime) -> str:
+    count = len(counting)
+    return ngettext("{n} starts in {s} s", "{n} start in {s} s", count).format(n=count, s=seconds_left(counting, now))
+
+
+def late_rows(late: Sequence[Execution], names: MissionNames, settings: Settings, now: datetime) -> list[Item]:
+    """Those that may have run already come last: their robots are being asked, and a start could run them twice."""
+    unclear = [e for e in late if may_have_run(e)]
+    head = [Item(("head",), _("May have run already"), look="head")] if unclear else []
+    found = [e for e in late if not may_have_run(e)]
+    return [
+        *(_late_row(e, names, settings, now) for e in found),
+        *head,
+        *(_late_row(e, names, settings, now) for e in unclear),
+    ]
+
+
+def _late_row(execution: Execution, names: MissionNames, settings: Settings, now: datetime) -> Item:
+    robot, closes = execution.robot or execution.robot_group, formats.clock_time(execution.closes_at, settings.timezone)
+    late = formats.rough_duration(max(timedelta(minutes=1), now - execution.planned_at).total_seconds())
+    drop, start = Action("drop", _("Don't start"), style="text"), Action("start", _("Start"))
+    actions: tuple[Action, ...] = (drop, start)
+    words = _("{robot} · {time} late").format(robot=robot, time=late)
+    if may_have_run(execution):
+        words, actions = _("Asking {robot}, until {time}").format(robot=robot, time=closes), (drop,)
+    elif execution.held:
+        words = _("{robot} · on hold, not run from {time}").format(robot=robot, time=closes)
+    return Item(
+        execution.id,
+        names.run(execution),
+        words,
+        lead=formats.clock_time(execution.planned_at, settings.timezone),
+        actions=actions,
+        opens=False,
+    )
+
+
+def held_back(issues: OpenIssues, robot_id: int | None, now: datetime) -> int:
+    """How many starts are due at once when the hold of that robot, or of all (None), is released."""
+    others = [hold for hold in issues.holds if hold.robot_id != robot_id]
+    return sum(
+        robot_id in (None, e.robot_id) and hold_at(others, e.robot_id, now) is None for e in issues.waiting_for_hold
     )
 
 

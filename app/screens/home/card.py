@@ -306,5 +306,5 @@ def _hold_words(facts: HomeFacts, until: datetime | None, is_clock: bool, now: d
     zone, closes_at = facts.settings.timezone, rules.closes_at(now, None, facts.settings)
     if until is None or until >= closes_at:
         at = formats.day_and_time(closes_at, zone, now)
-        return _("Not run unless released by {time}").format(time=at)
+        return _("On hold, not run from {time}").format(time=at)
     return _("Starts after {time}").format(time=formats.day_or_time(until, zone, now))

@@ -39,7 +39,7 @@ def test_under_a_hold_the_sheet_and_the_message_say_that_it_waits(home, ui):
     home.site.container.holds.hold("shift meeting")
     ui.wait(lambda: home.root_vm.card.send_note)
     choose(ui, "Home")
-    assert any(text.startswith("Not run unless released by ") for text in ui.texts(sheet(ui)))
+    assert any(text.startswith("On hold, not run from ") for text in ui.texts(sheet(ui)))
     ui.advance(0.7)
     press(ui, "Run on Aino")
     ui.wait(lambda: home.shell.snackbars.texts)
@@ -165,7 +165,7 @@ def test_a_position_is_chosen_on_the_map_of_the_robot_and_named_in_logs(home, ui
     (execution,) = home.site.container.history.open()
     assert list(execution.parameters.values()) == [spot.key]
     home.shell.go("logs", execution_id=execution.id)
-    ui.wait(lambda: home.shell.navigator.screen("logs").vm.story.note == "Position: Press")
+    ui.wait(lambda: home.shell.navigator.screen("logs").vm.story.words.note == "Position: Press")
 
 
 def test_a_mission_that_is_not_in_the_list_is_fetched_from_a_robot(home, ui, monkeypatch):

@@ -8,11 +8,12 @@ from datetime import timedelta
 import pytest
 
 from app.database.robots import Hold
+from app.domain import rules
 from app.domain.models import Alarm, Priority, Wait
 from app.screens.common.alarms_view import Act
-from app.screens.common.mission_names import MissionNames
+from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
 from app.screens.frame.facts import OpenIssues, late_starts
-from app.screens.frame.view import banner, late_line, open_lines
+from app.screens.frame.view import banner, counting_down, held_back, late_rows, open_lines
 from app.services.live.alarms import SENTENCES
 from tests.support.alarms import alarm
 from tests.support.home_facts import AINO, FACTS, HELD, NOW, RUNNING, SETTINGS, VEIKKO, ago
@@ -119,15 +120,38 @@ def test_late_starts_come_before_everything_and_count_down():
     assert late_starts([RUNNING, HELD, late], ROBOTS) == [late]
     assert [e.robot for e in late_starts([late], {1: replace(AINO, name="Alma")})] == ["Alma"]
     view = show(alarm("emergency_stop"), late=[late])
-    assert (view.text, view.act, view.action) == ("1 starts in 24 s", Act.HOLD, "Hold")
+    assert (view.text, view.act, view.action) == ("1 starts in 24 s", Act.HOLD, "Hold all")
     several = show(late=[late, replace(late, id=98), replace(late, id=99, held=True, wait=Wait.HOLD)])
     assert (several.text, several.action) == ("2 start in 24 s", "Hold all")
 
 
 def test_a_late_start_is_named_with_its_values_and_its_group():
-    late = replace(HELD, robot_id=None, robot="", robot_group="Hall 1", parameters={"goal": DOCK})
-    names = MissionNames(names={DOCK: "Dock 3"})
-    assert late_line(late, names, SETTINGS) == "Waste to compactor · Dock 3 on Hall 1 (14:35)"
+    late = replace(HELD, robot_id=None, robot="", robot_group="Hall 1", parameters={"goal": DOCK}, wait=Wait.LATE_START)
+    [row] = late_rows([late], MissionNames(names={DOCK: "Dock 3"}), SETTINGS, NOW)
+    assert (row.lead, row.title, row.support) == ("14:35", "Waste to compactor · Dock 3", "Hall 1 · 3 min late")
+    assert [action.text for action in row.actions] == ["Don't start", "Start"]
+
+
+def test_a_late_start_that_may_have_run_can_not_be_started():
+    held = replace(HELD, id=5, held=True, wait=Wait.HOLD)
+    asked = replace(HELD, id=6, wait=Wait.ELSEWHERE, wait_details=rules.LISTED_LATER)
+    late = late_starts([asked, held], ROBOTS)
+    rows = late_rows(late, NOTHING_KNOWN, SETTINGS, NOW)
+    assert [(row.title, row.support) for row in rows] == [
+        ("Waste to compactor", "Aino · on hold, not run from 14:50"),
+        ("May have run already", ""),
+        ("Waste to compactor", "Asking Aino, until 14:50"),
+    ]
+    assert [[action.name for action in row.actions] for row in rows] == [["drop", "start"], [], ["drop"]]
+    assert counting_down(late) == []
+
+
+def test_what_is_due_at_once_is_counted_before_a_hold_is_released():
+    waits = replace(HELD, wait=Wait.HOLD, held=False)
+    issues = OpenIssues(holds=[Hold()], waiting_for_hold=[waits, replace(waits, robot_id=2)])
+    assert (held_back(issues, None, NOW), held_back(issues, 1, NOW)) == (2, 0)
+    both = replace(issues, holds=[Hold(), Hold(robot_id=2)])
+    assert held_back(both, None, NOW) == 1
 
 
 def test_late_starts_that_are_held_are_not_forgotten():

@@ -100,7 +100,7 @@ def of(status, **values) -> Card:
             "",
             "Sent when Aino answers",
         ),
-        (on_hold(FACTS), "Working", "accent", "", "Pause", "", "", "Not run unless released by 14:53"),
+        (on_hold(FACTS), "Working", "accent", "", "Pause", "", "", "On hold, not run from 14:53"),
         (
             replace(FACTS, robots=(replace(AINO, enabled=False), VEIKKO)),
             "Off",
@@ -345,7 +345,7 @@ def test_a_hold_that_ends_in_time_says_when_it_starts():
     soon = Hold("Audit", NOW + timedelta(minutes=10), ago(minutes=1))
     assert card(replace(FACTS, holds=(soon,))).send_note == "Starts after 14:48"
     assert card(replace(FACTS, holds=(replace(soon, robot_id=VEIKKO.id),))).send_note == ""
-    assert card(replace(FACTS, holds=(HOLD,))).send_note == "Not run unless released by 14:53"
+    assert card(replace(FACTS, holds=(HOLD,))).send_note == "On hold, not run from 14:53"
 
 
 def test_data_of_another_tablet_can_only_be_looked_at():

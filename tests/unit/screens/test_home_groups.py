@@ -109,10 +109,7 @@ def test_a_robot_that_can_not_have_it_says_why():
         "Dock 1 is full: Sisu uses it",
         "on hold until 15:16",
     ]
-    assert (
-        robots_for(row(), (AINO, VEIKKO), (HALL,), (replace(held, until=None),), SETTINGS, NOW)[1].note
-        == "on hold until released"
-    )
+    assert robots_for(row(), (AINO, VEIKKO), (HALL,), (replace(held, until=None),), SETTINGS, NOW)[1].note == "on hold"
 
 
 def test_other_robots_are_offered_for_a_start_that_a_silent_robot_may_have():
