@@ -449,15 +449,6 @@ class ExecutionRepository:
         found = c.execute(f"SELECT state, count(*) FROM executions WHERE {where} GROUP BY state", values)
         return {State(state): number for state, number in found}
 
-    def last_ended(self, c: sqlite3.Connection, count: int) -> list[Execution]:
-        """The newest that ended, of all robots, newest first; not those that a person skipped."""
-        return self._list(
-            c,
-            """WHERE ended_at IS NOT NULL AND NOT (state = 'skipped' AND reason_details ->> 'skipped_at' IS NOT NULL)
-                                ORDER BY ended_at DESC, id DESC LIMIT ?""",
-            count,
-        )
-
     def stream(self, c: sqlite3.Connection, wanted: ExecutionFilter | None = None) -> Iterator[Execution]:
         """Oldest first by planned instant, including open ones; never all in memory.
 

@@ -16,6 +16,7 @@ from app.process.demo import furnish
 from app.services.catalogue import zones
 from app.services.live.tablet_zone import TabletZone
 from tests.support.clock import VirtualClock
+from tests.support.history import last_ended
 
 ROBOTS = [(name, f"http://127.0.0.1:{8080 + number}") for number, name in enumerate(("Aino", "Veikko", "Sisu"))]
 MISSIONS = {mission.name: mission.guid for mission in mir_sim.MISSIONS}
@@ -41,7 +42,7 @@ def test_a_mission_starts_within_two_minutes_whatever_day_it_is(make, day):
     container = make(now)
     furnish(container, ROBOTS, MISSIONS)
     assert container.plan.between(now, now + timedelta(minutes=2)).runs
-    assert container.history.last_finished(1)
+    assert last_ended(container, 1)
     live = next(schedule for schedule in container.catalogue.schedules() if schedule.group_id is not None)
     assert (live.name, live.respect_working_days) == ("Deliver kits to line 2 on Hall 1", False)
 

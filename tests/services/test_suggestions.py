@@ -13,7 +13,7 @@ from app.database.connection import Database
 from app.domain.activity import ActivitySpan
 from app.domain.models import Group, Mission, Reason, ReasonCode, Robot, Schedule, State, Trigger
 from app.services.suggestions.late_schedules import Cause
-from app.services.suggestions.suggestions import Kind, action, promise, sentence, since_then
+from app.services.suggestions.suggestions import Kind, action, promise, sentence
 from tests.support.clock import VirtualClock
 from tests.support.edits import switch_robot
 from tests.support.history import add_run
@@ -269,7 +269,7 @@ def test_after_one_was_accepted_later_starts_count_and_it_is_reported_after_two_
     assert container.suggestions.compute().results == ()
     clock.advance(2 * 86_400)
     [result] = container.suggestions.compute().results
-    assert since_then(result) == "Kits: since then late 1 of 9 (before 20 of 20)"
+    assert (result.late, result.starts, result.before.late, result.before.starts) == (1, 9, 20, 20)
     clock.advance(60 * 86_400)
     assert container.suggestions.compute().results == ()
 

@@ -1,4 +1,4 @@
-"""A history of invented runs."""
+"""Runs of the history: invented ones, and what it has."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 from uuid import uuid4
 
 from app.container import Container
+from app.database.executions import ExecutionFilter
 from app.domain.models import Execution, State, Trigger
 
 
@@ -21,6 +22,13 @@ def add_run(container: Container, at: datetime, **values: Any) -> None:
     """One of that instant which is over, completed unless ``values`` of the row say otherwise."""
     run = _run(at, **{"token": str(uuid4()), "ended_at": at} | values)
     container.db.write(lambda c: container.repositories.executions.add(c, run))
+
+
+def last_ended(container: Container, count: int) -> list[Execution]:
+    """The newest that are over, newest first."""
+    rows, now = container.history.page(ExecutionFilter(), size=1000).rows, container.clock.now()
+    ended = [row for row in rows if row.ended_at is not None and row.ended_at <= now]
+    return sorted(ended, key=lambda row: (row.ended_at, row.id), reverse=True)[:count]
 
 
 def _run(at: datetime, **values: Any) -> Execution:

@@ -15,6 +15,7 @@ from app.widgets.buttons import CommandButton, Segment
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import Field
 from app.widgets.rows import OptionRow
+from tests.support.history import last_ended
 from tests.ui.test_plan_to_log import ShiftedClock, go
 from tests.ui.whole_app import GUIDS, PASSWORD, USER, shown
 
@@ -101,8 +102,8 @@ def test_one_robot_breaks_the_other_comes_and_nothing_runs_twice(site, fleet, ui
         site.clock.leap_to(datetime(2026, 11, 23, 6, 30, tzinfo=UTC) - timedelta(seconds=3))
         site.holds.confirm_clock()  # the robots live in another year
         site.runner.start()
-        ui.wait(lambda: site.history.last_finished(1), seconds=60)
-        (run,) = site.history.last_finished(1)
+        ui.wait(lambda: last_ended(site, 1), seconds=60)
+        (run,) = last_ended(site, 1)
         assert (run.state, run.mission, run.robot, run.robot_group) == (State.COMPLETED, "Home", "Veikko", "Hall 1")
         ui.wait(lambda: plan.listed.rows[0].place == "any of Hall 1 (last: Veikko)")
         assert queued(fleet) == {"Aino": 0, "Veikko": 1}

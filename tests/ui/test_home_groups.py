@@ -13,6 +13,7 @@ from app.widgets.list_row import RowButton, RowIcon
 from app.widgets.rows import OptionRow
 from app.widgets.sheet import AskSheet
 from app.widgets.snackbar import Snackbar
+from tests.support.history import last_ended
 from tests.support.stored import Stored
 from tests.ui.home.operator import choose, items, open_robot, press
 from tests.ui.whole_app import GUIDS, api, plant, restart, shown
@@ -97,12 +98,9 @@ def act(ui, action: str) -> None:
 def test_any_free_robot_of_a_group_comes(home, hall, ui):
     run_on_any(ui, "Home")
     ui.wait(
-        lambda: (
-            home.site.container.history.last_finished(1)
-            or [row for row in home.site.container.history.open() if row.robot]
-        )
+        lambda: last_ended(home.site.container, 1) or [row for row in home.site.container.history.open() if row.robot]
     )
-    row = (home.site.container.history.open() or home.site.container.history.last_finished(1))[0]
+    row = (home.site.container.history.open() or last_ended(home.site.container, 1))[0]
     assert (row.robot_group, row.priority, row.robot in ("Aino", "Veikko")) == ("Hall 1", 1, True)
     texts = f"Home is sent to {row.robot}. {row.robot}: free now", "Home is not sent yet. "  # on a slow machine
     ui.wait(lambda: [bar for bar in ui.find_all(Snackbar) if bar.text.startswith(texts)])
@@ -225,7 +223,7 @@ def test_a_waiting_start_is_cancelled(home, hall, ui):
     ui.advance(1)
     act(ui, "cancel")
     ui.wait(lambda: not waiting(ui))
-    assert home.site.container.history.last_finished(1)[0].state is State.CANCELLED
+    assert last_ended(home.site.container, 1)[0].state is State.CANCELLED
 
 
 def test_a_start_that_a_silent_robot_may_have_is_run_on_another_by_a_person_only(home, hall, ui):
@@ -257,8 +255,4 @@ def test_a_start_that_a_silent_robot_may_have_is_run_on_another_by_a_person_only
     assert ui.find(AskSheet).text == "If Aino already has it, it runs twice."
     assert len(container.history.open()) == 1
     press(ui, "Start it", ui.find(AskSheet))
-    ui.wait(
-        lambda: [
-            row for row in (*container.history.open(), *container.history.last_finished(5)) if row.robot == "Veikko"
-        ]
-    )
+    ui.wait(lambda: [row for row in (*container.history.open(), *last_ended(container, 5)) if row.robot == "Veikko"])

@@ -21,6 +21,7 @@ from app.widgets.frame import NavItem
 from app.widgets.list_row import ListRow
 from app.widgets.rows import OptionRow
 from app.widgets.tabs import TabButton
+from tests.support.history import last_ended
 from tests.support.way import Way, documented
 from tests.ui.whole_app import GUIDS, PASSWORD, USER, shown
 
@@ -98,8 +99,8 @@ def test_a_planned_mission_starts_by_itself_and_is_found_in_the_log(site, ui):
         ui.wait(lambda: [row.item.lead for row in ui.find_all(TodayRow) if row.item.title == "Home"] == ["06:30"])
 
         let_it_begin(site)
-        ui.wait(lambda: site.history.last_finished(1), seconds=60)
-        (execution,) = site.history.last_finished(1)
+        ui.wait(lambda: last_ended(site, 1), seconds=60)
+        (execution,) = last_ended(site, 1)
         assert (execution.state, execution.mission, execution.attempts) == (State.COMPLETED, "Home", 1)
         assert timedelta(0) <= execution.submitted_at - execution.planned_at < timedelta(seconds=30)
 

@@ -51,10 +51,6 @@ class History:
         found = self._executions.replacements(self._db.read(), min(planned) - DOUBTED_FOR, max(planned))
         return {number: one for one in found for number in (one.id, one.other)}
 
-    def last_finished(self, count: int) -> Sequence[Execution]:
-        """The newest ended executions of all robots, except starts that a person skipped: they never ran."""
-        return self._executions.last_ended(self._db.read(), count)
-
     def open(self) -> Sequence[Execution]:
         """Everything under way or waiting, of all robots."""
         return self._executions.open_all(self._db.read())

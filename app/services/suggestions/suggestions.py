@@ -259,7 +259,6 @@ _DONE: Mapping[str, str] = MappingProxyType(
         "group": "Any of {group}",
     }
 )
-_SINCE = "{schedule}: since then late {late} of {starts} (before {late_before} of {starts_before})"
 
 
 def sentence(suggestion: Suggestion, translate: Translate = lambda text: text, called: str = "") -> str:
@@ -306,13 +305,3 @@ def _times(change: Change, translate: Translate) -> dict[str, object]:
         "time": writing.time_of_day(change.draft.start.time(), translate),
         "minutes": round(abs(change.shift_s) / 60),
     }
-
-
-def since_then(result: Result, translate: Translate = lambda text: text, called: str = "") -> str:
-    return translate(_SINCE).format(
-        schedule=called or result.schedule.name,
-        late=result.late,
-        starts=result.starts,
-        late_before=result.before.late,
-        starts_before=result.before.starts,
-    )

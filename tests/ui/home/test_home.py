@@ -14,6 +14,7 @@ from app.screens.home.facts import HomeFacts, read
 from app.screens.scheduler.cards import FormSheet
 from app.widgets.buttons import CommandButton
 from app.widgets.frame import Banner
+from tests.support.history import last_ended
 from tests.ui.home.operator import items, open_robot, run, step, tab
 
 
@@ -120,7 +121,7 @@ def test_a_choice_of_a_robot_that_can_not_be_written_is_undone(home, ui, monkeyp
 def test_an_ended_run_opens_its_story_in_logs(home, ui):
     run(ui, "Home")
     ui.wait(lambda: items(ui, "run"))
-    (execution,) = home.site.container.history.last_finished(1)
+    (execution,) = last_ended(home.site.container, 1)
     ui.tap(ui.find(TodayRow, key=("run", execution.id)))
     assert home.shell.navigator.current == "logs"
     ui.wait(lambda: home.shell.navigator.screen("logs").vm.story.words.key == execution.id)

@@ -11,6 +11,7 @@ from app.mir.errors import Unreachable
 from app.screens.home.cards import SendTile
 from app.widgets.buttons import CommandButton
 from app.widgets.sheet import AskSheet
+from tests.support.history import last_ended
 from tests.ui.home.operator import (
     QUEUE,
     clear_queue,
@@ -159,7 +160,7 @@ def test_clear_queue_says_how_many_and_ends_them_all(home, ui):
     press(ui, "Clear queue")
     ui.wait(lambda: not rows(ui))
     ui.wait(lambda: not home.site.container.history.open())
-    (execution,) = home.site.container.history.last_finished(5)
+    (execution,) = last_ended(home.site.container, 5)
     assert execution.reason.code is ReasonCode.QUEUE_CLEARED
 
 
@@ -192,8 +193,8 @@ def test_a_clear_without_an_answer_says_its_outcome(home, ui):
         "Aino has not answered yet: missions sent from here are cancelled as soon as it does"
         in home.shell.snackbars.texts
     )
-    ui.wait(lambda: home.site.container.history.last_finished(1))
-    (execution,) = home.site.container.history.last_finished(1)
+    ui.wait(lambda: last_ended(home.site.container, 1))
+    (execution,) = last_ended(home.site.container, 1)
     assert execution.reason.code is ReasonCode.QUEUE_CLEARED
 
 
@@ -226,8 +227,8 @@ def test_a_start_of_the_app_can_be_cancelled(home, ui):
     tap_cancel(ui)
     assert {"Cancel Deliver?", "It leaves the queue of Aino. This can't be undone."} <= set(ui.texts(ui.find(AskSheet)))
     press(ui, "Cancel mission")
-    ui.wait(lambda: home.site.container.history.last_finished(1))
-    (execution,) = home.site.container.history.last_finished(1)
+    ui.wait(lambda: last_ended(home.site.container, 1))
+    (execution,) = last_ended(home.site.container, 1)
     assert execution.reason.code is ReasonCode.USER_CANCELLED
     ui.wait(lambda: not rows(ui))
 
@@ -265,8 +266,8 @@ def test_a_running_mission_is_stopped_only_after_a_question(home, ui):
     assert home.aino.state()["queue"][-1]["state"] == "Executing"
     tap_cancel(ui)
     press(ui, "Cancel mission")
-    ui.wait(lambda: home.site.container.history.last_finished(1))
-    (execution,) = home.site.container.history.last_finished(1)
+    ui.wait(lambda: last_ended(home.site.container, 1))
+    (execution,) = last_ended(home.site.container, 1)
     assert execution.reason.code is ReasonCode.USER_CANCELLED
 
 
@@ -398,8 +399,8 @@ def test_one_of_ours_that_ends_behind_an_old_screen_can_not_be_cancelled_and_kee
         ui.wait(lambda: home.aino.state()["queue"][-1]["state"] == "Done")
         ui.wait(lambda: home.root_vm.card.old)
         assert not any(item.actions for item in items(ui, *QUEUE))
-    ui.wait(lambda: home.site.container.history.last_finished(1))
-    (execution,) = home.site.container.history.last_finished(1)
+    ui.wait(lambda: last_ended(home.site.container, 1))
+    (execution,) = last_ended(home.site.container, 1)
     assert execution.state is State.COMPLETED
     ui.wait(lambda: not rows(ui))
 

@@ -11,6 +11,7 @@ from app.widgets.flow import PositionRow
 from app.widgets.list_row import ListRow
 from app.widgets.positions import PositionsMap
 from app.widgets.rows import OptionRow
+from tests.support.history import last_ended
 from tests.ui.home.operator import choose, items, open_robot, press, rows, run
 from tests.ui.whole_app import GUIDS, api
 
@@ -31,7 +32,7 @@ def test_sending_a_robot_takes_two_taps_and_shows_what_became_of_it(home, ui):
     run(ui, "Home")
     ui.wait(lambda: "Home is sent to Aino" in ui.texts())
     ui.wait(lambda: items(ui, "run"), seconds=60)
-    (execution,) = home.site.container.history.last_finished(5)
+    (execution,) = last_ended(home.site.container, 5)
     assert (execution.trigger, execution.state, execution.mission) == (Trigger.MANUAL, State.COMPLETED, "Home")
 
 
@@ -92,7 +93,7 @@ def test_under_the_minimum_the_sheet_says_so_before_it_runs(home, ui):
     assert not home.site.container.history.open()
     ui.advance(0.7)
     press(ui, "Run anyway on Aino")
-    ui.wait(lambda: home.site.container.history.open() or home.site.container.history.last_finished(1))
+    ui.wait(lambda: home.site.container.history.open() or last_ended(home.site.container, 1))
 
 
 def test_a_missions_parameters_are_asked_for_and_travel_to_the_robot(home, ui):
@@ -191,7 +192,7 @@ def test_a_mission_runs_on_any_robot_of_a_group_from_its_sheet(home, ui):
         ui.tap(ui.find(ChoiceChip, text="Any of Hall 1"))
         ui.advance(0.7)
         press(ui, "Run on any of Hall 1")
-        ui.wait(lambda: home.site.container.history.open() or home.site.container.history.last_finished(1))
+        ui.wait(lambda: home.site.container.history.open() or last_ended(home.site.container, 1))
     finally:
         ui.wait(lambda: not home.site.container.history.open())
         home.site.container.catalogue.remove_group(group.id)

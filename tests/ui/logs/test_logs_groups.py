@@ -15,6 +15,7 @@ from app.widgets.dialogs import ChoiceDialog
 from app.widgets.figures import FigureCard, FigureDialog
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
+from tests.support.history import last_ended
 from tests.support.stored import Stored
 from tests.ui.logbook import choose_tab, reset_logs, rows, runs_of, settle, tap
 
@@ -26,7 +27,7 @@ def hall(logs, container, ui):
     group = container.catalogue.save_group(Group("Hall 1", tuple(robot.id for robot in container.catalogue.robots())))
     now, robots = container.clock.now(), container.catalogue.robots()
     run = replace(
-        container.history.last_finished(1)[0],
+        last_ended(container, 1)[0],
         id=0,
         token="one-of-hall-1",
         mission="For any robot",
@@ -85,7 +86,7 @@ def test_the_shift_report_is_of_the_group_that_is_looked_at(logs, hall, ui, tmp_
 
 
 def test_the_figures_of_a_group_are_among_the_numbers_of_what_ran_on_time(logs, container, hall, ui):
-    now, run = container.clock.now(), container.history.last_finished(1)[0]
+    now, run = container.clock.now(), last_ended(container, 1)[0]
     planned = replace(
         run,
         id=0,

@@ -51,7 +51,7 @@ def test_a_past_bar_says_why_and_goes_to_its_story_in_the_logs(screen, ui):
     assert "Failed to reach goal position 'Dock 3'" in card_of(ui).text
     take(screen, ui, "Open in Logs")
     assert screen.shell.navigator.current == "logs"
-    assert screen.shell.navigator.screen("logs").vm.opened_run == failed.key[1]
+    assert screen.shell.navigator.screen("logs").vm.story.run == failed.key[1]
 
 
 # ---------------------------------------------------------------------- a finger that rests on it

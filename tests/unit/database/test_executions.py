@@ -183,12 +183,6 @@ def test_the_last_of_a_schedule(db, row):
     assert EXECUTIONS.last_of_schedule(db.read(), 1) == late
 
 
-def test_the_newest_ended_ones_of_all_robots(db, row):
-    rows = [add(db, ended(row, minutes=minutes, robot_id=minutes % 2 + 1)) for minutes in (3, 1, 2)]
-    add(db, row())
-    assert EXECUTIONS.last_ended(db.read(), 2) == [rows[0], rows[2]]
-
-
 # ---------------------------------------------------------------------- history
 DOCK = "3d7c7c40-ce85-11ef-904a-000e8e9884eb"
 
@@ -343,12 +337,11 @@ SMALL = ("executions_open", "executions_open_of_schedule")  # indexes that hold 
         lambda c: EXECUTIONS.late(c, NOON, NOON),
         lambda c: EXECUTIONS.drop_withdrawn(c, 1, NOON),
         lambda c: EXECUTIONS.make_room_after(c, 1, NOON, NOON),
-        lambda c: EXECUTIONS.last_ended(c, 5),
         lambda c: EXECUTIONS.drop_oldest(c, (5, 5)),
         lambda c: EXECUTIONS.page(c, ExecutionFilter(), PageKey(NOON, 5), 9),
         lambda c: EXECUTIONS.change(c, 1, OPEN_STATES, attempts=1),
     ],
-    ids=range(19),
+    ids=range(18),
 )
 def test_no_question_of_daily_work_reads_the_whole_history(db, row, ask):
     add(db, ended(row))

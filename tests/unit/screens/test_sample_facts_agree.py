@@ -20,6 +20,7 @@ from app.screens.frame.view import open_lines
 from mir_sim import world
 from tests.support import fleet_facts, month
 from tests.support import home_facts as sample
+from tests.support.history import last_ended
 from tests.support.sample_alarms import issues_of
 
 OF_HOME = {
@@ -76,7 +77,7 @@ def test_home_plans_what_the_scheduler_plans(plant):
 
 def test_home_has_the_runs_of_logs(plant):
     assert [summary(run) for run in sample.FINISHED] == [
-        summary(run) for run in plant.history.last_finished(len(sample.FINISHED))
+        summary(run) for run in last_ended(plant, len(sample.FINISHED))
     ]
 
 
