@@ -84,31 +84,15 @@ def calendar(studio):
     return opened(studio)[1]
 
 
-def offered(studio):
-    """The days of its file, as they are shown before they are taken."""
-    plant, screen = opened(studio)
-    screen.page.calendar.import_days()
-    studio.driver.wait(lambda: plant.shell.background.idle and studio.dialogs.top is not None)
-    studio.driver.advance(0.3)
-    return plant, screen
-
-
 @picture("settings-calendar-import", sizes=EVERY_SIZE)
 def offer(studio):
-    offered(studio)
-    return studio.dialogs.top
-
-
-@picture("settings-calendar-december", sizes=BOTH)
-def december(studio):
-    """Its file was imported just now."""
-    plant, screen = offered(studio)
-    studio.dialogs.top.confirmed()
-    studio.driver.wait(lambda: plant.shell.background.idle and screen.page.calendar.outcome.text)
-    page = next(widget for widget in screen.walk() if type(widget).__name__ == "ScrollPage")
-    studio.driver.advance(0.2)
-    page.scroll_y = 0
-    studio.driver.advance(0.3)
+    """The days of its file, as they are shown before they are taken."""
+    plant, screen = opened(studio)
+    sheets = plant.shell.sheets
+    for _step in ("file", "days"):
+        screen.page.calendar.import_days() if sheets.top is None else sheets.top.dispatch("on_done")
+        studio.driver.wait(lambda: plant.shell.background.idle and sheets.top.items)
+        studio.driver.advance(0.3)
     return screen
 
 

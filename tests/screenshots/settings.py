@@ -163,10 +163,7 @@ class Plant:
         studio.show(framed(screen))
         screen.shown(section=section, **intent)
         studio.driver.wait(lambda: self.shell.background.idle and not screen.vm._waiting)
-        if section == "data":  # where they would lie on a tablet
-            screen.page.vm.export_configuration.path = f"{HOME}/Documents/amr-scheduler-2026-11-20.json"
-            screen.page.vm.export_log.path = f"{HOME}/Documents/amr-scheduler-log-2026-11-20.csv"
-        elif section == "about":
+        if section == "about":
             screen.page.vm.directory = f"{HOME}/.local/share/amr-scheduler"
         studio.driver.advance(0.2)
         return screen
@@ -276,15 +273,23 @@ def identity(
 @picture("settings-data-done")
 def data_done(studio):
     screen = Plant(studio).screen(studio, "data")
-    page = screen.page
-    page._configuration_read(
-        ["robot R4 added", "mission Deliver kits to line 3 added", "schedule Morning delivery changed"]
-    )
-    page.vm.export_log.problem = "/media/usb/log.csv can't be written: No space left on device"
-    page.vm.backup_outcome = done(
-        _("Backup made"), f"{HOME}/.local/share/amr-scheduler/backups/manual-2026-11-20T123800Z.db"
-    )
+    screen.page.vm.outcome = done(_("Log written"), f"{HOME}/Documents/amr-scheduler-log-2026-11-20.csv")
     return screen
+
+
+def _file_sheet(name: str, action: str):
+    @picture(f"settings-data-{name}", sizes=EVERY_SIZE)
+    def build(studio):
+        plant = Plant(studio)
+        screen = plant.screen(studio, "data")
+        screen.page.act("", action)
+        studio.driver.wait(lambda: plant.shell.background.idle and plant.shell.sheets.top.items)
+        studio.driver.advance(0.2)
+        return screen
+
+
+_file_sheet("export", "export")
+_file_sheet("restore", "restore")
 
 
 @picture("settings-display-pin", sizes=EVERY_SIZE)

@@ -12,11 +12,11 @@ from kivy.core.window import Window
 from app.database.backups import BACKUPS
 from app.domain.models import Mission, Robot, Schedule, Settings
 from app.i18n import SOURCE_LANGUAGE, translator
-from app.screens.settings.files import FileRow
+from app.screens.settings.files import FileSheet
 from app.screens.settings.page import SettingsPage
 from app.screens.settings.robot_sheet import RobotSheet
 from app.services.files import places
-from app.widgets.buttons import ChoiceChip, CommandButton, IconButton
+from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.dialogs import MenuRow, Overlay
 from app.widgets.fields import Field
 from app.widgets.frame import Banner, NavItem
@@ -171,13 +171,27 @@ def reveal(ui: Driver, widget) -> None:
     ui.advance(0.3)
 
 
-def enter_path(ui: Driver, row: FileRow, path: str) -> None:
+def file_sheet(ui: Driver, title: str, action: str) -> FileSheet:
+    """Press a button in the row with that title, and wait for the places of its files."""
+    ui.wait(lambda: row_of(ui, title))
+    press(ui, action, row_of(ui, title))
+    ui.wait(lambda: ui.find_all(FileSheet) and ui.find(FileSheet).items)
+    ui.advance(0.5)  # until it takes touches
+    return ui.find(FileSheet)
+
+
+def choose_row(ui: Driver, sheet: Sheet, title: str) -> None:
+    ui.wait(lambda: [row for row in ui.find_all(ListRow, sheet) if row.item.title == title])
+    ui.advance(0.7)  # a row that has just slid takes no touch
+    ui.tap(next(row for row in ui.find_all(ListRow, sheet) if row.item.title == title))
+    ui.advance(0.2)
+
+
+def enter_path(ui: Driver, sheet: FileSheet, path: str) -> None:
     """Type a path where places are offered."""
-    if not row.model.typed:
-        ui.wait(lambda: ui.find_all(ChoiceChip, row, text="Another place"))
-        ui.tap(ui.find(ChoiceChip, row, text="Another place"))
-        ui.advance(0.2)
-    enter(ui, ui.find(Field, root=row), path)
+    if not sheet.typed:
+        choose_row(ui, sheet, "Another place")
+    enter(ui, ui.find(Field, root=sheet), path)
 
 
 def fill_in(ui: Driver, **values: str) -> RobotSheet:

@@ -15,6 +15,7 @@ ICONS = {
     PlaceKind.DOCUMENTS: "folder-outline",
     PlaceKind.USB: "usb-flash-drive-outline",
     PlaceKind.SHARE: "folder-network-outline",
+    PlaceKind.BACKUPS: "tablet",
 }
 
 
@@ -23,11 +24,12 @@ def place_word(place: Place) -> str:
         PlaceKind.DOCUMENTS: _("Documents"),
         PlaceKind.USB: _("USB: {name}").format(name=place.name),
         PlaceKind.SHARE: _("Share: {name}").format(name=place.name),
+        PlaceKind.BACKUPS: _("This tablet"),
     }[place.kind]
 
 
-def place_option(place: Place, *, selected: bool = False) -> Option:
-    return Option(str(place.path), place_word(place), ICONS[place.kind], selected=selected)
+def place_option(place: Place) -> Option:
+    return Option(str(place.path), place_word(place), ICONS[place.kind])
 
 
 def choose_place(shell: Shell, files: DataFiles, write: Callable[[Path], object]) -> None:

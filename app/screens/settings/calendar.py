@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from datetime import date
 from typing import Any
@@ -15,7 +15,7 @@ from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.problems import sentence_of
 from app.screens.settings import calendar_view as view
-from app.screens.settings.files import FileModel
+from app.screens.settings.files import FileSheet
 from app.screens.settings.page import PageContext
 from app.screens.settings.view import NoticeView, went_wrong
 from app.services.files.calendar_import import CalendarFile
@@ -25,6 +25,7 @@ from app.widgets import month  # noqa: F401  (registers kivy classes)
 from app.widgets.dialogs import FormDialog
 from app.widgets.display import SectionCard, Tile
 from app.widgets.lists import Row
+from app.widgets.sheet import Sheet
 
 
 class DaysRow(Row, Tile):
@@ -48,11 +49,9 @@ class CalendarPart(EventDispatcher):
     country_problem = StringProperty()
     region = StringProperty()
     has_regions = BooleanProperty(False)
-    file = ObjectProperty(rebind=True)
-    outcome = ObjectProperty(NoticeView())
 
     def __init__(self, context: PageContext) -> None:
-        super().__init__(file=FileModel(".ics"))
+        super().__init__()
         self._context, self._services = context, context.services
         self._chosen_month: tuple[int, int] | None = None  # year and month; None: today's
 
@@ -77,8 +76,6 @@ class CalendarPart(EventDispatcher):
 
     def reached(self) -> None:
         self.country_problem = ""
-        self.outcome = NoticeView()
-        self.file.reached(self._context, self._services.calendar_files)
 
     def turn(self, months: int) -> None:
         self._chosen_month = view.turned(*self._month, months)
@@ -161,46 +158,63 @@ class CalendarPart(EventDispatcher):
 
     # ------------------------------------------------------------------ a file
     def import_days(self) -> None:
-        """Read a file, and show what it holds."""
-        if self.file.run(self._context, self._services.calendar_files.read, self._offer):
-            self.outcome = NoticeView()
+        """Read a file, and ask which of its days are closed."""
+        files, sheets = self._services.calendar_files, self._context.shell.sheets
+        sheet = FileSheet(self._context, files.places, ".ics", what=_("Closed days"), foot=_("Import"))
 
-    def _offer(self, found: CalendarFile) -> bool:
-        """Whether nothing more happens: else the days to close are asked for."""
-        if not found.events:
-            self.outcome = view.import_result((), found)
+        def read(found: CalendarFile) -> bool:
+            if not found.events:
+                sheet.problem = "\n".join(filter(None, (_("The file contains nothing new"), view.import_notes(found))))
+                return False
+            chooser = EventsSheet(found, self._context.today())
+            chooser.bind(on_done=lambda sheet: self._take(found, sheet.chosen))
+            sheets.show(chooser)
             return True
-        options = view.import_options(found, self._context.today())
-        self._context.shell.dialogs.choose_many(
-            _("Closed days in {file}").format(file=found.name),
-            options,
-            _("Close these days"),
-            lambda keys: self._take(found, keys),
-            selected=[option.key for option in options if option.selected],
-            can_all=True,
-            needs_one=True,
-            text=view.import_notes(found),
-        )
-        return False
 
-    def _take(self, found: CalendarFile, keys: Sequence[int]) -> None:
-        files, chosen = self._services.calendar_files, [found.events[key] for key in keys]
-        self.file.run(self._context, lambda _path: files.take(chosen), lambda added: self._taken(added, found))
+        sheet.bind(on_done=lambda sheet: sheet.run(files.read, read))
+        sheets.show(sheet)
 
-    def _taken(self, added: Sequence[DayException], found: CalendarFile) -> None:
-        self.outcome = view.import_result(added, found)
+    def _take(self, found: CalendarFile, numbers: Iterable[int]) -> None:
+        files, chosen = self._services.calendar_files, [found.events[number] for number in sorted(numbers)]
+        self._context.shell.sheets.close()
+        self._context.run(lambda: files.take(chosen), self._taken)
+
+    def _taken(self, added: Sequence[DayException]) -> None:
         self._context.refresh()
         if added:
             day = max(min(entry.first_day for entry in added), self._context.today())
             self._chosen_month = day.year, day.month
             ids = [entry.id for entry in added]
-            self._context.shell.offer_undo(
-                self.outcome.text, lambda: self._services.catalogue.remove_days(*ids), self._undone, behind="settings"
-            )
+            self._context.offer_undo(view.imported_sentence(added), lambda: self._services.catalogue.remove_days(*ids))
 
-    def _undone(self) -> None:
-        self.outcome = NoticeView()
-        self._context.refresh()
+
+class EventsSheet(Sheet):
+    """The events of a calendar file; those that are ticked close their days."""
+
+    scrolls = BooleanProperty(False)
+    items = ListProperty()
+    notes = StringProperty()  # what the file has besides
+    all_chosen = BooleanProperty(False)
+
+    def __init__(self, found: CalendarFile, today: date, **kwargs: Any) -> None:
+        self._found, self._today = found, today
+        self.chosen = {number for number, event in enumerate(found.events) if event.whole}
+        super().__init__(notes=view.import_notes(found), **kwargs)
+        self._show()
+
+    def tick(self, number: int) -> None:
+        self.chosen ^= {number}
+        self._show()
+
+    def on_other(self) -> None:
+        """All, or none if all are ticked."""
+        self.chosen = set() if self.all_chosen else set(range(len(self._found.events)))
+        self._show()
+
+    def _show(self) -> None:
+        self.items = view.import_items(self._found, self._today, self.chosen)
+        self.title = view.chosen_phrase(self.chosen, self._found)
+        self.all_chosen = len(self.chosen) == len(self._found.events)
 
 
 class CalendarCard(SectionCard):

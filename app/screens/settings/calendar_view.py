@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from calendar import Calendar
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
 
@@ -13,14 +13,13 @@ from app.screens.common import formats
 from app.screens.common.options import Option
 from app.screens.settings.country_names import in_language, translations
 from app.screens.settings.facts import SettingsFacts
-from app.screens.settings.view import NoticeView, done
 from app.services.files.calendar_days import FoundDays, LeftOut
 from app.services.files.calendar_import import CalendarFile
 from app.services.planning.working_days import DayStatus, Ground, spans
+from app.widgets.items import Item
 
 YEARS = (1970, 2199)  # whose months are shown
 CLOSED, HOLIDAY, EXTRA = "lock-outline", "calendar-star", "plus-circle-outline"
-APPOINTMENT = "clock-outline"
 
 EntryKey = tuple[int, date]  # id of the exception, 0 for a public holiday; the first day
 
@@ -153,14 +152,21 @@ def region_options(names: Mapping[str, str]) -> list[Option]:
 
 
 # ---------------------------------------------------------------------- an import
-def import_options(found: CalendarFile, today: date) -> list[Option]:
-    """One for each event, by its number; those with whole days are selected."""
-    return [
-        Option(
-            number, event.name, CLOSED if event.whole else APPOINTMENT, _days_found(event, today), selected=event.whole
-        )
-        for number, event in enumerate(found.events)
-    ]
+def import_items(found: CalendarFile, today: date, chosen: Collection[int]) -> list[Item]:
+    """The events by their number, ``chosen`` ones ticked: first those with whole days."""
+    items = []
+    for whole, head in ((True, _("Whole days")), (False, _("With times of day"))):
+        rows = [
+            Item(number, event.name, _days_found(event, today), ticked=number in chosen, strong=False)
+            for number, event in enumerate(found.events)
+            if event.whole is whole
+        ]
+        items += [Item(head, head, look="head"), *rows] if rows else []
+    return items
+
+
+def chosen_phrase(chosen: Collection[int], found: CalendarFile) -> str:
+    return _("{n} of {count} chosen").format(n=len(chosen), count=len(found.events))
 
 
 def _days_found(event: FoundDays, today: date) -> str:
@@ -174,8 +180,6 @@ def _days_found(event: FoundDays, today: date) -> str:
     else:
         n = days_in(event.days)
         notes = [ngettext("{n} day", "{n} days", n).format(n=n), dated_span(first.first_day, last.last_day)]
-    if not event.whole:
-        notes.append(_("with times"))
     return " · ".join(notes)
 
 
@@ -229,27 +233,9 @@ def _left_out(why: LeftOut, n: int) -> str:
             return ngettext("{n} event left out: it can't be read", "{n} events left out: they can't be read", n)
 
 
-def import_result(added: Sequence[DayException], found: CalendarFile) -> NoticeView:
-    """How many days were imported and how many were not."""
-    notes = [import_notes(found)]
-    if added:
-        n, shown = days_in(added), added[:3]
-        text = ngettext("{n} closed day imported", "{n} closed days imported", n).format(n=n)
-        names, more = (
-            [f"{entry.name}: {span(entry.first_day, entry.last_day)}" for entry in shown],
-            len(added) - len(shown),
-        )
-        notes.insert(
-            0, ", ".join(names) + (ngettext(" and {n} more", " and {n} more", more).format(n=more) if more else "")
-        )
-    else:
-        text = _("The file contains nothing new")
-    note = "\n".join(filter(None, notes))
-    return (
-        NoticeView(text, note, "attention", "alert")
-        if any(found.left_out.values()) or not found.is_whole
-        else done(text, note)
-    )
+def imported_sentence(added: Sequence[DayException]) -> str:
+    n = days_in(added)
+    return ngettext("{n} closed day imported", "{n} closed days imported", n).format(n=n)
 
 
 def removed_sentence(exception: DayException) -> str:

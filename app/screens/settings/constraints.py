@@ -44,10 +44,6 @@ class ConstraintsPage(SettingsPage):
         vm.days_phrase = days_phrase(settings.working_days)
         self.calendar.show()
 
-    @property
-    def is_busy(self) -> bool:
-        return bool(self.calendar.file.busy)
-
     def reached(self, **intent: Any) -> None:
         self.vm.battery_problem = self.vm.days_problem = ""
         self.calendar.reached()

@@ -1,170 +1,166 @@
-"""A file to read or write: its place is chosen from those present, or typed."""
+"""The sheet that asks where a file goes, or which one is read: from the places that are there, or typed."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from kivy.event import EventDispatcher
-from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
-from kivy.uix.boxlayout import BoxLayout
+from kivy.properties import BooleanProperty, ListProperty, StringProperty
 
 from app.i18n import _
-from app.screens.common import formats
-from app.screens.common.options import Option
-from app.screens.common.places import place_option, place_word
-from app.screens.common.presses import Presses
+from app.screens.common.places import ICONS, place_word
 from app.screens.common.problems import sentence_of
 from app.screens.settings.page import PageContext
-from app.services.files.exports import DataFiles
+from app.screens.settings.view import file_note
 from app.services.files.places import FoundFile, Place, found_in
-from app.widgets import flow  # noqa: F401  (registers kivy classes)
+from app.widgets.items import Item
+from app.widgets.sheet import Sheet
 
 T = TypeVar("T")
-Offer = tuple[
-    list[Place], Place, Path | None, list[FoundFile]
-]  # the places, the shown one, the suggested name there, its files
 ANOTHER = ""  # key of the place that is typed
 
 
-class FileModel(EventDispatcher):
-    """One action on a file: its path, its problem, whether it is running. With a ``stem`` the file is written, under a
-    free name; without one it is read, and chosen from a list."""
+@dataclass(frozen=True)
+class _Offer:
+    """``at``: the place that is shown; ``free``: the name of a new file there; ``found``: its files."""
 
-    path = StringProperty()
+    places: list[Place]
+    at: Place
+    free: str
+    found: list[FoundFile]
+
+
+class FileSheet(Sheet):
+    """With a ``stem`` a file is written, ``suggested(stem, suffix, place)`` is its free name; without one it is chosen, newest
+    first. Its button is ``on_done``, which calls ``run``."""
+
+    scrolls = BooleanProperty(False)
+    what = StringProperty()
+    items = ListProperty()
+    file = StringProperty()  # its name in the place, or its path
     problem = StringProperty()
-    busy = BooleanProperty(False)
-    places = ListProperty()  # chips
     typed = BooleanProperty(False)  # the path is
-    name = StringProperty()  # of the file
-    note = StringProperty()  # its day and size
+    writes = BooleanProperty(False)
+    running = BooleanProperty(False)
 
-    def __init__(self, suffix: str, stem: str = "") -> None:
-        super().__init__()
-        self._suffix, self._stem = suffix, stem
-        self._at: Path | None = None
-        self._offer: Offer | None = None
-        self._presses = Presses()
+    def __init__(
+        self,
+        context: PageContext,
+        places: Callable[[], list[Place]],
+        suffix: str,
+        stem: str = "",
+        suggested: Callable[[str, str, Path], Path] | None = None,
+        **kwargs: Any,
+    ) -> None:
+        self._context, self._places, self._suffix, self._stem, self._suggested = (
+            context,
+            places,
+            suffix,
+            stem,
+            suggested,
+        )
+        self._at: Path | None = None  # the place that was tapped
+        self._offer: _Offer | None = None
+        super().__init__(title=_("Where?") if stem else _("Where from?"), writes=bool(stem), **kwargs)
+        self._look()
 
-    def reached(self, context: PageContext, files: DataFiles) -> None:
-        """Read the places, and suggest a free name, or the newest file."""
-        self._context, self._files, self.problem = context, files, ""
-        self._ask(lambda: None)
-
-    def choose(self, place: str) -> None:
-        """A place by its path, or ``ANOTHER``."""
-        self.typed, self.problem = place == ANOTHER, ""
-        if self.typed:
-            self._show()
-        else:
-            self._at, self.path = Path(place), ""
-            self._ask(self._list if not self._stem else lambda: None)
-
-    def pick(self) -> None:
-        """The file was tapped: choose from the present files, or type another name."""
-        if self._stem:
-            self.choose(ANOTHER)
-        else:
-            self._ask(self._list)
-
-    def _list(self) -> None:
-        if self._offer is not None and self._offer[3]:
-            self._context.shell.dialogs.choose(
-                place_word(self._offer[1]),
-                [
-                    Option(str(file.path), file.path.name, "file-document-outline", self._note(file))
-                    for file in self._offer[3]
-                ],
-                self._picked,
-                selected=self.path,
-            )
-
-    def _picked(self, path: str) -> None:
-        self.path, self.problem = path, ""
-        self._show()
-
-    def _ask(self, then: Callable[[], object]) -> None:
-        def shown(offer: Offer) -> None:
-            self._offer = offer
-            _places, _at, free, found = offer
-            if not self.typed:
-                self.path = str(free) if free else self.path or str(found[0].path if found else "")
-            self._show()
-            then()
-
-        self._context.run(self._look, shown, key=("settings file", self), apart=self._apart)
+    @property
+    def path(self) -> str:
+        at = self._at or (self._offer and self._offer.at.path)
+        return self.file if self.typed or at is None or not self.file else str(at / self.file)
 
     @property
     def _apart(self) -> str:
-        """A share whose server is down may hang: this must not block anything else."""
+        """A share whose server is down may hang: this must not delay anything else."""
         return f"files {ANOTHER if self.typed else self._at or ''}"
 
-    def _look(self) -> Offer:
-        places = self._files.places()
-        place = next((place for place in places if place.path == self._at), places[0])
-        if self._stem:
-            return places, place, self._files.suggested(self._stem, self._suffix, place.path), []
-        return places, place, None, found_in(place.path, self._suffix)
+    # ------------------------------------------------------------------ what is chosen
+    def choose(self, key: str) -> None:
+        """A place or a file by its path, or ``ANOTHER``."""
+        self.problem = ""
+        if self._offer is not None and any(str(file.path) == key for file in self._offer.found):
+            self.file = key
+        elif key == ANOTHER:
+            self.file, self.typed = self.path, True
+        else:
+            self.file, self.typed, self._at = "", False, Path(key)
+            self._look()
+        self._show()
+
+    def named(self, text: str) -> None:
+        """Typed as the file's name, or as its path."""
+        if text != self.file:
+            self.file, self.problem = text, ""
+            self._show()
+
+    def _look(self) -> None:
+        def look() -> _Offer:
+            places = self._places()
+            at = next((place for place in places if place.path == self._at), places[0])
+            if self._suggested is not None:
+                return _Offer(places, at, self._suggested(self._stem, self._suffix, at.path).name, [])
+            return _Offer(places, at, "", found_in(at.path, self._suffix))
+
+        def shown(offer: _Offer) -> None:
+            self._offer = offer
+            if not self.typed:
+                self.file = offer.free or next((str(file.path) for file in offer.found), "")
+            self._show()
+
+        self._context.run(look, shown, key=("settings file", self), apart=self._apart)
 
     def _show(self) -> None:
-        if self._offer is None:
+        offer = self._offer
+        if offer is None:
             return
-        places, at, _free, found = self._offer
-        self.places = [
-            *(place_option(place, selected=not self.typed and place == at) for place in places),
-            Option(ANOTHER, _("Another place"), "folder-edit-outline", selected=self.typed),
-        ]
-        file = next((file for file in found if str(file.path) == self.path), None)
-        self.note = self._note(file) if file else _("File")
-        self.name = Path(self.path).name or _("No file {suffix} there").format(suffix=self._suffix)
-
-    def _note(self, file: FoundFile) -> str:
-        """Day and size."""
-        return _("{when} · {size} kB").format(
-            when=formats.day_and_time(file.changed_at, self._context.facts.settings.timezone, self._context.now()),
-            size=max(1, round(file.size / 1000)),
+        at, is_there = self._at or offer.at.path, self._at in (None, offer.at.path)
+        items = [self._place(place, not self.typed and place.path == at) for place in offer.places]
+        another = Item(ANOTHER, _("Another place"), icon="folder-edit-outline")
+        items.append(self._marked(another, self.typed))
+        if not self.typed and is_there:
+            items += [self._file(file) for file in offer.found]
+        self.items = items
+        self.foot_off = (
+            ""
+            if self.file
+            else _("No file {suffix} there").format(suffix=self._suffix)
+            if is_there
+            else _("Looking for files")
         )
 
-    def run(self, context: PageContext, work: Callable[[str], T], done: Callable[[T], object]) -> bool:
-        """Run ``work(path)`` in the background, then ``done(result)``, which returns False if nothing is done yet; a
-        problem is shown at the field. Returns False while it runs, and for a second tap."""
-        if self.busy or self._presses.is_same("run"):
-            return False
-        self.busy, self.problem = True, ""
-        path = self.path
+    @staticmethod
+    def _marked(item: Item, is_chosen: bool) -> Item:
+        return replace(item, look="chosen", meta_icon="check") if is_chosen else item
+
+    def _place(self, place: Place, is_chosen: bool) -> Item:
+        return self._marked(Item(str(place.path), place_word(place), icon=ICONS[place.kind]), is_chosen)
+
+    def _file(self, file: FoundFile) -> Item:
+        facts = self._context.facts
+        note = file_note(file, facts.settings.timezone, self._context.now())
+        return self._marked(
+            Item(str(file.path), file.path.name, note, icon="file-document-outline"), str(file.path) == self.file
+        )
+
+    # ------------------------------------------------------------------ what is done with it
+    def run(self, work: Callable[[str], T], done: Callable[[T], object]) -> None:
+        """Run ``work(path)`` in the background, then ``done(result)``, and close unless that returns False; a problem is
+        shown here."""
+        if self.running or not self.file:
+            return
+        self.running, self.problem = True, ""
+        path, sheets = self.path, self._context.shell.sheets
 
         def ended(result: T) -> None:
-            self.busy = False
-            if done(result) is not False:
-                self._presses.rest("run")
+            self.running = False
+            if done(result) is not False and sheets.top is self:
+                sheets.close()
 
         def failed(problem: BaseException) -> None:
-            self.busy, self.problem = False, sentence_of(problem)
+            self.running, self.problem = False, sentence_of(problem)
+            if sheets.top is not self:
+                self._context.shell.say_problem(problem)
 
-        context.run(lambda: work(path), ended, failed, apart=f"{self._apart}, {self._suffix} {self._stem}")
-        return True
-
-
-class FileRow(BoxLayout):
-    """The place of a file, and the button that uses it: ``on_go``."""
-
-    label = StringProperty()
-    icon = StringProperty()
-    action = StringProperty()
-    model = ObjectProperty(None, rebind=True, allownone=True)
-
-    __events__ = ("on_go",)
-
-    def on_go(self) -> None:
-        """The button was pressed, or Enter in the field."""
-
-    def entered(self, text: str) -> None:
-        if self.model is not None and text != self.model.path:
-            self.model.path, self.model.problem = text, ""
-
-
-class FilePart(BoxLayout):
-    """The file of a row: typed or chosen."""
-
-    card = ObjectProperty(None, rebind=True)
+        self._context.run(lambda: work(path), ended, failed, apart=f"{self._apart}, {self._suffix} {self._stem}")

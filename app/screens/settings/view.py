@@ -17,11 +17,11 @@ from app.i18n import _, ngettext
 from app.mir.credentials import Token
 from app.mir.errors import AnotherRobot, CertificateProblem, SerialNumberHidden
 from app.screens.common import formats
-from app.screens.common.options import Option
 from app.screens.common.problems import sentence_of, words_of
 from app.screens.common.robot_appearance import link_appearance
 from app.screens.settings.facts import SettingsFacts
 from app.services.catalogue.configuration.import_lines import stops_a_robot
+from app.services.files.places import FoundFile
 from app.widgets.items import Action, Item
 
 # key, icon; the names are in section_names
@@ -348,28 +348,42 @@ def answers(facts: SettingsFacts, robot: Robot) -> bool:
 
 
 # ---------------------------------------------------------------------- files
-def backup_options(facts: SettingsFacts, now: datetime) -> list[Option]:
-    """Backups by path, newest first."""
+def data_items(facts: SettingsFacts, now: datetime, *, can_restore: bool, backing_up: bool) -> list[Item]:
+    """What goes out and comes in. ``can_restore``: this window can."""
+    restore = Action("restore", _("Restore"), off="" if can_restore else _("Ask the person in charge"))
     return [
-        Option(
-            str(backup.path),
-            formats.day_and_time(backup.changed_at, facts.settings.timezone, now),
-            "database-outline",
-            _("{file}, {size} kB").format(file=backup.path.name, size=max(1, round(backup.size / 1000))),
-        )
-        for backup in facts.backups
+        Item(
+            "configuration",
+            _("Configuration"),
+            _("Without passwords"),
+            icon="cog-outline",
+            opens=False,
+            actions=(Action("import", _("Import")), Action("export", _("Export"))),
+        ),
+        Item(
+            "log",
+            _("Runs"),
+            _("Table (CSV)"),
+            icon="table",
+            opens=False,
+            actions=(Action("excel", _("For Excel")), Action("commas", _("With commas"))),
+        ),
+        Item(
+            "backups",
+            _("Backups"),
+            _("Making a backup") if backing_up else _backup_note(facts, now).text,
+            icon="backup-restore",
+            opens=False,
+            actions=(restore, Action("back_up", _("Back up"))),
+        ),
     ]
 
 
-def backups_phrase(facts: SettingsFacts, now: datetime) -> str:
-    if not facts.backups:
-        return _("There is no backup yet")
-    count = ngettext("{n} backup", "{n} backups", len(facts.backups)).format(n=len(facts.backups))
-    newest = formats.day_and_time(facts.backups[0].changed_at, facts.settings.timezone, now)
-    return _(
-        "{backups}, the newest of {when}. Each gives access to the robots as it was then; manual ones stay until somebody deletes "
-        "their files."
-    ).format(backups=count, when=newest)
+def file_note(file: FoundFile, zone: str, now: datetime) -> str:
+    """Day and size."""
+    return _("{when} · {size} kB").format(
+        when=formats.day_and_time(file.changed_at, zone, now), size=max(1, round(file.size / 1000))
+    )
 
 
 def import_result(lines: Sequence[Message], most: int = 12) -> NoticeView:

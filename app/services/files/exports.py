@@ -105,6 +105,10 @@ class DataFiles:
                 found.append(FoundFile.at(path))
         return found
 
+    def backup_places(self) -> list[Place]:
+        """Where backups may be: this tablet's own directory, then the present sticks and shares."""
+        return [Place(PlaceKind.BACKUPS, self.data_directory / BACKUPS), *mounted()]
+
     def back_up_now(self) -> FoundFile:
         """A copy of the database as it is now, whole and verified."""
         path = _free_path(self.data_directory / BACKUPS, f"manual-{self._clock.now():%Y-%m-%dT%H%M%SZ}", ".db")

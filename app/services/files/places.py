@@ -24,6 +24,7 @@ class PlaceKind(StrEnum):
     DOCUMENTS = "documents"
     USB = "usb"
     SHARE = "share"
+    BACKUPS = "backups"
 
 
 @dataclass(frozen=True)

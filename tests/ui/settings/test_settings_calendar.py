@@ -10,17 +10,16 @@ import pytest
 
 from app.domain.clock import SystemClock
 from app.domain.models import DayException
-from app.screens.settings.calendar import DaysDialog, DaysRow
-from app.screens.settings.files import FileRow
+from app.screens.settings.calendar import DaysDialog, DaysRow, EventsSheet
+from app.screens.settings.files import FileSheet
 from app.widgets.buttons import CommandButton, IconButton, Segment, Toggle
-from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import Field, SearchField
 from app.widgets.month import MonthDay
 from app.widgets.pickers import DateDialog, DayCell
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.surfaces import Tap
-from tests.ui.integrator import enter, enter_path, go, page, press, reveal, says, settings, undo
+from tests.ui.integrator import choose_row, enter, go, page, press, reveal, says, settings, undo
 
 TODAY = date(2026, 11, 20)  # a Friday
 
@@ -153,93 +152,89 @@ def test_a_country_is_found_by_name_and_its_holidays_are_closed(site, app, ui):
 EVENTS = (("Audit", "20261124", "20261126"), ("Meeting", "20261127T080000", "20261127T100000"))
 
 
-def import_file(site, ui, *events: tuple[str, ...]) -> FileRow:
-    """Press Import of a file with these events: names, starts, ends."""
+def import_file(site, ui, *events: tuple[str, ...]) -> EventsSheet:
+    """Import a file with these events: names, starts, ends. Returns the choice of their days."""
     body = [
         line
         for name, start, end in events
         for line in ("BEGIN:VEVENT", f"SUMMARY:{name}", f"DTSTART:{start}", f"DTEND:{end}", "END:VEVENT")
     ]
     (site.documents / "plant.ics").write_text("\r\n".join(["BEGIN:VCALENDAR", *body, "END:VCALENDAR"]))
-    row = ui.find(FileRow)
-    reveal(ui, row)
-    enter_path(ui, row, "plant.ics")
-    press(ui, "Import", row)
-    return row
+    return import_again(ui)
 
 
-def offered(ui) -> ChoiceDialog:
-    ui.wait(lambda: ui.find_all(ChoiceDialog))
+def import_again(ui) -> EventsSheet:
+    press(ui, "Import", open_import(ui))
+    ui.wait(lambda: ui.find_all(EventsSheet))
     ui.advance(0.5)  # until it takes touches
-    return ui.find(ChoiceDialog)
+    return ui.find(EventsSheet)
+
+
+def open_import(ui) -> FileSheet:
+    tap(ui, CommandButton, text="Import")
+    ui.wait(lambda: ui.find_all(FileSheet) and ui.find(FileSheet).file)
+    ui.advance(0.5)
+    return ui.find(FileSheet)
 
 
 def test_the_days_of_a_calendar_file_are_shown_and_taken_as_ticked(site, app, ui):
-    row = import_file(site, ui, *EVENTS, ("Old", "20200101", "20200102"))
-    dialog = offered(ui)
-    assert (dialog.title, dialog.text) == ("Closed days in plant.ics", "1 past event left out")
-    assert [(option.text, option.note, option.selected) for option in dialog.shown] == [
+    sheet = import_file(site, ui, *EVENTS, ("Old", "20200101", "20200102"))
+    assert (sheet.title, sheet.notes) == ("1 of 2 chosen", "1 past event left out")
+    assert [(item.title, item.support, item.ticked) for item in sheet.items] == [
+        ("Whole days", "", None),
         ("Audit", "Tue 24 Nov 2026 – Wed 25 Nov 2026", True),
-        ("Meeting", "Fri 27 Nov 2026 · with times", False),
+        ("With times of day", "", None),
+        ("Meeting", "Fri 27 Nov 2026", False),
     ]
     assert entries(site) == []
-    press(ui, "Close these days", dialog)
+    press(ui, "Close these days", sheet)
     ui.wait(lambda: says(ui, "2 closed days imported"))
     assert [(entry.name, entry.source) for entry in entries(site)] == [("Audit", "plant.ics")]
-    ui.advance(1)
-    press(ui, "Import", row)
-    dialog = offered(ui)
-    assert [(option.text, option.selected) for option in dialog.shown] == [("Meeting", False)]
-    assert dialog.text == "1 event is in the calendar already\n1 past event left out"
-    ui.tap(ui.find(OptionRow, root=dialog))
-    press(ui, "Close these days", dialog)
+    sheet = import_again(ui)
+    assert (sheet.title, sheet.foot_off) == ("0 of 1 chosen", "Choose days")
+    assert sheet.notes == "1 event is in the calendar already\n1 past event left out"
+    choose_row(ui, sheet, "Meeting")
+    press(ui, "Close these days", sheet)
     ui.wait(lambda: [entry.name for entry in entries(site)] == ["Audit", "Meeting"])
-    ui.wait(lambda: app.shell.background.idle)
-    ui.advance(1)
-    press(ui, "Import", row)
-    ui.wait(lambda: says(ui, "The file contains nothing new"))
+    sheet = open_import(ui)
+    press(ui, "Import", sheet)
+    ui.wait(lambda: sheet.problem.startswith("The file contains nothing new\n"))
 
 
 def test_an_import_can_be_undone_at_once(site, app, ui):
-    import_file(site, ui, *EVENTS)
-    dialog = offered(ui)
-    press(ui, "Select all", dialog)
-    press(ui, "Close these days", dialog)
+    sheet = import_file(site, ui, *EVENTS)
+    press(ui, "All", sheet)
+    press(ui, "Close these days", sheet)
     ui.wait(lambda: ui.find_all(Snackbar) and ui.find_all(Tap, root=ui.find(Snackbar)))
     assert len(entries(site)) == 2
     undo(ui)
     ui.wait(lambda: entries(site) == [])
-    ui.wait(lambda: not says(ui, "closed days imported"))
 
 
 def test_a_file_that_is_left_alone_changes_nothing(site, app, ui):
-    import_file(site, ui, *EVENTS)
-    press(ui, "Cancel", offered(ui))
-    ui.wait(lambda: not ui.find_all(ChoiceDialog))
+    ui.tap(ui.find(IconButton, import_file(site, ui, *EVENTS), icon="close"))
+    ui.wait(lambda: not ui.find_all(EventsSheet))
     assert entries(site) == []
 
 
 def test_two_thousand_days_are_shown_and_ticked_without_waiting(site, app, ui):
-    import_file(
+    sheet = import_file(
         site, ui, *((f"Day {n}", f"{2027 + n // 300}{n // 25 % 12 + 1:02}{n % 25 + 1:02}", "") for n in range(2000))
     )
-    dialog = offered(ui)
-    assert len(dialog.shown) == len(dialog.selected) == 2000
+    assert sheet.title == "2000 of 2000 chosen"
     begins = process_time()
-    press(ui, "Select none", dialog)
-    ui.tap(ui.find_all(OptionRow, root=dialog)[0])
+    press(ui, "None", sheet)
+    choose_row(ui, sheet, "Day 0")
     assert process_time() - begins < 5
-    press(ui, "Close these days", dialog)
+    press(ui, "Close these days", sheet)
     ui.wait(lambda: len(entries(site)) == 1)
 
 
 def test_a_file_that_is_no_calendar_is_refused_at_the_field(site, app, ui):
     (site.documents / "noise.ics").write_bytes(b"\x00\xff nothing")
-    row = ui.find(FileRow)
-    reveal(ui, row)
-    enter_path(ui, row, "noise.ics")
-    press(ui, "Import", row)
-    ui.wait(lambda: says(ui, "is not a calendar file (.ics)"))
+    sheet = open_import(ui)
+    press(ui, "Import", sheet)
+    ui.wait(lambda: "is not a calendar file (.ics)" in sheet.problem)
     assert entries(site) == []
 
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from app.screens.settings.files import FileRow
 from app.screens.settings.page import SwitchRow
 from app.screens.settings.scheduler import SchedulerPage
 from app.widgets.buttons import Segment, Toggle
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import Field
 from tests.support.history import add_runs
-from tests.ui.integrator import enter, go, is_saved, page, press, says, settings
+from tests.ui.integrator import enter, file_sheet, go, is_saved, page, press, says, settings
 
 pytestmark = pytest.mark.long
 
@@ -93,14 +92,14 @@ def test_a_configuration_that_deletes_runs_asks_first(site, app, ui):
     file = site.documents / "plant.json"
     file.write_text('{"format": "amr-scheduler/1", "settings": {"history_limit": 1}}', encoding="utf-8")
     go(ui, "data")
-    row = ui.find(FileRow, label="Import from")
-    ui.wait(lambda: row.model.path == str(file))
-    press(ui, "Import", row)
+    sheet = file_sheet(ui, "Configuration", "Import")
+    press(ui, "Import", sheet)
     ui.wait(lambda: says(ui, "Delete 2 runs of the history?"))
     press(ui, "Cancel", ui.find(ConfirmDialog))
     assert settings(site).history_limit == 100_000
-    press(ui, "Import", row)
+    ui.advance(1)
+    press(ui, "Import", sheet)
     ui.wait(lambda: says(ui, "Delete 2 runs of the history?"))
     press(ui, "Import and delete", ui.find(ConfirmDialog))
-    ui.wait(lambda: page(app).vm.configuration_outcome.text == "1 change imported")
+    ui.wait(lambda: page(app).vm.outcome.text == "1 change imported")
     assert settings(site).history_limit == 1

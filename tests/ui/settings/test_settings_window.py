@@ -10,13 +10,10 @@ import pytest
 from app.screens.common.shell import Shell, pick
 from app.screens.common.threads import forward
 from app.screens.common.view_model import Background, Dialogs, Navigator, Snackbars, UiBus
-from app.screens.settings.files import FileRow
 from app.screens.settings.screen import SettingsScreen, SettingsViewModel
-from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import Field
-from app.widgets.rows import OptionRow
-from tests.ui.integrator import forget_all, press, reveal, says, section_row, section_rows
+from tests.ui.integrator import file_sheet, forget_all, press, row_of, says, section_row, section_rows
 
 pytestmark = pytest.mark.long
 
@@ -52,12 +49,7 @@ def restored(screen, ui, asked):
     """In Settings, Data."""
     ui.show(screen)
     screen.shown(section="data")
-    ui.wait(
-        lambda: (
-            ui.find_all(FileRow)
-            and all(ui.find_all(ChoiceChip, row, text="Another place") for row in ui.find_all(FileRow))
-        )
-    )
+    ui.wait(lambda: row_of(ui, "Backups"))
     return asked
 
 
@@ -78,16 +70,14 @@ def test_where_it_is_narrow_list_and_section_take_turns(screen, ui, size):
 
 
 def test_a_backup_is_restored_only_after_a_question(site, ui, restored):
-    assert ui.find(CommandButton, text="Restore a backup").disabled  # no backup yet
-    reveal(ui, ui.find(CommandButton, text="Back up now"))
-    press(ui, "Back up now")
-    ui.wait(lambda: not ui.find(CommandButton, text="Restore a backup").disabled)
-    press(ui, "Restore a backup")
-    ui.tap(ui.find(OptionRow))
-    press(ui, "Cancel", ui.find(ConfirmDialog))
+    press(ui, "Back up")
+    ui.wait(lambda: says(ui, "Backup made"))
+    sheet = file_sheet(ui, "Backups", "Restore")
+    press(ui, "Restore", sheet)
+    press(ui, "Keep", ui.find(ConfirmDialog))
     assert restored == []
-    press(ui, "Restore a backup")
-    ui.tap(ui.find(OptionRow))
+    ui.advance(1)
+    press(ui, "Restore", sheet)
     press(ui, "Restore", ui.find(ConfirmDialog))
     ui.wait(lambda: restored)
     assert restored[0].parent == site.container.db.path.parent / "backups"
@@ -97,11 +87,8 @@ def test_a_backup_that_is_damaged_stops_nothing(site, ui, restored):
     backups = site.container.db.path.parent / "backups"
     backups.mkdir(exist_ok=True)
     (backups / "daily-2026-01-01.db").write_bytes(b"no database")
-    site.container.catalogue.change_settings(retry_limit=4)  # anything: Settings reads again
-    ui.wait(lambda: not ui.find(CommandButton, text="Restore a backup").disabled)
-    reveal(ui, ui.find(CommandButton, text="Restore a backup"))
-    press(ui, "Restore a backup")
-    ui.tap(ui.find(OptionRow))
+    sheet = file_sheet(ui, "Backups", "Restore")
+    press(ui, "Restore", sheet)
     press(ui, "Restore", ui.find(ConfirmDialog))
-    ui.wait(lambda: says(ui, "can't be restored"))
+    ui.wait(lambda: "can't be restored" in sheet.problem)
     assert restored == []

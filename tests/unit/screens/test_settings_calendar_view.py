@@ -79,7 +79,7 @@ def closed(name, *days, yearly=False):
     )
 
 
-def test_events_of_a_file_are_offered_whole_days_ticked():
+def test_events_of_a_file_are_offered_whole_days_first():
     offered = found(
         FoundDays(closed("Break", ("2027-07-05", "2027-07-18")), True),
         FoundDays(closed("Audit", ("2026-12-01", "2026-12-01")), False),
@@ -87,14 +87,14 @@ def test_events_of_a_file_are_offered_whole_days_ticked():
         FoundDays(closed("Year's end", ("2020-12-24", "2021-01-03"), yearly=True), True),
         FoundDays(closed("Leap day", ("2024-02-29", "2024-02-29"), yearly=True), True),
     )
-    assert [
-        (option.key, option.text, option.note, option.selected) for option in view.import_options(offered, TODAY)
-    ] == [
-        (0, "Break", "Mon 5 Jul 2027 – Sun 18 Jul 2027", True),
-        (1, "Audit", "Tue 1 Dec 2026 · with times", False),
-        (2, "Fridays", "2 days · Fri 4 Jun 2027 – Fri 11 Jun 2027", True),
-        (3, "Year's end", "Thu 24 Dec 2026 – Sun 3 Jan 2027 · every year", True),
-        (4, "Leap day", "Tue 29 Feb 2028 · every year · leap years only", True),
+    assert [(item.title, item.support, item.ticked) for item in view.import_items(offered, TODAY, {0, 2, 4})] == [
+        ("Whole days", "", None),
+        ("Break", "Mon 5 Jul 2027 – Sun 18 Jul 2027", True),
+        ("Fridays", "2 days · Fri 4 Jun 2027 – Fri 11 Jun 2027", True),
+        ("Year's end", "Thu 24 Dec 2026 – Sun 3 Jan 2027 · every year", False),
+        ("Leap day", "Tue 29 Feb 2028 · every year · leap years only", True),
+        ("With times of day", "", None),
+        ("Audit", "Tue 1 Dec 2026", False),
     ]
 
 
@@ -111,19 +111,8 @@ def test_what_is_omitted_of_a_file_is_counted_with_its_reason():
     assert view.import_notes(found()) == ""
 
 
-def test_an_import_says_days_and_what_was_left():
-    result = view.import_result((SHUTDOWN, FAIR), found(left_out={LeftOut.UNREADABLE: 2}))
-    assert (result.text, result.tone) == ("12 closed days imported", "attention")
-    assert result.note.split("\n") == [
-        "Shutdown: Thu 24 Dec – Sun 3 Jan, Fair: Sat 5 Dec",
-        "2 events left out: they can't be read",
-    ]
-    nothing = view.import_result((), found(known=4))
-    assert (nothing.text, nothing.note, nothing.tone) == (
-        "The file contains nothing new",
-        "4 events are in the calendar already",
-        "done",
-    )
+def test_an_import_says_how_many_days():
+    assert view.imported_sentence((SHUTDOWN, FAIR)) == "12 closed days imported"
 
 
 def test_countries_are_called_and_ordered_by_their_name_in_the_language():

@@ -420,13 +420,12 @@ def test_backups_are_offered_newest_first_with_their_time():
             FoundFile(Path("/d/daily-2026-11-19.db"), datetime(2026, 11, 19, 0, 0, tzinfo=UTC), 400),
         )
     )
-    options = view.backup_options(state, NOW)
-    assert [(option.text, option.note) for option in options] == [
-        ("02:00", "daily-2026-11-20.db, 512 kB"),
-        ("Thu 19 Nov 02:00", "daily-2026-11-19.db, 1 kB"),
-    ]
-    assert view.backups_phrase(state, NOW).startswith("2 backups, the newest of 02:00. Each gives access to the robots")
-    assert view.backups_phrase(facts(), NOW) == "There is no backup yet"
+    row = view.data_items(state, NOW, can_restore=False, backing_up=False)[-1]
+    assert (row.support, row.at_right) == ("last backup 02:00", "Ask the person in charge")
+    assert view.data_items(state, NOW, can_restore=True, backing_up=True)[-1].support == "Making a backup"
+    row = view.data_items(facts(), NOW, can_restore=True, backing_up=False)[-1]
+    assert (row.support, row.at_right) == ("no backup yet", "")
+    assert view.file_note(state.backups[0], "Europe/Helsinki", NOW) == "02:00 · 512 kB"
 
 
 def test_an_import_lists_its_changes_and_cuts_a_long_list():
