@@ -182,7 +182,7 @@ def file_sheet(ui: Driver, title: str, action: str) -> FileSheet:
 
 def choose_row(ui: Driver, sheet: Sheet, title: str) -> None:
     ui.wait(lambda: [row for row in ui.find_all(ListRow, sheet) if row.item.title == title])
-    ui.advance(0.7)  # a row that has just slid takes no touch
+    ui.advance(1.1)  # a row that has just slid takes no touch
     ui.tap(next(row for row in ui.find_all(ListRow, sheet) if row.item.title == title))
     ui.advance(0.2)
 

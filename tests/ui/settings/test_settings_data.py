@@ -112,6 +112,7 @@ def test_an_unusable_configuration_is_one_sentence_and_changes_nothing(site, app
         '{"format": "amr-scheduler/1", "settings": {"retry_limit": 99}}',
     ):
         file.write_text(content, encoding="utf-8")
+        ui.advance(1)
         press(ui, "Import", sheet)
         ui.wait(lambda: sheet.problem and sheet.problem not in problems and app.shell.background.idle)
         problems.add(sheet.problem)
