@@ -4,7 +4,6 @@ below it and come back, so that a new one never removes an Undo or covers the pa
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass
 
-from kivy.animation import Animation
 from kivy.clock import Clock
 from kivy.core.window import Window
 from kivy.metrics import sp
@@ -23,15 +22,14 @@ SETTLES = 0.5  # s after one has replaced another, or covered a button, in which
 
 @dataclass
 class Message:
-    """A text that is shown for ``seconds``, or until it is closed by hand (None); ``on_action`` runs when the button is
-    pressed, ``on_end`` if it wasn't. Ends earlier messages ``about`` any of the same, as they may be outdated."""
+    """A text that is shown for ``seconds``; ``on_action`` runs when the button is pressed. Ends earlier messages ``about`` any of the
+    same, as they may be outdated."""
 
     text: str
     icon: str = ""
     action: str = ""
     on_action: Callable[[], object] | None = None
-    on_end: Callable[[], object] | None = None
-    seconds: float | None = SECONDS
+    seconds: float = SECONDS
     about: frozenset[Hashable] = frozenset()
 
     def repeats(self, other: "Message") -> bool:
@@ -47,16 +45,15 @@ def _only(about: Hashable | None) -> frozenset[Hashable]:
 
 
 class Snackbar(OnlySeen, Passive, MDSnackbar):
-    """One message on screen; only its button and its cross take touches. When it is shown, and for how long, is up to ``Snackbars``."""
+    """One message on screen; only its button takes touches. When it is shown, and for how long, is up to ``Snackbars``."""
 
     text = StringProperty()
     icon = StringProperty()
     action_text = StringProperty()
-    closable = BooleanProperty(False)
     words = NumericProperty(0)  # px, of the text on one line
     around = NumericProperty(0)  # px, next to it
 
-    __events__ = ("on_action", "on_close")
+    __events__ = ("on_action",)
 
     def add_widget(self, *args, **kwargs):
         """KivyMD has its text on one line that runs through the button, and makes room for that 0.2 s later."""
@@ -67,9 +64,6 @@ class Snackbar(OnlySeen, Passive, MDSnackbar):
 
     def on_action(self):
         """The button was pressed."""
-
-    def on_close(self):
-        """The cross was pressed."""
 
 
 class SnackbarStack(BoxLayout):
@@ -101,35 +95,22 @@ class Said:
 
     def __init__(self, message: Message, over: Callable[["Said"], object]) -> None:
         self.message, self.left = message, message.seconds
-        self.bar = Snackbar(
-            text=message.text,
-            icon=message.icon,
-            action_text=message.action,
-            closable=message.seconds is None,
-            opacity=0,
-        )
+        self.bar: Snackbar | None = None
         self._over, self._timer, self._since = over, None, 0.0
 
     @property
     def is_read(self) -> bool:
         """It has no button, and has been shown for at least half of its time."""
-        return not self.message.action and self.left is not None and self.left <= (self.message.seconds or 0) / 2
+        return not self.message.action and self.left <= self.message.seconds / 2
 
-    def begin(self, instead: bool = False) -> None:
-        """``instead``: replaces another one, without animation."""
+    def begin(self) -> None:
         self._since = Clock.get_time()
-        if self.left is not None:
-            self._timer = Clock.schedule_once(lambda _dt: self._over(self), self.left)
-        if instead:
-            self.bar.opacity = 1
-        else:
-            Animation(opacity=1, d=0.15).start(self.bar)
+        self._timer = Clock.schedule_once(lambda _dt: self._over(self), self.left)
 
     def stop(self) -> None:
         if self._timer is not None:
             self._timer.cancel()
             self._timer, self.left = None, max(0.0, self.left - (Clock.get_time() - self._since))
-        Animation.cancel_all(self.bar)  # kept by one that never ends
 
 
 class Snackbars:
@@ -144,28 +125,9 @@ class Snackbars:
         """Show a message, instead of earlier ones ``about`` the same."""
         self.post(Message(text, icon=icon, seconds=seconds, about=_only(about)))
 
-    def undo(
-        self,
-        text: str,
-        word: str,
-        undo: Callable[[], object],
-        ended: Callable[[], object] | None = None,
-        *,
-        stays: bool = False,
-        about: Hashable | None = None,
-    ) -> None:
-        """Show that something was removed, for 8 s with a button ``word`` that calls ``undo``; ``ended`` runs if it wasn't pressed. It may
-        stay until it is closed."""
-        self.post(
-            Message(
-                text,
-                action=word,
-                on_action=undo,
-                on_end=ended,
-                seconds=None if stays else UNDO_SECONDS,
-                about=_only(about),
-            )
-        )
+    def undo(self, text: str, word: str, undo: Callable[[], object], *, about: Hashable | None = None) -> None:
+        """Show that something was removed, for 8 s with a button ``word`` that calls ``undo``."""
+        self.post(Message(text, action=word, on_action=undo, seconds=UNDO_SECONDS, about=_only(about)))
 
     def post(self, message: Message) -> None:
         """The same words without a button are not shown twice: they become the newest, with their full time."""
@@ -177,15 +139,13 @@ class Snackbars:
             top.message, top.left = message, message.seconds
             top.begin()
             return
-        self._pile.append(said := Said(message, self._close))
-        said.bar.bind(on_action=self._pressed, on_close=self._dismissed)
+        self._pile.append(Said(message, self._take_off))
         if top is not None:
             self._hide(top)
             if top.is_read and top not in ended:
                 ended.append(top)
         self._close_all(ended)
         self._show_top(instead=top is not None)
-        self.stack.below = len(self._pile) - 1
 
     def end(self, about: Hashable) -> None:
         """End messages about that."""
@@ -194,21 +154,30 @@ class Snackbars:
     def clear(self) -> None:
         """Close all messages as if their time were over."""
         self._close_all(list(self._pile))
-        self.stack = None  # the next ones may have other sizes
+
+    def rebuild(self) -> None:
+        """Show them in the sizes of now."""
+        for said in self._pile[-1:]:
+            self._hide(said)
+            Window.remove_widget(self.stack)
+        self.stack = None
+        if self._pile:
+            self._show_top(instead=True)
 
     def _show_top(self, instead: bool) -> None:
         """``instead``: in the place of another one."""
-        said, stack = self._pile[-1], self._place()
+        said = self._pile[-1]
+        stack = self.stack = self.stack or SnackbarStack()
+        Window.remove_widget(stack)  # on top of what was opened since
+        Window.add_widget(stack)
+        words = said.message
+        said.bar = Snackbar(text=words.text, icon=words.icon, action_text=words.action)
+        said.bar.bind(on_action=self._pressed)
+        said.bar.opacity = 1  # KivyMD's begins at 0
+        stack.below = len(self._pile) - 1
         stack.add_widget(said.bar)
         stack.settles_at = Clock.get_time() + SETTLES if instead or stack.wide or stack.low else 0.0
-        said.begin(instead)
-
-    def _place(self) -> SnackbarStack:
-        if self.stack is None:
-            self.stack = SnackbarStack()
-        Window.remove_widget(self.stack)  # on top of what was opened since
-        Window.add_widget(self.stack)
-        return self.stack
+        said.begin()
 
     def _hide(self, said: Said) -> None:
         said.stop()
@@ -217,28 +186,15 @@ class Snackbars:
 
     def _pressed(self, bar: Snackbar) -> None:
         """Perhaps of one that was covered when the finger was down already."""
-        said = self._of(bar)
+        said = next((said for said in self._pile if said.bar is bar), None)
         if said is not None:
             self._take_off(said)
             if said.message.on_action is not None:
                 said.message.on_action()
 
-    def _dismissed(self, bar: Snackbar) -> None:
-        if (said := self._of(bar)) is not None:
-            self._close(said)
-
-    def _of(self, bar: Snackbar) -> Said | None:
-        return next((said for said in self._pile if said.bar is bar), None)
-
     def _close_all(self, pile: Iterable[Said]) -> None:
         for said in pile:
-            self._close(said)
-
-    def _close(self, said: Said) -> None:
-        """Its time ended without a press of its button."""
-        self._take_off(said)
-        if said.message.on_end is not None:
-            said.message.on_end()
+            self._take_off(said)
 
     def _take_off(self, said: Said) -> None:
         was_top = said is self._pile[-1]

@@ -146,7 +146,7 @@ class SchedulerApp(MDApp):
     def _rebuild(self, shell: Shell, controller: FrameController, keyboard: DockedKeyboard) -> None:
         """Everything in the sizes of now. What it shows is in the view models."""
         frame = Factory.Frame()
-        shell.snackbars.clear()
+        shell.snackbars.rebuild()
         keyboard.stop()
         self._start_keyboard()
         self.root_box.clear_widgets()
@@ -298,6 +298,8 @@ class SchedulerApp(MDApp):
             Metrics.fontscale = scale
         if translator.language != settings.language:
             translator.use(settings.language)
+            if self.shell is not None:
+                self.shell.snackbars.clear()  # in the old one
         if self.shell and self._frame and self._keyboard and len(set(sizes)) > 1:
             self._rebuild(self.shell, self._frame, self._keyboard)
 

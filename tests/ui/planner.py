@@ -22,7 +22,7 @@ from app.widgets.fields import Field, SearchField
 from app.widgets.lanes import Lanes
 from app.widgets.pickers import DateDialog, DayCell
 from app.widgets.rows import OptionRow
-from app.widgets.snackbar import Snackbar
+from app.widgets.snackbar import SECONDS, Snackbar
 from tests.ui.driver import Driver
 from tests.ui.whole_app import shown
 
@@ -210,8 +210,7 @@ def bring_back(app, ui) -> None:
     for _message in range(2):
         bar = ui.find(Snackbar)
         if "not saved" not in bar.text and len(said(app)) > 1:
-            bar.dispatch("on_close")
-            ui.advance(0.6)
+            ui.advance(SECONDS + 0.6)
     ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
     settle(app, ui)
 

@@ -87,6 +87,15 @@ def test_theme_and_language_follow_the_settings_live(app, site, ui):
     ui.wait(lambda: translator.language == "en" and tk.theme == "contrast")
 
 
+def test_a_message_of_the_old_language_is_closed(app, site, ui):
+    app.shell.snackbars.undo("Not saved", "Undo", lambda: None)
+    site.container.catalogue.change_settings(language="fi")
+    ui.wait(lambda: translator.language == "fi")
+    assert app.shell.snackbars.texts == []
+    site.container.catalogue.change_settings(language="en")
+    ui.wait(lambda: translator.language == "en")
+
+
 def test_navigation_goes_everywhere_and_builds_each_screen_once(app, site, ui):
     app.shell.navigator.rebuild()  # as after a start: without those that other tests have shown
     for name in ("scheduler", "logs", "settings", "home", "scheduler"):
@@ -127,6 +136,6 @@ def test_the_page_of_alarms_acknowledges_each(app, site, ui):
 def test_without_a_robot_home_invites_to_add_the_first(app, site, ui):
     (robot,) = site.container.catalogue.robots()
     site.container.catalogue.remove_robot(robot.id)
-    ui.wait(lambda: "Add your first robot" in ui.texts())
+    ui.wait(lambda: "No robots yet" in ui.texts())
     ui.tap(ui.find(CommandButton, text="Add robot"))
     assert app.shell.navigator.current == "settings"

@@ -99,18 +99,16 @@ class Shell:
         undo: Callable[[], object],
         undone: Callable[[], object],
         *,
-        stays: bool = False,
         behind: str = "",
         about: Hashable | None = None,
     ) -> None:
-        """Show ``text`` with an offer to undo, for some seconds or as long as it ``stays``. If ``undo()``, in the
-        background, raises InvalidInput, its sentence is shown and the offer stays, so that the user can correct the
-        problem and try again. ``behind`` a screen's guard it is offered until the guard lets the user pass. Ends
-        earlier messages and offers ``about`` the same."""
+        """Show ``text`` with an offer to undo. If ``undo()``, in the background, raises InvalidInput, its sentence is shown with the
+        offer. ``behind`` a screen's guard it is offered until the guard lets the user pass. Ends earlier messages and
+        offers ``about`` the same."""
 
         def refused(problem: BaseException) -> None:
             if isinstance(problem, InvalidInput):
-                self.offer_undo(sentence_of(problem), undo, undone, stays=True, behind=behind, about=about)
+                self.offer_undo(sentence_of(problem), undo, undone, behind=behind, about=about)
             else:
                 log.error("could not be undone", exc_info=problem)
                 self.say_problem(problem)
@@ -125,7 +123,7 @@ class Shell:
 
         def offer() -> None:
             self.snackbars.end(topic)
-            self.snackbars.undo(text, _("Undo"), pressed, stays=stays, about=topic)
+            self.snackbars.undo(text, _("Undo"), pressed, about=topic)
 
         topic = pressed if about is None else about
         offer()

@@ -137,7 +137,7 @@ class ScheduleActions:
         )
 
     def delete(self, schedule: Schedule) -> None:
-        """At once; it can be undone until the message is closed by hand."""
+        """At once; it can be undone."""
         text = _("{name} is deleted").format(name=self._name(schedule))  # while its mission and robot are known
 
         def deleted(removed: Removed) -> None:
@@ -145,7 +145,6 @@ class ScheduleActions:
                 text,
                 lambda: self._services.catalogue.restore(removed),
                 self._done,
-                stays=True,
                 about=_about(schedule.id),
             )
 

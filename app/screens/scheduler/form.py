@@ -116,7 +116,7 @@ class FormModel(FormFields):
         """What was entered can still be brought back, by hand; what was entered last, if some of it was being saved."""
         draft = self._kept.setdefault(draft.entry, draft)
         self._shell.snackbars.undo(
-            said, _("Undo"), lambda: self._shell.go("scheduler", back=draft), stays=True, about=("draft", draft.entry)
+            said, _("Undo"), lambda: self._shell.go("scheduler", back=draft), about=("draft", draft.entry)
         )
 
     @property

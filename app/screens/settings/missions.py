@@ -275,7 +275,6 @@ class MissionsPage(SettingsPage):
                 _("{robot} has sent its missions").format(robot=robot.name),
                 _("Choose"),
                 lambda: shell.go("settings", section="missions", found=(robot.id, found)),
-                stays=True,
                 about=FETCHED,
             )
 

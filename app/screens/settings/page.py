@@ -193,16 +193,16 @@ class PageContext:
         for save in resting.values():
             save()
 
-    def offer_undo(self, text: str, undo: Callable[[], object], *, stays: bool = False) -> None:
+    def offer_undo(self, text: str, undo: Callable[[], object]) -> None:
         """Show ``text`` with Undo, which asks for the PIN like Settings."""
-        self.shell.offer_undo(text, undo, self.refresh, stays=stays, behind="settings")
+        self.shell.offer_undo(text, undo, self.refresh, behind="settings")
 
     def remove(self, work: Callable[[], Removed], text: str) -> None:
-        """Delete something at once, and offer Undo until the message is closed."""
+        """Delete something at once, and offer Undo."""
 
         def removed(what: Removed) -> None:
             self.refresh()
-            self.offer_undo(text, lambda: self.services.catalogue.restore(what), stays=True)
+            self.offer_undo(text, lambda: self.services.catalogue.restore(what))
 
         self.run(work, removed)
 

@@ -57,16 +57,14 @@ def test_a_start_is_not_said_to_be_held_when_the_hold_ends_behind_another_screen
     say_held(home, ui)
     home.shell.go("scheduler")
     assert are_said(home, "Home is not sent to Aino yet. ")
-    home.shell.snackbars.undo(
-        "Count is deleted", "Undo", lambda: None, stays=True
-    )  # the time of the one below it stops
+    home.shell.snackbars.undo("Count is deleted", "Undo", lambda: None)  # the time of the one below it stops
     home.site.container.holds.release()
     ui.wait(lambda: not are_said(home, "Home is not sent to Aino yet. "))
 
 
 def test_a_start_is_not_said_to_be_held_after_the_hold_although_its_robot_is_silent(home, ui):
     say_held(home, ui)
-    home.shell.snackbars.undo("Count is deleted", "Undo", lambda: None, stays=True)
+    home.shell.snackbars.undo("Count is deleted", "Undo", lambda: None)
     home.aino.control({"reboot_seconds": 3600})
     ui.wait(lambda: home.root_vm.card.old)
     home.site.container.holds.release()

@@ -229,7 +229,6 @@ def test_delete_is_at_once_and_undo_brings_it_back(screen, container, ui):
     menu(screen, ui, schedule, "Delete")
     assert schedule.id not in [s.id for s in schedules(container)]
     assert schedule.id not in [data.key for data in screen.plan.listed.rows]
-    ui.skip(600)  # the offer stays until it is closed
     ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
     settle(screen, ui)
     restored = container.repositories.schedules.get(container.db.read(), schedule.id)

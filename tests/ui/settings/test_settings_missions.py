@@ -271,7 +271,6 @@ def test_a_mission_that_more_goes_with_is_deleted_once_that_was_asked(site, app,
     press(ui, "Delete", ui.find(ConfirmDialog))
     ui.wait(lambda: [mission.name for mission in missions(site)] == ["Home"])
     ui.wait(lambda: len(ui.find_all(MissionRow)) == 1)
-    ui.skip(3600)  # the message stays until it is closed
     assert says(ui, "Deliver deleted, and with it: 1 schedule, idle automation on Aino")
     undo(ui)
     ui.wait(lambda: len(missions(site)) == 2)
