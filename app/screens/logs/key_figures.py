@@ -90,9 +90,9 @@ class UsualBand:
 
 @dataclass(frozen=True)
 class TrendLine:
-    """How long a mission takes, day by day."""
+    """How long a mission takes, day by day. ``key``: robots may have missions of one name."""
 
-    key: str
+    key: tuple[str, str]
     mission: str
     value: str
     points: tuple[Point, ...]
@@ -253,7 +253,7 @@ def _trend(trend: Trend, first: date | None, last: date | None) -> TrendLine:
     length, usual, known = max(1, (last - first).days), trend.usual, {day.day for day in trend.days}
     drawn = [*(day.median_s for day in trend.days), *((usual.p10_s, usual.p90_s) if usual else ())]
     return TrendLine(
-        trend.mission,
+        (trend.guid, trend.mission),
         trend.mission,
         formats.rough_duration(trend.median_s),
         tuple(

@@ -165,6 +165,12 @@ def test_a_chart_of_durations_says_its_scale_and_its_days_and_leaves_gaps_open()
     assert (row.band, row.tone) == (None, "neutral")
 
 
+def test_missions_of_one_name_on_several_robots_have_a_row_each():
+    days = [DayMedian(date(2026, 11, 16), 3, 60.0)]
+    rows = key_figures.page(Figures(trends=[Trend(guid, "Deliver", 3, 60.0, None, days) for guid in ("a", "b")])).trends
+    assert len({row.key for row in rows}) == 2
+
+
 @pytest.mark.parametrize(("median", "tone"), [(100, "neutral"), (121, "attention"), (79, "neutral")])
 def test_a_mission_that_has_become_clearly_longer_is_marked(median, tone):
     trend = Trend("g", "Deliver", 3, median, Band(50, 80, 100, 120), [DayMedian(date(2026, 11, 16), 3, median)])
