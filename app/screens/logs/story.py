@@ -15,7 +15,7 @@ from app.screens.common import execution_appearance, formats
 from app.screens.common.holding import waiting_words
 from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
 from app.screens.logs import of_groups
-from app.screens.logs.view import NOT_RUN, cause, day_word, like_of
+from app.screens.logs.view import NOT_RUN, ON_TIME_S, cause, day_word, like_of
 from app.widgets.items import Item
 
 RUN_AGAIN = (State.FAILED, *NOT_RUN)  # possibly still wanted
@@ -92,8 +92,7 @@ def _steps(facts: StoryFacts, zone: ZoneInfo) -> Iterator[of_groups.Step]:
     yield _("Planned"), time(run.planned_at), _planned_note(run, replacement)
     yield from of_groups.steps(run, zone)
     if run.submitted_at is not None:
-        item = _("item {n}").format(n=run.queue_id) if run.queue_id is not None else ""
-        yield _("Sent"), time(run.submitted_at), " · ".join(filter(None, (_tries(run.attempts), item)))
+        yield _("Sent"), time(run.submitted_at), _tries(run.attempts)
     elif run.attempts:
         yield _("Tried"), formats.NOTHING, _("{tries}, none accepted").format(tries=_tries(run.attempts))
     if left is not None:
@@ -145,8 +144,8 @@ def _tries(number: int) -> str:
 
 
 def _queue_note(execution: Execution) -> str:
-    """How long it waited in the robot's queue."""
-    if execution.robot_delay_s is None or execution.robot_delay_s < 1:
+    """How long it waited in the robot's queue, if that was a delay."""
+    if execution.robot_delay_s is None or execution.robot_delay_s <= ON_TIME_S:
         return ""
     return _("waited {duration}").format(duration=formats.duration(execution.robot_delay_s))
 

@@ -5,21 +5,25 @@ from __future__ import annotations
 import pytest
 from kivy.core.window import Window
 
+from app.i18n import translator
 from app.screens.logs.run_story import StorySheet
 from tests.ui import checks, looks
 from tests.ui.logbook import TABS, reset_logs, settle
 
 MOST_WORDS = {"runs": 115, "figures": 75, "activity": 65}
-SIZES = ((1280, 800), (1024, 600), (800, 1280))
+WIDE, LOW, TALL = (1280, 800), (1024, 600), (800, 1280)
+WINDOWS = ((WIDE, "en"), (LOW, "en"), (TALL, "en"), (WIDE, "fi"), (LOW, "fi"))
 
 
-@pytest.fixture(params=SIZES, ids="{0[0]}x{0[1]}".format)
+@pytest.fixture(params=WINDOWS, ids="{0[0][0]}x{0[0][1]}-{0[1]}".format)
 def size(request, ui):
     before = Window.size
-    Window.size = request.param
+    Window.size, language = request.param
+    translator.use(language)
     ui.advance(0.2)
-    yield request.param
+    yield Window.size
     Window.size = before
+    translator.use("en")
     ui.advance(0.2)
 
 
@@ -27,7 +31,7 @@ def size(request, ui):
 def test_a_tab_keeps_to_what_the_design_allows(logs, ui, size, part):
     reset_logs(logs, ui, part)
     screen = logs.shell.navigator.screen("logs")
-    if size != (800, 1280):  # a narrow page has room for more rows
+    if tuple(size) != TALL:  # a narrow page has room for more rows
         assert len(looks.words(screen)) <= MOST_WORDS[part]
     assert looks.scrolls(screen) == []
     assert looks.sizes(screen) <= looks.SIZES
@@ -42,7 +46,7 @@ def test_the_story_of_a_run_keeps_to_it_too(logs, ui, size):
     logs.logs.open_story(next(run.id for run in logs.logs.facts.rows if run.state == "failed"))
     settle(logs, ui)
     screen, sheet = logs.shell.navigator.screen("logs"), ui.find(StorySheet)
-    if size != (800, 1280):
+    if tuple(size) != TALL:
         covered = sheet.size == sheet.parent.size
         assert len(looks.words(sheet)) + (0 if covered else len(looks.words(screen))) <= MOST_WORDS["runs"]
     for part in (screen, sheet):
