@@ -1,4 +1,4 @@
-"""Holding starts: the dialog, what is held on the timeline and in the list; a paused schedule; a closed day."""
+"""Holding starts: the sheet, what is held on the timeline and in the list; a paused schedule; a closed day."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from app.domain.models import DayException
 from app.screens.common.shell import pick
 from app.screens.scheduler.draft import Kind, Unit
 from app.screens.scheduler.facts import SchedulerServices
-from app.screens.scheduler.hold import HoldDialog
+from app.screens.scheduler.hold import HoldSheet
 from tests.screenshots.planning import Stand
 from tests.screenshots.registry import BOTH, LANDSCAPE, SMALL, picture
 from tests.support import home_facts as sample
@@ -47,11 +47,12 @@ def held_form(studio: Any) -> Any:
 
 
 @picture("scheduler-hold", sizes=BOTH)
-def dialog(studio: Any) -> Any:
+def sheet(studio: Any) -> Any:
     stand = Stand(studio, "scheduler", prepare=hold)
-    opened = HoldDialog(pick(SchedulerServices, stand.container), stand.shell, stand.vm._facts)
+    opened = HoldSheet(pick(SchedulerServices, stand.container), stand.shell, stand.vm._facts)
     opened.choose_reason("Audit")
-    return studio.dialogs.open(opened)
+    stand.shell.sheets.show(opened)
+    return stand.settle()
 
 
 @picture("scheduler-pause", sizes=(LANDSCAPE,))

@@ -58,17 +58,17 @@ class Sheets:
         self._put(sheet)
         return sheet
 
-    def ask(self, title: str, text: str, action: str, done: Callable[[], object], keep: str) -> Sheet:
-        """Ask before what can't be undone: ``action`` is the word that does it, ``keep`` that of the safe answer."""
+    def ask(self, title: str, text: str, action: str, done: Callable[[], object], keep: str = "") -> Sheet:
+        """Ask before what can't be undone: ``action`` is the word that does it. ``keep`` the safe answer, if it is a risk."""
         from app.widgets.sheet import AskSheet
 
-        sheet = AskSheet(title=title, text=text, foot=keep, second=action)
+        sheet = AskSheet(title=title, text=text, foot=keep or action, second=action if keep else "", closable=not keep)
 
         def agreed(*_args: object) -> None:
             self.back()
             done()
 
-        sheet.bind(on_done=lambda *_args: self.back(), on_other=agreed)
+        sheet.bind(on_done=(lambda *_args: self.back()) if keep else agreed, on_other=agreed)
         self.over(sheet)
         return sheet
 

@@ -50,7 +50,11 @@ class ScheduleActions:
         self._act(schedule_id, lambda: self._services.catalogue.switch_schedule(schedule_id, on), switched)
 
     def run_now(self, schedule: Schedule) -> None:
-        """With the schedule's own parameters, ignoring its constraints."""
+        """With the schedule's own parameters, ignoring its constraints. Asked first: it can't be undone."""
+        title = _("Run {name} now?").format(name=self._name(schedule))
+        self._shell.sheets.ask(title, "", _("Run now"), lambda: self._run(schedule))
+
+    def _run(self, schedule: Schedule) -> None:
         operator = self._services.operator
         start, target = (
             (operator.run_now, schedule.robot_id)

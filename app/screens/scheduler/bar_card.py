@@ -90,7 +90,7 @@ def start_card(facts: SchedulerFacts, run: PlannedRun, now: datetime) -> Card:
     held = ""
     if hold is not None:
         held = (
-            _("Held until it is released")
+            _("On hold")
             if hold.until is None
             else sentence(
                 Reason(ReasonCode.HOLD, {"hold": hold.reason, "until": hold.until.isoformat()}), facts.zone, _

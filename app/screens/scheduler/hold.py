@@ -1,4 +1,4 @@
-"""The dialog that holds all robots, or one: nothing is sent until its end, or until somebody releases it."""
+"""The sheet that puts all robots on hold, or one: nothing is sent until the hold ends or is released."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ from typing import Any
 from zoneinfo import ZoneInfo
 
 from kivy.clock import Clock
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, StringProperty
+from kivy.properties import ListProperty, NumericProperty, StringProperty
 
 from app.database.robots import Hold
 from app.domain.models import InvalidInput
 from app.i18n import _
-from app.screens.common.holding import about_hold
+from app.screens.common.holding import HAND, about_hold
 from app.screens.common.problems import sentence_of
 from app.screens.common.shell import Shell
 from app.screens.scheduler import hold_view
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
 from app.services.planning.recurrence import to_utc
-from app.widgets.dialogs import FormDialog
+from app.widgets.sheet import Sheet
 
 
-class HoldDialog(FormDialog):
+class HoldSheet(Sheet):
     """Which robots, why, until when."""
 
     robot_id = NumericProperty(hold_view.ALL)
@@ -30,11 +30,8 @@ class HoldDialog(FormDialog):
     reasons = ListProperty()
     ends = ListProperty()
     follows = StringProperty()
-    present = StringProperty()  # the hold that there is already
     reason_problem = StringProperty()
     end_problem = StringProperty()
-    problem = StringProperty()
-    saving = BooleanProperty(False)
 
     def __init__(self, services: SchedulerServices, shell: Shell, facts: SchedulerFacts, **kwargs: Any) -> None:
         self._services, self._shell, self._facts = services, shell, facts
@@ -46,27 +43,22 @@ class HoldDialog(FormDialog):
         self.fbind("reason", self._show)
         self._show()
 
-    def open(self) -> None:
-        super().open()
-        self._tick()
-
-    def on_dismiss(self, *args: Any) -> None:
-        self._tick.cancel()
-        super().on_dismiss(*args)
+    def on_parent(self, sheet: Sheet, place: Any) -> None:
+        super().on_parent(sheet, place)
+        (self._tick.cancel if place is None else self._tick)()
 
     def _show(self, *_args: Any) -> None:
         self._tell()
-        self.reason_problem = self.end_problem = self.problem = ""
+        self.reason_problem = self.end_problem = ""
 
     def _tell(self, _dt: float = 0.0) -> None:
-        """Update it: an end that counts from the press moves on, and the present hold may end."""
+        """Update it: an end that counts from the press moves on."""
         now = self._services.clock.now()
         self.robot = hold_view.robot_name(self._facts, int(self.robot_id))
         self.reasons = hold_view.reason_chips(self.reason)
         self.ends = hold_view.end_chips(self._end, self._chosen, self._zone, now)
         end = hold_view.end_of(self._end, self._chosen, self._zone, now)
         self.follows = hold_view.what_follows(end, self._zone, now, hold_view.shares(self._facts, int(self.robot_id)))
-        self.present = hold_view.held_sentence(hold_view.held(self._facts, int(self.robot_id), now), self._zone, now)
 
     # ------------------------------------------------------------------ what is chosen
     def choose_robot(self) -> None:
@@ -106,10 +98,10 @@ class HoldDialog(FormDialog):
         return self._services.clock.now().astimezone(ZoneInfo(self._zone))
 
     # ------------------------------------------------------------------ doing it
-    def hold(self) -> None:
-        if self.saving:
+    def on_done(self) -> None:
+        if self.busy:  # type: ignore[has-type]
             return
-        self.saving = True
+        self.busy = True
         robot_id, reason = int(self.robot_id) or None, hold_view.reason_of(self.reason)
         until = hold_view.end_of(self._end, self._chosen, self._zone, self._services.clock.now())
         self._shell.background.run(
@@ -117,25 +109,15 @@ class HoldDialog(FormDialog):
         )
 
     def _is_held(self, hold: Hold) -> None:
-        self.dismiss()
+        self._shell.sheets.close()
         robot = self._facts.robot(hold.robot_id)
         text = hold_view.held_message(robot.name if robot else None, hold.until, self._zone, self._services.clock.now())
-        self._shell.snackbars.show(text, icon="hand-back-right-outline", about=about_hold(hold.robot_id))
-
-    def release(self) -> None:
-        if self.saving:
-            return
-        self.saving = True
-        robot_id = int(self.robot_id) or None
-        self._shell.background.run(
-            lambda: self._services.holds.release(robot_id), lambda _none: self._is_released(robot_id), self._refused
-        )
-
-    def _is_released(self, robot_id: int | None) -> None:
-        self.dismiss()
-        self._shell.snackbars.show(_("Released"), icon="play-circle-outline", about=about_hold(robot_id))
+        self._shell.snackbars.show(text, icon=HAND, about=about_hold(hold.robot_id))
 
     def _refused(self, problem: BaseException) -> None:
-        self.saving = False
+        self.busy = False
         field = problem.field if isinstance(problem, InvalidInput) else ""
-        setattr(self, {"reason": "reason_problem", "until": "end_problem"}.get(field, "problem"), sentence_of(problem))
+        if field in ("reason", "until"):
+            setattr(self, {"reason": "reason_problem", "until": "end_problem"}[field], sentence_of(problem))
+        else:
+            self._shell.say_problem(problem)

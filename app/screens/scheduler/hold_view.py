@@ -1,4 +1,4 @@
-"""Texts of holding all robots or one: why, until when, and present holds. Pure."""
+"""Texts of putting all robots on hold, or one: why and until when. Pure."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Collection
 from datetime import datetime, time, timedelta
 from zoneinfo import ZoneInfo
 
-from app.database.robots import Hold
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.options import Option
@@ -37,12 +36,12 @@ def end_chips(chosen: str, until: datetime | None, zone: str, now: datetime) -> 
         if chosen == CHOSEN and until
         else _("Until a time")
     )
-    texts = {HOUR: _("1 hour"), DAY: _("Rest of the day"), CHOSEN: at, OPEN: _("Until released")}
+    texts = {HOUR: _("1 hour"), DAY: _("Rest of the day"), CHOSEN: at, OPEN: _("No end")}
     return [Option(key, text, selected=key == chosen) for key, text in texts.items()]
 
 
 def end_of(choice: str, chosen: datetime | None, zone: str, now: datetime) -> datetime | None:
-    """UTC; None: until it is released. ``chosen`` is the time picked for CHOSEN."""
+    """UTC; None: no end. ``chosen`` is the time picked for CHOSEN."""
     match choice:
         case "hour":
             return now + timedelta(hours=1)
@@ -60,7 +59,7 @@ def robot_name(facts: SchedulerFacts, robot_id: int) -> str:
 
 
 def looked_at(facts: SchedulerFacts, shown: Collection[int], all_robots: bool) -> int:
-    """The dialog's first choice: the only robot ``shown`` on the timeline, else the selected one, unless ``all_robots``
+    """The first choice: the only robot ``shown`` on the timeline, else the selected one, unless ``all_robots``
     were viewed. With only one robot, all of them."""
     if len(facts.robots) == 1:
         return ALL
@@ -77,35 +76,13 @@ def robot_options(facts: SchedulerFacts) -> list[Option]:
     ]
 
 
-def held(facts: SchedulerFacts, robot_id: int, now: datetime) -> Hold | None:
-    """The hold that a new one would replace."""
-    return next((hold for hold in facts.holds if (hold.robot_id or ALL) == robot_id and not hold.is_over(now)), None)
-
-
-def held_sentence(hold: Hold | None, zone: str, now: datetime) -> str:
-    """The hold that exists already; empty: none."""
-    if hold is None or hold.since is None:
-        return ""
-    since, reason = formats.day_and_time(hold.since, zone, now), _(hold.reason) if hold.reason else ""
-    if hold.until is None:
-        text = _("Held since {since}, until it is released").format(since=since)
-    else:
-        text = _("Held since {since} until {until}").format(
-            since=since, until=formats.day_or_time(hold.until, zone, now)
-        )
-    return f"{text} · {reason}" if reason else text
-
-
 def what_follows(until: datetime | None, zone: str, now: datetime, shares: bool = False) -> str:
     """What will happen to the starts until then; ``shares``: it is one robot of a group."""
-    if until is None:
-        text = _(
-            "Starts wait until somebody releases it; those that are too late by then are skipped. Running missions continue."
+    text = _("Starts wait. Those too late by then are skipped. Running missions continue.")
+    if until is not None:
+        text = _("Starts wait until {time}. Those too late by then are skipped. Running missions continue.").format(
+            time=formats.day_or_time(until, zone, now)
         )
-    else:
-        text = _(
-            "Starts wait until {time}; those that are too late by then are skipped. Running missions continue."
-        ).format(time=formats.day_or_time(until, zone, now))
     return text + " " + _("Starts for a group go to its other robots.") if shares else text
 
 
@@ -116,15 +93,7 @@ def shares(facts: SchedulerFacts, robot_id: int) -> bool:
 
 def held_message(robot: str | None, until: datetime | None, zone: str, now: datetime) -> str:
     """What is said when it has been set."""
+    who = robot or _("All robots")
     if until is None:
-        return (
-            _("Nothing is sent to {robot} until it is released").format(robot=robot)
-            if robot
-            else _("Nothing is sent until it is released")
-        )
-    end = formats.day_or_time(until, zone, now)
-    return (
-        _("Nothing is sent to {robot} until {time}").format(robot=robot, time=end)
-        if robot
-        else _("Nothing is sent to any robot until {time}").format(time=end)
-    )
+        return _("{robot} on hold").format(robot=who)
+    return _("{robot} on hold until {time}").format(robot=who, time=formats.day_or_time(until, zone, now))

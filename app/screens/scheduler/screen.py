@@ -24,7 +24,7 @@ from app.screens.scheduler.advice import NO_ADVICE, AdviceModel
 from app.screens.scheduler.draft import Draft
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Window, icons, read, silent, stopped
 from app.screens.scheduler.form import FormModel
-from app.screens.scheduler.hold import HoldDialog
+from app.screens.scheduler.hold import HoldSheet
 from app.screens.scheduler.listed import ScheduleList
 from app.screens.scheduler.on_timeline import OnTimeline
 from app.screens.scheduler.timeline import TimelineView
@@ -195,7 +195,7 @@ class SchedulerViewModel(OnTimeline):
         """Hold all robots, or one."""
         if self._facts.robots:
             robot_id = hold_view.looked_at(self._facts, self._window.robots, self._shell.navigator.all_robots)
-            self._shell.dialogs.open(HoldDialog(self._services, self._shell, self._facts, robot_id=robot_id))
+            self._shell.sheets.show(HoldSheet(self._services, self._shell, self._facts, robot_id=robot_id))
 
     def plan_menu(self, anchor: Any) -> None:
         """What is rarely needed."""

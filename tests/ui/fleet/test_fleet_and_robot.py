@@ -8,7 +8,7 @@ from app.domain.models import Group, Robot
 from app.screens.home.cards import HomeWide, SendTile
 from app.screens.home.fleet_page import FleetPage, NameLine, RobotCell
 from app.screens.home.sending import HomeSheet
-from app.screens.scheduler.hold import HoldDialog
+from app.screens.scheduler.hold import HoldSheet
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.list_row import RowButton
@@ -74,8 +74,8 @@ def test_hold_on_all_robots_holds_all_and_on_one_only_it(container, robots, ui):
         settle(app, ui)
         ui.tap(ui.find(CommandButton, text="Hold"))
         ui.advance(0.3)
-        robot: str = ui.find(HoldDialog).robot
-        app.shell.dialogs.close_all()
+        robot: str = ui.find(HoldSheet).robot
+        app.shell.sheets.close()
         ui.advance(0.3)
         return robot
 

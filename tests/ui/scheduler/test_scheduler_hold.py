@@ -8,7 +8,7 @@ from icalendar import Calendar
 
 from app.domain.models import DayException, State
 from app.screens.scheduler.cards import PlanPage, ScheduleRow
-from app.screens.scheduler.hold import HoldDialog
+from app.screens.scheduler.hold import HoldSheet
 from app.services.live.holds import Holds
 from app.services.live.tablet import IS_COPY
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton
@@ -42,14 +42,14 @@ NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
 
 
 def chip(app, ui, word: str) -> None:
-    ui.tap(ui.find(ChoiceChip, root=ui.find(HoldDialog), text=word))
+    ui.tap(ui.find(ChoiceChip, root=ui.find(HoldSheet), text=word))
     settle(app, ui)
 
 
 def hold_all(app, ui) -> None:
-    """The dialog, about all robots."""
+    """The sheet, about all robots."""
     press(app, ui, "Hold")
-    ui.tap(ui.find(Field, root=ui.find(HoldDialog), label="What to hold"))
+    ui.tap(ui.find(Field, root=ui.find(HoldSheet), label="What to hold"))
     ui.tap(ui.find(OptionRow, root=ui.find(ChoiceDialog), text="All robots"))
     settle(app, ui)
 
@@ -77,11 +77,11 @@ def reveal(ui, schedule) -> None:
 def test_everything_is_held_with_a_reason_until_the_banner_releases_it(screen, container, ui):
     hold_all(screen, ui)
     chip(screen, ui, "Cleaning")
-    ui.tap(ui.find(CommandButton, root=ui.find(HoldDialog), text="Hold"))
+    ui.tap(ui.find(CommandButton, root=ui.find(HoldSheet), text="Hold"))
     settle(screen, ui)
     [hold] = container.holds.current()
     assert (hold.reason, hold.until, hold.robot_id) == ("Cleaning", container.clock.now() + timedelta(hours=1), None)
-    assert "Nothing is sent to any robot until" in ui.find(Snackbar).text
+    assert ui.find(Snackbar).text == "All robots on hold until 15:38"
     frame = ui.find(Frame)
     ui.wait(lambda: frame.banner.text == "All robots on hold until 15:38 · Cleaning" and frame.has_banner)
     schedule = named(container, KITS, "Aino")
@@ -96,7 +96,7 @@ def test_everything_is_held_with_a_reason_until_the_banner_releases_it(screen, c
 
 def test_one_robot_is_held_until_a_time_that_is_picked(screen, container, ui):
     press(screen, ui, "Hold")
-    dialog = ui.find(HoldDialog)
+    dialog = ui.find(HoldSheet)
     ui.tap(ui.find(Field, root=dialog, label="What to hold"))
     ui.tap(ui.find(OptionRow, root=ui.find(ChoiceDialog), text="Veikko"))
     settle(screen, ui)
@@ -121,40 +121,17 @@ def test_one_robot_is_held_until_a_time_that_is_picked(screen, container, ui):
     ui.wait(lambda: ui.find(Frame).banner.text.startswith("Veikko on hold until "))
 
 
-def test_a_present_hold_is_shown_and_released_in_the_dialog(screen, container, ui):
-    veikko = named(container, "Collect empties", "Veikko").robot_id
-    container.holds.hold("Audit", robot_id=veikko)
-    settle(screen, ui)
+def test_the_sheet_says_until_when_it_would_hold_now_however_long_it_is_open(screen, container, ui):
     press(screen, ui, "Hold")
-    dialog = ui.find(HoldDialog)
-    ui.tap(ui.find(Field, root=dialog, label="What to hold"))
-    ui.tap(ui.find(OptionRow, root=ui.find(ChoiceDialog), text="Veikko"))
-    settle(screen, ui)
-    assert dialog.present == "Held since 14:38, until it is released · Audit"
-    ui.tap(ui.find(CommandButton, root=dialog, text="Release"))
-    settle(screen, ui)
-    assert container.holds.current() == []
-
-
-def test_the_dialog_says_until_when_it_would_hold_now_however_long_it_is_open(screen, container, ui):
-    veikko = named(container, "Collect empties", "Veikko").robot_id
-    container.holds.hold("Audit", container.clock.now() + timedelta(minutes=5), veikko)
-    settle(screen, ui)
-    press(screen, ui, "Hold")
-    dialog = ui.find(HoldDialog)
-    ui.tap(ui.find(Field, root=dialog, label="What to hold"))
-    ui.tap(ui.find(OptionRow, root=ui.find(ChoiceDialog), text="Veikko"))
-    settle(screen, ui)
-    assert dialog.follows.startswith("Starts wait until 15:38;")
-    assert dialog.present.startswith("Held since ")
+    sheet = ui.find(HoldSheet)
+    assert sheet.follows.startswith("Starts wait until 15:38.")
     container.clock.step(600)
     ui.advance(1.5)
-    assert dialog.follows.startswith("Starts wait until 15:48;")
-    assert dialog.present == ""
-    dialog.dismiss()
+    assert sheet.follows.startswith("Starts wait until 15:48.")
+    screen.shell.sheets.close()
     container.clock.step(600)
     ui.advance(1.5)
-    assert dialog.follows.startswith("Starts wait until 15:48;")  # a closed one does not follow the time
+    assert sheet.follows.startswith("Starts wait until 15:48.")  # a closed one does not follow the time
 
 
 def test_the_plan_says_until_when_everything_is_held_and_the_banner_releases_it(screen, container, ui):
@@ -169,22 +146,22 @@ def test_the_plan_says_until_when_everything_is_held_and_the_banner_releases_it(
     assert ui.find(CommandButton, text="Hold").visible
 
 
-def test_a_reason_may_be_cleared_and_everything_held_until_released(screen, container, ui):
+def test_a_reason_may_be_cleared_and_a_hold_have_no_end(screen, container, ui):
     hold_all(screen, ui)
     chip(screen, ui, "Audit")
     chip(screen, ui, "Audit")
-    chip(screen, ui, "Until released")
-    ui.tap(ui.find(CommandButton, root=ui.find(HoldDialog), text="Hold"))
+    chip(screen, ui, "No end")
+    ui.tap(ui.find(CommandButton, root=ui.find(HoldSheet), text="Hold"))
     settle(screen, ui)
     [hold] = container.holds.current()
     assert (hold.reason, hold.until) == ("", None)
 
 
-def test_the_dialog_begins_with_the_robot_that_is_looked_at(screen, container, ui):
+def test_the_sheet_begins_with_the_robot_that_is_looked_at(screen, container, ui):
     def begins_with() -> str:
         press(screen, ui, "Hold")
-        robot: str = ui.find(HoldDialog).robot
-        screen.shell.dialogs.close_all()
+        robot: str = ui.find(HoldSheet).robot
+        screen.shell.sheets.close()
         ui.advance(0.3)
         return robot
 

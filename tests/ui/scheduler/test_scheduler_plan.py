@@ -14,6 +14,7 @@ from app.widgets.fields import SearchField
 from app.widgets.lists import KEPT
 from app.widgets.long_list import LongList
 from app.widgets.rows import OptionRow
+from app.widgets.sheet import AskSheet
 from app.widgets.snackbar import Snackbar
 from tests.support import month
 from tests.support.home_facts import FAILED
@@ -198,7 +199,10 @@ def test_the_menu_opens_a_schedule_for_editing(screen, container, ui):
 
 def test_run_now_starts_it_whatever_its_time_is(screen, container, ui):
     schedule = named(container, KITS, "Aino")
+    before = container.history.open()
     menu(screen, ui, schedule, "Run now")
+    assert (ui.find(AskSheet).title, container.history.open()) == (f"Run {KITS} on Aino now?", before)
+    press(screen, ui, "Run now")
     newest = container.history.open()[-1]
     assert (newest.mission, newest.robot, newest.state) == (KITS, "Aino", State.WAITING)
     ui.skip(5)  # no robot answers

@@ -87,30 +87,17 @@ def test_a_time_that_was_picked_is_shown_on_its_chip():
         "1 hour",
         "Rest of the day",
         "Until a time",
-        "Until released",
+        "No end",
     ]
-
-
-def test_a_present_hold_is_shown_for_what_is_chosen():
-    assert (
-        hold_view.held_sentence(hold_view.held(facts(), hold_view.ALL, NOW), ZONE, NOW)
-        == "Held since 14:02 until 15:38 · Maintenance"
-    )
-    assert hold_view.held_sentence(hold_view.held(facts(), 1, NOW), ZONE, NOW) == ""
-    endless = replace(HOLD, until=None, reason="", robot_id=1)
-    assert (
-        hold_view.held_sentence(hold_view.held(facts(holds=(endless,)), 1, NOW), ZONE, NOW)
-        == "Held since 14:02, until it is released"
-    )
 
 
 @pytest.mark.parametrize(
     ("robot", "until", "text"),
     [
-        (None, None, "Nothing is sent until it is released"),
-        ("Aino", None, "Nothing is sent to Aino until it is released"),
-        (None, NOW + timedelta(hours=1), "Nothing is sent to any robot until 15:38"),
-        ("Aino", datetime(2026, 11, 22, 22, 0, tzinfo=UTC), "Nothing is sent to Aino until Mon 23 Nov"),
+        (None, None, "All robots on hold"),
+        ("Aino", None, "Aino on hold"),
+        (None, NOW + timedelta(hours=1), "All robots on hold until 15:38"),
+        ("Aino", datetime(2026, 11, 22, 22, 0, tzinfo=UTC), "Aino on hold until Mon 23 Nov"),
     ],
 )
 def test_what_is_said_when_it_is_set(robot, until, text):
