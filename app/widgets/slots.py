@@ -30,6 +30,8 @@ class PartSlot(BoxLayout):
     def _build(self, *_):
         wanted = self.part if self.card is not None else ""
         if [type(child).__name__ for child in self.children] == ([wanted] if wanted else []):
+            for child in self.children:
+                child.card = self.card
             return
         for child in self.children:  # otherwise it would follow its card until it is collected
             for widget in child.walk(restrict=True):

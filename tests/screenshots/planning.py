@@ -103,7 +103,7 @@ class Stand:
 def planning(studio: Any, prepare: Callable[[Container], object] = lambda _container: None, **values: Any) -> Stand:
     """The form with a mission."""
     stand = Stand(studio, "scheduler", prepare=prepare)
-    stand.vm.form.begin()
+    stand.vm.begin()
     values = {"day": date(2026, 11, 23), "at": time(6, 30), **values}
     stand.vm.form.set(mission_id=stand.mission("Deliver kits to line 2"), **values)
     stand.settle()
@@ -331,7 +331,7 @@ picture("scheduler-bar-failed", sizes=BOTH)(card_at("failed"))
 @picture("scheduler-mission", sizes=BOTH)
 def mission(studio: Any) -> Any:
     stand = Stand(studio, "scheduler")
-    stand.vm.form.new()
+    stand.vm.new()
     return studio.dialogs.top
 
 

@@ -251,6 +251,15 @@ def test_every_start_that_conflicts_is_reported_once(container):
     assert [concern.at.day for concern in found.concerns] == [23, 24, 25, 26, 27]
 
 
+def test_all_starts_of_the_time_that_is_shown_are_compared(container):
+    plan(container, start=datetime(2026, 11, 23, 6, 30), recurrence="FREQ=DAILY")
+    often = draft(start=datetime(2026, 11, 23, 6, 30), recurrence="FREQ=DAILY")
+    for days, starts in ((1, 5), (8, 6), (1000, 200)):
+        until = datetime(2026, 11, 23, tzinfo=UTC) + timedelta(days=days)
+        found = container.forecasts.of(often, until=until)
+        assert (len(found.starts), len(found.concerns)) == (starts, starts)
+
+
 def test_another_robot_itself_and_schedules_that_are_off_cause_no_overlap(container):
     plan(container, robot_id=2, recurrence="FREQ=DAILY", name="elsewhere")
     plan(container, recurrence="FREQ=DAILY", enabled=False, name="off")

@@ -240,7 +240,7 @@ def test_after_a_later_skip_comes_up_it_is_passed_over_by_the_next_one(plant):
 
 def test_the_preview_and_its_warnings_omit_what_is_skipped(plant):
     plant.skipping.skip(plant.daily.id, at(24))
-    assert [start.instant.day for start in plant.container.forecasts.of(plant.stored(), count=3).starts] == [23, 25, 26]
+    assert [start.instant.day for start in plant.container.forecasts.of(plant.stored()).starts[:3]] == [23, 25, 26]
     other = Schedule("Other", 1, 1, datetime(2026, 11, 24, 6, 30), "UTC")
     assert plant.container.forecasts.of(other).concerns == ()
     other = replace(other, start=datetime(2026, 11, 25, 6, 30))

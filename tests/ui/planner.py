@@ -46,7 +46,7 @@ def rebuild_scheduler(app, ui) -> None:
     app.shell.go("scheduler")
     app.plan.tab, app.plan.moving = "plan", None
     app.plan.listed.listing, app.plan.listed.searching = Listing(), False
-    app.plan.form.clear()
+    app.plan.form.is_open = False
     app.plan._show_window(facts.Window())
     settle(app, ui)
     for scrolled in ui.find_all(ScrollView):
@@ -69,7 +69,7 @@ def press(app, ui, word: str) -> None:
 
 def new(app, ui) -> None:
     """An empty form."""
-    app.plan.form.begin()
+    app.plan.begin()
     settle(app, ui)
 
 
@@ -217,10 +217,9 @@ def bring_back(app, ui) -> None:
 
 def press_save(app, container, ui) -> None:
     """For a new schedule, while the robot is asked for the mission's parameters."""
-    form = app.plan.form
     new(app, ui)
+    form = app.plan.form
     form.set(mission_id=next(mission.id for mission in container.catalogue.missions() if mission.name == KITS))
-    ui.wait(lambda: not form.view.save_off)
     form.save()
     assert form.saving
 

@@ -106,7 +106,7 @@ def planned(container, ui, silent_robots):
 
 @pytest.mark.parametrize("gap", GAPS)
 def test_the_minute_that_completes_a_time_presses_nothing_behind_it(planned, container, ui, gap):
-    planned.plan.form.begin()
+    planned.plan.begin()
     planned.plan.form.set(mission_id=container.catalogue.missions()[0].id)
     settle(planned, ui)
     before = container.catalogue.schedules()

@@ -59,7 +59,7 @@ def test_one_robot_breaks_the_other_comes_and_nothing_runs_twice(site, fleet, ui
         go(ui, "scheduler")
         plan = app.shell.navigator.screen("scheduler").vm
         ui.wait(lambda: app.shell.background.idle and plan.has_robots)
-        plan.form.begin()
+        plan.begin()
         ui.wait(lambda: app.shell.background.idle and ui.find_all(Field, label="Robot", value="Aino"))
         ui.tap(ui.find(Field, label="Robot"))
         ui.wait(lambda: ui.find_all(ChoiceDialog))

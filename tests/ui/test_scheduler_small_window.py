@@ -48,8 +48,8 @@ def test_each_tab_is_whole(ui, small):
 
 @pytest.mark.long
 def test_the_form_scrolls_alone_and_save_is_always_seen(ui, small):
+    small.vm.begin()
     form = small.vm.form
-    form.begin()
     form.set(mission_id=small.mission(KITS), day=date(2026, 11, 23), at=time(6, 30))
     for values in EVERY_KIND:
         form.set(**values)

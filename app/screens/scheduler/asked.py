@@ -35,7 +35,7 @@ class AsksRobot(EventDispatcher):
     _shell: Shell
     _facts: SchedulerFacts
     _draft: Draft
-    _submitted: object
+    _submitted: bool
     is_open: bool
 
     def __init__(self) -> None:
@@ -72,10 +72,7 @@ class AsksRobot(EventDispatcher):
 
     def _is_changed(self) -> None:
         """By hand: Save was pressed for something else."""
-        self._submitted = self._refused = None
-        self._forget_waiting()
-
-    def _forget_waiting(self) -> None:
+        self._submitted, self._refused = False, None
         self._wait_no_longer.cancel()
         if self._saves_when_known:
             self._saves_when_known = self.saving = False
@@ -84,7 +81,7 @@ class AsksRobot(EventDispatcher):
         self.saving = self._saves_when_known = True
         self._wait_no_longer()
 
-    def _wait_no_more(self) -> None:
+    def wait_no_more(self) -> None:
         """What waits to be saved is saved now, if it can be: in a moment it isn't in the form any more."""
         if self._saves_when_known:
             self._parameters_are_known(())

@@ -103,7 +103,6 @@ class Draft:
     base: Schedule | None = None
     origin: Schedule | None = None  # the source of its times: the base, or the copied schedule
     lost: Schedule | None = None  # its schedule, which has been deleted since
-    entry: object = field(default_factory=object, compare=False, repr=False)  # the same through all its changes
 
     @property
     def is_new(self) -> bool:
@@ -289,7 +288,7 @@ class Draft:
 
     def copy(self) -> Draft:
         """The same as a new schedule, without its name."""
-        return replace(self, base=None, name="", entry=object())
+        return replace(self, base=None, name="")
 
     def brought_up_to_date(self, stored: Schedule | None, name: Callable[[Schedule], str]) -> Draft:
         """Updated by the stored schedule where nothing else was entered; None: it was deleted, and saving makes a new
@@ -304,7 +303,7 @@ class Draft:
         for together in (TARGET, TASK):
             if all(getattr(self, each) == getattr(before, each) for each in together):
                 draft = replace(draft, **{each: getattr(now, each) for each in together})
-        single = {each.name for each in fields(self)} - {*TIMES, *TARGET, *TASK, "entered", "base", "lost", "entry"}
+        single = {each.name for each in fields(self)} - {*TIMES, *TARGET, *TASK, "entered", "base", "lost"}
         changed = {each: getattr(now, each) for each in single if getattr(self, each) == getattr(before, each)}
         entered = self.entered if draft.mission_id == self.mission_id else {}
         return replace(draft, base=stored, lost=None, entered=entered, **changed)

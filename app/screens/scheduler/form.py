@@ -1,11 +1,11 @@
-"""The Scheduler's form: keeps the draft, asks for its forecast while it is edited, saves it. Its texts are made by form_view.py."""
+"""The Scheduler's form: keeps one draft, asks for its forecast while it is edited, saves it. Its texts are made by form_view.py."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from datetime import datetime
-from typing import Any
+from typing import Any, Protocol
 from zoneinfo import ZoneInfo
 
 from kivy.clock import Clock
@@ -26,9 +26,25 @@ from app.services.catalogue.preview import Forecast
 AFTER_TYPING = 0.1  # s of rest before the forecast is asked for
 
 
+class Host(Protocol):
+    """The Scheduler that shows a form."""
+
+    form: Any  # the one that is shown
+
+    @property
+    def shown_until(self) -> datetime:
+        """The end of what its plan shows."""
+
+    def show_draft(self, draft: Draft | None, forecast: Forecast | None) -> None:
+        """In the plan; None: the form is closed."""
+
+    def saved(self, schedule: Schedule) -> bool:
+        """One is stored. Returns whether the message about it is shown there."""
+
+
 class FormModel(FormFields):
-    """``saved(schedule)`` is called when one is stored, and returns whether it reports this itself; ``seen(draft,
-    forecast)`` whenever these have changed, with None while the form is closed."""
+    """One draft, from its beginning until it is saved or given up: another one has a form of its own. A form that was put
+    aside still saves, and can be brought back."""
 
     is_open = BooleanProperty(False)
     more = BooleanProperty(False)  # the rarer fields are shown
@@ -37,21 +53,18 @@ class FormModel(FormFields):
         self,
         services: SchedulerServices,
         shell: Shell,
-        saved: Callable[[Schedule], bool],
-        seen: Callable[[Draft | None, Forecast | None], object],
+        host: Host,
+        facts: SchedulerFacts,
+        draft: Draft | None = None,
     ) -> None:
         super().__init__()
-        self._services, self._shell, self._saved, self._seen = services, shell, saved, seen
-        self._facts = SchedulerFacts()
+        self._services, self._shell, self._host, self._facts = services, shell, host, facts
         self._preview = Preview()
         self._forecast_later = Clock.create_trigger(lambda _dt: self.forecast(), AFTER_TYPING)
-        self._draft = self._fresh()
-        self.entry = self._draft.entry
-        self._submitted: object = None  # the entry being written, as in the form
-        self._written: dict[object, Schedule | None] = {}  # by entry: as it is stored; None: being written
-        self._kept: dict[object, Draft] = {}  # by entry: what can be brought back
-        self._empty: Draft | None = self._draft  # its first state; None: it was filled in
-        self._offered: Draft | None = None  # as a finger on free time has begun it
+        self._draft = self._begun = draft or self._fresh()  # as it is, and before anything was entered
+        self._proposes = draft is None
+        self._submitted = False  # what is in it is being saved
+        self.more = _uses_more(self._draft)
 
     # ------------------------------------------------------------------ what is edited
     @property
@@ -61,69 +74,46 @@ class FormModel(FormFields):
     @property
     def editing(self) -> int | None:
         """The schedule that is being edited."""
-        return self._draft.base.id if self._draft.base else None
+        return self._draft.base.id if self.is_open and self._draft.base else None
 
-    @property
-    def is_in_use(self) -> bool:
-        """Whether something is in it that somebody works on."""
-        return self._draft != self._empty
+    def open(self) -> None:
+        """Again or for the first time."""
+        self._asked_of, self.is_open = None, True
+        self._changed()
+
+    def put_aside(self) -> None:
+        """What was entered can be brought back; what waits for the robot is saved."""
+        self.wait_no_more()
+        if self._is_entered:
+            self._offer_back(_("{name}: not saved").format(name=form_view.called(self._facts, self._draft)))
+        self.is_open = False
+
+    def _offer_back(self, said: str) -> None:
+        self._shell.snackbars.undo(
+            said, _("Undo"), lambda: self._shell.go("scheduler", form=self), about=("draft", self)
+        )
 
     def take(self, facts: SchedulerFacts) -> None:
         """Facts were read again. An untouched form follows their defaults; one being edited keeps what was entered. If
-        nothing was entered, a deleted schedule leaves the form."""
+        nothing was entered, a deleted schedule closes it."""
         base, is_stored = self._draft.base, self._is_stored
         if facts.names_of_all != self._facts.names_of_all:
             self._refused = None  # it may be possible now
         self._facts = facts
-        if not self.is_in_use:
-            self._draft = self._empty = replace(self._fresh(), entry=self._draft.entry)
+        if self._proposes and self._draft == self._begun:
+            self._draft = self._begun = self._fresh()
         elif is_stored and base is not None and facts.schedule(base.id) is None:
-            self.clear()
-        before, self._draft = self._draft, self._brought_up_to_date(self._draft)
-        if self._draft != before:
-            self._refused = None
+            self.is_open = False
+        elif (base := base or self._draft.lost) is not None:
+            before, self._draft = self._draft, self._draft.brought_up_to_date(facts.schedule(base.id), facts.name)
+            self._refused = self._refused if self._draft == before else None
         self._ask_parameters()
         self.forecast()
 
-    def _brought_up_to_date(self, draft: Draft) -> Draft:
-        """Saving makes a schedule again if it was deleted."""
-        base, facts = draft.base or draft.lost, self._facts
-        return (
-            draft.brought_up_to_date(facts.schedule(base.id), facts.name)
-            if base is not None and facts.robots
-            else draft
-        )
-
-    def begin(self, draft: Draft | None = None) -> None:
-        """Open with ``draft``, or empty. Other entries that aren't saved can be brought back."""
-        self._wait_no_more()
-        self._offer_back()
-        self.is_open = True
-        self._show_draft(draft)
-
-    def close(self) -> None:
-        """The cross: what was entered can be brought back."""
-        self._wait_no_more()
-        self._offer_back()
-        self.clear()
-
-    def _offer_back(self) -> None:
-        if self._is_entered:
-            said = _("{name}: not saved").format(name=form_view.called(self._facts, self._draft))
-            self._keep(self._draft, said)
-
-    def _keep(self, draft: Draft, said: str) -> None:
-        """What was entered can still be brought back, by hand; what was entered last, if some of it was being saved."""
-        draft = self._kept.setdefault(draft.entry, draft)
-        self._shell.snackbars.undo(
-            said, _("Undo"), lambda: self._shell.go("scheduler", back=draft), about=("draft", draft.entry)
-        )
-
     @property
     def _is_entered(self) -> bool:
-        """Whether the form has an entry that is neither stored nor being stored."""
-        is_known = self._draft == self._offered or self._draft.entry is self._submitted or self._is_stored
-        return self.is_in_use and not is_known
+        """Whether it has an entry that is neither stored nor being stored."""
+        return self.is_open and not (self._draft == self._begun or self._submitted or self._is_stored)
 
     @property
     def _is_stored(self) -> bool:
@@ -131,64 +121,22 @@ class FormModel(FormFields):
         draft = self._draft
         return draft.is_stored(self._facts.name(draft.base) if self._facts.robots else draft.name)
 
-    def deleted(self, schedule: Schedule) -> None:
-        """What was entered for it can still be brought back, by hand: perhaps the deletion is undone."""
-        if self.editing == schedule.id:
-            self.close()
-
-    def clear(self) -> None:
-        """Close it, and keep nothing."""
-        self.is_open = False
-        self._show_draft(None)
-
-    def _show_draft(self, draft: Draft | None) -> None:
-        self._forget_waiting()
-        if draft is not None and self._kept.pop(draft.entry, None) is not None:
-            self._shell.snackbars.end(("draft", draft.entry))
-        if draft is not None and (written := self._written.get(draft.entry)) is not None and draft.base is None:
-            draft = replace(draft, base=written, lost=None)
-        self._draft = self._brought_up_to_date(draft) if draft is not None else self._fresh()
-        self._empty = self._draft if draft is None else None
-        self.entry, self.page = self._draft.entry, ""
-        self.more = _uses_more(self._draft)
-        self.saving = self._is_in_writing(self.entry)
-        self._preview, self._asked_of, self._submitted = Preview(), None, None
-        self._changed()
-
-    def _is_in_writing(self, entry: object) -> bool:
-        return entry in self._written and self._written[entry] is None
-
-    def edit(self, schedule: Schedule) -> None:
-        if not self.is_open or self.editing != schedule.id:
-            self.begin(Draft.of(schedule, self._facts.name(schedule)))
-
-    def duplicate(self, schedule: Schedule) -> None:
-        self.begin(Draft.of(schedule).copy())
-
-    def new(self) -> None:
-        """An empty one begins with the choice of a mission."""
-        self.begin()
-        self.choose_mission()
-
-    def begin_at(self, robot_id: int, at: datetime) -> None:
-        """A new schedule of that robot at that instant; entries for another new one stay, unless that is being saved or
-        is for a group."""
-        self._wait_no_more()
-        untouched = self._draft in (self._empty, self._offered)
-        goes_on = self.is_open and self._draft.is_new and not self.saving and self._draft.group_id is None
-        draft, show = (self._draft, self._show_draft) if goes_on else (self._fresh(), self.begin)
-        local = at.astimezone(ZoneInfo(draft.timezone)).replace(tzinfo=None)
-        offered = replace(draft.with_day(local.date()).aimed_at(robot_id), at=local.time())
-        show(offered)
-        self._offered = offered if untouched or not goes_on else None
+    def aim(self, robot_id: int, at: datetime) -> None:
+        """A finger has chosen robot and time: that alone is no entry."""
+        is_untouched = self._draft == self._begun
+        local = at.astimezone(ZoneInfo(self._draft.timezone)).replace(tzinfo=None)
+        self._change(replace(self._draft.with_day(local.date()).aimed_at(robot_id), at=local.time()))
+        if is_untouched:
+            self._begun, self._proposes = self._draft, False
 
     def show(self) -> None:
         """Build the texts again: time has passed, or the language was switched."""
         preview = Preview(problem=self._refused) if self._refused else self._preview
         self.view = form_view.present(self._facts, self._draft, preview, self._services.clock.now())
         self.more = self.more or self.view.wrong_field in form_view.UNDER_MORE
-        shown = self.is_open and not self._is_stored
-        self._seen(self._draft if shown else None, self._preview.forecast)
+        if self._host.form is self:
+            shown = self.is_open and not self._is_stored
+            self._host.show_draft(self._draft if shown else None, self._preview.forecast)
 
     def on_is_open(self, *_args: object) -> None:
         self.show()
@@ -196,7 +144,7 @@ class FormModel(FormFields):
     # ------------------------------------------------------------------ saving
     def save(self, parameters: Mapping[str, Any] | None = None) -> None:
         """``parameters``: the values in their fields, by name; None: those that were entered."""
-        if self.saving or self.view.save_off:
+        if self.saving or self.view.why:
             return
         self.problems = {}
         if self._is_asking:
@@ -214,11 +162,10 @@ class FormModel(FormFields):
                 )
                 return
         draft, schedule = self._draft, self._draft.schedule()
-        self.saving, self._submitted = True, draft.entry
-        self._written[draft.entry] = None
+        self.saving = self._submitted = True
         self._shell.background.run(
             lambda: self._services.catalogue.save_schedule(schedule),
-            lambda saved: self._is_saved(draft, saved),
+            lambda saved: self._is_saved(saved, is_new=draft.is_new),
             lambda problem: self._not_saved(draft, problem),
         )
 
@@ -227,45 +174,33 @@ class FormModel(FormFields):
         """The values in the fields of the parameters."""
         return {**{field.name: field.default for field in self.parameters}, **self._draft.entered}
 
-    def _is_saved(self, draft: Draft, schedule: Schedule) -> None:
-        """``draft`` was saved; later entries, in the form or as a draft, are not."""
-        new, name = draft.is_new, self._facts.called(schedule)
-        is_same, is_left = self._has_ended(draft, schedule)
-        self._facts = replace(
-            self._facts, schedules=(*(each for each in self._facts.schedules if each.id != schedule.id), schedule)
-        )
-        if is_left:
-            self.clear()
-        elif is_same:
-            self._draft = replace(self._draft, base=schedule, lost=None)
+    def _is_saved(self, schedule: Schedule, *, is_new: bool) -> None:
+        """Entries that were made since are not."""
+        name, is_done = self._facts.called(schedule), self._submitted
+        self.saving = self._submitted = False
+        is_said = self._host.saved(schedule)
+        self._draft = replace(self._draft, base=schedule, lost=None)
+        if is_done:
+            self.is_open = False
+        else:
             self._changed()
-        if not self._saved(schedule):
+        if not is_said:
             self._shell.snackbars.show(
-                _("{name} is planned").format(name=name) if new else _("{name} is changed").format(name=name),
+                _("{name} is planned").format(name=name) if is_new else _("{name} is changed").format(name=name),
                 icon="calendar-check",
             )
 
-    def _has_ended(self, draft: Draft, stored: Schedule | None) -> tuple[bool, bool]:
-        """Saving, well or not. Whether the form still has that entry, and whether it is unchanged."""
-        del self._written[draft.entry]
-        if stored is not None:
-            self._written[draft.entry] = stored
-        is_same, is_left = draft.entry is self.entry, draft.entry is self.entry is self._submitted
-        if is_same:
-            self.saving, self._submitted = False, None
-        return is_same, is_left
-
     def _not_saved(self, draft: Draft, problem: BaseException) -> None:
-        is_same, is_left = self._has_ended(draft, None)
-        if isinstance(problem, InvalidInput) and is_left and self._draft == draft:  # nor changed by a reading
+        is_unchanged = self._submitted and self._draft == draft  # neither by hand nor by a reading
+        self.saving = self._submitted = False
+        name = form_view.called(self._facts, draft)
+        if not self.is_open:  # somebody is on with another one, in good faith
+            self._offer_back(_("{name}: {problem}").format(name=name, problem=sentence_of(problem)))
+        elif isinstance(problem, InvalidInput) and is_unchanged:
             self._refused = problem
             self.show()
-            return
-        name = form_view.called(self._facts, draft)
-        if is_same:
+        else:
             self._shell.say_problem(problem, name)
-        else:  # somebody is on with another one, in good faith
-            self._keep(draft, _("{name}: {problem}").format(name=name, problem=sentence_of(problem)))
 
     # ------------------------------------------------------------------ inside
     def _fresh(self) -> Draft:
@@ -293,11 +228,9 @@ class FormModel(FormFields):
         self._forecast_soon()
 
     def leave(self) -> None:
-        """Send the delayed request at once, as the screen may be closed before."""
-        self._wait_no_more()
-        if self._forecast_later.is_triggered:
-            self._forecast_later.cancel()
-            self.forecast()
+        """Another screen is shown: the next reading asks for the forecast."""
+        self.wait_no_more()
+        self._forecast_later.cancel()
 
     def _forecast_soon(self) -> None:
         self._forecast_later()
@@ -314,16 +247,17 @@ class FormModel(FormFields):
             self.show()
             return
         known = self._services.robot_missions.names(schedule.robot_id) if schedule.robot_id else {}
+        until = self._host.shown_until
         self._shell.background.run(
-            lambda: self._ask_forecast(schedule, known),
+            lambda: self._ask_forecast(schedule, known, until),
             lambda preview: self._take_preview(draft, preview),
             self._shell.say_problem,
             key=("scheduler", "forecast"),
         )
 
-    def _ask_forecast(self, schedule: Schedule, known: Mapping[str, str]) -> Preview:
+    def _ask_forecast(self, schedule: Schedule, known: Mapping[str, str], until: datetime) -> Preview:
         try:
-            return Preview(self._services.forecasts.of(schedule, known))
+            return Preview(self._services.forecasts.of(schedule, known, until))
         except InvalidInput as problem:
             return Preview(Forecast(), problem)
 

@@ -14,23 +14,20 @@ from app.screens.common.missing_mission import fetch_option, or_fetch
 from app.screens.scheduler import form_view, of_groups
 from app.screens.scheduler.asked import AsksRobot
 from app.screens.scheduler.draft import BEGINS_AT, DAY_BEGINS, MOST, Draft, Kind, Unit
-from app.screens.scheduler.form_notes import Preview
 from app.screens.scheduler.form_view import MORE, FormView
 from app.widgets.dialogs import Overlay
 
 
 class FormFields(AsksRobot):
-    """``view`` is what is shown. A question is about the draft in the form, ``entry``, and closes when another one takes its place.
-    ``page`` is the field that the sheet asks for, in the place of all of them."""
+    """``view`` is what is shown. A question closes with its form. ``page`` is the field that the sheet asks for, in the place of all
+    of them."""
 
     view = ObjectProperty(FormView(), rebind=True)
-    entry = ObjectProperty(None, allownone=True)  # of the draft in the form
     page = StringProperty()
     hour = NumericProperty(0)  # on it
     minute = NumericProperty(0)
     missing = StringProperty()  # which of the mission's values has to be given first
     _has_hour = False  # it was chosen: the minute completes the time
-    _preview: Preview
 
     def _local_now(self) -> datetime:
         raise NotImplementedError
@@ -39,14 +36,13 @@ class FormFields(AsksRobot):
         raise NotImplementedError
 
     def _ask(self, question: Overlay) -> None:
-        """Until another draft is in the form: messages above a dialog can be pressed, and a waiting Save runs at some
-        time."""
+        """Until the form closes: messages above a dialog can be pressed, and a waiting Save runs at some time."""
 
         def close(*_args: object) -> None:
             question.dismiss()
 
-        self.fbind("entry", close)
-        question.fbind("on_dismiss", lambda _question: self.funbind("entry", close))
+        self.fbind("is_open", close)
+        question.fbind("on_dismiss", lambda _question: self.funbind("is_open", close))
 
     def set(self, **values: Any) -> None:
         """Change fields of the draft."""

@@ -21,7 +21,7 @@ from app.screens.scheduler.draft import COMMON, LAST, Draft, Kind, Target, Unit
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.form_notes import NoteRow, Preview, closed_weekdays, dated, notes
 from app.screens.scheduler.view import days_word, rule_line, short_rule
-from app.services.catalogue.preview import Forecast
+from app.services.catalogue.preview import STARTS, Forecast
 
 # field of a service's InvalidInput -> the form's field that shows it
 FIELDS = {
@@ -110,7 +110,6 @@ class FormView:
     is_much: bool = False  # very many starts a day
     starts: tuple[StartRow, ...] = ()
     notes: tuple[NoteRow, ...] = ()
-    save_off: bool = True
     why: str = ""  # it can't be saved
     wrong_field: str = ""  # the field with the problem, which shows it; empty: shown next to Save
 
@@ -192,7 +191,6 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
         is_much=a_day > MANY_A_DAY,
         starts=_starts(facts, forecast, draft, now),
         notes=notes(facts, draft, preview, problem, now),
-        save_off=bool(problem) or preview.forecast is None,
         why=problem,
         wrong_field="" if waits else field_name,
     )
@@ -411,7 +409,8 @@ def _left_out(
     closed, zone = closed_weekdays(facts, draft), ZoneInfo(draft.timezone)
     today = now.astimezone(zone).date()
     first = max(draft.day, today)
-    last = forecast.starts[-1].instant.astimezone(zone).date() if forecast.starts else first + timedelta(days=6)
+    shown = forecast.starts[:STARTS]
+    last = shown[-1].instant.astimezone(zone).date() if shown else first + timedelta(days=6)
     for n in range((last - first).days + 1 if closed else 0):
         day = first + timedelta(days=n)
         if WEEKDAYS[day.weekday()] in closed:
@@ -421,7 +420,7 @@ def _left_out(
 
 def _shown(forecast: Forecast) -> list[datetime]:
     """The next starts, and all that are skipped."""
-    return sorted([*(start.instant for start in forecast.starts), *forecast.skipped])
+    return sorted([*(start.instant for start in forecast.starts[:STARTS]), *forecast.skipped])
 
 
 def _day_and_time(at: datetime, draft: Draft, now: datetime) -> str:

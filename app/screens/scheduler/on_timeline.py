@@ -54,7 +54,7 @@ class OnTimeline(ViewModel):
     moving = ObjectProperty(None, allownone=True, rebind=True)  # a start that waits for an answer
     follows = BooleanProperty(True)  # the timeline moves with the time
     touched = BooleanProperty(False)  # by fingers that move it: it must not change under them
-    form: FormModel
+    form = ObjectProperty(None, rebind=True)  # FormModel
     actions: ScheduleActions
     group_starts: GroupStarts
     _services: SchedulerServices
@@ -245,9 +245,33 @@ class OnTimeline(ViewModel):
             robots_for(execution, facts.robots, facts.groups, facts.holds, facts.settings, self._services.clock.now()),
         )
 
+    # ------------------------------------------------------------------ the form beside it
+    def begin(self, draft: Draft | None = None) -> None:
+        """A form with ``draft``, or an empty one."""
+        self.show_form(FormModel(self._services, self._shell, self, self._facts, draft))
+
+    def show_form(self, form: FormModel) -> None:
+        """In the place of another one."""
+        form.is_open = True  # the sheet stays
+        before, self.form = self.form, form
+        form.open()
+        if before is not form:
+            before.put_aside()
+
+    def new(self) -> None:
+        """It begins with the choice of a mission."""
+        self.begin()
+        self.form.choose_mission()
+
     def edit(self, schedule_id: int) -> None:
-        if (schedule := self._facts.schedule(schedule_id)) is not None:
-            self.form.edit(schedule)
+        schedule = self._facts.schedule(schedule_id)
+        if schedule is not None and self.form.editing != schedule_id:
+            self.begin(Draft.of(schedule, self._facts.name(schedule)))
+
+    @property
+    def shown_until(self) -> datetime:
+        """The end of what the plan shows, without closed days in it."""
+        return self._window.start(self._services.clock.now(), self._facts.zone) + timedelta(hours=self._window.hours)
 
     # ------------------------------------------------------------------ fingers
     def day_text(self, hour: float) -> str:
@@ -273,8 +297,11 @@ class OnTimeline(ViewModel):
     def begin_free(self) -> None:
         """A new schedule in the form, at the offered time."""
         if self.free is not None:
-            (lane, hour), self.free = self.free, None
-            self.form.begin_at(lane, self._instant(hour))
+            (robot_id, hour), self.free, form = self.free, None, self.form
+            form.wait_no_more()
+            if not form.is_open or not form.draft.is_new or form.saving or form.draft.group_id is not None:
+                self.begin()
+            self.form.aim(robot_id, self._instant(hour))
 
     def move_start(self, key: tuple[Any, ...], hour: float) -> None:
         """A planned start was dragged: ask whether only this one, or all of its rule."""

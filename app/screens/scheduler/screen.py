@@ -68,8 +68,8 @@ class SchedulerViewModel(OnTimeline):
             self._started.follow,
             lambda number: next((one for one in self._facts.past if one.id == number), None),
         )
-        self.form = FormModel(services, shell, saved=self._saved, seen=self.show_draft)
-        self.advice = AdviceModel(services, shell, lambda: self._facts, self.form.begin, self._refresher.request)
+        self.form = FormModel(services, shell, self, self._facts)
+        self.advice = AdviceModel(services, shell, lambda: self._facts, self.begin, self._refresher.request)
         self.listed = ScheduleList(shell, services.clock.now)
         self._given = MissionNameLookup(services.robot_missions, services.clock, shell, self._refresher.request)
         self._is_read = False
@@ -78,12 +78,12 @@ class SchedulerViewModel(OnTimeline):
         self.fbind("touched", self._touch_changed)
 
     # ------------------------------------------------------------------ reading
-    def opened(self, schedule_id: int | None = None, back: Draft | None = None) -> None:
-        """``schedule_id`` opens that schedule in the form, ``back`` a draft."""
+    def opened(self, schedule_id: int | None = None, form: FormModel | None = None) -> None:
+        """``schedule_id`` opens that schedule in the form; ``form`` is one that was put aside."""
         self._wanted = schedule_id
+        if form is not None:
+            self.show_form(form)
         self.form.retranslated()  # in Settings, since
-        if back is not None:
-            self.form.begin(back)
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
         self.keep(self._refresher.start())
         self.keep(self._started.open())
@@ -132,8 +132,8 @@ class SchedulerViewModel(OnTimeline):
         self.nothing = not facts.schedules and not any(lane.bars for lane in shown.lanes)
         self.form.take(facts)
         wanted, self._wanted = self._wanted, None  # if it is not there now, nothing waits for it
-        if (schedule := facts.schedule(wanted)) is not None:
-            self.form.edit(schedule)
+        if wanted is not None:
+            self.edit(wanted)
         self._show_schedules()
 
     # ------------------------------------------------------------------ showing
@@ -152,8 +152,10 @@ class SchedulerViewModel(OnTimeline):
         if self._is_read:  # unknown until then
             self.listed.show(self._facts)
 
-    def _saved(self, schedule: Schedule) -> bool:
-        """Returns whether the message about it is shown here."""
+    def saved(self, schedule: Schedule) -> bool:
+        """In the form. Returns whether the message about it is shown here."""
+        others = (each for each in self._facts.schedules if each.id != schedule.id)
+        self._facts = replace(self._facts, schedules=(*others, schedule))
         is_said: bool = self.advice.saved(schedule)
         self._refresher.reread()
         return is_said
@@ -174,12 +176,12 @@ class SchedulerViewModel(OnTimeline):
         if schedule is None:
             return
         calls: dict[str, Callable[[Schedule], object]] = {
-            "edit": self.form.edit,
+            "edit": lambda _schedule: self.edit(schedule_id),
             "run": self.actions.run_now,
             "skip": self.actions.skip_next,
             "pause": self.actions.pause,
             "resume": self.actions.resume,
-            "duplicate": self.form.duplicate,
+            "duplicate": lambda _schedule: self.begin(Draft.of(schedule).copy()),
             "delete": self.delete,
         }
         title, text = view.menu_title(self._facts, schedule)
@@ -236,7 +238,9 @@ class SchedulerViewModel(OnTimeline):
         self._shell.go("settings", section="robots", add=True)
 
     def delete(self, schedule: Schedule) -> None:
-        self.form.deleted(schedule)
+        """What was entered for it can still be brought back, by hand: perhaps the deletion is undone."""
+        if self.form.editing == schedule.id:
+            self.form.put_aside()
         self.actions.delete(schedule)
 
 
@@ -244,13 +248,14 @@ class SchedulerScreen(ScreenBase):
     """One of three tabs, and beside it the form as a sheet."""
 
     Services, Model = SchedulerServices, SchedulerViewModel
+    has_form = BooleanProperty(False)  # an open one
 
     def __init__(self, vm: SchedulerViewModel, **kwargs: Any) -> None:
         load_kv("widgets/flow", "scheduler/screen", "scheduler/form", "scheduler/hold")
         super().__init__(vm=vm, **kwargs)
         self._sheets, self._sheet = vm.sheets, cards.FormSheet(card=vm.form)
-        vm.form.bind(entry=self._type_no_more, is_open=self._show_form)
-        vm.bind(tab=self._name_tabs)
+        self.bind(has_form=self._show_form)
+        vm.bind(tab=self._name_tabs, form=self._change_form)
         vm.advice.bind(count=self._name_tabs)
         self._name_tabs()
 
@@ -262,9 +267,9 @@ class SchedulerScreen(ScreenBase):
     def _show_form(self, *_args: Any) -> None:
         """Beside the page; what was entered stays while another screen is shown."""
         is_shown = self._sheets.top is self._sheet
-        if self.vm.is_open and self.vm.form.is_open and not is_shown:
+        if self.vm.is_open and self.has_form and not is_shown:
             self._sheets.show(self._sheet)
-        elif is_shown and not self.vm.form.is_open:
+        elif is_shown and not self.has_form:
             self._sheets.close()
 
     def _name_tabs(self, *_args: Any) -> None:
@@ -279,6 +284,7 @@ class SchedulerScreen(ScreenBase):
     def choose_tab(self, key: str) -> None:
         self.vm.tab = key
 
-    def _type_no_more(self, *_args: Any) -> None:
-        """The focus was in a draft that has left the form: the new one must not get the keys."""
+    def _change_form(self, _vm: SchedulerViewModel, form: FormModel) -> None:
+        """The focus was in the one of before: this one must not get the keys."""
         dock.leave(self._sheet)
+        self._sheet.card = form

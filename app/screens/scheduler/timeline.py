@@ -21,6 +21,7 @@ from app.screens.scheduler.contested import Contested
 from app.screens.scheduler.facts import HOURS, SchedulerFacts, Window, full_hour
 from app.services.planning.planned import ASSUMED_S, PlannedRun
 from app.widgets.items import Bar, Lane
+from app.widgets.time_scale import TimeScale
 
 SHORTEST = 1 / 60  # hours: a bar of no length would be no bar
 THIN = 1 / 85  # share of the visible part: bars this short, and this close together (twice), become one
@@ -103,14 +104,10 @@ def spanning(window: Window, hours: float, now: datetime, zone: ZoneInfo) -> Win
 def moved(
     window: Window, screens: float, now: datetime, zone: ZoneInfo, folds: Iterable[tuple[datetime, datetime]] = ()
 ) -> Window:
-    """Forward or back by that share of the visible part, over ``folds``."""
-    left, by = window.start(now, zone), timedelta(hours=window.hours * screens)
-    for start, end in sorted(folds, reverse=screens < 0):
-        if left < end and start < left + by:
-            by += end - max(start, left)
-        elif left + by < end and start < left:
-            by -= min(end, left) - start
-    return replace(window, left=left + by)
+    """Forward or back by that share of the visible part; ``folds`` are not seen, so they don't count."""
+    left, hour = window.start(now, zone), timedelta(hours=1)
+    scale = TimeScale(((start - left) / hour, (end - left) / hour) for start, end in folds)
+    return replace(window, left=left + hour * scale.hour(scale.drawn(0) + window.hours * screens))
 
 
 def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None) -> TimelineView:

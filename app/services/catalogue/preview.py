@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import date, datetime, timedelta
 from enum import StrEnum
-from itertools import islice
+from itertools import islice, takewhile
 from typing import Any
 from zoneinfo import ZoneInfo
 
@@ -35,7 +35,8 @@ from app.services.planning.working_days import WorkingCalendar, working_calendar
 LOOKS_BACK = 30  # days, for low batteries
 SAME_TIME = 60  # minutes around a time of day that count as the same
 OFTEN = 3  # times that make it a habit: one low battery is chance
-STARTS = 5
+STARTS = 5  # at least, and those of the time that is shown
+MOST_SHOWN = 200
 MOST_SEARCHED = 2000  # starts that are searched for it
 
 
@@ -101,11 +102,13 @@ class Forecasts:
         self._schedules, self._robots, self._missions = ScheduleRepository(), RobotRepository(), MissionRepository()
         self._executions, self._settings = ExecutionRepository(), SettingsRepository()
 
-    def of(self, draft: Schedule, known_missions: Mapping[str, str] | None = None, count: int = STARTS) -> Forecast:
+    def of(
+        self, draft: Schedule, known_missions: Mapping[str, str] | None = None, until: datetime | None = None
+    ) -> Forecast:
         """The preview of ``draft``; an id means that it replaces that schedule.
 
-        ``known_missions``: guid -> name as read from the robot; None or empty: not known. Raises InvalidInput for an
-        invalid rule.
+        ``known_missions``: guid -> name as read from the robot; None or empty: not known. ``until``: the end of the time in
+        which all its starts are wanted (UTC). Raises InvalidInput for an invalid rule.
         """
         c = self._db.read()
         settings = self._settings.load(c)
@@ -122,7 +125,8 @@ class Forecasts:
         if draft.moved_of is not None and draft.moved_from is not None:
             skips.add((draft.moved_of, draft.moved_from))
         ahead = (start for start in occurrences(draft, begins, calendar) if (draft.id, start.instant) not in skips)
-        starts = tuple(islice(ahead, count)) if draft.enabled else ()
+        wanted = takewhile(lambda n: n[0] < STARTS or (until is not None and n[1].instant < until), enumerate(ahead))
+        starts = tuple(start for _n, start in islice(wanted, MOST_SHOWN)) if draft.enabled else ()
         skipped = tuple(
             sorted(
                 at

@@ -141,8 +141,8 @@ def test_a_planned_start_opens_its_schedule(home, ui):
     schedule_id = row.key[1]
     ui.tap(row)
     assert home.shell.navigator.current == "scheduler"
-    form = home.shell.navigator.screen("scheduler").vm.form
-    ui.wait(lambda: form.editing == schedule_id)
+    plan = home.shell.navigator.screen("scheduler").vm
+    ui.wait(lambda: plan.form.editing == schedule_id)
     assert ui.find_all(FormSheet)
     ui.advance(0.2)  # the form asks for its forecast a moment later: not of an app that has ended
     ui.wait(lambda: home.shell.background.idle)

@@ -391,8 +391,8 @@ def test_an_overlap_is_a_warning_and_can_be_saved(screen, container, ui):
 
 def test_a_free_time_is_offered_where_runs_would_overlap_and_a_tap_takes_it(screen, container, ui):
     meets = named(container, "Collect empties", "Veikko")
-    form = screen.plan.form
     new(screen, ui)
+    form = screen.plan.form
     form.set(mission_id=meets.mission_id, robot_id=meets.robot_id, day=date(2026, 11, 23), at=time(6, 10))
     ui.wait(lambda: any(note.remedies for note in form.view.notes))
     offer = form.view.notes[0].remedies[0].text

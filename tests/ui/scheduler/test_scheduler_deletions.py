@@ -57,7 +57,7 @@ def test_an_unchanged_schedule_leaves_the_form_when_it_is_deleted_elsewhere(scre
     else:
         catalogue.remove_robot(schedule.robot_id)
     settle(screen, ui)
-    assert not screen.plan.form.is_in_use
+    assert not screen.plan.form.is_open
     screen.plan.edit(schedules(container)[0].id)
     settle(screen, ui)
     assert said(screen) == []
@@ -104,7 +104,7 @@ def test_a_name_can_be_taken_once_it_is_free(screen, container, ui):
     container.catalogue.save_schedule(replace(stock(container), name="Inventory"))
     settle(screen, ui)
     save(screen, ui)
-    assert screen.plan.form.draft.name == ""
+    assert not screen.plan.form.is_open
 
 
 def test_a_refused_schedule_can_be_saved_with_another_parameter(screen, container, ui, monkeypatch):
@@ -126,8 +126,8 @@ def test_a_refused_schedule_can_be_saved_with_another_parameter(screen, containe
 
 # ---------------------------------------------------------------------- nothing was entered
 def test_an_untouched_form_follows_what_it_proposes(screen, container, ui):
-    form = screen.plan.form
     new(screen, ui)
+    form = screen.plan.form
     container.catalogue.remove_robot(form.draft.robot_id)
     container.catalogue.change_settings(timezone="Asia/Tokyo")
     container.clock.step(3 * 3600)
@@ -136,4 +136,5 @@ def test_an_untouched_form_follows_what_it_proposes(screen, container, ui):
     local = container.clock.now().astimezone(ZoneInfo("Asia/Tokyo")).replace(tzinfo=None)
     assert (container.catalogue.robot(form.draft.robot_id).enabled, form.draft.timezone) == (True, "Asia/Tokyo")
     assert form.draft.start > local
-    assert not form.is_in_use
+    form.put_aside()
+    assert said(screen) == []

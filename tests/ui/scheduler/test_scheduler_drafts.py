@@ -68,7 +68,7 @@ def test_a_refusal_is_said_of_what_was_refused_which_is_put_aside(screen, contai
     screen.plan.edit(stock(container).id)
     refused.set()
     settle(screen, ui)
-    assert (screen.plan.form.view.why, screen.plan.form.view.save_off) == ("", False)
+    assert screen.plan.form.view.why == ""
     assert said(screen) == [f"{KITS}: Choose another name"]
     bring_back(screen, ui)
     assert screen.plan.form.draft == entered
@@ -84,22 +84,22 @@ def test_another_one_is_saved_while_the_first_is_still_being_written(screen, con
     ui.tap(save_button(ui))
     screen.plan.edit(stock(container).id)
     screen.plan.form.set(priority=3)
-    ui.wait(lambda: not screen.plan.form.view.save_off)
     assert not save_button(ui).busy
     ui.tap(save_button(ui))
     ui.wait(lambda: stock(container).priority == 3)
     assert len(schedules(container)) == before
     go.set()
     settle(screen, ui)
-    assert (len(schedules(container)), screen.plan.form.is_in_use) == (before + 1, False)
+    assert (len(schedules(container)), screen.plan.form.is_open) == (before + 1, False)
     assert sorted(said(screen)) == [f"{KITS} on Aino is planned", "Night stock count on Aino is changed"]
 
 
 # ---------------------------------------------------------------------- while Save waits for the robot
 def test_save_waiting_for_the_robot_saves_only_what_it_was_pressed_for(screen, container, ui, hanging):
-    form, before = screen.plan.form, {schedule.id: schedule for schedule in schedules(container)}
+    before = {schedule.id: schedule for schedule in schedules(container)}
     press_save(screen, container, ui)
     screen.plan.edit(stock(container).id)
+    form = screen.plan.form
     form.set(priority=3)  # Save was not pressed for this
     hanging.set()
     settle(screen, ui)
@@ -111,17 +111,16 @@ def test_save_waiting_for_the_robot_saves_only_what_it_was_pressed_for(screen, c
 
 # ---------------------------------------------------------------------- what is shown of it
 def test_the_starts_that_are_shown_are_those_of_the_schedule_in_the_form(screen, container, ui, monkeypatch):
-    form = screen.plan.form
     other(screen, container, ui)
-    assert form.view.starts
+    assert screen.plan.form.view.starts
     go, foresee = threading.Event(), container.forecasts.of
     monkeypatch.setattr(container.forecasts, "of", lambda *args: go.wait(30) and foresee(*args))
     screen.plan.edit(stock(container).id)
     ui.advance(0.5)
-    assert form.view.starts == ()
+    assert screen.plan.form.view.starts == ()
     go.set()
     settle(screen, ui)
-    assert form.view.starts
+    assert screen.plan.form.view.starts
 
 
 def test_parameters_are_those_of_the_schedule_in_the_form(screen, container, ui, monkeypatch):

@@ -10,6 +10,7 @@ from kivy.tests.common import UnitTestTouch
 
 from app.domain.models import Robot
 from app.screens.scheduler.cards import FreeButton, HoursPart, PlanPage
+from app.screens.scheduler.draft import Kind
 from app.services.live.changes import Topic
 from app.widgets.buttons import IconButton, MenuChip
 from app.widgets.lanes import LONG, Lanes
@@ -167,9 +168,22 @@ def test_the_plan_jumps_to_the_draft_and_shows_it_dashed(screen, container, ui):
     [draft] = [bar for lane in timeline.lanes for bar in lane.bars if bar.state == "draft"]
     assert timeline.first <= draft.start < timeline.first + timeline.hours
     press(screen, ui, "Today")
-    screen.plan.form.close()
+    screen.plan.form.put_aside()
     settle(screen, ui)
     assert "draft" not in {bar.state for lane in timeline.lanes for bar in lane.bars}
+
+
+def test_the_form_counts_the_overlaps_that_the_plan_shows(screen, container, ui):
+    choose(screen, ui, "Mission", KITS)
+    screen.plan.form.set(kind=Kind.EVERY, every=30, day=date(2026, 11, 23), at=time(6, 0), until_time=time(18))
+    settle(screen, ui)
+    screen.plan.show_span(24)
+    settle(screen, ui)
+    drawing = ui.find(Lanes)._drawing
+    drafts = [one for lane in drawing.lanes for one in drawing.placed_of(lane) if one.bar.state == "draft"]
+    shown = sum(one.overlaps for one in drafts)
+    assert shown > 5
+    assert any(note.text.startswith(f"{shown} overlaps with") for note in screen.plan.form.view.notes)
 
 
 # ---------------------------------------------------------------------- many robots

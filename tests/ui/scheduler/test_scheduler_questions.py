@@ -31,13 +31,13 @@ def test_it_closes_when_the_message_above_it_brings_another_draft_back(screen, c
 def test_it_closes_when_what_save_has_waited_for_is_saved(screen, container, ui, monkeypatch):
     answers = threading.Event()
     monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: answers.wait(30) and ())
-    form, before = screen.plan.form, len(schedules(container))
+    before = len(schedules(container))
     new(screen, ui)
+    form = screen.plan.form
     form.set(mission_id=next(mission.id for mission in container.catalogue.missions() if mission.name == KITS))
-    ui.wait(lambda: not form.view.save_off)
     form.save()
     ui.tap(field(ui, "Robot"))
     assert is_asked(ui)
     answers.set()
     settle(screen, ui)
-    assert (len(schedules(container)), is_asked(ui), form.is_in_use) == (before + 1, False, False)
+    assert (len(schedules(container)), is_asked(ui), form.is_open) == (before + 1, False, False)

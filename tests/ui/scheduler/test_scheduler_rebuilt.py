@@ -61,7 +61,7 @@ def test_a_rebuilt_screen_saves_only_once(screen, container, ui, slow):
         assert screen.plan.form.saving
         slow.set()
         settle(screen, ui)
-        assert (len(schedules(container)), screen.plan.form.is_in_use, screen.plan.form.saving) == (
+        assert (len(schedules(container)), screen.plan.form.is_open, screen.plan.form.saving) == (
             before + 1,
             False,
             False,
@@ -75,7 +75,7 @@ def test_a_save_that_waits_for_the_robot_survives_the_rebuild(screen, container,
     with larger_controls(screen, container, ui):
         hanging.set()
         settle(screen, ui)
-        assert (len(schedules(container)), screen.plan.form.is_in_use) == (before + 1, False)
+        assert (len(schedules(container)), screen.plan.form.is_open) == (before + 1, False)
 
 
 def test_a_refused_schedule_stays_in_the_form_with_the_reason(screen, container, ui, refused):

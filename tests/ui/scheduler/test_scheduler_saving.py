@@ -14,6 +14,7 @@ from tests.ui.planner import (
     bring_back,
     choose,
     named,
+    new,
     press_save,
     save,
     save_button,
@@ -54,7 +55,7 @@ def test_typed_values_count_although_the_robot_does_not_answer(screen, container
     schedule = container.catalogue.save_schedule(replace(stock(container), parameters={"count": 5}))
     settle(screen, ui)
     screen.plan.edit(schedule.id)
-    ui.wait(lambda: not screen.plan.form.view.save_off)
+    ui.wait(lambda: ui.find(ParameterFields).children)
     ui.find(ParameterFields).children[0].text = "9"
     ui.advance(0.2)
     screen.plan.form.save(ui.find(ParameterFields).values())
@@ -81,11 +82,7 @@ def test_a_refusal_is_not_held_against_what_was_changed_since(screen, container,
     screen.plan.form.set(name="good")
     refused.set()
     settle(screen, ui)
-    assert (screen.plan.form.view.why, screen.plan.form.view.save_off, screen.plan.form.draft.name) == (
-        "",
-        False,
-        "good",
-    )
+    assert (screen.plan.form.view.why, screen.plan.form.draft.name) == ("", "good")
 
 
 def test_a_reading_that_was_begun_before_it_was_saved_makes_no_second_one(screen, container, ui):
@@ -97,12 +94,25 @@ def test_a_reading_that_was_begun_before_it_was_saved_makes_no_second_one(screen
     entry = screen.plan.form.draft
     save(screen, ui)
     added = max(schedules(container), key=lambda schedule: schedule.id)
-    screen.plan.form.begin(replace(entry, base=added, priority=4))
+    screen.plan.begin(replace(entry, base=added, priority=4))
     assert not screen.plan.form.draft.is_new
     assert old.schedule(added.id) is None
     settle(screen, ui)
     save(screen, ui)
     assert len(schedules(container)) == before + 1
+
+
+def test_a_press_on_save_counts_while_the_forecast_is_not_there_yet(screen, container, ui, monkeypatch):
+    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: ())
+    before, go, foresee = len(schedules(container)), threading.Event(), container.forecasts.of
+    monkeypatch.setattr(container.forecasts, "of", lambda *args: go.wait(30) and foresee(*args))
+    new(screen, ui)
+    screen.plan.form.set(mission_id=next(one.id for one in container.catalogue.missions() if one.name == KITS))
+    ui.advance(0.1)
+    ui.tap(save_button(ui))
+    ui.wait(lambda: len(schedules(container)) == before + 1)
+    go.set()
+    settle(screen, ui)
 
 
 def test_a_forecast_counts_while_a_parameter_is_typed(screen, container, ui, monkeypatch):
@@ -118,7 +128,7 @@ def test_a_forecast_counts_while_a_parameter_is_typed(screen, container, ui, mon
     go.set()
     settle(screen, ui)
     assert screen.plan.form.view.starts
-    assert not screen.plan.form.view.save_off
+    assert screen.plan.form.view.why == ""
 
 
 def test_parameters_of_another_mission_are_not_stored(screen, container, ui, monkeypatch):

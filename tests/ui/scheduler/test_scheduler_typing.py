@@ -54,12 +54,12 @@ def test_typed_text_is_saved_by_a_tap_on_save(screen, container, ui):
     settle(screen, ui)
     [added] = [schedule for schedule in schedules(container) if schedule.id not in before]
     assert added.name == "Typed"
-    assert not screen.plan.form.is_in_use
+    assert not screen.plan.form.is_open
 
 
 def test_an_hour_never_becomes_a_minute(screen, ui):
-    form = screen.plan.form
     new(screen, ui)
+    form = screen.plan.form
     kind(screen, ui, "More")
     for word, unit, every in (("Hours between", "hours", 1), ("Minutes between", "minutes", 30)):
         choose(screen, ui, "Repeats", word)
@@ -83,8 +83,8 @@ def test_common_minutes_are_one_tap_away(screen, ui):
 
 
 def test_minutes_are_stepped_by_five_from_ten_on(screen, ui):
-    form = screen.plan.form
     new(screen, ui)
+    form = screen.plan.form
     form.set(kind=Kind.EVERY, every=15)
     found = []
     for _press in range(4):

@@ -106,7 +106,7 @@ def test_a_time_that_a_finger_on_free_time_has_begun_is_no_entry(screen, contain
 
 def test_entries_made_before_a_finger_set_the_time_count(screen, container, ui):
     plan = screen.plan
-    plan.form.begin()
+    plan.begin()
     plan.form.set(priority=3)
     begin(plan, container)
     assert (plan.form.draft.priority, said(screen)) == (3, [])
@@ -121,7 +121,7 @@ def test_touching_free_time_of_a_robot_puts_entries_for_a_group_aside(screen, co
     plan, aino = screen.plan, named(container, KITS, "Aino").robot_id
     group = container.catalogue.save_group(Group("Hall 1", (aino,)))
     settle(screen, ui)
-    plan.form.begin()
+    plan.begin()
     plan.form.set(group_id=group.id, robot_id=None, finish_by_minutes=30)
     begin(plan, container)
     assert (plan.form.draft.target, said(screen)) == (aino, [NOT_SAVED.format("New schedule")])

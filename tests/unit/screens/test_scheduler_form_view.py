@@ -45,10 +45,9 @@ def shown(chosen, preview=None):
 
 def test_an_empty_form_asks_for_a_mission_without_looking_wrong():
     empty = shown(draft(mission_id=None), Preview())
-    assert (empty.title, empty.mission, empty.save_off, empty.why, empty.wrong_field) == (
+    assert (empty.title, empty.mission, empty.why, empty.wrong_field) == (
         "New schedule",
         "Choose a mission",
-        True,
         "Choose a mission",
         "",
     )
@@ -63,22 +62,21 @@ def test_the_form_shows_what_is_chosen():
         "06:30",
     )
     assert (chosen.days[0], chosen.weekdays) == (("MO", "Mo"), ("MO", "WE"))
-    assert (chosen.battery, chosen.window, chosen.overlap, chosen.save_off) == ("40 %", "15 min", "queue", False)
+    assert (chosen.battery, chosen.window, chosen.overlap, chosen.why) == ("40 %", "15 min", "queue", "")
     assert shown(draft()).battery == "30 %"  # inherited
     assert shown(draft(minimum_battery_percent=0.0)).battery == "Any"
 
 
-def test_saving_waits_for_the_answer_of_the_services():
-    assert shown(draft(), Preview()).save_off
+def test_saving_does_not_wait_for_the_answer_of_the_services():
+    assert shown(draft(), Preview()).why == ""
 
 
 def test_a_one_time_start_on_a_day_without_work_is_refused_at_the_day():
     saturday = shown(draft(day=date(2026, 11, 21)))
-    assert saturday.save_off
-    assert saturday.problem_at("day") == "Saturday is not a working day"
+    assert saturday.problem_at("day") == saturday.why == "Saturday is not a working day"
     assert [[option.text for option in note.remedies] for note in saturday.notes] == [["Mon 23 Nov", "Run anyway"]]
     assert saturday.problem_at("time") == ""
-    assert not shown(draft(day=date(2026, 11, 21), respect_working_days=False)).save_off
+    assert not shown(draft(day=date(2026, 11, 21), respect_working_days=False)).why
 
 
 def test_a_one_time_start_in_the_past_is_refused_at_the_time():
@@ -91,7 +89,7 @@ def test_what_the_services_refuse_is_shown_at_its_field():
     refused = shown(
         draft(), Preview(Forecast(), InvalidInput("name", "there is a schedule {name} already", name="Kits"))
     )
-    assert (refused.wrong_field, refused.why, refused.save_off) == ("name", "There is a schedule Kits already", True)
+    assert (refused.wrong_field, refused.why) == ("name", "There is a schedule Kits already")
     assert form_view.form_field(InvalidInput("recurrence", "x")) == "kind"
     assert form_view.form_field(InvalidInput("something else", "x")) == ""
 
@@ -109,7 +107,7 @@ def test_the_next_starts_are_shown_and_those_with_a_warning_marked():
         ("Wed 25 Nov · 06:30", "alert"),
     ]
     assert [note.text for note in form.notes] == ["Overlaps Collect empties, 06:25"]
-    assert not form.save_off
+    assert form.why == ""
 
 
 def test_schedules_of_one_mission_differ_by_their_values():
@@ -145,7 +143,7 @@ def test_a_schedule_that_is_off_may_be_set_to_a_later_time_but_not_to_a_past_one
     stored = replace(HOURLY, recurrence=None, enabled=False)
     off = Preview(Forecast((), None, (Concern(ConcernCode.SWITCHED_OFF),)))
     later = shown(replace(Draft.of(stored), day=date(2026, 11, 23)), off)
-    assert (later.why, later.save_off, later.starts) == ("", False, ())
+    assert (later.why, later.starts) == ("", ())
     assert shown(replace(Draft.of(stored), day=date(2026, 11, 20), at=time(8)), off).problem_at("time")
 
 
@@ -261,10 +259,7 @@ def test_ticked_days_that_are_no_working_days_are_said_in_the_sentence_and_among
 def test_an_interval_over_midnight_is_refused_with_a_way_out():
     night = draft(kind=Kind.EVERY, every=30, at=time(22), until_time=time(2))
     form = shown(night, Preview())
-    assert (form.problem_at("until_time"), form.save_off) == (
-        "It must end after it begins. Over midnight: make two schedules",
-        True,
-    )
+    assert form.problem_at("until_time") == "It must end after it begins. Over midnight: make two schedules"
     [note] = form.notes
     assert [option.text for option in note.remedies] == ["Until 23:59", "Day and night"]
     for option in note.remedies:

@@ -158,6 +158,13 @@ def test_moving_on_goes_over_what_is_folded():
     assert moved(Window(friday, 4), 0.5, NOW, HELSINKI, [weekend]).left == friday + timedelta(hours=2)
 
 
+def test_back_from_a_folded_day_leads_to_what_was_before_it():
+    sunday, weekend = NOW + timedelta(hours=46), (NOW + timedelta(hours=10), NOW + timedelta(hours=58))
+    before = moved(Window(), -0.5, sunday, HELSINKI, [weekend])
+    assert before.left == weekend[0] - timedelta(hours=4)
+    assert moved(before, 0.5, sunday, HELSINKI, [weekend]).left == weekend[1]
+
+
 def test_a_clock_change_is_marked_and_the_hours_stay_true():
     night = datetime(2026, 10, 24, 20, 10, tzinfo=UTC)  # 23:10 in Helsinki, clocks go back at 04:00
     shown = timeline(facts(settings=EVERY_DAY), night)
