@@ -51,7 +51,7 @@ def rebuild_scheduler(app, ui) -> None:
     settle(app, ui)
     for scrolled in ui.find_all(ScrollView):
         scrolled.scroll_y = 1
-    ui.advance()
+    ui.advance(0.6)  # where a sheet was takes no taps until then
     assert Window.children == [app.root]
 
 
