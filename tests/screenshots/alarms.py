@@ -74,6 +74,7 @@ class Desk:
         frame = framed("alarms", standing)
         frame.add_widget(self.screen)
         self.screen.shown()
+        studio.afterwards(self.screen.hidden)
         self.model.show(standing, ROBOTS, sample.SETTINGS)
         studio.show(frame)
         studio.driver.advance(0.2)
