@@ -8,18 +8,15 @@ from datetime import timedelta
 from types import SimpleNamespace
 from typing import Any
 
-from kivy.factory import Factory
-
 from app.domain.models import Alarm, Reason, ReasonCode
 from app.domain.reasons import to_store
 from app.mir.errors import Unreachable
-from app.screens.common import formats
 from app.screens.common.alarm_groups import menu_of_group
 from app.screens.common.alarms_view import alarm_text
-from app.screens.frame import controller as frame_controller
 from app.screens.frame.alarms import AlarmsModel, AlarmsScreen, NoteDialog
 from app.screens.frame.facts import OpenIssues
 from app.widgets.list_row import ListRow
+from tests.screenshots.frame import framed
 from tests.screenshots.home import ALARMS, show_issues
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SMALL, picture
 from tests.support import home_facts as sample
@@ -71,7 +68,8 @@ class Desk:
         shell: Any = SimpleNamespace(background=self, dialogs=studio.dialogs, say_problem=print)
         self.model = AlarmsModel(services, shell, lambda _act, _about: None, lambda: None)
         self.screen = AlarmsScreen(self.model, name="alarms")
-        frame = framed("alarms", standing)
+        frame = framed("alarms")
+        show_issues(frame, OpenIssues(standing), ROBOTS, sample.SETTINGS, "alarms")
         frame.add_widget(self.screen)
         self.screen.shown()
         studio.afterwards(self.screen.hidden)
@@ -82,17 +80,6 @@ class Desk:
     @staticmethod
     def run(work: Any, done: Any, _failed: Any, key: Any = None) -> None:
         done(work())
-
-
-def framed(name: str, standing: Sequence[Alarm]) -> Any:
-    frame = Factory.Frame()
-    frame.items = [
-        (key, frame_controller.screen_word(key), icon, selected) for key, icon, selected in frame_controller.NAVIGATION
-    ]
-    frame.current, frame.title = name, frame_controller.screen_word(name)
-    frame.clock = formats.clock_time(sample.NOW, sample.SETTINGS.timezone)
-    show_issues(frame, OpenIssues(standing), ROBOTS, sample.SETTINGS, name)
-    return frame
 
 
 @picture("alarms", sizes=SIZES)

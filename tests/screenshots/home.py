@@ -9,8 +9,6 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from kivy.factory import Factory
-
 from app.database.errors import DatabaseDamaged
 from app.database.robots import Hold
 from app.domain import rules
@@ -20,13 +18,11 @@ from app.domain.models import Alarm, DurationEstimate, Priority, Robot, RobotSna
 from app.domain.reasons import to_store
 from app.domain.robot import MissionParameter, RobotState
 from app.i18n import _
-from app.screens.common import formats
 from app.screens.common.alarms_view import bell, is_shelved, is_unseen
 from app.screens.common.mission_names import SharedMissionNames
 from app.screens.common.sheets import Sheets
 from app.screens.common.threads import UiBus
 from app.screens.common.view_model import Navigator
-from app.screens.frame import controller as frame_controller
 from app.screens.frame.facts import OpenIssues
 from app.screens.frame.late_starts import LateSheet
 from app.screens.frame.view import banner, open_lines, zone_asked
@@ -37,6 +33,7 @@ from app.services.live.tablet import IS_COPY
 from app.widgets import load_kv
 from app.widgets.positions import PositionDialog, Spot
 from app.widgets.snackbar import Snackbars
+from tests.screenshots.frame import framed
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
 from tests.support import home_facts as sample
 from tests.support import sample_alarms
@@ -158,7 +155,7 @@ def home(
         }
         | (more or {})
     )
-    frame = Factory.Frame()
+    frame = framed("home")
     shell: Any = SimpleNamespace(
         sheets=Sheets(frame.ids.sheets.__self__),
         background=background,
@@ -168,15 +165,9 @@ def home(
         bus=UiBus(),
         mission_names=SharedMissionNames(),
     )
-    frame.items = [
-        (name, frame_controller.screen_word(name), icon, selected)
-        for name, icon, selected in frame_controller.NAVIGATION
-    ]
-    frame.current, frame.title = "home", frame_controller.screen_word("home")
     screen = HomeScreen(HomeViewModel(services, shell))
     frame.add_widget(screen)
     screen.vm.take(facts)
-    frame.clock = formats.clock_time(sample.NOW, facts.settings.timezone)
     show_issues(frame, issues, {robot.id: robot for robot in facts.robots}, facts.settings, "home")
     studio.show(frame)
     return screen

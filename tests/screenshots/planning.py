@@ -7,17 +7,14 @@ from dataclasses import replace
 from datetime import UTC, date, datetime, time, timedelta
 from typing import Any
 
-from kivy.factory import Factory
 from kivy.tests.common import UnitTestTouch
 
 from app.container import Container
 from app.domain.models import Group, Schedule
 from app.domain.robot import MissionParameter
-from app.screens.common import formats
 from app.screens.common.sheets import Sheets
 from app.screens.common.shell import Shell, pick
 from app.screens.common.view_model import Background, Navigator, Snackbars, UiBus
-from app.screens.frame import controller as frame_controller
 from app.screens.frame.facts import OpenIssues
 from app.screens.logs.screen import LogsScreen
 from app.screens.scheduler.draft import Kind, Unit
@@ -27,6 +24,7 @@ from app.services.suggestions.late_schedules import Cause, Finding
 from app.services.suggestions.suggestions import Advice, Change, Suggestion
 from app.services.suggestions.suggestions import Kind as ChangeKind
 from app.widgets.lanes import LONG
+from tests.screenshots.frame import framed
 from tests.screenshots.home import POSITION, show_issues
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
 from tests.support import fleet_facts, month
@@ -34,21 +32,6 @@ from tests.support import home_facts as sample
 
 EVERY_SIZE = (*BOTH, SMALL, SHARP, LARGE_TEXT, SMALL_LARGE_TEXT, GLOVES)
 SCREENS = {"scheduler": SchedulerScreen, "logs": LogsScreen}
-
-
-def framed(name: str, container: Container) -> Any:
-    """The frame around a screen as Home shows it: all well with the robot. Banner and bell say what is open and held."""
-    frame = Factory.Frame()
-    frame.items = [
-        (key, frame_controller.screen_word(key), icon, selected) for key, icon, selected in frame_controller.NAVIGATION
-    ]
-    frame.current, frame.title = name, frame_controller.screen_word(name)
-    frame.clock = formats.clock_time(sample.NOW, sample.SETTINGS.timezone)
-    robots = {robot.id: robot for robot in container.catalogue.robots()}
-    show_issues(
-        frame, OpenIssues(container.alarms.open(), container.holds.current()), robots, container.settings(), name
-    )
-    return frame
 
 
 class Stand:
@@ -66,7 +49,15 @@ class Stand:
         prepare(self.container)
         bus = UiBus()
         self.background = Background(bus)
-        frame = framed(name, self.container)
+        frame = framed(name)
+        issues = OpenIssues(self.container.alarms.open(), self.container.holds.current())
+        show_issues(
+            frame,
+            issues,
+            {robot.id: robot for robot in self.container.catalogue.robots()},
+            self.container.settings(),
+            name,
+        )
         sheets = Sheets(frame.ids.sheets.__self__)
         self.shell = Shell(Navigator(None, {}), studio.dialogs, Snackbars(), bus, self.background, sheets=sheets)
         kind = SCREENS[name]

@@ -6,8 +6,6 @@ import os
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
-from kivy.factory import Factory
-
 from app.container import Container
 from app.database.backups import back_up
 from app.database.connection import Database
@@ -29,7 +27,7 @@ from app.screens.settings.view import certificate_question, done, new_robot_ques
 from app.services.files import places
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from app.widgets.sheet import Sheet
-from tests.screenshots.gallery import NAV
+from tests.screenshots.frame import framed
 from tests.screenshots.registry import BOTH, GLOVES, LARGE_TEXT, PORTRAIT, SMALL, picture
 from tests.support.clock import VirtualClock
 
@@ -67,18 +65,6 @@ AT_LINE = ("Deliver kits to line 2", "Collect empties", "Waste to compactor")  #
 
 def guid(name: str) -> str:
     return f"3d7c7c{MISSIONS.index(name):02d}-ce85-11ef-904a-000e8e9884eb"
-
-
-def framed(screen: SettingsScreen):
-    """Top bar and navigation around the screen, so that it has the room it really has."""
-    frame = Factory.Frame(
-        title="Settings",
-        clock="14:38",
-        items=NAV,
-        current="settings",
-    )
-    frame.add_widget(screen)
-    return frame
 
 
 class Plant:
@@ -160,7 +146,9 @@ class Plant:
         }
         self.container.robot_missions.names = lambda robot_id: names.get(robot_id, {})
         self.container.robot_missions.learn_names = lambda robot_id: False
-        studio.show(framed(screen))
+        frame = framed("settings")
+        frame.add_widget(screen)
+        studio.show(frame)
         screen.shown(section=section, **intent)
         studio.driver.wait(lambda: self.shell.background.idle and not screen.vm._waiting)
         if section == "about":

@@ -136,7 +136,7 @@ def double_tapped(ui, walk: Walk, presses: Presses, picture: Picture, kinds: set
     ],
 )
 def test_the_second_tap_on_a_dialog_of_all_screens_presses_nothing(ui, walk, presses, name):
-    picture = next(picture for picture in walk.pictures if picture.name == f"gallery-{name}")
+    picture = next(picture for picture in walk.pictures if picture.name == f"dialog-{name}")
     found = double_tapped(ui, walk, presses, picture, dialog_classes())
     assert not found, "\n".join(["", *found])
 

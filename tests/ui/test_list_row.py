@@ -113,6 +113,15 @@ def test_a_folded_row_says_place_and_meta_below_its_title(ui):
     assert set(ui.texts()) == {"Deliver kits", "Aino · Hourly · 6 min"}
 
 
+def test_a_title_is_as_wide_as_its_row_when_nothing_stands_beside_it_any_more(ui):
+    rows, _ = listed(ui, Item(1, "Robot 17"))
+    usual = ui.find(text="Robot 17").width
+    for aside in ("since 14:00", ""):
+        rows.data = [Item(1, "Robot 17", aside=aside)]
+        ui.advance(0.1)
+    assert ui.find(text="Robot 17").width == usual
+
+
 def test_a_tinted_row_has_the_colours_of_its_tone_also_after_a_switch_of_the_theme(ui):
     listed(ui, WAITING, Item(2, "Late", tone="fault", support="x", support_tone="attention"))
     for theme in ("light", "dark", "contrast"):

@@ -1,0 +1,23 @@
+"""What is around a screen: navigation, top bar, clock."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from kivy.factory import Factory
+
+from app.screens.common import formats
+from app.screens.frame.controller import NAVIGATION, screen_word
+from tests.support import home_facts as sample
+
+if TYPE_CHECKING:
+    from app.widgets.frame import Frame
+
+
+def framed(name: str) -> Frame:
+    """An empty frame, as it is with the screen of that name."""
+    frame: Frame = Factory.Frame()
+    frame.items = [(key, screen_word(key), icon, selected) for key, icon, selected in NAVIGATION]
+    frame.current, frame.title = name, screen_word(name)
+    frame.clock = formats.clock_time(sample.NOW, sample.SETTINGS.timezone)
+    return frame
