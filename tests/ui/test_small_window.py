@@ -123,6 +123,17 @@ def test_the_robots_button_is_never_covered_nor_scrolled_away(ui, small, status)
     assert x >= right or x2 <= left or y >= top or y2 <= bottom
 
 
+def test_a_sheet_follows_the_robots_card_when_the_window_is_turned(ui):
+    with window(ui, (600, 800)) as rig:
+        home(rig, sample.FACTS).vm.show_all_missions()
+        ui.advance(0.5)
+        for Window.size in ((800, 1280), (1280, 800), (600, 800)):
+            ui.advance(0.5)
+            assert "\n".join(checks.problems(ui.find(Frame))) == ""
+            assert ui.find(AllMissionsSheet).height > 150
+            assert checks.is_seen(ui.find(CommandButton, ui.find(RobotFoot)))
+
+
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("scale", "language", "gloves"), [(1.0, "fi", False), (1.0, "fi", True), (1.3, "en", False), (1.3, "fi", False)]
