@@ -54,9 +54,11 @@ class Checked(Plant):
                 )
                 container.db.write(lambda c, robot=robot, stored=stored: check_ups.put(c, robot.id, stored))
 
-    def dialog(self, studio, name: str = "Aino"):
-        """The check-up of a robot, with its dialog open."""
-        page = self.screen(studio).page
+    def opened(self, studio, name: str = "Aino"):
+        """The check-up of a robot, with its sheet open."""
+        self.shown = self.screen(studio)
+        page = self.shown.page
+        studio.afterwards(self.shell.sheets.close)
         robot = next(robot for robot in page.context.facts.robots if robot.name == name)
         page._open_check_up(robot)
         self.settle(studio)
@@ -65,7 +67,7 @@ class Checked(Plant):
     def settle(self, studio):
         studio.driver.wait(lambda: self.shell.background.idle)
         studio.driver.advance(0.2)
-        return studio.dialogs.top
+        return self.shown
 
 
 def all_checked(studio) -> Checked:
@@ -79,14 +81,15 @@ def robots(studio):
 
 @picture("check-up-before", sizes=EVERY_SIZE)
 def before(studio):
-    Checked(studio).dialog(studio)
-    return studio.dialogs.top
+    plant = Checked(studio)
+    plant.opened(studio)
+    return plant.shown
 
 
 @picture("check-up-trial", sizes=EVERY_SIZE)
 def trial(studio):
     plant = Checked(studio)
-    plant.dialog(studio).choose_trial(True)
+    plant.opened(studio).choose_trial(True)
     return plant.settle(studio)
 
 
@@ -99,7 +102,7 @@ def long_name(studio):
             catalogue.robots()[0], name="Aino of the goods receiving department, hall 2, between the docks 14 and 17"
         )
     )
-    plant.dialog(studio, catalogue.robots()[0].name).choose_trial(True)
+    plant.opened(studio, catalogue.robots()[0].name).choose_trial(True)
     return plant.settle(studio)
 
 
@@ -107,7 +110,7 @@ def long_name(studio):
 def refused(studio):
     plant = Checked(studio)
     plant.clock.advance((plant.container.catalogue.schedules()[0].next_at - NOW).total_seconds() - 120)
-    check_up = plant.dialog(studio)
+    check_up = plant.opened(studio)
     check_up.choose_trial(True)
     plant.settle(studio)
     check_up.begin()
@@ -117,7 +120,7 @@ def refused(studio):
 @picture("check-up-running", sizes=EVERY_SIZE)
 def running(studio):
     plant = Checked(studio)
-    check_up = plant.dialog(studio)
+    check_up = plant.opened(studio)
     check_up.choose_trial(True)
     plant.settle(studio)
     check_up.part = "CheckUpRunning"
@@ -129,11 +132,13 @@ def running(studio):
 @picture("check-up-good", sizes=EVERY_SIZE)
 def good(studio):
     plant = Checked(studio, Aino=found("good", trial=Trial()))
-    plant.dialog(studio).turn_all()
+    plant.opened(studio)
     return plant.settle(studio)
 
 
 @picture("check-up-report", sizes=EVERY_SIZE)
 def report(studio):
-    all_checked(studio).dialog(studio, "Sisu")
-    return studio.dialogs.top
+    plant = all_checked(studio)
+    check_up = plant.opened(studio, "Sisu")
+    check_up.turn(check_up.found[0].key)
+    return plant.settle(studio)

@@ -23,7 +23,9 @@ from app.screens.settings.page import PageContext
 from app.screens.settings.removals import robot_question
 from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.screen import SettingsScreen, SettingsViewModel
-from app.screens.settings.view import certificate_question, done, new_robot_question
+from app.screens.settings.trust import TrustSheet
+from app.screens.settings.trust_view import another_robot, certificate
+from app.screens.settings.view import done
 from app.services.files import places
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from app.widgets.sheet import Sheet
@@ -325,17 +327,10 @@ def robot_dialog(context: PageContext):
 
 
 @dialog("robot-dialog-new-robot")
-def robot_dialog_new_robot(context: PageContext):
-    robot, problem = (
-        context.facts.robots[0],
-        AnotherRobot(address="10.40.12.21", expected="200104012", found="230617044"),
-    )
-    return ConfirmDialog(
-        title=_("Is this the new {robot}?").format(robot=robot.name),
-        text=new_robot_question(problem, has_password=False),
-        confirm=_("This is the new {robot}").format(robot=robot.name),
-        decline=_("Cancel"),
-    )
+def robot_another_answers(context: PageContext):
+    problem = AnotherRobot(address="10.40.12.21", expected="201806001234", found="202106004471")
+    question = another_robot(context.facts.robots[0], problem, has_password=False)
+    return TrustSheet(context.shell.sheets, question, lambda: None)
 
 
 @dialog("robot-dialog-delete")
@@ -351,9 +346,9 @@ def robot_dialog_delete(context: PageContext):
 
 
 @dialog("robot-dialog-certificate")
-def robot_dialog_certificate(context: PageContext):
-    question = certificate_question("https://10.40.12.29", "3fa1c2" * 10 + "90ab", "77de01" * 10 + "1234")
-    return ConfirmDialog(title=_("Trust this certificate?"), text=question, confirm=_("Trust it"), decline=_("Cancel"))
+def robot_certificate(context: PageContext):
+    question = certificate("Aino", "3fa1c2" * 10 + "90ab", "3fa1c2" * 9 + "77de01" + "1234")
+    return TrustSheet(context.shell.sheets, question, lambda: None)
 
 
 @dialog("robot-sheet-problems")

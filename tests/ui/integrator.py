@@ -222,6 +222,7 @@ def says(ui: Driver, text: str) -> bool:
 
 
 def undo(ui: Driver) -> None:
+    ui.wait(lambda: ui.find_all(Snackbar))
     ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
 
 

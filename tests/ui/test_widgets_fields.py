@@ -141,7 +141,9 @@ def test_a_password_is_hidden_until_the_eye_is_pressed(ui):
     ui.type(field, "secret")
     line = ui.find(FieldInput)
     assert line.password
-    ui.tap(ui.find(IconButton))
+    eye = ui.find(IconButton)
+    assert eye.right == field.right
+    ui.tap(eye)
     assert not line.password
     assert field.text == "secret"
 

@@ -1,10 +1,9 @@
-"""The check-up of a robot: what it will do, its progress, its findings. It continues while its dialog is closed; *Stop*
+"""The check-up of a robot: what it will do, its progress, its findings. It continues while its sheet is closed; *Stop*
 ends it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,11 +18,13 @@ from kivy.properties import (
     StringProperty,
 )
 from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.widget import Widget
 
-from app.domain.check_up import Level, Progress, Report, Trial
+from app.domain.check_up import Progress, Report, Trial
 from app.domain.message import Message
 from app.domain.models import Robot
 from app.i18n import _
+from app.screens.common.options import MenuItem
 from app.screens.common.places import choose_place
 from app.screens.common.presses import Presses
 from app.screens.common.problems import words_of
@@ -34,9 +35,7 @@ from app.screens.settings.page import PageContext
 from app.screens.settings.view import NoticeView, asking_robot, done, went_wrong
 from app.services.check_up.report import document
 from app.services.check_up.trials import length_s
-from app.widgets.dialogs import FormDialog
-from app.widgets.lists import Row
-from app.widgets.surfaces import Surface, Toned
+from app.widgets.sheet import Sheet
 
 SHOWN_EVERY = 0.5  # s; the progress comes from another thread
 
@@ -47,6 +46,10 @@ class CheckUp(EventDispatcher):
     title = StringProperty()
     part = OptionProperty("CheckUpBefore", options=("CheckUpBefore", "CheckUpRunning", "CheckUpReport"))
     outcome = ObjectProperty(NoticeView())
+    foot = StringProperty()  # the words of the buttons
+    second = StringProperty()
+    foot_off = StringProperty()  # why it can't begin
+    busy = BooleanProperty(False)
     # before
     begins = StringProperty()
     wants_trial = BooleanProperty(False)
@@ -54,7 +57,6 @@ class CheckUp(EventDispatcher):
     mission_word = StringProperty()
     asking_missions = BooleanProperty(False)
     will_do = StringProperty()
-    begin_word = StringProperty()
     can_begin = BooleanProperty(True)
     # while it runs
     doing = StringProperty()
@@ -64,11 +66,7 @@ class CheckUp(EventDispatcher):
     # the report
     verdict = ObjectProperty(NoticeView())
     found = ListProperty()
-    fine_findings = ListProperty()
-    fine = StringProperty()
-    shows_all = BooleanProperty(False)
-    saving_page = BooleanProperty(False)
-    saving_file = BooleanProperty(False)
+    saving = BooleanProperty(False)
 
     def __init__(self, context: PageContext, robot: Robot, changed: Callable[[], object]) -> None:
         super().__init__()
@@ -78,10 +76,12 @@ class CheckUp(EventDispatcher):
         self._progress: Progress | None = None  # written by its thread
         self._report: Report | None = None  # that is shown
         self._tick = Clock.create_trigger(self._show_progress, SHOWN_EVERY, interval=True)
-        self._dialog: CheckUpDialog | None = None
+        self._opened: set[str] = set()  # findings whose meaning is shown
         self._presses = Presses()
+        for name in ("part", "wants_trial", "can_begin", "outcome", "stopping"):
+            self.fbind(name, self._name_buttons)
 
-    # ------------------------------------------------------------------ its dialog
+    # ------------------------------------------------------------------ its sheet
     def open(self, report: Report | None) -> None:
         """Show the progress, else the findings, else what it would do."""
         self.title = _("Check-up of {robot}").format(robot=self._robot.name)
@@ -89,17 +89,44 @@ class CheckUp(EventDispatcher):
             self._show_report(report)
         elif not self.is_running:
             self.run_again()
-        self._dialog = CheckUpDialog(vm=self)
-        self._dialog.bind(on_dismiss=self._closed)
-        self._context.shell.dialogs.open(self._dialog)
+        self._name_buttons()
+        self._context.shell.sheets.over(CheckUpSheet(vm=self))
 
-    def _closed(self, dialog: CheckUpDialog, *_args: Any) -> None:
-        if dialog is self._dialog:
-            self._dialog = None
+    @property
+    def _is_seen(self) -> bool:
+        sheet = self._context.shell.sheets.top
+        return isinstance(sheet, CheckUpSheet) and sheet.vm is self
 
-    def close(self) -> None:
-        if self._dialog is not None:
-            self._dialog.dismiss()
+    def _name_buttons(self, *_args: Any) -> None:
+        is_before = self.part == "CheckUpBefore"
+        self.foot, self.second = {
+            "CheckUpBefore": (
+                view.begin_word(self._robot, self._trial),
+                _("Only read") if self.wants_trial else _("Run trial"),
+            ),
+            "CheckUpRunning": (_("Stop"), ""),
+            "CheckUpReport": (_("Run trial"), _("Check again")),
+        }[self.part]
+        self.foot_off = "" if self.can_begin or not is_before else self.outcome.text or asking_robot().text
+        self.busy = self.stopping and self.part == "CheckUpRunning"
+
+    def press(self) -> None:
+        """The button at the foot."""
+        if self.part == "CheckUpBefore":
+            self.begin()
+        elif self.part == "CheckUpRunning":
+            self.stop()
+        else:
+            self.run_again()
+            self.choose_trial(True)
+
+    def press_other(self) -> None:
+        """The button next to it."""
+        if self.part == "CheckUpBefore":
+            self.choose_trial(not self.wants_trial)
+        else:
+            self.run_again()
+            self.begin()
 
     @property
     def is_running(self) -> bool:
@@ -129,7 +156,7 @@ class CheckUp(EventDispatcher):
 
     def _choose(self, names: Sequence[str]) -> None:
         self.asking_missions, self.outcome = False, NoticeView()
-        if self._dialog is not None:
+        if self._is_seen:
             self._context.shell.dialogs.choose(
                 _("Mission"), view.mission_options(names), self._chosen, selected=self.mission
             )
@@ -150,7 +177,6 @@ class CheckUp(EventDispatcher):
         trial, robot, check_ups = self._trial, self._robot, self._context.services.check_ups
         self.begins = view.begins(trial, length_s(trial))
         self.mission_word = view.mission_word(self.mission)
-        self.begin_word = view.begin_word(robot, trial)
         self.will_do, self.can_begin = "", trial is None
         if trial is not None:
             self._context.run(
@@ -202,7 +228,7 @@ class CheckUp(EventDispatcher):
         self._job = None
         self._tick.cancel()
         self._changed()
-        return self._dialog is not None
+        return self._is_seen
 
     def _ended(self, report: Report) -> None:
         is_seen = self._over()
@@ -221,82 +247,76 @@ class CheckUp(EventDispatcher):
 
     # ------------------------------------------------------------------ the report
     def _show_report(self, report: Report) -> None:
-        self._report, self.part, self.outcome, self.shows_all = report, "CheckUpReport", NoticeView(), False
+        self._report, self.part, self.outcome, self._opened = report, "CheckUpReport", NoticeView(), set()
         self.verdict = view.verdict(self._robot, report, self._zone)
-        self.found = view.finding_views(report.findings, Level.RED, Level.AMBER)
-        self.fine_findings = view.finding_views(report.findings, Level.GREEN)
-        self.fine = view.fine(report.findings)
+        self._show_findings()
+
+    def _show_findings(self) -> None:
+        if self._report is not None:
+            self.found = view.finding_items(self._report.findings, self._opened)
+
+    def turn(self, key: str) -> None:
+        """Show what a finding means, or hide it."""
+        self._opened ^= {key}
+        self._show_findings()
 
     @property
     def _zone(self) -> str:
         return str(self._context.facts.settings.timezone)
 
-    def turn_all(self) -> None:
-        """Show findings that are in order too, or hide them."""
-        self.shows_all = not self.shows_all
+    def menu(self, button: Widget) -> None:
+        """Where the report goes."""
+        items = [
+            MenuItem(".html", _("Save report to print"), "printer-outline"),
+            MenuItem(".json", _("Save file for support"), "file-export-outline"),
+        ]
+        self._context.shell.dialogs.menu(button, "", items, self._save)
 
-    def save_page(self) -> None:
+    def _save(self, ending: str) -> None:
+        """Ask for a place, write a file there and show its path."""
         report, zone, files = self._report, self._zone, self._context.services.files
-        if report is not None:
-            self._save(
-                "saving_page",
-                lambda directory: files.write_text(
-                    check_up_page.page(report, zone), f"check-up {report.robot}", ".html", directory
-                ),
-            )
+        if report is None or self.saving or self._presses.is_same(ending):
+            return
+        text = {".html": check_up_page.page, ".json": document}[ending]
+        choose_place(
+            self._context.shell,
+            files,
+            lambda directory: self._write(
+                ending, lambda: files.write_text(text(report, zone), f"check-up {report.robot}", ending, directory)
+            ),
+        )
 
-    def save_file(self) -> None:
-        report, zone, files = self._report, self._zone, self._context.services.files
-        if report is not None:
-            self._save(
-                "saving_file",
-                lambda directory: files.write_text(
-                    document(report, zone), f"check-up {report.robot}", ".json", directory
-                ),
-            )
-
-    def _save(self, busy: str, work: Callable[[Path], Path]) -> None:
-        """Ask for a place, write a file there and show its path; the property ``busy`` is True while it is written."""
-        if not getattr(self, busy) and not self._presses.is_same(busy):
-            choose_place(self._context.shell, self._context.services.files, partial(self._write, busy, work))
-
-    def _write(self, busy: str, work: Callable[[Path], Path], directory: Path) -> None:
-        setattr(self, busy, True)
+    def _write(self, ending: str, work: Callable[[], Path]) -> None:
+        self.saving = True
 
         def written(path: Path) -> None:
-            setattr(self, busy, False)
-            self._presses.rest(busy)
+            self.saving = False
+            self._presses.rest(ending)
             self.outcome = done(_("Written, without passwords"), str(path))
 
         def failed(problem: BaseException) -> None:
-            setattr(self, busy, False)
+            self.saving = False
             self.outcome = went_wrong(problem)
 
-        self._context.run(partial(work, directory), written, failed)
+        self._context.run(work, written, failed)
 
 
-class CheckUpDialog(FormDialog):
-    """Shows a check-up in three parts, one after the other."""
+class CheckUpSheet(Sheet):
+    """Shows a check-up in three parts, one after the other, in the place of the page."""
 
     vm = ObjectProperty(None, rebind=True, allownone=True)
 
+    def on_done(self) -> None:
+        self.vm.press()
+
+    def on_other(self) -> None:
+        self.vm.press_other()
+
+    def on_dots(self, button: Widget) -> None:
+        self.vm.menu(button)
+
 
 class CheckUpPart(BoxLayout):
-    """A part of the dialog; ``card`` is the check-up."""
+    """A part of the sheet; ``card`` is the check-up."""
 
     card = ObjectProperty(None, rebind=True, allownone=True)
-
-
-class CheckUpActions(BoxLayout):
-    """The buttons of a part."""
-
-    card = ObjectProperty(None, rebind=True, allownone=True)
-
-
-class FindingRow(Row, Toned, Surface):
-    """A finding: level and topic, the robot's behaviour, its meaning."""
-
-    icon = StringProperty()
-    word = StringProperty()
-    text = StringProperty()
-    note = StringProperty()

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
 from datetime import datetime
 from typing import NamedTuple
 
@@ -15,6 +14,7 @@ from app.screens.common.options import Option
 from app.screens.common.problems import sentence_of, words_of
 from app.screens.settings.view import NoticeView, went_wrong
 from app.services.check_up.report import LEVELS, TOPICS
+from app.widgets.items import Action, Item
 
 OFFERED = ""  # in place of a mission's name: the one that waits a second
 QUEUED = 4  # missions of a trial
@@ -28,23 +28,11 @@ class Appearance(NamedTuple):
     tone: str
 
 
-@dataclass(frozen=True)
-class FindingView:
-    """Values of FindingRow."""
-
-    key: str
-    icon: str
-    word: str
-    tone: str
-    text: str
-    note: str
-
-
 def appearance(level: Level) -> Appearance:
     icon, tone = {
-        Level.RED: ("alert-octagon", "fault"),
-        Level.AMBER: ("alert", "attention"),
-        Level.GREEN: ("check-circle", "done"),
+        Level.RED: ("alert-circle", "fault"),
+        Level.AMBER: ("information-outline", "action"),
+        Level.GREEN: ("check", "neutral"),
     }[level]
     return Appearance(icon, words_of(LEVELS[level]), tone)
 
@@ -93,16 +81,14 @@ def verdict(robot: Robot, report: Report, zone: str) -> NoticeView:
     found = counts(report.findings)
     text = found[:1].upper() + found[1:]
     lines = [
-        _("Checked up {when}, in {time}").format(
-            when=formats.day_and_time(report.began_at, zone), time=formats.duration(report.took_s)
-        ),
+        f"{formats.day_and_time(report.began_at, zone)} · {formats.duration(report.took_s)}",
         queued_sentence(report),
     ]
     if not report.is_complete:
         lines.append(_("It was stopped, or the robot did not answer to the end: check it up again."))
     if outdated := _outdated(robot, report):
         lines.append(outdated)
-    tone = "attention" if seen.tone == "done" and len(lines) > 2 else seen.tone
+    tone = "attention" if report.level is Level.GREEN and len(lines) > 2 else seen.tone
     return NoticeView(text, "\n".join(lines), tone, seen.icon)
 
 
@@ -114,26 +100,27 @@ def queued_sentence(report: Report) -> str:
     )
 
 
-def finding_views(findings: Sequence[Finding], *levels: Level) -> list[FindingView]:
-    """Of these levels, the worst first, then in the order of topics."""
-    order, shown = list(Topic), [level for level in (Level.RED, Level.AMBER, Level.GREEN) if level in levels]
-    wanted = [finding for finding in findings if finding.level in shown]
-    wanted.sort(key=lambda finding: (shown.index(finding.level), order.index(finding.topic)))
-    return [_finding(n, finding) for n, finding in enumerate(wanted)]
+def finding_items(findings: Sequence[Finding], opened: Collection[str] = ()) -> list[Item]:
+    """A row for each, the worst first, then in the order of topics. A tap on what is not in order shows its meaning."""
+    levels, order = [Level.RED, Level.AMBER, Level.GREEN], list(Topic)
+    ordered = sorted(findings, key=lambda finding: (levels.index(finding.level), order.index(finding.topic)))
+    return [_finding_item(f"{finding.topic} {n}", finding, opened) for n, finding in enumerate(ordered)]
 
 
-def _finding(n: int, finding: Finding) -> FindingView:
-    seen = appearance(finding.level)
-    word = _("{level} · {topic}").format(level=seen.word, topic=words_of(TOPICS[finding.topic]))
-    return FindingView(
-        f"{finding.topic} {n}", seen.icon, word, seen.tone, words_of(finding.says), words_of(finding.means)
+def _finding_item(key: str, finding: Finding, opened: Collection[str]) -> Item:
+    seen, is_open, means = appearance(finding.level), key in opened, words_of(finding.means)
+    arrow = Action("open", icon="chevron-up" if is_open else "chevron-down")
+    return Item(
+        key,
+        words_of(finding.says),
+        words_of(TOPICS[finding.topic]),
+        icon=seen.icon,
+        tone=seen.tone,
+        note=means if is_open else "",
+        strong=finding.level is Level.RED,
+        opens=bool(means),
+        actions=(arrow,) if means else (),
     )
-
-
-def fine(findings: Sequence[Finding]) -> str:
-    """The number of findings not shown; empty: none."""
-    n = sum(finding.level is Level.GREEN for finding in findings)
-    return ngettext("{n} fine", "{n} fine", n).format(n=n) if n else ""
 
 
 # ---------------------------------------------------------------------- before
@@ -157,8 +144,8 @@ def mission_word(mission: str) -> str:
 def begin_word(robot: Robot, trial: Trial | None) -> str:
     """What the button does, by its name."""
     if trial is None:
-        return _("Check up, only reading")
-    return _("Check up and queue {n} missions on {robot}").format(n=QUEUED, robot=robot.name)
+        return _("Check up")
+    return _("Queue {n} missions on {robot}").format(n=QUEUED, robot=robot.name)
 
 
 def refused(problem: BaseException) -> NoticeView:
@@ -185,10 +172,9 @@ def how_far(progress: Progress) -> str:
 def under_way(progress: Progress | None) -> NoticeView:
     """For the robot's panel."""
     if progress is None:
-        return NoticeView(_("Is being checked up"), icon="clipboard-clock-outline")
-    return NoticeView(
-        _("Is being checked up: {progress}").format(progress=how_far(progress)), icon="clipboard-clock-outline"
-    )
+        return NoticeView(_("Is being checked up"), tone="accent", icon="clipboard-clock-outline")
+    text = _("Is being checked up: {progress}").format(progress=how_far(progress))
+    return NoticeView(text, tone="accent", icon="clipboard-clock-outline")
 
 
 def ended_sentence(report: Report) -> NoticeView:

@@ -42,7 +42,7 @@ class EditSheet(Sheet):
     def __init__(self, context: PageContext, stored: Any, form: EditForm, **kwargs: Any) -> None:
         self.context, self.stored = context, stored
         form.is_known = stored is not None
-        super().__init__(vm=form, **kwargs)
+        super().__init__(vm=form, foot="" if self.at_once and stored is not None else _("Save"), **kwargs)
 
     @property
     def stored_id(self) -> int | None:
@@ -65,6 +65,9 @@ class EditSheet(Sheet):
         """Something may have changed elsewhere."""
 
     # ------------------------------------------------------------------ the same for all
+    def on_done(self) -> None:
+        self.save()
+
     def on_dots(self, button: Widget) -> None:
         delete_menu(self.context, button, self.delete)
 
@@ -72,29 +75,46 @@ class EditSheet(Sheet):
         self.context.shell.sheets.close()
         self.remove()
 
+    def choose(self, **values: Any) -> None:
+        """What is not typed."""
+        for name, value in values.items():
+            setattr(self.vm, name, value)
+        self.keep()
+
+    def settled(self) -> Any:
+        """The part of it that is saved at once."""
+        return self.entered()
+
+    def keep(self) -> None:
+        """Save what was changed of something that is stored."""
+        if self.stored is not None and not self.vm.saving and (settled := self.settled()) != self.stored:
+            self.store(lambda: self.write(settled), settled)
+
     def save(self) -> None:
-        if self.vm.saving:
-            return
-        entered = self.entered()
+        if not self.vm.saving:
+            entered = self.entered()
+            self.store(lambda: self.write(entered))
+
+    def store(self, write: Callable[[], Any], kept: Any = None) -> None:
+        """``kept``: what is saved at once; without it the sheet closes."""
+        context, before, is_new = self.context, self.stored, self.stored is None
         self.vm.saving, self.vm.outcome = True, NoticeView()
 
         def done(saved: Any) -> None:
-            self._was_saved(saved)
-            if self.at_once and self.entered() != entered:  # changed again
-                self.save()
+            self.vm.saving, self.stored = False, saved
+            if kept is None:
+                context.shell.sheets.close()
+                context.say((_("{name} added") if is_new else _("{name} saved")).format(name=saved.name))
+            elif saved != before:
+                text = _("{name} saved").format(name=saved.name)
+                context.shell.offer_undo(
+                    text, lambda: self.write(before), context.refresh, behind="settings", about=self
+                )
+            context.was_saved(self.kind, saved)
+            if kept is not None and self.settled() != kept:  # changed since
+                self.keep()
 
-        self.context.run(lambda: self.write(entered), done, self.refuse)
-
-    def _was_saved(self, saved: Any) -> None:
-        context, before = self.context, self.stored
-        self.vm.saving, self.stored = False, saved
-        context.was_saved(self.kind, saved)
-        if before is None or not self.at_once:
-            context.shell.sheets.close()
-            context.say((_("{name} saved") if before is not None else _("{name} added")).format(name=saved.name))
-        elif saved != before:
-            text = _("{name} saved").format(name=saved.name)
-            context.shell.offer_undo(text, lambda: self.write(before), context.refresh, behind="settings", about=self)
+        context.run(write, done, self.refuse)
 
     def refuse(self, problem: BaseException) -> None:
         """Say why at the field that it is about."""

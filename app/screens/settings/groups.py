@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -81,16 +82,6 @@ class GroupSheet(EditSheet):
         self.vm.members = [robot.id for robot in self.context.facts.robots if robot.id in chosen]
         self.keep()
 
-    def choose(self, **values: Any) -> None:
-        for name, value in values.items():
-            setattr(self.vm, name, value)
-        self.keep()
-
-    def keep(self) -> None:
-        """Save what was changed of a group that is stored."""
-        if self.stored is not None and self.entered() != self.stored:
-            self.save()
-
     # ------------------------------------------------------------------ save, delete
     def entered(self) -> Group:
         form = self.vm
@@ -102,7 +93,7 @@ class GroupSheet(EditSheet):
             keep_free=int(form.keep_free),
         )
 
-    def save(self) -> None:
+    def store(self, write: Callable[[], Any], kept: Any = None) -> None:
         """All errors are shown at once, each at its field."""
         group, is_complete = self.entered(), not self.ids.keep_free.outside
         for check in (lambda: checks.name(group.name), lambda: validation.group(replace(group, name="–"))):
@@ -112,7 +103,7 @@ class GroupSheet(EditSheet):
                 is_complete = False
                 self.refuse(problem)
         if is_complete:
-            super().save()
+            super().store(write, kept)
 
     def write(self, group: Group) -> Group:
         return self.context.services.catalogue.save_group(group)

@@ -173,6 +173,8 @@ class MissionsPage(SettingsPage):
             self.add()
         if intent.get("fetch"):
             self.begin()
+        if robot := self.context.facts.robot(intent.get("fetch_from")):
+            self._ask(robot)
         if "found" in intent and (robot := self.context.facts.robot(intent["found"][0])):
             self._offer(robot, intent["found"][1])
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from kivy.event import EventDispatcher
-from kivy.properties import ListProperty, OptionProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, OptionProperty, StringProperty
 
 from app.domain.models import Robot
 from app.i18n import _
-from app.screens.settings import removals
 from app.screens.settings.check_up import CheckUp
 from app.screens.settings.check_up_view import standing
+from app.screens.settings.find import FindSheet
 from app.screens.settings.groups import GroupSheet
 from app.screens.settings.groups_view import group_items
 from app.screens.settings.page import PageContext, SettingsPage
@@ -24,6 +24,7 @@ class RobotsModel(EventDispatcher):
     add_word = StringProperty()
     nothing = StringProperty()  # said while there is none
     part = OptionProperty("robots", options=("robots", "groups"))
+    is_alone = BooleanProperty(True)  # no sheet is beside the page
 
 
 class RobotsPage(SettingsPage):
@@ -41,16 +42,17 @@ class RobotsPage(SettingsPage):
 
     def show(self) -> None:
         facts, sheet = self.context.facts, self.context.shell.sheets.top
+        self.vm.is_alone = sheet is None
         if self.parts and self.vm.part == "groups":
             chosen = sheet.stored_id if isinstance(sheet, GroupSheet) else None
             self.vm.items, self.vm.add_word = group_items(facts, chosen), _("Add group")
-            self.vm.nothing = _("A schedule may name a group: each start goes to the robot that will be done first")
+            self.vm.nothing = _("No groups yet")
             return
-        robot = sheet.show_facts() if isinstance(sheet, RobotSheet) else None
+        chosen = sheet.stored_id if isinstance(sheet, RobotSheet) else None
         check_ups = {robot.id: self._standing(robot) for robot in facts.robots}
         self.vm.part, self.vm.add_word = "robots", _("Add robot")
-        self.vm.nothing = _("Its address and a user that may start missions")
-        self.vm.items = robot_items(facts, self.context.now(), check_ups, robot.id if robot is not None else None)
+        self.vm.nothing = _("No robots yet")
+        self.vm.items = robot_items(facts, self.context.now(), check_ups, chosen)
 
     @property
     def is_busy(self) -> bool:
@@ -61,6 +63,8 @@ class RobotsPage(SettingsPage):
             self.turn_to("groups" if intent.get("groups") else "robots")
         if intent.get("add"):
             self._open(None)
+        elif intent.get("find"):
+            self.find()
         elif robot := self.context.facts.robot(intent.get("robot_id")):
             self._open(robot)
 
@@ -71,6 +75,14 @@ class RobotsPage(SettingsPage):
             self.context.shell.sheets.show(GroupSheet(self.context, self.context.facts.group(key)))
         else:
             self._open(self.context.facts.robot(key))
+        self.show()
+
+    def find(self) -> None:
+        def add(address: str, name: str) -> None:
+            sheet = self._open(None)
+            sheet.vm.address, sheet.vm.name = address, name
+
+        self.context.shell.sheets.show(FindSheet(self.context, add))
         self.show()
 
     # ------------------------------------------------------------------ check-ups
@@ -92,24 +104,7 @@ class RobotsPage(SettingsPage):
             check_up = self._check_ups[robot.id] = CheckUp(self.context, robot, self.show)
         check_up.open(self.context.facts.reports.get(robot.id))
 
-    # ------------------------------------------------------------------ adding, editing, deleting
-    def _open(self, robot: Robot | None) -> None:
-        sheet = RobotSheet(self.context, robot, self._standing)
-        sheet.bind(
-            on_remove=lambda _sheet, robot: self._remove(robot),
-            on_check_up=lambda _sheet, robot: self._open_check_up(robot),
-        )
+    def _open(self, robot: Robot | None) -> RobotSheet:
+        sheet = RobotSheet(self.context, robot, self._open_check_up)
         self.context.shell.sheets.show(sheet)
-
-    def _remove(self, robot: Robot) -> None:
-        """Ask first: more than the robot goes. Undo brings it all back."""
-        self.context.shell.dialogs.confirm(
-            _("Delete {robot}?").format(robot=robot.name),
-            removals.robot_question(self.context.facts, robot),
-            _("Delete robot"),
-            lambda: self.context.remove(
-                lambda: self.context.services.catalogue.remove_robot(robot.id),
-                removals.robot_sentence(self.context.facts, robot),
-            ),
-            danger=True,
-        )
+        return sheet

@@ -58,6 +58,7 @@ KV = (
     "settings/screen",
     *(f"settings/{name}" for name in PAGES),
     "settings/robot",
+    "settings/find",
     "settings/check_up",
     "settings/groups",
     "settings/places",

@@ -11,7 +11,7 @@ from datetime import datetime
 
 from app import __version__
 from app.domain.message import Message
-from app.domain.models import WEEKDAYS, Connection, Robot
+from app.domain.models import WEEKDAYS, Connection, HandOver, Robot
 from app.domain.robot import IdentifiedBy, Identity
 from app.i18n import _, ngettext
 from app.mir.credentials import Token
@@ -235,6 +235,8 @@ def _problem(facts: SettingsFacts, robot: Robot, check_up: NoticeView) -> Notice
 def robot_note(facts: SettingsFacts, robot: Robot, now: datetime) -> NoticeView:
     """How it answers, and what it is."""
     link = link_appearance(robot, facts.snapshot(robot.id), now, facts.settings)
+    if needs_decision(facts, robot):
+        return NoticeView(_("Nothing is sent to {robot}").format(robot=robot.name), link.word, "attention", link.icon)
     is_default = Token(robot.token or "").is_published_default
     found = (
         robot.model or _("MiR robot"),
@@ -245,6 +247,28 @@ def robot_note(facts: SettingsFacts, robot: Robot, now: datetime) -> NoticeView:
     )
     tone = "attention" if is_default and link.tone == "neutral" else link.tone
     return NoticeView(link.word, " · ".join(part for part in found if part), tone, link.icon)
+
+
+NEED_DECISION = (Connection.WRONG_ROBOT, Connection.OTHER_CERTIFICATE, Connection.UNTRUSTED, Connection.UNAUTHORIZED)
+
+
+def needs_decision(facts: SettingsFacts, robot: Robot) -> bool:
+    """Whether nothing is sent to it until a person has decided."""
+    return facts.snapshot(robot.id).connection in NEED_DECISION
+
+
+def advanced_item(hand_over: HandOver, *, is_open: bool) -> Item:
+    """The row that unfolds what is rarely changed."""
+    words = {HandOver.AT_ONCE: _("Starts at once"), HandOver.WHEN_FREE: _("Starts when free")}
+    arrow = Action("open", icon="chevron-up" if is_open else "chevron-down")
+    return Item("advanced", _("Advanced"), meta="" if is_open else words[hand_over], strong=False, actions=(arrow,))
+
+
+def idle_phrase(facts: SettingsFacts, robot: Robot) -> str:
+    mission = facts.mission(robot.idle.mission_id) if robot.idle is not None and robot.idle.enabled else None
+    if robot.idle is None or mission is None:
+        return _("Off")
+    return _("{mission} after {n} min").format(mission=mission.name, n=robot.idle.after_minutes)
 
 
 def _twin(facts: SettingsFacts, robot: Robot) -> Robot | None:
@@ -297,45 +321,6 @@ def went_wrong(problem: BaseException) -> NoticeView:
 def has_unknown_certificate(problem: BaseException) -> bool:
     """Whether it shows a certificate that a person could compare and pin."""
     return isinstance(problem, CertificateProblem) and problem.code in ("certificate_untrusted", "certificate_mismatch")
-
-
-def new_robot_question(problem: AnotherRobot, *, has_password: bool) -> str:
-    """``has_password``: one is entered, which an accepted machine gets."""
-    numbers = _("Serial number so far: {expected}\nAnswers now: {found}").format(
-        expected=problem.params["expected"], found=problem.params["found"]
-    )
-    next_step = (
-        _("Nothing has been sent to it. If you agree, it gets the password that is entered.")
-        if has_password
-        else _("Nothing has been sent to it. The new robot needs its password entered again.")
-    )
-    return f"{numbers}\n\n{next_step}"
-
-
-def hidden_number_question(robot: Robot, problem: SerialNumberHidden) -> str:
-    return _(
-        "{robot} no longer shows its serial number, {serial}. Only its address would identify it.\n\n"
-        "Check at the robot that it is the same one. Nothing has been sent to it."
-    ).format(robot=robot.name, serial=problem.params["expected"])
-
-
-def certificate_question(address: str, found: str, trusted: str) -> str:
-    """``found`` and ``trusted`` are fingerprints; ``trusted`` may be empty."""
-    lines = [
-        _(
-            "{address} shows this SHA-256 fingerprint. Compare it with the one shown at the robot itself, or ask its administrator:"
-        ).format(address=address),
-        grouped(found),
-    ]
-    if trusted:
-        lines += [_("Trusted so far:"), grouped(trusted)]
-    return "\n\n".join([*lines, _("Nothing has been sent to it.")])
-
-
-def grouped(fingerprint: str) -> str:
-    """In four lines of eight bytes, as people compare it."""
-    pairs = [fingerprint[n : n + 2].upper() for n in range(0, len(fingerprint), 2)]
-    return "\n".join(":".join(pairs[n : n + 8]) for n in range(0, len(pairs), 8))
 
 
 def asking_robot() -> NoticeView:

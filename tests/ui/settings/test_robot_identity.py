@@ -10,14 +10,14 @@ from app.domain.models import Connection, Robot
 from app.domain.robot import IdentifiedBy
 from app.mir.credentials import Token
 from app.screens.settings.robot_sheet import RobotSheet
-from app.widgets.dialogs import ConfirmDialog
+from app.screens.settings.trust import TrustSheet
 from tests.hostile.capture import Capture, capture
 from tests.ui.integrator import enter, go, item_of, open_row, press, robots, titles
 from tests.ui.whole_app import PASSWORD, USER
 
 pytestmark = pytest.mark.long
 
-QUESTION = "Send the password anyway?"
+QUESTION = "No serial number"
 
 
 @pytest.fixture(params=[{"status_is_open": False}, {"serial": None}], ids=["no status", "no serial number"])
@@ -43,9 +43,9 @@ def dialog_of_aino(ui) -> RobotSheet:
     return open_row(ui, "Aino")
 
 
-def question(ui) -> ConfirmDialog:
-    ui.wait(lambda: ui.find_all(ConfirmDialog))
-    return ui.find(ConfirmDialog)
+def question(ui) -> TrustSheet:
+    ui.wait(lambda: ui.find_all(TrustSheet))
+    return ui.find(TrustSheet)
 
 
 @pytest.mark.parametrize("password", ["", PASSWORD], ids=["stored", "entered again"])
@@ -56,8 +56,9 @@ def test_answering_no_leaves_the_robot_unchanged(site, app, ui, machine, passwor
     press(ui, "Test connection", dialog)
     asked = question(ui)
     assert asked.title == QUESTION
-    assert "Aino no longer shows its serial number, A-1." in asked.text
-    press(ui, "Cancel", asked)
+    assert asked.question.text.startswith("Aino no longer shows it.")
+    assert asked.question.before == "A-1"
+    press(ui, "Send nothing", asked)
     assert dialog.vm.outcome.tone == "attention"
     assert "check at the robot" in dialog.vm.outcome.text
     press(ui, "Save anyway", dialog)
@@ -76,7 +77,7 @@ def test_yes_sends_the_stored_password_and_saving_keeps_the_answer(site, app, ui
     ui.wait(lambda: dialog.vm.outcome.tone == "done")
     assert set(machine.credentials) == {Token.derive(USER, PASSWORD).header}
     assert robots(site)[0].identified_by is IdentifiedBy.SERIAL_NUMBER  # nothing is saved yet
-    press(ui, "Save robot", dialog)
+    press(ui, "Save", dialog)
     ui.wait(lambda: not ui.find_all(RobotSheet))
     assert robots(site)[0].identified_by is IdentifiedBy.ADDRESS
     ui.wait(lambda: item_of(ui, "Aino").meta == "" and item_of(ui, "Aino").icon == "wifi")

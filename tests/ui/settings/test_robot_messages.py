@@ -9,7 +9,7 @@ from kivy.core.window import Window
 
 from app.domain.models import Connection, Robot
 from app.screens.settings.robot_sheet import RobotSheet
-from app.widgets.dialogs import ConfirmDialog
+from app.screens.settings.trust import TrustSheet
 from tests.hostile.capture import Capture, capture
 from tests.ui import checks
 from tests.ui.integrator import enter, fill_in, go, item_of, open_row, press, robots
@@ -51,15 +51,17 @@ def test_saving_a_robot_that_needs_a_decision_asks_for_it(site, app, ui):
         machine.seen.clear()
         dialog = edit(ui)
         ui.wait(lambda: item_of(ui, "Aino").meta.startswith("Another robot"))
-        press(ui, "Save robot", dialog)
-        ui.wait(lambda: ui.find_all(ConfirmDialog))
-        assert ui.find(ConfirmDialog).title == "Is this the new Aino?"
+        assert (dialog.foot, dialog.second) == ("Test connection", "")
+        assert "Nothing is sent to Aino" in ui.texts(dialog)
+        press(ui, "Test connection", dialog)
+        ui.wait(lambda: ui.find_all(TrustSheet))
+        assert ui.find(TrustSheet).title == "Another robot answers"
         assert machine.credentials == []
 
 
 @pytest.mark.parametrize(
     ("password", "says"),
-    [("", "needs its password entered again"), (PASSWORD, "it gets the password that is entered")],
+    [("", "It needs its password again"), (PASSWORD, "gets the entered password")],
     ids=["stored", "entered"],
 )
 def test_the_form_says_beforehand_what_a_new_robot_gets(site, app, ui, password, says):
@@ -68,8 +70,8 @@ def test_the_form_says_beforehand_what_a_new_robot_gets(site, app, ui, password,
         dialog = edit(ui)
         enter(ui, dialog.ids.password_field, password)
         press(ui, "Test connection", dialog)
-        ui.wait(lambda: ui.find_all(ConfirmDialog))
-        assert says in ui.find(ConfirmDialog).text
+        ui.wait(lambda: ui.find_all(TrustSheet))
+        assert says in ui.find(TrustSheet).question.more
 
 
 def filled_in(app, ui, **values: str) -> RobotSheet:
@@ -87,7 +89,7 @@ def filled_in(app, ui, **values: str) -> RobotSheet:
 def test_a_field_that_has_to_be_filled_in_comes_in_sight_in_a_low_window(site, app, ui, low):
     dialog = filled_in(app, ui, address=site.fleet.robots[0].url, username=USER, password=PASSWORD)
     assert not is_seen(dialog.ids.name_field)
-    press(ui, "Save robot", dialog)
+    press(ui, "Save", dialog)
     ui.advance(1)
     assert is_seen(dialog.ids.name_field)
 
@@ -95,7 +97,7 @@ def test_a_field_that_has_to_be_filled_in_comes_in_sight_in_a_low_window(site, a
 def test_a_failure_is_in_sight_in_a_low_window(site, app, ui, low):
     dialog = filled_in(app, ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password="wrong")
     dialog.ids.page.scroll_y = 1
-    press(ui, "Save robot", dialog)
+    press(ui, "Save", dialog)
     ui.wait(lambda: dialog.vm.save_word == "Save anyway")
     ui.advance(1)
-    assert is_seen(dialog.ids.outcome)
+    assert is_seen(dialog.ids.password_field)

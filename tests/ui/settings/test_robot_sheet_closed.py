@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from app.screens.settings.trust import TrustSheet
 from app.widgets.buttons import IconButton
-from app.widgets.dialogs import ConfirmDialog
 from tests.ui.integrator import enter, fill_in, go, item_of, open_row, press, robots, titles
 from tests.ui.whole_app import PASSWORD, USER
 
@@ -25,7 +25,7 @@ def test_cancelling_during_the_connection_test_adds_no_robot(site, app, ui, slow
     go(ui, "robots")
     press(ui, "Add robot")
     dialog = fill_in(ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password=PASSWORD)
-    press(ui, "Save robot", dialog)
+    press(ui, "Save", dialog)
     assert dialog.vm.testing
     ui.tap(ui.find(IconButton, dialog, icon="close"))
     ui.wait(lambda: app.shell.background.idle)
@@ -50,4 +50,4 @@ def test_nothing_is_asked_of_a_robot_whose_dialog_is_closed(site, app, ui):
     ui.tap(ui.find(IconButton, dialog, icon="close"))
     ui.wait(lambda: app.shell.background.idle)
     veikko.control({"fault": None})
-    assert ui.find_all(ConfirmDialog) == []
+    assert ui.find_all(TrustSheet) == []

@@ -14,13 +14,13 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from app.domain.models import Schedule
-from app.screens.settings.check_up import CheckUpDialog, FindingRow
+from app.screens.settings.check_up import CheckUpSheet
 from app.screens.settings.robot_sheet import RobotSheet
+from app.screens.settings.view import NoticeView
 from app.services.files.places import Place, PlaceKind
-from app.widgets.buttons import CommandButton, Toggle
+from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import Field
-from app.widgets.items import Item
 from app.widgets.list_row import ListRow
 from app.widgets.rows import OptionRow
 from app.widgets.surfaces import Tap
@@ -28,7 +28,7 @@ from app.window.key_focus import ENTER, ESCAPE, TAB
 from mir_sim import deviant
 from mir_sim.profile import FAITHFUL, profile_of
 from tests.support.clock import VirtualClock
-from tests.ui.integrator import go, open_row, page, press, reveal, robots, says, titles
+from tests.ui.integrator import choose, go, open_row, page, press, robots, says, titles
 from tests.ui.whole_app import GUIDS
 
 
@@ -75,36 +75,38 @@ def aino(site, app, ui, clock):
     site.fleet.robots[0].model.profile = FAITHFUL
 
 
-def stands(ui) -> Item:
-    """How the check-up of Aino stands, in its sheet."""
-    if not ui.find_all(RobotSheet):
-        open_row(ui, "Aino")
-    return ui.find(RobotSheet).vm.check_up[0]
+def stands(app) -> NoticeView:
+    """How the check-up of Aino stands."""
+    return page(app)._standing(page(app).context.facts.robots[0])
 
 
-def opened(ui) -> CheckUpDialog:
-    stands(ui)
-    row = next(row for row in ui.find_all(ListRow, ui.find(RobotSheet)) if row.key == "check up")
-    reveal(ui, row)
-    ui.tap(row)
-    ui.wait(lambda: ui.find_all(CheckUpDialog))
-    return ui.find(CheckUpDialog)
+def opened(ui) -> CheckUpSheet:
+    sheet = ui.find(RobotSheet) if ui.find_all(RobotSheet) else open_row(ui, "Aino")
+    choose(ui, "Check up", sheet)
+    ui.wait(lambda: ui.find_all(CheckUpSheet))
+    ui.advance(0.5)
+    return ui.find(CheckUpSheet)
 
 
-def begin(ui, dialog: CheckUpDialog) -> None:
+def close(ui, dialog: CheckUpSheet) -> None:
+    ui.tap(ui.find(IconButton, dialog, icon="close"))
+    ui.wait(lambda: not ui.find_all(CheckUpSheet))
+
+
+def begin(ui, dialog: CheckUpSheet) -> None:
     ui.wait(lambda: dialog.vm.can_begin)
-    press(ui, dialog.vm.begin_word, dialog)
+    press(ui, dialog.vm.foot, dialog)
 
 
-def until_reported(ui, dialog: CheckUpDialog) -> dict[str, str]:
-    """The findings that are not in order: their sentences by level and topic."""
+def until_reported(ui, dialog: CheckUpSheet) -> dict[str, str]:
+    """The findings that are not in order: their sentences by topic."""
     ui.wait(lambda: dialog.vm.part == "CheckUpReport")
     ui.advance(0.2)
-    return {row.word: row.text for row in ui.find_all(FindingRow, dialog)}
+    return {row.support: row.title for row in dialog.vm.found if row.tone != "neutral"}
 
 
-def try_with_a_mission(ui, dialog: CheckUpDialog) -> None:
-    ui.tap(ui.find(Toggle, dialog))
+def try_with_a_mission(ui, dialog: CheckUpSheet) -> None:
+    press(ui, "Run trial", dialog)
     ui.wait(lambda: dialog.vm.will_do)
 
 
@@ -117,7 +119,7 @@ def state_of(robot) -> tuple[list[str], int, bool]:
 
 # ---------------------------------------------------------------------- reading
 def test_from_the_panel_to_the_report_and_nothing_is_written_to_the_robot(site, app, ui, aino):
-    assert stands(ui).support == "Never checked up"
+    assert stands(app).text == "Never checked up"
     before = state_of(aino)
     dialog = opened(ui)
     assert dialog.vm.begins == "Reads only: takes about 1 min 35 s, nothing moves"
@@ -126,22 +128,22 @@ def test_from_the_panel_to_the_report_and_nothing_is_written_to_the_robot(site, 
     found = until_reported(ui, dialog)
     few = "Not found out: too few missions are in its queue"
     assert found == {
-        "Note · Encryption": "It is asked over http: anyone on the network can read the password",
-        "Note · Password": "User Distributor has the default password that MiR's manuals print",
-        "Note · Lists": few,
-        "Note · Order of lists": few,
-        "Note · Searching": few,
+        "Encryption": "It is asked over http: anyone on the network can read the password",
+        "Password": "User Distributor has the default password that MiR's manuals print",
+        "Lists": few,
+        "Order of lists": few,
+        "Searching": few,
     }
     assert dialog.vm.verdict.text == "5 notes"
     assert "Only read: no mission was queued" in dialog.vm.verdict.note
-    fine = ui.find(CommandButton, dialog, text=dialog.vm.fine)
-    reveal(ui, fine)
-    ui.tap(fine)
-    ui.wait(lambda: len(ui.find_all(FindingRow, dialog)) > 5)
-    assert "Fine · Clock" in {finding.word for finding in dialog.vm.fine_findings}
-    press(ui, "Close", dialog)
-    ui.wait(lambda: stands(ui).support == "Checked up today: 5 notes")
-    assert stands(ui).tone == "attention"
+    clock = next(row for row in dialog.vm.found if row.support == "Clock")
+    assert (clock.tone, clock.icon) == ("neutral", "check")
+    row = ui.find_all(ListRow, dialog)[0]
+    ui.tap(row)
+    assert dialog.vm.found[0].note
+    close(ui, dialog)
+    ui.wait(lambda: stands(app).text == "Checked up today: 5 notes")
+    assert stands(app).tone == "action"
     assert state_of(aino) == before
 
 
@@ -149,12 +151,14 @@ def test_the_last_report_is_shown_again_and_a_new_one_can_be_made(site, app, ui,
     dialog = opened(ui)
     begin(ui, dialog)
     until_reported(ui, dialog)
-    press(ui, "Close", dialog)
+    close(ui, dialog)
     dialog = opened(ui)
     assert until_reported(ui, dialog)
-    press(ui, "Check up again", dialog)
-    ui.wait(lambda: dialog.vm.part == "CheckUpBefore")
-    assert not dialog.vm.wants_trial
+    press(ui, "Check again", dialog)
+    assert (dialog.vm.part, dialog.vm.wants_trial) == ("CheckUpRunning", False)
+    assert until_reported(ui, dialog)
+    press(ui, "Run trial", dialog)
+    assert (dialog.vm.part, dialog.vm.wants_trial) == ("CheckUpBefore", True)
 
 
 def test_a_robot_that_does_not_answer_is_reported_and_stays_unchecked(site, app, ui, aino):
@@ -162,24 +166,24 @@ def test_a_robot_that_does_not_answer_is_reported_and_stays_unchecked(site, app,
     dialog = opened(ui)
     begin(ui, dialog)
     found = until_reported(ui, dialog)
-    assert list(found) == ["Problem · Who it is"]
-    assert found["Problem · Who it is"].startswith("It could not be asked")
+    assert list(found) == ["Who it is"]
+    assert found["Who it is"].startswith("It could not be asked")
     assert "did not answer to the end" in dialog.vm.verdict.note
-    press(ui, "Close", dialog)
+    close(ui, dialog)
     ui.wait(lambda: app.shell.background.idle)
-    assert stands(ui).support == "Never checked up"
+    assert stands(app).text == "Never checked up"
 
 
 def test_after_a_change_of_the_software_the_panel_asks_for_another(site, app, ui, aino):
     dialog = opened(ui)
     begin(ui, dialog)
     until_reported(ui, dialog)
-    press(ui, "Close", dialog)
+    close(ui, dialog)
     repository = site.container.repositories.robots
     robot = robots(site)[0]
     site.container.db.write(lambda c: repository.update(c, replace(robot, software="9.9")))
     page(app).context.refresh()
-    ui.wait(lambda: stands(ui).support == "Software is 9.9 now: check it up again")
+    ui.wait(lambda: stands(app).text == "Software is 9.9 now: check it up again")
 
 
 # ---------------------------------------------------------------------- while it runs
@@ -215,8 +219,8 @@ def test_stop_ends_it_and_says_that_it_is_not_complete(site, app, ui, waiting):
     waiting.go_on.set()
     until_reported(ui, dialog)
     assert "It was stopped" in dialog.vm.verdict.note
-    press(ui, "Close", dialog)
-    assert stands(ui).support == "Never checked up"
+    close(ui, dialog)
+    assert stands(app).text == "Never checked up"
 
 
 def test_it_continues_while_its_dialog_is_closed_and_reports_its_end(site, app, ui, waiting):
@@ -224,8 +228,8 @@ def test_it_continues_while_its_dialog_is_closed_and_reports_its_end(site, app, 
     begin(ui, dialog)
     ui.wait(lambda: dialog.vm.doing == "Asking who it is")
     ui.key(ESCAPE)
-    ui.wait(lambda: not ui.find_all(CheckUpDialog))
-    ui.wait(lambda: stands(ui).support.startswith("Is being checked up: 0 s of about"))
+    ui.wait(lambda: not ui.find_all(CheckUpSheet))
+    ui.wait(lambda: stands(app).text.startswith("Is being checked up: 0 s of about"))
     assert page(app).is_busy
     closed = weakref.ref(dialog)
     del dialog
@@ -241,7 +245,7 @@ def test_it_continues_while_its_dialog_is_closed_and_reports_its_end(site, app, 
     ui.key(ESCAPE)
     waiting.go_on.set()
     ui.wait(lambda: says(ui, "Aino is checked up: 5 notes"))
-    ui.wait(lambda: stands(ui).support == "Checked up today: 5 notes")
+    ui.wait(lambda: stands(app).text == "Checked up today: 5 notes")
 
 
 def test_the_end_of_the_app_ends_it(site, app, ui, waiting):
@@ -263,12 +267,12 @@ def test_a_trial_names_what_moves_and_restores_the_robot(site, app, ui, aino, cl
     dialog = opened(ui)
     try_with_a_mission(ui, dialog)
     assert "Aino gets a mission that waits a second, four times" in dialog.vm.will_do
-    assert ui.find_all(CommandButton, dialog, text="Check up and queue 4 missions on Aino")
+    assert ui.find_all(CommandButton, dialog, text="Queue 4 missions on Aino")
     begin(ui, dialog)
     ui.wait(lambda: dialog.vm.part == "CheckUpRunning")
     assert says(ui, "Aino gets a mission that waits a second")  # what was agreed to stays in sight
     found = until_reported(ui, dialog)
-    assert found["Note · Taking a mission"] == "It takes a mission, but does not return its number"
+    assert found["Taking a mission"] == "It takes a mission, but does not return its number"
     assert "Tried with the mission AMR Scheduler check-up" in dialog.vm.verdict.note
     assert state_of(aino) == (missions, queued + 4, False)
     assert site.container.holds.current() == []
@@ -323,7 +327,7 @@ def test_the_report_and_the_file_lie_where_people_look_and_have_no_password(site
     begin(ui, dialog)
     until_reported(ui, dialog)
     for word, ending in (("Save report to print", ".html"), ("Save file for support", ".json")):
-        press(ui, word, dialog)
+        choose(ui, word, dialog)
         ui.wait(lambda ending=ending: dialog.vm.outcome.note.endswith(ending))
         assert dialog.vm.outcome.text == "Written, without passwords"
     (html,) = site.documents.glob("amr-scheduler-check-up-aino-*.html")
@@ -339,7 +343,7 @@ def test_the_report_goes_to_the_stick_that_is_chosen(site, app, ui, aino, tmp_pa
     dialog = opened(ui)
     begin(ui, dialog)
     until_reported(ui, dialog)
-    press(ui, "Save report to print", dialog)
+    choose(ui, "Save report to print", dialog)
     ui.wait(lambda: ui.find_all(ChoiceDialog))
     ui.tap(ui.find(OptionRow, ui.find(ChoiceDialog), text="USB: STICK"))
     ui.wait(lambda: dialog.vm.outcome.note)
@@ -350,9 +354,9 @@ def test_keys_alone_check_a_robot_up(site, app, ui, aino):
     dialog = opened(ui)
     for _press in range(10):
         ui.key(TAB)
-        if getattr(app._keys.target, "text", "") == dialog.vm.begin_word:
+        if getattr(app._keys.target, "text", "") == dialog.vm.foot:
             break
     ui.key(ENTER)
     assert until_reported(ui, dialog)
     ui.key(ESCAPE)
-    ui.wait(lambda: not ui.find_all(CheckUpDialog))
+    ui.wait(lambda: not ui.find_all(CheckUpSheet))

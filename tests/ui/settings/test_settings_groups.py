@@ -10,10 +10,9 @@ from app.domain.models import Group, HandOver, Place, Robot, Schedule
 from app.domain.robot import Stop
 from app.screens.settings.groups import GroupSheet
 from app.screens.settings.missions import MissionRow
-from app.screens.settings.page import SwitchRow
 from app.screens.settings.places import PlacesBox, PlaceSheet
 from app.services.robots import missions
-from app.widgets.buttons import IconButton, Segment, Toggle
+from app.widgets.buttons import IconButton, Segment
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, MenuRow
 from app.widgets.fields import Field, RepeatButton
 from app.widgets.list_row import ListRow
@@ -324,9 +323,13 @@ def test_a_robot_s_own_line_is_kept_in_the_app_where_that_is_wanted(site, app, u
     go(ui, "robots")
     ui.wait(lambda: titles(ui))
     dialog = open_row(ui, "Aino")
-    switch = ui.find(Toggle, ui.find(SwitchRow, dialog, text="Important starts first"))
-    reveal(ui, switch)
-    ui.tap(switch)
-    press(ui, "Save robot", dialog)
+    row = next(row for row in ui.find_all(ListRow, dialog) if row.key == "advanced")
+    assert row.item.meta == "Starts at once"
+    reveal(ui, row)
+    ui.tap(row)
+    ui.wait(lambda: ui.find_all(Segment, dialog, text="When it is free"))
+    when_free = ui.find(Segment, dialog, text="When it is free")
+    reveal(ui, when_free)
+    ui.tap(when_free)
     ui.wait(lambda: robots(site)[0].hand_over is HandOver.WHEN_FREE)
     assert robots(site)[1].hand_over is HandOver.AT_ONCE

@@ -85,7 +85,7 @@ def test_test_and_save_are_above_it_whatever_is_typed_into(site, app, ui, size):
         for name in ("name", "password"):
             dialog.ids[f"{name}_field"].focus = True
             ui.advance(0.5)
-            for word in ("Test connection", "Save robot"):
+            for word in ("Test connection", "Save"):
                 button = ui.find(CommandButton, dialog, text=word)
                 assert checks.is_seen(button)
                 assert button.to_window(*button.pos)[1] >= keyboard(ui).top

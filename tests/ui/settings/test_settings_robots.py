@@ -8,12 +8,17 @@ from datetime import datetime
 
 import pytest
 
-from app.domain.models import Robot, Schedule
+from app.domain.models import Group, Robot, Schedule
 from app.mir.credentials import Token
+from app.screens.settings.find import FindSheet
 from app.screens.settings.robot_sheet import RobotSheet
+from app.screens.settings.trust import TrustSheet
+from app.services.robots import finder
 from app.widgets.buttons import Toggle
-from app.widgets.dialogs import ConfirmDialog
+from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
+from app.widgets.fields import PickBox
 from app.widgets.frame import NavItem
+from app.widgets.rows import OptionRow
 from tests.hostile.capture import capture
 from tests.integration.mir.servers import pin_of
 from tests.ui.integrator import (
@@ -46,7 +51,7 @@ def test_the_first_robot_from_the_empty_home_to_its_panel(site, app, ui):
     assert "MiR" in dialog.vm.outcome.note
     assert "serial" in dialog.vm.outcome.note
     assert robots(site) == []  # a test saves nothing
-    press(ui, "Save robot", dialog)
+    press(ui, "Save", dialog)
     ui.wait(lambda: robots(site) and not ui.find_all(RobotSheet))
     ui.wait(lambda: titles(ui))
     assert titles(ui) == ["Aino"]
@@ -61,12 +66,12 @@ def test_saving_tests_first_and_says_what_is_wrong(site, app, ui):
     go(ui, "robots")
     press(ui, "Add robot")
     dialog = fill_in(ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password="wrong")
-    press(ui, "Save robot", dialog)
-    ui.wait(lambda: dialog.vm.outcome.tone == "fault")
+    press(ui, "Save", dialog)
+    ui.wait(lambda: dialog.vm.password_problem)
     assert says(ui, "doesn't accept the user name and password")
     assert robots(site) == []
     enter(ui, dialog.ids.password_field, PASSWORD)  # mended: Save saves
-    press(ui, "Save robot", dialog)
+    press(ui, "Save", dialog)
     ui.wait(lambda: [robot.name for robot in robots(site)] == ["Aino"])
     assert robots(site)[0].token == Token.derive(USER, PASSWORD).header
 
@@ -79,7 +84,7 @@ def test_a_robot_that_does_not_answer_can_be_saved_by_a_second_press(site, app, 
         dialog = fill_in(
             ui, name="Late", address=f"127.0.0.1:{closed.getsockname()[1]}", username=USER, password=PASSWORD
         )
-        press(ui, "Save robot", dialog)
+        press(ui, "Save", dialog)
         ui.wait(lambda: dialog.vm.save_word == "Save anyway")
         assert says(ui, "refused the connection")
         assert robots(site) == []
@@ -101,7 +106,7 @@ def test_bad_input_is_one_sentence_at_its_field_and_nothing_is_saved(site, app, 
     ):
         field = dialog.ids[f"{name}_field"]
         enter(ui, field, wrong)
-        press(ui, "Save robot", dialog)
+        press(ui, "Save", dialog)
         ui.wait(lambda field=field, problem=problem: field.problem.startswith(problem))
         ui.wait(lambda: app.shell.background.idle)
         assert robots(site) == []
@@ -120,7 +125,7 @@ def test_a_name_that_is_taken_is_said_at_the_name(site, app, ui):
     ui.wait(lambda: len(titles(ui)) == 1)
     press(ui, "Add robot")
     dialog = fill_in(ui, name="Aino", address=site.fleet.robots[1].url, username=USER, password=PASSWORD)
-    press(ui, "Save robot", dialog)
+    press(ui, "Save", dialog)
     ui.wait(lambda: dialog.ids.name_field.problem == "There is a robot Aino already")
     assert len(robots(site)) == 1
 
@@ -152,10 +157,13 @@ def test_editing_keeps_the_password_and_never_shows_it(site, app, ui):
     dialog = open_row(ui, "Aino")
     assert (dialog.ids.password_field.text, dialog.ids.password_field.hint) == ("", "unchanged")
     enter(ui, dialog.ids.name_field, "Aino 2")
-    press(ui, "Save robot", dialog)
-    ui.wait(lambda: not ui.find_all(RobotSheet))
-    assert {robot.name: robot.token for robot in robots(site)}["Aino 2"] == token
+    dialog.ids.name_field.focus = False
+    ui.wait(lambda: {robot.name: robot.token for robot in robots(site)}.get("Aino 2") == token)
     ui.wait(lambda: says(ui, "Aino 2 saved"))
+    assert dialog.title == "Aino 2"
+    undo(ui)
+    ui.wait(lambda: dialog.ids.name_field.text == "Aino")
+    assert robots(site)[0].token == token
 
 
 def test_another_user_needs_the_users_own_password(site, app, ui):
@@ -164,10 +172,10 @@ def test_another_user_needs_the_users_own_password(site, app, ui):
     ui.wait(lambda: titles(ui))
     open_row(ui, "Aino")
     dialog = fill_in(ui, username="admin")
-    press(ui, "Save robot", dialog)
+    press(ui, "Save", dialog)
     assert dialog.ids.password_field.problem == "Enter the password of admin"
     enter(ui, dialog.ids.password_field, "admin")
-    press(ui, "Save robot", dialog)
+    press(ui, "Save", dialog)
     ui.wait(lambda: not ui.find_all(RobotSheet))
     assert robots(site)[0].username == "admin"
 
@@ -177,10 +185,10 @@ def edit_aino(ui) -> RobotSheet:
     return open_row(ui, "Aino")
 
 
-def answer(ui, word: str) -> ConfirmDialog:
+def answer(ui, word: str) -> TrustSheet:
     """Press ``word`` on the question that is asked next; returns the question."""
-    ui.wait(lambda: ui.find_all(ConfirmDialog))
-    question = ui.find(ConfirmDialog)
+    ui.wait(lambda: ui.find_all(TrustSheet))
+    question = ui.find(TrustSheet)
     press(ui, word, question)
     return question
 
@@ -192,12 +200,12 @@ def test_another_address_needs_the_password_again(site, app, ui):
     enter(ui, dialog.ids.address_field, site.fleet.robots[0].url.replace("127.0.0.1", "localhost"))
     press(ui, "Test connection", dialog)
     ui.wait(lambda: dialog.ids.password_field.problem.startswith("Enter the password"))
-    press(ui, "Save robot", dialog)
+    press(ui, "Save", dialog)
     ui.wait(lambda: app.shell.background.idle)
     assert ui.find_all(RobotSheet)
     assert "localhost" not in robots(site)[0].address
     enter(ui, dialog.ids.password_field, PASSWORD)
-    press(ui, "Save robot", dialog)
+    press(ui, "Save", dialog)
     ui.wait(lambda: not ui.find_all(RobotSheet))
     assert "localhost" in robots(site)[0].address
 
@@ -211,17 +219,16 @@ def test_another_machine_gets_nothing_until_it_is_accepted_with_its_password(sit
     ui.wait(lambda: len(titles(ui)) == 1)
     edit_aino(ui)
     dialog = fill_in(ui, address=site.fleet.robots[1].url, password=PASSWORD)
-    press(ui, "Save robot", dialog)
-    question = answer(ui, "Cancel")
-    assert question.title == "Is this the new Aino?"
-    assert before in question.text
-    assert other in question.text
+    press(ui, "Save", dialog)
+    question = answer(ui, "Send nothing").question
+    assert question.title == "Another robot answers"
+    assert (question.before, question.now) == (before, other)
     assert dialog.vm.outcome.tone == "attention"
     assert robots(site)[0].serial_number == before
     press(ui, "Test connection", dialog)
     answer(ui, "This is the new Aino")
     ui.wait(lambda: dialog.vm.outcome.tone == "done")
-    press(ui, "Save robot", dialog)
+    press(ui, "Save", dialog)
     ui.wait(lambda: not ui.find_all(RobotSheet))
     assert (robots(site)[0].serial_number, robots(site)[0].needs_password) == (other, False)
     ui.wait(lambda: item_of(ui, "Aino").meta == "" and item_of(ui, "Aino").icon == "wifi")
@@ -241,7 +248,9 @@ def test_a_new_robot_at_the_old_address_needs_its_password_too(site, app, ui):
     answer(ui, "This is the new Aino")
     assert dialog.ids.password_field.problem == f"Enter the password of {USER}"
     enter(ui, dialog.ids.password_field, PASSWORD)
-    press(ui, "Save robot", dialog)
+    press(ui, "Test connection", dialog)
+    ui.wait(lambda: dialog.vm.outcome.tone == "done")
+    press(ui, "Save", dialog)
     ui.wait(lambda: not ui.find_all(RobotSheet))
     ui.wait(lambda: item_of(ui, "Aino").meta == "" and item_of(ui, "Aino").icon == "wifi")
     assert robots(site)[0].serial_number != "the one before"
@@ -252,13 +261,13 @@ def test_a_certificate_is_shown_to_compare_and_pinned_when_it_is_trusted(site, a
         go(ui, "robots")
         press(ui, "Add robot")
         dialog = fill_in(ui, name="Safe", address=machine.url, username=USER, password=PASSWORD)
-        press(ui, "Save robot", dialog)
-        ui.wait(lambda: ui.find_all(ConfirmDialog))
+        press(ui, "Save", dialog)
+        ui.wait(lambda: ui.find_all(TrustSheet))
         assert machine.seen == []
-        question, pin = answer(ui, "Trust it"), pin_of("field_robot.pem")
-        assert ":".join(pin[n : n + 2].upper() for n in range(0, 16, 2)) in question.text
+        question, pin = answer(ui, "Trust it").question, pin_of("field_robot.pem")
+        assert (question.title, question.before, question.now) == ("Unknown certificate", "", pin.upper())
         ui.wait(lambda: dialog.vm.outcome.tone == "done")
-        press(ui, "Save robot", dialog)
+        press(ui, "Save", dialog)
         ui.wait(lambda: not ui.find_all(RobotSheet))
         assert robots(site)[0].certificate_sha256 == pin
         ui.wait(lambda: "Identified by its certificate" in open_row(ui, "Safe").vm.about.note)
@@ -272,8 +281,8 @@ def test_another_certificate_is_compared_with_the_pinned_one(site, app, ui):
         go(ui, "robots")
         dialog = edit_aino(ui)
         press(ui, "Test connection", dialog)
-        question = answer(ui, "Trust it")
-        assert question.text.index("Trusted so far") > 0
+        question = answer(ui, "Trust it").question
+        assert question.before == pin_of("field_robot.pem").upper()
         assert dialog.vm.fingerprint == pin_of("plant_robot.pem")
         assert dialog.ids.password_field.problem == f"Enter the password of {USER}"
         assert machine.seen == []
@@ -286,26 +295,26 @@ def test_a_robot_reached_over_https_asks_before_it_uses_http(site, app, ui):
         go(ui, "robots")
         edit_aino(ui)
         dialog = fill_in(ui, address=machine.url, password=PASSWORD)
-        press(ui, "Save robot", dialog)
-        answer(ui, "Cancel")
+        press(ui, "Save", dialog)
+        answer(ui, "Send nothing")
         ui.wait(lambda: app.shell.background.idle)
         assert (machine.seen, robots(site)[0].address) == ([], "https://127.0.0.1:1")
-        press(ui, "Save robot", dialog)
+        press(ui, "Save", dialog)
         answer(ui, "Use http")
         ui.wait(lambda: not ui.find_all(RobotSheet))
         assert robots(site)[0].address == machine.url
 
 
-def test_a_robot_can_be_switched_off_without_answering(site, app, ui):
+def test_a_robot_is_switched_off_at_once_and_on_again(site, app, ui):
     site.add_robots()
     go(ui, "robots")
     ui.wait(lambda: titles(ui))
     dialog = open_row(ui, "Aino")
     ui.tap(ui.find(Toggle, root=dialog))
-    press(ui, "Save robot", dialog)
-    ui.wait(lambda: not ui.find_all(RobotSheet))
-    assert not robots(site)[0].enabled
-    ui.wait(lambda: item_of(ui, "Aino").meta == "Off")
+    ui.wait(lambda: not robots(site)[0].enabled)
+    ui.wait(lambda: item_of(ui, "Aino").meta == "Off" and says(ui, "Aino saved"))
+    undo(ui)
+    ui.wait(lambda: robots(site)[0].enabled and dialog.vm.enabled)
 
 
 def test_a_certificate_is_asked_for_only_with_https(site, app, ui):
@@ -314,7 +323,7 @@ def test_a_certificate_is_asked_for_only_with_https(site, app, ui):
     dialog = fill_in(ui, name="Safe", address="https://10.0.0.1", username=USER, password=PASSWORD)
     assert not dialog.ids.fingerprint_field.disabled
     enter(ui, dialog.ids.fingerprint_field, "no fingerprint")
-    press(ui, "Save robot", dialog)
+    press(ui, "Save", dialog)
     ui.wait(lambda: dialog.ids.fingerprint_field.problem.startswith("A SHA-256 fingerprint"))
     enter(ui, dialog.ids.address_field, "10.0.0.1")
     assert "Certificate fingerprint (SHA-256)" not in ui.texts(dialog)
@@ -331,7 +340,7 @@ def test_a_deleted_robot_comes_back_with_its_schedules(site, app, ui):
     site.container.catalogue.save_idle_rule(aino.id, mission.id)
     ui.wait(lambda: page(app).context.facts.robot(aino.id).idle is not None)
     open_row(ui, "Aino")
-    choose(ui, "Delete robot", ui.find(RobotSheet))
+    choose(ui, "Delete", ui.find(RobotSheet))
     question = ui.find(ConfirmDialog)
     assert question.title == "Delete Aino?"
     assert question.text.splitlines()[:4] == [
@@ -344,7 +353,7 @@ def test_a_deleted_robot_comes_back_with_its_schedules(site, app, ui):
     ui.wait(lambda: app.shell.background.idle)
     assert len(robots(site)) == 2
     open_row(ui, "Aino")
-    choose(ui, "Delete robot", ui.find(RobotSheet))
+    choose(ui, "Delete", ui.find(RobotSheet))
     press(ui, "Delete robot", ui.find(ConfirmDialog))
     ui.wait(lambda: len(robots(site)) == 1)
     assert schedules(site) == []
@@ -362,3 +371,36 @@ def test_a_robot_that_answers_for_the_first_time_shows_who_it_is(site, app, ui):
     ui.wait(lambda: item_of(ui, "New"))
     ui.wait(lambda: item_of(ui, "New").icon == "wifi" and item_of(ui, "New").support.startswith("MiR"))
     assert "serial" in open_row(ui, "New").vm.about.note
+
+
+def test_a_robot_joins_groups_at_once(site, app, ui):
+    aino, veikko = site.add_robots()
+    site.container.catalogue.save_group(Group("Hall 1", (veikko.id,)))
+    go(ui, "robots")
+    dialog = edit_aino(ui)
+    ui.tap(next(field for field in ui.find_all(PickBox, dialog) if field.parent.card.label == "Groups"))
+    ui.wait(lambda: ui.find_all(ChoiceDialog))
+    ui.tap(ui.find(OptionRow, text="Hall 1"))
+    press(ui, "Set", ui.find(ChoiceDialog))
+    ui.wait(lambda: dialog.vm.groups == "Hall 1")
+    assert set(site.container.catalogue.groups()[0].members) == {aino.id, veikko.id}
+    undo(ui)
+    ui.wait(lambda: dialog.vm.groups == "")
+
+
+def test_robots_of_the_network_are_looked_for_when_that_is_pressed(site, app, ui, monkeypatch):
+    asked = [robot.url.removeprefix("http://") for robot in site.fleet.robots]
+    site.container.catalogue.save_robot(Robot("Aino", site.fleet.robots[0].url, USER), PASSWORD)
+    monkeypatch.setattr(finder, "addresses", lambda: asked)
+    go(ui, "robots")
+    press(ui, "Find robots")
+    sheet = ui.find(FindSheet)
+    ui.wait(lambda: not sheet.is_searching)
+    assert sheet.said == "2 robots answer."
+    aino, veikko = sorted(sheet.items, key=lambda item: asked.index(item.key))
+    assert (aino.meta, aino.actions) == ("Added", ())
+    assert veikko.title.endswith(asked[1])
+    press(ui, "Add", sheet)
+    ui.wait(lambda: ui.find_all(RobotSheet))
+    form = ui.find(RobotSheet).vm
+    assert (form.address, form.name) == (asked[1], "Veikko")

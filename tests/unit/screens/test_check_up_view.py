@@ -53,11 +53,11 @@ def line(robot: Robot, found: Report | None) -> tuple[str, str]:
     ("found", "shown"),
     [
         (None, ("Never checked up", "neutral")),
-        (report(MAPS), ("Checked up Mon 23 Nov: all fine", "done")),
-        (report(MAPS, HTTP, CLOCK), ("Checked up Mon 23 Nov: 2 notes", "attention")),
+        (report(MAPS), ("Checked up Mon 23 Nov: all fine", "neutral")),
+        (report(MAPS, HTTP, CLOCK), ("Checked up Mon 23 Nov: 2 notes", "action")),
         (report(HTTP, LOAD), ("Checked up Mon 23 Nov: 1 problem, 1 note", "fault")),
-        (report(MAPS, began_at=NOW - timedelta(hours=2)), ("Checked up today: all fine", "done")),
-        (report(MAPS, began_at=NOW - timedelta(days=365)), ("Checked up Mon 24 Nov 2025: all fine", "done")),
+        (report(MAPS, began_at=NOW - timedelta(hours=2)), ("Checked up today: all fine", "neutral")),
+        (report(MAPS, began_at=NOW - timedelta(days=365)), ("Checked up Mon 24 Nov 2025: all fine", "neutral")),
     ],
 )
 def test_a_robot_says_when_it_was_checked_up_and_how_it_stands(found, shown):
@@ -102,21 +102,24 @@ def test_no_two_levels_share_an_icon_or_a_word():
     )
 
 
-def test_the_worst_comes_first_and_what_is_in_order_is_counted():
-    found = (MAPS, HTTP, LOAD, CLOCK)
-    shown = check_up_view.finding_views(found, Level.RED, Level.AMBER)
-    assert [view.word for view in shown] == ["Problem · Load", "Note · Encryption", "Note · Clock"]
-    assert shown[0].text == "It booted when it was asked 31 times within 10 s"
-    assert shown[0].note == "Ask it less"
-    assert check_up_view.fine(found) == "1 fine"
-    assert [view.text for view in check_up_view.finding_views(found, Level.GREEN)] == ["It drives on the map Hall 1"]
+def test_the_worst_comes_first_and_a_tap_shows_what_it_means():
+    rows = check_up_view.finding_items((MAPS, HTTP, LOAD, CLOCK))
+    assert [(row.support, row.tone, row.opens) for row in rows] == [
+        ("Load", "fault", True),
+        ("Encryption", "action", True),
+        ("Clock", "action", True),
+        ("Maps", "neutral", False),
+    ]
+    assert (rows[0].title, rows[0].note) == ("It booted when it was asked 31 times within 10 s", "")
+    opened = check_up_view.finding_items((MAPS, HTTP, LOAD, CLOCK), {rows[0].key})
+    assert [row.note for row in opened] == ["Ask it less", "", "", ""]
 
 
 def test_the_verdict_says_whether_anything_was_queued_and_whether_it_came_to_its_end():
     read = check_up_view.verdict(AINO, report(MAPS), ZONE)
-    assert read.note == "Checked up Mon 23 Nov 10:20, in 1 min 35 s\nOnly read: no mission was queued"
+    assert read.note == "Mon 23 Nov 10:20 · 1 min 35 s\nOnly read: no mission was queued"
     tried = check_up_view.verdict(AINO, report(MAPS, mission="Wait"), ZONE)
-    assert (tried.text, tried.tone) == ("All fine", "done")
+    assert (tried.text, tried.tone) == ("All fine", "neutral")
     assert "Tried with the mission Wait" in tried.note
     cut = check_up_view.verdict(AINO, report(MAPS, is_complete=False), ZONE)
     assert "did not answer to the end" in cut.note
@@ -124,8 +127,8 @@ def test_the_verdict_says_whether_anything_was_queued_and_whether_it_came_to_its
 
 
 def test_the_button_names_what_it_does():
-    assert check_up_view.begin_word(AINO, None) == "Check up, only reading"
-    assert check_up_view.begin_word(AINO, Trial()) == "Check up and queue 4 missions on Aino"
+    assert check_up_view.begin_word(AINO, None) == "Check up"
+    assert check_up_view.begin_word(AINO, Trial()) == "Queue 4 missions on Aino"
 
 
 def test_progress_is_in_seconds_and_never_above_the_total():

@@ -19,7 +19,7 @@ from app.domain.models import (
 from app.domain.robot import IdentifiedBy, Identity, MissionInfo, RobotStatus
 from app.mir.credentials import Token
 from app.mir.errors import CertificateProblem, TimedOut, Unreachable
-from app.screens.settings import missions_view, view
+from app.screens.settings import missions_view, trust_view, view
 from app.screens.settings.facts import SettingsFacts
 from app.services.files.places import FoundFile
 
@@ -212,11 +212,9 @@ def test_a_password_that_is_printed_in_manuals_is_flagged(user, is_published):
     assert ("Default password of MiR" in view.robot_note(facts(), robot, NOW).note) is is_published
 
 
-def test_fingerprints_are_shown_as_people_compare_them():
-    question = view.certificate_question("https://r1", "0123456789abcdef" * 4, "ff" * 32)
-    assert "\n".join(["01:23:45:67:89:AB:CD:EF"] * 4) in question
-    assert "Trusted so far:\n\nFF:FF" in question
-    assert "Trusted" not in view.certificate_question("https://r1", "ab" * 32, "")
+def test_numbers_are_compared_in_fours_and_differences_are_marked():
+    assert trust_view.fours("201806001234", "202106004471") == [("2018", True), ("0600", False), ("1234", True)]
+    assert trust_view.fours("A-1") == [("A-1", False)]
 
 
 @pytest.mark.parametrize(
