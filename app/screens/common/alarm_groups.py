@@ -7,13 +7,13 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime, timedelta
 
-from app.domain.message import is_message, render
+from app.domain.message import render
 from app.domain.models import Alarm, ReasonCode, Robot, Settings
 from app.domain.reasons import stored_sentence
 from app.i18n import _, ngettext
-from app.mir import errors
 from app.screens.common import formats
 from app.screens.common.alarms_view import (
+    advice_of,
     alarm_icon,
     alarm_note,
     alarm_text,
@@ -24,7 +24,9 @@ from app.screens.common.alarms_view import (
     is_past,
     is_shelved,
     is_unseen,
+    message_id,
     short_words,
+    silence,
     urgency,
     way_to,
 )
@@ -37,31 +39,12 @@ NAMED = 3  # robots or missions whose names are in the note
 APART = timedelta(minutes=1)  # at most, between one that falls silent and the next, an error and the end of a run
 Together = tuple[Alarm, ...]  # alarms in one line; one alone: itself
 
-# What the problems of silent robots have in common, by the code of their sentence
-_CAUSES = {
-    "no_answer": "network",
-    "no_route": "network",
-    "timed_out": "network",
-    "too_slow": "network",
-    "refused": "refused",
-    "unknown_name": "names",
-    "slow_name": "names",
-}
-_CAUSE_OF = {errors.SENTENCES[code]: cause for code, cause in _CAUSES.items()}
 _OF_RUNS = ("execution_failed", "execution_skipped")
+_OF_ROBOTS = ("unreachable", "unauthorized", "robot_error")
 
 
 def _began(alarm: Alarm) -> datetime:
     return alarm.last_at or alarm.raised_at
-
-
-def _message_id(text: object) -> str:
-    return str(text["msgid"]) if is_message(text) else ""
-
-
-def _silence(alarm: Alarm) -> str:
-    """Why a robot can't be reached: "network", "refused" or "names"; empty if unknown."""
-    return _CAUSE_OF.get(_message_id(alarm.details.get("problem")), "")
 
 
 def _reason(alarm: Alarm) -> str:
@@ -70,7 +53,7 @@ def _reason(alarm: Alarm) -> str:
     if not isinstance(reason, Mapping):
         return ""
     details = reason.get("details")
-    return _message_id(details.get("problem") if isinstance(details, Mapping) else None) or str(reason.get("code"))
+    return message_id(details.get("problem") if isinstance(details, Mapping) else None) or str(reason.get("code"))
 
 
 def _is_cause(error: Alarm, ended: Alarm) -> bool:
@@ -106,7 +89,7 @@ def _seen(alarm: Alarm, now: datetime) -> tuple[bool, bool]:
 
 def has_leader(group: Together) -> bool:
     """Whether the first alarm explains the others: an error, and the runs it ended."""
-    return len(group) == 1 or any(alarm.code == "robot_error" for alarm in group)
+    return len(group) == 1 or len({alarm.code for alarm in group}) > 1
 
 
 def together(alarms: Iterable[Alarm], now: datetime) -> list[Together]:
@@ -114,25 +97,25 @@ def together(alarms: Iterable[Alarm], now: datetime) -> list[Together]:
     alarms = tuple(alarms)
     lines = _with_their_runs(alarms, now)
     grouped = {id(alarm) for group in lines for alarm in group}
-    silent: dict[tuple[object, ...], list[Alarm]] = defaultdict(list)
+    troubled: dict[tuple[object, ...], list[Alarm]] = defaultdict(list)
     ended: dict[tuple[object, ...], list[Alarm]] = defaultdict(list)
     for alarm in alarms:
         state, robot_id = (is_over(alarm), *_seen(alarm, now)), alarm.details.get("robot_id")
         if id(alarm) in grouped:
             continue
-        if alarm.code == "unreachable":
-            silent[_silence(alarm), *state].append(alarm)
+        if alarm.code in _OF_ROBOTS and short_words(alarm):
+            troubled[alarm.code, silence(alarm), short_words(alarm), *state].append(alarm)
         elif alarm.code in _OF_RUNS and isinstance(robot_id, int):
             ended[alarm.code, robot_id, _reason(alarm), *state].append(alarm)
         else:
             lines.append((alarm,))
-    for run in [*(run for same in silent.values() for run in _runs(sorted(same, key=_began))), *ended.values()]:
+    for run in [*(run for same in troubled.values() for run in _runs(sorted(same, key=_began))), *ended.values()]:
         lines += [tuple(run)] if len(run) >= ENOUGH else [(alarm,) for alarm in run]
     return lines
 
 
 def _runs(alarms: Sequence[Alarm]) -> list[list[Alarm]]:
-    """Those that began one shortly after the other."""
+    """Those that began one within a minute of the other."""
     runs: list[list[Alarm]] = []
     for alarm in alarms:
         if runs and _began(alarm) - _began(runs[-1][-1]) <= APART:
@@ -142,66 +125,37 @@ def _runs(alarms: Sequence[Alarm]) -> list[list[Alarm]]:
     return runs
 
 
-def group_text(group: Together, settings: Settings, now: datetime) -> str:
-    """The cause that they share, and since when."""
-    runs, robot = [alarm for alarm in group if alarm.code in _OF_RUNS], str(group[0].details.get("robot", "–"))
+def whose(group: Together) -> str:
+    """The robot, or how many; empty where only the whole sentence says what is the matter."""
+    if not short_words(group[0]):
+        return ""
     n = len(group)
+    return str(group[0].details["robot"]) if has_leader(group) else ngettext("{n} robot", "{n} robots", n).format(n=n)
+
+
+def group_text(group: Together, settings: Settings, now: datetime) -> str:
+    """The cause that they share."""
+    if (who := whose(group)) and group[0].code != "question":  # its sentence is as short
+        return _("{robot}: {problem}").format(robot=who, problem=short_words(group[0]))
+    runs, robot = [alarm for alarm in group if alarm.code in _OF_RUNS], str(group[0].details.get("robot", "–"))
     if has_leader(group) and (group[0] not in runs or len(runs) == 1):
         return alarm_text(group[0], settings, now)
-    if runs:
-        n = sum(alarm.count for alarm in runs)
-        words = (
-            ngettext("{n} mission on {robot} failed", "{n} missions on {robot} failed", n)
-            if group[0].code == "execution_failed"
-            else ngettext("{n} mission on {robot} was not run", "{n} missions on {robot} were not run", n)
-        )
-        return words.format(n=n, robot=robot)
-    return _silent_words(_silence(group[0]), is_over(group[0]), n).format(
-        n=n, time=formats.day_and_time(_began(group[0]), settings.timezone, now)
+    n = sum(alarm.count for alarm in runs)
+    words = (
+        ngettext("{n} mission on {robot} failed", "{n} missions on {robot} failed", n)
+        if group[0].code == "execution_failed"
+        else ngettext("{n} mission on {robot} was not run", "{n} missions on {robot} were not run", n)
     )
+    return words.format(n=n, robot=robot)
 
 
-def _silent_words(cause: str, over: bool, n: int) -> str:
-    match cause, over:
-        case "network", False:
-            return ngettext(
-                "Wi-Fi: {n} robot unreachable since {time}", "Wi-Fi: {n} robots unreachable since {time}", n
-            )
-        case "network", True:
-            return ngettext(
-                "Wi-Fi: {n} robot was unreachable from {time}", "Wi-Fi: {n} robots were unreachable from {time}", n
-            )
-        case "refused", False:
-            return ngettext(
-                "{n} robot refuses connections since {time}", "{n} robots refuse connections since {time}", n
-            )
-        case "refused", True:
-            return ngettext(
-                "{n} robot refused connections from {time}", "{n} robots refused connections from {time}", n
-            )
-        case "names", False:
-            return ngettext(
-                "The name of {n} robot is not found since {time}",
-                "The names of {n} robots are not found since {time}",
-                n,
-            )
-        case "names", True:
-            return ngettext(
-                "The name of {n} robot was not found from {time}",
-                "The names of {n} robots were not found from {time}",
-                n,
-            )
-        case _, False:
-            return ngettext("{n} robot unreachable since {time}", "{n} robots unreachable since {time}", n)
-    return ngettext("{n} robot was unreachable from {time}", "{n} robots were unreachable from {time}", n)
-
-
-def _advice(cause: str) -> str:
+def _advice(group: Together) -> str:
+    """Of robots with one cause."""
     return {
-        "network": _("is the access point on, and this tablet on its network?"),
-        "refused": _("the network works; are the robots starting, and are their ports right?"),
-        "names": _("does this network know names? Enter the robots' IP addresses instead"),
-    }.get(cause, "")
+        "network": _("All at the same minute. Is the access point on?"),
+        "refused": _("Are they starting? Are their ports right?"),
+        "names": _("Enter the robots' IP addresses instead."),
+    }.get(silence(group[0])) or advice_of(group[0])
 
 
 def _names(alarms: Iterable[Alarm], of: str) -> tuple[int, str]:
@@ -239,7 +193,7 @@ def group_note(group: Together, settings: Settings, now: datetime) -> str:
     if is_over(group[0]):
         ended = max(alarm.cleared_at for alarm in group if alarm.cleared_at is not None)
         return " · ".join((_("Over since {time}").format(time=formats.day_and_time(ended, zone, now)), names))
-    return " · ".join(filter(None, (_advice(_silence(group[0])), names)))
+    return " · ".join(filter(None, (names, _advice(group))))
 
 
 def alarm_item(
@@ -247,12 +201,11 @@ def alarm_item(
 ) -> Item:
     """The row of an alarm, or of several with one cause. ``below``: its buttons have a line of their own."""
     alarm, n = group[0], len(group)
-    short, robot = short_words(alarm) if has_leader(group) else "", str(alarm.details.get("robot", ""))
+    short, who = short_words(alarm), whose(group)
     note = group_note(group, settings, now)
-    title = short[:1].upper() + short[1:] or group_text(group, settings, now)
     return Item(
         ("group" if n > 1 else "alarm", alarm.id),
-        f"{robot} · {title}" if short else title,
+        f"{who} · {short[:1].upper()}{short[1:]}" if who else group_text(group, settings, now),
         note[:1].upper() + note[1:],
         lead=formats.day_or_time(_began(alarm), settings.timezone, now),
         icon=alarm_icon(alarm),
@@ -278,6 +231,8 @@ def _actions(group: Together, robots: Mapping[int, Robot], now: datetime) -> tup
     word = _("Acknowledge") if n == 1 else _("Acknowledge {n}").format(n=n)
     seen = [Action("acknowledge", word, style="text", tone="accent")] if is_unseen(alarm) else []
     solving = [Action("way", way.word)] if way is not None else []
+    if way is not None and alarm.code == "robot_error":
+        solving = [Action("reset", _("Reset errors"))]
     menu = [Action("menu", icon="dots-vertical")] if can_be_handled(alarm) else []
     return (*seen, *solving, *fold, *menu)
 

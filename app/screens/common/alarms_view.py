@@ -11,7 +11,9 @@ from typing import Any
 from app.domain.message import is_message, render
 from app.domain.models import Alarm, Priority, Robot, Settings
 from app.i18n import _, ngettext
+from app.mir import errors
 from app.screens.common import formats
+from app.screens.common.robot_texts import Problem, problem_of
 from app.services.live.alarms import EVENTS, alarm_sentence
 
 
@@ -78,12 +80,23 @@ def urgency(alarm: Alarm) -> tuple[bool, bool, float, float]:
 
 
 # ---------------------------------------------------------------------- texts
+# What the problems of silent robots have in common, by the code of their sentence
+_CAUSES = {
+    "no_answer": "network",
+    "no_route": "network",
+    "timed_out": "network",
+    "too_slow": "network",
+    "refused": "refused",
+    "unknown_name": "names",
+    "slow_name": "names",
+}
+_CAUSE_OF = {errors.SENTENCES[code]: cause for code, cause in _CAUSES.items()}
 # code: what a person does about it
 _ADVICE: Mapping[str, Callable[[], str]] = {
-    "emergency_stop": lambda: _("release the red button, then press Reset on the robot"),
+    "emergency_stop": lambda: _("Release the red button. Then press Reset on the robot."),
     "robot_error": lambda: _("see the robot on Home"),
     "question": lambda: _("answer it at the robot"),
-    "unreachable": lambda: _("is it switched on, and on this network?"),
+    "unreachable": lambda: _("Is it switched on?"),
     "unauthorized": lambda: _("enter user name and password again"),
     "not_a_robot": lambda: _("correct its address"),
     "wrong_robot": lambda: _("correct its address, or accept the new robot"),
@@ -97,9 +110,9 @@ _ADVICE: Mapping[str, Callable[[], str]] = {
     "duplicate_running": lambda: _("cancel one of the two in the robot's queue"),
     "started_twice": lambda: _("cancel those that have not run and are not needed"),
     "unmarked_copy": lambda: _("if it is not needed, cancel it in the robot's queue"),
-    "robot_fails": lambda: _("see what stops it; until it completes one, other robots of its groups are chosen first"),
-    "check_up_outdated": lambda: _("check it up in its settings; until then it is used as an unknown robot"),
-    "check_up_left": lambda: _("look at the robot; while it is on hold, nothing of the plan is sent to it"),
+    "robot_fails": lambda: _("see what stops it"),
+    "check_up_outdated": lambda: _("check it up in its settings"),
+    "check_up_left": lambda: _("look at the robot"),
     "two_tablets": lambda: _("switch the other tablet off, then release the hold"),
     "lock_lost": lambda: _("see that only one app runs on this data, and start it again"),
     "too_few_files": lambda: _("raise the limit (ulimit -n, or LimitNOFILE of the service) and start the app again"),
@@ -108,6 +121,15 @@ _ADVICE: Mapping[str, Callable[[], str]] = {
     "pin_guessed": lambda: _("enter the right PIN to end this"),
     "unknown_outcome": lambda: _("check the robot's queue before starting it again"),
 }
+
+
+def message_id(text: object) -> str:
+    return str(text["msgid"]) if is_message(text) else ""
+
+
+def silence(alarm: Alarm) -> str:
+    """Why a robot can't be reached: "network", "refused" or "names"; empty if unknown."""
+    return _CAUSE_OF.get(message_id(alarm.details.get("problem")), "")
 
 
 def short_words(alarm: Alarm) -> str:
@@ -122,10 +144,16 @@ def short_words(alarm: Alarm) -> str:
         case "unauthorized":
             return _("wrong password")
         case "robot_error":
-            return render(alarm.details.get("problem"), _)
+            problem = _problem(alarm)
+            return problem.words or problem.quote
         case "question":
             return _("asks: {question}").format(question=render(alarm.details.get("question"), _))
     return ""
+
+
+def _problem(alarm: Alarm) -> Problem:
+    """What a robot says is wrong, in the words that Home has for it."""
+    return problem_of(render(alarm.details.get("problem"), _))
 
 
 def alarm_text(alarm: Alarm, settings: Settings, now: datetime) -> str:
@@ -161,7 +189,7 @@ def alarm_note(alarm: Alarm, settings: Settings, now: datetime) -> str:
     if alarm.code == "question" and is_over(alarm):
         parts.append(_answered(alarm))
     elif not is_past(alarm) and not is_over(alarm) and alarm.code in _ADVICE:
-        parts.append(_advice(alarm))
+        parts.append(advice_of(alarm))
     return " · ".join(filter(None, (*parts, seen_words(alarm, settings, now))))
 
 
@@ -177,14 +205,15 @@ def _time(instant: datetime | None, settings: Settings, now: datetime) -> str:
     return formats.day_and_time(instant, settings.timezone, now)
 
 
-def _advice(alarm: Alarm) -> str:
-    """What to do. The problem of an unreachable robot says more: whether to check its name, its port or the network. A
-    robot that answers for another can't be accepted instead."""
+def advice_of(alarm: Alarm) -> str:
+    """What to do. A robot that answers for another can't be accepted instead."""
     problem, found = alarm.details.get("problem"), alarm.details.get("found")
     if alarm.code == "question" and (answers := answers_of(alarm)):
         return _("answers: {answers}").format(answers=" / ".join(answers))
-    if alarm.code == "unreachable" and is_message(problem):
+    if alarm.code == "unreachable" and silence(alarm) in ("refused", "names"):
         return render(problem, _)
+    if alarm.code == "robot_error" and (known := _problem(alarm)).words:
+        return " ".join(filter(None, (known.step, f"“{known.quote}”")))
     if alarm.code == "wrong_robot" and is_message(found):
         return _("correct the addresses")
     return _ADVICE[alarm.code]()
@@ -205,16 +234,26 @@ def answers_of(alarm: Alarm) -> list[str]:
 
 
 def alarm_tone(alarm: Alarm) -> str:
-    """Red only for high priority while it lasts, or until it is acknowledged."""
+    """Red only for high priority while it lasts, or until it is acknowledged; blue for a question."""
     if is_over(alarm) or is_past(alarm):
         return "neutral"
+    if alarm.code == "question":
+        return "action"
     return "fault" if alarm.priority is Priority.HIGH else "attention"
+
+
+_ICONS = {
+    "question": "comment-question",
+    "robot_error": "alert-circle",
+    "unreachable": "wifi-off",
+    "unauthorized": "account-lock-outline",
+}
 
 
 def alarm_icon(alarm: Alarm) -> str:
     if is_over(alarm) or is_past(alarm):
         return "check-circle-outline"
-    return "alert-octagon" if alarm.priority is Priority.HIGH else "alert"
+    return _ICONS.get(alarm.code) or ("alert-octagon" if alarm.priority is Priority.HIGH else "alert")
 
 
 # ---------------------------------------------------------------------- what can be done

@@ -11,8 +11,8 @@ from kivy.properties import BooleanProperty, ListProperty, StringProperty
 from app.domain.models import Alarm, Robot, Settings
 from app.i18n import _, ngettext
 from app.screens.common.alarm_groups import Together, alarm_item, group_text, menu_of_group, together
-from app.screens.common.alarms_view import Act, is_shelved, is_unseen, past_count, way_to
-from app.screens.common.presses import DOUBLE_TAP
+from app.screens.common.alarms_view import Act, id_in, is_shelved, is_unseen, past_count, way_to
+from app.screens.common.presses import DOUBLE_TAP, Presses
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import ScreenBase, ViewModel
 from app.screens.frame.facts import FrameServices
@@ -61,6 +61,7 @@ class AlarmsModel(ViewModel):
     def __init__(self, services: FrameServices, shell: Shell, do: Do, back: Callable[[], object]) -> None:
         super().__init__()
         self._services, self._shell, self._do, self.back = services, shell, do, back
+        self._presses = Presses()
         self._alarms: Sequence[Alarm] = ()
         self._robots: Mapping[int, Robot] = {}
         self._settings = Settings()
@@ -165,8 +166,23 @@ class AlarmsModel(ViewModel):
                 self._for_each(group, lambda alarm: alarms.unshelve(alarm.id))
             case "acknowledge":
                 self._acknowledge(group)
+            case "reset":
+                self._reset(group[0])
             case "way" if way := way_to(group[0], self._robots):
                 self._do(way.act, way.about)
+
+    def _reset(self, alarm: Alarm) -> None:
+        """The errors of its robot. What remains stays in the list."""
+        robot = self._robots.get(id_in(alarm.key, "robot") or 0)
+        if robot is None or self._presses.is_same(robot.id):
+            return
+        self._presses.rest(robot.id)
+        said = _("Reset errors was sent to {robot}").format(robot=robot.name)
+        self._shell.background.run(
+            lambda: self._services.operator.reset_errors(robot.id),
+            lambda _none: self._shell.snackbars.show(said, icon="restore-alert", about=("reset", robot.id)),
+            lambda problem: self._shell.say_not_done(problem, robot, _("Reset errors")),
+        )
 
     def acknowledge(self, keys: Sequence[tuple[str, int]]) -> None:
         """Each alarm once, though it may be in a group above it."""

@@ -106,11 +106,11 @@ class FrameController:
 
     def _went(self, *_: Any) -> None:
         current = self._shell.navigator.current
-        self._frame.current = current
         if current and current != "alarms":
             self._left = current
         self._frame.title = screen_word(current) if current else ""
-        self._show()
+        self._show()  # the banner of this screen, before it is shown
+        self._frame.current = current
 
     # ------------------------------------------------------------------ showing
     def _take(self, facts: FrameFacts) -> None:
@@ -132,7 +132,7 @@ class FrameController:
             frame.clock = formats.clock_time(now, facts.settings.timezone)
         self._late.show(issues, facts.settings, now)
         said = replace(issues, late_starts=()) if self._late.is_shown else issues
-        frame.banner = banner(said, facts.robots, facts.settings, now, frame.current)
+        frame.banner = banner(said, facts.robots, facts.settings, now, self._shell.navigator.current)
         lines = open_lines(issues.alarms, now)
         new = sum(alarm.acknowledged_at is None for line in lines for alarm in line)
         shelved = [alarm for alarm in issues.alarms if is_shelved(alarm, now) and not is_over(alarm)]

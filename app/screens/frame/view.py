@@ -19,7 +19,6 @@ from app.screens.common.alarms_view import (
     id_in,
     is_over,
     is_shelved,
-    short_words,
     urgency,
     way_to,
 )
@@ -99,12 +98,11 @@ def _alarm(group: Together, robots: Mapping[int, Robot], settings: Settings, now
     if alarm.code == "clock_implausible":
         text, icon = _("This clock can't be right. Nothing is sent."), "clock-alert-outline"
         return BannerView(text, "attention", icon, _("Decide"), Act.CLOCK_IS_RIGHT)
-    text = group_text(group, settings, now)
-    if has_leader(group) and (what := short_words(alarm)):
-        text = _("{robot}: {problem}").format(robot=alarm.details["robot"], problem=what)
     if way is None:
         way = Way(_("Show"), Act.SHOW_ALARMS, alarm.id)
-    return BannerView(text, alarm_tone(alarm), alarm_icon(alarm), way.word, way.act, way.about)
+    return BannerView(
+        group_text(group, settings, now), alarm_tone(alarm), alarm_icon(alarm), way.word, way.act, way.about
+    )
 
 
 # ---------------------------------------------------------------------- holds and late starts

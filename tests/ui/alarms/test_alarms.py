@@ -117,10 +117,10 @@ def test_robots_that_fall_silent_together_share_one_row_that_lists_them(app, ala
     silence(alarms, ui)
     page = open_list(ui)
     wait_for_rows(ui, 1)
-    fold(ui, row(ui, "Wi-Fi"))
+    fold(ui, row(ui, "6 robots"))
     wait_for_rows(ui, 7)
     assert checks.problems(page) == []
-    fold(ui, row(ui, "Wi-Fi"))
+    fold(ui, row(ui, "6 robots"))
     wait_for_rows(ui, 1)
 
 
@@ -135,16 +135,16 @@ def test_the_banner_of_a_group_leads_to_its_robots(app, alarms, ui):
 def test_a_group_is_acknowledged_shelved_and_unshelved_at_once(app, alarms, ui):
     silence(alarms, ui)
     open_list(ui)
-    menu(ui, row(ui, "Wi-Fi"), "Shelve for 4 hours")
+    menu(ui, row(ui, "6 robots"), "Shelve for 4 hours")
     wait_for_rows(ui, 0)
     ui.tap(tab(ui, "shelved"))
     wait_for_rows(ui, 1)
-    press(ui, row(ui, "Wi-Fi"), "Unshelve")
+    press(ui, row(ui, "6 robots"), "Unshelve")
     wait_for_rows(ui, 0)
     ui.tap(tab(ui, "open"))
     wait_for_rows(ui, 1)
-    press(ui, row(ui, "Wi-Fi"), "Acknowledge 6")
-    ui.wait(lambda: "Seen " in row(ui, "Wi-Fi").item.support or not row(ui, "Wi-Fi").item.strong)
+    press(ui, row(ui, "6 robots"), "Acknowledge 6")
+    ui.wait(lambda: "Seen " in row(ui, "6 robots").item.support or not row(ui, "6 robots").item.strong)
     assert all(alarm.acknowledged_at for alarm in alarms.open())
 
 

@@ -18,7 +18,7 @@ from app.widgets.rest import rest
 from app.widgets.surfaces import Tap
 from app.widgets.tokens import tk
 from tests.ui import checks
-from tests.ui.alarms.listed import open_list, row, silence, tab, wait_for_rows
+from tests.ui.alarms.listed import open_list, press, row, silence, tab, wait_for_rows
 from tests.ui.integrator import go
 
 
@@ -118,6 +118,28 @@ def test_nothing_is_clipped_or_too_small(container, app, alarms, ui, gloves):
     assert checks.problems(ui.find(NoteDialog)) == []
 
 
+# ---------------------------------------------------------------------- what solves it, and the banner
+def test_errors_of_a_robot_are_reset_from_its_row_once(container, app, alarms, ui, monkeypatch):
+    reset: list[int] = []
+    monkeypatch.setattr(container.operator, "reset_errors", reset.append)
+    robot = container.catalogue.save_robot(Robot("Aino", "http://127.0.0.1:9", "u"), "p")
+    alarms.raise_("robot_error", f"robot:{robot.id}", robot="Aino", problem="Failed to dock")
+    ui.wait(lambda: ui.find(TopBar).bell_count == "1")
+    open_list(ui)
+    for _tap in range(2):
+        press(ui, row(ui, "Can't dock"), "Reset errors")
+    ui.wait(lambda: app.shell.snackbars.texts == ["Reset errors was sent to Aino"])
+    assert reset == [robot.id]
+
+
+def test_no_room_is_left_where_the_next_screen_has_no_banner(app, alarms, ui):
+    alarms.raise_("emergency_stop", "robot:77", robot="Aino")
+    ui.tap(ui.find(NavItem, name="logs"))
+    ui.wait(lambda: ui.find_all(Banner))
+    ui.tap(ui.find(NavItem, name="home"))
+    assert not ui.find(Frame).has_banner
+
+
 # ---------------------------------------------------------------------- sound
 def test_a_new_alarm_sounds_and_again_while_it_is_unacknowledged(container, app, alarms, ui):
     loudspeaker = app.shell.loudspeaker
@@ -165,7 +187,7 @@ def test_an_alarm_is_heard_again_though_the_clock_was_set_back(container, app, a
 # ---------------------------------------------------------------------- its place
 def test_the_tabs_stay_where_the_finger_is(app, alarms, ui):
     for number in range(4):
-        alarms.raise_("robot_error", f"robot:{number}", robot=f"Robot {number}", problem="no answer")
+        alarms.raise_("robot_error", f"robot:{number}", robot=f"Robot {number}", problem=f"Error {number}")
     ui.wait(lambda: ui.find(TopBar).bell_count == "4")
     open_list(ui)
     wait_for_rows(ui, 4)

@@ -325,7 +325,6 @@ def test_an_undo_that_is_refused_says_why_and_can_be_pressed_again(site, app, ui
     undo(ui)
     ui.wait(lambda: says(ui, "There is another mission Deliver now: rename that one, then undo again"))
     site.container.catalogue.save_mission(replace(other, name="Deliver kits"))
-    ui.advance(60)
     undo(ui)
     ui.wait(
         lambda: (

@@ -100,8 +100,8 @@ def test_many_that_fall_silent_together_are_one_line_on_the_page_and_in_the_bann
     issues = OpenIssues(silent(14))
     [group] = open_lines(issues.alarms, NOW)
     row, view = item(group), banner(issues, {}, SETTINGS, NOW, "logs")
-    assert row.title == view.text == "Wi-Fi: 14 robots unreachable since 14:02"
-    assert row.support == "Is the access point on, and this tablet on its network? · R1, R2, R3 …"
+    assert (row.lead, row.title, view.text) == ("14:02", "14 robots · No answer", "14 robots: no answer")
+    assert row.support == "R1, R2, R3 … · All at the same minute. Is the access point on?"
     assert (view.action, view.act, view.about) == ("Show", Act.SHOW_ALARMS, 1)
     assert (row.key, [action.text or action.name for action in row.actions]) == (
         ("group", 1),
@@ -139,7 +139,7 @@ def test_many_that_fall_silent_together_are_one_line_on_the_page_and_in_the_bann
         ([*failed(3), *failed(3, code="execution_skipped")], [3, 3]),
         ([replace(each, details={"robot_id": ["hostile"], "reason": ["hostile"]}) for each in failed(3)], [1] * 3),
         ([replace(each, details={"robot_id": 1, "reason": {"code": ["hostile"]}}) for each in failed(3)], [3]),
-        ([alarm("robot_error", f"robot:{n}", id=n) for n in range(1, 5)], [1] * 4),
+        ([alarm("robot_error", f"robot:{n}", id=n) for n in range(1, 5)], [4]),
     ],
 )
 def test_alarms_of_another_cause_or_state_have_their_own_line(alarms, expected):
@@ -159,9 +159,27 @@ def test_an_alarm_that_came_back_is_with_those_that_fell_silent_now():
 
 
 def test_when_they_answer_again_the_line_says_from_when_to_when():
-    group = tuple(silent(3, cleared_at=ago(minutes=8)))
-    assert group_text(group, SETTINGS, NOW) == "Wi-Fi: 3 robots were unreachable from 14:02"
-    assert group_note(group, SETTINGS, NOW) == "Over since 14:30 · R1, R2, R3"
+    row = item(silent(3, cleared_at=ago(minutes=8)))
+    assert (row.lead, row.title, row.support) == ("14:02", "3 robots · No answer", "Over since 14:30 · R1, R2, R3")
+
+
+def test_robots_with_the_same_error_within_a_minute_are_one_line():
+    """A flood of them too: what to do, and one button that acknowledges all."""
+
+    def errors(n: int, text: str = "Failed to reach goal position 'Dock 3'") -> list[Alarm]:
+        return [
+            alarm(
+                "robot_error", f"robot:{i}", id=i, raised_at=ago(seconds=i), details={"robot": f"R{i}", "problem": text}
+            )
+            for i in range(1, n + 1)
+        ]
+
+    row = item(open_lines(errors(3), NOW)[0])
+    assert (row.title, row.tone) == ("3 robots · Can't reach Dock 3", "fault")
+    assert row.support == "R3, R2, R1 · Clear the way. Then reset. “Failed to reach goal position 'Dock 3'”"
+    assert [action.text or action.name for action in row.actions] == ["Acknowledge 3", "fold", "menu"]
+    assert sizes([*errors(3), *errors(3, "Failed to reach goal position 'Dock 4'")]) == [3, 3]
+    assert sizes(errors(2)) == [1, 1]
 
 
 def test_a_shelved_group_comes_back_by_its_button():
@@ -170,33 +188,16 @@ def test_a_shelved_group_comes_back_by_its_button():
 
 
 @pytest.mark.parametrize(
-    ("code", "text", "note", "over"),
+    ("code", "advice"),
     [
-        (
-            "timed_out",
-            "Wi-Fi: 3 robots unreachable since 14:02",
-            "is the access point on, and this tablet on its network? · R1, R2, R3",
-            "Wi-Fi: 3 robots were unreachable from 14:02",
-        ),
-        (
-            "refused",
-            "3 robots refuse connections since 14:02",
-            "the network works; are the robots starting, and are their ports right? · R1, R2, R3",
-            "3 robots refused connections from 14:02",
-        ),
-        (
-            "unknown_name",
-            "The names of 3 robots are not found since 14:02",
-            "does this network know names? Enter the robots' IP addresses instead · R1, R2, R3",
-            "The names of 3 robots were not found from 14:02",
-        ),
-        ("busy", "3 robots unreachable since 14:02", "R1, R2, R3", "3 robots were unreachable from 14:02"),
+        ("timed_out", "All at the same minute. Is the access point on?"),
+        ("refused", "Are they starting? Are their ports right?"),
+        ("unknown_name", "Enter the robots' IP addresses instead."),
+        ("busy", "Is it switched on?"),
     ],
 )
-def test_the_line_names_the_cause_that_the_problems_have_in_common(code, text, note, over):
-    group = tuple(silent(3, code=code))
-    assert (group_text(group, SETTINGS, NOW), group_note(group, SETTINGS, NOW)) == (text, note)
-    assert group_text(tuple(silent(3, code=code, cleared_at=NOW)), SETTINGS, NOW) == over
+def test_the_line_says_what_to_do_about_the_cause_that_the_problems_have_in_common(code, advice):
+    assert group_note(tuple(silent(3, code=code)), SETTINGS, NOW) == f"R1, R2, R3 · {advice}"
 
 
 def test_missions_that_one_robot_failed_are_one_line_with_their_number_and_reason():
@@ -213,11 +214,13 @@ def test_missions_that_one_robot_failed_are_one_line_with_their_number_and_reaso
 def test_an_error_and_the_mission_that_it_ended_are_one_line_led_by_the_error():
     group, _veikko = open_lines(broken(), NOW)
     row, view = item(group), banner(OpenIssues(broken()), ROBOTS, SETTINGS, NOW, "logs")
-    assert (view.text, view.tone) == ("Aino: Failed to reach goal position 'Dock'", "fault")
+    assert (view.text, view.tone) == ("Aino: Can't reach Dock", "fault")
     assert (view.action, view.act, view.about) == ("Show", Act.SHOW_ROBOT, 1)
-    assert (row.title, row.tone) == ("Aino · Failed to reach goal position 'Dock'", "fault")
-    assert row.support == "Mission failed: Deliver · see the robot on Home"
-    assert [action.name for action in row.actions] == ["acknowledge", "way", "fold", "menu"]
+    assert (row.title, row.tone) == ("Aino · Can't reach Dock", "fault")
+    assert row.support == (
+        "Mission failed: Deliver · Clear the way. Then reset. “Failed to reach goal position 'Dock'”"
+    )
+    assert [action.name for action in row.actions] == ["acknowledge", "reset", "fold", "menu"]
 
 
 def test_when_the_error_is_over_the_mission_leads_and_it_is_still_one_line():

@@ -44,7 +44,7 @@ def buttons(shown_alarm: Alarm) -> list[str]:
 # ---------------------------------------------------------------------- since when, how often
 def test_repeats_are_counted_and_the_last_one_has_its_time():
     again = alarm("unreachable", raised_at=ago(hours=2), last_at=ago(minutes=36), count=4)
-    assert note(again) == "4 times, last 14:02 · is it switched on, and on this network?"
+    assert note(again) == "4 times, last 14:02 · Is it switched on?"
     assert note(replace(again, last_at=None)).startswith("4 times · ")  # of a version that did not note it
 
 
@@ -162,7 +162,7 @@ def test_the_alarm_of_a_deleted_robot_leads_nowhere():
 def test_a_row_acknowledges_leads_to_the_solution_and_has_the_rest_in_its_menu():
     stop = item(alarm("emergency_stop"))
     assert (stop.key, stop.title, stop.tone, stop.loud) == (("alarm", 1), "Aino · Emergency stop", "fault", True)
-    assert stop.support == "Release the red button, then press Reset on the robot"
+    assert stop.support == "Release the red button. Then press Reset on the robot."
     assert buttons(alarm("emergency_stop")) == ["Acknowledge", "Show", "menu"]
     assert [(entry.key, entry.text) for entry in menu_of_group((alarm("emergency_stop"),))] == [
         ("note", "Acknowledge with a note"),
@@ -171,6 +171,18 @@ def test_a_row_acknowledges_leads_to_the_solution_and_has_the_rest_in_its_menu()
         (8, "Shelve for 8 hours"),
         (24, "Shelve for 24 hours"),
     ]
+
+
+def test_the_error_of_a_robot_has_the_words_of_home_its_own_in_quotes_and_can_be_reset():
+    row = item(alarm("robot_error", "robot:1", details={"robot": "Aino", "problem": "Failed to dock to 'Dock 3' (42)"}))
+    assert row.title == "Aino · Can't dock at Dock 3"
+    assert row.support == "Clear the place. Then reset. “Failed to dock to 'Dock 3' (42)”"
+    assert [action.text or action.name for action in row.actions] == ["Acknowledge", "Reset errors", "menu"]
+
+
+def test_a_question_is_blue():
+    row = item(alarm("question", details={"robot": "Aino", "question": "Is it loaded?", "answers": ["Yes", "No"]}))
+    assert (row.tone, row.loud, row.icon) == ("action", False, "comment-question")
 
 
 def test_an_acknowledged_one_says_when_and_with_what_note():

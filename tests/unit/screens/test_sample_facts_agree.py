@@ -147,10 +147,10 @@ def test_robots_that_fell_silent_together_are_one_line():
     facts = OF_MANY["fifty"]
     lines = open_lines(issues_of(facts).alarms, sample.NOW)
     assert [group_text(group, facts.settings, sample.NOW) for group in lines] == [
-        "Robot 4: the emergency stop is pressed",
+        "Robot 4: emergency stop",
         "Robot 7 asks: Is the pallet loaded at Dock 3?",
-        "Robot 31: Failed to reach goal position 'Line 2' (10120)",
-        "Wi-Fi: 3 robots unreachable since 14:23",
+        "Robot 31: Can't reach Line 2",
+        "3 robots: no answer",
     ]
 
 
