@@ -124,11 +124,15 @@ class ScheduleActions:
         )
 
     def pause(self, schedule: Schedule) -> None:
-        """Ask until which day its starts are skipped."""
-        self._shell.dialogs.choose(
-            _("Pause {name}").format(name=self._name(schedule)),
-            view.pause_options(schedule, self._services.clock.now()),
-            lambda day: self._pick_pause(schedule) if day == view.PICK else self._pause_until(schedule, day),
+        """Ask for the day on which it starts again; until then its starts are skipped."""
+        today = self._services.clock.now().astimezone(ZoneInfo(schedule.timezone)).date()
+        tomorrow = today + timedelta(days=1)
+        self._shell.dialogs.pick_date(
+            _("First day with starts again"),
+            tomorrow,
+            lambda day: self._pause_until(schedule, day),
+            today=today,
+            first=tomorrow,
         )
 
     def resume(self, schedule: Schedule) -> None:
@@ -165,17 +169,6 @@ class ScheduleActions:
 
     def _time(self, schedule: Schedule, at: datetime) -> str:
         return formats.day_and_time(at, schedule.timezone, self._services.clock.now())
-
-    def _pick_pause(self, schedule: Schedule) -> None:
-        today = self._services.clock.now().astimezone(ZoneInfo(schedule.timezone)).date()
-        tomorrow = today + timedelta(days=1)
-        self._shell.dialogs.pick_date(
-            _("First day with starts again"),
-            tomorrow,
-            lambda day: self._pause_until(schedule, day),
-            today=today,
-            first=tomorrow,
-        )
 
     def _pause_until(self, schedule: Schedule, day: date) -> None:
         until = view.day_begins(day, ZoneInfo(schedule.timezone))

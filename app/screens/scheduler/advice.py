@@ -80,21 +80,13 @@ def _title(schedule: Schedule, facts: SchedulerFacts) -> str:
     return facts.name(schedule) or (mission.name if mission else schedule.name)
 
 
-class AdviceState(EventDispatcher):
-    """Read by kv. ``count``: suggestions, not results."""
+class AdviceModel(EventDispatcher):
+    """Read by kv; ``count``: suggestions, not results. ``facts()`` are the present ones, ``edit(draft)`` opens a draft in the form;
+    ``changed()`` is called when the plan has changed."""
 
     rows = ListProperty()
     count = NumericProperty(0)
-    busy = BooleanProperty(False)  # being computed
     empty = BooleanProperty(False)  # it is known that there are none
-
-    def act(self, key: int, action: str, *values: Any) -> None:
-        """A row was used."""
-
-
-class AdviceModel(AdviceState):
-    """``facts()`` are the present ones, ``edit(draft)`` opens a draft in the form; ``changed()`` is called when the
-    plan has changed."""
 
     def __init__(
         self,
@@ -125,11 +117,10 @@ class AdviceModel(AdviceState):
 
     def compute(self) -> None:
         """Seconds of work, in the background."""
-        self.busy = True
         self._shell.background.run(
             self._services.suggestions.compute,
             self._computed,
-            self._not_computed,
+            self._shell.say_problem,
             key=("scheduler", "suggestions"),
             apart="suggestions",
         )
@@ -138,12 +129,8 @@ class AdviceModel(AdviceState):
         self._computed_at = self._services.clock.now()
         self._take(advice)
 
-    def _not_computed(self, problem: BaseException) -> None:
-        self.busy = False
-        self._shell.say_problem(problem)
-
     def _take(self, advice: Advice) -> None:
-        self.busy, self._advice = False, advice
+        self._advice = advice
         self.show()
 
     def show(self) -> None:
@@ -225,6 +212,3 @@ def _is_change(schedule: Schedule, change: Change) -> bool:
         wanted.robot_id,
         wanted.group_id,
     )
-
-
-NO_ADVICE = AdviceState()

@@ -20,7 +20,7 @@ from app.screens.common.started import StartReports, as_it_is
 from app.screens.common.view_model import Changed, Refresher, ScreenBase
 from app.screens.scheduler import cards, hold_view, timeline, view
 from app.screens.scheduler.actions import ScheduleActions
-from app.screens.scheduler.advice import NO_ADVICE, AdviceModel
+from app.screens.scheduler.advice import AdviceModel
 from app.screens.scheduler.draft import Draft
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Window, icons, read, silent, stopped
 from app.screens.scheduler.form import FormModel
@@ -50,7 +50,7 @@ class SchedulerViewModel(OnTimeline):
     held = BooleanProperty(False)  # nothing is sent to any robot
     nothing = BooleanProperty(False)  # is planned, as is known
     exporting = BooleanProperty(False)
-    advice = ObjectProperty(NO_ADVICE, rebind=True)
+    advice = ObjectProperty(None, rebind=True)
 
     def __init__(self, services: SchedulerServices, shell: Shell) -> None:
         super().__init__()

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from datetime import date, datetime, timedelta
-from itertools import pairwise
 from zoneinfo import ZoneInfo
 
 from app.database.robots import Hold
@@ -16,7 +15,7 @@ from app.i18n import _, ngettext
 from app.screens.common import foreseen, formats
 from app.screens.common.robot_appearance import off_word, silence_word
 from app.screens.scheduler import axis, of_groups
-from app.screens.scheduler.axis import Band, Range, Tick
+from app.screens.scheduler.axis import Band, Range, Span, Tick
 from app.screens.scheduler.contested import Contested
 from app.screens.scheduler.facts import HOURS, SchedulerFacts, Window, full_hour
 from app.services.planning.planned import ASSUMED_S, PlannedRun
@@ -26,7 +25,6 @@ from app.widgets.time_scale import TimeScale
 SHORTEST = 1 / 60  # hours: a bar of no length would be no bar
 THIN = 1 / 85  # share of the visible part: bars this short, and this close together (twice), become one
 MERGED_FROM = 3  # of them
-UNEVEN = 0.2  # of an interval: runs at a fixed interval may begin this much sooner or later
 ROOM = 4  # lanes that are seen at once
 MANY = 12  # lanes with bars; of more those of a group are one line
 IDLE = "idle"  # key of the line for robots without a bar
@@ -120,20 +118,10 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None)
     read = Range(origin, low, high)
     step = next((hours for span, hours in STEPS.items() if window.hours <= span), 24)
     robots = [robot for robot in facts.robots if robot.id in window.robots]
-    planned, contested = defaultdict[Hashable, list[PlannedRun]](list), defaultdict[Hashable, list[PlannedRun]](list)
-    conflicts = Contested(facts.conflicts)
-    for run in facts.planned:
-        planned[run.lane].append(run)
-        if conflicts.of(run):
-            contested[run.lane].append(run)
     shown = robots or facts.robots
     groups = [group for group in facts.groups if any(robot.id in group.members for robot in shown)]
-    thin = window.hours * THIN
-    of_groups = (
-        _group_lane(facts, group, planned["group", group.id], contested["group", group.id], now, read, thin)
-        for group in groups
-    )
-    of_robots = [_lane(facts, robot, planned[robot.id], contested[robot.id], now, read, thin) for robot in shown]
+    made = _Lanes(facts, now, read, window.hours * THIN)
+    of_groups, of_robots = map(made.of_group, groups), [made.of_robot(robot) for robot in shown]
     waiting = [lane for lane in of_groups if lane.bars]
     lanes: Sequence[Lane] = (*waiting, *of_robots)
     closed = tuple(
@@ -144,7 +132,7 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None)
         first = next((fold.start for fold in folds if fold.start < first < fold.end), first)
     seen = Range(origin, first, _right_edge(first, window.hours, folds))
     if not robots:
-        of_robots = _with_groups(facts, of_robots, planned, window.opened, now, seen)
+        of_robots = made.with_lines(of_robots, window.opened, seen)
     lanes = _with_idle_last(
         (*waiting, *of_robots), window.opened
     )  # first those without a robot: they may need a person
@@ -176,56 +164,6 @@ def _right_edge(first: float, hours: float, folds: Iterable[Band]) -> float:
     return end
 
 
-def _with_groups(
-    facts: SchedulerFacts,
-    lanes: list[Lane],
-    planned: Mapping[Hashable, Sequence[PlannedRun]],
-    opened: Hashable,
-    now: datetime,
-    seen: Range,
-) -> list[Lane]:
-    """With many robots, those of a group are one line, and below it when it is open: the first one, until another is
-    chosen."""
-    busy = {lane.key: lane for lane in lanes if lane.bars}
-    if len(busy) <= MANY:
-        return lanes
-    lines: list[Lane] = []
-    for group in facts.groups:
-        members = [lane for number, lane in busy.items() if number in group.members]
-        if len(members) > 1:
-            key, words = ("robots of", group.id), _group_line(facts, members, planned, now, seen)
-            is_open = opened == key or (opened is None and not lines)
-            lines += [Lane(group.name, key=key, line=words, is_open=is_open), *(members if is_open else ())]
-            busy = {number: lane for number, lane in busy.items() if lane not in members}
-    return [*lines, *(lane for lane in lanes if not lane.bars or lane.key in busy)]
-
-
-def _group_line(
-    facts: SchedulerFacts,
-    lanes: Sequence[Lane],
-    planned: Mapping[Hashable, Sequence[PlannedRun]],
-    now: datetime,
-    seen: Range,
-) -> str:
-    """Its lanes' robots, what is visible on them (future starts, problems), and their notes."""
-
-    def is_seen(at: datetime) -> bool:
-        return seen.low <= seen.at(at) < seen.high
-
-    robots = {lane.key for lane in lanes}
-    starts = sum(is_seen(run.begins) for robot in robots for run in planned[robot])
-    failed = sum(run.robot_id in robots and run.state is State.FAILED and is_seen(run.planned_at) for run in facts.past)
-    is_more = any(
-        schedule.robot_id in robots and seen.at(facts.more[schedule.id]) < seen.high
-        for schedule in facts.schedules
-        if schedule.id in facts.more
-    )
-    overlaps = sum(end > seen.low and start < seen.high for lane in lanes for start, end in lane.overlaps)
-    held = sum(_own_hold(facts, robot, now) is not None for robot in robots)
-    silent = len(robots & facts.silent.keys())
-    return of_groups.line(len(lanes), starts, is_more, failed, overlaps, held, silent)
-
-
 def _with_idle_last(lanes: Sequence[Lane], opened: Hashable) -> tuple[Lane, ...]:
     """With many robots, those without a bar are one line, and below it when it is open."""
     idle = [lane for lane in lanes if not lane.bars and not lane.line]
@@ -248,72 +186,89 @@ def _robots_word(facts: SchedulerFacts, chosen: Sequence[Robot]) -> str:
     return ngettext("{n} robot", "{n} robots", len(chosen)).format(n=len(chosen)) if chosen else _("All robots")
 
 
-# ---------------------------------------------------------------------- bars
-def _lane(
-    facts: SchedulerFacts,
-    robot: Robot,
-    planned: Iterable[PlannedRun],
-    contested: Iterable[PlannedRun],
-    now: datetime,
-    read: Range,
-    thin: float,
-) -> Lane:
-    bars = [_past_bar(facts, execution, now, read) for execution in facts.past if execution.robot_id == robot.id]
-    bars += [_planned_bar(facts, run, read) for run in planned]
-    bars = sorted((bar for bar in bars if bar.end > read.low and bar.start < read.high), key=lambda bar: bar.start)
-    more = [
-        at
-        for schedule in facts.schedules
-        if schedule.robot_id == robot.id and (at := facts.more.get(schedule.id)) is not None
-    ]
-    said = axis.held_until(_own_hold(facts, robot.id, now), facts, now) or silence_word(facts.silent.get(robot.id))
-    icon, tone = facts.icons.get(robot.id, ("", "neutral"))
-    return Lane(
-        robot.name,
-        said if robot.enabled else off_word(robot),
-        (*_merged(bars, thin, lambda hour: read.instant(hour).astimezone(facts.zone).date()), *_more_bar(more, read)),
-        _joined([*_overlaps(bars), *_conflicts(contested, read)]),
-        robot.id,
-        icon=icon,
-        tone=tone,
-    )
+# ---------------------------------------------------------------------- lanes
+class _Lanes:
+    """What is planned for robots and groups and what they did, in the time that was read; bars shorter than ``thin`` hours and as close
+    become one."""
+
+    def __init__(self, facts: SchedulerFacts, now: datetime, read: Range, thin: float) -> None:
+        self._facts, self._now, self._read, self._thin = facts, now, read, thin
+        self._planned = defaultdict[Hashable, list[PlannedRun]](list)  # by the key of their lane, as the others
+        self._past = defaultdict[Hashable, list[Execution]](list)
+        self._contested = defaultdict[Hashable, list[Span]](list)
+        conflicts = Contested(facts.conflicts)
+        for run in facts.planned:
+            self._planned[run.lane].append(run)
+            if conflicts.of(run):
+                self._contested[run.lane].append((read.at(run.begins), read.at(run.ends)))
+        for row in facts.past:
+            self._past[row.robot_id or ("group", row.group_id)].append(row)
+        self._more = {
+            schedule.id: (schedule.robot_id or ("group", schedule.group_id), read.at(facts.more[schedule.id]))
+            for schedule in facts.schedules
+            if schedule.id in facts.more
+        }
+
+    def of_robot(self, robot: Robot) -> Lane:
+        facts = self._facts
+        said = axis.held_until(_own_hold(facts, robot.id, self._now), facts, self._now)
+        icon, tone = facts.icons.get(robot.id, ("", "neutral"))
+        note = (said or silence_word(facts.silent.get(robot.id))) if robot.enabled else off_word(robot)
+        return self._lane(robot.id, robot.name, note)._replace(icon=icon, tone=tone)
+
+    def of_group(self, group: Group) -> Lane:
+        """Starts without a robot of the group: now, in the past, or in the forecast."""
+        key = "group", group.id
+        note = _group_note(self._facts, group, self._planned[key])
+        return self._lane(key, _("Any of {group}").format(group=group.name), note)
+
+    def _lane(self, key: Hashable, name: str, note: str) -> Lane:
+        facts, read = self._facts, self._read
+        bars = [_past_bar(facts, row, self._now, read) for row in self._past[key]]
+        bars += [_planned_bar(facts, run, read) for run in self._planned[key]]
+        bars = sorted((bar for bar in bars if bar.end > read.low and bar.start < read.high), key=lambda bar: bar.start)
+        own = _overlaps(bars) if isinstance(key, int) else ()  # those of a group may get different robots
+        blocks = _merged(bars, self._thin, lambda hour: read.instant(hour).astimezone(facts.zone).date())
+        begins = max(read.low, min((hour for lane, hour in self._more.values() if lane == key), default=read.high))
+        more = Bar(("zoom", begins, SPANS[0]), begins, read.high, _("and more starts"))
+        shown = (*blocks, more) if begins < read.high else tuple(blocks)
+        return Lane(name, note, shown, _joined([*own, *self._contested[key]]), key)
+
+    def with_lines(self, lanes: list[Lane], opened: Hashable, seen: Range) -> list[Lane]:
+        """With many robots, those of a group are one line, and below it when it is open: the first one, until another is
+        chosen."""
+        busy = {lane.key: lane for lane in lanes if lane.bars}
+        if len(busy) <= MANY:
+            return lanes
+        lines: list[Lane] = []
+        for group in self._facts.groups:
+            members = [lane for number, lane in busy.items() if number in group.members]
+            if len(members) > 1:
+                key, words = ("robots of", group.id), self._line(members, seen)
+                is_open = opened == key or (opened is None and not lines)
+                lines += [Lane(group.name, key=key, line=words, is_open=is_open), *(members if is_open else ())]
+                busy = {number: lane for number, lane in busy.items() if lane not in members}
+        return [*lines, *(lane for lane in lanes if not lane.bars or lane.key in busy)]
+
+    def _line(self, lanes: Sequence[Lane], seen: Range) -> str:
+        """Their robots, what is visible of them (future starts, problems), and their notes."""
+        robots = {lane.key for lane in lanes}
+        runs = [run.begins for robot in robots for run in self._planned[robot]]
+        failed = [row.planned_at for robot in robots for row in self._past[robot] if row.state is State.FAILED]
+        return of_groups.line(
+            len(lanes),
+            sum(seen.low <= seen.at(at) < seen.high for at in runs),
+            any(lane in robots and hour < seen.high for lane, hour in self._more.values()),
+            sum(seen.low <= seen.at(at) < seen.high for at in failed),
+            sum(end > seen.low and start < seen.high for lane in lanes for start, end in lane.overlaps),
+            sum(_own_hold(self._facts, robot, self._now) is not None for robot in robots),
+            len(robots & self._facts.silent.keys()),
+        )
 
 
 def _own_hold(facts: SchedulerFacts, robot_id: Hashable, now: datetime) -> Hold | None:
     """That of this robot alone: one of all robots is a band."""
     return next((hold for hold in facts.holds if hold.robot_id == robot_id and hold.covers(hold.robot_id, now)), None)
-
-
-def _group_lane(
-    facts: SchedulerFacts,
-    group: Group,
-    planned: Iterable[PlannedRun],
-    contested: Iterable[PlannedRun],
-    now: datetime,
-    read: Range,
-    thin: float,
-) -> Lane:
-    """Starts without a robot of the group: now, in the past, or in the forecast."""
-    planned = list(planned)
-    bars = [
-        _past_bar(facts, execution, now, read)
-        for execution in facts.past
-        if execution.robot_id is None and execution.group_id == group.id
-    ]
-    bars += [_planned_bar(facts, run, read) for run in planned]
-    bars = sorted((bar for bar in bars if bar.end > read.low and bar.start < read.high), key=lambda bar: bar.start)
-    more = [
-        at
-        for schedule in facts.schedules
-        if schedule.group_id == group.id and (at := facts.more.get(schedule.id)) is not None
-    ]
-    return Lane(
-        _("Any of {group}").format(group=group.name),
-        _group_note(facts, group, planned),
-        (*_merged(bars, thin, lambda hour: read.instant(hour).astimezone(facts.zone).date()), *_more_bar(more, read)),
-        _joined(_conflicts(contested, read)),
-        ("group", group.id),
-    )
 
 
 def _group_note(facts: SchedulerFacts, group: Group, planned: Sequence[PlannedRun]) -> str:
@@ -338,12 +293,6 @@ def _overlaps(bars: list[Bar]) -> Iterable[tuple[float, float]]:
                 spans.append(shared)
         taken = max(taken, end)
     return ((start / 3600, end / 3600) for start, end in spans)
-
-
-def _conflicts(contested: Iterable[PlannedRun], read: Range) -> list[tuple[float, float]]:
-    """When planned runs compete for a robot or a place, or delay more important ones."""
-    spans = [(read.at(run.begins), read.at(run.begins) + (run.usual_s or ASSUMED_S) / 3600) for run in contested]
-    return [(start, end) for start, end in spans if end > read.low and start < read.high]
 
 
 def _joined(spans: Iterable[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
@@ -377,32 +326,13 @@ def _merged(bars: list[Bar], thin: float, day: Callable[[float], date]) -> Itera
 
 
 def _block(group: list[Bar]) -> Bar:
-    """What they have in common: the mission, how often it starts, their number."""
+    """Their mission, if it is one, and their number."""
     begins, ends, count = group[0].start, max(bar.end for bar in group), len(group)
-    said = [str(count), ngettext("{n} run", "{n} runs", count).format(n=count)]
-    names, every = {bar.label for bar in group}, _interval([bar.start for bar in group])
-    if every:
-        said.append(_("every {time} · {runs}").format(time=formats.duration(every), runs=said[-1]))
-    if len(names) == 1 and (name := names.pop()):
-        said.append(f"{name} · {said[-1]}")
-    label, *shorter = reversed(said)
+    runs, names = ngettext("{n} run", "{n} runs", count).format(n=count), {bar.label for bar in group}
+    label, *shorter = (*(f"{name} · {runs}" for name in names if name and len(names) == 1), runs, str(count))
     return Bar(
         ("zoom", (begins + ends) / 2, ends - begins), begins, ends, label, group[0].state, shorter=tuple(shorter)
     )
-
-
-def _interval(starts: Sequence[float]) -> float:
-    """Seconds, in whole minutes, after which the next one follows; 0: now sooner, now later."""
-    gaps = [(after - before) * 3600 for before, after in pairwise(starts)]
-    usual = round(sum(gaps) / len(gaps) / 60) * 60
-    return usual if usual and all(abs(gap - usual) <= usual * UNEVEN for gap in gaps) else 0
-
-
-def _more_bar(more: Sequence[datetime], read: Range) -> Iterable[Bar]:
-    """The time after which more starts exist than were computed."""
-    begins = max(read.low, read.at(min(more))) if more else read.high
-    if begins < read.high:
-        yield Bar(("zoom", begins, SPANS[0]), begins, read.high, _("and more starts"))
 
 
 def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: Range) -> Bar:

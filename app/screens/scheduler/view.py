@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
-from datetime import UTC, date, datetime, time, timedelta
+from datetime import UTC, date, datetime, time
 from zoneinfo import ZoneInfo
 
 from app.domain import rules
-from app.domain.models import WEEKDAYS, Execution, Group, Schedule, State
+from app.domain.models import WEEKDAYS, Group, Schedule, State
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats
 from app.screens.common.holding import held_next, run_words
@@ -22,8 +22,6 @@ from app.services.files.plan_export import PlanExport
 from app.services.planning import sentences
 from app.services.planning.recurrence import to_utc
 from app.widgets.items import Action, Item
-
-PICK = "pick"  # key of the option for choosing a day
 
 
 @dataclass(frozen=True)
@@ -148,7 +146,7 @@ def _schedule_row(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> I
         _joined(
             short_rule(schedule),
             of_groups.what_matters(schedule),
-            "" if is_over or not schedule.enabled else _why_not_next(facts, schedule, now),
+            _("over") if is_over else _why_not_next(facts, schedule, now) if schedule.enabled else "",
         ),
         lead=_next_time(facts, schedule, now),
         place=of_groups.whose(facts, schedule, last),
@@ -157,8 +155,6 @@ def _schedule_row(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> I
         look="plain" if schedule.enabled and not is_over else "faint",
         actions=(MENU,),
     )
-    if is_over:
-        return replace(row, meta=_became(facts, schedule, last))
     if not schedule.enabled:
         return replace(row, meta=_("Off"))
     if last is None:
@@ -196,31 +192,6 @@ def _has_starts(facts: SchedulerFacts, schedule: Schedule) -> bool:
     """In the future, or under way."""
     last = facts.last.get(schedule.id)
     return schedule.next_at is not None or (last is not None and last.state.is_open)
-
-
-def _became(facts: SchedulerFacts, schedule: Schedule, last: Execution | None) -> str:
-    """The outcome of a finished schedule: that of its last start, if the history still has it."""
-    start = to_utc(schedule.start, ZoneInfo(schedule.timezone))
-    if last is None or (schedule.recurrence is None and last.planned_at != start):
-        if not schedule.enabled:
-            return _("Over · was switched off")
-        return (
-            _("Over · was due {time}").format(time=_when_it_was(facts, start))
-            if schedule.recurrence is None
-            else _("Over")
-        )
-    text = {
-        State.COMPLETED: _("Over · ran {time}"),
-        State.FAILED: _("Over · failed {time}"),
-        State.CANCELLED: _("Over · cancelled {time}"),
-        State.SKIPPED: _("Over · not run {time}"),
-        State.MISSED: _("Over · not run {time}"),
-    }[last.state]
-    return text.format(time=_when_it_was(facts, last.started_at or last.planned_at))
-
-
-def _when_it_was(facts: SchedulerFacts, at: datetime) -> str:
-    return formats.day_and_time(at, facts.settings.timezone)
 
 
 def _why_not_next(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> str:
@@ -284,21 +255,6 @@ def schedule_menu(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> l
         ),
         MenuItem("duplicate", _("Duplicate"), "content-copy"),
         MenuItem("delete", _("Delete"), "trash-can-outline", tone="fault"),
-    ]
-
-
-def pause_options(schedule: Schedule, now: datetime) -> list[Option]:
-    """The choices for a pause: keys are the first day with starts, PICK asks for one."""
-    today = now.astimezone(ZoneInfo(schedule.timezone)).date()
-    monday = today + timedelta(days=7 - today.weekday())
-    texts = {today + timedelta(days=1): _("For today"), today + timedelta(days=2): _("Today and tomorrow")}
-    texts.setdefault(monday, _("Until Monday"))
-    return [
-        *(
-            Option(day, text, "pause-circle-outline", _("no start before {day}").format(day=formats.wall_day(day)))
-            for day, text in texts.items()
-        ),
-        Option(PICK, _("Until a day of your choice"), "calendar-month", _("starts resume on that day")),
     ]
 
 

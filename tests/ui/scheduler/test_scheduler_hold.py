@@ -191,8 +191,8 @@ def test_the_sheet_begins_with_the_robot_that_is_looked_at(screen, container, ui
 def test_a_schedule_is_paused_for_some_days_and_resumed(screen, container, ui):
     schedule = named(container, KITS, "Aino")
     menu(screen, ui, schedule, "Pause until a day")
-    ui.tap(ui.find(OptionRow, text="Until Monday"))
-    settle(screen, ui)
+    ui.tap(ui.find(DayCell, root=ui.find(DateDialog), day=date(2026, 11, 23)))
+    press(screen, ui, "Set")
     stored = container.repositories.schedules.get(container.db.read(), schedule.id)
     assert stored.paused_until == datetime(2026, 11, 22, 22, 0, tzinfo=UTC)
     assert "is paused until Mon 23 Nov" in ui.find(Snackbar).text
@@ -206,7 +206,6 @@ def test_a_schedule_is_paused_for_some_days_and_resumed(screen, container, ui):
 def test_a_start_within_a_pause_until_a_picked_day_is_skipped(screen, container, ui):
     schedule = named(container, KITS, "Aino")
     menu(screen, ui, schedule, "Pause until a day")
-    ui.tap(ui.find(OptionRow, text="Until a day of your choice"))
     ui.tap(ui.find(DayCell, root=ui.find(DateDialog), day=date(2026, 11, 21)))
     press(screen, ui, "Set")
     assert container.repositories.schedules.get(container.db.read(), schedule.id).is_paused(NOW)

@@ -132,8 +132,8 @@ def test_a_one_time_schedule_that_is_over_is_last_and_greyed(screen, container, 
     container.pausing.skip_next(once.id)
     settle(screen, ui)
     *_others, last = screen.plan.listed.rows
-    assert (last.key, last.look, last.meta) == (once.id, "faint", "Over · not run Fri 20 Nov 14:50")
+    assert (last.key, last.look, last.meta) == (once.id, "faint", "Not run")
     screen.plan.listed.set(query="morning")
     settle(screen, ui)
     line = row(ui, once)
-    assert "Over · not run Fri 20 Nov 14:50" in ui.texts(line)
+    assert "Once, Fri 20 Nov 14:50 · over" in ui.texts(line)

@@ -143,11 +143,14 @@ def test_an_answered_suggestion_disappears_at_once_although_it_was_found_again(a
     )
     monkeypatch.setattr(suggestions, "dismiss", lambda one: answered.wait(30) and dismiss(one))
     app.plan.advice._dismiss(app.plan.advice._advice.suggestions[0])
+    found: list[object] = []
+    monkeypatch.setattr(suggestions, "compute", lambda: found.append(compute()) or found[0])
     app.plan.advice.compute()
-    ui.wait(lambda: not app.plan.advice.busy)
+    ui.wait(lambda: found)
+    ui.advance(0.2)
     monkeypatch.setattr(suggestions, "compute", lambda: computed.wait(30) and compute())
     answered.set()
-    ui.wait(lambda: app.plan.advice.busy)
+    ui.wait(lambda: not app.plan.advice.count)
     assert not app.plan.advice.count
     computed.set()
     settle(app, ui)

@@ -1,8 +1,7 @@
 """Holding and pausing in words: chips, ends, the present hold, and how held starts are shown."""
 
 from dataclasses import replace
-from datetime import UTC, date, datetime, timedelta
-from zoneinfo import ZoneInfo
+from datetime import UTC, datetime, timedelta
 
 import pytest
 
@@ -172,24 +171,6 @@ def why(shown) -> str:
 
 
 # ---------------------------------------------------------------------- pausing
-def test_a_pause_can_be_chosen_by_day():
-    options = view.pause_options(HOURLY, NOW)
-    assert [(row.key, row.text) for row in options] == [
-        (date(2026, 11, 21), "For today"),
-        (date(2026, 11, 22), "Today and tomorrow"),
-        (date(2026, 11, 23), "Until Monday"),
-        (view.PICK, "Until a day of your choice"),
-    ]
-    assert options[0].note == "no start before Sat 21 Nov"
-    sunday = NOW + timedelta(days=2)
-    assert [row.text for row in view.pause_options(HOURLY, sunday)] == [
-        "For today",
-        "Today and tomorrow",
-        "Until a day of your choice",
-    ]
-    assert view.day_begins(date(2026, 11, 21), ZoneInfo(ZONE)) == datetime(2026, 11, 20, 22, 0, tzinfo=UTC)
-
-
 def test_a_paused_schedule_says_until_when_and_is_listed_at_its_next_start():
     paused = replace(HOURLY, id=8, name="A", paused_until=datetime(2026, 11, 22, 22, 0, tzinfo=UTC))
     later = replace(HOURLY, id=9, next_at=NOW + timedelta(hours=5))

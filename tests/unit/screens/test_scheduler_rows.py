@@ -129,36 +129,32 @@ def row_of(schedule, last=None):
     plan = facts(schedules=(schedule, off, HOURLY), last={schedule.id: last} if last else {})
     rows = view.schedule_rows(plan, NOW)
     place = [row.key for row in rows].index(schedule.id)
-    is_over = rows[place].meta.startswith("Over")
-    assert not is_over or view.schedule_rows(plan, NOW, view.Listing(by_name=True))[-1] == rows[place]
+    if rows[place].support.endswith("over"):
+        assert view.schedule_rows(plan, NOW, view.Listing(by_name=True))[-1] == rows[place]
     return rows[place], place
 
 
 @pytest.mark.parametrize(
     ("state", "words"),
     [
-        (State.COMPLETED, "Over · ran Fri 20 Nov 06:31"),
-        (State.FAILED, "Over · failed Fri 20 Nov 06:31"),
-        (State.CANCELLED, "Over · cancelled Fri 20 Nov 06:31"),
-        (State.SKIPPED, "Over · not run Fri 20 Nov 06:30"),
-        (State.MISSED, "Over · not run Fri 20 Nov 06:30"),
+        (State.COMPLETED, "06:33"),
+        (State.FAILED, "Failed"),
+        (State.CANCELLED, "Cancelled"),
+        (State.SKIPPED, "Not run"),
+        (State.MISSED, "Not run"),
     ],
 )
-def test_a_one_time_schedule_that_is_over_says_its_outcome_and_comes_last(state, words):
-    ran = state not in (State.SKIPPED, State.MISSED)
-    last = execution(state, 0, planned_at=MORNING, started_at=MORNING + timedelta(minutes=1) if ran else None)
+def test_a_one_time_schedule_that_is_over_shows_its_outcome_and_comes_last(state, words):
+    last = execution(state, 0, planned_at=MORNING, ended_at=MORNING + timedelta(minutes=3))
     row, place = row_of(ONCE, last)
     assert (row.lead, row.meta, row.look, place) == ("–", words, "faint", 2)
-    assert (row.place, row.support) == ("Aino", "Once, Fri 20 Nov 06:30")
+    assert (row.place, row.support) == ("Aino", "Once, Fri 20 Nov 06:30 · over")
 
 
-def test_what_is_over_without_a_row_says_when_it_was_due_or_that_it_was_off():
-    assert row_of(ONCE)[0].meta == "Over · was due Fri 20 Nov 06:30"
-    assert row_of(replace(ONCE, enabled=False))[0].meta == "Over · was switched off"
-    earlier = execution(State.COMPLETED, 0, planned_at=MORNING - timedelta(days=1))  # before it was set to another time
-    assert row_of(replace(ONCE, enabled=False), earlier)[0].meta == "Over · was switched off"
-    assert row_of(replace(HOURLY, id=9, next_at=None))[0].meta == "Over"
-    assert row_of(replace(HOURLY, id=9, next_at=None), earlier)[0].meta == "Over · ran Thu 19 Nov 06:30"
+def test_what_is_over_without_a_row_says_so_and_whether_it_is_off():
+    assert (row_of(ONCE)[0].support, row_of(ONCE)[0].meta) == ("Once, Fri 20 Nov 06:30 · over", "")
+    assert row_of(replace(ONCE, enabled=False))[0].meta == "Off"
+    assert row_of(replace(HOURLY, id=9, next_at=None))[0].support == "Daily 06:00 · over"
 
 
 def test_what_still_runs_or_may_be_switched_on_is_not_over():
