@@ -40,6 +40,7 @@ class TopBar(MDTopAppBar):
     tab = ObjectProperty(None, allownone=True)
     can_go_back = BooleanProperty(False)
     clock = StringProperty()
+    clock_in_doubt = BooleanProperty(False)
     bell_icon = StringProperty("bell-outline")
     bell_count = StringProperty()
     free_left = NumericProperty(0)  # px: between these there is nothing to press
@@ -180,6 +181,7 @@ class Frame(Surface):
     floor = NumericProperty(0)  # px, of the bar with the screens at the bottom
     title = StringProperty()
     clock = StringProperty()
+    clock_in_doubt = BooleanProperty(False)
     banner = ObjectProperty(None, allownone=True, rebind=True)
     has_banner = BooleanProperty(False)  # room for it
     bell_icon = StringProperty("bell-outline")

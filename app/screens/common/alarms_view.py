@@ -56,6 +56,11 @@ def is_over(alarm: Alarm) -> bool:
     return alarm.cleared_at is not None and alarm.code not in EVENTS
 
 
+def doubts_clock(alarm: Alarm) -> bool:
+    """Whether it says that the tablet's clock can't be right."""
+    return alarm.code == "clock_implausible" and not is_over(alarm)
+
+
 def is_past(alarm: Alarm) -> bool:
     """Over *and* acknowledged."""
     return alarm.cleared_at is not None and alarm.acknowledged_at is not None

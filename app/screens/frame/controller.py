@@ -12,7 +12,7 @@ from app.domain.clock import zone_names
 from app.domain.models import Execution
 from app.i18n import _, ngettext, translator
 from app.screens.common import formats, questions
-from app.screens.common.alarms_view import Act, bell, is_over, is_shelved
+from app.screens.common.alarms_view import Act, alarm_text, bell, doubts_clock, is_over, is_shelved
 from app.screens.common.holding import HAND, about_hold, about_start
 from app.screens.common.mission_names import MissionNameLookup
 from app.screens.common.presses import DOUBLE_TAP
@@ -133,6 +133,7 @@ class FrameController:
         self._late.show(issues, facts.settings, now)
         said = replace(issues, late_starts=()) if self._late.is_shown else issues
         frame.banner = banner(said, facts.robots, facts.settings, now, self._shell.navigator.current)
+        frame.clock_in_doubt = any(map(doubts_clock, issues.alarms))
         lines = open_lines(issues.alarms, now)
         new = sum(alarm.acknowledged_at is None for line in lines for alarm in line)
         shelved = [alarm for alarm in issues.alarms if is_shelved(alarm, now) and not is_over(alarm)]
@@ -188,15 +189,7 @@ class FrameController:
                     ),
                 )
             case Act.CLOCK_IS_RIGHT:
-                now, zone = services.clock.now(), self._facts.settings.timezone
-                self._shell.dialogs.confirm(
-                    _("Is it {day}, {time}?").format(
-                        day=formats.day(now, zone, year=True), time=formats.clock_time(now, zone)
-                    ),
-                    _("Robots show other times. If the tablet's clock is right, missions start by it from now on."),
-                    _("It is right"),
-                    lambda: self._work(services.holds.confirm_clock),
-                )
+                self._ask_clock()
             case Act.TIME_ZONE:
                 self._ask_zone()
             case Act.WHOSE_PLAN:
@@ -205,6 +198,20 @@ class FrameController:
     def _work(self, work: Callable[[], T], done: Callable[[T], object] | None = None) -> None:
         """In the background; its effect is published on the bus."""
         self._shell.background.run(work, done, self._shell.say_problem)
+
+    def _ask_clock(self) -> None:
+        now, settings = self._services.clock.now(), self._facts.settings
+        doubt = " ".join(alarm_text(alarm, settings, now) for alarm in self._facts.issues.alarms if doubts_clock(alarm))
+        self._shell.dialogs.confirm(
+            _("Is it {day}, {time}?").format(
+                day=formats.day(now, settings.timezone), time=formats.clock_time(now, settings.timezone)
+            ),
+            doubt + ".\n" + _("If not, set the clock in the tablet's own settings."),
+            _("This clock is right"),
+            lambda: self._work(self._services.holds.confirm_clock),
+            danger=True,
+            decline=_("No, send nothing"),
+        )
 
     def _ask_zone(self) -> None:
         self._zone_is_asked = True

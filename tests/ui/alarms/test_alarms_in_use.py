@@ -5,13 +5,16 @@ from __future__ import annotations
 
 import pytest
 
+from app.domain.message import message
 from app.domain.models import Robot
+from app.screens.common.presses import DOUBLE_TAP
 from app.screens.frame import alarms as frame_alarms
 from app.screens.frame import controller
 from app.screens.frame.alarms import AlarmsScreen, NoteDialog
 from app.screens.settings.page import SwitchRow
 from app.widgets import finger
 from app.widgets.buttons import CommandButton, IconButton, Toggle
+from app.widgets.dialogs import ConfirmDialog
 from app.widgets.frame import Banner, Frame, NavItem, TopBar
 from app.widgets.list_row import ListRow
 from app.widgets.rest import rest
@@ -130,6 +133,30 @@ def test_errors_of_a_robot_are_reset_from_its_row_once(container, app, alarms, u
         press(ui, row(ui, "Can't dock"), "Reset errors")
     ui.wait(lambda: app.shell.snackbars.texts == ["Reset errors was sent to Aino"])
     assert reset == [robot.id]
+
+
+def test_a_clock_in_doubt_is_amber_and_right_only_by_a_risky_answer(container, app, alarms, ui, monkeypatch):
+    said: list[bool] = []
+    monkeypatch.setattr(container.holds, "confirm_clock", lambda: said.append(True))
+    alarms.raise_("clock_implausible", "clock", problem=message("most robots' clocks are {time} behind it", time="3 h"))
+    ui.wait(lambda: ui.find(TopBar).clock_in_doubt)
+    clock = ui.find(TopBar).ids.bar_clock
+    assert tuple(clock.color) == tuple(tk.attention)
+    for answer in ("No, send nothing", "This clock is right"):
+        ui.tap(ui.find(CommandButton, ui.find(Banner), text="Decide"))
+        ui.advance(DOUBLE_TAP)
+        question = ui.find(ConfirmDialog)
+        assert [(button.text, button.style, button.tone) for button in ui.find_all(CommandButton, question)] == [
+            ("No, send nothing", "filled", "neutral"),
+            ("This clock is right", "outlined", "fault"),
+        ]
+        assert "3 h behind it" in " ".join(ui.texts(question))
+        ui.tap(ui.find(CommandButton, question, text=answer))
+        ui.wait(lambda: app.shell.background.idle)
+        ui.advance(DOUBLE_TAP)
+    assert said == [True]
+    alarms.clear("clock_implausible", "clock")
+    ui.wait(lambda: not ui.find(TopBar).clock_in_doubt)
 
 
 def test_no_room_is_left_where_the_next_screen_has_no_banner(app, alarms, ui):
