@@ -16,6 +16,7 @@ JOINT = re.compile(
     r"(?<=\d) (?=(?:s|min|h|d|pv|%|m|km|m/s)(?![\w/]))| (?=…)"
 )  # between a number and its unit, before dots: no line ends
 
+LEAST = 14  # dp, of letters that got smaller
 SEEN = 2.5  # characters in the width of an em: on average there are two
 
 
@@ -25,8 +26,9 @@ class Txt(MDLabel):
 
     ``fit`` False: it gets its width from the layout and wraps. True: it is as wide as its text, at least
     ``least_width``, and wraps only beyond ``max_width`` (0: never). Either way it is as high as its ``lines``, at any
-    font scale. A word wider than a line breaks before its port, after a slash and the like; only one without such a
-    place breaks anywhere. A number is never separated from its unit, or "…" from the word before it.
+    font scale. A word wider than a line breaks before its port, after a slash and the like; without such a place all
+    letters get smaller, and only where even the smallest are too wide it breaks anywhere. A number is never separated
+    from its unit, or "…" from the word before it.
     """
 
     fit = BooleanProperty(False)
@@ -80,6 +82,7 @@ class Txt(MDLabel):
         """Kivy breaks words that are too wide at any character, and leaves lines out without a sign."""
         width = self.text_size[0]
         if not self.markup:
+            self._label.options["font_size"] = self.font_size
             self._label.text = self._broken(width) if width else self.text
         super().texture_update(*args)
         self.lines = len(self._label._cached_lines)
@@ -110,8 +113,18 @@ class Txt(MDLabel):
             max(map(len, text.split()), default=0) * self.font_size > width
         ):  # else no word is too wide: don't measure them
             self._label.resolve_font_name()
+            self._shrink([piece for word in text.split() for piece in SEAM.split(word)], width)
             text = re.sub(r"\S+", lambda word: self._break_word(word[0], width), text)
         return text
+
+    def _shrink(self, pieces, width) -> None:
+        """Take the largest letters with which no piece is wider than a line, if there are any."""
+        size = self._label.options["font_size"]
+        while pieces and self._label.options["font_size"] >= dp(LEAST):
+            pieces = [piece for piece in pieces if self._label.get_extents(piece)[0] > width]
+            self._label.options["font_size"] -= 1 if pieces else 0
+        if pieces:
+            self._label.options["font_size"] = size
 
     def _break_word(self, word, width) -> str:
         if self._label.get_extents(word)[0] <= width:

@@ -207,15 +207,15 @@ def _text_problems(label: Label, above: tuple[Widget, ...]) -> Iterator[str]:
 def broken_words(label: Label) -> list[str]:
     """Words of it that are wider than its line; of an address or a path only the parts between which it may break.
     What is longer than any word breaks somewhere."""
-    room = label.text_size[0]
+    room, size = label.text_size[0], label._label.options["font_size"]
     if label.markup or not room:
         return []
     return [
         word
         for word in label.text.split()
         if len(word) <= LONGEST_WORD
-        and len(word) * label.font_size > room
-        and max(line_width(part, label.font_name, label.font_size) for part in SEAM.split(word)) > room + 1
+        and len(word) * size > room
+        and max(line_width(part, label.font_name, size) for part in SEAM.split(word)) > room + 1
     ]
 
 

@@ -61,6 +61,17 @@ def test_dots_stay_with_the_word_before_them(ui, text, width, lines):
     assert [line.replace("\N{NO-BREAK SPACE}", " ") for line in shown_lines(ui, text, width, most_lines=4)] == lines
 
 
+@pytest.mark.parametrize("most", [0, 2])
+def test_a_word_that_is_a_little_too_wide_gets_smaller_letters(ui, most):
+    assert shown_lines(ui, "Lisäasetukset", 95) == ["Lisäasetukset"]
+    assert shown_lines(ui, "Muut lisäasetukset", 95, most_lines=most) == ["Muut", "lisäasetukset"]
+    label = Factory.Body(text="Lisäasetukset")
+    ui.show(label, (95, 20))
+    small = label.height
+    ui.show(label, (300, 20))
+    assert label.height > small
+
+
 def test_a_word_without_seams_breaks_anywhere(ui):
     lines = shown_lines(ui, "x" * 60, 160)
     assert "".join(lines) == "x" * 60
