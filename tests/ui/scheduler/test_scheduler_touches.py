@@ -7,12 +7,14 @@ from datetime import time
 import pytest
 
 from app.domain.models import Between
+from app.i18n import translator
 from app.screens.scheduler.cards import FormFold, FormSheet, PlanPage, StepLine, TimeCell
+from app.screens.scheduler.draft import Kind
 from app.widgets.buttons import CommandButton, Segment
 from app.widgets.fields import RepeatButton
 from app.widgets.rows import OptionRow
 from tests.ui import looks
-from tests.ui.planner import KITS, choose, field, kind, new, reveal, settle, tab
+from tests.ui.planner import KITS, field, new, reveal, settle, tab
 
 
 class Hand:
@@ -83,17 +85,29 @@ def test_every_half_hour_from_eight_to_four_takes_nine(screen, container, ui, ha
     assert hand.taps <= 9
 
 
-def test_the_pages_have_few_words_and_one_filled_button(screen, ui):
+@pytest.fixture(params=["en", "fi"])
+def language(request, screen, ui):
+    translator.use(request.param)
+    settle(screen, ui)
+    yield request.param
+    translator.use("en")
+    settle(screen, ui)
+
+
+def test_the_pages_have_few_words_and_one_filled_button(screen, ui, language):
     for key, most in (("plan", 90), ("schedules", 95), ("suggestions", 95)):
         tab(screen, ui, key)
         assert len(looks.words(screen.root)) <= most, key
         assert len(looks.filled(screen.root)) <= 1
         assert looks.scrolls(screen.root) == []
-    tab(screen, ui, "plan")
+
+
+def test_the_form_has_few_words_and_one_filled_button(screen, container, ui, language):
     new(screen, ui)
-    choose(screen, ui, "Mission", KITS)
-    kind(screen, ui, "Weekly")
+    kits = next(mission.id for mission in container.catalogue.missions() if mission.name == KITS)
+    screen.plan.form.set(mission_id=kits, kind=Kind.WEEKLY)
+    settle(screen, ui)
     assert len(looks.words(screen.root)) <= 110
-    assert looks.filled(screen.root) == ["Save"]
+    assert len(looks.filled(screen.root)) == 1
     assert looks.sizes(screen.root) <= looks.SIZES
     assert looks.targets(screen.root) == []
