@@ -65,6 +65,7 @@ class FormModel(FormFields):
         self._proposes = draft is None
         self._submitted = False  # what is in it is being saved
         self.more = _uses_more(self._draft)
+        self.show()
 
     # ------------------------------------------------------------------ what is edited
     @property

@@ -69,26 +69,22 @@ class StartRow:
 
 @dataclass(frozen=True)
 class FormView:
-    """What the form shows."""
+    """What the form shows: the ``draft`` itself, and in words."""
 
+    draft: Draft | None = None
     title: str = ""
     mission: str = ""
     robot: str = ""
     day: str = ""
     time: str = ""
     until: str = ""
-    kind: str = Kind.ONCE
     kinds: tuple[tuple[str, str], ...] = ()
     repeats: str = ""  # which of the rarer kinds
     days: tuple[tuple[str, str], ...] = ()  # of the week
-    weekdays: tuple[str, ...] = ()  # those that are chosen
     every: str = ""
     common_every: tuple[Option, ...] = ()  # numbers that are chosen by one tap
-    all_day: bool = False
-    by_weekday: bool = False
     nth: str = ""
     month_weekday: str = ""
-    month_day: int = 1
     has_end: bool = False  # it can have a last day
     last_day: str = ""
     ends: bool = False  # a last day is set
@@ -96,14 +92,10 @@ class FormView:
     also: str = ""
     battery: str = ""
     window: str = ""
-    overlap: str = ""
     overlaps: tuple[tuple[str, str], ...] = ()
-    respect_working_days: bool = True
     priority: int = 0
     priorities: tuple[tuple[int, str], ...] = ()
-    of_group: bool = False
     finish_by: str = ""
-    name: str = ""
     name_hint: str = ""
     advanced: str = ""  # the rarer fields in a few words, while they are folded
     sentence: str = ""
@@ -117,12 +109,17 @@ class FormView:
         return self.why if field == self.wrong_field else ""
 
     @property
+    def kind(self) -> str:
+        return self.draft.kind if self.draft else Kind.ONCE
+
+    @property
     def kind_fields(self) -> str:
         """The widget with the fields that this kind of recurrence needs besides; empty: none."""
+        by_weekday = self.draft is not None and self.draft.by_weekday
         return {
             Kind.WEEKLY: "WeekdaysField",
             Kind.EVERY: "EveryFields",
-            Kind.MONTHLY: "MonthWeekdayFields" if self.by_weekday else "MonthDayFields",
+            Kind.MONTHLY: "MonthWeekdayFields" if by_weekday else "MonthDayFields",
             Kind.OTHER: "OtherFields",
         }.get(Kind(self.kind), "")
 
@@ -150,25 +147,21 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
     a_day = starts_a_day(draft)
     has_end = draft.kind not in (Kind.ONCE, Kind.OTHER)
     return FormView(
+        draft,
         title=_("New schedule") if draft.is_new else _("Edit schedule"),
         mission=mission.name if mission else _("Choose a mission"),
         robot=of_groups.target_text(target),
         day=dated(draft.day, now.astimezone(ZoneInfo(draft.timezone)).date()),
         time=formats.wall_time(draft.at),
         until=formats.wall_time(draft.until_time),
-        kind=draft.kind,
         kinds=((Kind.ONCE, _("Once")), (Kind.DAILY, _("Daily")), (Kind.WEEKLY, _("Weekly")), (MORE, _("More"))),
         repeats=repeats_text(repeats_of(draft)),
         days=_days(),
-        weekdays=draft.weekdays,
         every="" if draft.every is None else formats.duration(draft.every * UNIT_S[draft.unit]),
         common_every=tuple(
             Option(n, formats.duration(n * UNIT_S[draft.unit]), selected=n == draft.every) for n in COMMON[draft.unit]
         ),
-        all_day=draft.all_day,
-        by_weekday=draft.by_weekday,
         nth=nth_text(draft.nth),
-        month_day=draft.month_day,
         month_weekday=formats.current().weekdays[WEEKDAYS.index(draft.month_weekday)],
         has_end=has_end,
         last_day=formats.wall_day(draft.last_day, year=True) if has_end and draft.last_day else _("None"),
@@ -177,14 +170,10 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
         also=", ".join(formats.wall_time(draft.at.replace(hour=hour)) for hour in draft.more_hours) or _("None"),
         battery=formats.percent(number) if (number := number_of(facts, draft, "minimum_battery_percent")) else _("Any"),
         window=formats.duration(60 * max(1, number_of(facts, draft, "start_window_minutes"))),
-        overlap=draft.overlap,
         overlaps=_overlaps(draft),
-        respect_working_days=draft.respect_working_days,
         priority=level(draft.priority),
         priorities=of_groups.priorities(),
-        of_group=draft.group_id is not None,
         finish_by=of_groups.finish_by_text(draft.finish_by_minutes),
-        name=draft.name,
         name_hint=_name_hint(mission, target),
         advanced=_advanced(facts, draft),
         sentence="" if problem else _sentence(facts, draft, a_day),

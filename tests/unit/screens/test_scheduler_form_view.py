@@ -61,8 +61,8 @@ def test_the_form_shows_what_is_chosen():
         "Mon 23 Nov",
         "06:30",
     )
-    assert (chosen.days[0], chosen.weekdays) == (("MO", "Mo"), ("MO", "WE"))
-    assert (chosen.battery, chosen.window, chosen.overlap, chosen.why) == ("40 %", "15 min", "queue", "")
+    assert (chosen.days[0], chosen.draft.weekdays) == (("MO", "Mo"), ("MO", "WE"))
+    assert (chosen.battery, chosen.window, chosen.draft.overlap, chosen.why) == ("40 %", "15 min", "queue", "")
     assert shown(draft()).battery == "30 %"  # inherited
     assert shown(draft(minimum_battery_percent=0.0)).battery == "Any"
 
