@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
+from typing import Any
 from zoneinfo import ZoneInfo
 
 from app.database.executions import ExecutionFilter
@@ -251,32 +252,20 @@ def read(services: SchedulerServices, window: Window | None = None) -> Scheduler
         own_hold=next((hold for hold in services.holds.all_active() if hold.clock or hold.is_copy), None),
         usual_s={key: one.median_s for key, one in usual.items() if one.median_s},
         names={robot.id: services.robot_missions.names(robot.id) for robot in robots},
-        silent=silent(services.snapshots, robots),
         skips=skips,
-        stopped=stopped(services, settings, robots),
-        icons=icons(services, settings, robots),
+        **live(services, settings, robots),
     )
 
 
-def silent(snapshots: Snapshots, robots: Iterable[Robot]) -> Mapping[int, Connection]:
-    """Those of ``SchedulerFacts.silent``."""
-    return {robot.id: connection for robot in robots if is_silent(connection := snapshots.get(robot.id).connection)}
-
-
-def stopped(services: SchedulerServices, settings: Settings, robots: Iterable[Robot]) -> frozenset[int]:
-    """Those of ``SchedulerFacts.stopped``."""
-    now = services.clock.now()
-    return frozenset(robot.id for robot in robots if is_stopped(services.snapshots.get(robot.id), settings, now))
-
-
-def icons(services: SchedulerServices, settings: Settings, robots: Iterable[Robot]) -> Mapping[int, tuple[str, str]]:
-    """Those of ``SchedulerFacts.icons``."""
-    now, found = services.clock.now(), {}
-    for robot in robots:
-        snapshot = services.snapshots.get(robot.id)
-        look = state_appearance(robot, snapshot, is_old(snapshot, now, settings))
-        found[robot.id] = look.icon, look.tone
-    return found
+def live(services: SchedulerServices, settings: Settings, robots: Iterable[Robot]) -> dict[str, Any]:
+    """What robots say of themselves: ``silent``, ``stopped`` and ``icons`` of ``SchedulerFacts``."""
+    now, found = services.clock.now(), [(robot, services.snapshots.get(robot.id)) for robot in robots]
+    looks = {robot.id: state_appearance(robot, each, is_old(each, now, settings)) for robot, each in found}
+    return {
+        "silent": {robot.id: each.connection for robot, each in found if is_silent(each.connection)},
+        "stopped": frozenset(robot.id for robot, each in found if is_stopped(each, settings, now)),
+        "icons": {number: (look.icon, look.tone) for number, look in looks.items()},
+    }
 
 
 def _is_start(at: datetime, schedule: Schedule | None, calendar: WorkingCalendar) -> bool:

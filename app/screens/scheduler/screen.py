@@ -22,7 +22,7 @@ from app.screens.scheduler import cards, hold_view, timeline, view
 from app.screens.scheduler.actions import ScheduleActions
 from app.screens.scheduler.advice import AdviceModel
 from app.screens.scheduler.draft import Draft
-from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Window, icons, read, silent, stopped
+from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Window, live, read
 from app.screens.scheduler.form import FormModel
 from app.screens.scheduler.hold import HoldSheet
 from app.screens.scheduler.listed import ScheduleList
@@ -139,13 +139,9 @@ class SchedulerViewModel(OnTimeline):
     # ------------------------------------------------------------------ showing
     def _tick(self) -> None:
         services, facts = self._services, self._facts
-        if (
-            silent(services.snapshots, facts.robots) != facts.silent
-            or stopped(services, facts.settings, facts.robots) != facts.stopped
-            or icons(services, facts.settings, facts.robots) != facts.icons
-        ):
+        if any(getattr(facts, name) != now for name, now in live(services, facts.settings, facts.robots).items()):
             self._refresher.request()
-        if len(self._facts.schedules) <= MANY:
+        if len(facts.schedules) <= MANY:
             self._show_schedules()
 
     def _show_schedules(self) -> None:
