@@ -247,12 +247,14 @@ class Judge:
         )
 
     def _times_shown(self, instant: datetime) -> Iterator[float]:
-        """True times at which the tablet's clock has shown that instant."""
-        clock = self.diary.clock
-        for (since, ahead), until in zip(clock, [*(at for at, _ahead in clock[1:]), math.inf], strict=True):
-            at = (instant - self._epoch).total_seconds() - ahead
-            if since <= at < until:
-                yield at
+        """True times at which the tablet's clock has shown that instant, or was set past it."""
+        clock, shown = self.diary.clock, (instant - self._epoch).total_seconds()
+        before = [0.0, *(ahead for _at, ahead in clock)]
+        for (since, ahead), was, until in zip(clock, before, [*(at for at, _ in clock[1:]), math.inf], strict=False):
+            if since <= shown - ahead < until:
+                yield shown - ahead
+            elif since + was < shown < since + ahead:
+                yield since
 
     def _is_settled(self, key: Key, start: float, end: float) -> bool:
         """Whether it was wanted and not held all this time, on the same robot and within the same window."""

@@ -229,6 +229,12 @@ def test_a_start_that_had_passed_when_planned_runs_once_the_clock_was_set_back(t
     world.site.container.db.close()
 
 
+def test_a_start_falls_due_when_the_clock_is_set_past_it_and_when_it_shows_that_time(absent):
+    absent.diary.clock[:] = [(0.0, 0.0), (100.0, 300.0), (200.0, -50.0)]
+    shown = [list(absent.judge._times_shown(START + timedelta(seconds=at))) for at in (50, 250, 450)]
+    assert shown == [[50.0], [100.0, 300.0], [150.0, 500.0]]
+
+
 def test_a_start_for_a_group_missed_before_the_clock_was_set_back_need_not_run(tmp_path):
     world = World(tmp_path, 3, STILL.with_groups().only(site=PLACE | {"robots": 3, "with_window": False}))
     world.site.run(30.0)
