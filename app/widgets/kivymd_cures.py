@@ -53,7 +53,6 @@ def apply() -> None:
     """Install all of them, before the first KivyMD widget is made. A second call changes nothing."""
     for cure in (
         ids_in_kv,
-        declared_ids,
         touches,
         hover,
         ripple,
@@ -84,13 +83,6 @@ def ids_in_kv() -> None:
     """``x.ids.y.z`` in kv keeps the widget for ever, as kivy's table of bindings holds that dict strongly: so every
     MDDialog (3 MB) and every MDSegmentedButton leaks."""
     ObservableDict.proxy_ref = property(weakref.proxy)
-
-
-def declared_ids() -> None:
-    """A child with an ``id`` given in Python is kept for ever in one dict of the class."""
-    from kivymd.uix.behaviors.declarative_behavior import DeclarativeBehavior
-
-    DeclarativeBehavior._register_ids = _nothing
 
 
 def touches() -> None:

@@ -131,21 +131,6 @@ def test_ids_in_kv_still_need_the_cure():
     assert "proxy_ref" not in ObservableDict.__mro__[1].__dict__
 
 
-def test_a_child_with_an_id_from_python_is_freed(ui):
-    child = MDLabel(id="told", text="Deliver")
-    ui.show(MDBoxLayout(child))
-    reference = weakref.ref(child)
-    Window.remove_widget(child.parent)
-    del child
-    ui.advance()
-    gc.collect()
-    assert reference() is None
-
-
-def test_declared_ids_still_need_the_cure():
-    assert "self.__ids[widget.id] = widget" in source(UIX / "behaviors" / "declarative_behavior.py")
-
-
 def test_no_widget_follows_the_mouse(ui):
     before = len(Window.get_property_observers("mouse_pos"))
     ui.show(MDBoxLayout(MDLabel(text="Deliver"), MDCard()))
