@@ -37,6 +37,7 @@ class Item:
     edge: bool = False  # a line of its tone at the left edge
     aside: str = ""  # beside the title
     note: str = ""  # below the support
+    who: str = ""  # in front of the title, or a column before it: whose it is
     place: str = ""  # a column: the robot, the group
     support_tone: str = ""
     meta_tone: str = ""
@@ -47,6 +48,11 @@ class Item:
     opens: bool = True  # a tap on the row is the action "open"
     on: bool | None = None  # a switch: action "switch" with the wanted state
     ticked: bool | None = None  # a box in the place of the icon
+
+    @property
+    def whole(self) -> str:
+        """The title with whose it is."""
+        return f"{self.who} · {self.title}" if self.who else self.title
 
     @property
     def beside(self) -> tuple[Action, ...]:

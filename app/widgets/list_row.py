@@ -86,13 +86,14 @@ class ListRow(RecycledRow, Tap):
     a menu can hang on it).
 
     A list sets its columns in kv (``<RunRow@ListRow>:``): ``least`` is the height of a row, ``lead_width`` the width for times, and
-    ``place_width`` and ``meta_width`` those of the columns, all in px; 0: as wide as the text, and no column for the place. A ``folded``
-    row has place and meta in the line of its support.
+    ``who_width``, ``place_width`` and ``meta_width`` those of the columns, all in px; 0: as wide as the text, and no column for who and
+    place. A ``folded`` row has place and meta in the line of its support.
     """
 
     item = ObjectProperty(Item(None), rebind=True)
     least = NumericProperty("56dp")
     lead_width = NumericProperty(0)
+    who_width = NumericProperty(0)
     place_width = NumericProperty(0)
     meta_width = NumericProperty(0)
     folded = BooleanProperty(False)

@@ -18,7 +18,7 @@ from app.domain.models import Alarm, DurationEstimate, Priority, Robot, RobotSna
 from app.domain.reasons import to_store
 from app.domain.robot import MissionParameter, RobotState
 from app.i18n import _
-from app.screens.common.alarms_view import bell, is_shelved, is_unseen
+from app.screens.common.alarms_view import bell, doubts_clock, is_shelved, is_unseen
 from app.screens.common.mission_names import SharedMissionNames
 from app.screens.common.sheets import Sheets
 from app.screens.common.threads import UiBus
@@ -185,6 +185,7 @@ def sent(studio: Any, facts: HomeFacts, parameters: tuple[MissionParameter, ...]
 def show_issues(frame: Any, issues: OpenIssues, robots: Mapping[int, Robot], settings: Settings, name: str) -> None:
     """Banner and bell over the screen of that name, as the app sets them with Aino selected."""
     frame.banner = banner(issues, robots, settings, sample.NOW, name)
+    frame.clock_in_doubt = any(map(doubts_clock, issues.alarms))
     lines = open_lines(issues.alarms, sample.NOW)
     shelved = [alarm for alarm in issues.alarms if is_shelved(alarm, sample.NOW)]
     frame.bell_icon, frame.bell_count = bell(

@@ -9,7 +9,6 @@ from datetime import datetime, timedelta
 
 from app.domain.message import render
 from app.domain.models import Alarm, ReasonCode, Robot, Settings
-from app.domain.reasons import stored_sentence
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.alarms_view import (
@@ -25,6 +24,7 @@ from app.screens.common.alarms_view import (
     is_shelved,
     is_unseen,
     message_id,
+    reason_of,
     short_words,
     silence,
     urgency,
@@ -125,28 +125,27 @@ def _runs(alarms: Sequence[Alarm]) -> list[list[Alarm]]:
     return runs
 
 
-def whose(group: Together) -> str:
-    """The robot, or how many; empty where only the whole sentence says what is the matter."""
-    if not short_words(group[0]):
-        return ""
-    n = len(group)
-    return str(group[0].details["robot"]) if has_leader(group) else ngettext("{n} robot", "{n} robots", n).format(n=n)
+def who_and_what(group: Together) -> tuple[str, str]:
+    """The robot, or how many, and what is the matter; empty where only the whole sentence says it."""
+    alarm, n = group[0], len(group)
+    robot, runs = str(alarm.details.get("robot", "–")), [alarm for alarm in group if alarm.code in _OF_RUNS]
+    if alarm in runs and len(runs) > 1:
+        n = sum(run.count for run in runs)
+        if alarm.code == "execution_failed":
+            return robot, ngettext("{n} mission failed", "{n} missions failed", n).format(n=n)
+        return robot, ngettext("{n} mission was not run", "{n} missions were not run", n).format(n=n)
+    what = short_words(alarm)
+    if what and not has_leader(group):
+        robot = ngettext("{n} robot", "{n} robots", n).format(n=n)
+    return (robot, what) if what else ("", "")
 
 
 def group_text(group: Together, settings: Settings, now: datetime) -> str:
     """The cause that they share."""
-    if (who := whose(group)) and group[0].code != "question":  # its sentence is as short
-        return _("{robot}: {problem}").format(robot=who, problem=short_words(group[0]))
-    runs, robot = [alarm for alarm in group if alarm.code in _OF_RUNS], str(group[0].details.get("robot", "–"))
-    if has_leader(group) and (group[0] not in runs or len(runs) == 1):
-        return alarm_text(group[0], settings, now)
-    n = sum(alarm.count for alarm in runs)
-    words = (
-        ngettext("{n} mission on {robot} failed", "{n} missions on {robot} failed", n)
-        if group[0].code == "execution_failed"
-        else ngettext("{n} mission on {robot} was not run", "{n} missions on {robot} were not run", n)
-    )
-    return words.format(n=n, robot=robot)
+    who, what = who_and_what(group)
+    if what and group[0].code != "question":  # its sentence is as short
+        return _("{robot}: {problem}").format(robot=who, problem=what)
+    return alarm_text(group[0], settings, now)
 
 
 def _advice(group: Together) -> str:
@@ -186,7 +185,7 @@ def group_note(group: Together, settings: Settings, now: datetime) -> str:
     _count, names = _names(group, "mission" if of_runs else "robot")
     if of_runs:
         newest = max(group, key=_began)
-        reason = stored_sentence(newest.details["reason"], zone, _) if _reason(newest) else ""
+        reason = reason_of(newest, settings) if _reason(newest) else ""
         return " · ".join(
             filter(None, (reason, _("last {time}").format(time=formats.day_and_time(_began(newest), zone, now)), names))
         )
@@ -201,11 +200,11 @@ def alarm_item(
 ) -> Item:
     """The row of an alarm, or of several with one cause. ``below``: its buttons have a line of their own."""
     alarm, n = group[0], len(group)
-    short, who = short_words(alarm), whose(group)
+    who, what = who_and_what(group)
     note = group_note(group, settings, now)
     return Item(
         ("group" if n > 1 else "alarm", alarm.id),
-        f"{who} · {short[:1].upper()}{short[1:]}" if who else group_text(group, settings, now),
+        what[:1].upper() + what[1:] or alarm_text(alarm, settings, now),
         note[:1].upper() + note[1:],
         lead=formats.day_or_time(_began(alarm), settings.timezone, now),
         icon=alarm_icon(alarm),
@@ -214,6 +213,7 @@ def alarm_item(
         disc=True,
         loud=alarm_tone(alarm) == "fault",
         edge=True,
+        who=who,
         strong=is_unseen(alarm),
         below=below,
         opens=False,

@@ -10,6 +10,7 @@ from typing import Any
 
 from app.domain.message import is_message, render
 from app.domain.models import Alarm, Priority, Robot, Settings
+from app.domain.reasons import stored_sentence
 from app.i18n import _, ngettext
 from app.mir import errors
 from app.screens.common import formats
@@ -153,6 +154,10 @@ def short_words(alarm: Alarm) -> str:
             return problem.words or problem.quote
         case "question":
             return _("asks: {question}").format(question=render(alarm.details.get("question"), _))
+        case "execution_failed" if alarm.details.get("mission"):
+            return _("{mission} failed").format(mission=alarm.details["mission"])
+        case "execution_skipped" if alarm.details.get("mission"):
+            return _("{mission} was not run").format(mission=alarm.details["mission"])
     return ""
 
 
@@ -179,7 +184,7 @@ def _readable(value: Any, settings: Settings, now: datetime) -> Any:
 
 def alarm_note(alarm: Alarm, settings: Settings, now: datetime) -> str:
     """Until when it is shelved, since when it is over, how often, what to do, and when it was acknowledged."""
-    parts = []
+    parts = [reason_of(alarm, settings)]
     if is_shelved(alarm, now):
         parts.append(_("Shelved until {time}").format(time=_time(alarm.shelved_until, settings, now)))
     if is_over(alarm):
@@ -196,6 +201,15 @@ def alarm_note(alarm: Alarm, settings: Settings, now: datetime) -> str:
     elif not is_past(alarm) and not is_over(alarm) and alarm.code in _ADVICE:
         parts.append(advice_of(alarm))
     return " · ".join(filter(None, (*parts, seen_words(alarm, settings, now))))
+
+
+def reason_of(alarm: Alarm, settings: Settings) -> str:
+    """Why a run ended, in the words for the robot's own ones; empty for other alarms."""
+    reason = alarm.details.get("reason")
+    if not isinstance(reason, Mapping):
+        return ""
+    sentence = stored_sentence(reason, settings.timezone, _)
+    return problem_of(sentence).words or sentence
 
 
 def seen_words(alarm: Alarm, settings: Settings, now: datetime) -> str:

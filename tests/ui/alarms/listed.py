@@ -22,8 +22,8 @@ def tab(ui, key: str) -> TabButton:
 
 
 def row(ui, text: str) -> ListRow:
-    found = [row for row in ui.find_all(ListRow) if text in row.item.title]
-    assert found, [row.item.title for row in ui.find_all(ListRow)]
+    found = [row for row in ui.find_all(ListRow) if text in row.item.whole]
+    assert found, [row.item.whole for row in ui.find_all(ListRow)]
     return found[0]
 
 

@@ -71,7 +71,7 @@ def test_a_robot_that_is_renamed_carries_its_new_name_at_once(container, app, al
     open_list(ui)
     wait_for_rows(ui, 1)
     container.catalogue.save_robot(replace(container.catalogue.robot(robot.id), name="Alma"))
-    ui.wait(lambda: row(ui, "Emergency stop").item.title.startswith("Alma"))
+    ui.wait(lambda: row(ui, "Emergency stop").item.whole.startswith("Alma"))
 
 
 # ---------------------------------------------------------------------- shelving
@@ -203,7 +203,7 @@ def test_the_menu_says_which_alarm_it_is_about(app, alarms, ui):
     about = row(ui, "missed")
     ui.tap(ui.find(IconButton, about, icon="dots-vertical"))
     ui.advance(0.3)
-    assert ui.texts(ui.find(Menu))[0] == about.item.title
+    assert ui.texts(ui.find(Menu))[0] == about.item.whole
 
 
 def test_when_nothing_can_be_written_the_alarm_says_where_to_look(app, alarms, ui):

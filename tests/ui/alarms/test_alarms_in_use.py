@@ -56,7 +56,7 @@ def test_alarms_out_of_sight_are_not_acknowledged(app, alarms, ui):
     page.scroll_y = 0.5  # rows are cut off above and below
     ui.advance(0.2)
     shown = [
-        each.item.title
+        each.item.whole
         for each in ui.find_all(ListRow)
         if page.to_window(*page.pos)[1] <= each.to_window(*each.pos)[1]
         and each.to_window(0, each.top)[1] <= page.to_window(0, page.top)[1]

@@ -100,7 +100,7 @@ def test_many_that_fall_silent_together_are_one_line_on_the_page_and_in_the_bann
     issues = OpenIssues(silent(14))
     [group] = open_lines(issues.alarms, NOW)
     row, view = item(group), banner(issues, {}, SETTINGS, NOW, "logs")
-    assert (row.lead, row.title, view.text) == ("14:02", "14 robots · No answer", "14 robots: no answer")
+    assert (row.lead, row.whole, view.text) == ("14:02", "14 robots · No answer", "14 robots: no answer")
     assert row.support == "R1, R2, R3 … · All at the same minute. Is the access point on?"
     assert (view.action, view.act, view.about) == ("Show", Act.SHOW_ALARMS, 1)
     assert (row.key, [action.text or action.name for action in row.actions]) == (
@@ -160,7 +160,7 @@ def test_an_alarm_that_came_back_is_with_those_that_fell_silent_now():
 
 def test_when_they_answer_again_the_line_says_from_when_to_when():
     row = item(silent(3, cleared_at=ago(minutes=8)))
-    assert (row.lead, row.title, row.support) == ("14:02", "3 robots · No answer", "Over since 14:30 · R1, R2, R3")
+    assert (row.lead, row.whole, row.support) == ("14:02", "3 robots · No answer", "Over since 14:30 · R1, R2, R3")
 
 
 def test_robots_with_the_same_error_within_a_minute_are_one_line():
@@ -175,7 +175,7 @@ def test_robots_with_the_same_error_within_a_minute_are_one_line():
         ]
 
     row = item(open_lines(errors(3), NOW)[0])
-    assert (row.title, row.tone) == ("3 robots · Can't reach Dock 3", "fault")
+    assert (row.whole, row.tone) == ("3 robots · Can't reach Dock 3", "fault")
     assert row.support == "R3, R2, R1 · Clear the way. Then reset. “Failed to reach goal position 'Dock 3'”"
     assert [action.text or action.name for action in row.actions] == ["Acknowledge 3", "fold", "menu"]
     assert sizes([*errors(3), *errors(3, "Failed to reach goal position 'Dock 4'")]) == [3, 3]
@@ -203,12 +203,12 @@ def test_the_line_says_what_to_do_about_the_cause_that_the_problems_have_in_comm
 def test_missions_that_one_robot_failed_are_one_line_with_their_number_and_reason():
     alarms = [replace(each, count=2) for each in failed(4)]
     [group] = open_lines(alarms, NOW)
-    assert item(group).title == "8 missions on Aino failed"
+    assert item(group).whole == "Aino · 8 missions failed"
     assert item(group).support == (
         "Its start window closed at 14:15: 10.1.1.7 doesn't answer; is the robot switched on and on this network? · "
         "last 14:37 · M1, M2, M3 …"
     )
-    assert group_text(tuple(failed(3, code="execution_skipped")), SETTINGS, NOW) == "3 missions on Aino were not run"
+    assert group_text(tuple(failed(3, code="execution_skipped")), SETTINGS, NOW) == "Aino: 3 missions were not run"
 
 
 def test_an_error_and_the_mission_that_it_ended_are_one_line_led_by_the_error():
@@ -216,7 +216,7 @@ def test_an_error_and_the_mission_that_it_ended_are_one_line_led_by_the_error():
     row, view = item(group), banner(OpenIssues(broken()), ROBOTS, SETTINGS, NOW, "logs")
     assert (view.text, view.tone) == ("Aino: Can't reach Dock", "fault")
     assert (view.action, view.act, view.about) == ("Show", Act.SHOW_ROBOT, 1)
-    assert (row.title, row.tone) == ("Aino · Can't reach Dock", "fault")
+    assert (row.whole, row.tone) == ("Aino · Can't reach Dock", "fault")
     assert row.support == (
         "Mission failed: Deliver · Clear the way. Then reset. “Failed to reach goal position 'Dock'”"
     )
@@ -226,8 +226,8 @@ def test_an_error_and_the_mission_that_it_ended_are_one_line_led_by_the_error():
 def test_when_the_error_is_over_the_mission_leads_and_it_is_still_one_line():
     alarms = [replace(each, cleared_at=ago(minutes=1)) if each.code == "robot_error" else each for each in broken()]
     row = item(next(group for group in open_lines(alarms, NOW) if len(group) == 2))
-    assert row.title == "Deliver on Aino failed: The robot ended it: Failed to reach goal position 'Dock'"
-    assert (row.support, row.tone) == ("Over since 14:37", "attention")
+    assert row.whole == "Aino · Deliver failed"
+    assert (row.support, row.tone) == ("Can't reach Dock · Over since 14:37", "attention")
 
 
 def test_several_missions_that_it_ended_are_named():
@@ -242,7 +242,7 @@ def test_several_missions_that_it_ended_are_named():
     [group] = open_lines(several, NOW)
     assert item(group).support.startswith("Missions failed: M0, M1 · ")
     over = [replace(each, cleared_at=ago(minutes=1)) for each in several]
-    assert item(open_lines(over, NOW)[0]).title == "2 missions on Aino failed"
+    assert item(open_lines(over, NOW)[0]).whole == "Aino · 2 missions failed"
 
 
 def test_the_group_is_as_urgent_as_the_most_urgent_in_it():

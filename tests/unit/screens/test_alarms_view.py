@@ -161,7 +161,7 @@ def test_the_alarm_of_a_deleted_robot_leads_nowhere():
 # ---------------------------------------------------------------------- rows and menus
 def test_a_row_acknowledges_leads_to_the_solution_and_has_the_rest_in_its_menu():
     stop = item(alarm("emergency_stop"))
-    assert (stop.key, stop.title, stop.tone, stop.loud) == (("alarm", 1), "Aino · Emergency stop", "fault", True)
+    assert (stop.key, stop.whole, stop.tone, stop.loud) == (("alarm", 1), "Aino · Emergency stop", "fault", True)
     assert stop.support == "Release the red button. Then press Reset on the robot."
     assert buttons(alarm("emergency_stop")) == ["Acknowledge", "Show", "menu"]
     assert [(entry.key, entry.text) for entry in menu_of_group((alarm("emergency_stop"),))] == [
@@ -175,7 +175,7 @@ def test_a_row_acknowledges_leads_to_the_solution_and_has_the_rest_in_its_menu()
 
 def test_the_error_of_a_robot_has_the_words_of_home_its_own_in_quotes_and_can_be_reset():
     row = item(alarm("robot_error", "robot:1", details={"robot": "Aino", "problem": "Failed to dock to 'Dock 3' (42)"}))
-    assert row.title == "Aino · Can't dock at Dock 3"
+    assert row.whole == "Aino · Can't dock at Dock 3"
     assert row.support == "Clear the place. Then reset. “Failed to dock to 'Dock 3' (42)”"
     assert [action.text or action.name for action in row.actions] == ["Acknowledge", "Reset errors", "menu"]
 
