@@ -74,7 +74,7 @@ class RescuePage(BoxLayout, Generic[T]):
         if not self.backup:
             return ""
         return (
-            _("Restore replaces it by {backup}; everything that happened after that backup is lost.").format(
+            _("Restore replaces it by {backup}. Everything that happened after that backup is lost.").format(
                 backup=self.backup
             )
             + " "

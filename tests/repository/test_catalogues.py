@@ -45,6 +45,28 @@ def test_no_screen_shows_a_command_for_a_shell():
     assert files == {"app/database/connection.py", "app/database/errors.py"}
 
 
+OLD_WORDS = re.compile(
+    r";|\(s\)|\bExecuting\b|Waits for an answer|\bis told\b|\bput right\b|\bhanded over\b|Ajastin|Pidossa|Luvut|Rajat"
+)
+
+
+def test_texts_of_the_screens_are_one_sentence_after_the_other_in_the_words_of_the_app():
+    screens = {
+        key
+        for key, text in catalogues.texts_of_code().items()
+        if any(place.startswith(("app/screens", "kv/")) for place in text.places)
+    }
+    shown = [
+        form
+        for language in TRANSLATED
+        for entry in catalogues.read(LOCALE_DIR / language / "LC_MESSAGES" / f"{DOMAIN}.po")
+        if catalogues.key_of(entry) in screens
+        for form in (*(entry.id if isinstance(entry.id, tuple) else (entry.id,)), *catalogues.forms_of(entry))
+    ]
+    assert len(shown) > 1500
+    assert [text for text in shown if OLD_WORDS.search(text)] == []
+
+
 def test_every_language_has_a_name_and_its_own_way_to_write_dates():
     assert languages() == ["en", "fi"]
     assert LANGUAGE_NAMES.keys() == formats.LANGUAGES.keys() == set(languages())

@@ -310,7 +310,7 @@ def dialog(name: str):
 
 @dialog("pin-dialog")
 def pin_dialog(context: PageContext):
-    problem = ngettext("Wrong PIN; {n} try left", "Wrong PIN; {n} tries left", 4).format(n=4)
+    problem = ngettext("Wrong PIN, {n} try left", "Wrong PIN, {n} tries left", 4).format(n=4)
     return PinDialog(title=_("Settings"), text=_("Enter the PIN"), pin="471", problem=problem)
 
 

@@ -201,7 +201,7 @@ def test_a_damaged_database_is_a_screen_with_a_restore_button(tmp_path, ui, by):
         (reported,) = (text for text in ui.texts() if text.startswith(f"The database {damage.path} is damaged ("))
         assert reported.endswith(f"), kept as {damage.kept_as}")
         assert not [text for text in ui.texts() if "main.py" in text]  # the operator has a button and no shell
-        assert "The database is damaged; nothing is scheduled" in ui.texts()
+        assert "The database is damaged: nothing is scheduled" in ui.texts()
         if by == "finger":
             ui.tap(ui.find(CommandButton, text="Restore"))
         else:
@@ -319,7 +319,7 @@ def test_damage_that_is_found_while_it_runs_can_be_repaired_by_keys_alone(tmp_pa
         ui.advance(0.2)
         app.container.runner.on_damage(DatabaseDamaged(tmp_path / "a.db", "torn", backup=backup))
         ui.advance(0.2)
-        assert "The database is damaged; nothing is scheduled" in ui.texts()
+        assert "The database is damaged: nothing is scheduled" in ui.texts()
         ui.key(TAB)
         ui.key(ENTER)
         ui.wait(lambda: app.container is not None, seconds=10)

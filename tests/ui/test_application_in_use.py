@@ -70,7 +70,7 @@ def test_a_handler_that_fails_is_logged_reported_and_survived(app, site, ui, cap
 
     Clock.schedule_once(broken, 0)
     ui.wait(lambda: app.shell.snackbars.texts)
-    assert app.shell.snackbars.texts == ["Something unexpected went wrong; the log file has the details"]
+    assert app.shell.snackbars.texts == ["Something unexpected went wrong. The log file has the details"]
     assert "a bug" in caplog.text
     ui.tap(ui.find(NavItem, name="logs"))
     assert app.shell.navigator.current == "logs"

@@ -17,7 +17,7 @@ def sentence_of(problem: BaseException) -> str:
         return sentence_of(cause) if isinstance(cause, DatabaseError) else str(problem)
     if isinstance(problem, RobotError | InvalidInput | DatabaseError):
         return words_of(message_of(problem))
-    return _("Something unexpected went wrong; the log file has the details")
+    return _("Something unexpected went wrong. The log file has the details")
 
 
 def words_of(problem: Message) -> str:

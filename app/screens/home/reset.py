@@ -49,7 +49,7 @@ class ResetReport:
             self._asked = None
         elif status is not None and not has_errors(status):
             self._asked = None
-            self._tell(robot, _("The errors of {robot} are reset; press Resume to continue"), "check")
+            self._tell(robot, _("The errors of {robot} are reset. Press Resume to continue"), "check")
         elif Clock.get_time() >= until:
             self._asked = None
             if status is not None:

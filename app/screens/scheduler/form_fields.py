@@ -58,7 +58,7 @@ class FormFields(AsksRobot):
         if not form_view.mission_options(self._facts, self._draft.target):
             self._shell.dialogs.confirm(
                 _("No missions yet"),
-                _("Missions are made on the robot; in Settings they are fetched from it."),
+                _("Missions are made on the robot. In Settings they are fetched from it."),
                 _("Open Settings"),
                 lambda: self._shell.go("settings", section="missions"),
             )

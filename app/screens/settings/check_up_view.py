@@ -161,7 +161,7 @@ def progress_words(progress: Progress | None, *, stopping: bool = False) -> tupl
     if progress is None:
         return _("Asking the robot …"), "", 0.0
     share = min(1.0, progress.done / progress.of) if progress.of else 0.0
-    says = _("Stopping; changes on the robot are being undone") if stopping else words_of(progress.says)
+    says = _("Stopping: changes on the robot are being undone") if stopping else words_of(progress.says)
     return says, how_far(progress), share
 
 

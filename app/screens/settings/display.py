@@ -63,7 +63,7 @@ class DisplayPage(SettingsPage):
     def ask_for_pin(self) -> None:
         """Twice, so that a typing error does not lock the user out."""
         access = self.context.services.access
-        first = _("Choose {least} to {most} digits; {advised} or more are hard to guess").format(
+        first = _("Choose {least} to {most} digits. {advised} or more are hard to guess").format(
             least=SHORTEST, most=LONGEST, advised=ADVISED
         )
         dialog = PinDialog(title=_("New PIN"), text=first)

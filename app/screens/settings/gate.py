@@ -87,7 +87,7 @@ class Gate:
             self._proceed()
             return
         left = verdict.tries_left
-        dialog.ask_again(ngettext("Wrong PIN; {n} try left", "Wrong PIN; {n} tries left", left).format(n=left))
+        dialog.ask_again(ngettext("Wrong PIN, {n} try left", "Wrong PIN, {n} tries left", left).format(n=left))
         self._show_wait()
 
     def _failed(self, problem: BaseException) -> None:
@@ -103,7 +103,7 @@ class Gate:
             return
         if wait_s > 0:
             dialog.text = _("Forgotten? The person in charge of this tablet can remove it.")
-            dialog.problem = _("Too many wrong PINs; wait {time}").format(time=formats.duration(math.ceil(wait_s)))
+            dialog.problem = _("Too many wrong PINs: wait {time}").format(time=formats.duration(math.ceil(wait_s)))
         elif dialog.waiting:
             dialog.text, dialog.problem = _("Enter the PIN"), ""
         dialog.waiting = wait_s > 0

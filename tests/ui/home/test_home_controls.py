@@ -146,7 +146,7 @@ def test_reset_errors_reports_success_only_when_no_error_is_left(home, ui):
     home.aino.control({"error": None})
     home.shell.snackbars.clear()
     step(ui, "Reset errors")
-    ui.wait(lambda: home.shell.snackbars.texts == ["The errors of Aino are reset; press Resume to continue"])
+    ui.wait(lambda: home.shell.snackbars.texts == ["The errors of Aino are reset. Press Resume to continue"])
 
 
 def test_clear_queue_says_how_many_and_ends_them_all(home, ui):

@@ -116,7 +116,7 @@ def test_settings_asks_and_opens_with_the_right_one_only(site, app, ui):
     to_settings(ui)
     assert current(app) == "home"
     press(ui, "0000")
-    assert ui.find(PinDialog).problem == "Wrong PIN; 4 tries left"
+    assert ui.find(PinDialog).problem == "Wrong PIN, 4 tries left"
     assert ui.find(PinDialog).dots == ""
     unlock(ui, app)
     ui.wait(lambda: section_rows(ui))
@@ -148,7 +148,7 @@ def test_after_five_wrong_ones_half_a_minute_is_counted_down(site, app, ui, cloc
     for _n in range(TRIES):
         dialog = press(ui, "0000")
     assert dialog.waiting
-    assert dialog.problem.startswith("Too many wrong PINs; wait ")
+    assert dialog.problem.startswith("Too many wrong PINs: wait ")
     assert dialog.text.startswith("Forgotten? The person in charge of this tablet")
     assert "main.py" not in dialog.text
     ui.tap(ui.find(PadKey, dialog, text="4"))
