@@ -43,16 +43,16 @@ def _suggestion(one: Suggestion, facts: SchedulerFacts) -> Item:
         late = _("{late}, about {time}").format(
             late=late, time=formats.rough_duration(max(60, round(found.typical_s / 60) * 60))
         )
-    rule = f"{view.short_rule(one.schedule)}, {one.whose}"
     actions = tuple(
         Action(f"take {number}", words.action(change, _), style="outlined") for number, change in enumerate(one.changes)
     )
     return Item(
         one.schedule.id,
         _title(one.schedule, facts),
-        f"{rule} · {late}",
+        late,
         icon="lightbulb-on-outline",
         tone="attention",
+        aside=f"{view.short_rule(one.schedule)}, {one.whose}",
         note=words.because(one, _),
         actions=(*actions, Action("menu", icon="dots-vertical")),
         below=True,

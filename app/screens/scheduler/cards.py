@@ -7,8 +7,6 @@ from kivy.properties import BooleanProperty, ListProperty, NumericProperty, Obje
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.gridlayout import GridLayout
 
-from app.i18n import _
-from app.screens.scheduler.draft import LAST
 from app.screens.scheduler.form_view import FormView
 from app.widgets import flow, lanes, list_row  # noqa: F401  (registers kivy classes)
 from app.widgets.buttons import CommandButton
@@ -99,60 +97,39 @@ class TimePage(SlotPart):
 
 
 class TimeCell(Tap):
-    """An hour, or a minute."""
+    """An hour, a minute, or a day of every month."""
 
     number = NumericProperty(0)
     text = StringProperty()
     selected = BooleanProperty(False)
 
 
-class Cells(GridLayout):
-    """A cell for each of ``numbers``, the ``chosen`` one marked: ``on_choose(number)``."""
+class TimeCells(GridLayout):
+    """A cell for each of ``numbers``, the ``chosen`` one marked: ``on_choose(number)``. ``word(number)`` is on it."""
 
     numbers = ListProperty()
     chosen = NumericProperty(-2)
-    cell = TimeCell
+    word = ObjectProperty("{:02d}".format)
 
     __events__ = ("on_choose",)
+
+    def __init__(self, **kwargs: object) -> None:
+        super().__init__(**kwargs)
+        self.fbind("chosen", self._mark)
 
     def on_choose(self, number: int) -> None:
         """A cell was tapped."""
 
-    def word(self, number: int) -> str:
-        return f"{number:02d}"
-
     def on_numbers(self, *_: object) -> None:
-        self.clear_widgets()
         for number in self.numbers:
-            cell = self.cell(number=number, text=self.word(number))
+            cell = TimeCell(number=number, text=self.word(number))
             cell.bind(on_release=lambda cell: self.dispatch("on_choose", int(cell.number)))
             self.add_widget(cell)
-        self.on_chosen()
+        self._mark()
 
-    def on_chosen(self, *_: object) -> None:
+    def _mark(self, *_: object) -> None:
         for cell in self.children:
             cell.selected = cell.number == self.chosen
-
-
-class TimeCells(Cells):
-    """Of hours, or of minutes."""
-
-
-class DayCellOfMonth(TimeCell):
-    """A day of every month."""
-
-
-class MonthDays(Cells):
-    """The 31 days of a month, and the last one."""
-
-    cell = DayCellOfMonth
-
-    def __init__(self, **kwargs: object) -> None:
-        super().__init__(**kwargs)
-        self.numbers = [*range(1, 32), LAST]
-
-    def word(self, number: int) -> str:
-        return _("Last day") if number == LAST else str(number)
 
 
 class FormNote(Row, BoxLayout):

@@ -158,9 +158,7 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
         repeats=repeats_text(repeats_of(draft)),
         days=_days(),
         every="" if draft.every is None else formats.duration(draft.every * UNIT_S[draft.unit]),
-        common_every=tuple(
-            Option(n, formats.duration(n * UNIT_S[draft.unit]), selected=n == draft.every) for n in COMMON[draft.unit]
-        ),
+        common_every=tuple(Option(n, str(n), selected=n == draft.every) for n in COMMON[draft.unit]),
         nth=nth_text(draft.nth),
         month_weekday=formats.current().weekdays[WEEKDAYS.index(draft.month_weekday)],
         has_end=has_end,

@@ -12,7 +12,7 @@ from app.domain.models import Between, Overlap, RobotSnapshot
 from app.domain.robot import MissionParameter, Pose, RobotStatus
 from app.mir.errors import Unreachable
 from app.screens.common.mission_names import NOTHING_KNOWN
-from app.screens.scheduler.cards import FormSheet, MonthDays, StartLine, StepLine, TimeCell
+from app.screens.scheduler.cards import FormSheet, StartLine, StepLine, TimeCell
 from app.screens.scheduler.draft import Kind
 from app.services.live.changes import Topic
 from app.services.robots.map_picture import MapPicture, Place
@@ -157,7 +157,8 @@ def test_monthly_on_a_day_or_the_last_one(screen, container, ui):
     kind(screen, ui, "More")
     choose(screen, ui, "Repeats", "Monthly, by date")
     for word, day in (("17", 17), ("Last day", -1)):
-        cell = ui.find(TimeCell, ui.find(MonthDays), text=word)
+        cell = ui.find(TimeCell, ui.find(FormSheet), text=word)
+        assert ui.texts(cell) == [word]
         reveal(ui, cell)
         ui.tap(cell)
         settle(screen, ui)
