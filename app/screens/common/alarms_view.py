@@ -25,7 +25,6 @@ class Act(StrEnum):
     SHOW_ROBOT = "show_robot"  # select it and go Home
     ROBOT_SETTINGS = "robot_settings"  # where address and password are changed
     DATA_SETTINGS = "data_settings"  # where the database and its backups are
-    ANSWER = "answer"  # the question of a robot
     LOGS = "logs"
     SHOW_ALARMS = "show_alarms"  # those of one cause, on their page
     SHOW_RUN = "show_run"  # the story of an execution
@@ -341,7 +340,7 @@ def way_to(alarm: Alarm, robots: Mapping[int, Robot]) -> Way | None:
     if alarm.code in _OF_THE_CONFIGURATION:
         return Way(_("Open settings"), Act.ROBOT_SETTINGS, robot.id)
     if answers_of(alarm):
-        return Way(_("Answer"), Act.ANSWER, robot.id)
+        return Way(_("Answer"), Act.SHOW_ROBOT, robot.id)
     return Way(_("Show"), Act.SHOW_ROBOT, robot.id)
 
 

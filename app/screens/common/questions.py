@@ -7,11 +7,8 @@ from typing import Protocol
 from kivy.clock import Clock
 
 from app.domain.models import Robot
-from app.domain.robot import UserPrompt, clipped
 from app.i18n import _
 from app.mir.errors import Rejected
-from app.screens.common.formats import LONGEST_QUESTION
-from app.screens.common.options import Option
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.threads import Changed
 from app.services.dispatch.engine import Engine
@@ -35,15 +32,10 @@ class Services(Protocol):
     def snapshots(self) -> Snapshots: ...
 
 
-def asked(snapshots: Snapshots, robot_id: int) -> UserPrompt | None:
-    """What the robot was last seen to ask."""
-    status = snapshots.get(robot_id).status
-    return status.user_prompt if status is not None else None
-
-
 def over(robot: Robot, guid: str, snapshots: Snapshots) -> str:
     """A sentence if the question with this ``guid`` is over, as the robot was last seen; empty otherwise."""
-    now = asked(snapshots, robot.id)
+    status = snapshots.get(robot.id).status
+    now = status.user_prompt if status is not None else None
     if now is None:
         return f"{robot.name}: {_('The question has been answered or withdrawn')}"
     return _("{robot} asks something else now").format(robot=robot.name) if now.guid != guid else ""
@@ -76,37 +68,3 @@ def say_not_answered(shell: Shell, services: Services, robot: Robot, guid: str, 
 
     unsubscribe, late = shell.bus.subscribe(Changed, look), Clock.schedule_once(end, READ_WITHIN)
     services.engine.poll(robot.id)
-
-
-def ask(shell: Shell, services: Services, robot: Robot) -> None:
-    """What the robot asks now, as a dialog that ends with the question."""
-    snapshots = services.snapshots
-
-    def say(text: str, icon: str) -> None:
-        shell.snackbars.show(text, icon=icon, seconds=PROBLEM_SECONDS)
-
-    prompt = asked(snapshots, robot.id)
-    guid = prompt.guid if prompt is not None else ""
-    if prompt is None:
-        say(over(robot, guid, snapshots), "information-outline")
-        return
-
-    def answer(option: str) -> None:
-        said = _("Answer sent to {robot}: {answer}").format(robot=robot.name, answer=option)
-        shell.background.run(
-            lambda: services.operator.answer_prompt(robot.id, guid, option),
-            lambda _none: say(said, "comment-check-outline"),
-            lambda problem: say_not_answered(shell, services, robot, guid, problem),
-        )
-
-    def follow(_changed: Changed) -> None:
-        if text := over(robot, guid, snapshots):
-            dialog.dismiss()
-            say(text, "information-outline")
-
-    title = _("{robot} asks: {question}").format(robot=robot.name, question=clipped(prompt.question, LONGEST_QUESTION))
-    dialog = shell.dialogs.choose(
-        title, [Option(option, option, "comment-outline") for option in dict.fromkeys(prompt.options)], answer
-    )
-    follows = shell.bus.subscribe(Changed, follow)
-    dialog.bind(on_dismiss=lambda *_args: follows())

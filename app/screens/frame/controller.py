@@ -11,7 +11,7 @@ from kivy.clock import Clock
 from app.domain.clock import zone_names
 from app.domain.models import Execution
 from app.i18n import _, ngettext, translator
-from app.screens.common import formats, questions
+from app.screens.common import formats
 from app.screens.common.alarms_view import Act, alarm_text, bell, doubts_clock, is_over, is_shelved
 from app.screens.common.holding import HAND, about_hold, about_start
 from app.screens.common.mission_names import MissionNameLookup
@@ -165,8 +165,6 @@ class FrameController:
                 go("settings", section="robots", robot_id=about)
             case Act.DATA_SETTINGS:
                 go("settings", section="data")
-            case Act.ANSWER if about is not None:
-                self._answer(about)
             case Act.SHOW_ALARMS:
                 go("alarms", unfold=about)
             case Act.LOGS:
@@ -242,11 +240,6 @@ class FrameController:
     def _decide(self, moves_here: bool) -> None:
         tablet = self._services.tablet
         self._work(tablet.move_here if moves_here else tablet.view_only)
-
-    def _answer(self, robot_id: int) -> None:
-        """Ask the robot's question here."""
-        if robot := self._facts.robots.get(robot_id):
-            questions.ask(self._shell, self._services, robot)
 
     def _show_run(self, execution: Execution | None) -> None:
         """In Logs; all runs when the history has no longer this one."""

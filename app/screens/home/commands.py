@@ -20,7 +20,6 @@ from app.screens.home.facts import HomeFacts, HomeServices, OnRobot
 from app.screens.home.fleet import ANSWER
 from app.screens.home.reset import ResetReport
 from app.widgets.items import Item
-from app.widgets.snackbar import SECONDS
 
 GONE = (404, 410)  # a robot's answers about an item that it no longer has
 
@@ -126,7 +125,8 @@ class HomeCommands(HomeState):
 
     def _cleared(self, robot: Robot) -> None:
         self._clearing.discard(robot.id)
-        self._say(_("The queue of {robot} is cleared").format(robot=robot.name), "playlist-remove")
+        said = _("The queue of {robot} is cleared").format(robot=robot.name)
+        self._shell.snackbars.show(said, icon="playlist-remove")
 
     def _not_cleared(self, problem: BaseException, robot: Robot) -> None:
         """The app's items are cancelled one by one if it is unknown whether the robot has cleared them."""
@@ -189,7 +189,8 @@ class HomeCommands(HomeState):
         if kind == "item":  # executions are numbered by themselves
             self._cancelling.discard((robot.id, number))
         if isinstance(problem, Rejected) and problem.status in GONE:
-            self._say(_("{mission} had already ended").format(mission=name), "information-outline")
+            said = _("{mission} had already ended").format(mission=name)
+            self._shell.snackbars.show(said, icon="information-outline")
         else:
             self._refused(robot, name)(problem)
 
@@ -235,11 +236,8 @@ class HomeCommands(HomeState):
 
     def _saying(self, text: str, icon: str, about: Hashable | None = None) -> Callable[[object], None]:
         """To be called with an outcome that has no words of its own."""
-        return lambda _outcome: self._say(text, icon, about)
+        return lambda _outcome: self._shell.snackbars.show(text, icon=icon, about=about)
 
     def _refused(self, robot: Robot, asked: str) -> Callable[[BaseException], object]:
         """To be called with what went wrong."""
         return lambda problem: self._shell.say_not_done(problem, robot, asked)
-
-    def _say(self, text: str, icon: str, about: Hashable | None = None, seconds: float = SECONDS) -> None:
-        self._shell.snackbars.show(text, icon=icon, about=about, seconds=seconds)

@@ -15,6 +15,7 @@ from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.formats import LONGEST_QUESTION
 from app.screens.common.holding import HAND
+from app.screens.common.options import Option
 from app.screens.common.robot_appearance import LOW, battery_appearance, state_appearance
 from app.screens.common.robot_groups import CALM, NEEDS_HELP, URGENCY, Group, count_words, look_of
 from app.screens.common.robot_texts import Problem, problem_of_status
@@ -60,16 +61,6 @@ class Look:
     def rank(self) -> tuple[int, bool, float]:
         """The worst first, of these the one at which a person has to go to the robot; then the oldest."""
         return URGENCY[self.group], bool(self.remedy), self.since.timestamp() if self.since else math.inf
-
-
-@dataclass(frozen=True)
-class Count:
-    """How many robots of a normal group there are; ``key`` is the group."""
-
-    key: Group
-    text: str
-    icon: str
-    selected: bool = False
 
 
 @dataclass(frozen=True)
@@ -317,11 +308,11 @@ def waiting_row(start: WaitingStart) -> Item:
 
 
 # ---------------------------------------------------------------------- all of them
-def counts(groups: Iterable[Group], only: Group | None) -> tuple[Count, ...]:
-    """Of the normal groups, those with robots; the others are in the list."""
+def counts(groups: Iterable[Group], only: Group | None) -> tuple[Option, ...]:
+    """Of the normal groups, those with robots; the others are in the list. The key is the group."""
     found = Counter(groups)
     return tuple(
-        Count(group, count_words(group, found[group]), look_of(group).icon, group is only)
+        Option(group, count_words(group, found[group]), look_of(group).icon, selected=group is only)
         for group in CALM
         if found[group]
     )

@@ -9,7 +9,6 @@ from kivy.core.window import Window
 from kivy.metrics import dp, sp
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
-from kivy.uix.stacklayout import StackLayout
 from kivymd.uix.boxlayout import MDBoxLayout
 
 from app.screens.home.fleet import columns
@@ -141,38 +140,6 @@ class FleetGrid(PanelGrid):
         rows = max(1, math.ceil(self._cells / self.columns))
         self.row_height = min(dp(120), max(self._least[1], (self.height + self.spacing) // rows - self.spacing))
         super()._fill_shelves(dt)
-
-
-class CountTap(Tap):
-    """How many robots are in one group; a tap lists them."""
-
-    key = ObjectProperty(None, allownone=True)
-    icon = StringProperty()
-    text = StringProperty()
-    selected = BooleanProperty(False)
-
-
-class Counts(StackLayout):
-    """A ``CountTap`` for each entry of ``data``, from the right; a tap fires ``on_choose(key)``."""
-
-    data = ListProperty()
-
-    __events__ = ("on_choose",)
-
-    def on_choose(self, key: object) -> None:
-        """A count was tapped."""
-
-    def on_data(self, *_: Any) -> None:
-        if [count.key for count in reversed(self.data)] != [tap.key for tap in self.children[::-1]]:
-            for tap in self.children:
-                rest.after_pressing(tap)
-            self.clear_widgets()
-            for count in reversed(self.data):
-                tap = CountTap(key=count.key)
-                tap.bind(on_release=lambda _tap, key=count.key: self.dispatch("on_choose", key))
-                self.add_widget(tap)
-        for tap, count in zip(self.children, self.data, strict=True):
-            tap.icon, tap.text, tap.selected = count.icon, count.text, count.selected
 
 
 class FleetPane(SectionCard):

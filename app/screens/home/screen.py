@@ -16,7 +16,7 @@ from app.i18n import _
 from app.screens.common.group_starts import GroupStarts
 from app.screens.common.options import MenuItem
 from app.screens.common.presses import Presses
-from app.screens.common.shell import Shell
+from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.started import StartReports, as_it_is
 from app.screens.common.view_model import Changed, Refresher, ViewModel
 from app.screens.home.card import battery_words, can_reset
@@ -56,7 +56,9 @@ class HomeViewModel(HomeCommands, ViewModel):
         self._seen_running: dict[OnRobot, datetime] = {}
         self._cancelling: set[OnRobot] = set()
         self._clearing: set[int] = set()  # ids of robots whose queues are being cleared
-        self._reset = ResetReport(self._say)
+        self._reset = ResetReport(
+            lambda text: shell.snackbars.show(text, icon="alert-circle-outline", seconds=PROBLEM_SECONDS)
+        )
         self._presses = Presses(self._update_busy)
         self.learning = Learning(services, shell, self._reader.request)
         self.waiting = self.fleet.waiting = WaitingModel(services, shell, self._reader.request, self.started.follow)

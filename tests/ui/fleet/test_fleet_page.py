@@ -12,9 +12,9 @@ from app.domain.activity import ActivitySpan
 from app.domain.models import Connection, Execution, Group, State, Trigger
 from app.domain.robot import QueueItem, QueueState
 from app.screens.home.cards import HomeWide
-from app.screens.home.fleet_page import CountTap, FleetGrid, FleetHead, FleetPage, RobotCell
+from app.screens.home.fleet_page import FleetGrid, FleetHead, FleetPage, RobotCell
 from app.screens.home.wall import WallRow, WallView
-from app.widgets.buttons import IconButton
+from app.widgets.buttons import ChoiceChip, IconButton
 from app.widgets.fields import FieldInput
 from app.widgets.frame import TopBar
 from app.widgets.rest import rest
@@ -141,7 +141,7 @@ def test_a_run_is_shown_with_the_time_it_still_takes(container, robots, ui):
     container.db.write(lambda c: repository.add(c, done))
     see(container, aino, sample.EXECUTING, (QueueItem(900, QueueState.EXECUTING, mission_id="g-new"),))
     with shown(container, ui):
-        ui.wait(lambda: ui.find(RobotCell, name="Aino").fact == "5 min left")
+        ui.wait(lambda: ui.find_all(RobotCell, name="Aino", fact="5 min left"))
         assert counted(ui) == ["1 working", "5 ready"]
 
 
@@ -155,7 +155,7 @@ def test_a_run_is_followed_before_the_queue_is_read_again(container, robots, ui)
     container.db.write(lambda c: repository.add(c, done))
     see(container, aino, replace(sample.EXECUTING, mission_queue_id=900))
     with shown(container, ui):
-        ui.wait(lambda: ui.find(RobotCell, name="Aino").fact == "5 min left")
+        ui.wait(lambda: ui.find_all(RobotCell, name="Aino", fact="5 min left"))
         see(container, aino, replace(sample.EXECUTING, mission_queue_id=901))  # somebody else's
         ui.wait(lambda: ui.find(RobotCell, name="Aino").fact == "Working")
 
@@ -289,11 +289,11 @@ def test_a_count_lists_its_robots_until_it_is_tapped_again(container, robots, ui
         ui.wait(lambda: counted(ui) == ["5 ready"])
         settle(app, ui)
         before = tiles(ui)
-        ui.tap(ui.find(CountTap, text="5 ready"))
+        ui.tap(ui.find(ChoiceChip, text="5 ready"))
         assert (head(ui), len(to_do(ui))) == ("5 ready", 5)
         assert tiles(ui) == before  # the cells stay
         ui.advance(1)
-        ui.tap(ui.find(CountTap, text="5 ready"))
+        ui.tap(ui.find(ChoiceChip, text="5 ready"))
         assert head(ui) == "1 needs you"
 
 
@@ -302,7 +302,7 @@ def test_a_list_ends_when_no_robot_is_in_it_any_more(container, robots, ui):
         see(container, robots[2], sample.CHARGING)
         ui.wait(lambda: "1 charging" in counted(ui))
         settle(app, ui)
-        ui.tap(ui.find(CountTap, text="1 charging"))
+        ui.tap(ui.find(ChoiceChip, text="1 charging"))
         assert to_do(ui) == [robots[2].name]
         see(container, robots[2], sample.READY)
         ui.wait(lambda: head(ui) == "")
@@ -312,7 +312,7 @@ def test_a_robot_that_stops_brings_the_list_back(container, robots, ui):
     with shown(container, ui) as app:
         ui.wait(lambda: counted(ui) == ["6 ready"])
         settle(app, ui)
-        ui.tap(ui.find(CountTap, text="6 ready"))
+        ui.tap(ui.find(ChoiceChip, text="6 ready"))
         see(container, robots[1], fleet_facts.PAUSED)
         ui.wait(lambda: head(ui) == "5 ready")
         see(container, robots[2], sample.STOPPED)

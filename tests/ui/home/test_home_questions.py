@@ -10,9 +10,7 @@ from app.mir.errors import Rejected
 from app.screens.common import questions
 from app.screens.home.cards import PromptOption
 from app.widgets.buttons import CommandButton
-from app.widgets.dialogs import ChoiceDialog
 from app.widgets.frame import Banner, Frame
-from app.widgets.rows import OptionRow
 from app.widgets.tokens import tk
 from tests.ui import checks
 from tests.ui.home.operator import loud, press
@@ -49,13 +47,13 @@ def test_no_answer_is_louder_than_another_and_each_can_be_read(home, ui, theme):
     assert (large, checks.contrast_ratio(fill, words) >= 4.5) == (True, True)
 
 
-def test_a_question_is_an_alarm_that_is_answered_where_it_is_shown(home, ui):
+def test_a_question_is_an_alarm_that_leads_to_its_answers(home, ui):
     home.shell.go("scheduler")
     home.aino.control({"user_prompt": {"question": "Is the load secured?", "options": ["Yes", "No"], "timeout": 600}})
     ui.wait(lambda: ui.find_all(Banner, text="Aino: asks: Is the load secured?") and not ui.find(Frame).has_just_moved)
     press(ui, "Answer")
-    assert ui.find(ChoiceDialog).title == "Aino asks: Is the load secured?"
-    ui.tap(ui.find(OptionRow, ui.find(ChoiceDialog), text="Yes"))
+    assert home.shell.navigator.current == "home"
+    press(ui, "Yes")
     ui.wait(lambda: any("Answer sent to Aino: Yes" in text for text in home.shell.snackbars.texts))
     ui.wait(lambda: all(alarm.cleared_at for alarm in home.site.container.alarms.open() if alarm.code == "question"))
 
@@ -90,12 +88,11 @@ def test_a_late_answer_is_reported_with_the_name_of_the_robot(home, ui, monkeypa
     assert home.shell.snackbars.texts == ["Aino: The question has been answered or withdrawn"]
 
 
-@pytest.mark.parametrize("by", ["card", "dialog"])
-def test_an_answer_to_a_question_that_was_replaced_says_that_another_one_is_asked(home, ui, monkeypatch, by):
+def test_an_answer_to_a_question_that_was_replaced_says_that_another_one_is_asked(home, ui, monkeypatch):
     """Also where the robot has not been read since."""
     ask(home, "Is the aisle free?")
     ui.wait(lambda: "Is the aisle free?" in ui.texts())
-    services, robot = home.site.container, home.root_vm.facts.robot
+    services = home.site.container
     answer = services.operator.answer_prompt
 
     def late(robot_id: int, guid: str, option: str) -> None:
@@ -103,12 +100,7 @@ def test_an_answer_to_a_question_that_was_replaced_says_that_another_one_is_aske
         answer(robot_id, guid, option)
 
     monkeypatch.setattr(services.operator, "answer_prompt", late)
-    if by == "card":
-        press(ui, "Yes")
-    else:
-        questions.ask(home.shell, services, robot)
-        ui.advance(0.3)
-        ui.tap(ui.find(OptionRow, ui.find(ChoiceDialog), text="Yes"))
+    press(ui, "Yes")
     ui.wait(lambda: home.shell.snackbars.texts)
     assert home.shell.snackbars.texts == ["Aino asks something else now"]
 
@@ -125,19 +117,3 @@ def test_a_robot_that_takes_no_answer_to_what_it_asks_is_not_said_to_ask_no_more
     press(ui, "Yes")
     ui.wait(lambda: home.shell.snackbars.texts)
     assert home.shell.snackbars.texts == ["Answer: Aino refused: Not now (status 400)"]
-
-
-def test_a_dialog_ends_when_the_robot_asks_something_else(home, ui):
-    ask(home, "Is the aisle free?")
-    ui.wait(lambda: "Is the aisle free?" in ui.texts())
-    services, robot = home.site.container, home.root_vm.facts.robot
-    questions.ask(home.shell, services, robot)
-    ui.advance(0.3)
-    assert ui.find(ChoiceDialog).title == "Aino asks: Is the aisle free?"
-    ask(home, "Release pallet 7?")
-    ui.wait(lambda: not ui.find_all(ChoiceDialog))
-    assert home.shell.snackbars.texts == ["Aino asks something else now"]
-    questions.ask(home.shell, services, robot)
-    ui.advance(0.3)
-    ui.tap(ui.find(OptionRow, ui.find(ChoiceDialog), text="No"))
-    ui.wait(lambda: answer_sent(home))

@@ -145,7 +145,7 @@ def test_an_ended_alarm_needs_no_solution(code):
 def test_a_question_can_be_answered_where_the_robot_gives_answers():
     asked = alarm("question", details={"robot": "Aino", "question": "Loaded?", "answers": ["Yes", "No"]})
     assert (alarm_text(asked, SETTINGS, NOW), note(asked)) == ("Aino asks: Loaded?", "answers: Yes / No")
-    assert way_to(asked, ROBOTS) == Way("Answer", Act.ANSWER, 1)
+    assert way_to(asked, ROBOTS) == Way("Answer", Act.SHOW_ROBOT, 1)
     without = alarm("question", details={"robot": "Aino", "question": "Loaded?", "answers": []})
     assert note(without) == "answer it at the robot"
     assert way_to(without, ROBOTS) == Way("Show", Act.SHOW_ROBOT, 1)
