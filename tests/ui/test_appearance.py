@@ -70,6 +70,18 @@ def test_a_section_stays_where_it_was_scrolled_to(site, app, ui):
     assert page.scroll_y == pytest.approx(0, abs=0.05)
 
 
+def test_a_section_keeps_its_tab(site, app, ui):
+    site.add_robots()
+    site.add_missions("Deliver")
+    go(ui, "missions")
+    old = app.shell.navigator.screen("settings")
+    ui.wait(lambda: len(old.tabs) == 2)
+    old.choose_tab("places")
+    site.container.catalogue.change_settings(font_scale_percent=115)
+    ui.wait(lambda: app.shell.navigator.screen("settings") is not old)
+    ui.wait(lambda: app.shell.navigator.screen("settings").tab == "places")
+
+
 def test_the_banner_keeps_its_button_inside_when_glove_mode_is_switched(site, app, ui):
     site.container.holds.hold("Audit")
     ui.wait(lambda: ui.find_all(Banner))

@@ -79,6 +79,7 @@ class PageContext:
         self.shell = replace(shell, dialogs=cast(Any, _DialogsWhile(is_shown, shell.dialogs)))
         self.facts = SettingsFacts()
         self.is_shown, self._show = is_shown, show
+        self.model: EventDispatcher | None = None  # of the open section: its page may be built again
         self._stored = self.facts.settings
         self._choices: list[_Choice] = []
         self._resting: dict[Hashable, Callable[[], object]] = {}  # what saves the numbers that were stepped
@@ -218,7 +219,9 @@ class SettingsPage(BoxLayout):
 
     def __init__(self, context: PageContext) -> None:
         self.context = context
-        super().__init__(vm=self.Model(), orientation="vertical")
+        if type(context.model) is not self.Model:
+            context.model = self.Model()
+        super().__init__(vm=context.model, orientation="vertical")
 
     def show(self) -> None:
         """Show the facts of the context; called once a second and after every change."""
