@@ -15,6 +15,7 @@ from app.widgets.surfaces import Passive
 
 EDGES = ("right", "bottom", "full")
 PARTS = ("head", "body", "foot")
+BARE = 200  # dp of height, under which they would leave the body none
 GAP = dp(8)  # to what it spares
 FOOT_RESTS = 1.0  # s for which presses after the first one at the foot press nothing, also not of what it covered
 
@@ -44,6 +45,9 @@ class Sheet(Passive, MDCard):
     edge = OptionProperty("right", options=EDGES)
     tall_edge = OptionProperty("full", options=EDGES)
     at = OptionProperty("right", options=EDGES)  # where it is now
+    bare = BooleanProperty(
+        False
+    )  # without its head, and with a low foot: there is no more room above the on-screen keyboard
     span = NumericProperty("420dp")
     keeps = NumericProperty(0)
     shrinks = BooleanProperty(True)
@@ -145,6 +149,7 @@ class Sheet(Passive, MDCard):
         if self.at == "right":
             self.width = width - self.keeps if is_low and self.keeps else min(self.span, width)
         self.height = top - bottom if self.at != "bottom" else min(top - bottom, self.around + self.content_height)
+        self.bare = top - bottom < dp(BARE) and dock.height > 0
         self.pos = x + width - self.width, bottom
         if place is not Window:
             beside = self.at == "right" and self.shrinks and not (is_low and self.keeps) and spared is None
