@@ -1,14 +1,12 @@
 """Widgets that only show something: cards, badges, tiles, facts, empty states. Their texts come from the view models."""
 
-from kivy.metrics import sp
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.stacklayout import StackLayout
 from kivymd.uix.card import MDCard
 
 from app.widgets import pages  # noqa: F401  (registers kivy classes)
-from app.widgets.surfaces import OnlySeen, Passive, Surface, Toned, TonedSurface
-from app.widgets.text import Ico, line_width
+from app.widgets.surfaces import OnlySeen, Passive, Surface, TonedSurface
 
 
 class SectionCard(OnlySeen, Passive, MDCard):
@@ -45,23 +43,11 @@ class EmptyState(BoxLayout):
         """The button was pressed."""
 
 
-class Fact(Toned, BoxLayout):
-    """Label above value, as in a robot's data sheet. A value gets smaller if a word in it (an address, say) would be
-    broken."""
+class Fact(BoxLayout):
+    """Label above value, as in a robot's data sheet."""
 
     label = StringProperty()
     value = StringProperty("–")
-    icon = StringProperty()
-
-    def is_wide(self, value, font_name, room) -> bool:
-        """Whether one of its words has no room on a line of ``room`` px in the larger size."""
-        return room > 0 and any(line_width(word, font_name, sp(20)) > room for word in value.split())
-
-
-class FactIcon(Ico):
-    """Of the fact ``card`` that has one."""
-
-    card = ObjectProperty(None, rebind=True)
 
 
 class Notice(TonedSurface):

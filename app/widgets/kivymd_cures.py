@@ -1,6 +1,6 @@
 """Cures for defects of the pinned KivyMD 2.0.0, and of kivy where KivyMD meets it. With them its components cost 4 to
 30 times less, have smooth corners on every GL driver, and are freed. tests/ui/test_kivymd_cures.py says that each
-works, and fails as soon as it is no longer needed.
+works.
 
 Figures: processor time and memory of one widget as it comes and cured, drawn in software.
 """

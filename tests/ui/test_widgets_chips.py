@@ -1,4 +1,4 @@
-"""Chips, switch, progress and messages on KivyMD: what they do otherwise than its own, and that the pinned KivyMD still needs it."""
+"""Chips, switch, progress and messages: what they do otherwise than KivyMD's own."""
 
 from __future__ import annotations
 
@@ -6,11 +6,7 @@ import gc
 import weakref
 
 from kivy.graphics import BorderImage, SmoothLine
-from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.widget import Widget
-from kivymd.uix.chip import MDChip, MDChipLeadingIcon
-from kivymd.uix.progressindicator import MDCircularProgressIndicator, MDLinearProgressIndicator
-from kivymd.uix.selectioncontrol import MDSwitch
 from kivymd.uix.snackbar import MDSnackbar
 
 from app.domain.models import THEMES
@@ -25,13 +21,6 @@ def presses(widget) -> list[object]:
     calls: list[object] = []
     widget.bind(on_release=calls.append)
     return calls
-
-
-def in_row(*widgets: Widget) -> BoxLayout:
-    row = BoxLayout()
-    for widget in widgets:
-        row.add_widget(widget)
-    return row
 
 
 # ------------------------------------------------------------------ chips
@@ -51,25 +40,10 @@ def test_the_chip_of_a_short_word_is_as_wide_as_a_fingertip_and_centres_it(ui, s
         assert (word.center_x, word.halign) == (chip.center_x, "center")
 
 
-def test_kivymds_chip_does_not_get_it(ui):
-    chip = MDChip(MDChipLeadingIcon(icon="star"))
-    ui.show(in_row(chip))
-    calls = presses(chip)
-    ui.tap(ui.find(MDChipLeadingIcon))
-    assert calls == []
-
-
 def test_whether_a_chip_is_chosen_says_only_who_uses_it(ui):
     chip = ui.show(ChoiceChip(text="Aino", active=True))
     ui.tap(chip)
     assert chip.active
-
-
-def test_kivymds_chip_changes_its_mind_when_it_is_pressed(ui):
-    chip = MDChip(active=True)
-    ui.show(in_row(chip))
-    ui.tap(chip)
-    assert not chip.active
 
 
 def test_a_chip_that_is_chosen_looks_so_at_once_and_stays_so(ui):
@@ -116,15 +90,6 @@ def test_the_switch_of_a_toggle_is_there_in_the_frame_of_the_tap(ui):
     assert face.ids.thumb.right == face.right - 4
 
 
-def test_kivymds_switch_takes_its_time(ui):
-    switch = MDSwitch(icon_active="check", icon_inactive="minus", disable_animation=True)
-    ui.show(in_row(switch))
-    ui.advance(1)
-    switch.active = True
-    ui.advance()
-    assert switch.ids.thumb.ids.icon.icon == "minus"
-
-
 def test_a_disabled_toggle_is_faint_and_deaf(ui):
     toggle = ui.show(Toggle(disabled=True), (56, 48))
     ui.tap(toggle)
@@ -153,12 +118,6 @@ def test_a_meter_is_as_long_as_its_value_and_none_has_no_dot(ui):
     assert bars_of(meter) == [200]
 
 
-def test_kivymds_has_a_dot(ui):
-    bar = MDLinearProgressIndicator(value=1)
-    bar.value = 0
-    assert bar.value > 0
-
-
 def arc(ring) -> tuple:
     [line] = [part for part in ring.canvas.children if isinstance(part, SmoothLine)]
     return tuple(line.circle)
@@ -181,15 +140,6 @@ def test_a_ring_has_the_colour_of_its_button_in_every_theme(ui):
     for theme in THEMES:
         tk.use(theme)
         assert list(ui.find(WorkingRing).color) == list(button.front) == list(tk.solid_ink)
-
-
-def test_kivymds_turns_for_ever_and_is_never_freed(ui):
-    ring = weakref.ref(ui.show(MDCircularProgressIndicator(), (20, 20)))
-    ui.show(Widget())
-    ui.advance(2)
-    gc.collect()
-    assert ring() is not None
-    ring().active = False
 
 
 # ------------------------------------------------------------------ messages

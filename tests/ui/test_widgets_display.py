@@ -10,9 +10,9 @@ from kivy.uix.label import Label
 from kivymd.icon_definitions import md_icons
 
 from app.domain.models import THEMES
-from app.widgets.display import Disc, EmptyState, Fact
+from app.widgets.display import Disc, EmptyState
 from app.widgets.surfaces import Tap
-from app.widgets.text import Ico, Txt, Value
+from app.widgets.text import Ico, Txt
 from app.widgets.tokens import COLOURS, TONES, apply_theme, tk
 from tests.ui import checks
 from tests.ui.drawing import fired, hex_of
@@ -51,19 +51,6 @@ def test_an_unknown_icon_is_an_error_not_a_blank(ui):
     with pytest.raises(KeyError):
         Ico(icon="no-such-icon")
     assert Ico(icon="wifi").text == md_icons["wifi"]
-
-
-def test_a_fact_has_an_icon_while_one_is_set(ui):
-    fact = ui.show(Fact(label="Missions", value="3"), (300, 80))
-    value = ui.find(Value)
-    assert (ui.find_all(Ico), value.x) == ([], fact.x)
-    fact.icon, fact.tone = "alert", "fault"
-    ui.advance(0.1)
-    assert (ui.find(Ico).icon, list(ui.find(Ico).color)) == ("alert", list(tk.fault))
-    assert value.x >= ui.find(Ico).right
-    fact.icon = ""
-    ui.advance(0.1)
-    assert (ui.find_all(Ico), value.x) == ([], fact.x)
 
 
 def test_text_wraps_and_is_as_high_as_its_lines(ui):
