@@ -165,7 +165,7 @@ def section(name: str) -> None:
         return Plant(studio).screen(studio, name)
 
 
-for _name in ("robots", "missions", "constraints", "idle", "scheduler", "display", "data", "about"):
+for _name in ("setup", "robots", "missions", "constraints", "idle", "scheduler", "display", "data", "about"):
     section(_name)
 
 

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from kivy.clock import Clock
 from kivy.core.window import Window
 
 from app.database.backups import BACKUPS
@@ -49,7 +50,8 @@ def restart(site: Plant, app: SchedulerApp, ui: Driver, screen: str) -> None:
     app.shell.dialogs.close_all()
     app.shell.sheets.close()
     app.shell.snackbars.clear()
-    app.shell.navigator.close()  # screens are built again: nothing that was typed, chosen or scrolled is left
+    app.shell.navigator.close()
+    app.models = {"alarms": app.models["alarms"]}  # the others are made again: nothing that was typed or chosen is left
     Window.release_all_keyboards()
     ui.advance()
     ui.wait(lambda: app.shell.background.idle)
@@ -155,6 +157,8 @@ def page(app: SchedulerApp) -> SettingsPage:
 
 
 def press(ui: Driver, word: str, root=None) -> None:
+    """A button; that of a sheet once it takes another press."""
+    ui.wait(lambda: all(Clock.get_time() >= sheet._rests_until for sheet in ui.find_all(Sheet)))
     ui.tap(ui.find(CommandButton, root=root, text=word))
 
 

@@ -29,7 +29,8 @@ def labels(root: Widget) -> Iterator[Label]:
 
 def words(root: Widget) -> list[str]:
     """All that can be read without scrolling; numbers and signs are no words."""
-    return [word for label in labels(root) for word in re.findall(r"[^\W\d_][\w’'-]*", label.text)]
+    texts = [re.sub(r"\[/?[a-z]+(=[^]]*)?]", "", label.text) if label.markup else label.text for label in labels(root)]
+    return [word for text in texts for word in re.findall(r"[^\W\d_][\w’'-]*", text)]
 
 
 def scrolls(root: Widget) -> list[str]:

@@ -46,8 +46,8 @@ def standing(robot: Robot, report: Report | None, now: datetime, zone: str, *, i
         )
     if report is None:
         return NoticeView(_("Never checked up"), icon="clipboard-outline")
-    if outdated := _outdated(robot, report):
-        return NoticeView(outdated, tone="attention", icon="update")
+    if why := outdated(robot, report):
+        return NoticeView(why, tone="attention", icon="update")
     when = formats.local(report.began_at, zone).date()
     day = _("today") if when == formats.local(now, zone).date() else formats.wall_day(when, year=when.year != now.year)
     seen = appearance(report.level)
@@ -56,7 +56,7 @@ def standing(robot: Robot, report: Report | None, now: datetime, zone: str, *, i
     )
 
 
-def _outdated(robot: Robot, report: Report) -> str:
+def outdated(robot: Robot, report: Report) -> str:
     """Why the report is outdated; empty: it is not."""
     profile = report.profile
     if profile.serial_number != robot.serial_number:
@@ -86,8 +86,8 @@ def verdict(robot: Robot, report: Report, zone: str) -> NoticeView:
     ]
     if not report.is_complete:
         lines.append(_("It was stopped, or the robot did not answer to the end: check it up again."))
-    if outdated := _outdated(robot, report):
-        lines.append(outdated)
+    if why := outdated(robot, report):
+        lines.append(why)
     tone = "attention" if report.level is Level.GREEN and len(lines) > 2 else seen.tone
     return NoticeView(text, "\n".join(lines), tone, seen.icon)
 

@@ -63,6 +63,7 @@ class SettingsFacts:
     exceptions: tuple[DayException, ...] = ()  # closed days and extra working days
     country: str = ""  # name of the country of the public holidays; empty: none
     region: str = ""  # name of its part
+    has_pin: bool = False
     has_regions: bool = False  # whether parts of that country have holidays of their own
     mission_names: MissionNames = NOTHING_KNOWN  # what is known of the values that missions get
 
@@ -156,6 +157,7 @@ def read(services: SettingsServices) -> SettingsFacts:
         left_behind=frozenset(services.check_ups.left_behind()),
         backups=tuple(services.files.backups()),
         exceptions=tuple(catalogue.day_exceptions()),
+        has_pin=services.access.is_set(),
         has_regions=bool(regions),
         country=public_holidays.countries().get(country, country) if country else "",
         region=regions.get(settings.holiday_subdivision, settings.holiday_subdivision),

@@ -65,6 +65,8 @@ class RobotsPage(SettingsPage):
             self._open(None)
         elif intent.get("find"):
             self.find()
+        elif robot := self.context.facts.robot(intent.get("check_up")):
+            self._open_check_up(robot)
         elif robot := self.context.facts.robot(intent.get("robot_id")):
             self._open(robot)
 

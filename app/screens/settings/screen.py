@@ -11,6 +11,7 @@ from kivy.clock import Clock
 from kivy.core.window import Window
 from kivy.metrics import dp, sp
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
+from kivy.uix.boxlayout import BoxLayout
 
 from app.screens.common.mission_names import MissionNameLookup
 from app.screens.common.shell import Shell
@@ -26,15 +27,17 @@ from app.screens.settings.missions import MissionsPage
 from app.screens.settings.page import PageContext, SettingsPage
 from app.screens.settings.robots import RobotsPage
 from app.screens.settings.scheduler import SchedulerPage
+from app.screens.settings.setup import SetupPage
+from app.screens.settings.setup_view import setup_phrase, steps
 from app.screens.settings.view import answers, section_items, section_names
 from app.services.live.changes import Topic
 from app.widgets import load_kv
 from app.widgets.display import SectionCard
-from app.widgets.pages import LowPage
 from app.widgets.scrolling import ScrollPage
 from app.widgets.tabs import Tab
 
 PAGES: dict[str, type[SettingsPage]] = {
+    "setup": SetupPage,
     "robots": RobotsPage,
     "missions": MissionsPage,
     "constraints": ConstraintsPage,
@@ -161,7 +164,8 @@ class SettingsViewModel(ViewModel):
         if not self.has_facts:
             return
         marked = "" if self.is_narrow and not self.is_narrow_open else self.current
-        self.sections = section_items(self.context.facts, self.context.now(), marked)
+        facts = self.context.facts
+        self.sections = section_items(facts, self.context.now(), marked, setup_phrase(steps(facts)))
         self.dispatch("on_facts")
 
 
@@ -177,10 +181,6 @@ class SectionList(SectionCard):
             rows.show(section)
 
 
-class SectionContent(LowPage):
-    """The open section. In a low window the lists below their tools still have some height, and the page scrolls."""
-
-
 class SettingsScreen(ScreenBase):
     Services, Model = SettingsServices, SettingsViewModel
 
@@ -190,7 +190,7 @@ class SettingsScreen(ScreenBase):
         super().__init__(vm=vm, **kwargs)
         self._columns = self.ids.columns.__self__
         self._list = SectionList(vm=self.vm, screen=self)
-        self._content = SectionContent()
+        self._content = BoxLayout()
         self.vm.bind(on_facts=self._show_page, is_narrow_open=self._arrange)
         self.fbind("size", self._resized)
         self._arrange()
@@ -250,7 +250,7 @@ class SettingsScreen(ScreenBase):
             self._show_page()
 
     def _show_page(self, *_args: Any) -> None:
-        place, page = self._content.ids.place.__self__, self.page
+        place, page = self._content, self.page
         if page.parent is not place:
             place.clear_widgets()
             place.add_widget(page)

@@ -32,7 +32,7 @@ def another_robot(robot: Robot, problem: AnotherRobot, *, has_password: bool) ->
     )
     return Question(
         _("Another robot answers"),
-        _("At the address of {robot}, with another serial number:").format(robot=robot.name),
+        _("At its address, with another serial number:"),
         _("This is the new {robot}").format(robot=robot.name),
         takes_over.format(robot=robot.name),
         robot.name,

@@ -26,6 +26,7 @@ from app.widgets.items import Action, Item
 
 # key, icon; the names are in section_names
 SECTIONS = (
+    ("setup", "flag-checkered"),
     ("robots", "robot-outline"),
     ("missions", "flag-outline"),
     ("constraints", "shield-check-outline"),
@@ -59,6 +60,7 @@ def done(text: str, note: str = "") -> NoticeView:
 # ---------------------------------------------------------------------- sections
 def section_names() -> dict[str, str]:
     return {
+        "setup": _("Set-up"),
         "robots": _("Robots"),
         "missions": _("Missions"),
         "constraints": _("Conditions"),
@@ -70,9 +72,9 @@ def section_names() -> dict[str, str]:
     }
 
 
-def section_items(facts: SettingsFacts, now: datetime, current: str) -> list[Item]:
-    """Each section with its present value, amber if there is something to do."""
-    names, notes = section_names(), section_notes(facts, now)
+def section_items(facts: SettingsFacts, now: datetime, current: str, setup: str = "") -> list[Item]:
+    """Each section with its present value, amber if there is something to do. ``setup``: how far that is; empty: done, and not shown."""
+    names, notes = section_names(), {"setup": NoticeView(setup), **section_notes(facts, now)}
     return [
         Item(
             key,
@@ -83,27 +85,24 @@ def section_items(facts: SettingsFacts, now: datetime, current: str) -> list[Ite
             look="chosen" if key == current else "plain",
         )
         for key, icon in SECTIONS
+        if notes[key].text
     ]
 
 
 def section_notes(facts: SettingsFacts, now: datetime) -> dict[str, NoticeView]:
     settings = facts.settings
     battery = (
-        _("Battery {n} %").format(n=formats.plain(settings.minimum_battery_percent))
-        if settings.minimum_battery_percent
-        else _("No minimum battery")
+        _("{n} %").format(n=formats.plain(settings.minimum_battery_percent)) if settings.minimum_battery_percent else ""
     )
     return {
         "robots": _robots_note(facts),
         "missions": _missions_note(facts),
-        "constraints": NoticeView(
-            _("{battery}, {days}").format(battery=battery, days=days_phrase(settings.working_days))
-        ),
+        "constraints": NoticeView(", ".join(filter(None, (battery, days_phrase(settings.working_days))))),
         "idle": _idle_note(facts),
-        "scheduler": NoticeView(_("asks robots every {n} s").format(n=settings.poll_interval_seconds)),
+        "scheduler": NoticeView(_("reads every {n} s").format(n=settings.poll_interval_seconds)),
         "display": NoticeView(f"{theme_names()[settings.theme]}, {language_name(settings.language)}"),
         "data": _backup_note(facts, now),
-        "about": NoticeView(_("version {version}").format(version=__version__)),
+        "about": NoticeView(__version__),
     }
 
 
@@ -129,14 +128,14 @@ def _missions_note(facts: SettingsFacts) -> NoticeView:
     missing = sum(1 for mission in facts.missions if facts.robots_missing(mission))
     if not missing:
         return NoticeView(missions)
-    return NoticeView(_("{missions}, {n} missing").format(missions=missions, n=missing), tone="attention")
+    return NoticeView(_("{n}, {missing} missing").format(n=len(facts.missions), missing=missing), tone="attention")
 
 
 def _idle_note(facts: SettingsFacts) -> NoticeView:
     on = [robot for robot in facts.robots if robot.idle is not None and robot.idle.enabled]
     if not on:
         return NoticeView(_("off"))
-    return NoticeView(ngettext("on for {n} robot", "on for {n} robots", len(on)).format(n=len(on)))
+    return NoticeView(ngettext("{n} robot", "{n} robots", len(on)).format(n=len(on)))
 
 
 def _backup_note(facts: SettingsFacts, now: datetime) -> NoticeView:

@@ -283,7 +283,7 @@ def test_undo_of_a_deletion_in_settings_needs_the_pin(site, app, ui):
     site.container.access.set_pin("4711")
     to_settings(ui)
     unlock(ui, app)
-    choose(ui, "Delete robot", open_row(ui, "Aino"))
+    choose(ui, "Delete", open_row(ui, "Aino"))
     ui.wait(lambda: ui.find_all(ConfirmDialog))
     ui.tap(ui.find(CommandButton, ui.find(ConfirmDialog), text="Delete robot"))
     ui.wait(lambda: app.shell.snackbars.texts == ["Aino deleted"])

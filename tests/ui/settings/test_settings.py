@@ -72,7 +72,7 @@ def test_the_minimum_battery_is_off_until_wanted(site, app, ui):
     enter(ui, field, "0")
     field.focus = False
     ui.wait(lambda: settings(site).minimum_battery_percent is None)
-    ui.wait(lambda: section_row(ui, "constraints").item.support.startswith("No minimum battery"))
+    ui.wait(lambda: section_row(ui, "constraints").item.support == "Mon–Fri")
 
 
 def test_none_but_the_open_section_is_kept(site, app, ui):
@@ -518,7 +518,7 @@ def low_window():
 def test_all_sections_are_in_sight_in_a_low_window_with_their_values(low_window, site, app, ui):
     ui.advance(0.5)
     rows = section_rows(ui)
-    assert len(rows) == 8
+    assert len(rows) == 9
     for row in rows:
         assert checks.is_seen(row)
         assert row.height >= 48

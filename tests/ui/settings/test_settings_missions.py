@@ -286,7 +286,7 @@ def test_a_mission_that_the_robot_lost_is_flagged(site, app, ui):
     )
     go(ui, "missions")
     ui.wait(lambda: [cell.icon for cell in ui.find(MissionRow).cells] == ["close", ""])
-    assert section_row(ui, "missions").item.support == "1 mission, 1 missing"
+    assert section_row(ui, "missions").item.support == "1, 1 missing"
     ui.tap(section_row(ui, "robots"))
     ui.wait(lambda: item_of(ui, "Aino").meta == "1 mission missing")
 

@@ -1,0 +1,34 @@
+"""Settings, Set-up: the steps of a new tablet. Each leads to where it is taken."""
+
+from __future__ import annotations
+
+from kivy.event import EventDispatcher
+from kivy.properties import ListProperty, NumericProperty, StringProperty
+
+from app.i18n import _
+from app.screens.settings.page import SettingsPage
+from app.screens.settings.setup_view import step_items, steps
+
+
+class SetupModel(EventDispatcher):
+    items = ListProperty()
+    said = StringProperty()
+    share = NumericProperty(0)
+
+
+class SetupPage(SettingsPage):
+    Model = SetupModel
+
+    def show(self) -> None:
+        taken = steps(self.context.facts)
+        done = sum(step.is_done for step in taken)
+        self.vm.items, self.vm.share = step_items(taken), done / len(taken)
+        self.vm.said = _("{done} of {all} done").format(done=done, all=len(taken))
+
+    def open(self, key: str) -> None:
+        step = next(step for step in steps(self.context.facts) if step.key == key)
+        intent = {} if step.is_done else dict(step.intent)
+        self.context.shell.go("settings", section=step.section, **intent)
+
+    def find(self) -> None:
+        self.context.shell.go("settings", section="robots", find=True)

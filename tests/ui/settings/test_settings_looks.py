@@ -1,0 +1,87 @@
+"""What the design of Settings promises of its robots, missions and check-ups, counted from the widgets."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.mir.errors import AnotherRobot
+from app.screens.settings.missions import MissionSheet
+from app.screens.settings.robot_sheet import RobotSheet
+from app.screens.settings.trust import TrustSheet
+from app.screens.settings.trust_view import another_robot, certificate
+from app.widgets.frame import Frame
+from tests.screenshots.check_up import Checked, found
+from tests.screenshots.settings import Plant, with_groups
+from tests.ui import checks, looks
+from tests.ui.window_sizes import window
+
+WIDE, LOW, TALL = (1280, 800), (1024, 600), (800, 1280)
+WINDOWS = ((WIDE, 1.0, "en"), (LOW, 1.0, "en"), (TALL, 1.0, "en"), (WIDE, 1.3, "fi"), (LOW, 1.0, "fi"))
+MOST_WORDS, WITH_SHEET, CHECK_UP = 80, 90, 100
+
+
+@pytest.fixture(params=WINDOWS, ids="{0[0][0]}x{0[0][1]}-{0[1]}-{0[2]}".format)
+def rig(request, ui):
+    size, scale, language = request.param
+    with window(ui, size, scale, language) as rig:
+        rig.is_wide = size == WIDE
+        yield rig
+
+
+def keeps_to_it(part) -> None:
+    assert looks.scrolls(part) == []
+    assert looks.targets(part) == []
+    assert len(looks.filled(part)) <= 1
+    assert "\n".join(checks.problems(part)) == ""
+
+
+@pytest.mark.parametrize("section", ["setup", "robots", "missions"])
+def test_a_section_keeps_to_what_the_design_allows(rig, ui, section):
+    with_groups(Plant(rig)).screen(rig, section)
+    frame = ui.find(Frame)
+    keeps_to_it(frame)
+    assert looks.sizes(frame) <= looks.SIZES
+    if rig.is_wide:
+        assert len(looks.words(frame)) <= MOST_WORDS
+
+
+def robot(screen):
+    return RobotSheet(screen.vm.context, screen.vm.context.facts.robots[0])
+
+
+def mission(screen):
+    return MissionSheet(screen.vm.context, screen.vm.context.facts.missions[0])
+
+
+def another(screen):
+    problem = AnotherRobot(address="10.40.12.21", expected="201806001234", found="202106004471")
+    question = another_robot(screen.vm.context.facts.robots[0], problem, has_password=False)
+    return TrustSheet(screen.vm.context.shell.sheets, question, lambda: None)
+
+
+def fingerprints(screen):
+    return TrustSheet(screen.vm.context.shell.sheets, certificate("Aino", "3fa1c2" * 11, "77de01" * 11), lambda: None)
+
+
+@pytest.mark.parametrize("build", [robot, mission, another, fingerprints])
+def test_a_sheet_keeps_to_it_too(rig, ui, build):
+    screen = Plant(rig).screen(rig, "robots")
+    frame, sheet = ui.find(Frame), build(screen)
+    rig.afterwards(screen.vm.context.shell.sheets.close)
+    screen.vm.context.shell.sheets.show(sheet)
+    ui.advance(0.3)
+    keeps_to_it(sheet)
+    if rig.is_wide and build is not fingerprints:
+        assert len(looks.words(frame)) + len(looks.words(sheet)) <= WITH_SHEET
+
+
+@pytest.mark.parametrize("kind", ["good", "odd"])
+def test_a_check_up_keeps_to_it_too(rig, ui, kind):
+    plant = Checked(rig, Sisu=found(kind))
+    check_up = plant.opened(rig, "Sisu")
+    plant.settle(rig)
+    sheet = plant.shell.sheets.top
+    keeps_to_it(sheet)
+    assert check_up.found
+    if rig.is_wide and kind == "good":  # with a dozen notes all rows are sentences
+        assert len(looks.words(sheet)) <= CHECK_UP
