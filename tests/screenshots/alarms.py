@@ -13,7 +13,8 @@ from app.domain.reasons import to_store
 from app.mir.errors import Unreachable
 from app.screens.common.alarm_groups import menu_of_group
 from app.screens.common.alarms_view import alarm_text
-from app.screens.frame.alarms import AlarmsModel, AlarmsScreen, NoteDialog
+from app.screens.common.sheets import Sheets
+from app.screens.frame.alarms import AlarmsModel, AlarmsScreen, NoteSheet
 from app.screens.frame.facts import OpenIssues
 from app.widgets.list_row import ListRow
 from tests.screenshots.frame import framed
@@ -68,7 +69,7 @@ class Desk:
         shell: Any = SimpleNamespace(background=self, dialogs=studio.dialogs, say_problem=print)
         self.model = AlarmsModel(services, shell, lambda _act, _about: None, lambda: None)
         self.screen = AlarmsScreen(self.model, name="alarms")
-        frame = framed("alarms")
+        frame = self.frame = framed("alarms")
         show_issues(frame, OpenIssues(standing), ROBOTS, sample.SETTINGS, "alarms")
         frame.add_widget(self.screen)
         self.screen.shown()
@@ -155,5 +156,5 @@ def menu(studio: Any) -> Any:
 
 @picture("alarms-note", sizes=SIZES)
 def note(studio: Any) -> Any:
-    Desk(studio)
-    return studio.dialogs.open(NoteDialog(alarm_text(STANDING[0], sample.SETTINGS, sample.NOW), lambda _note: None))
+    frame = Desk(studio).frame
+    return Sheets(frame.ids.sheets.__self__).show(NoteSheet(text=alarm_text(STANDING[0], sample.SETTINGS, sample.NOW)))

@@ -19,8 +19,8 @@ from app.screens.frame.facts import FrameServices
 from app.screens.frame.view import open_lines
 from app.services.live.alarms import LONGEST_NOTE
 from app.widgets import load_kv
-from app.widgets.dialogs import FormDialog
 from app.widgets.items import Item, Tab
+from app.widgets.sheet import Sheet
 
 PAGE = 50  # past alarms that are read at first, and whenever the last one comes into sight
 EMPTY: Mapping[str, Callable[[], str]] = {
@@ -31,20 +31,12 @@ EMPTY: Mapping[str, Callable[[], str]] = {
 Do = Callable[[Act, int | None], object]
 
 
-class NoteDialog(FormDialog):
-    """Acknowledge an alarm with a note: ``done(note)``."""
+class NoteSheet(Sheet):
+    """Acknowledge an alarm with a note."""
 
     text = StringProperty()
+    note = StringProperty()
     longest = LONGEST_NOTE
-
-    def __init__(self, alarm: str, done: Callable[[str], object], **kwargs: Any) -> None:
-        load_kv("frame/alarms")
-        self._done = done
-        super().__init__(title=_("Acknowledge"), text=alarm, **kwargs)
-
-    def acknowledge(self, note: str) -> None:
-        self._done(note)
-        self.dismiss()
 
 
 class AlarmsModel(ViewModel):
@@ -196,12 +188,14 @@ class AlarmsModel(ViewModel):
         """In the menu of a row."""
         alarms = self._services.alarms
         if chosen == "note":
-            self._shell.dialogs.open(
-                NoteDialog(
-                    self._text_of(group),
-                    lambda note: self._for_each(group, lambda alarm: alarms.acknowledge(alarm.id, note)),
-                )
-            )
+            sheet = NoteSheet(text=self._text_of(group))
+
+            def done(*_args: object) -> None:
+                self._shell.sheets.close()
+                self._for_each(group, lambda alarm: alarms.acknowledge(alarm.id, sheet.note))
+
+            sheet.bind(on_done=done)
+            self._shell.sheets.show(sheet)
         else:
             hours = int(chosen)
             self._for_each(group, lambda alarm: alarms.shelve(alarm.id, hours))

@@ -10,7 +10,7 @@ from app.domain.models import Robot
 from app.screens.common.presses import DOUBLE_TAP
 from app.screens.frame import alarms as frame_alarms
 from app.screens.frame import controller
-from app.screens.frame.alarms import AlarmsScreen, NoteDialog
+from app.screens.frame.alarms import AlarmsScreen, NoteSheet
 from app.screens.settings.page import SwitchRow
 from app.widgets import finger
 from app.widgets.buttons import CommandButton, IconButton, Toggle
@@ -118,7 +118,7 @@ def test_nothing_is_clipped_or_too_small(container, app, alarms, ui, gloves):
     top = app.shell.dialogs.top
     assert checks.problems(top) == []
     ui.tap(next(widget for widget in ui.find_all(Tap, top) if getattr(widget, "text", "") == "Acknowledge with a note"))
-    assert checks.problems(ui.find(NoteDialog)) == []
+    assert checks.problems(ui.find(NoteSheet)) == []
 
 
 # ---------------------------------------------------------------------- what solves it, and the banner
