@@ -1,4 +1,4 @@
-"""Lists that scroll, whose rows keep their identity while the data change, and whose upper edge stops at that of a row.
+"""Lists whose rows keep their identity while the data change.
 
 Each row of ``data`` is a frozen dataclass whose fields are properties of the row class and, for lists that change, a
 ``key`` that identifies the row. A moved list never turns a row under a finger into another one: each view belongs to a
@@ -7,17 +7,14 @@ key, and a view that is reused for another row ignores an earlier press.
 
 from collections.abc import Callable, Sequence
 
-from kivy.animation import Animation
 from kivy.clock import Clock
 from kivy.factory import Factory
 from kivy.metrics import dp
 from kivy.properties import (
     ListProperty,
-    NumericProperty,
     ObjectProperty,
     StringProperty,
 )
-from kivy.uix.floatlayout import FloatLayout
 from kivymd.uix.boxlayout import MDBoxLayout
 
 from app.widgets.dock import dock
@@ -121,17 +118,12 @@ class Row:
 
 
 class Rows(MDBoxLayout):
-    """One ``viewclass`` per row of ``data`` in a box, for few rows; ``ScrollRows`` scrolls them. A ``RecycledRow``
-    whose row was removed is reused for a new one: building another would take 10 ms and leave garbage.
-
-    ``sight`` (left, bottom, right, top) is the visible part; rows outside it exist, but are not drawn. None: all of it
-    is visible.
-    """
+    """One ``viewclass`` per row of ``data`` in a box, for few rows. A ``RecycledRow`` whose row was removed is reused
+    for a new one: building another would take 10 ms and leave garbage."""
 
     viewclass = StringProperty()
     data = ListProperty()
     host = ObjectProperty(None, allownone=True)
-    sight = ObjectProperty(None, allownone=True)
 
     __events__ = ("on_action",)
 
@@ -139,12 +131,9 @@ class Rows(MDBoxLayout):
         self._views = {}
         self._standing = Standing(self._build)
         self._spare = []  # views whose rows were removed
-        self._unseen = set()  # views that are not drawn
-        self._redraw = Clock.create_trigger(self._draw_seen, -1)
         super().__init__(**kwargs)
         self.fbind("data", self._build)
         self.fbind("viewclass", self._rebuild)
-        self.fbind("sight", self._redraw)
         self._build()
 
     def on_action(self, key, action, *values):
@@ -188,91 +177,8 @@ class Rows(MDBoxLayout):
         wanted = list(self._views.values())
         if wanted != self.children[::-1]:
             self.clear_widgets()
-            self._unseen.clear()
             for view in wanted:
                 self.add_widget(view)
-        self._unseen.intersection_update(wanted)
-
-    def do_layout(self, *args):
-        super().do_layout(*args)
-        self._draw_seen()
-
-    def _draw_seen(self, *_):
-        """Draw only the visible rows: the others would cost as much."""
-        if self.sight is None:
-            return
-        left, bottom, right, top = self.sight
-        for view in self.children:
-            is_seen = view.right > left and view.x < right and view.top > bottom and view.y < top
-            if is_seen and view in self._unseen:
-                self._unseen.remove(view)
-                self.canvas.add(view.canvas)
-            elif not is_seen and view not in self._unseen:
-                self._unseen.add(view)
-                self.canvas.remove(view.canvas)
-
-
-class ScrollRows(FloatLayout):
-    """``Rows`` that scroll, for up to some dozens. At rest the upper edge is that of a row; a partly visible row at the
-    lower edge shows that there is more.
-
-    ``on_action(key, action, *values)`` comes from the rows.
-    """
-
-    viewclass = StringProperty()
-    data = ListProperty()
-    spacing = NumericProperty(0)
-
-    __events__ = ("on_action",)
-
-    def __init__(self, **kwargs):
-        self._rest = Clock.create_trigger(self._snap, 0.15)
-        self._held = False
-        super().__init__(**kwargs)
-
-    def on_kv_post(self, base_widget):
-        self.ids.scroll.bind(scroll_y=self._moved, on_scroll_start=self._hold, on_scroll_stop=self._release)
-
-    def on_action(self, key, action, *values):
-        """A row was used."""
-
-    def show(self, key) -> None:
-        """Scroll until the row of ``key`` can be seen."""
-        view = self.ids.rows._views.get(key)
-        if view is not None:
-            self.ids.scroll.scroll_to(view, padding=0, animate=False)
-
-    def in_sight(self, scroll_y, scroll, rows) -> tuple[float, float, float, float]:
-        """The part of the rows, whose size is ``rows``, that is visible in a scroll view of size ``scroll``."""
-        bottom = scroll_y * max(0, rows[1] - scroll[1])
-        return 0, bottom, scroll[0], bottom + scroll[1]
-
-    def _hold(self, *_):
-        self._held = True
-
-    def _release(self, *_):
-        self._held = False
-        self._rest()
-
-    def _moved(self, *_):
-        self._rest.cancel()
-        if not self._held:
-            self._rest()
-
-    def _snap(self, _dt):
-        scroll, rows = self.ids.scroll, self.ids.rows
-        hidden = rows.height - scroll.height
-        if self._held or hidden < 1:
-            return
-        above = (1 - scroll.scroll_y) * hidden
-        edges = [rows.top - view.top for view in rows.children]
-        way, scroll.wheel_way = scroll.wheel_way, 0
-        edge = min(
-            [edge for edge in (0, *edges, hidden) if (edge - above) * way > -1],
-            key=lambda candidate: abs(candidate - above),
-        )
-        if abs(edge - above) > 1 and edge <= hidden:
-            Animation(scroll_y=1 - edge / hidden, d=0.12, t="out_quad").start(scroll)
 
 
 class RecycledRow(Row):

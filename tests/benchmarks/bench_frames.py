@@ -117,18 +117,12 @@ def report(name: str, frames: list[Frame]) -> None:
     )
 
 
-def swing(view: Any, horizontal: bool = False) -> Callable[[int], None]:
+def swing(view: Any) -> Callable[[int], None]:
     """Scrolls ``view`` to its end and back, as far per frame as a quick finger."""
-    content = view.children[0]
-    hidden = max(1.0, (content.width - view.width) if horizontal else (content.height - view.height))
-    step = FLING / hidden
+    step = FLING / max(1.0, view.children[0].height - view.height)
 
     def move(frame: int) -> None:
-        place = abs(1 - frame * step % 2)
-        if horizontal:
-            view.scroll_x = 1 - place
-        else:
-            view.scroll_y = place
+        view.scroll_y = abs(1 - frame * step % 2)
 
     return move
 
@@ -136,10 +130,11 @@ def swing(view: Any, horizontal: bool = False) -> Callable[[int], None]:
 def main() -> None:
     seconds = next((float(word) for word in sys.argv[1:] if word[0].isdigit()), 8.0)
     open_window(LANDSCAPE)
+    from kivy.uix.scrollview import ScrollView
+
     from app.container import Container
     from app.domain.models import Robot
     from app.mir.credentials import Token
-    from app.widgets.lists import ScrollRows
     from app.widgets.long_list import LongList
     from app.window.application import SchedulerApp
     from app.window.window import quiet_garbage
@@ -184,7 +179,7 @@ def main() -> None:
         headline()
         home = show("home", robot_id=container.settings().selected_robot_id)  # not all of them: bench_fleet
         report("Home at rest, 50 robots polled every 2 s", frames.run(seconds))
-        moves = [swing(rows.ids.scroll, rows.direction == "x") for rows in lists(home, ScrollRows)]
+        moves = [swing(rows) for rows in lists(home, ScrollView)]
         report("Home, all its lists scrolling", frames.run(seconds, lambda frame: [move(frame) for move in moves]))
         runs = lists(show("logs"), LongList)[0]
         report("Logs, the runs scrolling", frames.run(seconds, swing(runs)))

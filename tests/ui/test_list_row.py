@@ -10,7 +10,7 @@ from kivy.lang import Builder
 from app.widgets.buttons import Toggle
 from app.widgets.items import Action, Item
 from app.widgets.list_row import ListRow, RowButton, RowIcon
-from app.widgets.lists import Rows, ScrollRows
+from app.widgets.lists import Rows
 from app.widgets.long_list import LongList
 from app.widgets.tokens import tk
 
@@ -20,7 +20,7 @@ WAITING = Item(
 )
 
 
-def listed(ui, *items: Item, kind=ScrollRows, width: float = 600, viewclass: str = "ListRow"):
+def listed(ui, *items: Item, kind=LongList, width: float = 600, viewclass: str = "ListRow"):
     """A list of the items, and the actions that come from it."""
     rows, calls = ui.show(kind(viewclass=viewclass, data=list(items)), (width, 500)), []
     rows.bind(on_action=lambda _rows, key, name, *values: calls.append((key, name, *values)))
@@ -31,7 +31,7 @@ def row(ui, key) -> ListRow:
     return ui.find(ListRow, key=key)
 
 
-@pytest.mark.parametrize("kind", [Rows, ScrollRows, LongList])
+@pytest.mark.parametrize("kind", [Rows, LongList])
 def test_a_row_shows_its_item_in_each_kind_of_list(ui, kind):
     listed(ui, replace(WAITING, meta="19 %", aside="any of Hall 1", note="since 14:00"), kind=kind)
     assert set(ui.texts()) == {
@@ -44,9 +44,8 @@ def test_a_row_shows_its_item_in_each_kind_of_list(ui, kind):
     }
 
 
-@pytest.mark.parametrize("kind", [ScrollRows, LongList])
-def test_a_tap_on_the_row_opens_it_and_one_on_a_button_does_what_the_button_says(ui, kind):
-    _, calls = listed(ui, Item(1, "Collect empties", actions=(CANCEL, Action("run", "Run here"))), kind=kind)
+def test_a_tap_on_the_row_opens_it_and_one_on_a_button_does_what_the_button_says(ui):
+    _, calls = listed(ui, Item(1, "Collect empties", actions=(CANCEL, Action("run", "Run here"))))
     ui.tap_text("Collect empties")
     ui.tap_text("Run here")
     cross = ui.find(RowIcon)

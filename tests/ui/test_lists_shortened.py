@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import pytest
 from kivy.tests.common import UnitTestTouch
 
-from app.widgets.lists import ScrollRows
 from app.widgets.long_list import LongList
 from app.widgets.rows import OptionRow
 
@@ -33,10 +32,9 @@ def in_sight(ui, shown) -> set[str]:
     }
 
 
-@pytest.mark.parametrize("kind", [LongList, ScrollRows])
 @pytest.mark.parametrize("left", [2, 8])
-def test_a_list_that_is_scrolled_down_and_shortened_shows_what_there_is(ui, kind, left):
-    shown = ui.show(kind(viewclass="OptionRow", data=lines(40)), (400, 300))
+def test_a_list_that_is_scrolled_down_and_shortened_shows_what_there_is(ui, left):
+    shown = ui.show(LongList(viewclass="OptionRow", data=lines(40)), (400, 300))
     ui.advance(0.3)
     for _drag in range(12):
         ui.drag(shown, 0, 250)
@@ -52,9 +50,8 @@ def test_a_list_that_is_scrolled_down_and_shortened_shows_what_there_is(ui, kind
         assert seen <= {line.text for line in lines(left)}
 
 
-@pytest.mark.parametrize("kind", [LongList, ScrollRows])
-def test_while_a_finger_still_moves_it_too(ui, kind):
-    shown = ui.show(kind(viewclass="OptionRow", data=lines(40)), (400, 300))
+def test_while_a_finger_still_moves_it_too(ui):
+    shown = ui.show(LongList(viewclass="OptionRow", data=lines(40)), (400, 300))
     ui.advance(0.3)
     for _drag in range(12):
         ui.drag(shown, 0, 280)
@@ -64,11 +61,10 @@ def test_while_a_finger_still_moves_it_too(ui, kind):
     assert in_sight(ui, shown) == {"Row 0", "Row 1", "Row 2"}
 
 
-@pytest.mark.parametrize("kind", [LongList, ScrollRows])
 @pytest.mark.parametrize("left", [0, *(pytest.param(left, marks=pytest.mark.long) for left in (3, 6, 12))])
 @pytest.mark.parametrize("pull", [pytest.param(250, marks=pytest.mark.long), 600])
-def test_while_it_flies_on_too(ui, kind, left, pull):
-    shown = ui.show(kind(viewclass="OptionRow", data=lines(60)), (400, 300))
+def test_while_it_flies_on_too(ui, left, pull):
+    shown = ui.show(LongList(viewclass="OptionRow", data=lines(60)), (400, 300))
     ui.advance(0.3)
     for _fling in range(8):
         x, y = shown.to_window(*shown.center)

@@ -13,7 +13,6 @@ from app.screens.scheduler.timeline import Bar, Lane
 from app.widgets.buttons import ChoiceChip, IconButton, Segment, Toggle
 from app.widgets.fields import Field, FieldInput, RepeatButton
 from app.widgets.lanes import LONG, Lanes
-from app.widgets.lists import ScrollRows
 from app.widgets.long_list import LongList
 from app.widgets.pages import LowColumn, LowPage
 from app.widgets.scrolling import ScrollPage
@@ -113,26 +112,25 @@ def test_a_stepper_is_scrolled_before_it_repeats_and_keeps_the_finger_afterwards
     assert field.value > 15
 
 
-@pytest.mark.parametrize("kind", [ScrollRows, LongList])
-def test_a_row_is_scrolled(ui, kind):
-    rows = ui.show(kind(viewclass="QueueRow", data=queue(*range(30))), (400, 300))
-    scroll = rows.ids.scroll if kind is ScrollRows else rows
+def test_a_row_is_scrolled(ui):
+    rows = ui.show(LongList(viewclass="QueueRow", data=queue(*range(30))), (400, 300))
+    scroll = rows
     happened = fired(rows, "on_action")
     ui.advance(0.5)
     slow_drag(ui, ui.find_all(IconButton)[0], 0, 120)
     assert scroll.scroll_y < 1
     assert happened == []
     above = (1 - scroll.scroll_y) * (scroll.viewport_size[1] - scroll.height)
-    assert (above + 1) % (72 if kind is ScrollRows else 80) == pytest.approx(1, abs=1)  # it has come to rest on a row
+    assert (above + 1) % 80 == pytest.approx(1, abs=1)  # it has come to rest on a row
 
 
 def test_a_list_comes_to_rest_on_a_row_after_a_slow_tap(ui):
-    rows = ui.show(ScrollRows(viewclass="QueueRow", data=queue(*range(30))), (400, 300))
+    rows = ui.show(LongList(viewclass="QueueRow", data=queue(*range(30))), (400, 300))
     ui.tap(ui.find_all(IconButton)[0], hold=0.4)
-    scroll = rows.ids.scroll
+    scroll = rows
     scroll.scroll_y = 1 - 100 / (scroll.viewport_size[1] - scroll.height)
     ui.advance(1)
-    assert ((1 - scroll.scroll_y) * (scroll.viewport_size[1] - scroll.height) + 1) % 72 == pytest.approx(1, abs=1)
+    assert ((1 - scroll.scroll_y) * (scroll.viewport_size[1] - scroll.height) + 1) % 80 == pytest.approx(1, abs=1)
 
 
 def test_a_column_at_its_end_hands_it_on_to_the_page(ui):

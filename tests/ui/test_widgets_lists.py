@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.widgets.buttons import IconButton
-from app.widgets.lists import KEPT, STILL, Rows, ScrollRows
+from app.widgets.lists import KEPT, STILL, Rows
 from app.widgets.long_list import LongList
 from app.widgets.text import Txt
 from tests.ui.checks import parents, visible_area
@@ -19,7 +19,7 @@ def actions_of(rows) -> list[tuple]:
 
 
 def test_the_cross_of_a_row_cancels_what_the_row_shows(ui):
-    rows = ui.show(ScrollRows(viewclass="QueueRow", data=queue(7, 8)), (400, 300))
+    rows = ui.show(LongList(viewclass="QueueRow", data=queue(7, 8)), (400, 300))
     calls = actions_of(rows)
     second = ui.find(QueueRow, key=8)
     ui.tap(ui.find(IconButton, root=second))
@@ -27,14 +27,14 @@ def test_the_cross_of_a_row_cancels_what_the_row_shows(ui):
 
 
 def test_a_row_whose_cross_is_off_cannot_be_cancelled(ui):
-    rows = ui.show(ScrollRows(viewclass="QueueRow", data=[entry(1, "Dock", off="Being cancelled")]), (400, 300))
+    rows = ui.show(LongList(viewclass="QueueRow", data=[entry(1, "Dock", off="Being cancelled")]), (400, 300))
     calls = actions_of(rows)
     ui.tap(ui.find(IconButton, root=ui.find(QueueRow)))
     assert calls == []
 
 
 def test_a_queue_that_moves_under_the_finger_cancels_nothing_else(ui):
-    rows = ui.show(ScrollRows(viewclass="QueueRow", data=queue(1, 2, 3)), (400, 300))
+    rows = ui.show(LongList(viewclass="QueueRow", data=queue(1, 2, 3)), (400, 300))
     calls = actions_of(rows)
     lift = ui.press(ui.find(IconButton, root=ui.find(QueueRow, key=1)))
     rows.data = queue(2, 3)  # 1 has just ended; 2 now lies under the finger
@@ -42,9 +42,8 @@ def test_a_queue_that_moves_under_the_finger_cancels_nothing_else(ui):
     assert (2, "cancel") not in calls
 
 
-@pytest.mark.parametrize("kind", [ScrollRows, LongList])
-def test_a_row_that_slides_under_the_finger_after_a_removal_is_not_pressed(ui, kind):
-    rows = ui.show(kind(viewclass="QueueRow", data=queue(1, 2, 3)), (400, 300))
+def test_a_row_that_slides_under_the_finger_after_a_removal_is_not_pressed(ui):
+    rows = ui.show(LongList(viewclass="QueueRow", data=queue(1, 2, 3)), (400, 300))
     happened = actions_of(rows)
     cross = ui.find(IconButton, root=ui.find(QueueRow, key=2))
     place = cross.to_window(*cross.center)
@@ -60,9 +59,8 @@ def test_a_row_that_slides_under_the_finger_after_a_removal_is_not_pressed(ui, k
 
 
 @pytest.mark.parametrize("after", [(1, 4, 3), (3,), (4, 1, 3)])
-@pytest.mark.parametrize("kind", [ScrollRows, LongList])
-def test_a_row_that_slides_under_the_pressing_finger_is_not_pressed(ui, kind, after):
-    rows = ui.show(kind(viewclass="QueueRow", data=queue(1, 2, 3)), (400, 300))
+def test_a_row_that_slides_under_the_pressing_finger_is_not_pressed(ui, after):
+    rows = ui.show(LongList(viewclass="QueueRow", data=queue(1, 2, 3)), (400, 300))
     happened = actions_of(rows)
     cross = ui.find(IconButton, root=ui.find(QueueRow, key=2))
     place = cross.to_window(*cross.center)
@@ -77,10 +75,9 @@ def test_a_row_that_slides_under_the_pressing_finger_is_not_pressed(ui, kind, af
     assert happened[1:] == [(3, "cancel")]
 
 
-@pytest.mark.parametrize("kind", [ScrollRows, LongList])
-def test_a_notch_of_the_wheel_is_never_undone(ui, kind):
-    rows = ui.show(kind(viewclass="QueueRow", data=queue(*range(30))), (400, 300))
-    scroll = rows.ids.scroll if kind is ScrollRows else rows
+def test_a_notch_of_the_wheel_is_never_undone(ui):
+    rows = ui.show(LongList(viewclass="QueueRow", data=queue(*range(30))), (400, 300))
+    scroll = rows
     ui.advance(1)
 
     def turned(notches: int) -> float:
@@ -101,10 +98,9 @@ def test_a_notch_of_the_wheel_is_never_undone(ui, kind):
     assert turned(-200) == 0
 
 
-@pytest.mark.parametrize("kind", [ScrollRows, LongList])
-def test_what_appears_after_the_last_row_was_removed_can_be_pressed_at_once(ui, kind):
+def test_what_appears_after_the_last_row_was_removed_can_be_pressed_at_once(ui):
     """Another tab, for example."""
-    rows = ui.show(kind(viewclass="QueueRow", data=queue(1)), (400, 300))
+    rows = ui.show(LongList(viewclass="QueueRow", data=queue(1)), (400, 300))
     happened = actions_of(rows)
     rows.data = []
     ui.advance(0.1)
@@ -168,11 +164,9 @@ def test_two_rows_with_one_key_are_refused(ui):
         rows.data = queue(1, 1)
 
 
-@pytest.mark.parametrize("kind", [ScrollRows, LongList])
-def test_a_list_begins_with_a_whole_row_and_ends_with_a_partial_one(ui, kind):
-    height = {} if kind is ScrollRows else {"row_height": 72}
-    rows = ui.show(kind(viewclass="QueueRow", spacing=0, data=queue(*range(20)), **height), (400, 250))
-    scroll = rows.ids.scroll if kind is ScrollRows else rows
+def test_a_list_begins_with_a_whole_row_and_ends_with_a_partial_one(ui):
+    rows = ui.show(LongList(viewclass="QueueRow", spacing=0, data=queue(*range(20)), row_height=72), (400, 250))
+    scroll = rows
 
     def seen() -> list[tuple[int, int]]:
         """How much of each row can be seen, from the top, in px."""
@@ -191,41 +185,13 @@ def test_a_list_begins_with_a_whole_row_and_ends_with_a_partial_one(ui, kind):
     assert seen() == [(16, 250 - 3 * 72), (17, 72), (18, 72), (19, 72)]
 
 
-def drawn(rows) -> set[int]:
-    """Keys of the rows that are drawn."""
-    return {view.key for view in rows.ids.rows.children if view.canvas in rows.ids.rows.canvas.children}
-
-
-def seen(rows) -> set[int]:
-    """Keys of the rows that lie in the scroll view."""
-    return {view.key for view in rows.ids.rows.children if visible_area(view, parents(view)) is not None}
-
-
-def test_only_the_rows_in_sight_are_drawn(ui):
-    data = queue(*range(20))
-    rows = ui.show(ScrollRows(viewclass="QueueRow", data=data), (400, 250))
-    assert 0 in seen(rows)
-    assert drawn(rows) == seen(rows)
-    assert len(drawn(rows)) <= 5
-    rows.show(15)
-    ui.advance(0.5)
-    assert 15 in seen(rows)
-    assert drawn(rows) == seen(rows)
-    for changed in (data[::-1], data[:2], data):  # moved, removed, come again
-        rows.data = changed
-        ui.advance(0.2)
-        assert seen(rows)
-        assert drawn(rows) == seen(rows)
-
-
 # ---------------------------------------------------------------------- rows keep their order under a finger
 def shown_keys(ui) -> list[int]:
     return [row.key for row in sorted(ui.find_all(QueueRow), key=lambda row: -row.to_window(0, row.y)[1])]
 
 
-@pytest.mark.parametrize("kind", [ScrollRows, LongList])
-def test_after_a_touch_no_row_changes_places_for_a_while(ui, kind):
-    rows = ui.show(kind(viewclass="QueueRow", data=queue(1, 2, 3)), (400, 400))
+def test_after_a_touch_no_row_changes_places_for_a_while(ui):
+    rows = ui.show(LongList(viewclass="QueueRow", data=queue(1, 2, 3)), (400, 400))
     ui.tap(ui.find(Txt, text="Mission 2"))
     rows.data = queue(3, 2, 1)
     ui.advance(0.2)
@@ -240,9 +206,8 @@ def test_after_a_touch_no_row_changes_places_for_a_while(ui, kind):
     assert shown_keys(ui) == [1, 4, 3]
 
 
-@pytest.mark.parametrize("kind", [ScrollRows, LongList])
-def test_a_row_that_slides_under_the_finger_by_sorting_is_not_pressed(ui, kind):
-    rows = ui.show(kind(viewclass="QueueRow", data=queue(1, 2, 3)), (400, 400))
+def test_a_row_that_slides_under_the_finger_by_sorting_is_not_pressed(ui):
+    rows = ui.show(LongList(viewclass="QueueRow", data=queue(1, 2, 3)), (400, 400))
     happened = actions_of(rows)
     crosses = {key: ui.find(IconButton, root=ui.find(QueueRow, key=key)) for key in (1, 2, 3)}
     place = crosses[1].to_window(*crosses[1].center)

@@ -176,9 +176,7 @@ class SectionList(SectionCard):
 
     def reveal(self, section: str) -> None:
         """Scroll to the row of a section that was opened from elsewhere, where not all have room."""
-        rows = self.ids.section_rows
-        if rows.ids.rows.height > rows.height:
-            rows.show(section)
+        self.ids.section_rows.reveal(section)
 
 
 class SettingsScreen(ScreenBase):
