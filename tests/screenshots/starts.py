@@ -52,7 +52,7 @@ def over(studio: Any) -> Any:
 def skipped(studio: Any) -> Any:
     """The form of a schedule with one future start skipped."""
     stand = Stand(studio, "scheduler", prepare=alike)
-    stand.vm.edit(next(one.id for one in stand.vm.facts.schedules if one.name == "Morning round"))
+    stand.vm.edit(next(one.id for one in stand.vm._facts.schedules if one.name == "Morning round"))
     return stand.settle()
 
 

@@ -121,6 +121,17 @@ def test_a_title_is_as_wide_as_its_row_when_nothing_stands_beside_it_any_more(ui
     assert ui.find(text="Robot 17").width == usual
 
 
+@pytest.mark.parametrize("icon", ["", "hand-back-right-outline"])
+def test_a_long_meta_wraps_and_leaves_room_for_the_title(ui, icon):
+    meta = "on hold, will not run after 14:50, and neither will the next one"
+    listed(ui, Item(1, "Waste to compactor", meta=meta, meta_icon=icon, actions=(CANCEL,)), width=472)
+    title, said = ui.find(text="Waste to compactor"), ui.find(text=meta)
+    assert said.lines > 1
+    assert title.right <= said.x
+    assert title.width > 150
+    assert said.height < row(ui, 1).height
+
+
 def test_a_tinted_row_has_the_colours_of_its_tone_also_after_a_switch_of_the_theme(ui):
     listed(ui, WAITING, Item(2, "Late", tone="fault", support="x", support_tone="attention"))
     for theme in ("light", "dark", "contrast"):
