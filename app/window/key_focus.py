@@ -23,7 +23,6 @@ from app.widgets.tokens import tk
 
 TAB, ENTER, KEYPAD_ENTER, ESCAPE, SPACE = 9, 13, 271, 27, 32
 PRESSES = (ENTER, KEYPAD_ENTER, SPACE)
-LAST_OF_LATIN = 256  # from here on key numbers are not characters
 ARROWS = {273: (0, 1), 274: (0, -1), 275: (1, 0), 276: (-1, 0)}  # key: direction
 DOWN = 274
 
@@ -105,17 +104,15 @@ def _far(target, other, right, up) -> float:
 
 class KeyFocus:
     """Active from ``start`` to ``stop``. Only the topmost layer is reached: a dialog's targets, else the screen's. A
-    touch ends it. When a dialog or menu closes, the ring continues at the widget that opened it, by keys or a finger,
-    or its successor. Enter presses the widget with the ring before the dialog's own action; all other keys go to the
-    dialog first. A held key presses once.
+    touch ends it. When a dialog or menu that keys have opened closes, the ring continues at the widget that opened it, or
+    its successor. Enter presses the widget with the ring before the dialog's own action; all other keys go to the dialog
+    first. A held key presses once.
     """
 
     def __init__(self) -> None:
         self.target = None  # what has the ring
         self._left: list = []  # what had it on the page before
-        self._openers: list = []  # (dialog, the widget with the ring when it opened or None, the place of that or of the finger)
-        self._finger = 0.0, 0.0  # where it was last
-        self._begin = None  # where the ring begins
+        self._openers: list = []  # (dialog, the widget with the ring when it opened, and its place; or None, None)
         self._shown = None
         self._follow = Clock.create_trigger(self._draw, 0, interval=True)
 
@@ -133,7 +130,7 @@ class KeyFocus:
         self._openers.clear()
 
     def forget(self) -> None:
-        self.target = self._begin = None
+        self.target = None
         self._left.clear()
         self._follow.cancel()
         self._clear()
@@ -200,40 +197,12 @@ class KeyFocus:
         elif key in ARROWS:
             self._turn(*ARROWS[key])
         elif key == ESCAPE and self.target is not None:
-            place = _middle(self.target)
             self.forget()
-            self._begin = place
         else:
-            return (
-                key < LAST_OF_LATIN
-                and not {"ctrl", "alt", "meta"}.intersection(modifiers)
-                and self._type(chr(key), ("shift" in modifiers) != ("capslock" in modifiers))
-            )
-        return True
-
-    def _type(self, text, is_upper) -> bool:
-        """Typing in a dialog goes into its first field, even without the focus. The text comes after the key, but only
-        if kivy had been asked for texts before."""
-        targets = self.targets() if text.isprintable() and text != " " else []
-        field = next(
-            (
-                target
-                for target in targets
-                if isinstance(target, FieldInput) and isinstance(parents(target)[-1], Overlay)
-            ),
-            None,
-        )
-        if field is None:
             return False
-        before, field.focus = field.text, True
-        if not is_upper or text.isalpha():  # it is unknown what is above the others
-            Clock.schedule_once(
-                lambda _dt: field.insert_text(text.upper() if is_upper else text) if field.text == before else None, 0
-            )
         return True
 
-    def _touched(self, _window, touch):
-        self._finger, self._begin = touch.pos, None
+    def _touched(self, *_args):
         if self.target is not None:
             self.forget()
 
@@ -241,15 +210,13 @@ class KeyFocus:
         known = [dialog for dialog, _target, _place in self._openers]
         new = next((top for top in Window.children if isinstance(top, Overlay) and top not in known), None)
         if new is not None:
-            self._openers.append((new, self.target, _middle(self.target) if parents(self.target) else self._finger))
+            self._openers.append((new, self.target, _middle(self.target) if parents(self.target) else None))
         else:
             self._come_back()
 
     def _step(self, by) -> None:
         self._come_back()
         reached = self._reached()
-        if self.target is None and self._begin is not None:
-            self.target = self._nearest(self._begin)
         at = reached.index(self.target) if self.target in reached else -1 if by > 0 else len(reached)
         following = reached[at + by] if 0 <= at + by < len(reached) else None
         if self.target in reached and self._turn_list(by, following, 0 if by > 0 else Window.width):
@@ -313,9 +280,7 @@ class KeyFocus:
         opener = place = None
         while self._openers and not (parents(self._openers[-1][0]) and self._openers[-1][0].is_open):
             _dialog, opener, place = self._openers.pop()
-        if self.target is None:
-            self._begin = place or self._begin
-        elif place is not None and self.target not in (reached := self._reached()):
+        if place is not None and self.target is not None and self.target not in (reached := self._reached()):
             self.target = opener if opener in reached else self._nearest(place) or self.target
         while self._left and not (parents(self.target) and self.target in self._reached()):
             self.target = self._left.pop()
