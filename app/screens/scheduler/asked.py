@@ -8,52 +8,51 @@ from dataclasses import replace
 from typing import Any
 
 from kivy.clock import Clock
-from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty
 
-from app.domain.models import InvalidInput
 from app.domain.robot import MissionParameter
 from app.i18n import _
 from app.screens.common.parameters_view import fields_of, problems_of
-from app.screens.common.shell import Shell
 from app.screens.scheduler.draft import Draft
-from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
+from app.screens.scheduler.form_core import FormCore
 
 ROBOT_ANSWERS_WITHIN = 3.0  # s for which saving waits for the robot's answer
 
 Asked = tuple[int | None, str, Mapping[str, Any]]  # robot, guid of the mission, and what the schedule gives it
 
 
-class AsksRobot(EventDispatcher):
+class AsksRobot(FormCore):
     """Until the robot or another one answers, the parameters are those of the schedule."""
 
     saving = BooleanProperty(False)
     parameters = ListProperty()  # fields of the chosen mission
     problems = ObjectProperty({})  # by name of the parameter
     map = ObjectProperty(None, allownone=True)  # of the robot, if the mission needs a position
-    _services: SchedulerServices
-    _shell: Shell
-    _facts: SchedulerFacts
-    _draft: Draft
-    _submitted: bool
-    is_open: bool
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
         self._asked: tuple[MissionParameter, ...] = ()  # the mission's parameters
         self._asked_of: Asked | None = None  # None: the form has just been filled
         self._is_asking = self._saves_when_known = False
-        self._refused: InvalidInput | None = None  # by the last attempt to save this draft
         self._wait_no_longer = Clock.create_trigger(lambda _dt: self._parameters_are_known(()), ROBOT_ANSWERS_WITHIN)
 
     def save(self, parameters: Mapping[str, Any] | None = None) -> None:
         raise NotImplementedError
 
-    def show(self) -> None:
-        raise NotImplementedError
+    def _change(self, draft: Draft) -> None:
+        if draft != self._draft:
+            self._draft = (
+                draft if draft.mission_id == self._draft.mission_id else replace(draft, parameters={}, entered={})
+            )
+            self._is_changed()
+            self._changed()
 
-    def _forecast_soon(self) -> None:
-        raise NotImplementedError
+    def _changed(self) -> None:
+        self._refused = None
+        self._preview = replace(self._preview, problem=None)
+        self._ask_parameters()
+        self.show()  # at once what needs no service
+        self._forecast_soon()
 
     def enter(self, values: Mapping[str, Any]) -> None:
         """A parameter's field was changed: the values of all of them. Unchanged fields alone are not an entry."""

@@ -81,7 +81,7 @@ class Draft:
     kind: Kind = Kind.ONCE
     more_hours: tuple[int, ...] = ()  # daily, weekly, monthly: also at the same minute of these hours
     weekdays: tuple[str, ...] = WEEKDAYS  # of weekly and every
-    every: int | None = BEGINS_AT[Unit.MINUTES]  # None: no number is typed yet
+    every: int = BEGINS_AT[Unit.MINUTES]
     unit: Unit = Unit.MINUTES
     all_day: bool = False  # every: round the clock instead of between two times
     until_time: time = time(18, 0)  # every: the second of the two times
@@ -345,9 +345,6 @@ class Draft:
         return ["BYDAY=" + ",".join(days)]
 
     def _interval(self) -> str:
-        most = MOST[self.unit]
-        if self.every is None or not 1 <= self.every <= most:
-            raise InvalidInput("every", "A number from 1 to {most}", most=most)
         interval = f";INTERVAL={self.every}" if self.every > 1 else ""
         return f"FREQ={'HOURLY' if self.unit is Unit.HOURS else 'MINUTELY'}{interval}"
 

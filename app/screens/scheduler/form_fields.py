@@ -3,37 +3,30 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from datetime import datetime, time
+from datetime import time
 from typing import Any
 
-from kivy.properties import AliasProperty, NumericProperty, ObjectProperty, StringProperty
+from kivy.properties import AliasProperty, NumericProperty, StringProperty
 
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.missing_mission import fetch_option, or_fetch
 from app.screens.scheduler import form_view, of_groups
 from app.screens.scheduler.asked import AsksRobot
-from app.screens.scheduler.draft import BEGINS_AT, DAY_BEGINS, MOST, Draft, Kind, Unit
-from app.screens.scheduler.form_view import MORE, FormView
+from app.screens.scheduler.draft import BEGINS_AT, DAY_BEGINS, MOST, Kind, Unit
+from app.screens.scheduler.form_view import MORE
 from app.widgets.dialogs import Overlay
 
 
 class FormFields(AsksRobot):
-    """``view`` is what is shown. A question closes with its form. ``page`` is the field that the sheet asks for, in the place of all
+    """A question closes with its form. ``page`` is the field that the sheet asks for, in the place of all
     of them."""
 
-    view = ObjectProperty(FormView(), rebind=True)
     page = StringProperty()
     hour = NumericProperty(0)  # on it
     minute = NumericProperty(0)
     missing = StringProperty()  # which of the mission's values has to be given first
     _has_hour = False  # it was chosen: the minute completes the time
-
-    def _local_now(self) -> datetime:
-        raise NotImplementedError
-
-    def _change(self, draft: Draft) -> None:
-        raise NotImplementedError
 
     def _ask(self, question: Overlay) -> None:
         """Until the form closes: messages above a dialog can be pressed, and a waiting Save runs at some time."""
@@ -159,7 +152,7 @@ class FormFields(AsksRobot):
 
     def step_every(self, direction: int) -> None:
         """Minutes by five from ten on, else one by one."""
-        draft, number = self._draft, self._draft.every or 0
+        draft, number = self._draft, self._draft.every
         step = 5 if draft.unit is Unit.MINUTES and min(number, number + direction) >= 10 else 1
         self.set(every=min(max(number + step * direction, 1), MOST[draft.unit]))
 

@@ -28,26 +28,12 @@ FIELDS = {
     "start": "day",
     "recurrence": "kind",
     "between": "until_time",
-    "minimum_battery_percent": "battery",
-    "start_window_minutes": "window",
     "until": "last_day",
     "respect_working_days": "day",
-    "overlap": "overlap",
-    "finish_by_minutes": "finish_by",
     "group": "robot",
 }
-UNDER_MORE = ("battery", "window", "overlap", "finish_by", "last_day", "name")
-SHOWN_FIELDS = (
-    "mission",
-    "robot",
-    "day",
-    "time",
-    "kind",
-    "weekdays",
-    "every",
-    "until_time",
-    *UNDER_MORE,
-)
+UNDER_MORE = ("last_day", "name")
+SHOWN_FIELDS = ("mission", "robot", "day", "time", "kind", "weekdays", "until_time", *UNDER_MORE)
 SKIPPED = "skip-next"  # icon of a start that a person skips
 MANY_A_DAY = 100  # starts
 MORE = "more"  # the segment of the kinds that are rarer
@@ -157,7 +143,7 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
         kinds=((Kind.ONCE, _("Once")), (Kind.DAILY, _("Daily")), (Kind.WEEKLY, _("Weekly")), (MORE, _("More"))),
         repeats=repeats_text(repeats_of(draft)),
         days=_days(),
-        every="" if draft.every is None else formats.duration(draft.every * UNIT_S[draft.unit]),
+        every=formats.duration(draft.every * UNIT_S[draft.unit]),
         common_every=tuple(Option(n, str(n), selected=n == draft.every) for n in COMMON[draft.unit]),
         nth=nth_text(draft.nth),
         month_weekday=formats.current().weekdays[WEEKDAYS.index(draft.month_weekday)],
@@ -235,7 +221,7 @@ def _sentence(facts: SchedulerFacts, draft: Draft, a_day: int) -> str:
 
 def starts_a_day(draft: Draft) -> int:
     """Of "every …", on a whole day or between its two times."""
-    if draft.kind is not Kind.EVERY or not draft.every:
+    if draft.kind is not Kind.EVERY:
         return 1
     minutes = (
         24 * 60 - 1

@@ -57,11 +57,10 @@ def short_rule(schedule: Schedule) -> str:
         case Kind.WEEKLY:
             rule = f"{days_word(draft.weekdays)} {times}"
         case Kind.EVERY:
-            number = draft.every or 1
             rule = (
                 _("Hourly")
-                if draft.unit is Unit.HOURS and number == 1
-                else _("Every {time}").format(time=f"{number} {table.units[2 if draft.unit is Unit.HOURS else 1]}")
+                if draft.unit is Unit.HOURS and draft.every == 1
+                else _("Every {time}").format(time=f"{draft.every} {table.units[2 if draft.unit is Unit.HOURS else 1]}")
             )
             if not draft.all_day:
                 rule += f" {_hour(draft.at)}–{_hour(draft.until_time)}"

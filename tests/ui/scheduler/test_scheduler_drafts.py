@@ -84,6 +84,7 @@ def test_another_one_is_saved_while_the_first_is_still_being_written(screen, con
     ui.tap(save_button(ui))
     screen.plan.edit(stock(container).id)
     screen.plan.form.set(priority=3)
+    ui.advance(1)  # the button rests
     assert not save_button(ui).busy
     ui.tap(save_button(ui))
     ui.wait(lambda: stock(container).priority == 3)

@@ -8,10 +8,8 @@ from datetime import timedelta
 
 import pytest
 
-from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import Field
-from app.widgets.rows import OptionRow
-from tests.ui.planner import KITS, WASTE, card_of, choose, menu, named, save, schedules, settle, take, tap_bar
+from tests.ui.planner import KITS, WASTE, card_of, choose, menu, named, press, save, schedules, settle, take, tap_bar
 
 pytestmark = pytest.mark.long
 
@@ -53,9 +51,7 @@ def test_messages_about_a_schedule_omit_the_number_too(screen, container, ui, se
     menu(screen, ui, second, "Skip next")
     ui.wait(lambda: said(screen).startswith(f"The start of {SHOWN} is skipped: "))
     menu(screen, ui, second, "Pause until a day")
-    assert ui.find(ChoiceDialog).title == f"Pause {SHOWN}"
-    ui.tap(ui.find_all(OptionRow, ui.find(ChoiceDialog))[0])
-    settle(screen, ui)
+    press(screen, ui, "Set")
     ui.wait(lambda: said(screen).startswith(f"{SHOWN} is paused until "))
     menu(screen, ui, second, "Resume now")
     ui.wait(lambda: said(screen) == f"{SHOWN} is resumed")

@@ -76,8 +76,6 @@ def test_every_runs_between_two_times_or_round_the_clock():
         ({"mission_id": None}, "mission"),
         ({"robot_id": None}, "robot"),
         ({"kind": Kind.WEEKLY, "weekdays": ()}, "weekdays"),
-        ({"kind": Kind.EVERY, "every": 0}, "every"),
-        ({"kind": Kind.EVERY, "every": 25, "unit": Unit.HOURS}, "every"),
         ({"kind": Kind.EVERY, "at": time(18), "until_time": time(18)}, "until_time"),
         ({"kind": Kind.DAILY, "last_day": date(2026, 11, 22)}, "last_day"),
     ],
