@@ -25,7 +25,7 @@ from app import NAME
 from app.container import Container
 from app.database.errors import DatabaseDamaged
 from app.domain.models import Settings
-from app.failures import BadInput, Failure
+from app.failures import Failure
 from app.i18n import _, translator
 from app.screens.common import formats
 from app.screens.common.problems import sentence_of
@@ -231,13 +231,11 @@ class SchedulerApp(MDApp):
 
     def _show_damage(self, damage: DatabaseDamaged) -> None:
         """The database was found damaged while running: what a start on it would show."""
-        restorer, backup = self._restorer, damage.backup
+        restorer = self._restorer
         if self.container is None or restorer is None:
             return
 
-        def restore() -> Container:
-            if backup is None:
-                raise BadInput(damage.text)
+        def restore(backup: Path) -> Container:
             container, problem = restorer(backup)
             if problem is not None:
                 raise problem

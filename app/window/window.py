@@ -197,10 +197,8 @@ def _rescue_app(directory: DataDirectory, damage: DatabaseDamaged, begin: Callab
     from app.screens.rescue import Damage
     from app.window.application import SchedulerApp
 
-    def restore() -> Container:
-        if damage.backup is None:
-            raise BadInput(damage.text)
-        restore_backup(directory, damage.backup)
+    def restore(backup: Path) -> Container:
+        restore_backup(directory, backup)
         return begin()
 
     language = backups.settings_in(damage.backup).language if damage.backup else SOURCE_LANGUAGE

@@ -12,7 +12,6 @@ from app.domain.message import render
 from app.domain.models import Between, InvalidInput, Reason, ReasonCode, Schedule, Settings
 from app.i18n import DOMAIN, LOCALE_DIR, Translator, languages
 from app.screens.common import formats
-from app.screens.settings.view import LANGUAGE_NAMES
 from app.services.catalogue.validation import one_time_on_working_day
 from app.services.planning import sentences
 from app.services.planning.working_days import WorkingCalendar
@@ -69,8 +68,8 @@ def test_texts_of_the_screens_are_one_sentence_after_the_other_in_the_words_of_t
 
 def test_every_language_has_a_name_and_its_own_way_to_write_dates():
     assert languages() == ["en", "fi"]
-    assert LANGUAGE_NAMES.keys() == formats.LANGUAGES.keys() == set(languages())
-    assert LANGUAGE_NAMES["fi"] == "Suomi"
+    assert formats.LANGUAGES.keys() == set(languages())
+    assert [formats.language_name(language) for language in languages()] == ["English", "Suomi"]
 
 
 def test_what_is_refused_and_what_robots_answer_is_extracted(tmp_path):

@@ -6,7 +6,6 @@ import os
 from datetime import UTC, date, datetime
 
 from app.domain.models import DayException
-from app.screens.settings.calendar import DaysDialog
 from tests.screenshots.registry import LANDSCAPE, picture
 from tests.screenshots.settings import BOTH, EVERY_SIZE, Plant
 from tests.support.edits import add_days
@@ -98,9 +97,10 @@ def offer(studio):
 
 @picture("settings-calendar-days", sizes=BOTH)
 def days(studio):
-    plant = Plant(studio)
-    screen = plant.screen(studio, "constraints")
-    return studio.dialogs.open(DaysDialog(screen.vm.context, DAYS[2]))
+    _plant, screen = opened(studio)
+    screen.page.calendar.choose_day(DAYS[0].first_day)
+    studio.driver.advance(0.3)
+    return screen
 
 
 @picture("settings-calendar-country", sizes=(LANDSCAPE,))

@@ -27,7 +27,7 @@ from app.services.live.changes import Topic
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.frame import Banner
 from app.widgets.lanes import Lanes
-from app.widgets.list_row import RowButton
+from app.widgets.list_row import ListRow, RowButton
 from app.widgets.sheet import AskSheet
 from app.window import window
 from app.window.application import SchedulerApp, UiExceptionHandler
@@ -183,14 +183,18 @@ def damaged_directory(path: Path, language: str = "en") -> DatabaseDamaged:
     return caught.value
 
 
+def restore_button(ui) -> CommandButton:
+    return next(button for button in ui.find_all(CommandButton) if button.style == "filled")
+
+
 @pytest.mark.parametrize("by", ["finger", *at_night("keyboard")])
 def test_a_damaged_database_is_a_screen_with_a_restore_button(tmp_path, ui, by):
     damage = damaged_directory(tmp_path)
     directory = DataDirectory(tmp_path)
     opened = []
 
-    def restore():
-        restore_backup(directory, damage.backup)
+    def restore(backup):
+        restore_backup(directory, backup)
         opened.append(Container.open(tmp_path, with_window=True))
         return opened[0]
 
@@ -198,13 +202,15 @@ def test_a_damaged_database_is_a_screen_with_a_restore_button(tmp_path, ui, by):
     app._run_prepare()
     try:
         ui.advance(0.2)
-        (reported,) = (text for text in ui.texts() if text.startswith(f"The database {damage.path} is damaged ("))
-        assert reported.endswith(f"), kept as {damage.kept_as}")
-        assert not [text for text in ui.texts() if "main.py" in text]  # the operator has a button and no shell
-        assert "The database is damaged: nothing is scheduled" in ui.texts()
+        assert {"Data is damaged", "Nothing is sent. Robots go on with what they have."} <= set(ui.texts())
         if by == "finger":
-            ui.tap(ui.find(CommandButton, text="Restore"))
+            ui.tap(ui.find(CommandButton, text="What is damaged"))
+            (reported,) = (text for text in ui.texts() if text.startswith(f"The database {damage.path} is damaged ("))
+            assert reported.endswith(f"), kept as {damage.kept_as}")
+            assert not [text for text in ui.texts() if "main.py" in text]  # the operator has a button and no shell
+            ui.tap(restore_button(ui))
         else:
+            ui.key(TAB)  # "Choose another"
             ui.key(TAB)
             ui.key(ENTER)
         ui.wait(lambda: app.container is not None)
@@ -223,31 +229,43 @@ def test_the_screen_of_a_damaged_database_speaks_the_language_that_was_set(tmp_p
     app._run_prepare()
     try:
         ui.advance(0.2)
+        ui.tap(ui.find(CommandButton, text="Mikä on vioittunut"))
         assert render(Damage(damage, print).sentence, translation("fi").gettext) in ui.texts()
-        assert ui.find(CommandButton, text="Palauta")
+        assert restore_button(ui).text.startswith("Palauta ")
     finally:
         app.dispatch("on_stop")
         translator.use("en")
 
 
-def test_without_a_backup_restore_is_off_and_a_failed_restore_says_why(tmp_path, ui):
-    def fails():
+def test_without_a_good_backup_another_is_chosen_and_a_failed_restore_says_why(tmp_path, ui):
+    asked = []
+
+    def fails(backup):
+        asked.append(backup)
         raise BadInput("the disk is full")
 
     app = SchedulerApp(None, damage=Damage(DatabaseDamaged(tmp_path / "a.db", "torn"), fails), animate=False)
     app._run_prepare()
     ui.advance(0.2)
-    assert ui.find(CommandButton, text="Restore").disabled
-    assert [text for text in ui.texts() if "--restore-backup FILE" in text]  # the only way
-    app.dispatch("on_stop")
-
-    app = SchedulerApp(
-        None, damage=Damage(DatabaseDamaged(tmp_path / "a.db", "torn", backup=tmp_path / "b.db"), fails), animate=False
-    )
-    ui.show(app.build())
-    ui.tap(ui.find(CommandButton, text="Restore"))
+    assert "No good backup on this tablet" in ui.texts()
+    ui.tap(ui.find(CommandButton, text="Choose a backup"))
+    ui.wait(lambda: "No backup here, on a stick or a share" in ui.texts())
+    ui.tap(ui.find(CommandButton, text="What is damaged"))
+    assert [text for text in ui.texts() if "--restore-backup FILE" in text]
+    chosen = tmp_path / "backups" / "daily-2026-11-20.db"
+    chosen.parent.mkdir()
+    chosen.write_bytes(b"of another time")
+    ui.advance(1)
+    ui.tap(ui.find(CommandButton, text="Choose a backup"))
+    ui.wait(lambda: [row for row in ui.find_all(ListRow) if row.key == str(chosen)])
+    ui.advance(1.1)  # a row that has just slid takes no touch
+    ui.tap(next(row for row in ui.find_all(ListRow) if row.key == str(chosen)))
+    ui.advance(1)
+    ui.tap(restore_button(ui))
     ui.wait(lambda: "the disk is full" in ui.texts())
-    assert not ui.find(CommandButton, text="Restore").busy
+    assert asked == [chosen]
+    assert not restore_button(ui).busy
+    app.dispatch("on_stop")
 
 
 def going_back(tmp_path):

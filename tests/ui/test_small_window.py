@@ -199,7 +199,8 @@ def test_the_message_about_a_damaged_database_and_its_button_can_be_reached(ui, 
     with window(ui, size, scale, "fi", gloves=gloves) as rig:
         damaged(rig)
         ui.advance(0.3)
-        page, button = ui.find(LowPage), ui.find(CommandButton)
+        page = ui.find(LowPage)
+        button = next(button for button in ui.find_all(CommandButton) if button.style == "filled")
         assert "\n".join(checks.problems(page)) == ""
         assert checks.area(ui.find(ScreenTitle))[3] <= Window.height
         page.scroll_to(button, padding=0, animate=False)

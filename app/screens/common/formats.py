@@ -258,3 +258,8 @@ def percent(value: float | None, digits: int = 0) -> str:
 def address(url: str) -> str:
     """The address of a robot without the scheme that is usual: 10.40.12.21, robot.local:8080, https://robot.local."""
     return url.removeprefix("http://").rstrip("/")
+
+
+def language_name(language: str) -> str:
+    """In that language, so that a wrong choice can be corrected."""
+    return {"en": "English", "fi": "Suomi"}.get(language, language)

@@ -12,7 +12,8 @@ from kivy.metrics import dp, sp
 from kivy.properties import BooleanProperty, ListProperty
 from kivy.uix.widget import Widget
 
-from app.i18n import _
+from app.i18n import _, languages, translator
+from app.screens.common import formats
 from app.screens.common.group_starts import GroupStarts
 from app.screens.common.options import MenuItem
 from app.screens.common.presses import Presses
@@ -213,6 +214,25 @@ class HomeViewModel(HomeCommands, ViewModel):
 
     def find_robots(self) -> None:
         self._shell.go("settings", section="robots")
+
+    @property
+    def can_restore(self) -> bool:
+        return self._shell.restore is not None
+
+    def restore_backup(self) -> None:
+        self._shell.go("settings", section="data", restore=True)
+
+    def other_language(self, *_present: object) -> str:
+        """In its own word."""
+        return formats.language_name(self._other_language())
+
+    @staticmethod
+    def _other_language() -> str:
+        return next(language for language in languages() if language != translator.language)
+
+    def change_language(self) -> None:
+        wanted = self._other_language()
+        self._shell.background.run(lambda: self._services.catalogue.change_settings(language=wanted))
 
     # ------------------------------------------------------------------ what the operator presses
     def act(self, key: tuple[Any, ...], name: str) -> None:

@@ -4,21 +4,12 @@ from __future__ import annotations
 
 from kivy.event import EventDispatcher
 from kivy.properties import ListProperty, StringProperty
-from kivy.uix.boxlayout import BoxLayout
 
 from app import NAME, __version__
 from app.i18n import _
 from app.screens.settings.page import PageContext, SettingsPage
 from app.services.files.about import components
-from app.widgets.lists import Row
-
-
-class ComponentRow(Row, BoxLayout):
-    """A library with its version and licence."""
-
-    name = StringProperty()
-    version = StringProperty()
-    licence = StringProperty()
+from app.widgets.items import Item
 
 
 class AboutModel(EventDispatcher):
@@ -41,7 +32,17 @@ class AboutPage(SettingsPage):
         versions = {component.name: component.version for component in found}
         vm.python, vm.sqlite = versions["Python"], versions["SQLite"]
         vm.kivy, vm.kivymd = versions.get("Kivy", "–"), versions.get("KivyMD", "–")
-        vm.components, vm.directory = found, str(context.services.files.data_directory)
+        vm.directory = str(context.services.files.data_directory)
+        vm.components = [
+            Item(
+                each.name,
+                each.name,
+                meta=" · ".join(filter(None, (each.version, each.licence))),
+                opens=False,
+                strong=False,
+            )
+            for each in found
+        ]
 
     def show(self) -> None:
         self.vm.version = _("version {version}").format(version=__version__)

@@ -7,53 +7,40 @@ from dataclasses import replace
 from datetime import date
 from typing import Any
 
-from kivy.event import EventDispatcher
-from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, StringProperty
+from kivymd.uix.boxlayout import MDBoxLayout
 
-from app.domain.models import DayException, InvalidInput
+from app.domain.models import DayException
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.problems import sentence_of
 from app.screens.settings import calendar_view as view
+from app.screens.settings.edit_sheet import EditForm, EditSheet
 from app.screens.settings.files import FileSheet
 from app.screens.settings.page import PageContext
-from app.screens.settings.view import NoticeView, went_wrong
 from app.services.files.calendar_import import CalendarFile
 from app.services.planning import public_holidays
 from app.services.planning.working_days import Ground
 from app.widgets import month  # noqa: F401  (registers kivy classes)
-from app.widgets.dialogs import FormDialog
-from app.widgets.display import SectionCard, Tile
-from app.widgets.lists import Row
 from app.widgets.sheet import Sheet
 
 
-class DaysRow(Row, Tile):
-    """An entry of the calendar. Actions: "edit", "remove"."""
-
-    text = StringProperty()
-    note = StringProperty()
-    icon = StringProperty()
-    removable = BooleanProperty(False)
-
-
-class CalendarPart(EventDispatcher):
-    """View model of the card: one month at a time, its entries, the country, the import."""
+class CalendarPart(MDBoxLayout):
+    """One month at a time, its entries, the country, the import."""
 
     month_title = StringProperty()
     weekdays = ListProperty([""] * 7)
     days = ListProperty()
     rows = ListProperty()
-    year_note = StringProperty()
     country = StringProperty()
     country_problem = StringProperty()
     region = StringProperty()
     has_regions = BooleanProperty(False)
 
     def __init__(self, context: PageContext) -> None:
-        super().__init__()
         self._context, self._services = context, context.services
         self._chosen_month: tuple[int, int] | None = None  # year and month; None: today's
+        super().__init__()
 
     # ------------------------------------------------------------------ showing
     @property
@@ -66,8 +53,10 @@ class CalendarPart(EventDispatcher):
         year, number = self._month
         self.month_title, self.weekdays = view.month_title(year, number), formats.current().weekdays_short
         self.days = view.month_days(facts, year, number, self._context.today())
-        self.rows = view.entries(facts, year, number)
-        self.year_note = view.year_note(facts, year)
+        sheet = self._context.shell.sheets.top
+        if isinstance(sheet, DaysSheet):
+            sheet.show_facts()
+        self.rows = view.entries(facts, year, number, sheet.stored_id if isinstance(sheet, DaysSheet) else None)
         self.country, self.region, self.has_regions = (
             view.country_phrase(facts),
             view.region_phrase(facts),
@@ -90,11 +79,9 @@ class CalendarPart(EventDispatcher):
         else:
             self._open(DayException(status.name, day, day, is_working=not status.is_working))
 
-    def act(self, key: view.EntryKey, action: str) -> None:
+    def open(self, key: view.EntryKey) -> None:
         exception_id, day = key
-        if action == "remove":
-            self._remove(exception_id)
-        elif exception_id:
+        if exception_id:
             self._edit(exception_id)
         else:
             self.choose_day(day)
@@ -109,16 +96,11 @@ class CalendarPart(EventDispatcher):
             self._open(exception)
 
     def _open(self, exception: DayException) -> None:
-        self._context.shell.dialogs.open(DaysDialog(self._context, exception))
+        self._context.shell.sheets.show(DaysSheet(self._context, exception))
+        self.show()
 
     def _exception(self, exception_id: int | None) -> DayException | None:
         return next((entry for entry in self._context.facts.exceptions if entry.id == exception_id), None)
-
-    def _remove(self, exception_id: int) -> None:
-        if (exception := self._exception(exception_id)) is not None:
-            self._context.remove(
-                lambda: self._services.catalogue.remove_days(exception_id), view.removed_sentence(exception)
-            )
 
     # ------------------------------------------------------------------ public holidays
     def choose_country(self) -> None:
@@ -217,15 +199,7 @@ class EventsSheet(Sheet):
         self.all_chosen = len(self.chosen) == len(self._found.events)
 
 
-class CalendarCard(SectionCard):
-    """The calendar on its card; ``wide``: month and entries side by side."""
-
-    part = ObjectProperty(None, rebind=True, allownone=True)
-    wide = BooleanProperty(True)
-
-
-class DaysForm(EventDispatcher):
-    title = StringProperty()
+class DaysForm(EditForm):
     name = StringProperty()
     is_working = BooleanProperty(False)
     yearly = BooleanProperty(False)
@@ -234,76 +208,66 @@ class DaysForm(EventDispatcher):
     name_problem = StringProperty()
     first_day_problem = StringProperty()
     last_day_problem = StringProperty()
-    outcome = ObjectProperty(NoticeView())
-    saving = BooleanProperty(False)
 
 
-class DaysDialog(FormDialog):
+class DaysSheet(EditSheet):
     """Closed days or extra working days: the first and the last day, and their name."""
 
-    vm = ObjectProperty(None, rebind=True, allownone=True)
+    kind = "exceptions"
+    at_once = True
 
-    def __init__(self, context: PageContext, exception: DayException, **kwargs: Any) -> None:
-        self._context, self._exception = context, exception
-        form = DaysForm(
-            title=_("Edit days") if exception.id else _("Add days"),
-            name=exception.name,
-            is_working=exception.is_working,
-            yearly=exception.yearly,
-        )
-        super().__init__(vm=form, **kwargs)
-        self._show_days()
-        form.fbind("name", lambda *_args: setattr(form, "name_problem", ""))
+    def __init__(self, context: PageContext, days: DayException) -> None:
+        self._days = days
+        super().__init__(context, days if days.id else None, DaysForm())
+        self._show()
 
-    def choose_kind(self, is_working: bool) -> None:
-        self.vm.is_working = is_working
+    def entered(self) -> DayException:
+        return self._days
 
-    def _show_days(self) -> None:
-        self.vm.first_day = formats.wall_day(self._exception.first_day, year=True)
-        self.vm.last_day = formats.wall_day(self._exception.last_day, year=True)
-        self.vm.first_day_problem = self.vm.last_day_problem = ""
+    def write(self, entered: DayException) -> DayException:
+        return self.context.services.catalogue.save_days(entered)
+
+    def remove(self) -> None:
+        days, catalogue = self._days, self.context.services.catalogue
+        self.context.remove(lambda: catalogue.remove_days(days.id), view.removed_sentence(days))
+
+    def show_facts(self) -> None:
+        stored = next((days for days in self.context.facts.exceptions if days.id == self.stored_id), None)
+        if stored is not None and stored != self.stored and not self.vm.saving:
+            self.stored = self._days = stored
+            self._show()
+
+    def _show(self) -> None:
+        form, days = self.vm, self._days
+        form.title = days.name if days.id else _("Add days")
+        form.name, form.is_working, form.yearly = days.name, days.is_working, days.yearly
+        form.first_day = formats.wall_day(days.first_day, year=True)
+        form.last_day = formats.wall_day(days.last_day, year=True)
+
+    # ------------------------------------------------------------------ what is changed
+    def choose(self, **values: Any) -> None:
+        """Saved at once of days that are stored."""
+        self._days = replace(self._days, **values)
+        form = self.vm
+        form.name_problem = form.first_day_problem = form.last_day_problem = ""
+        self._show()
+        self.draft = self.stored is None
+        if self.stored is not None:
+            self.save()
 
     def pick_first(self) -> None:
-        self._context.shell.dialogs.pick_date(
-            _("First day"), self._exception.first_day, self._first_picked, today=self._context.today()
+        """The number of days stays."""
+        days, today = self._days, self.context.today()
+        length = days.last_day - days.first_day
+        self.context.shell.dialogs.pick_date(
+            _("First day"), days.first_day, lambda day: self.choose(first_day=day, last_day=day + length), today=today
         )
 
     def pick_last(self) -> None:
-        self._context.shell.dialogs.pick_date(
+        self.context.shell.dialogs.pick_date(
             _("Last day"),
-            self._exception.last_day,
-            self._last_picked,
-            today=self._context.today(),
-            first=self._exception.first_day,
+            self._days.last_day,
+            lambda day: self.choose(last_day=day),
+            today=self.context.today(),
+            first=self._days.first_day,
         )
-
-    def _first_picked(self, day: date) -> None:
-        """The number of days stays."""
-        length = self._exception.last_day - self._exception.first_day
-        self._exception = replace(self._exception, first_day=day, last_day=day + length)
-        self._show_days()
-
-    def _last_picked(self, day: date) -> None:
-        self._exception = replace(self._exception, last_day=day)
-        self._show_days()
-
-    def save(self) -> None:
-        form = self.vm
-        if form.saving:
-            return
-        form.saving, form.outcome = True, NoticeView()
-        exception = replace(self._exception, name=form.name, is_working=form.is_working, yearly=form.yearly)
-        self._context.run(lambda: self._context.services.catalogue.save_days(exception), self._saved, self._refused)
-
-    def _saved(self, exception: DayException) -> None:
-        self.dismiss()
-        self._context.was_saved("exceptions", exception)
-        self._context.say(_("{name} is in the calendar").format(name=exception.name), icon="calendar-check")
-
-    def _refused(self, problem: BaseException) -> None:
-        self.vm.saving = False
-        field = problem.field if isinstance(problem, InvalidInput) else ""
-        if field in ("name", "first_day", "last_day"):
-            setattr(self.vm, f"{field}_problem", sentence_of(problem))
-        else:
-            self.vm.outcome = went_wrong(problem)

@@ -16,7 +16,7 @@ from app.screens.settings.facts import SettingsFacts
 from app.services.files.calendar_days import FoundDays, LeftOut
 from app.services.files.calendar_import import CalendarFile
 from app.services.planning.working_days import DayStatus, Ground, spans
-from app.widgets.items import Item
+from app.widgets.items import Action, Item
 
 YEARS = (1970, 2199)  # whose months are shown
 CLOSED, HOLIDAY, EXTRA = "lock-outline", "calendar-star", "plus-circle-outline"
@@ -33,17 +33,6 @@ class DayView:
     status: str = "work"
     icon: str = ""
     today: bool = False
-
-
-@dataclass(frozen=True)
-class EntryView:
-    """Values of DaysRow."""
-
-    key: EntryKey
-    text: str
-    note: str
-    icon: str
-    removable: bool = True
 
 
 def month_title(year: int, month: int) -> str:
@@ -76,11 +65,11 @@ def _day(found: DayStatus, day: date, today: date) -> DayView:
     return DayView(day, str(day.day), status, icon, day == today)
 
 
-def entries(facts: SettingsFacts, year: int, month: int) -> list[EntryView]:
+def entries(facts: SettingsFacts, year: int, month: int, chosen: int | None = None) -> list[Item]:
     """The exceptions and public holidays of that month, in order of their days."""
     first, last = date(year, month, 1), max(day for day in Calendar().itermonthdates(year, month) if day.month == month)
     found = [
-        (begins, _entry(exception, begins, ends))
+        (begins, _entry(exception, begins, ends, is_chosen=exception.id == chosen))
         for exception in facts.exceptions
         for begins, ends in spans(exception, year)
         if begins <= last and first <= ends
@@ -90,41 +79,32 @@ def entries(facts: SettingsFacts, year: int, month: int) -> list[EntryView]:
         for day, status in facts.calendar.exceptional(first, last)
         if status.ground is Ground.HOLIDAY
     ]
-    return [view for _begins, view in sorted(found, key=lambda entry: (entry[0], entry[1].text))]
+    return [item for _begins, item in sorted(found, key=lambda entry: (entry[0], entry[1].title))]
 
 
-def _entry(exception: DayException, begins: date, ends: date) -> EntryView:
+def _entry(exception: DayException, begins: date, ends: date, *, is_chosen: bool) -> Item:
     notes = [span(begins, ends), _("extra working day") if exception.is_working else _("closed")]
     if exception.yearly:
         notes.append(_("every year"))
     if exception.source:
         notes.append(exception.source)
-    return EntryView(
-        (exception.id, begins), exception.name, " · ".join(notes), EXTRA if exception.is_working else CLOSED
+    return Item(
+        (exception.id, begins),
+        exception.name,
+        " · ".join(notes),
+        icon=EXTRA if exception.is_working else CLOSED,
+        look="chosen" if is_chosen else "plain",
+        actions=(Action("open", icon="chevron-right"),),
     )
 
 
-def _holiday(day: date, name: str) -> EntryView:
-    return EntryView((0, day), name, " · ".join((span(day, day), _("public holiday"))), HOLIDAY, removable=False)
+def _holiday(day: date, name: str) -> Item:
+    return Item((0, day), name, " · ".join((span(day, day), _("public holiday"))), icon=HOLIDAY)
 
 
 def span(first: date, last: date) -> str:
     """ "Mon 6 Jul – Sun 19 Jul", or one day."""
     return formats.wall_day(first) if first == last else f"{formats.wall_day(first)} – {formats.wall_day(last)}"
-
-
-def year_note(facts: SettingsFacts, year: int) -> str:
-    """How many days of a year differ from the working days of the week."""
-    weekly = facts.settings.is_working_day
-    found = list(facts.calendar.exceptional(date(year, 1, 1), date(year, 12, 31)))
-    closed = sum(weekly(day) and not status.is_working for day, status in found)
-    extra = sum(status.is_working and not weekly(day) for day, status in found)
-    if not found:
-        return _("{year}: no special days").format(year=year)
-    words = [ngettext("{n} working day closed", "{n} working days closed", closed).format(n=closed)]
-    if extra:
-        words.append(ngettext("{n} extra", "{n} extra", extra).format(n=extra))
-    return _("{year}: {what}").format(year=year, what=", ".join(words))
 
 
 # ---------------------------------------------------------------------- public holidays

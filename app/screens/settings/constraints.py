@@ -5,25 +5,21 @@ from __future__ import annotations
 from typing import Any
 
 from kivy.event import EventDispatcher
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, StringProperty
+from kivy.properties import ListProperty, NumericProperty, StringProperty
 
 from app.domain.models import WEEKDAYS
 from app.i18n import _
 from app.screens.common.problems import sentence_of
-from app.screens.settings.calendar import CalendarCard, CalendarPart
+from app.screens.settings.calendar import CalendarPart
 from app.screens.settings.page import PageContext, SettingsPage
-from app.screens.settings.view import days_phrase, weekday_names
-
-FIRST_MINIMUM = 30  # %, offered when the constraint is switched on
+from app.screens.settings.view import weekday_names
 
 
 class ConstraintsModel(EventDispatcher):
-    battery_on = BooleanProperty(False)
-    battery = NumericProperty(FIRST_MINIMUM)
+    battery = NumericProperty(0)
     battery_problem = StringProperty()
     day_names = ListProperty()
     days = ListProperty()
-    days_phrase = StringProperty()
     days_problem = StringProperty()
 
 
@@ -33,15 +29,12 @@ class ConstraintsPage(SettingsPage):
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
         self.calendar = CalendarPart(context)
-        self.ids.page.add_widget(CalendarCard(part=self.calendar))
+        self.ids.page.add_widget(self.calendar)
 
     def show(self) -> None:
         vm, settings = self.vm, self.context.facts.settings
-        vm.battery_on = bool(settings.minimum_battery_percent)
-        if vm.battery_on:
-            vm.battery = settings.minimum_battery_percent
+        vm.battery = settings.minimum_battery_percent or 0
         vm.day_names, vm.days = list(weekday_names().items()), list(settings.working_days)
-        vm.days_phrase = days_phrase(settings.working_days)
         self.calendar.show()
 
     def reached(self, **intent: Any) -> None:
@@ -49,19 +42,14 @@ class ConstraintsPage(SettingsPage):
         self.calendar.reached()
 
     # ------------------------------------------------------------------ what is changed
-    def switch_battery(self, wanted: bool) -> None:
-        self._save_battery(int(self.vm.battery) or FIRST_MINIMUM if wanted else None)
-
     def step_battery(self, percent: int) -> None:
         self.context.save_at_rest("battery", lambda: self.set_battery(percent))
 
     def set_battery(self, percent: int) -> None:
-        self._save_battery(percent or None)  # 0 %: no constraint
-
-    def _save_battery(self, percent: int | None) -> None:
+        """0 %: no constraint."""
         self.vm.battery_problem = ""
         self.context.pass_over("battery")
-        self.context.save(self._battery_refused, minimum_battery_percent=percent)
+        self.context.save(self._battery_refused, minimum_battery_percent=percent or None)
 
     def _battery_refused(self, problem: BaseException) -> None:
         self.vm.battery_problem = sentence_of(problem)

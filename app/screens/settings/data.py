@@ -49,6 +49,8 @@ class DataPage(SettingsPage):
     def reached(self, **intent: Any) -> None:
         self.vm.outcome = NoticeView()
         self.context.refresh()  # backups are files too: others may add and delete them
+        if intent.get("restore"):
+            self.restore()
 
     def act(self, _key: str, action: str, *_values: Any) -> None:
         actions: dict[str, Callable[[], object]] = {

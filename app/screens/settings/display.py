@@ -13,7 +13,7 @@ from app.screens.common import formats
 from app.screens.common.pin_dialog import PinDialog
 from app.screens.common.problems import sentence_of
 from app.screens.settings.page import PageContext, SettingsPage
-from app.screens.settings.view import keyboard_words, language_name, theme_names
+from app.screens.settings.view import keyboard_words, theme_names
 from app.services.live.access import ADVISED, LONGEST, SHORTEST, is_easy_to_guess
 
 
@@ -37,7 +37,7 @@ class DisplayPage(SettingsPage):
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
-        self.vm.languages = [(language, language_name(language)) for language in languages()]
+        self.vm.languages = [(language, formats.language_name(language)) for language in languages()]
 
     def show(self) -> None:
         vm, settings = self.vm, self.context.facts.settings

@@ -76,6 +76,7 @@ class IdlePage(SettingsPage):
         elif action == "minutes":
             self._minutes[robot.id] = values[0]
             self.context.save_at_rest(("idle", robot.id), lambda: self._save(robot))
+            self.show()
         elif action == "mission" or (values[0] and robot.idle is None):
             self._choose_mission(robot)  # a rule can't be switched on without a mission
         elif robot.idle is not None and values[0]:

@@ -206,7 +206,7 @@ class SettingsScreen(ScreenBase):
 
     def _scroll(self) -> ScrollPage | None:
         """What the open page scrolls in, if it does."""
-        return next((widget for widget in self.page.children if isinstance(widget, ScrollPage)), None)
+        return next((widget for widget in self.page.walk(restrict=True) if isinstance(widget, ScrollPage)), None)
 
     def _come_back(self) -> None:
         self.page.reached()

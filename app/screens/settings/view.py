@@ -37,11 +37,6 @@ SECTIONS = (
     ("about", "information-outline"),
 )
 
-LANGUAGE_NAMES = {
-    "en": "English",
-    "fi": "Suomi",
-}  # each in its own language, so that a wrong choice can be corrected
-
 
 @dataclass(frozen=True)
 class NoticeView:
@@ -100,7 +95,7 @@ def section_notes(facts: SettingsFacts, now: datetime) -> dict[str, NoticeView]:
         "constraints": NoticeView(", ".join(filter(None, (battery, days_phrase(settings.working_days))))),
         "idle": _idle_note(facts),
         "scheduler": NoticeView(_("reads every {n} s").format(n=settings.poll_interval_seconds)),
-        "display": NoticeView(f"{theme_names()[settings.theme]}, {language_name(settings.language)}"),
+        "display": NoticeView(f"{theme_names()[settings.theme]}, {formats.language_name(settings.language)}"),
         "data": _backup_note(facts, now),
         "about": NoticeView(__version__),
     }
@@ -156,10 +151,6 @@ def theme_names() -> dict[str, str]:
 def keyboard_words() -> dict[str, str]:
     """When the on-screen keyboard appears."""
     return {"auto": _("When needed"), "on": _("Always"), "off": _("Never")}
-
-
-def language_name(language: str) -> str:
-    return LANGUAGE_NAMES.get(language, language)
 
 
 def weekday_names() -> dict[str, str]:

@@ -50,25 +50,19 @@ from tests.ui.whole_app import PASSWORD, POLL, USER
 
 
 # ---------------------------------------------------------------------- constraints
-def test_the_minimum_battery_is_off_until_wanted(site, app, ui):
+def test_the_minimum_battery_is_0_until_wanted(site, app, ui):
     go(ui, "constraints")
-    field = next(field for field in ui.find_all(Field) if field.kind == "step")
-    assert field.disabled
-    ui.tap(ui.find(Toggle))
-    ui.wait(lambda: settings(site).minimum_battery_percent == 30)
-    ui.wait(lambda: not field.disabled)
-    ui.tap(ui.find_all(RepeatButton, icon="plus")[0])
-    ui.wait(lambda: settings(site).minimum_battery_percent == 35)
+    field = ui.find(Field, label="Minimum battery")
+    assert (field.value, section_row(ui, "constraints").item.support) == (0, "No minimum battery, Mon–Fri")
+    ui.tap(ui.find(RepeatButton, root=field, icon="plus"))
+    ui.wait(lambda: settings(site).minimum_battery_percent == 5)
     enter(ui, field, "250")
     ui.key(13)
     field.focus = False
     ui.advance(0.2)
     assert field.outside
     ui.wait(lambda: app.shell.background.idle)
-    assert settings(site).minimum_battery_percent == 35  # an invalid value is shown red and not saved
-    ui.tap(ui.find(Segment, text="20\N{NO-BREAK SPACE}%"))
-    ui.wait(lambda: settings(site).minimum_battery_percent == 20)
-    ui.wait(lambda: field.value == 20)
+    assert settings(site).minimum_battery_percent == 5  # an invalid value is shown red and not saved
     enter(ui, field, "0")
     field.focus = False
     ui.wait(lambda: settings(site).minimum_battery_percent is None)
@@ -280,12 +274,6 @@ def test_numbers_that_are_stepped_are_saved_once(site, app, ui):
     assert settings(site).minimum_battery_percent == 30
     ui.skip(LONG_REST)
     ui.wait(lambda: settings(site).minimum_battery_percent == 15)
-    stepped(app, ui, next(field for field in ui.find_all(Field) if field.kind == "step"), "plus", 1)
-    ui.tap(ui.find(Segment, text="50\N{NO-BREAK SPACE}%"))  # instead
-    ui.wait(lambda: settings(site).minimum_battery_percent == 50)
-    ui.skip(LONG_REST)
-    ui.wait(lambda: app.shell.background.idle)
-    assert settings(site).minimum_battery_percent == 50
     go(ui, "scheduler")
     field = ui.find(Field, label="Retries when a robot can't be reached")
     ui.wait(lambda: field.value == 10)
@@ -379,6 +367,14 @@ def test_the_language_changes_at_once_everywhere_and_back(site, app, ui):
 
 
 # ---------------------------------------------------------------------- the screen itself
+def test_a_first_start_offers_the_other_language(site, app, ui):
+    app.shell.go("home")
+    press(ui, "Suomi")
+    ui.wait(lambda: says(ui, "Ei vielä robotteja"))
+    press(ui, "English")
+    ui.wait(lambda: says(ui, "No robots yet") and settings(site).language == "en")
+
+
 def test_every_section_can_be_opened_and_shows_its_name(site, app, ui):
     site.add_robots()
     for key, title in {

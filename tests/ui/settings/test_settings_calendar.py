@@ -10,16 +10,17 @@ import pytest
 
 from app.domain.clock import SystemClock
 from app.domain.models import DayException
-from app.screens.settings.calendar import DaysDialog, DaysRow, EventsSheet
+from app.screens.settings.calendar import DaysSheet, EventsSheet
 from app.screens.settings.files import FileSheet
 from app.widgets.buttons import CommandButton, IconButton, Segment, Toggle
 from app.widgets.fields import Field, SearchField
+from app.widgets.list_row import ListRow
 from app.widgets.month import MonthDay
 from app.widgets.pickers import DateDialog, DayCell
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.surfaces import Tap
-from tests.ui.integrator import choose_row, enter, go, page, press, reveal, says, settings, undo
+from tests.ui.integrator import choose, choose_row, enter, go, page, press, reveal, says, settings, undo
 
 TODAY = date(2026, 11, 20)  # a Friday
 
@@ -57,45 +58,43 @@ def entries(site) -> list[DayException]:
     return site.container.catalogue.day_exceptions()
 
 
-def add_days(ui, name: str) -> DaysDialog:
-    tap(ui, CommandButton, text="Add days")
-    dialog = ui.find(DaysDialog)
-    enter(ui, dialog.ids.name_field, name)
-    return dialog
+def add_days(ui, name: str) -> DaysSheet:
+    tap(ui, CommandButton, text="Add")
+    sheet = ui.find(DaysSheet)
+    enter(ui, sheet.ids.name_field, name)
+    sheet.ids.name_field.focus = False
+    return sheet
+
+
+def supports(ui) -> list[str]:
+    """What supports the entries of the month."""
+    return [row.item.support for row in ui.find_all(ListRow) if isinstance(row.key, tuple)]
 
 
 def test_closed_days_are_entered_changed_deleted_and_brought_back(site, app, ui):
-    dialog = add_days(ui, "Summer break")
-    ui.tap(ui.find(Field, root=dialog, label="Last day"))
+    sheet = add_days(ui, "Summer break")
+    ui.tap(ui.find(Field, root=sheet, label="Last day"))
     ui.tap(ui.find(DayCell, root=ui.find(DateDialog), day=date(2026, 11, 27)))
     press(ui, "Set", ui.find(DateDialog))
-    press(ui, "Save", dialog)
+    press(ui, "Save", sheet)
     ui.wait(lambda: len(entries(site)) == 1)
     [stored] = entries(site)
     assert stored == DayException("Summer break", TODAY, date(2026, 11, 27), id=stored.id)
-    ui.wait(
-        lambda: (
-            [row.note for row in ui.find_all(DaysRow)] == ["Fri 20 Nov – Fri 27 Nov · closed"]
-            and not ui.find_all(DaysDialog)
-        )
-    )
+    ui.wait(lambda: supports(ui) == ["Fri 20 Nov – Fri 27 Nov · closed"] and not ui.find_all(DaysSheet))
     assert [cell.text for cell in ui.find_all(MonthDay, status="closed")] == [str(day) for day in range(20, 28)]
 
     tap(ui, MonthDay, text="23")  # a day of it opens it
-    dialog = ui.find(DaysDialog)
-    assert (dialog.vm.title, dialog.vm.name) == ("Edit days", "Summer break")
-    ui.tap(ui.find(Toggle, root=dialog))
-    press(ui, "Save", dialog)
-    ui.wait(lambda: entries(site)[0].yearly)
-    ui.wait(
-        lambda: (
-            ui.find_all(DaysRow, note="Fri 20 Nov – Fri 27 Nov · closed · every year") and not ui.find_all(DaysDialog)
-        )
-    )
+    sheet = ui.find(DaysSheet)
+    assert (sheet.title, sheet.vm.name) == ("Summer break", "Summer break")
+    ui.tap(ui.find(Toggle, root=sheet))
+    ui.wait(lambda: entries(site)[0].yearly)  # at once
+    ui.wait(lambda: supports(ui) == ["Fri 20 Nov – Fri 27 Nov · closed · every year"])
+    undo(ui)
+    ui.wait(lambda: entries(site) == [stored] and not sheet.vm.yearly)
 
-    tap(ui, IconButton, icon="trash-can-outline")
+    choose(ui, "Delete", sheet)
     ui.wait(lambda: entries(site) == [])
-    ui.wait(lambda: not ui.find_all(DaysRow))
+    ui.wait(lambda: not supports(ui))
     ui.wait(lambda: ui.find_all(Tap, root=ui.find(Snackbar)))
     undo(ui)
     ui.wait(lambda: [entry.name for entry in entries(site)] == ["Summer break"])
@@ -103,23 +102,23 @@ def test_closed_days_are_entered_changed_deleted_and_brought_back(site, app, ui)
 
 def test_a_free_day_becomes_an_extra_working_day_and_says_so(site, app, ui):
     tap(ui, MonthDay, text="28")  # a Saturday
-    dialog = ui.find(DaysDialog)
-    assert dialog.vm.is_working
-    enter(ui, dialog.ids.name_field, "Inventory")
-    press(ui, "Save", dialog)
+    sheet = ui.find(DaysSheet)
+    assert sheet.vm.is_working
+    enter(ui, sheet.ids.name_field, "Inventory")
+    press(ui, "Save", sheet)
     ui.wait(lambda: entries(site) and entries(site)[0].is_working)
     ui.wait(lambda: ui.find_all(MonthDay, text="28", status="extra"))
-    assert says(ui, "Sat 28 Nov · extra working day")
+    assert supports(ui) == ["Sat 28 Nov · extra working day"]
     assert site.container.calendar().day_status(date(2026, 11, 28)).name == "Inventory"
 
 
 def test_days_without_a_name_are_refused_at_the_field(site, app, ui):
-    dialog = add_days(ui, " ")
-    press(ui, "Save", dialog)
-    ui.wait(lambda: ui.find(Field, root=dialog, label="Name").problem == "Enter a name")
-    ui.tap(ui.find(Segment, root=dialog, text="Extra working days"))
-    enter(ui, dialog.ids.name_field, "Fair")
-    press(ui, "Save", dialog)
+    sheet = add_days(ui, " ")
+    press(ui, "Save", sheet)
+    ui.wait(lambda: sheet.ids.name_field.problem == "Enter a name")
+    ui.tap(ui.find(Segment, root=sheet, text="Extra working days"))
+    enter(ui, sheet.ids.name_field, "Fair")
+    press(ui, "Save", sheet)
     ui.wait(lambda: [entry.name for entry in entries(site)] == ["Fair"])
 
 
@@ -140,12 +139,11 @@ def test_a_country_is_found_by_name_and_its_holidays_are_closed(site, app, ui):
     ui.wait(lambda: settings(site).holiday_subdivision == "BY")
     tap(ui, IconButton, icon="chevron-right")
     ui.wait(lambda: says(ui, "December 2026"))
-    ui.wait(lambda: [row.text for row in ui.find_all(DaysRow)] == ["Christmas Day", "Second Day of Christmas"])
-    assert not ui.find_all(IconButton, icon="trash-can-outline")
+    ui.wait(lambda: supports(ui) == ["Fri 25 Dec · public holiday", "Sat 26 Dec · public holiday"])
     tap(ui, MonthDay, text="25")  # a working day in spite of the holiday
-    dialog = ui.find(DaysDialog)
-    assert (dialog.vm.name, dialog.vm.is_working) == ("Christmas Day", True)
-    press(ui, "Save", dialog)
+    sheet = ui.find(DaysSheet)
+    assert (sheet.vm.name, sheet.vm.is_working) == ("Christmas Day", True)
+    press(ui, "Save", sheet)
     ui.wait(lambda: ui.find_all(MonthDay, text="25", status="extra"))
 
 

@@ -10,12 +10,15 @@ import pytest
 from app.screens.common.shell import Shell, pick
 from app.screens.common.threads import forward
 from app.screens.common.view_model import Background, Dialogs, Navigator, Snackbars, UiBus
+from app.screens.settings.files import FileSheet
 from app.screens.settings.screen import SettingsScreen, SettingsViewModel
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import Field
 from tests.ui.integrator import file_sheet, forget_all, press, row_of, says, section_row, section_rows
 
 pytestmark = pytest.mark.long
+
+PLACES = ["This tablet", "Another place"]
 
 
 @pytest.fixture
@@ -92,3 +95,8 @@ def test_a_backup_that_is_damaged_stops_nothing(site, ui, restored):
     press(ui, "Restore", ui.find(ConfirmDialog))
     ui.wait(lambda: "can't be restored" in sheet.problem)
     assert restored == []
+
+
+def test_restore_of_a_first_start_leads_to_the_backups(screen, ui, restored):
+    screen.shown(section="data", restore=True)
+    ui.wait(lambda: ui.find_all(FileSheet) and [item.title for item in ui.find(FileSheet).items] == PLACES)

@@ -39,19 +39,13 @@ def test_a_month_is_whole_weeks_and_each_day_says_what_it_is():
 
 def test_entries_of_a_month_are_in_order_with_their_span():
     rows = view.entries(FACTS, 2026, 12)
-    assert [(row.text, row.note, row.removable) for row in rows] == [
+    assert [(row.title, row.support, bool(row.actions)) for row in rows] == [
         ("Fair", "Sat 5 Dec · extra working day", True),
         ("Independence Day", "Sun 6 Dec · public holiday", False),
         ("Shutdown", "Thu 24 Dec – Sun 3 Jan · closed · every year · plant.ics", True),
     ]
-    assert [row.text for row in view.entries(FACTS, 2031, 1)] == ["Shutdown", "Epiphany"]
+    assert [row.title for row in view.entries(FACTS, 2031, 1)] == ["Shutdown", "Epiphany"]
     assert len({row.key for row in rows}) == len(rows)
-
-
-def test_the_year_is_reported_by_what_differs_from_the_week():
-    assert view.year_note(SettingsFacts(exceptions=(FAIR,)), 2026) == "2026: 0 working days closed, 1 extra"
-    assert view.year_note(SettingsFacts(exceptions=(SHUTDOWN,)), 2027) == "2027: 7 working days closed"
-    assert view.year_note(SettingsFacts(), 2026) == "2026: no special days"
 
 
 def test_months_turn_within_the_years_that_a_calendar_has():
