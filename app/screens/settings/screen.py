@@ -189,19 +189,20 @@ class SettingsScreen(ScreenBase):
         self._columns = self.ids.columns.__self__
         self._list = SectionList(vm=self.vm, screen=self)
         self._content = BoxLayout()
-        self.vm.bind(on_facts=self._show_page, is_narrow_open=self._arrange)
         self.fbind("size", self._resized)
         self._arrange()
 
     # ------------------------------------------------------------------ coming on screen
     def shown(self, section: str | None = None, **intent: Any) -> None:
         """``shell.go("settings", section="robots", add=True)``; without a section the last one, where it was left."""
+        self.vm.bind(on_facts=self._show_page, is_narrow_open=self._arrange)
         super().shown()
         self.vm.once_read(partial(self.open, section, **intent) if section in PAGES else self._come_back)
 
     def hidden(self) -> None:
         scroll = self._scroll()
         self.vm.scrolled = scroll.scroll_y if scroll is not None else 1
+        self.vm.unbind(on_facts=self._show_page, is_narrow_open=self._arrange)  # a later screen shows them
         super().hidden()
 
     def _scroll(self) -> ScrollPage | None:

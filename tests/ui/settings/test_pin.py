@@ -283,6 +283,7 @@ def test_undo_of_a_deletion_in_settings_needs_the_pin(site, app, ui):
     site.container.access.set_pin("4711")
     to_settings(ui)
     unlock(ui, app)
+    go(ui, "robots")
     choose(ui, "Delete", open_row(ui, "Aino"))
     ui.wait(lambda: ui.find_all(ConfirmDialog))
     ui.tap(ui.find(CommandButton, ui.find(ConfirmDialog), text="Delete robot"))
@@ -306,6 +307,7 @@ def test_a_failed_undo_stays_behind_the_pin(site, app, ui):
     site.container.access.set_pin("4711")
     to_settings(ui)
     unlock(ui, app)
+    go(ui, "robots")
     ui.wait(lambda: item_of(ui, "Aino"))
     app.shell.navigator.screen("settings").vm.context.remove(
         lambda: site.container.catalogue.remove_robot(stored.id), "Aino deleted"

@@ -15,7 +15,7 @@ from app.domain.models import Connection, IdleRule, Robot
 from app.screens.settings import screen as settings_module
 from app.screens.settings.constraints import ConstraintsPage
 from app.screens.settings.facts import read
-from app.screens.settings.page import SwitchRow
+from app.screens.settings.page import RESTS, SwitchRow
 from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.screen import PAGES, SectionList
 from app.services.catalogue import robot_edit
@@ -53,7 +53,7 @@ from tests.ui.whole_app import PASSWORD, POLL, USER
 def test_the_minimum_battery_is_0_until_wanted(site, app, ui):
     go(ui, "constraints")
     field = ui.find(Field, label="Minimum battery")
-    assert (field.value, section_row(ui, "constraints").item.support) == (0, "No minimum battery, Mon–Fri")
+    assert (field.value, section_row(ui, "constraints").item.support) == (0, "Mon–Fri")
     ui.tap(ui.find(RepeatButton, root=field, icon="plus"))
     ui.wait(lambda: settings(site).minimum_battery_percent == 5)
     enter(ui, field, "250")
@@ -225,6 +225,13 @@ def test_switching_the_rule_off_keeps_minutes_saved_but_not_yet_read(site, app, 
 LONG_REST = 300.0  # s: a busy machine draws many frames until something is written
 
 
+@pytest.fixture(autouse=True)
+def usual_rest(app):
+    """The view model lives as long as the app."""
+    yield
+    app.shell.navigator.screen("settings").vm.context._rest.timeout = RESTS
+
+
 def stepped(app, ui, field: Field, icon: str, times: int) -> None:
     """Pressed so often, with time for each step to be saved."""
     page(app).context._rest.timeout = LONG_REST
@@ -369,6 +376,7 @@ def test_the_language_changes_at_once_everywhere_and_back(site, app, ui):
 # ---------------------------------------------------------------------- the screen itself
 def test_a_first_start_offers_the_other_language(site, app, ui):
     app.shell.go("home")
+    ui.wait(lambda: says(ui, "No robots yet"))
     press(ui, "Suomi")
     ui.wait(lambda: says(ui, "Ei vielä robotteja"))
     press(ui, "English")
@@ -462,6 +470,8 @@ def test_nothing_passes_for_a_setting_before_settings_are_read(site, app, ui, mo
         return read(*args)
 
     monkeypatch.setattr(settings_module, "read", reading)
+    vm = app.shell.navigator.screen("settings").vm
+    vm.has_facts, vm.sections = False, []  # as at the first visit
     ui.tap(ui.find(NavItem, name="settings"))
     ui.wait(lambda: ui.find_all(Snackbar))
     assert section_rows(ui) == [field for field in ui.find_all(Field) if field.kind == "step"] == []
