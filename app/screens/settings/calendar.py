@@ -252,8 +252,7 @@ class DaysSheet(EditSheet):
         form.name_problem = form.first_day_problem = form.last_day_problem = ""
         self._show()
         self.draft = self.stored is None
-        if self.stored is not None:
-            self.save()
+        self.keep()
 
     def pick_first(self) -> None:
         """The number of days stays."""

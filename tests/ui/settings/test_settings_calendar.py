@@ -89,6 +89,7 @@ def test_closed_days_are_entered_changed_deleted_and_brought_back(site, app, ui)
     ui.tap(ui.find(Toggle, root=sheet))
     ui.wait(lambda: entries(site)[0].yearly)  # at once
     ui.wait(lambda: supports(ui) == ["Fri 20 Nov – Fri 27 Nov · closed · every year"])
+    ui.wait(lambda: ui.find_all(Tap, root=ui.find(Snackbar)))
     undo(ui)
     ui.wait(lambda: entries(site) == [stored] and not sheet.vm.yearly)
 
