@@ -202,7 +202,7 @@ def test_a_damaged_database_is_a_screen_with_a_restore_button(tmp_path, ui, by):
     app._run_prepare()
     try:
         ui.advance(0.2)
-        assert {"Data is damaged", "Nothing is sent. Robots go on with what they have."} <= set(ui.texts())
+        assert {"Data is damaged", "Nothing is sent. Robots continue with what they have."} <= set(ui.texts())
         if by == "finger":
             ui.tap(ui.find(CommandButton, text="What is damaged"))
             (reported,) = (text for text in ui.texts() if text.startswith(f"The database {damage.path} is damaged ("))
