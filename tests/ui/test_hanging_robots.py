@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from app.screens.home.pages import SECOND_TAP
 from app.widgets.buttons import CommandButton
 from app.widgets.frame import NavItem
+from app.widgets.rest import DOUBLE_TAP
 from tests.ui.integrator import titles
 from tests.ui.whole_app import plant, shown
 
@@ -33,7 +33,7 @@ def test_pausing_is_as_fast_after_a_visit_to_settings(site, ui):
         ui.wait(lambda: len(titles(ui)) > 0)
         ui.tap(ui.find(NavItem, name="home"))
         ui.tap_text(site.fleet.robots[0].name)
-        ui.skip(SECOND_TAP)
+        ui.skip(DOUBLE_TAP)
         ui.tap(ui.find(CommandButton, text="Pause"))
         ui.wait(lambda: ui.find_all(CommandButton, text="Resume"), seconds=LONGEST)
         assert not app.shell.background.idle  # none of those has answered yet

@@ -5,9 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from dataclasses import replace
+from datetime import datetime
 from typing import Any, TypeVar
 
-from app.domain.models import Robot
+from kivy.clock import Clock
+
+from app.domain.models import Robot, RobotSnapshot
 from app.i18n import _, ngettext
 from app.mir.errors import Rejected, RobotError
 from app.screens.common import questions
@@ -15,12 +18,13 @@ from app.screens.common.cancelled import ask_to_cancel, ask_to_stop, is_undoable
 from app.screens.common.presses import OfRobot, Presses
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.view_model import Refresher
+from app.screens.home.card import error_words, has_errors
 from app.screens.home.cards import HomeState
-from app.screens.home.facts import HomeFacts, HomeServices, OnRobot
+from app.screens.home.facts import HomeFacts, HomeServices, OnRobot, Standing, standing
 from app.screens.home.fleet import ANSWER
-from app.screens.home.reset import ResetReport
 from app.widgets.items import Item
 
+READ_WITHIN = 5.0  # s until the message that errors remain after the reset
 GONE = (404, 410)  # a robot's answers about an item that it no longer has
 
 T = TypeVar("T")
@@ -29,6 +33,40 @@ T = TypeVar("T")
 def foot_of(robot_id: int) -> OfRobot:
     """The key of presses on the button of that robot's card, whatever it does: a double tap never means two things."""
     return OfRobot("foot", robot_id)
+
+
+class ResetReport:
+    """``say(text)`` shows it, once for each ``begin``, unless another screen is shown."""
+
+    def __init__(self, say: Callable[[str], object]) -> None:
+        self._say = say
+        self._asked: tuple[Robot, datetime, float] | None = None  # since when, and until when to wait for its answer
+        self.without_effect: frozenset[Standing] = frozenset()  # errors that were reset and stand
+
+    def begin(self, robot: Robot, pressed_at: datetime) -> None:
+        """The robot has taken Reset errors."""
+        self._asked = robot, pressed_at, Clock.get_time() + READ_WITHIN
+
+    def forget(self) -> None:
+        """It may be long ago when this screen is shown again."""
+        self._asked, self.without_effect = None, frozenset()
+
+    def look(self, facts: HomeFacts) -> None:
+        """Whether its errors are over."""
+        self.without_effect &= {standing(snapshot) for snapshot in facts.snapshots.values()}
+        if self._asked is None:
+            return
+        robot, since, until = self._asked
+        seen = facts.snapshots.get(robot.id) or RobotSnapshot(robot.id)
+        status = seen.status if seen.read_at is not None and seen.read_at >= since else None
+        is_over = status is not None and not has_errors(status)
+        if not is_over and Clock.get_time() < until:
+            return
+        self._asked = None
+        if status is not None and not is_over:
+            self.without_effect |= {standing(seen)}
+            text = _("Still there: {problem}. Remove its cause at {robot}, then reset again")
+            self._say(text.format(problem=error_words(status), robot=robot.name))
 
 
 class HomeCommands(HomeState):

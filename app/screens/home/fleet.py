@@ -19,7 +19,6 @@ from app.screens.common.options import Option
 from app.screens.common.robot_appearance import LOW, battery_appearance, state_appearance
 from app.screens.common.robot_groups import CALM, NEEDS_HELP, URGENCY, Group, count_words, look_of
 from app.screens.common.robot_texts import Problem, problem_of_status
-from app.screens.home.waiting import WaitingStart
 from app.widgets.items import Action, Item
 
 LONGER_THAN_USUAL = 1.5  # times the usual duration, above which it is said
@@ -288,23 +287,6 @@ def robots_in_words(n: int) -> str:
 def more_than_on_wall(looks: Iterable[Look], zone: str) -> str:
     n = sum(len(same) for same in list(causes(looks, zone).values())[ON_WALL:])
     return ngettext("{n} more", "{n} more", n).format(n=n) if n else ""
-
-
-def waiting_row(start: WaitingStart) -> Item:
-    """A start that waits for a robot of its group."""
-    cancel = Action("cancel", icon="close", off=_("Being cancelled") if start.cancelling else "")
-    return Item(
-        ("start", start.key),
-        title=start.mission,
-        support=start.note,
-        icon="timer-sand",
-        tone="attention",
-        below=True,
-        opens=False,
-        actions=(Action("give", _("Start elsewhere") if start.is_stuck else _("Give to a robot")), cancel)
-        if start.can_give
-        else (cancel,),
-    )
 
 
 # ---------------------------------------------------------------------- all of them

@@ -40,7 +40,6 @@ from app.screens.home.fleet import (
     more_than_on_wall,
     robots_in_words,
     to_do,
-    waiting_row,
 )
 from app.screens.home.fleet_known import Known
 from app.screens.home.waiting_model import WaitingModel
@@ -335,11 +334,10 @@ class FleetViewModel(FleetState, ViewModel):
         self._chosen = None
         halls = {robot: self._groups[n].name for robot, n in self._halls.items() if n < len(self._groups)}
         rows = to_do(looks, self._settings, now, halls, self.tight)
-        starts = tuple(waiting_row(start) for start in self.waiting.rows)
         return Pane(
             help_words(each.group for each in looks) or self.waiting.title,
             "",
-            rows + starts,
+            rows + tuple(self.waiting.rows),
             more=more_than_on_wall(looks, zone),
         )
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from kivy.core.window import Window
 from kivy.metrics import dp, sp
-from kivy.properties import BooleanProperty, ListProperty
+from kivy.properties import BooleanProperty, ListProperty, StringProperty
 from kivy.uix.widget import Widget
 
 from app.i18n import _, languages, translator
@@ -19,24 +19,32 @@ from app.screens.common.options import MenuItem
 from app.screens.common.presses import Presses
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.started import StartReports, as_it_is
-from app.screens.common.view_model import Changed, Refresher, ViewModel
+from app.screens.common.view_model import Changed, Refresher, ScreenBase, ViewModel
 from app.screens.home.card import battery_words, can_reset
 from app.screens.home.cards import HomeEmpty, HomeLow, HomeSmall, HomeTall, HomeWide, MapPage
-from app.screens.home.commands import HomeCommands, foot_of
+from app.screens.home.commands import HomeCommands, ResetReport, foot_of
 from app.screens.home.facts import HomeFacts, HomeServices, OnRobot, read
 from app.screens.home.fleet_model import FleetViewModel
 from app.screens.home.fleet_page import FleetPage
 from app.screens.home.learning import Learning
 from app.screens.home.map import robots_on_map
-from app.screens.home.pages import NO_ROBOT, Pages
-from app.screens.home.reset import ResetReport
 from app.screens.home.sending import Sending
 from app.screens.home.view import ALL_ROBOTS, present, tabs
 from app.screens.home.waiting_model import WaitingModel
 from app.services.live.changes import Topic
 from app.widgets import load_kv
+from app.widgets.rest import rest
 
-MAP = "map"
+NO_ROBOT, MAP = "empty", "map"
+LAYOUTS = {
+    ALL_ROBOTS: FleetPage,
+    NO_ROBOT: HomeEmpty,
+    "small": HomeSmall,
+    "low": HomeLow,
+    "tall": HomeTall,
+    "wide": HomeWide,
+    MAP: MapPage,
+}
 
 
 class HomeViewModel(HomeCommands, ViewModel):
@@ -138,7 +146,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         self.facts = facts
         self._note_running()
         self.learning.look(facts)
-        self.waiting.take(facts)
+        self.waiting.take(self.facts)
         self._reset.look(facts)
         self.fleet.take(facts)
         self.loaded = True
@@ -285,13 +293,15 @@ class HomeViewModel(HomeCommands, ViewModel):
         self.foot_rests = robot_id is not None and self._presses.is_same(foot_of(robot_id))
 
 
-class HomeScreen(Pages):
-    """One robot, in the layout for the window; its map; all robots if there are many, until one is chosen; and an invitation without
-    robots."""
+class HomeScreen(ScreenBase):
+    """One robot, in the ``layout`` for the window; its map; all robots if there are many, until one is chosen; and an invitation without
+    robots. All robots and one other layout are both kept, so that either is shown at once, as it was left."""
 
+    layout = StringProperty()
     Services, Model = HomeServices, HomeViewModel
 
     def __init__(self, vm: HomeViewModel, **kwargs: Any) -> None:
+        self._pages: dict[str, Widget] = {}  # by layout
         load_kv("widgets/flow", "home/page", "home/fleet", "home/sending")
         super().__init__(vm=vm, **kwargs)
         vm.bind(**dict.fromkeys(("loaded", "has_robots", "shows_map"), self._choose_layout))
@@ -318,18 +328,20 @@ class HomeScreen(Pages):
         layout = NO_ROBOT if not self.vm.has_robots else ALL_ROBOTS if self.vm.fleet.is_shown else one
         if self.vm.shows_map and layout == one:
             layout = MAP
-        kinds = {
-            NO_ROBOT: HomeEmpty,
-            "small": HomeSmall,
-            "low": HomeLow,
-            "tall": HomeTall,
-            "wide": HomeWide,
-            MAP: MapPage,
-        }
-        kind = FleetPage if layout == ALL_ROBOTS else kinds[layout]
-        self.turn_to(layout, lambda: kind(vm=self.vm.fleet if layout == ALL_ROBOTS else self.vm))
+        if layout != self.layout:
+            self._turn_to(layout)
         self.can_go_back = layout == MAP
         self._show_tabs()
+
+    def _turn_to(self, layout: str) -> None:
+        if ALL_ROBOTS in (layout, self.layout) and self.layout not in ("", NO_ROBOT):
+            rest.after_opening()  # the second tap on a robot presses nothing of its page
+        self.layout = layout
+        if layout not in self._pages:
+            self._pages = {name: page for name, page in self._pages.items() if ALL_ROBOTS in (name, layout)}
+            self._pages[layout] = LAYOUTS[layout](vm=self.vm.fleet if layout == ALL_ROBOTS else self.vm)
+        self.clear_widgets()
+        self.add_widget(self._pages[layout])
 
     def _show_tabs(self, *_: Any) -> None:
         robot = self.vm.facts.robot

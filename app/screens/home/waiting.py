@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from typing import Any
 
@@ -13,25 +12,13 @@ from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.group_starts import has_no_robot
 from app.screens.common.holding import waiting_words
-from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
 from app.screens.common.options import Option
 from app.screens.home.facts import HomeFacts
 from app.services.allocation.choose import LAST_CALL
 from app.services.allocation.situation import Ineligible
+from app.widgets.items import Action, Item
 
 ON_THE_WAY = timedelta(seconds=2)  # until the message that a start is being sent
-
-
-@dataclass(frozen=True)
-class WaitingStart:
-    """``key``: id of the execution."""
-
-    key: int
-    mission: str
-    note: str
-    can_give: bool = True
-    cancelling: bool = False
-    is_stuck: bool = False  # a silent robot may have it: another one can be asked to do it as well
 
 
 def waiting_of(rows: Iterable[Execution]) -> list[Execution]:
@@ -40,25 +27,29 @@ def waiting_of(rows: Iterable[Execution]) -> list[Execution]:
     return sorted(found, key=lambda row: (-row.priority, row.planned_at, row.id))
 
 
-def waiting_starts(
-    rows: Sequence[Execution], settings: Settings, mission_names: MissionNames = NOTHING_KNOWN
-) -> list[WaitingStart]:
-    return [
-        replace(
-            _start(row, waits_for(row, settings), mission_names),
-            can_give=row.group_id is not None and not row.held,
-        )
-        for row in rows
-    ]
+def waiting_row(facts: HomeFacts, row: Execution) -> Item:
+    give = Action("give", _("Give to a robot"))
+    can_give = row.group_id is not None and not row.held
+    return _row(facts, row, waits_for(row, facts.settings), *([give] if can_give else []))
 
 
-def _start(row: Execution, note: str, mission_names: MissionNames) -> WaitingStart:
-    return WaitingStart(row.id, mission_names.run(row), note, cancelling=row.cancel_code is not None)
+def _row(facts: HomeFacts, row: Execution, note: str, *actions: Action) -> Item:
+    cancel = Action("cancel", icon="close", off=_("Being cancelled") if row.cancel_code is not None else "")
+    return Item(
+        ("start", row.id),
+        title=facts.mission_names.run(row),
+        support=note,
+        icon="timer-sand",
+        tone="attention",
+        below=True,
+        opens=False,
+        actions=(*actions, cancel),
+    )
 
 
-def starts_with_a_robot(facts: HomeFacts, now: datetime) -> list[tuple[Execution, WaitingStart]]:
-    """Starts of groups with a note: those that a silent robot may have, and those that their robot has not confirmed
-    yet. Usually the confirmation comes before the note could be read."""
+def starts_with_a_robot(facts: HomeFacts, now: datetime) -> list[tuple[Execution, Item]]:
+    """Starts of groups with a note: those that a silent robot may have, so that another one can be asked to do it as well, and those that
+    their robot has not confirmed yet. Usually the confirmation comes before the note could be read."""
     stuck, sent = [], []
     for row in facts.open:
         if row.group_id is None or row.robot_id is None:
@@ -66,10 +57,9 @@ def starts_with_a_robot(facts: HomeFacts, now: datetime) -> list[tuple[Execution
         snapshot = facts.snapshots.get(row.robot_id)
         if snapshot is not None and (since := choice.stuck_since(row, snapshot)) is not None:
             words = choice.stuck(row.robot, since, facts.settings.timezone, _)
-            stuck.append((row, replace(_start(row, words, facts.mission_names), is_stuck=True)))
+            stuck.append((row, _row(facts, row, words, Action("give", _("Start elsewhere")))))
         elif _is_being_sent(row) and now - max(row.created_at, row.planned_at) >= ON_THE_WAY:
-            words = _("Being sent to {robot}").format(robot=row.robot)
-            sent.append((row, replace(_start(row, words, facts.mission_names), can_give=False)))
+            sent.append((row, _row(facts, row, _("Being sent to {robot}").format(robot=row.robot))))
     return stuck + sent
 
 

@@ -8,14 +8,8 @@ from app.domain.models import Execution
 from app.screens.common.group_starts import GroupStarts, robots_for
 from app.screens.common.shell import Shell
 from app.screens.home.facts import HomeFacts, HomeServices
-from app.screens.home.waiting import (
-    WaitingStart,
-    others_for,
-    starts_with_a_robot,
-    waiting_of,
-    waiting_starts,
-    waiting_title,
-)
+from app.screens.home.waiting import others_for, starts_with_a_robot, waiting_of, waiting_row, waiting_title
+from app.widgets.items import Item
 
 READ_EVERY = 5  # s, while something waits
 
@@ -37,18 +31,17 @@ class WaitingModel:
             lambda number: next((row for row in self._facts.open if row.id == number), None),
         )
         self._facts = HomeFacts()
-        self.rows: list[WaitingStart] = []
+        self.rows: list[Item] = []
         self.title = ""
         self._waiting: dict[int, Execution] = {}
-        self._assigned: dict[int, WaitingStart] = {}  # to a robot that has not confirmed them yet
         self._seconds = 0
 
     def take(self, facts: HomeFacts) -> None:
-        self._facts = facts
         assigned = starts_with_a_robot(facts, self._services.clock.now())
-        self._assigned = {row.id: start for row, start in assigned}
-        self._waiting = {row.id: row for row in [*(row for row, _start in assigned), *waiting_of(facts.open)]}
-        self.show()
+        waiting = waiting_of(facts.open)
+        self._facts, self._waiting = facts, {row.id: row for row in (*(row for row, _item in assigned), *waiting)}
+        self.rows = [*(item for _row, item in assigned), *(waiting_row(facts, row) for row in waiting)]
+        self.title = waiting_title([*self._waiting.values()])
 
     def is_old(self) -> bool:
         """Whether its note has to be read again: the robots' work changes it without an event, and so does time while
@@ -57,20 +50,12 @@ class WaitingModel:
         is_sent = any(row.group_id is not None and row.queue_id is None for row in self._facts.open)
         return (is_sent or bool(self._waiting)) and self._seconds == 0
 
-    def show(self) -> None:
-        waiting = [row for row in self._waiting.values() if row.id not in self._assigned]
-        self.rows = [
-            *self._assigned.values(),
-            *waiting_starts(waiting, self._facts.settings, self._facts.mission_names),
-        ]
-        self.title = waiting_title([*self._waiting.values()])
-
     def act(self, key: int, action: str) -> None:
         row, facts = self._waiting.get(key), self._facts
         if row is None:
             return
         match action:
-            case "give" if row.id in self._assigned:
+            case "give" if row.robot_id is not None:  # a silent one
                 self._starts.start_on_another(row, others_for(row, facts.robots, facts.groups))
             case "give":
                 now = self._services.clock.now()

@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import pytest
 
 from app.domain.models import Group, State
-from app.screens.home import reset
-from app.screens.home.reset import ResetReport
+from app.screens.home import commands
+from app.screens.home.commands import ResetReport
 from app.screens.home.waiting_model import READ_EVERY, WaitingModel
 from tests.support.clock import VirtualClock
 from tests.support.home_facts import AINO, FACTS, FAILED, NOW, READY, execution, with_aino
@@ -21,7 +21,7 @@ from tests.support.home_facts import AINO, FACTS, FAILED, NOW, READY, execution,
 )
 def test_an_error_that_returns_later_is_no_failed_reset(monkeypatch, over):
     """Also when it is read again later: its cause may have been removed since."""
-    monkeypatch.setattr(reset, "READ_WITHIN", 0.0)
+    monkeypatch.setattr(commands, "READ_WITHIN", 0.0)
     report, failed = ResetReport(lambda *_said: None), with_aino(FAILED)
     report.begin(AINO, NOW - timedelta(minutes=5))
     report.look(failed)

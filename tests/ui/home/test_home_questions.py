@@ -50,7 +50,7 @@ def test_no_answer_is_louder_than_another_and_each_can_be_read(home, ui, theme):
 def test_a_question_is_an_alarm_that_leads_to_its_answers(home, ui):
     home.shell.go("scheduler")
     home.aino.control({"user_prompt": {"question": "Is the load secured?", "options": ["Yes", "No"], "timeout": 600}})
-    ui.wait(lambda: ui.find_all(Banner, text="Aino: asks: Is the load secured?") and not ui.find(Frame).has_just_moved)
+    ui.wait(lambda: ui.find_all(Banner, text="Aino asks: Is the load secured?") and not ui.find(Frame).has_just_moved)
     press(ui, "Answer")
     assert home.shell.navigator.current == "home"
     press(ui, "Yes")

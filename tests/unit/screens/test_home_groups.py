@@ -41,8 +41,9 @@ def facts(*rows, **values):
 
 
 def test_a_waiting_start_says_what_each_robot_does_and_when_it_is_queued():
-    [start] = waiting.waiting_starts([row()], SETTINGS)
-    assert start.note == "Aino busy until about 14:52; Veikko 18 % battery. Goes into a queue at 14:59 at the latest"
+    start = waiting.waiting_row(facts(), row())
+    assert [action.text for action in start.actions] == ["Give to a robot", ""]
+    assert start.support == "Aino busy until about 14:52; Veikko 18 % battery. Goes into a queue at 14:59 at the latest"
 
 
 @pytest.mark.parametrize(
@@ -76,7 +77,7 @@ def test_the_most_important_is_first_and_nothing_with_a_robot_is_among_them():
         row(4, robot_id=1, robot="Aino"),
         row(5, state=State.SUBMITTING),
     ]
-    assert [start.key for start in waiting.waiting_starts(waiting.waiting_of(rows), SETTINGS)] == [2, 1, 3]
+    assert [found.id for found in waiting.waiting_of(rows)] == [2, 1, 3]
 
 
 @pytest.mark.parametrize(
@@ -117,13 +118,13 @@ def test_other_robots_are_offered_for_a_start_that_a_silent_robot_may_have():
     silent = snapshot(1, READY, connection=Connection.UNREACHABLE)
     shown = facts(lost, snapshots={1: silent, 2: snapshot(2, READY)})
     [(found, start)] = waiting.starts_with_a_robot(shown, NOW)
-    assert (found, start.is_stuck) == (lost, True)
-    assert start.note.startswith("Aino may have it, no answer since ")
+    assert (found, start.actions[0].text) == (lost, "Start elsewhere")
+    assert start.support.startswith("Aino may have it, no answer since ")
     assert [(option.key, option.text) for option in waiting.others_for(lost, (AINO, VEIKKO), (HALL,))] == [
         (2, "Veikko")
     ]
     [(_found, start)] = waiting.starts_with_a_robot(replace(shown, snapshots={1: snapshot(1, READY)}), NOW)
-    assert not start.is_stuck
+    assert [action.name for action in start.actions] == ["cancel"]
     assert waiting.starts_with_a_robot(facts(replace(lost, group_id=None), snapshots={1: silent}), NOW) == []
 
 
@@ -133,7 +134,8 @@ def test_a_start_that_is_being_sent_to_a_robot_is_there_until_that_has_it(state)
     sent = replace(row(60), state=state, robot_id=2, robot="Veikko", wait=Wait.DUE)
     shown = facts(sent, snapshots={2: snapshot(2, READY)})
     [(found, start)] = waiting.starts_with_a_robot(shown, NOW)
-    assert (found, start.note, start.is_stuck, start.can_give) == (sent, "Being sent to Veikko", False, False)
+    assert (found, start.support) == (sent, "Being sent to Veikko")
+    assert [action.name for action in start.actions] == ["cancel"]
     assert waiting.starts_with_a_robot(facts(replace(sent, state=State.QUEUED, queue_id=7)), NOW) == []
     assert waiting.starts_with_a_robot(shown, sent.planned_at + timedelta(seconds=1)) == []  # mostly it has it by then
 
