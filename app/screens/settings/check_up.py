@@ -31,11 +31,11 @@ from app.screens.common.problems import words_of
 from app.screens.common.threads import Job
 from app.screens.settings import check_up_page
 from app.screens.settings import check_up_view as view
+from app.screens.settings.edit_sheet import SettingsSheet
 from app.screens.settings.page import PageContext
 from app.screens.settings.view import NoticeView, asking_robot, done, went_wrong
 from app.services.check_up.report import document
 from app.services.check_up.trials import length_s
-from app.widgets.sheet import Sheet
 
 SHOWN_EVERY = 0.5  # s; the progress comes from another thread
 
@@ -301,7 +301,7 @@ class CheckUp(EventDispatcher):
         self._context.run(work, written, failed)
 
 
-class CheckUpSheet(Sheet):
+class CheckUpSheet(SettingsSheet):
     """Shows a check-up in three parts, one after the other, in the place of the page."""
 
     vm = ObjectProperty(None, rebind=True, allownone=True)

@@ -32,7 +32,11 @@ class EditForm(EventDispatcher):
     is_known = BooleanProperty(False)
 
 
-class EditSheet(Sheet):
+class SettingsSheet(Sheet):
+    """Lies beside the page of a section, in a low window over it."""
+
+
+class EditSheet(SettingsSheet):
     """Of ``stored``, or of something new (None). With ``at_once`` a change of what is stored is saved when it is made, with Undo."""
 
     vm = ObjectProperty(None, rebind=True, allownone=True)

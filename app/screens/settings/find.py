@@ -11,11 +11,11 @@ from kivy.properties import BooleanProperty, ListProperty, StringProperty
 from app.domain.robot import RobotStatus
 from app.i18n import _, ngettext
 from app.mir.address import machine
+from app.screens.settings.edit_sheet import SettingsSheet
 from app.screens.settings.facts import SettingsFacts
 from app.screens.settings.page import PageContext
 from app.services.robots import finder
 from app.widgets.items import Action, Item
-from app.widgets.sheet import Sheet
 
 SHOWN_EVERY = 0.25  # s; the answers come from other threads
 
@@ -52,7 +52,7 @@ def found_phrase(asked: int, of: int, found: int) -> str:
     )
 
 
-class FindSheet(Sheet):
+class FindSheet(SettingsSheet):
     """Searches while it is open; ``add(address, name)`` is called for the chosen robot."""
 
     items = ListProperty()
@@ -68,7 +68,7 @@ class FindSheet(Sheet):
         super().__init__(title=_("Find robots"), foot_style="outlined", **kwargs)
         self._search()
 
-    def on_parent(self, sheet: Sheet, place: Any) -> None:
+    def on_parent(self, sheet: SettingsSheet, place: Any) -> None:
         super().on_parent(sheet, place)
         if place is None:
             self._is_wanted = False

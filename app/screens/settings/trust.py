@@ -11,8 +11,8 @@ from kivy.utils import escape_markup, get_hex_from_color
 
 from app.i18n import _
 from app.screens.common.sheets import Sheets
+from app.screens.settings.edit_sheet import SettingsSheet
 from app.screens.settings.trust_view import Question, fours
-from app.widgets.sheet import Sheet
 from app.widgets.tokens import tk
 
 
@@ -39,7 +39,7 @@ class TrustButtons(BoxLayout):
     sheet = ObjectProperty(None, rebind=True)
 
 
-class TrustSheet(Sheet):
+class TrustSheet(SettingsSheet):
     """Lies over the sheet that asks; ``agreed()`` follows the risky answer, and nothing the safe one."""
 
     question = ObjectProperty(None, rebind=True)
