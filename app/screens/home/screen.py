@@ -221,7 +221,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         self._shell.go("settings", section="robots", add=True)
 
     def find_robots(self) -> None:
-        self._shell.go("settings", section="robots")
+        self._shell.go("settings", section="robots", find=True)
 
     @property
     def can_restore(self) -> bool:
