@@ -27,7 +27,6 @@ from kivy.properties import (
     ObjectProperty,
     StringProperty,
 )
-from kivy.uix.textinput import TextInput
 from kivy.uix.widget import Widget
 from kivymd.uix.behaviors import MotionDialogBehavior
 from kivymd.uix.dialog import MDDialog, MDDialogButtonContainer, MDDialogHeadlineText, MDDialogSupportingText
@@ -212,24 +211,7 @@ class Dialog(Overlay):
 
 
 class FormDialog(Dialog):
-    """A dialog whose content is one column that scrolls when there isn't enough room.
-
-    If something was typed, the key that closes it calls ``ask_first(close)`` instead, if set."""
-
-    ask_first = ObjectProperty(None, allownone=True)
-
-    def open(self):
-        super().open()
-        self._typed_before = self._typed()
-
-    def _typed(self) -> list[str]:
-        return [widget.text for widget in self.walk(restrict=True) if isinstance(widget, TextInput)]
-
-    def takes_key(self, key, text):
-        if key == ESCAPE and self.ask_first is not None and self._typed() != self._typed_before:
-            self.ask_first(self.dismiss)
-            return True
-        return super().takes_key(key, text)
+    """A dialog whose content is one column that scrolls when there isn't enough room."""
 
     def add_content(self, widget, *args, **kwargs):
         target = self.ids.page if "page" in self.ids else self.ids.content_container

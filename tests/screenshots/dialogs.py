@@ -47,7 +47,11 @@ def checklist(studio: Any) -> Any:
 @picture("dialog-confirm", sizes=EVERY_SIZE)
 def question(studio: Any) -> Any:
     return over_settings(studio).confirm(
-        _("Close without saving?"), _("What you have entered is lost."), _("Discard"), print, danger=True
+        _("Clear queue"),
+        _("Missions of others go too. A running one is aborted."),
+        _("Clear queue"),
+        print,
+        danger=True,
     )
 
 

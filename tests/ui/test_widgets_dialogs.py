@@ -65,26 +65,7 @@ def test_every_other_way_out_is_a_no(ui, dialogs, way_out):
     assert said == ["no"]
 
 
-def test_escape_asks_before_what_was_typed_is_lost(ui, dialogs):
-    dialog = FormDialog(title="Add robot")
-    field = Field(label="Name", text="Aino")
-    dialog.add_widget(field)
-    dialogs.open(dialog)
-    ui.advance()
-    ui.type(field, "!")
-    field.focus = False
-    ui.key(ESCAPE)
-    assert isinstance(dialogs.top, ConfirmDialog)
-    press(ui, "Keep editing")
-    ui.advance(1)
-    assert dialogs.top is dialog
-    ui.key(ESCAPE)
-    press(ui, "Discard")
-    ui.advance(0.3)
-    assert dialogs.top is None
-
-
-def test_escape_closes_a_form_in_which_nothing_was_typed(ui, dialogs):
+def test_escape_closes_a_form(ui, dialogs):
     dialog = FormDialog(title="Add robot")
     dialog.add_widget(Field(label="Name", text="Aino"))
     dialogs.open(dialog)

@@ -11,7 +11,7 @@ from kivy.uix.widget import Widget
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.options import Card, MenuItem, Option
-from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, FormDialog, Menu, Overlay
+from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, Menu, Overlay
 from app.widgets.pickers import DateDialog, TimeDialog
 
 
@@ -25,23 +25,11 @@ class Dialogs:
     def open(self, dialog: Overlay) -> Overlay:
         """Show a dialog built by the caller."""
         self._open.append(dialog)
-        if isinstance(dialog, FormDialog):
-            dialog.ask_first = self._ask_to_discard
         dialog.bind(on_dismiss=self._closed)
         if not self._animate:
             dialog.show_duration = dialog.hide_duration = 0
         dialog.open()
         return dialog
-
-    def _ask_to_discard(self, close: Callable[[], object]) -> None:
-        self.confirm(
-            _("Close without saving?"),
-            _("What you have entered is lost."),
-            _("Discard"),
-            close,
-            danger=True,
-            decline=_("Keep editing"),
-        )
 
     @property
     def top(self) -> Overlay | None:
