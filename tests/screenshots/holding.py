@@ -34,6 +34,7 @@ def held(studio: Any) -> Any:
 @picture("scheduler-held-form", sizes=BOTH)
 def held_form(studio: Any) -> Any:
     stand = Stand(studio, "scheduler", prepare=hold)
+    stand.vm.begin()
     stand.vm.form.set(
         mission_id=stand.mission("Waste to compactor"),
         day=date(2026, 11, 20),

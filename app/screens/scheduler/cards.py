@@ -56,10 +56,6 @@ class SchedulesSearch(SearchField):
         self.focus = not self.text
 
 
-class SuggestionsPage(SlotPart):
-    """What would help schedules that are often late; ``card`` is the screen."""
-
-
 class SuggestionRow(list_row.ListRow):
     """One of them."""
 
@@ -86,14 +82,6 @@ class FormSheet(Sheet):
         faulty = (each for each in self.walk(restrict=True) if getattr(each, "faulty", False) and each.height)
         if (said := next(faulty, None)) is not None:
             turn_to(said)
-
-
-class FormFieldsPage(SlotPart):
-    """All fields of the form."""
-
-
-class TimePage(SlotPart):
-    """Asks for a time of day in the place of the fields: an hour and a minute are two taps."""
 
 
 class TimeCell(Tap):

@@ -6,7 +6,6 @@ from datetime import UTC, date, datetime, time, timedelta
 from typing import Any
 from zoneinfo import ZoneInfo
 
-from kivy.clock import Clock
 from kivy.properties import ListProperty, NumericProperty, StringProperty
 
 from app.database.robots import Hold
@@ -39,26 +38,15 @@ class HoldSheet(Sheet):
         self._end = hold_view.HOUR
         self._chosen: datetime | None = None
         super().__init__(**kwargs)
-        self._tick = Clock.create_trigger(self._tell, 1, interval=True)
         self.fbind("reason", self._show)
         self._show()
 
-    def on_parent(self, sheet: Sheet, place: Any) -> None:
-        super().on_parent(sheet, place)
-        (self._tick.cancel if place is None else self._tick)()
-
     def _show(self, *_args: Any) -> None:
-        self._tell()
         self.reason_problem = self.end_problem = ""
-
-    def _tell(self, _dt: float = 0.0) -> None:
-        """Update it: an end that counts from the press moves on."""
-        now = self._services.clock.now()
         self.robot = hold_view.robot_name(self._facts, int(self.robot_id))
         self.reasons = hold_view.reason_chips(self.reason)
-        self.ends = hold_view.end_chips(self._end, self._chosen, self._zone, now)
-        end = hold_view.end_of(self._end, self._chosen, self._zone, now)
-        self.follows = hold_view.what_follows(end, self._zone, now, hold_view.shares(self._facts, int(self.robot_id)))
+        self.ends = hold_view.end_chips(self._end, self._chosen, self._zone, self._services.clock.now())
+        self.follows = hold_view.what_follows(hold_view.shares(self._facts, int(self.robot_id)))
 
     # ------------------------------------------------------------------ what is chosen
     def choose_robot(self) -> None:

@@ -76,13 +76,9 @@ def robot_options(facts: SchedulerFacts) -> list[Option]:
     ]
 
 
-def what_follows(until: datetime | None, zone: str, now: datetime, shares: bool = False) -> str:
-    """What will happen to the starts until then; ``shares``: it is one robot of a group."""
+def what_follows(shares: bool = False) -> str:
+    """What will happen to the starts; ``shares``: it is one robot of a group."""
     text = _("Starts wait. Those too late by then are skipped. Running missions continue.")
-    if until is not None:
-        text = _("Starts wait until {time}. Those too late by then are skipped. Running missions continue.").format(
-            time=formats.day_or_time(until, zone, now)
-        )
     return text + " " + _("Starts for a group go to its other robots.") if shares else text
 
 

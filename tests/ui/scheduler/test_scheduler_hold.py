@@ -121,19 +121,6 @@ def test_one_robot_is_held_until_a_time_that_is_picked(screen, container, ui):
     ui.wait(lambda: ui.find(Frame).banner.text.startswith("Veikko on hold until "))
 
 
-def test_the_sheet_says_until_when_it_would_hold_now_however_long_it_is_open(screen, container, ui):
-    press(screen, ui, "Hold")
-    sheet = ui.find(HoldSheet)
-    assert sheet.follows.startswith("Starts wait until 15:38.")
-    container.clock.step(600)
-    ui.advance(1.5)
-    assert sheet.follows.startswith("Starts wait until 15:48.")
-    screen.shell.sheets.close()
-    container.clock.step(600)
-    ui.advance(1.5)
-    assert sheet.follows.startswith("Starts wait until 15:48.")  # a closed one does not follow the time
-
-
 def test_the_plan_says_until_when_everything_is_held_and_the_banner_releases_it(screen, container, ui):
     container.holds.hold("Maintenance", container.clock.now() + timedelta(hours=3))
     settle(screen, ui)

@@ -18,8 +18,6 @@ from tests.ui.planner import (
     larger_controls,
     leave_entries,
     new,
-    other,
-    press_save,
     said,
     save_button,
     schedules,
@@ -45,14 +43,6 @@ def test_a_new_one_without_a_mission_stays_in_the_form(screen, container, ui):
         assert ui.find_all(FormSheet)
 
 
-def test_a_drag_that_was_interrupted_is_no_entry(screen, container, ui):
-    screen.plan.free = container.catalogue.robots()[1].id, 8.0
-    screen.plan.begin_free()
-    with larger_controls(screen, container, ui):
-        other(screen, container, ui)
-        assert said(screen) == []
-
-
 def test_a_rebuilt_screen_saves_only_once(screen, container, ui, slow):
     choose(screen, ui, "Mission", KITS)
     before = len(schedules(container))
@@ -67,24 +57,6 @@ def test_a_rebuilt_screen_saves_only_once(screen, container, ui, slow):
             False,
         )
         assert said(screen) == [f"{KITS} on Aino is planned"]
-
-
-def test_a_save_that_waits_for_the_robot_survives_the_rebuild(screen, container, ui, hanging):
-    before = len(schedules(container))
-    press_save(screen, container, ui)
-    with larger_controls(screen, container, ui):
-        hanging.set()
-        settle(screen, ui)
-        assert (len(schedules(container)), screen.plan.form.is_open) == (before + 1, False)
-
-
-def test_a_refused_schedule_stays_in_the_form_with_the_reason(screen, container, ui, refused):
-    choose(screen, ui, "Mission", KITS)
-    ui.tap(save_button(ui))
-    with larger_controls(screen, container, ui):
-        refused.set()
-        settle(screen, ui)
-        assert (field(ui, "Mission").value, screen.plan.form.view.why) == (KITS, "Choose another name")
 
 
 def test_a_question_of_the_form_stays_and_its_answer_counts(screen, container, ui):

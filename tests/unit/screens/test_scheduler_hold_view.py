@@ -54,10 +54,8 @@ def planned(minutes, robot=AINO):
 def test_starts_for_a_group_go_to_its_other_robots_while_one_is_held():
     here = facts(groups=(Group("Hall 1", (1, 2), id=1), Group("Alone", (3,), id=2)))
     assert [hold_view.shares(here, robot_id) for robot_id in (1, 3, hold_view.ALL)] == [True, False, False]
-    assert hold_view.what_follows(None, ZONE, NOW, True).endswith(
-        " continue. Starts for a group go to its other robots."
-    )
-    assert hold_view.what_follows(None, ZONE, NOW).endswith(" continue.")
+    assert hold_view.what_follows(True).endswith(" continue. Starts for a group go to its other robots.")
+    assert hold_view.what_follows().endswith(" continue.")
 
 
 def test_a_reason_that_is_offered_is_stored_in_english():
