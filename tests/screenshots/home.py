@@ -161,6 +161,7 @@ def home(
         background=background,
         dialogs=studio.dialogs,
         say_problem=None,
+        restore=None,
         navigator=Navigator(None, {}),
         bus=UiBus(),
         mission_names=SharedMissionNames(),
