@@ -26,7 +26,6 @@ from app.domain.models import Robot
 from app.i18n import _
 from app.screens.common.options import MenuItem
 from app.screens.common.places import choose_place
-from app.screens.common.presses import Presses
 from app.screens.common.problems import words_of
 from app.screens.common.threads import Job
 from app.screens.settings import check_up_page
@@ -66,7 +65,6 @@ class CheckUp(EventDispatcher):
     # the report
     verdict = ObjectProperty(NoticeView())
     found = ListProperty()
-    saving = BooleanProperty(False)
 
     def __init__(self, context: PageContext, robot: Robot, changed: Callable[[], object]) -> None:
         super().__init__()
@@ -77,7 +75,6 @@ class CheckUp(EventDispatcher):
         self._report: Report | None = None  # that is shown
         self._tick = Clock.create_trigger(self._show_progress, SHOWN_EVERY, interval=True)
         self._opened: set[str] = set()  # findings whose meaning is shown
-        self._presses = Presses()
         for name in ("part", "wants_trial", "can_begin", "outcome", "stopping"):
             self.fbind(name, self._name_buttons)
 
@@ -275,27 +272,22 @@ class CheckUp(EventDispatcher):
     def _save(self, ending: str) -> None:
         """Ask for a place, write a file there and show its path."""
         report, zone, files = self._report, self._zone, self._context.services.files
-        if report is None or self.saving or self._presses.is_same(ending):
+        if report is None:
             return
         text = {".html": check_up_page.page, ".json": document}[ending]
         choose_place(
             self._context.shell,
             files,
             lambda directory: self._write(
-                ending, lambda: files.write_text(text(report, zone), f"check-up {report.robot}", ending, directory)
+                lambda: files.write_text(text(report, zone), f"check-up {report.robot}", ending, directory)
             ),
         )
 
-    def _write(self, ending: str, work: Callable[[], Path]) -> None:
-        self.saving = True
-
+    def _write(self, work: Callable[[], Path]) -> None:
         def written(path: Path) -> None:
-            self.saving = False
-            self._presses.rest(ending)
             self.outcome = done(_("Written, without passwords"), str(path))
 
         def failed(problem: BaseException) -> None:
-            self.saving = False
             self.outcome = went_wrong(problem)
 
         self._context.run(work, written, failed)

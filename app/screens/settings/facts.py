@@ -130,11 +130,6 @@ class SettingsFacts:
     def robots_missing(self, mission: Mission) -> tuple[Robot, ...]:
         return tuple(robot for robot in self.robots if mission in self.missing[robot.id])
 
-    def is_on_no_robot(self, mission: Mission) -> bool:
-        """The missions of every enabled robot have been read, and none has this one."""
-        known = [self.names.get(robot.id) for robot in self.robots if robot.enabled]
-        return bool(known) and all(names and mission.guid not in names for names in known)
-
 
 def read(services: SettingsServices) -> SettingsFacts:
     """Read everything. Called off the UI thread: it reads the database and the disk, but sends nothing to robots."""

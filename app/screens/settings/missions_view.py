@@ -123,7 +123,7 @@ def missing_sentence(facts: SettingsFacts, mission: Mission) -> str:
     """On which robots it can't be started, if known; empty: none."""
     if robots := facts.robots_missing(mission):
         return _("Not on {robots} any more").format(robots=", ".join(robot.name for robot in robots))
-    return _("No robot has it") if facts.is_on_no_robot(mission) else ""
+    return ""
 
 
 # ---------------------------------------------------------------------- fetched from a robot

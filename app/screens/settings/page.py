@@ -304,13 +304,3 @@ class OutcomeNotice(Notice):
     """Says it; ``card`` is the outcome."""
 
     card = ObjectProperty(None, rebind=True)
-
-
-class WithOutcome(BoxLayout):
-    """The controls of an action, with its outcome below them."""
-
-    notice = ObjectProperty(NoticeView(), rebind=True)
-
-    def add_widget(self, widget: Widget, *args: Any, **kwargs: Any) -> None:
-        """The outcome comes first, from the class's own rule; later parts go above it."""
-        super().add_widget(widget, index=1 if self.children else 0)

@@ -331,12 +331,6 @@ def test_the_sheet_says_what_starts_a_mission_and_who_lacks_it():
     ]
 
 
-def test_an_unused_mission_that_no_robot_has_is_reported():
-    known = facts(robots=(AINO,), names={1: {"guid-deliver": "Deliver kits"}})
-    assert missions_view.missing_sentence(known, CHARGE) == "No robot has it"
-    assert missions_view.missing_sentence(facts(names={1: {"guid-deliver": ""}}), CHARGE) == ""  # Sisu may have it
-
-
 # ---------------------------------------------------------------------- taking over from a robot
 def test_a_shortened_name_of_the_robot_is_reported():
     short, long = missions_view.offer_options(offers(("A", "guid-1"), ("L" * 81, "guid-2")))
