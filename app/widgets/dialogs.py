@@ -266,11 +266,9 @@ class ChoiceDialog(Dialog):
     ``options`` have ``key``, ``text``, ``note``, ``icon`` and ``tone``; ``selected`` the keys chosen. Fires
     ``on_choose(key)``, or with ``multiple`` ``on_choose_many(keys)`` in the options' order. With ``all_word`` and
     ``none_word`` a button ticks all that the search shows, or none of them. Where it ``needs_one``, nothing can be
-    confirmed while none is ticked. ``text`` stands above the options. The ``last`` option is for users who do not find
-    what they want: every search shows it.
+    confirmed while none is ticked. The ``last`` option is for users who do not find what they want: every search shows it.
     """
 
-    text = StringProperty()
     last = ObjectProperty(None, allownone=True)
     needs_one = BooleanProperty(False)
     all_word = StringProperty()

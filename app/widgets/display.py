@@ -6,17 +6,13 @@ from kivy.uix.stacklayout import StackLayout
 from kivymd.uix.card import MDCard
 
 from app.widgets import pages  # noqa: F401  (registers kivy classes)
-from app.widgets.surfaces import OnlySeen, Passive, Surface, TonedSurface
+from app.widgets.surfaces import OnlySeen, Passive, TonedSurface
 
 
 class SectionCard(OnlySeen, Passive, MDCard):
     """A card; ``vm`` is its view model."""
 
     vm = ObjectProperty(None, rebind=True, allownone=True)
-
-
-class Tile(Surface):
-    """A block inside a card."""
 
 
 class Disc(TonedSurface):

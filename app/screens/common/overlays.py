@@ -89,13 +89,11 @@ class Dialogs:
         selected: Iterable[Hashable] = (),
         can_all: bool = False,
         needs_one: bool = False,
-        text: str = "",
     ) -> Overlay:
         """Tick any of ``options``, at least one if it ``needs_one``, or all at once if it ``can_all``; ``action`` is
-        the word on the confirming button, ``text`` stands above the options; ``done(keys)``."""
+        the word on the confirming button; ``done(keys)``."""
         dialog = ChoiceDialog(
             title=title,
-            text=text,
             options=list(options),
             selected=list(selected),
             multiple=True,

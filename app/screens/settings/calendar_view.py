@@ -19,7 +19,7 @@ from app.services.planning.working_days import DayStatus, Ground, spans
 from app.widgets.items import Action, Item
 
 YEARS = (1970, 2199)  # whose months are shown
-CLOSED, HOLIDAY, EXTRA = "lock-outline", "calendar-star", "plus-circle-outline"
+CLOSED, HOLIDAY, EXTRA = "calendar-remove-outline", "calendar-star", "plus-circle-outline"
 
 EntryKey = tuple[int, date]  # id of the exception, 0 for a public holiday; the first day
 

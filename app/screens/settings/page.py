@@ -24,7 +24,6 @@ from app.screens.common.threads import Job
 from app.screens.settings.facts import SettingsFacts, SettingsServices
 from app.screens.settings.view import NoticeView
 from app.services.catalogue.catalogue import Removed
-from app.widgets import panel_grid  # noqa: F401  (registers kivy classes)
 from app.widgets.display import Notice
 from app.widgets.slots import PartSlot
 

@@ -1,4 +1,4 @@
-"""What the design of Settings promises of its robots, missions and check-ups, counted from the widgets."""
+"""What the design of Settings promises, counted from the widgets."""
 
 from __future__ import annotations
 
@@ -35,7 +35,9 @@ def keeps_to_it(part) -> None:
     assert "\n".join(checks.problems(part)) == ""
 
 
-@pytest.mark.parametrize("section", ["setup", "robots", "missions"])
+@pytest.mark.parametrize(
+    "section", ["setup", "robots", "missions", "constraints", "idle", "scheduler", "display", "data", "about"]
+)
 def test_a_section_keeps_to_what_the_design_allows(rig, ui, section):
     with_groups(Plant(rig)).screen(rig, section)
     frame = ui.find(Frame)
@@ -73,6 +75,54 @@ def test_a_sheet_keeps_to_it_too(rig, ui, build):
     keeps_to_it(sheet)
     if rig.is_wide and build is not fingerprints:
         assert len(looks.words(frame)) + len(looks.words(sheet)) <= WITH_SHEET
+
+
+def place(screen):
+    screen.page.places.act(screen.page.context.facts.places[0].id, "open")
+
+
+def new_place(screen):
+    screen.page.places.add()
+
+
+def idle_rule(screen):
+    screen.page.act(screen.page.context.facts.robots[0].id, "open")
+
+
+def days(screen):
+    screen.page.calendar.add()
+
+
+def export(screen):
+    screen.page.export_configuration()
+
+
+def restore(screen):
+    screen.page.restore()
+
+
+@pytest.mark.parametrize(
+    ("section", "build"),
+    [
+        ("missions", place),
+        ("missions", new_place),
+        ("idle", idle_rule),
+        ("constraints", days),
+        ("data", export),
+        ("data", restore),
+    ],
+)
+def test_a_sheet_that_its_page_opens_keeps_to_it_too(rig, ui, section, build):
+    plant = with_groups(Plant(rig))
+    screen = plant.screen(rig, section)
+    rig.afterwards(plant.shell.sheets.close)
+    build(screen)
+    ui.wait(lambda: plant.shell.background.idle)
+    ui.advance(0.3)
+    sheet = plant.shell.sheets.top
+    keeps_to_it(sheet)
+    if rig.is_wide:
+        assert len(looks.words(ui.find(Frame))) + len(looks.words(sheet)) <= WITH_SHEET
 
 
 @pytest.mark.parametrize("kind", ["good", "odd"])
