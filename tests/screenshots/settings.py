@@ -17,6 +17,7 @@ from app.mir.errors import AnotherRobot, Unauthorized
 from app.screens.common.pin_dialog import PinDialog
 from app.screens.common.shell import Shell, pick
 from app.screens.common.view_model import Background, Navigator, Snackbars, UiBus
+from app.screens.settings.find import FindSheet
 from app.screens.settings.missions import MissionSheet
 from app.screens.settings.missions_view import offer_options, offers
 from app.screens.settings.page import PageContext
@@ -27,6 +28,7 @@ from app.screens.settings.trust import TrustSheet
 from app.screens.settings.trust_view import another_robot, certificate
 from app.screens.settings.view import done
 from app.services.files import places
+from app.services.robots import finder
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from app.widgets.sheet import Sheet
 from tests.screenshots.frame import framed
@@ -349,6 +351,19 @@ def robot_dialog_delete(context: PageContext):
 def robot_certificate(context: PageContext):
     question = certificate("Aino", "3fa1c2" * 10 + "90ab", "3fa1c2" * 9 + "77de01" + "1234")
     return TrustSheet(context.shell.sheets, question, lambda: None)
+
+
+@dialog("robots-found")
+def robots_found(context: PageContext):
+    addresses, finder.addresses = finder.addresses, list  # no network is asked
+    sheet = FindSheet(context, lambda _address, _name: None)
+    finder.addresses = addresses
+    sheet._answers = {
+        f"10.40.12.{n}": RobotStatus(robot_name=name, robot_model=model)
+        for n, name, model in ((21, "Aino", "MiR250"), (34, "MiR_R1187", "MiR600"), (35, "Helmi", "MiR250"))
+    }
+    sheet._end()
+    return sheet
 
 
 @dialog("robot-sheet-problems")
