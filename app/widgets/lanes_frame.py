@@ -58,6 +58,7 @@ TOKENS = {  # by the state of a bar
 STRONG = {
     **TOKENS,
     **{state: look._replace(edge="ink") for state, look in DID.items()},
+    "no_data": Colours("track", "ink", "ink"),
     "planned": Colours("accent_soft", "ink", "accent"),
     "draft": Colours("surface", "ink", "accent"),
     "failed": Colours("surface", "fault", "fault"),

@@ -130,7 +130,7 @@ def _lane(facts: ActivityFacts, one: RobotTimeline, named: Collection[str] = KIN
             facts.hour(span.end),
             word(span.activity) if span.activity in named else "",
             span.activity,
-            shorter=("",),
+            shorter=("!", "") if span.activity == "error" else ("",),  # never by its colour alone
         )
         for span in as_drawn(one.spans, COLUMNS)
     ]

@@ -5,26 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from kivy.clock import Clock
-from kivy.properties import BooleanProperty, ObjectProperty, StringProperty
+from kivy.properties import ObjectProperty
 from kivy.uix.widget import Widget
 
 from app.widgets import figure_charts, figures, flow, lanes, list_row, pages, swatch  # noqa: F401  (registers kivy classes)
-from app.widgets.display import SectionCard
 from app.widgets.fields import SearchField
 from app.widgets.long_list import LongList
-
-
-class RunsCard(SectionCard):
-    """The card of the runs."""
-
-    is_wide = BooleanProperty(False)
-
-
-class FigureSection(SectionCard):
-    """A part of the figures; ``text`` is in the place of what is not known."""
-
-    title = StringProperty()
-    text = StringProperty()
 
 
 class RunsSearch(SearchField):

@@ -15,6 +15,7 @@ from app.widgets.display import LegendItem
 from app.widgets.figures import FigureDialog
 from app.widgets.lanes import Lanes
 from app.widgets.rows import OptionRow
+from app.widgets.tokens import apply_theme
 from tests.ui.logbook import reset_logs, settle, tap
 
 
@@ -61,8 +62,12 @@ def test_every_robot_has_a_lane_that_fills_the_time_up_to_now(screen, ui):
     assert [item.text for item in ui.find_all(LegendItem)] == words
 
 
-def test_every_activity_has_a_look():
-    assert {*activity.KINDS} <= lanes_frame.TOKENS.keys()
+@pytest.mark.parametrize("theme", ["light", "dark", "contrast"])
+def test_every_activity_has_a_look_of_its_own(ui, theme):
+    apply_theme(ui.app.theme_cls, theme)
+    looks = [lanes_frame.colours()[kind] for kind in activity.KINDS if kind != "offline"]  # which is hatched
+    apply_theme(ui.app.theme_cls, "light")
+    assert len({tuple(look.fill) for look in looks}) == len(looks)
 
 
 def test_a_tap_shows_what_from_when_to_when_and_how_long(screen, ui):

@@ -94,6 +94,11 @@ def test_lanes_say_how_much_their_robot_worked_and_what_it_did():
     assert [entry.text for entry in activity.legend(spans)] == ["Working", "Ready", "No answer", "No data"]
 
 
+def test_an_error_has_a_sign_where_there_is_no_room_for_its_word():
+    [lane] = activity.lanes(facts(8, ("error", 0, 1), ("idle", 1, 8)))
+    assert [(bar.label, bar.shorter) for bar in lane.bars] == [("Stopped", ("!", "")), ("Ready", ("",))]
+
+
 def test_a_robot_that_was_not_seen_was_not_out_of_use():
     [lane] = activity.lanes(facts(8, ("offline", 0, 6), (NO_DATA, 6, 8)))
     assert lane.note == "–"
