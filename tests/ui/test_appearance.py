@@ -174,7 +174,7 @@ def test_screens_keep_their_content_when_the_appearance_changes(site, app, ui, c
     assert (plan.tab, plan._window) == ("schedules", window)
     plan.tab = "plan"
     ui.wait(lambda: app.shell.background.idle)
-    assert (plan.timeline.hours, plan.follows) == (window.hours, False)
+    assert (plan.timeline.hours, plan._window.left) == (window.hours, window.left)
     assert (logs.part, logs.query, logs.searching) == ("figures", "kits", True)
     assert (logs._filters.period, logs._filters.text) == (Period.MONTH, "kits")
 

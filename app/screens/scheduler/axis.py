@@ -71,7 +71,7 @@ def closed(facts: SchedulerFacts, read: Range, taken: Iterable[Span], unfolded: 
     shown = [read.at(instant) for instant in unfolded]
     folds = [
         Band(start, end, _no_work(read.instant(start).astimezone(zone), read.instant(end).astimezone(zone)), "folded")
-        for start, end in _between(_joined(days), sorted(taken))
+        for start, end in _between(joined(day[:2] for day in days), sorted(taken))
         if end - start > FOLDED_FROM and not any(start <= hour < end for hour in shown)
     ]
     yield from folds
@@ -81,15 +81,15 @@ def closed(facts: SchedulerFacts, read: Range, taken: Iterable[Span], unfolded: 
         )
 
 
-def _joined(days: Iterable[Band]) -> list[Span]:
-    """Days that follow each other as one."""
-    spans: list[Span] = []
-    for day in days:
-        if spans and spans[-1][1] == day.start:
-            spans[-1] = spans[-1][0], day.end
+def joined(spans: Iterable[Span]) -> tuple[Span, ...]:
+    """Those that touch as one."""
+    found: list[Span] = []
+    for start, end in sorted(spans):
+        if found and start <= found[-1][1]:
+            found[-1] = found[-1][0], max(found[-1][1], end)
         else:
-            spans.append(day[:2])
-    return spans
+            found.append((start, end))
+    return tuple(found)
 
 
 def _between(spans: Iterable[Span], taken: Sequence[Span]) -> Iterable[Span]:

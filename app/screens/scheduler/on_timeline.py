@@ -52,7 +52,6 @@ class OnTimeline(ViewModel):
     free = ObjectProperty(None, allownone=True)  # free time that was tapped: key of its lane, and hour
     free_text = StringProperty()
     moving = ObjectProperty(None, allownone=True, rebind=True)  # a start that waits for an answer
-    follows = BooleanProperty(True)  # the timeline moves with the time
     touched = BooleanProperty(False)  # by fingers that move it: it must not change under them
     form = ObjectProperty(None, rebind=True)  # FormModel
     actions: ScheduleActions
@@ -166,7 +165,7 @@ class OnTimeline(ViewModel):
 
     def _show_window(self, window: Window) -> None:
         """Show at once what has been read already, and the rest after the next reading."""
-        self._window, self.follows = window, window.left is None
+        self._window = window
         if self._plan.origin is not None:
             start = window.start(self._services.clock.now(), self._facts.zone)
             self._plan = replace(

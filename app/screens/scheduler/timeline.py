@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import date, datetime, timedelta
 from zoneinfo import ZoneInfo
@@ -232,7 +232,7 @@ class _Lanes:
         begins = max(read.low, min((hour for lane, hour in self._more.values() if lane == key), default=read.high))
         more = Bar(("zoom", begins, SPANS[0]), begins, read.high, _("and more starts"))
         shown = (*blocks, more) if begins < read.high else tuple(blocks)
-        return Lane(name, note, shown, _joined([*own, *self._contested[key]]), key)
+        return Lane(name, note, shown, axis.joined([*own, *self._contested[key]]), key)
 
     def with_lines(self, lanes: list[Lane], opened: Hashable, seen: Range) -> list[Lane]:
         """With many robots, those of a group are one line, and below it when it is open: the first one, until another is
@@ -280,29 +280,15 @@ def _group_note(facts: SchedulerFacts, group: Group, planned: Sequence[PlannedRu
     return _("Waits for a robot") if waits else ""
 
 
-def _overlaps(bars: list[Bar]) -> Iterable[tuple[float, float]]:
+def _overlaps(bars: Iterable[Bar]) -> Iterator[Span]:
     """The future time that two bars share, compared by whole seconds: runs that touch don't overlap."""
-    wanted = [(round(bar.start * 3600), round(bar.end * 3600)) for bar in bars if bar.state in CONTENDING]
-    taken, spans = -math.inf, []  # type: float, list[tuple[int, int]]
-    for start, end in sorted(wanted):
+    taken = -math.inf
+    for start, end in sorted(
+        (round(bar.start * 3600), round(bar.end * 3600)) for bar in bars if bar.state in CONTENDING
+    ):
         if start < taken:
-            shared = start, int(min(taken, end))
-            if spans and shared[0] <= spans[-1][1]:
-                spans[-1] = spans[-1][0], max(spans[-1][1], shared[1])
-            else:
-                spans.append(shared)
+            yield start / 3600, min(taken, end) / 3600
         taken = max(taken, end)
-    return ((start / 3600, end / 3600) for start, end in spans)
-
-
-def _joined(spans: Iterable[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
-    joined: list[tuple[float, float]] = []
-    for start, end in sorted(spans):
-        if joined and start <= joined[-1][1]:
-            joined[-1] = joined[-1][0], max(joined[-1][1], end)
-        else:
-            joined.append((start, end))
-    return tuple(joined)
 
 
 def _merged(bars: list[Bar], thin: float, day: Callable[[float], date]) -> Iterable[Bar]:
@@ -416,6 +402,6 @@ def _changed(view: TimelineView, was: Callable[[Bar], bool], target: Hashable, a
         bars = [bar._replace(state="was", label="", movable=False) if was(bar) else bar for bar in lane.bars]
         if lane.key == target:
             bars = sorted([*bars, *added], key=lambda bar: bar.start)
-            lane = lane._replace(overlaps=_joined([*lane.overlaps, *_overlaps(bars)]))
+            lane = lane._replace(overlaps=axis.joined([*lane.overlaps, *_overlaps(bars)]))
         lanes.append(lane._replace(bars=tuple(bars)))
     return replace(view, lanes=tuple(lanes))
