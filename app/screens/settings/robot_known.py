@@ -116,6 +116,13 @@ class KnownRobotSheet(EditSheet):
             danger=True,
         )
 
+    def refuse(self, problem: BaseException) -> None:
+        """Show as it is what was not saved; a refused name stays, to be corrected."""
+        super().refuse(problem)
+        if self.stored is not None:
+            self.vm.enabled = self.stored.enabled or self.stored.needs_password
+            self.vm.hand_over = self.stored.hand_over
+
     def settled(self) -> Robot:
         form = self.vm
         enabled = form.enabled if not self.stored.needs_password else self.stored.enabled

@@ -229,9 +229,7 @@ def robot_note(facts: SettingsFacts, robot: Robot, now: datetime) -> NoticeView:
         return NoticeView(_("Nothing is sent to {robot}").format(robot=robot.name), link.word, "attention", link.icon)
     is_default = Token(robot.token or "").is_published_default
     found = (
-        robot.model or _("MiR robot"),
-        robot.software and _("software {version}").format(version=robot.software),
-        robot.serial_number and _("serial {number}").format(number=robot.serial_number),
+        machine_phrase(robot.model or _("MiR robot"), robot.serial_number, robot.software),
         robot.identified_by and _("Identified by {what}").format(what=_identified_by(robot)),
         is_default and _("Default password of MiR: change it on the robot"),
     )
@@ -283,18 +281,19 @@ def _identified_by(robot: Robot) -> str:
     }[robot.identified_by]
 
 
+def machine_phrase(model: str | None, serial_number: str | None, software: str | None) -> str:
+    """What is known of a robot's machine."""
+    parts = (
+        model,
+        serial_number and _("serial {number}").format(number=serial_number),
+        software and _("software {version}").format(version=software),
+    )
+    return " · ".join(part for part in parts if part)
+
+
 def connection_found(identity: Identity, has_default_password: bool = False) -> NoticeView:
     """Which robot answered."""
-    facts = " · ".join(
-        filter(
-            None,
-            (
-                identity.model,
-                identity.serial_number and _("serial {number}").format(number=identity.serial_number),
-                identity.software and _("software {version}").format(version=identity.software),
-            ),
-        )
-    )
+    facts = machine_phrase(identity.model, identity.serial_number, identity.software)
     name = identity.name or identity.model or _("The robot")
     answer = _("{robot} answers in {n} ms").format(robot=name, n=max(1, round(identity.status.elapsed_s * 1000)))
     if has_default_password:

@@ -404,3 +404,16 @@ def test_robots_of_the_network_are_looked_for_when_that_is_pressed(site, app, ui
     ui.wait(lambda: ui.find_all(RobotSheet))
     form = ui.find(RobotSheet).vm
     assert (form.address, form.name) == (asked[1], "Veikko")
+
+
+def test_what_is_refused_with_a_taken_name_is_not_shown_as_saved(site, app, ui):
+    site.add_robots()
+    go(ui, "robots")
+    dialog = edit_aino(ui)
+    enter(ui, dialog.ids.name_field, "Veikko")
+    dialog.ids.name_field.focus = False
+    ui.wait(lambda: dialog.vm.name_problem == "There is a robot Veikko already")
+    ui.tap(ui.find(Toggle, root=dialog))
+    ui.wait(lambda: app.shell.background.idle and not dialog.vm.saving)
+    assert dialog.vm.enabled == robots(site)[0].enabled
+    assert dialog.vm.name_problem

@@ -136,7 +136,7 @@ def test_a_row_of_a_robot_says_what_it_is_and_nothing_else_while_all_is_well():
 def test_the_sheet_of_a_robot_has_its_data():
     known = facts(snapshots={1: snapshot()})
     assert view.robot_note(known, known.robot(1), NOW) == view.NoticeView(
-        "Connected · now", "MiR250 · software 3.5.4 · serial 200104012", "neutral", "wifi"
+        "Connected · now", "MiR250 · serial 200104012 · software 3.5.4", "neutral", "wifi"
     )
 
 
