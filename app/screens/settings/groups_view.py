@@ -77,7 +77,7 @@ def most_kept_free(members: int) -> int:
 
 
 # ---------------------------------------------------------------------- places
-def place_items(facts: SettingsFacts, most: Mapping[int, int], chosen: int = 0) -> list[Item]:
+def place_items(facts: SettingsFacts, most: Mapping[int, int], chosen: int | None = None) -> list[Item]:
     """Places with a stepper, ``most`` by their id, then the positions that may become one."""
     icon = "map-marker-outline"
     places = [

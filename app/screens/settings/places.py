@@ -8,23 +8,29 @@ from typing import Any
 from zoneinfo import ZoneInfo
 
 from kivy.event import EventDispatcher
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
+from kivy.properties import ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.widget import Widget
 
 from app.domain import conflicts
-from app.domain.models import InvalidInput, Place
+from app.domain.models import Place
 from app.domain.names import LONGEST
 from app.i18n import _
-from app.screens.common.options import Card, MenuItem, Option
-from app.screens.common.problems import sentence_of
+from app.screens.common.options import Card, Option
 from app.screens.settings import groups_view as view
+from app.screens.settings.edit_sheet import EditForm, EditSheet, delete_menu
 from app.screens.settings.page import PageContext
 from app.services.planning.planned import Conflict
 from app.widgets.display import SectionCard
-from app.widgets.sheet import Sheet
 
 USUAL_MOST = 1  # as the word says; its help explains larger numbers
 STEPS = {"fewer": -1, "more": 1}
+
+
+def remove(context: PageContext, place: Place) -> None:
+    context.shell.sheets.close()
+    context.remove(
+        lambda: context.services.catalogue.remove_place(place.id), _("{place} deleted").format(place=place.name)
+    )
 
 
 class PlacesBox(SectionCard):
@@ -47,7 +53,10 @@ class PlacesPart(EventDispatcher):
         facts, sheet = self._context.facts, self._context.shell.sheets.top
         read = {place.id: place.most for place in facts.places}
         self._most = {key: most for key, most in self._most.items() if read.get(key) != most}
-        chosen = sheet.show_facts(self._most) if isinstance(sheet, PlaceSheet) else 0
+        chosen = None
+        if isinstance(sheet, PlaceSheet):
+            sheet.follow(self._most)
+            chosen = sheet.stored_id
         self.items = view.place_items(facts, {**read, **self._most}, chosen)
 
     # ------------------------------------------------------------------ what is pressed
@@ -61,7 +70,7 @@ class PlacesPart(EventDispatcher):
         elif action == "open":
             self._open(place)
         elif action == "dots":
-            self._menu(place, values[0])
+            delete_menu(self._context, values[0], lambda: remove(self._context, place))
         else:
             self.step(place.id, max(1, self._most.get(place.id, place.most) + STEPS[action]))
 
@@ -107,76 +116,78 @@ class PlacesPart(EventDispatcher):
         else:
             self._open(Place(proposed.name[:LONGEST], USUAL_MOST, proposed.missions))
 
-    def _menu(self, place: Place, button: Widget) -> None:
-        delete = MenuItem("delete", _("Delete place"), "delete-outline", tone="fault")
-        self._context.shell.dialogs.menu(button, place.name, [delete], lambda _key: self._remove(place))
-
-    def _remove(self, place: Place) -> None:
-        context = self._context
-        context.shell.sheets.give_up()
-        context.remove(
-            lambda: context.services.catalogue.remove_place(place.id), _("{place} deleted").format(place=place.name)
-        )
-
     def _open(self, place: Place) -> None:
         self._context.shell.sheets.show(PlaceSheet(self._context, place, self.step))
         self.show()
 
 
-class PlaceSheet(Sheet):
-    """Adds a place, or edits one, which is saved at once. ``step(id, most)`` saves how many robots it takes."""
-
+class PlaceForm(EditForm):
     name = StringProperty()
     most = NumericProperty(USUAL_MOST)
     missions_phrase = StringProperty()
     name_problem = StringProperty()
-    saving = BooleanProperty(False)
     warning = StringProperty()  # that it will be wanted too much
 
+
+class PlaceSheet(EditSheet):
+    """A place and the missions that use it. ``step(id, most)`` saves how many robots a stored one takes."""
+
+    kind = "places"
+    at_once = True
+
     def __init__(self, context: PageContext, place: Place, step: Callable[[int, int], object]) -> None:
-        self._context, self._place, self._step = context, place, step
-        super().__init__(foot="" if place.id else _("Add place"))
+        self._place, self._step = place, step
+        super().__init__(context, place if place.id else None, PlaceForm())
         self._show()
 
-    def show_facts(self, most: dict[int, int]) -> int:
-        """The place as it is now, with the ``most`` that is not read yet. Returns its id."""
-        place = self._context.facts.place(self._place.id)
-        if place is not None and not self.saving:
-            place = replace(place, most=most.get(place.id, place.most))
+    def entered(self) -> Place:
+        return self._place
+
+    def write(self, entered: Place) -> Place:
+        return self.context.services.catalogue.save_place(entered)
+
+    def remove(self) -> None:
+        remove(self.context, self._place)
+
+    def follow(self, most: dict[int, int]) -> None:
+        """Show the place as it is now, with the ``most`` that is not read yet."""
+        stored = self.context.facts.place(self.stored_id)
+        if stored is not None and not self.vm.saving:
+            self.stored = stored
+            place = replace(stored, most=most.get(stored.id, stored.most))
             if place != self._place:
                 self._place = place
                 self._show()
-        return self._place.id
 
     def _show(self) -> None:
-        place, facts = self._place, self._context.facts
-        self.title = (place.name if place.id else "") or _("Add place")
-        self.name, self.most = place.name, place.most
-        self.missions_phrase = view.missions_phrase(facts, place.missions)
+        place, facts, form = self._place, self.context.facts, self.vm
+        form.title = place.name if place.id else _("Add place")
+        form.name, form.most = place.name, place.most
+        form.missions_phrase = view.missions_phrase(facts, place.missions)
 
         def found(conflict: Conflict | None) -> None:
             zone = ZoneInfo(facts.settings.timezone)
-            self.warning = conflicts.sentence(conflict.code, conflict.at, conflict.details, zone, _) if conflict else ""
+            form.warning = conflicts.sentence(conflict.code, conflict.at, conflict.details, zone, _) if conflict else ""
 
-        plan = self._context.services.plan
-        self._context.run(lambda: plan.place_warning(place), found, lambda _problem: None, key="place warning")
+        plan = self.context.services.plan
+        self.context.run(lambda: plan.place_warning(place), found, lambda _problem: None, key="place warning")
 
     # ------------------------------------------------------------------ what is changed
     def set_most(self, most: int) -> None:
         if self._place.id:
             self._step(self._place.id, most)
         else:
-            self.change(most=most)
+            self.choose(most=most)
 
-    def change(self, **values: Any) -> None:
+    def choose(self, **values: Any) -> None:
         self._place = replace(self._place, **values)
+        self.vm.name_problem = ""
         self._show()
-        self.draft = not self._place.id
-        if self._place.id:
-            self.save()
+        self.draft = self.stored is None
+        self.keep()
 
     def pick_missions(self) -> None:
-        facts = self._context.facts
+        facts = self.context.facts
         options = [
             Option(
                 mission.id,
@@ -186,37 +197,10 @@ class PlaceSheet(Sheet):
             )
             for mission in facts.missions
         ]
-        self._context.shell.dialogs.choose_many(
+        self.context.shell.dialogs.choose_many(
             _("Missions that use it"),
             options,
             _("Set"),
-            lambda keys: self.change(missions=tuple(keys)),
+            lambda keys: self.choose(missions=tuple(keys)),
             selected=self._place.missions,
         )
-
-    def save(self, **values: Any) -> None:
-        if self.saving:
-            return
-        self.saving = True
-        place = self._place = replace(self._place, **values)
-        before, catalogue = self._context.facts.place(place.id), self._context.services.catalogue
-
-        def saved(place: Place) -> None:
-            self.saving = False
-            self._place = place
-            if before is None:
-                self._context.shell.sheets.close()
-            self._context.was_saved("places", place)
-            self._context.offer_undo(
-                (_("{place} saved") if before else _("{place} added")).format(place=place.name),
-                lambda: catalogue.save_place(before) if before else catalogue.remove_place(place.id),
-            )
-
-        self._context.run(lambda: catalogue.save_place(place), saved, self._refused)
-
-    def _refused(self, problem: BaseException) -> None:
-        self.saving = False
-        if isinstance(problem, InvalidInput) and problem.field == "name":
-            self.name_problem = sentence_of(problem)
-        else:
-            self._context.shell.say_problem(problem)
