@@ -179,6 +179,16 @@ def app_of_site(site, ui, first_screen) -> Iterator[SchedulerApp]:
 
 
 @pytest.fixture(scope="module")
+def walk(stage):
+    """All pictures, to be built one after the other."""
+    from tests.ui.walk import Walk  # imports every page
+
+    walk = Walk()
+    yield walk
+    walk.close()
+
+
+@pytest.fixture(scope="module")
 def silent_robots() -> Iterator[None]:
     """No robots have these addresses, and none is asked for its missions."""
     with pytest.MonkeyPatch.context() as patch:

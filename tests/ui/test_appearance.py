@@ -93,17 +93,6 @@ def test_the_banner_keeps_its_button_inside_when_glove_mode_is_switched(site, ap
         assert ui.find(CommandButton, banner, text=banner.action).height == tk.h_touch <= banner.height
 
 
-def test_the_banner_keeps_its_button_inside_when_started_with_gloves(site, ui):
-    site.add_robots()
-    site.container.catalogue.change_settings(gloves=True)
-    site.container.holds.hold("Audit")
-    with shown(site.container, ui):
-        ui.wait(lambda: ui.find_all(Banner) and ui.find(Banner).action)
-        ui.advance(0.2)
-        banner = ui.find(Banner)
-        assert ui.find(CommandButton, banner, text=banner.action).height == tk.h_touch <= banner.height
-
-
 def test_the_operators_buttons_grow_with_gloves(site, ui):
     site.add_robots()
     site.container.catalogue.change_settings(gloves=True)
@@ -176,7 +165,7 @@ def test_screens_keep_their_content_when_the_appearance_changes(site, app, ui, c
     ui.wait(lambda: app.shell.background.idle)
     assert (plan.timeline.hours, plan._window.left) == (window.hours, window.left)
     assert (logs.part, logs.query, logs.searching) == ("figures", "kits", True)
-    assert (logs._filters.period, logs._filters.text) == (Period.MONTH, "kits")
+    assert (logs.wanted.period, logs.wanted.text) == (Period.MONTH, "kits")
 
 
 def test_both_survive_a_restart(site, ui):

@@ -88,13 +88,6 @@ def grid(top: Overlay) -> Iterator[tuple[float, float]]:
             yield top.x + top.width * (column + 0.5) / GRID, top.y + top.height * (row + 0.5) / GRID
 
 
-@pytest.fixture(scope="module")
-def walk(stage) -> Iterator[Walk]:
-    walk = Walk()
-    yield walk
-    walk.close()
-
-
 @pytest.fixture
 def presses(monkeypatch) -> Presses:
     return Presses(monkeypatch)

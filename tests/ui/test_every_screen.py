@@ -8,7 +8,6 @@ Every picture in every size, language, theme and size of text: ``python -m tests
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -16,20 +15,13 @@ from kivymd.icon_definitions import md_icons
 
 from tests.support.examples import first_of_each
 from tests.ui import checks
-from tests.ui.walk import SCREENS, Walk, covering_ways
+from tests.ui.walk import SCREENS, covering_ways
 
 ROOT = Path(__file__).parents[2]
 ICON = re.compile(r"""\bicon["']?\s*[:=]\s*"([a-z0-9-]+)\"""")
 GUID = re.compile(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
 PARTS = 12
 NAMES = {"Python", "SQLite", "Kivy", "KivyMD"}  # the same in every language
-
-
-@pytest.fixture(scope="module")
-def walk(stage) -> Iterator[Walk]:
-    walk = Walk()
-    yield walk
-    walk.close()
 
 
 @pytest.mark.parametrize("name", first_of_each({name: name for name in SCREENS}))

@@ -16,7 +16,6 @@ from app.widgets.keyboard import DockedKeyboard
 from app.widgets.sheet import Sheet
 from tests.support.examples import at_night, first_of_each
 from tests.ui import checks
-from tests.ui.walk import Walk
 
 TAB = 9
 SIZES = ((600, 480), (800, 480), (1280, 800))
@@ -69,13 +68,6 @@ def assert_free(keys: DockedKeyboard, dialog: Dialog | Sheet) -> None:
 
 def fields_of(ui, dialog: Dialog | Sheet) -> list[FieldInput]:
     return [field for field in ui.find_all(FieldInput, dialog) if not field.disabled and field.width > 1]
-
-
-@pytest.fixture(scope="module")
-def walk(stage) -> Iterator[Walk]:
-    walk = Walk()
-    yield walk
-    walk.close()
 
 
 @pytest.mark.parametrize("name", first_of_each({name: name for name in DIALOGS}))

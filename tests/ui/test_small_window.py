@@ -110,17 +110,11 @@ def test_the_state_is_reached_and_the_button_and_its_reason_are_seen_at_once(ui,
     [sample.EXECUTING, sample.STOPPED, sample.ASKING, sample.READY],
     ids=["working", "stopped", "asks", "ready"],
 )
-def test_the_robots_button_is_never_covered_nor_scrolled_away(ui, small, status):
-    """Also below a banner and beside a sheet."""
-    screen = home(small, sample.with_aino(status), issues=OpenIssues([ALARM.alarms[1]]))
+def test_the_robots_button_is_never_scrolled_away(ui, small, status):
+    """Also below a banner."""
+    home(small, sample.with_aino(status), issues=OpenIssues([ALARM.alarms[1]]))
     ui.advance(0.5)
-    button = ui.find(CommandButton, ui.find(RobotFoot))
-    assert checks.is_seen(button)
-    screen.vm.show_all_missions()
-    ui.advance(0.5)
-    left, bottom, right, top = checks.area(button)
-    (x, y, x2, y2) = checks.area(ui.find(AllMissionsSheet))
-    assert x >= right or x2 <= left or y >= top or y2 <= bottom
+    assert checks.is_seen(ui.find(CommandButton, ui.find(RobotFoot)))
 
 
 def test_a_sheet_follows_the_robots_card_when_the_window_is_turned(ui):

@@ -17,13 +17,7 @@ from app.widgets.chart import WorkingRing
 from app.widgets.text import Txt
 from app.widgets.tokens import tk
 from tests.ui import checks
-
-
-def fired(widget, event: str) -> list[tuple]:
-    """Every firing of ``event`` with its values."""
-    calls: list[tuple] = []
-    widget.bind(**{event: lambda _widget, *values: calls.append(values)})
-    return calls
+from tests.ui.drawing import fired
 
 
 def test_a_tap_on_a_button_is_one_release(ui):
