@@ -99,21 +99,6 @@ def held_note(hold: Hold | None, at: datetime, window_minutes: int | None, setti
     return _("skipped: on hold until {time}").format(time=formats.day_or_time(hold.until, settings.timezone, now))
 
 
-def held_next(hold: Hold | None, at: datetime, window_minutes: int | None, settings: Settings, now: datetime) -> str:
-    """``held_note`` for places that do not show the planned time."""
-    if hold is None:
-        return ""
-    planned = formats.day_and_time(at, settings.timezone, now)
-    if hold.until is None:
-        return _("on hold · next {time}").format(time=planned)
-    text = (
-        _("{time} is skipped: on hold until {until}")
-        if _is_too_late(hold, at, window_minutes, settings)
-        else _("on hold until {until} · planned {time}")
-    )
-    return text.format(time=planned, until=formats.day_or_time(hold.until, settings.timezone, now))
-
-
 def held_word(hold: Hold | None, at: datetime, window_minutes: int | None, settings: Settings) -> str:
     """``held_note`` as one word."""
     if hold is None:

@@ -120,17 +120,12 @@ def _silence(connection: Connection) -> Appearance:
 
 @dataclass(frozen=True)
 class BatteryAppearance:
-    """Unknown is "–" and level −1, never 0."""
+    """Unknown is "–", never 0."""
 
     text: str = "–"
     icon: str = "battery-unknown"
     tone: str = "neutral"
-    level: float = -1.0  # 0..1
-    level_tone: str = "accent"
     note: str = ""
-
-
-NO_BATTERY = BatteryAppearance()
 
 
 def battery_appearance(status: RobotStatus | None, settings: Settings) -> BatteryAppearance:
@@ -153,8 +148,6 @@ def battery_appearance(status: RobotStatus | None, settings: Settings) -> Batter
         _("{n} %").format(n=int(percent)),
         icon,
         "attention" if low else "neutral",
-        percent / 100,
-        "attention" if low else "accent",
         note,
     )
 

@@ -262,11 +262,11 @@ def has_wrong_clock(facts: HomeFacts) -> bool:
 def _battery(facts: HomeFacts, old: bool, now: datetime) -> BatteryAppearance:
     """An old reading shows its time, and no charging."""
     battery = battery_appearance(facts.snapshot.status, facts.settings)
-    if not old or battery.level < 0:
+    if not old or battery.text == formats.NOTHING:
         return battery
     at = formats.day_and_time(facts.snapshot.read_at, facts.settings.timezone, now)
     words = _("{battery} at {time}").format(battery=battery.text, time=at)
-    return BatteryAppearance(words, "battery-unknown", "offline", battery.level)
+    return BatteryAppearance(words, "battery-unknown", "offline")
 
 
 def battery_words(facts: HomeFacts, old: bool) -> str:

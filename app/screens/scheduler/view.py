@@ -11,7 +11,7 @@ from app.domain import rules
 from app.domain.models import WEEKDAYS, Group, Schedule, State
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats
-from app.screens.common.holding import held_next, run_words
+from app.screens.common.holding import held_note, run_words
 from app.screens.common.options import MenuItem, Option
 from app.screens.common.robot_appearance import silence_word
 from app.screens.common.start_now import why_not
@@ -209,7 +209,7 @@ def _why_not_next(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> s
             time=formats.day_or_time(schedule.paused_until, facts.settings.timezone, now)
         )
     hold = facts.hold(schedule.robot_id, schedule.group_id, schedule.next_at)
-    if held := held_next(hold, schedule.next_at, schedule.start_window_minutes, facts.settings, now):
+    if held := held_note(hold, schedule.next_at, schedule.start_window_minutes, facts.settings, now):
         return held
     return silence_word(facts.silent.get(schedule.robot_id or 0))
 

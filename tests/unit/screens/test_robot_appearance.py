@@ -84,7 +84,7 @@ def test_charging_is_seen():
 
 def test_an_unknown_level_is_a_dash_and_never_zero():
     look = battery_appearance(replace(READY, battery_percentage=None), SETTINGS)
-    assert (look.text, look.level) == ("–", -1)
+    assert look.text == "–"
 
 
 @pytest.mark.parametrize(
