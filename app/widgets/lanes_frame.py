@@ -35,7 +35,7 @@ class Colours(NamedTuple):
 
 
 DID = {  # what robots did, without a gap between
-    "executing": Colours("accent_mid", "solid_ink", "accent_mid"),
+    "executing": Colours("accent_solid", "solid_ink", "accent_solid"),
     "charging": Colours("accent_soft", "ink", "accent_soft"),
     "idle": Colours("neutral_bg", "neutral_on", "neutral_bg"),
     "paused": Colours("action_solid", "solid_ink", "action_solid"),
