@@ -15,7 +15,7 @@ from app.screens.settings.facts import read
 from app.screens.settings.missions import MissionRow, MissionSheet
 from app.widgets.buttons import Segment, Toggle
 from app.widgets.dialogs import ChoiceDialog
-from app.widgets.fields import Field
+from app.widgets.fields import Field, RepeatButton
 from app.widgets.rows import OptionRow
 from tests.ui.integrator import enter, go, is_saved, page, press, robots, row_of, says, settings
 
@@ -176,8 +176,8 @@ def test_a_typed_number_stays_while_the_earlier_choice_is_still_being_read(site,
     field = next(field for field in ui.find_all(Field) if field.kind == "step")
     ui.wait(lambda: is_saved(site, app) and not field.disabled)
     go_on = hold_readings()
-    ui.tap(ui.find(Segment, text="20\N{NO-BREAK SPACE}%"))
-    ui.wait(lambda: settings(site).minimum_battery_percent == 20)
+    ui.tap(ui.find(RepeatButton, root=field, icon="minus"))
+    ui.wait(lambda: settings(site).minimum_battery_percent == 25)
     enter(ui, field, "45")
     go_on()
     ui.wait(lambda: is_saved(site, app))
