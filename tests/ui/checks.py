@@ -29,7 +29,7 @@ from app.widgets.tokens import COLOURS, THEMES, TONES, tk
 
 SLACK = 1.5  # px: tolerance for rounding
 GAP = 8  # dp
-DIVIDED = ("ListRow", "NavItem", "FleetHead", "CauseRow", "TrendRow", "MissionRow", "Segment", "TabButton")
+DIVIDED = ("ListRow", "NavItem", "BoardKey", "FleetHead", "CauseRow", "TrendRow", "MissionRow", "Segment", "TabButton")
 LONGEST_WORD = 30  # characters, also in Finnish
 
 
