@@ -352,7 +352,7 @@ def test_the_report_goes_to_the_stick_that_is_chosen(site, app, ui, aino, tmp_pa
 
 def test_keys_alone_check_a_robot_up(site, app, ui, aino):
     dialog = opened(ui)
-    for _press in range(10):
+    for _press in range(30):  # also through the list of sections, which stays beside the sheet
         ui.key(TAB)
         if getattr(app._keys.target, "text", "") == dialog.vm.foot:
             break
