@@ -195,7 +195,8 @@ class FleetViewModel(FleetState, ViewModel):
             self._services.engine.request_cycle()
             self._known.ask_again()
         self.wall.clock = formats.clock_time(self._services.clock.now(), self._settings.timezone)
-        self.wall.look(self.wall.is_kiosk and self.is_shown and self._shell.dialogs.top is None)
+        is_covered = self._shell.dialogs.top is not None or self._shell.sheets.top is not None
+        self.wall.look(self.wall.is_kiosk and self.is_shown and not is_covered)
         if self.wall.is_on and self._chosen is not None:
             self.show_only(None)
 

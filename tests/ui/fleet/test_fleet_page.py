@@ -476,10 +476,10 @@ def test_the_wall_view_comes_only_over_a_page_of_a_wall_with_nothing_open(contai
         ui.skip(300)
         ui.skip(1)
         assert not ui.find_all(WallView)  # a window on a desk
-        app.shell.dialogs.confirm("Title", "Text", "Yes", lambda: None)
+        app.shell.sheets.ask("Title", "Text", "Yes", lambda: None)
         leave_alone(app, ui)
         assert not ui.find_all(WallView)
-        app.shell.dialogs.close_all()
+        app.shell.sheets.close()
         ui.skip(1)
         assert ui.find_all(WallView)
         app.shell.dialogs.confirm("Title", "Text", "Yes", lambda: None)  # as an alarm of the frame may

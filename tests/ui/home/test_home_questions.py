@@ -53,6 +53,7 @@ def test_a_question_is_an_alarm_that_leads_to_its_answers(home, ui):
     ui.wait(lambda: ui.find_all(Banner, text="Aino asks: Is the load secured?") and not ui.find(Frame).has_just_moved)
     press(ui, "Answer")
     assert home.shell.navigator.current == "home"
+    ui.wait(lambda: ui.find_all(PromptOption, text="Yes"))
     press(ui, "Yes")
     ui.wait(lambda: any("Answer sent to Aino: Yes" in text for text in home.shell.snackbars.texts))
     ui.wait(lambda: all(alarm.cleared_at for alarm in home.site.container.alarms.open() if alarm.code == "question"))
