@@ -245,8 +245,7 @@ def test_without_a_good_backup_another_is_chosen_and_a_failed_restore_says_why(t
         raise BadInput("the disk is full")
 
     app = SchedulerApp(None, damage=Damage(DatabaseDamaged(tmp_path / "a.db", "torn"), fails), animate=False)
-    app._run_prepare()
-    ui.advance(0.2)
+    ui.show(app.build())
     assert "No good backup on this tablet" in ui.texts()
     ui.tap(ui.find(CommandButton, text="Choose a backup"))
     ui.wait(lambda: "No backup here, on a stick or a share" in ui.texts())
@@ -265,7 +264,6 @@ def test_without_a_good_backup_another_is_chosen_and_a_failed_restore_says_why(t
     ui.wait(lambda: "the disk is full" in ui.texts())
     assert asked == [chosen]
     assert not restore_button(ui).busy
-    app.dispatch("on_stop")
 
 
 def going_back(tmp_path):
