@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from app.database.check_ups import CheckUpRepository
 from app.database.connection import Database
 from app.domain.check_up import LeftBehind
-from app.domain.message import Message, message
+from app.domain.message import Message, message, render
 from app.domain.models import InvalidInput, Robot
 from app.domain.robot import QueueState, RobotState
 from app.mir import parse
@@ -26,7 +26,7 @@ MISSING_IN_A_ROW = 3  # missing numbers, until the search ends
 ENDS_WITHIN = 15.0  # s from the request to cancel an item to its end
 NOT_THERE = (404, 410)
 
-HOLD = "Check-up"  # reason of the hold that stops the plan's starts during a trial, translated where it is shown
+HOLD = render(message("Check-up"))  # reason of the hold that stops starts during a trial, translated where it is shown
 NO_HOLD = 0  # the id of none
 ALARM = "check_up_left"
 

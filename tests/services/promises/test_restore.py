@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from app.domain.reasons import sentence, waiting_sentence
 from app.screens.frame.facts import late_starts
+from app.screens.frame.view import counting_down
 from mir_sim.mission_queue import MissionQueue
 from tests.services.story import *
 
@@ -163,8 +164,8 @@ test_on_another_robot_since = cases_of(
     ),
 )
 
-NONE_LISTED = true(lambda s: late_starts(s.executions(), {}) == [])
-LISTED = until(lambda s: late_starts(s.executions(), {}), 120)
+NONE_LISTED = true(lambda s: counting_down(late_starts(s.executions(), {})) == [])
+LISTED = until(lambda s: counting_down(late_starts(s.executions(), {})), 120)
 
 test_with_a_window = cases_of(
     Story(
