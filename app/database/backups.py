@@ -20,7 +20,7 @@ from app.database.schema import APPLICATION_ID, MIGRATIONS, configured
 from app.database.schema_figures import RECOUNT
 from app.database.settings import WRONG_PINS, SettingsRepository
 from app.database.value_checks import LARGEST_IN_BACKUP, problem_in_backup
-from app.database.values import to_text
+from app.database.values import to_instant, to_text
 from app.domain.message import Message, message, message_of_system
 from app.domain.models import Settings
 
@@ -268,6 +268,19 @@ def _note_restore(file: Path, former: Path, now: datetime) -> None:
         connection.execute("COMMIT")
 
 
+def _ran_until(former: sqlite3.Connection) -> datetime | None:
+    """As the clock may have been set back while it ran, the latest start that was tried counts too."""
+    found = []
+    with contextlib.suppress(sqlite3.Error, ValueError, TypeError, OverflowError):
+        if beat := SettingsRepository().heartbeat(former):
+            found.append(beat + HEARTBEAT_AGE)
+    with contextlib.suppress(sqlite3.Error, ValueError, TypeError, OverflowError):
+        (tried,) = former.execute("SELECT max(planned_at) FROM executions WHERE attempts > 0").fetchone()
+        if tried:
+            found.append(to_instant(tried))
+    return max(found, default=None)
+
+
 def _left_by(database: Path) -> tuple[int, datetime | None]:
     """Of the former database: how many wrong PINs were entered in a row, and until when the app ran by its clock. 0 and
     None where that can't be read."""
@@ -278,9 +291,6 @@ def _left_by(database: Path) -> tuple[int, datetime | None]:
         ) as connection:
             settings, former = SettingsRepository(), configured(connection)
             wrong = min(int(settings.get(former, WRONG_PINS, 0)), LARGEST_IN_BACKUP)
-            with contextlib.suppress(ValueError, TypeError, OverflowError):
-                beat = settings.heartbeat(former)
-                return wrong, beat and beat + HEARTBEAT_AGE
-            return wrong, None
+            return wrong, _ran_until(former)
     except (sqlite3.Error, ValueError, TypeError, OverflowError):
         return 0, None

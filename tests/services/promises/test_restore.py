@@ -69,6 +69,10 @@ test_restored = cases_of(
         [plan(window=60), 60, backup(), 350, ONCE, restored(clock(-200), behind=200.0), 900, ONCE, ends(DONE)],
     ),
     Story(
+        "restored after the clock was set back: a run whose time comes again is not repeated",
+        [plan(window=60), 60, backup(), 350, ONCE, clock(-300), 40, restored(), 900, ONCE, ends(DONE)],
+    ),
+    Story(
         "a run from before the robot's numbers began again is found if visible",
         [stranger(count=5), CLEANED_UP, plan(at="06:02"), plan("B", "06:10", window=60), 500, backup()],
         [do(lambda s: setattr(s.machines["R1"], "queue", MissionQueue())), 300, items("Done"), restored(), 120],
