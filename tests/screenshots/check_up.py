@@ -62,7 +62,7 @@ class Checked(Plant):
         robot = next(robot for robot in page.context.facts.robots if robot.name == name)
         page._open_check_up(robot)
         self.settle(studio)
-        return page._check_ups[robot.id]
+        return self.shell.sheets.top.vm
 
     def settle(self, studio):
         studio.driver.wait(lambda: self.shell.background.idle)

@@ -21,7 +21,7 @@ from kivy.uix.widget import Widget
 
 from app.i18n import translator
 from app.screens.common.options import MenuItem, Option
-from app.screens.settings.robots import RobotsPage
+from app.screens.settings.missions import MissionsPage
 from app.widgets.tokens import tk
 from app.widgets.tr import tr
 from app.window.application import SchedulerApp
@@ -87,7 +87,7 @@ class Wear:
 
     def see_sections(self, robot_id: int) -> None:
         """All parts of the Scheduler and the Logs, Home with all robots and with one, then each section of Settings,
-        with a long list and a month above it, while a robot is checked up, which keeps the page of robots open: the
+        with a long list and a month above it, while missions are fetched, which keeps their page open: the
         fullest possible window."""
         scheduler, logs = self._seen("scheduler"), self._seen("logs")
         for tab in ("schedules", "suggestions", "plan"):
@@ -100,7 +100,7 @@ class Wear:
             self._ui.wait(lambda: self._shell.background.idle)
         self._seen("home")
         self._seen("home", robot_id=robot_id)
-        with mock.patch.object(RobotsPage, "is_busy", True):
+        with mock.patch.object(MissionsPage, "is_busy", True):
             for section in SECTIONS:
                 self._see_section(section)
 

@@ -54,8 +54,6 @@ class CalendarPart(MDBoxLayout):
         self.month_title, self.weekdays = view.month_title(year, number), formats.current().weekdays_short
         self.days = view.month_days(facts, year, number, self._context.today())
         sheet = self._context.shell.sheets.top
-        if isinstance(sheet, DaysSheet):
-            sheet.show_facts()
         self.rows = view.entries(facts, year, number, sheet.stored_id if isinstance(sheet, DaysSheet) else None)
         self.country, self.region, self.has_regions = (
             view.country_phrase(facts),
@@ -145,6 +143,8 @@ class CalendarPart(MDBoxLayout):
         sheet = FileSheet(self._context, files.places, ".ics", what=_("Closed days"), foot=_("Import"))
 
         def read(found: CalendarFile) -> bool:
+            if sheets.top is not sheet:
+                return False  # it was closed before the file was read
             if not found.events:
                 sheet.problem = "\n".join(filter(None, (_("The file contains nothing new"), view.import_notes(found))))
                 return False

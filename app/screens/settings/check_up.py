@@ -40,7 +40,7 @@ SHOWN_EVERY = 0.5  # s; the progress comes from another thread
 
 
 class CheckUp(EventDispatcher):
-    """Of one robot. ``changed()`` is called when the robot's panel has something else to show."""
+    """Of one robot. While it runs it is in ``context.check_ups``: pages may be built again."""
 
     title = StringProperty()
     part = OptionProperty("CheckUpBefore", options=("CheckUpBefore", "CheckUpRunning", "CheckUpReport"))
@@ -66,9 +66,9 @@ class CheckUp(EventDispatcher):
     verdict = ObjectProperty(NoticeView())
     found = ListProperty()
 
-    def __init__(self, context: PageContext, robot: Robot, changed: Callable[[], object]) -> None:
+    def __init__(self, context: PageContext, robot: Robot) -> None:
         super().__init__()
-        self._context, self._robot, self._changed = context, robot, changed
+        self._context, self._robot = context, robot
         self._job: Job | None = None  # under way
         self._is_wanted = True  # read by its thread
         self._progress: Progress | None = None  # written by its thread
@@ -205,9 +205,10 @@ class CheckUp(EventDispatcher):
             self._refused,
             apart=f"check-up {robot.id}",
         )
+        self._context.check_ups[robot.id] = self
         self._show_progress()
         self._tick()
-        self._changed()
+        self._context.show()
 
     def _goes_on(self) -> bool:
         """Called by its thread: neither stopped nor is the app ending."""
@@ -224,7 +225,8 @@ class CheckUp(EventDispatcher):
         """Returns whether somebody sees it."""
         self._job = None
         self._tick.cancel()
-        self._changed()
+        del self._context.check_ups[self._robot.id]
+        self._context.show()
         return self._is_seen
 
     def _ended(self, report: Report) -> None:

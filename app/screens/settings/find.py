@@ -11,6 +11,7 @@ from kivy.properties import BooleanProperty, ListProperty, StringProperty
 from app.domain.robot import RobotStatus
 from app.i18n import _, ngettext
 from app.mir.address import machine
+from app.screens.common.problems import sentence_of
 from app.screens.settings.edit_sheet import SettingsSheet
 from app.screens.settings.facts import SettingsFacts
 from app.screens.settings.page import PageContext
@@ -90,7 +91,11 @@ class FindSheet(SettingsSheet):
             self._of = len(asked)
             finder.find(asked, answers.__setitem__, lambda: self._is_wanted)
 
-        self._context.run(work, lambda _none: self._end(), apart="find robots")
+        def failed(problem: BaseException) -> None:
+            self._end()
+            self.said = sentence_of(problem)
+
+        self._context.run(work, lambda _none: self._end(), failed, apart="find robots")
         self._tick()
         self._show()
 

@@ -350,6 +350,7 @@ class MissionSheet(EditSheet):
 
     def show_facts(self) -> None:
         if (mission := self.context.facts.mission(self.stored_id)) is not None:
+            self.stored = mission
             self.vm.used = mission_note(self.context.facts, mission)
 
     def _name_robot(self) -> None:

@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import date, datetime
-from typing import Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 from zoneinfo import ZoneInfo
 
 from kivy.clock import Clock
@@ -26,6 +26,9 @@ from app.screens.settings.view import NoticeView
 from app.services.catalogue.catalogue import Removed
 from app.widgets.display import Notice
 from app.widgets.slots import PartSlot
+
+if TYPE_CHECKING:
+    from app.screens.settings.check_up import CheckUp
 
 log = logging.getLogger(__name__)
 T = TypeVar("T")
@@ -77,8 +80,9 @@ class PageContext:
         self.services, self.refresh = services, refresh
         self.shell = replace(shell, dialogs=cast(Any, _DialogsWhile(is_shown, shell.dialogs)))
         self.facts = SettingsFacts()
-        self.is_shown, self._show = is_shown, show
+        self.is_shown, self.show = is_shown, show
         self.model: EventDispatcher | None = None  # of the open section: its page may be built again
+        self.check_ups: dict[int, CheckUp] = {}  # those that run, by robot id
         self._stored = self.facts.settings
         self._choices: list[_Choice] = []
         self._resting: dict[Hashable, Callable[[], object]] = {}  # what saves the numbers that were stepped
@@ -165,7 +169,7 @@ class PageContext:
     def _show_choices(self) -> None:
         self._choose()
         if self.is_shown():
-            self._show()
+            self.show()
 
     def save_at_rest(self, what: Hashable, save: Callable[[], object]) -> None:
         """Save a number when its steps have ended, or its page is left: intermediate values must have no effect."""

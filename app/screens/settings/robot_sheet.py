@@ -190,7 +190,7 @@ class RobotSheet(KnownRobotSheet):
 
     def _test_and_save(self) -> None:
         self.vm.saving = True
-        self._ask(self._save_after_test)
+        self._ask(self._save)
 
     def _ask(self, then: Callable[[], object]) -> None:
         form, robot, password, by_address = self.vm, self.entered(), self.vm.password or None, self._by_address
@@ -199,9 +199,16 @@ class RobotSheet(KnownRobotSheet):
         form.outcome = asking_robot()
         self.context.run(
             lambda: self.context.services.operator.test_connection(robot, password, by_address=by_address),
-            lambda identity: self._if_open(lambda: self._passed(asked, identity, then)),
-            lambda problem: self._if_open(lambda: self._failed(asked, problem)),
+            lambda identity: self._answered(asked, lambda: self._passed(asked, identity, then)),
+            lambda problem: self._answered(asked, lambda: self._failed(asked, problem)),
         )
+
+    def _answered(self, asked: tuple[str, ...], then: Callable[[], object]) -> None:
+        """About values that have changed since it says nothing."""
+        form = self.vm
+        form.testing, form.saving, form.outcome = False, False, NoticeView()
+        if asked == form.connection:
+            self._if_open(then)
 
     def _if_open(self, then: Callable[[], object]) -> None:
         """If the sheet was closed before the robot's answer, nothing is saved and nothing is asked."""
@@ -210,11 +217,6 @@ class RobotSheet(KnownRobotSheet):
 
     def _passed(self, asked: tuple[str, ...], identity: Identity, then: Callable[[], object]) -> None:
         form = self.vm
-        form.testing = False
-        if asked != form.connection:
-            form.saving = False
-            form.outcome = NoticeView()
-            return
         self._tested, self._found = asked, identity
         form.outcome = connection_found(
             identity, Token.derive(form.username.strip(), form.password).is_published_default
@@ -227,7 +229,7 @@ class RobotSheet(KnownRobotSheet):
         if self._is_no_other():
             then()
         else:
-            form.saving, form.outcome = False, NoticeView()
+            form.outcome = NoticeView()
 
     def _is_no_other(self, serial_number: str | None = None) -> bool:
         """Say at the address when another robot is this machine, or when it can't be an address."""
@@ -247,14 +249,10 @@ class RobotSheet(KnownRobotSheet):
 
     def _failed(self, asked: tuple[str, ...], problem: BaseException) -> None:
         form = self.vm
-        form.testing = form.saving = False
-        if asked != form.connection:
-            form.outcome = NoticeView()
-        elif isinstance(problem, InvalidInput):
-            form.outcome = NoticeView()
+        if isinstance(problem, InvalidInput):
             self.refuse(problem)
         elif isinstance(problem, Unauthorized):
-            self._tested, self._found, form.outcome = asked, None, NoticeView()
+            self._tested, self._found = asked, None
             form.password_problem = sentence_of(problem)
             self._name_buttons()
         else:
@@ -266,10 +264,6 @@ class RobotSheet(KnownRobotSheet):
                 self._ask_about_address(self.stored, problem)
             elif has_unknown_certificate(problem):
                 self._ask_about_certificate(asked)
-
-    def _save_after_test(self) -> None:
-        self.vm.saving = False
-        self._save()
 
     # ------------------------------------------------------------------ another machine, another certificate
     def _ask_about_robot(self, robot: Robot, problem: AnotherRobot) -> None:

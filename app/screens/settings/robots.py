@@ -14,7 +14,7 @@ from app.screens.settings.check_up_view import standing
 from app.screens.settings.find import FindSheet
 from app.screens.settings.groups import GroupSheet
 from app.screens.settings.groups_view import group_items
-from app.screens.settings.page import PageContext, SettingsPage
+from app.screens.settings.page import SettingsPage
 from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.view import NoticeView, robot_items
 
@@ -29,10 +29,6 @@ class RobotsModel(EventDispatcher):
 
 class RobotsPage(SettingsPage):
     Model = RobotsModel
-
-    def __init__(self, context: PageContext) -> None:
-        super().__init__(context)
-        self._check_ups: dict[int, CheckUp] = {}  # by robot id
 
     @property
     def parts(self) -> list[tuple[str, str]]:
@@ -53,10 +49,6 @@ class RobotsPage(SettingsPage):
         self.vm.part, self.vm.add_word = "robots", _("Add robot")
         self.vm.nothing = _("No robots yet")
         self.vm.items = robot_items(facts, self.context.now(), check_ups, chosen)
-
-    @property
-    def is_busy(self) -> bool:
-        return any(check_up.is_running for check_up in self._check_ups.values())
 
     def reached(self, **intent: Any) -> None:
         if intent:
@@ -90,7 +82,7 @@ class RobotsPage(SettingsPage):
     # ------------------------------------------------------------------ check-ups
     def _standing(self, robot: Robot) -> NoticeView:
         """How its check-up stands, or how far it is."""
-        facts, running = self.context.facts, self._check_ups.get(robot.id)
+        facts, running = self.context.facts, self.context.check_ups.get(robot.id)
         return (running and running.standing) or standing(
             robot,
             facts.reports.get(robot.id),
@@ -101,9 +93,7 @@ class RobotsPage(SettingsPage):
 
     def _open_check_up(self, robot: Robot) -> None:
         """That which runs, else a new one."""
-        check_up = self._check_ups.get(robot.id)
-        if check_up is None or not check_up.is_running:
-            check_up = self._check_ups[robot.id] = CheckUp(self.context, robot, self.show)
+        check_up = self.context.check_ups.get(robot.id) or CheckUp(self.context, robot)
         check_up.open(self.context.facts.reports.get(robot.id))
 
     def _open(self, robot: Robot | None) -> RobotSheet:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import threading
+
 import pytest
 
+from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.trust import TrustSheet
 from app.widgets.buttons import IconButton
-from tests.ui.integrator import enter, fill_in, go, item_of, open_row, press, robots, titles
+from tests.ui.integrator import enter, fill_in, go, item_of, open_row, press, robots, titles, undo
 from tests.ui.whole_app import PASSWORD, USER
 
 pytestmark = pytest.mark.long
@@ -31,6 +34,27 @@ def test_cancelling_during_the_connection_test_adds_no_robot(site, app, ui, slow
     ui.wait(lambda: app.shell.background.idle)
     assert robots(site) == []
     assert app.shell.snackbars.texts == []
+
+
+def test_a_sheet_that_comes_back_after_the_answer_can_be_saved(site, app, ui, monkeypatch):
+    operator, may_answer = site.container.operator, threading.Event()
+    test = operator.test_connection
+    monkeypatch.setattr(
+        operator, "test_connection", lambda *args, **named: may_answer.wait(20) and test(*args, **named)
+    )
+    go(ui, "robots")
+    press(ui, "Add robot")
+    dialog = fill_in(ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password=PASSWORD)
+    press(ui, "Save", dialog)
+    ui.tap(ui.find(IconButton, dialog, icon="close"))
+    may_answer.set()
+    ui.wait(lambda: app.shell.background.idle)
+    undo(ui)
+    ui.wait(lambda: ui.find_all(RobotSheet))
+    assert (dialog.vm.testing, dialog.vm.saving, dialog.vm.outcome.text) == (False, False, "")
+    ui.advance(0.5)  # until it takes touches
+    press(ui, "Save", dialog)
+    ui.wait(lambda: [robot.name for robot in robots(site)] == ["Aino"])
 
 
 def test_nothing_is_asked_of_a_robot_whose_dialog_is_closed(site, app, ui):

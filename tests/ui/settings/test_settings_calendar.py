@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator
 from datetime import date, datetime
 from time import process_time
@@ -12,6 +13,7 @@ from app.domain.clock import SystemClock
 from app.domain.models import DayException
 from app.screens.settings.calendar import DaysSheet, EventsSheet
 from app.screens.settings.files import FileSheet
+from app.services.files.calendar_import import CalendarFiles
 from app.widgets.buttons import CommandButton, IconButton, Segment, Toggle
 from app.widgets.fields import Field, SearchField
 from app.widgets.list_row import ListRow
@@ -152,14 +154,19 @@ EVENTS = (("Audit", "20261124", "20261126"), ("Meeting", "20261127T080000", "202
 
 
 def import_file(site, ui, *events: tuple[str, ...]) -> EventsSheet:
-    """Import a file with these events: names, starts, ends. Returns the choice of their days."""
+    """Returns the choice of their days."""
+    write_file(site, *events)
+    return import_again(ui)
+
+
+def write_file(site, *events: tuple[str, ...]) -> None:
+    """A file with these events: names, starts, ends."""
     body = [
         line
         for name, start, end in events
         for line in ("BEGIN:VEVENT", f"SUMMARY:{name}", f"DTSTART:{start}", f"DTEND:{end}", "END:VEVENT")
     ]
     (site.documents / "plant.ics").write_text("\r\n".join(["BEGIN:VCALENDAR", *body, "END:VCALENDAR"]))
-    return import_again(ui)
 
 
 def import_again(ui) -> EventsSheet:
@@ -174,6 +181,17 @@ def open_import(ui) -> FileSheet:
     ui.wait(lambda: ui.find_all(FileSheet) and ui.find(FileSheet).file)
     ui.advance(0.5)
     return ui.find(FileSheet)
+
+
+def test_a_file_that_is_read_late_asks_nothing_on_another_screen(site, app, ui, monkeypatch):
+    read, is_there = CalendarFiles.read, threading.Event()
+    monkeypatch.setattr(CalendarFiles, "read", lambda *args: is_there.wait(20) and read(*args))
+    write_file(site, *EVENTS)
+    press(ui, "Import", open_import(ui))
+    app.shell.go("home")
+    is_there.set()
+    ui.wait(lambda: app.shell.background.idle)
+    assert app.shell.sheets.top is None
 
 
 def test_the_days_of_a_calendar_file_are_shown_and_taken_as_ticked(site, app, ui):

@@ -230,7 +230,6 @@ def test_it_continues_while_its_dialog_is_closed_and_reports_its_end(site, app, 
     ui.key(ESCAPE)
     ui.wait(lambda: not ui.find_all(CheckUpSheet))
     ui.wait(lambda: stands(app).text.startswith("Is being checked up: 0 s of about"))
-    assert page(app).is_busy
     closed = weakref.ref(dialog)
     del dialog
 
@@ -246,6 +245,22 @@ def test_it_continues_while_its_dialog_is_closed_and_reports_its_end(site, app, 
     waiting.go_on.set()
     ui.wait(lambda: says(ui, "Aino is checked up: 5 notes"))
     ui.wait(lambda: stands(app).text == "Checked up today: 5 notes")
+
+
+def test_it_can_be_stopped_when_the_screens_were_built_again(site, app, ui, waiting):
+    close(ui, begun := opened(ui))
+    begun.vm.begin()
+    before = page(app)
+    site.container.catalogue.change_settings(gloves=True)
+    ui.wait(lambda: page(app) is not before and page(app).context.facts.settings.gloves)
+    go(ui, "robots")
+    ui.wait(lambda: titles(ui))
+    assert stands(app).text.startswith("Is being checked up")
+    dialog = opened(ui)
+    press(ui, "Stop", dialog)
+    waiting.go_on.set()
+    until_reported(ui, dialog)
+    assert "It was stopped" in dialog.vm.verdict.note
 
 
 def test_the_end_of_the_app_ends_it(site, app, ui, waiting):

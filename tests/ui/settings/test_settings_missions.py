@@ -246,6 +246,21 @@ def test_a_star_stays_in_its_place_and_a_deleted_mission_comes_back(site, app, u
     )
 
 
+def test_a_star_stays_when_the_open_sheet_of_its_mission_is_saved(site, app, ui):
+    site.add_missions("Home", favourite=False)
+    go(ui, "missions")
+    ui.wait(lambda: ui.find_all(MissionRow))
+    ui.tap(ui.find(MissionRow))
+    sheet = ui.find(MissionSheet)
+    ui.find(MissionRow).act("favourite", True)
+    ui.wait(lambda: page(app).context.facts.missions[0].favourite)
+    ui.advance(0.5)  # until the sheet takes touches
+    enter(ui, sheet.ids.usual_minutes_field, "7")
+    press(ui, "Save", sheet)
+    ui.wait(lambda: missions(site)[0].usual_minutes == 7)
+    assert missions(site)[0].favourite
+
+
 def test_a_mission_that_more_goes_with_is_deleted_once_that_was_asked(site, app, ui):
     aino, _veikko = site.add_robots()
     deliver, _home = site.add_missions("Deliver", "Home")

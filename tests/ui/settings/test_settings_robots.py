@@ -370,7 +370,8 @@ def test_a_robot_that_answers_for_the_first_time_shows_who_it_is(site, app, ui):
     site.container.catalogue.save_robot(Robot("New", robot.url, USER), PASSWORD)
     ui.wait(lambda: item_of(ui, "New"))
     ui.wait(lambda: item_of(ui, "New").icon == "wifi" and item_of(ui, "New").support.startswith("MiR"))
-    assert "serial" in open_row(ui, "New").vm.about.note
+    sheet = open_row(ui, "New")
+    ui.wait(lambda: "serial" in sheet.vm.about.note)
 
 
 def test_a_robot_joins_groups_at_once(site, app, ui):
@@ -404,6 +405,19 @@ def test_robots_of_the_network_are_looked_for_when_that_is_pressed(site, app, ui
     ui.wait(lambda: ui.find_all(RobotSheet))
     form = ui.find(RobotSheet).vm
     assert (form.address, form.name) == (asked[1], "Veikko")
+
+
+def test_a_search_for_robots_that_fails_says_so_and_can_be_repeated(site, app, ui, monkeypatch):
+    def no_addresses():
+        raise OSError("too many open files")
+
+    monkeypatch.setattr(finder, "addresses", no_addresses)
+    go(ui, "robots")
+    press(ui, "Find robots")
+    sheet = ui.find(FindSheet)
+    ui.wait(lambda: not sheet.is_searching)
+    assert sheet.foot == "Search again"
+    assert sheet.said == "Something unexpected went wrong. The log file has the details"
 
 
 def test_what_is_refused_with_a_taken_name_is_not_shown_as_saved(site, app, ui):
