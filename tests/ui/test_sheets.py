@@ -160,3 +160,14 @@ def test_a_sheet_lets_no_tap_through_and_says_why_its_button_is_off(ui, room):
     ui.tap_text("Run on Aino")
     assert pressed == []
     assert "Reset errors first" in ui.texts()
+
+
+def test_a_double_tap_asks_once(ui, room):
+    below, done = room.sheets.show(Sheet()), []
+    for number in range(2):
+        sheet = room.sheets.ask(
+            "Cancel Deliver?", "", "Cancel mission", lambda number=number: done.append(number), "Keep"
+        )
+    sheet.dispatch("on_other")
+    assert done == [1]
+    assert room.sheets.top is below

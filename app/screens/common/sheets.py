@@ -59,9 +59,12 @@ class Sheets:
         return sheet
 
     def ask(self, title: str, text: str, action: str, done: Callable[[], object], keep: str = "") -> Sheet:
-        """Ask before what can't be undone: ``action`` is the word that does it. ``keep`` the safe answer, if it is a risk."""
+        """Ask before what can't be undone: ``action`` is the word that does it. ``keep`` the safe answer, if it is a risk. It takes the
+        place of a question that is shown, as after a double tap."""
         from app.widgets.sheet import AskSheet
 
+        if isinstance(self.top, AskSheet):
+            self.back()
         sheet = AskSheet(title=title, text=text, foot=keep or action, second=action if keep else "", closable=not keep)
 
         def agreed(*_args: object) -> None:

@@ -254,10 +254,10 @@ class HomeCommands(HomeState):
         work: Callable[[], T],
         done: Callable[[T], object] | None = None,
         failed: Callable[[BaseException], object] | None = None,
-    ) -> None:
-        """Run it in the background, unless it is under way; the button is busy until the outcome is on screen."""
+    ) -> bool:
+        """Run it in the background, unless it is under way: False. The button is busy until the outcome is on screen."""
         if not self._presses.begin(key):
-            return
+            return False
 
         def ended(call: Callable[[], object]) -> None:
             self._presses.end(key)
@@ -271,6 +271,7 @@ class HomeCommands(HomeState):
         self._shell.background.run(
             work, succeeded, lambda problem: ended(lambda: (failed or self._shell.say_problem)(problem))
         )
+        return True
 
     def _saying(self, text: str, icon: str, about: Hashable | None = None) -> Callable[[object], None]:
         """To be called with an outcome that has no words of its own."""

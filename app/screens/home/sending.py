@@ -13,6 +13,7 @@ from app.domain.models import DurationEstimate, Mission
 from app.domain.robot import MissionParameter
 from app.screens.common.missing_mission import or_fetch
 from app.screens.common.parameters_view import Problems, fields_of, values_of
+from app.screens.common.presses import OfRobot
 from app.screens.common.shell import Shell
 from app.screens.home.facts import HomeServices
 from app.screens.home.send import SendView, Target, all_missions, send_view, start
@@ -183,19 +184,19 @@ class Sending(SendState):
         except Problems as problems:
             self.problems = dict(problems.by_name)
             return
-        self._sheet = self._mission = None
-        self._shell.sheets.close()
-        self._submit(mission, target, values)
+        if self._submit(mission, target, values):
+            self._sheet = self._mission = None
+            self._shell.sheets.close()
 
-    def _submit(self, mission: Mission, target: Target, values: Mapping[str, Any]) -> None:
-        """One press, one mission: the token is made here, and another press waits until the execution is on disk."""
+    def _submit(self, mission: Mission, target: Target, values: Mapping[str, Any]) -> bool:
+        """One press, one mission: the token is made here. False: the same one of that robot is not on disk yet."""
         robot, token = self._home.facts.robot, str(uuid.uuid4())
         if robot is None:
-            return
+            return False
         is_held = self._home.facts.hold(robot.id, self._services.clock.now()) is not None
         is_silent = target.group_id is None and self._home.card.old and not is_held
-        self._home.act_once(
-            "run",
+        return self._home.act_once(
+            OfRobot(("run", mission.id), robot.id),
             lambda: start(self._services.operator, target, robot.id, mission.id, values, token),
             lambda execution: self._home.started.follow(execution, is_silent),
         )

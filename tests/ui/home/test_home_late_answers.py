@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from threading import Event
 
 import pytest
 
@@ -148,3 +149,30 @@ def test_a_cross_of_a_row_removed_in_the_same_frame_does_nothing(home, ui):
     home.root_vm.cancel(("item", 999_999))
     ui.wait(lambda: home.shell.background.idle)
     assert home.shell.snackbars.texts == []
+
+
+def test_a_mission_for_another_robot_is_sent_while_one_is_still_being_stored(home, ui, monkeypatch):
+    operator, goes_on, run_now = home.site.container.operator, Event(), home.site.container.operator.run_now
+
+    def late(*args: object) -> object:
+        goes_on.wait(10)
+        return run_now(*args)
+
+    monkeypatch.setattr(operator, "run_now", late)
+    try:
+        run(ui, "Deliver")
+        choose(ui, "Deliver")
+        ui.advance(0.7)
+        press(ui, "Run on Aino")  # the same one: nothing is sent, and the sheet stays
+        ui.advance(0.7)
+        assert ui.find_all(SendSheet)
+        open_robot(ui, "Veikko")
+        ui.wait(lambda: home.root_vm.card.name == "Veikko" and ui.find_all(SendTile, text="Deliver"))
+        ui.tap(ui.find(SendTile, text="Deliver"))
+        ui.wait(lambda: ui.find_all(CommandButton, text="Run on Veikko", busy=False))
+        ui.advance(0.7)
+        press(ui, "Run on Veikko")
+        assert not ui.find_all(SendSheet)
+    finally:
+        goes_on.set()
+    ui.wait(lambda: sorted(run.robot for run in home.site.container.history.open()) == ["Aino", "Veikko"])
