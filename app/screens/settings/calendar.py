@@ -15,7 +15,7 @@ from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.problems import sentence_of
 from app.screens.settings import calendar_view as view
-from app.screens.settings.edit_sheet import EditForm, EditSheet
+from app.screens.settings.edit_sheet import EditForm, EditSheet, delete
 from app.screens.settings.files import FileSheet
 from app.screens.settings.page import PageContext
 from app.services.files.calendar_import import CalendarFile
@@ -229,7 +229,7 @@ class DaysSheet(EditSheet):
 
     def remove(self) -> None:
         days, catalogue = self._days, self.context.services.catalogue
-        self.context.remove(lambda: catalogue.remove_days(days.id), view.removed_sentence(days))
+        delete(self.context, days, lambda: catalogue.remove_days(days.id), view.removed_sentence(days))
 
     def show_facts(self) -> None:
         stored = next((days for days in self.context.facts.exceptions if days.id == self.stored_id), None)

@@ -1,4 +1,4 @@
-"""The sheet that adds or edits one thing in Settings: a group, a mission. Refusals are shown at their fields."""
+"""The sheet that adds, edits or deletes one thing in Settings: a robot, a mission. Refusals are shown at their fields."""
 
 from __future__ import annotations
 
@@ -15,12 +15,26 @@ from app.screens.common.options import MenuItem
 from app.screens.common.problems import sentence_of
 from app.screens.settings.page import PageContext
 from app.screens.settings.view import NoticeView, went_wrong
+from app.services.catalogue.catalogue import Removed
 from app.widgets.sheet import Sheet
 
 
-def delete_menu(context: PageContext, button: Widget, delete: Callable[[], object]) -> None:
+def delete_menu(context: PageContext, button: Widget, chosen: Callable[[], object]) -> None:
     items = [MenuItem("delete", _("Delete"), "delete-outline", tone="fault")]
-    context.shell.dialogs.menu(button, "", items, lambda _key: delete())
+    context.shell.dialogs.menu(button, "", items, lambda _key: chosen())
+
+
+def delete(context: PageContext, it: Any, work: Callable[[], Removed], text: str) -> None:
+    """Delete ``it`` at once, close its sheet, and offer Undo."""
+
+    def deleted(what: Removed) -> None:
+        context.refresh()
+        context.offer_undo(text, lambda: context.services.catalogue.restore(what))
+
+    sheet = context.shell.sheets.top
+    if isinstance(sheet, EditSheet) and (type(sheet.stored), sheet.stored_id) == (type(it), it.id):
+        context.shell.sheets.close()
+    context.run(work, deleted)
 
 
 class EditForm(EventDispatcher):
@@ -73,11 +87,7 @@ class EditSheet(SettingsSheet):
         self.save()
 
     def on_dots(self, button: Widget) -> None:
-        delete_menu(self.context, button, self.delete)
-
-    def delete(self) -> None:
-        self.context.shell.sheets.close()
-        self.remove()
+        delete_menu(self.context, button, self.remove)
 
     def choose(self, **values: Any) -> None:
         """What is not typed."""

@@ -12,7 +12,7 @@ from app.domain.models import Group, HandOver, InvalidInput
 from app.i18n import _
 from app.screens.settings import groups_view as view
 from app.screens.settings import removals
-from app.screens.settings.edit_sheet import EditForm, EditSheet
+from app.screens.settings.edit_sheet import EditForm, EditSheet, delete
 from app.screens.settings.page import PageContext
 from app.services.catalogue import checks, validation
 
@@ -117,7 +117,9 @@ class GroupSheet(EditSheet):
                 _("Delete {group}?").format(group=group.name),
                 removals.group_question(context.facts, group, waiting),
                 _("Delete group"),
-                lambda: context.remove(
+                lambda: delete(
+                    context,
+                    group,
                     lambda: context.services.catalogue.remove_group(group.id),
                     removals.group_sentence(context.facts, group),
                 ),

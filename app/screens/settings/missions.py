@@ -24,7 +24,7 @@ from app.domain.robot import MissionInfo
 from app.i18n import _, ngettext
 from app.screens.common.options import Option
 from app.screens.settings import removals
-from app.screens.settings.edit_sheet import EditForm, EditSheet, delete_menu
+from app.screens.settings.edit_sheet import EditForm, EditSheet, delete, delete_menu
 from app.screens.settings.missions_view import (
     Cell,
     Choice,
@@ -392,7 +392,9 @@ def remove(context: PageContext, mission: Mission) -> None:
     question = removals.mission_question(context.facts, mission)
 
     def agreed() -> None:
-        context.remove(
+        delete(
+            context,
+            mission,
             lambda: context.services.catalogue.remove_mission(mission.id),
             removals.mission_sentence(context.facts, mission),
         )

@@ -23,7 +23,6 @@ from app.screens.common.shell import Shell
 from app.screens.common.threads import Job
 from app.screens.settings.facts import SettingsFacts, SettingsServices
 from app.screens.settings.view import NoticeView
-from app.services.catalogue.catalogue import Removed
 from app.widgets.display import Notice
 from app.widgets.slots import PartSlot
 
@@ -200,15 +199,6 @@ class PageContext:
     def offer_undo(self, text: str, undo: Callable[[], object]) -> None:
         """Show ``text`` with Undo, which asks for the PIN like Settings."""
         self.shell.offer_undo(text, undo, self.refresh, behind="settings")
-
-    def remove(self, work: Callable[[], Removed], text: str) -> None:
-        """Delete something at once, and offer Undo."""
-
-        def removed(what: Removed) -> None:
-            self.refresh()
-            self.offer_undo(text, lambda: self.services.catalogue.restore(what))
-
-        self.run(work, removed)
 
     def say(self, text: str, icon: str = "check") -> None:
         self.shell.snackbars.show(text, icon=icon)

@@ -17,7 +17,7 @@ from app.domain.names import LONGEST
 from app.i18n import _
 from app.screens.common.options import Card, Option
 from app.screens.settings import groups_view as view
-from app.screens.settings.edit_sheet import EditForm, EditSheet, delete_menu
+from app.screens.settings.edit_sheet import EditForm, EditSheet, delete, delete_menu
 from app.screens.settings.page import PageContext
 from app.services.planning.planned import Conflict
 from app.widgets.display import SectionCard
@@ -27,9 +27,11 @@ STEPS = {"fewer": -1, "more": 1}
 
 
 def remove(context: PageContext, place: Place) -> None:
-    context.shell.sheets.close()
-    context.remove(
-        lambda: context.services.catalogue.remove_place(place.id), _("{place} deleted").format(place=place.name)
+    delete(
+        context,
+        place,
+        lambda: context.services.catalogue.remove_place(place.id),
+        _("{place} deleted").format(place=place.name),
     )
 
 

@@ -12,7 +12,7 @@ from app.domain.models import Group, HandOver, Robot
 from app.i18n import _
 from app.screens.common.options import MenuItem, Option
 from app.screens.settings import removals
-from app.screens.settings.edit_sheet import EditForm, EditSheet
+from app.screens.settings.edit_sheet import EditForm, EditSheet, delete
 from app.screens.settings.view import NoticeView, advanced_item, idle_phrase, robot_note
 from app.services.catalogue import group_edit
 
@@ -99,7 +99,7 @@ class KnownRobotSheet(EditSheet):
         acts: dict[str, Callable[[], object]] = {
             "check up": lambda: self.open_check_up(robot),
             "fetch": lambda: go("settings", section="missions", fetch_from=robot.id),
-            "delete": self.delete,
+            "delete": self.remove,
         }
         self.context.shell.dialogs.menu(button, "", items, lambda key: acts[key]())
 
@@ -110,8 +110,11 @@ class KnownRobotSheet(EditSheet):
             _("Delete {robot}?").format(robot=robot.name),
             removals.robot_question(context.facts, robot),
             _("Delete robot"),
-            lambda: context.remove(
-                lambda: context.services.catalogue.remove_robot(robot.id), removals.robot_sentence(context.facts, robot)
+            lambda: delete(
+                context,
+                robot,
+                lambda: context.services.catalogue.remove_robot(robot.id),
+                removals.robot_sentence(context.facts, robot),
             ),
             danger=True,
         )

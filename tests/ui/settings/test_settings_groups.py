@@ -241,10 +241,12 @@ def test_a_place_and_the_missions_that_use_it(site, app, ui):
     press(ui, "Save", sheet)
     ui.wait(lambda: row_of(ui, "Dock 2"))
     assert (row_of(ui, "Dock 2").item.support, places(site)[0].most) == ("Deliver, Home", 1)
+    another = add_place(ui)
     ui.tap(ui.find(IconButton, row_of(ui, "Dock 2"), icon="dots-vertical"))
     ui.tap(ui.find(MenuRow, text="Delete"))
     ui.wait(lambda: ui.find_all(Snackbar, text="Dock 2 deleted"))
     ui.wait(lambda: not row_of(ui, "Dock 2"))
+    assert ui.find(PlaceSheet) is another
     ui.tap(ui.find(root=ui.find(Snackbar, text="Dock 2 deleted"), text="Undo"))
     ui.wait(lambda: row_of(ui, "Dock 2"))
     turn_to(ui, "Missions")

@@ -339,8 +339,9 @@ def test_a_deleted_robot_comes_back_with_its_schedules(site, app, ui):
     ui.wait(lambda: item_of(ui, "Aino"))
     site.container.catalogue.save_idle_rule(aino.id, mission.id)
     ui.wait(lambda: page(app).context.facts.robot(aino.id).idle is not None)
-    open_row(ui, "Aino")
-    choose(ui, "Delete", ui.find(RobotSheet))
+    sheet = open_row(ui, "Aino")
+    enter(ui, sheet.ids.password_field, "typed")
+    choose(ui, "Delete", sheet)
     question = ui.find(ConfirmDialog)
     assert question.title == "Delete Aino?"
     assert question.text.splitlines()[:4] == [
@@ -352,10 +353,10 @@ def test_a_deleted_robot_comes_back_with_its_schedules(site, app, ui):
     press(ui, "Cancel", question)
     ui.wait(lambda: app.shell.background.idle)
     assert len(robots(site)) == 2
-    open_row(ui, "Aino")
-    choose(ui, "Delete", ui.find(RobotSheet))
+    assert ui.find(RobotSheet).vm.password == "typed"
+    choose(ui, "Delete", sheet)
     press(ui, "Delete robot", ui.find(ConfirmDialog))
-    ui.wait(lambda: len(robots(site)) == 1)
+    ui.wait(lambda: len(robots(site)) == 1 and not ui.find_all(RobotSheet))
     assert schedules(site) == []
     ui.wait(lambda: says(ui, "Aino deleted, and with it: 1 schedule, its idle automation"))
     undo(ui)
