@@ -150,6 +150,15 @@ def test_a_second_tap_presses_neither_the_sheet_that_came_nor_the_page_after_it_
     assert pressed == ["foot", "page"]
 
 
+def test_the_button_at_the_foot_takes_the_room_of_one_that_went(ui, room):
+    sheet = Sheet(title="Check-up", foot="Run trial", second="Check again")
+    room.sheets.show(sheet)
+    ui.advance(0.1)
+    sheet.second = ""
+    ui.advance(0.1)
+    assert ui.find(CommandButton, sheet, text="Run trial").width > 300
+
+
 def test_a_sheet_lets_no_tap_through_and_says_why_its_button_is_off(ui, room):
     pressed = []
     room.place.add_widget(CommandButton(text="Below", on_release=lambda *_args: pressed.append("page")))

@@ -103,4 +103,10 @@ class DisplayPage(SettingsPage):
             self.context.say(_("Settings is open to everyone"), "lock-open-outline")
             self.context.refresh()
 
-        self.context.run(self.context.services.access.remove, removed)
+        self.context.shell.dialogs.confirm(
+            _("Remove the PIN?"),
+            _("Everyone can change Settings then."),
+            _("Remove PIN"),
+            lambda: self.context.run(self.context.services.access.remove, removed),
+            danger=True,
+        )

@@ -116,6 +116,7 @@ def step_items(taken: list[Step]) -> list[Item]:
 def _item(step: Step, *, is_first: bool) -> Item:
     icon = "check" if step.is_done else "exclamation-thick" if step.is_wrong else "circle-outline"
     arrow = Action("open", icon="chevron-right")
+    button = Action("open", step.action, style="filled" if is_first else "outlined")
     return Item(
         step.key,
         step.title,
@@ -123,5 +124,5 @@ def _item(step: Step, *, is_first: bool) -> Item:
         icon=icon,
         tone="attention" if step.is_wrong else "neutral",
         disc=True,
-        actions=(arrow if step.is_done else Action("open", step.action, style="filled" if is_first else "outlined"),),
+        actions=(button if step.action and not step.is_done else arrow,),
     )

@@ -99,6 +99,9 @@ def test_it_is_removed(site, app, ui):
     site.container.access.set_pin("4711")
     ui.wait(lambda: ui.find_all(CommandButton, text="Change PIN"))
     ui.tap(ui.find(CommandButton, text="Remove PIN"))
+    dialog = ui.find(ConfirmDialog)
+    assert site.container.access.is_set()
+    ui.tap(ui.find(CommandButton, dialog, text="Remove PIN"))
     ui.wait(lambda: ui.find_all(CommandButton, text="Set PIN"))
     assert not site.container.access.is_set()
 

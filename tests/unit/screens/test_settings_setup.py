@@ -45,8 +45,9 @@ def test_a_new_tablet_begins_with_its_robots():
     taken = steps(SettingsFacts())
     assert [each.key for each in taken] == ["robots", "check-ups", "missions", "favourites", "days", "backup", "pin"]
     assert setup_phrase(taken) == "0 of 7"
-    styles = [item.actions[0].style for item in step_items(taken)]
-    assert styles == ["filled", *["outlined"] * 6]
+    buttons = [item.actions[0] for item in step_items(taken)]
+    assert [button.style for button in buttons if button.text] == ["filled", *["outlined"] * 5]
+    assert [button.icon for button in buttons if not button.text] == ["chevron-right"]  # no robot yet to check up
 
 
 def test_when_all_is_done_set_up_leaves_the_list():
