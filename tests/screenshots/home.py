@@ -179,7 +179,7 @@ def sent(studio: Any, facts: HomeFacts, parameters: tuple[MissionParameter, ...]
     screen = home(studio, facts)
     screen.vm.sending.usual = sample.FACTS.expected
     screen.vm.send(sample.KITS.id)
-    screen.vm.sending.learned(sample.KITS, parameters)
+    screen.vm.sending.learned(screen.vm.sheets.top, parameters)
     studio.driver.advance(0.2)
 
 

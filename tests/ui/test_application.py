@@ -22,6 +22,7 @@ from app.failures import BadInput
 from app.i18n import translation, translator
 from app.process.data_directory import DataDirectory, restore_backup
 from app.screens.frame.late_starts import LateSheet
+from app.screens.home.sending import AllMissionsSheet
 from app.screens.rescue import Damage
 from app.services.live.changes import Topic
 from app.widgets.buttons import CommandButton, IconButton
@@ -129,6 +130,10 @@ def test_late_starts_lie_over_home_and_can_be_put_on_hold_and_released(tmp_path,
             ui.wait(lambda: ui.find_all(LateSheet) and not ui.find_all(Banner))
             ui.tap(ui.find(CommandButton, text="Hold all"))
             ui.wait(lambda: {"1 on hold", "1 start is on hold"} <= set(ui.texts()))
+            app.shell.navigator.screen("home").vm.show_all_missions()
+            ui.advance(2)
+            assert ui.find_all(AllMissionsSheet)
+            ui.tap(ui.find(CommandButton, text="Show"))
             assert [(e.state, e.held) for e in site.container.history.open()] == [(State.WAITING, True)]
             ui.advance(1)
             ui.tap(ui.find(IconButton, ui.find(LateSheet), icon="close", visible=True))

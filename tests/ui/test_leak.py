@@ -9,10 +9,12 @@ import pytest
 
 from app.screens.common.shell import SCREENS
 from app.screens.home.cards import RobotFoot
+from app.screens.home.fleet_page import FleetPage
 from app.widgets.fields import FieldInput
 from app.window.garbage import LET_GO
 from app.window.window import quiet_garbage
 from tests.support import month
+from tests.ui.fleet.operator import add_robots
 from tests.ui.wear import CACHED, Wear, widgets
 from tests.ui.whole_app import shown
 
@@ -58,13 +60,16 @@ def test_screens_replaced_by_a_turn_of_the_window_are_collected_in_use(container
     assert {name: count - before[name] for name, count in after.items() if count - before[name] >= TURNS} == {}
 
 
-def test_screens_replaced_by_another_text_size_are_freed_in_time(container, ui):
+@pytest.mark.parametrize("more", [0, 3], ids=["few robots", "many robots"])
+def test_screens_replaced_by_another_text_size_are_freed_in_time(container, ui, more):
+    add_robots(container, more)
     with shown(container, ui) as app, quiet_garbage(app):
         Wear(app, ui).turn(0)
-        for name in SCREENS:
+        for name in (*SCREENS, "home"):
             app.shell.go(name)
             ui.wait(lambda: app.shell.background.idle)
         old = {name: weakref.ref(app.shell.navigator.screen(name)) for name in SCREENS}
+        old |= {str(page): weakref.ref(page) for page in ui.find_all(FleetPage)}
         old["frame"] = weakref.ref(app.root_box.children[0])
         gc.collect()
         gc.freeze()  # as what is on screen for a while

@@ -228,6 +228,10 @@ class AlarmsScreen(ScreenBase):
         for name in ("scroll_y", "size", "pos", "content_height"):
             self.ids.alarm_rows.fbind(name, self._look)
 
+    def shown(self, **intent: Any) -> None:
+        self.on_tall()
+        super().shown(**intent)
+
     def on_tall(self, *_args: Any) -> None:
         self.vm.below = self.tall
 

@@ -53,7 +53,7 @@ class LateStarts:
         self._services, self._shell, self._hold, self._release = services, shell, hold, release
         self._sheet: LateSheet | None = None
         self._issues = OpenIssues()
-        self._closed: frozenset[object] = frozenset()  # those that were there when a person closed it
+        self._closed: frozenset[object] = frozenset()  # those that were there when it left Home
 
     @property
     def is_shown(self) -> bool:
@@ -61,11 +61,14 @@ class LateStarts:
 
     def open(self) -> None:
         """Show those on hold again."""
-        self._closed = frozenset()
+        self._sheet, self._closed = None, frozenset()
         self._shell.go("home")
 
     def show(self, issues: OpenIssues, settings: Settings, now: datetime) -> None:
         """On Home, while there are any."""
+        if self._sheet is not None and not self.is_shown:  # closed, or another one came in its place
+            self._sheet, was = None, self._issues.late_starts
+            self._closed = self._closed if counting_down(was) else _listed(was)
         self._issues = issues
         is_home, late = self._shell.navigator.current == "home", issues.late_starts
         is_wanted = bool(counting_down(late)) or bool(_listed(late) - self._closed)
@@ -74,13 +77,10 @@ class LateStarts:
         elif is_home and late and is_wanted and not self.is_shown:
             load_kv("frame/late_starts")
             self._sheet = LateSheet(act=self.act)
-            self._sheet.bind(on_close=self._close, on_done=self._press)
+            self._sheet.bind(on_done=self._press)
             self._shell.sheets.show(self._sheet)
         if self._sheet is not None and self.is_shown:
             self._sheet.show(issues, settings, now)
-
-    def _close(self, *_args: object) -> None:
-        self._closed = _listed(self._issues.late_starts)
 
     def _press(self, *_args: object) -> None:
         """Put all on hold that count down; or release those on hold."""

@@ -167,6 +167,7 @@ class FleetViewModel(FleetState, ViewModel):
         }
         self._known.keep_runs({e.id for e in facts.open})
         self._seen = {robot_id: seen for robot_id, seen in self._seen.items() if robot_id in self._robots}
+        self._waiting = {robot_id: None for robot_id in self._waiting if robot_id in self._robots}
         self._is_behind = True
         self.many = len(self._robots) > FEW
         self.is_shown = self.many and (self.is_shown or self._is_first)

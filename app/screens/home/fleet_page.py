@@ -162,7 +162,7 @@ class FleetPage(BoxLayout):
         self._wall: WallView | None = None
         super().__init__(**kwargs)
         self.fbind("size", self._fit)
-        self.vm.wall.fbind("is_on", self._show_wall)
+        self.vm.wall.bind(is_on=self._show_wall)
         self.vm.bind(is_grouped=self._choose_tightness)
         self._fit()
 

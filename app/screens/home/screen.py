@@ -99,9 +99,6 @@ class HomeViewModel(HomeCommands, ViewModel):
             self.fleet.leave()
             self.select_robot(robot_id)
 
-    def closed(self) -> None:
-        self.sending.close()
-
     def _robot_left(self, _fleet: FleetViewModel, shows_all: bool) -> None:
         self.shows_map = False
         if shows_all:
@@ -196,7 +193,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         self.facts = self.facts.about(robot_id)
         if not is_shown:
             self.shows_map = False
-            self.sending.close()
+            self.sending.close(but=robot_id)
             self._show()
         self._keep_selection()
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import uuid
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from kivy.event import EventDispatcher
-from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 
-from app.domain.models import DurationEstimate, Mission
+from app.domain.models import DurationEstimate, Mission, Robot
 from app.domain.robot import MissionParameter
 from app.screens.common.missing_mission import or_fetch
 from app.screens.common.parameters_view import Problems, fields_of, values_of
@@ -24,30 +24,37 @@ if TYPE_CHECKING:
     from app.screens.home.screen import HomeViewModel
 
 
-class SendState(EventDispatcher):
-    """Read by kv."""
-
-    view = ObjectProperty(SendView(), rebind=True)
-    mission_name = StringProperty()
-    fields = ListProperty()
-    problems = ObjectProperty({}, force_dispatch=True)  # by name of the parameter
-    map = ObjectProperty(None, allownone=True)
-    goes_first = BooleanProperty(False)
-    is_asking = BooleanProperty(False)  # the robot for the mission's parameters
-    is_changed = BooleanProperty(False)  # something was entered
-    send_title = StringProperty()
-    rows = ListProperty()  # of all missions
-    query = StringProperty()
-
-
 class HomeSheet(Sheet):
     """In which the robot is sent."""
 
-    state = ObjectProperty(SendState(), rebind=True)
+    sending = ObjectProperty()
+
+    def on_parent(self, sheet: Sheet, place: Any) -> None:
+        super().on_parent(sheet, place)
+        if place is not None:
+            self.sending.show()
 
 
 class SendSheet(HomeSheet):
-    """What a mission needs, and when it starts."""
+    """What a mission needs, and when it starts. All that was entered is here: closed, it can be had back when another one was open."""
+
+    robot_id = NumericProperty()
+    mission = ObjectProperty()
+    target = ObjectProperty(Target(), rebind=True)
+    parameters = ObjectProperty(())
+    view = ObjectProperty(SendView(), rebind=True)
+    fields = ListProperty()
+    problems = ObjectProperty({}, force_dispatch=True)  # by name of the parameter
+    map = ObjectProperty(None, allownone=True)
+
+    def take(self, found: Sequence[MissionParameter]) -> None:
+        """What the mission asks for. If that is known already, what was entered stays."""
+        self.busy = False
+        if tuple(found) != tuple(self.parameters):
+            self.parameters, self.fields, self.problems = found, fields_of(found), {}
+
+    def go_first(self) -> None:
+        self.target = replace(self.target, first=not self.target.first)
 
     @staticmethod
     def first_chips(can_be: bool, chosen: bool, words: str) -> list[Chip]:
@@ -59,20 +66,19 @@ class AllMissionsSheet(HomeSheet):
     """All missions of the robot, with a search."""
 
     scrolls = BooleanProperty(False)
+    query = StringProperty()
+    rows = ListProperty()
+
+    def on_query(self, *_args: object) -> None:
+        self.sending.show()
 
 
-class Sending(SendState):
-    """Opens the sheets over the page of ``home``'s robot; they close when another robot is shown."""
+class Sending:
+    """Opens the sheets over the page of ``home``'s robot; they close when another robot is shown, one had back shows its own."""
 
     def __init__(self, services: HomeServices, shell: Shell, home: HomeViewModel) -> None:
-        super().__init__()
         self._services, self._shell, self._home = services, shell, home
-        self._sheet: HomeSheet | None = None
-        self._mission: Mission | None = None
-        self._target = Target()
-        self._parameters: Sequence[MissionParameter] = ()
         self.usual: Mapping[str, DurationEstimate | None] = {}
-        self.fbind("query", lambda *_args: self.show())
 
     # ------------------------------------------------------------------ opening
     def open(self, mission_id: int) -> None:
@@ -82,33 +88,30 @@ class Sending(SendState):
         if robot is None or mission is None:
             return
         known = self._shell.mission_names.known.parameters.get(mission.guid) or ()
-        self._mission, self._target, self.goes_first = mission, Target(), False
-        self.mission_name, self.is_changed, self.is_asking = mission.name, False, not self._home.card.old
-        self._parameters, self.fields, self.problems = known, fields_of(known), {}
-        self._put(SendSheet(state=self))
+        sheet = SendSheet(sending=self, robot_id=robot.id, mission=mission, title=mission.name)
+        sheet.take(known)
+        sheet.busy = not self._home.card.old  # the robot is asked
+        self._put(sheet)
         self._shell.background.run(
             lambda: self._services.robot_missions.parameters(robot.id, mission.guid),
-            lambda found: self.learned(mission, found),
-            lambda _problem: self.learned(mission, known),
-            key=("home", "parameters"),
+            lambda found: self.learned(sheet, found),
+            lambda _problem: self.learned(sheet, known),
             apart="parameters",
         )
 
     def open_all(self) -> None:
         """The sheet of all missions."""
-        self.query, self._mission, self.send_title = "", None, self._home.send_title
-        self._put(AllMissionsSheet(state=self))
+        self._put(AllMissionsSheet(sending=self, title=self._home.send_title))
 
     def _put(self, sheet: HomeSheet) -> None:
-        self._sheet = sheet
         self._shell.sheets.show(sheet)
         self._read_usual()
-        self.show()
 
-    def close(self) -> None:
-        """What was entered, or asked, is for the robot that was shown."""
-        self._shell.sheets.give_up()
-        self._sheet = self._mission = None
+    def close(self, but: int | None = None) -> None:
+        """What was entered, or asked, is for the robot that was shown: for another one than ``but``."""
+        top = self._shell.sheets.top
+        if not isinstance(top, SendSheet) or top.robot_id != but:
+            self._shell.sheets.give_up()
 
     # ------------------------------------------------------------------ what is known
     def _read_usual(self) -> None:
@@ -130,62 +133,61 @@ class Sending(SendState):
             key=("home", "durations"),
         )
 
-    def learned(self, mission: Mission, found: Sequence[MissionParameter]) -> None:
+    def learned(self, sheet: SendSheet, found: Sequence[MissionParameter]) -> None:
         """From this robot or, if it does not answer, another one."""
         if found:
-            self._shell.mission_names.take(mission.guid, found)
-        if mission is self._mission:
-            self.is_asking = False
-            if tuple(found) != tuple(self._parameters):  # else what was entered stays
-                self._parameters, self.fields, self.problems = found, fields_of(found), {}
-            self.show()
+            self._shell.mission_names.take(sheet.mission.guid, found)
+        sheet.take(found)
+        self.show()
 
     def show(self) -> None:
-        """Once a second, as the page."""
-        facts, mission = self._home.facts, self._mission
-        robot = facts.robot
-        if robot is None or self._sheet is None or self._sheet is not self._shell.sheets.top:
+        """Once a second, as the page, and when a sheet appears."""
+        home, sheet = self._home, self._shell.sheets.top
+        robot = home.facts.robot
+        if isinstance(sheet, AllMissionsSheet) and robot is not None:
+            sheet.rows = all_missions(home.facts, robot, self.usual, sheet.query)
+        elif isinstance(sheet, SendSheet):
+            if sheet.robot_id not in {each.id for each in home.facts.robots}:  # it was deleted
+                self._shell.sheets.close()
+            elif robot is None or robot.id != sheet.robot_id or home.fleet.is_shown:  # the sheet was had back
+                home.fleet.leave()
+                home.select_robot(sheet.robot_id)
+                self._read_usual()
+            elif not home.facts.is_new:
+                self._show_one(sheet, robot)
+
+    def _show_one(self, sheet: SendSheet, robot: Robot) -> None:
+        facts, groups = self._home.facts, self._home.facts.groups
+        if sheet.mission.id not in {each.id for each in facts.missions}:  # it was deleted
+            self._shell.sheets.give_up()
             return
-        if mission is None:
-            self.rows = all_missions(facts, robot, self.usual, self.query)
-            return
-        if mission.id not in {each.id for each in facts.missions}:  # it was deleted
-            self.close()
-            return
-        if not any(group.id == self._target.group_id and robot.id in group.members for group in facts.groups):
-            self._target, self.goes_first = Target(), False  # the robot itself, or the group was deleted
+        if not any(group.id == sheet.target.group_id and robot.id in group.members for group in groups):
+            sheet.target = Target()  # the robot itself, or the group was deleted
         now = self._services.clock.now()
-        self.view = send_view(facts, robot, self._home.card, mission, self._target, self.usual, now)
-        self.map = self._home.map.picture
+        sheet.view = send_view(facts, robot, self._home.card, sheet.mission, sheet.target, self.usual, now)
+        sheet.map = self._home.map.picture
 
     # ------------------------------------------------------------------ what the operator presses
     def choose(self, key: object) -> None:
         """A row of all missions."""
         or_fetch(self._shell, self.open)(key)
 
-    def aim(self, group_id: int | None) -> None:
-        self._target = Target(group_id, self.goes_first and group_id is not None)
-        self.goes_first = self._target.first
+    def aim(self, sheet: SendSheet, group_id: int | None) -> None:
+        sheet.target = Target(group_id, sheet.target.first and group_id is not None)
         members = next((group.members for group in self._home.facts.groups if group.id == group_id), ())
         self._home.learning.learn_names(members)
         self.show()
 
-    def go_first(self) -> None:
-        self._target = Target(self._target.group_id, not self._target.first)
-        self.goes_first = self._target.first
-
-    def run(self, entered: Mapping[str, Any]) -> None:
+    def run(self, sheet: SendSheet, entered: Mapping[str, Any]) -> None:
         """Send it with these values of its fields."""
-        mission, target = self._mission, self._target
-        if mission is None or self.view.off or self.is_asking:
+        if sheet.view.off or sheet.busy:
             return
         try:
-            values = values_of(self._parameters, entered)
+            values = values_of(sheet.parameters, entered)
         except Problems as problems:
-            self.problems = dict(problems.by_name)
+            sheet.problems = dict(problems.by_name)
             return
-        if self._submit(mission, target, values):
-            self._sheet = self._mission = None
+        if self._submit(sheet.mission, sheet.target, values):
             self._shell.sheets.close()
 
     def _submit(self, mission: Mission, target: Target, values: Mapping[str, Any]) -> bool:

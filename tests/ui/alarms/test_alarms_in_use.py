@@ -4,6 +4,7 @@ else."""
 from __future__ import annotations
 
 import pytest
+from kivy.core.window import Window
 
 from app.domain.message import message
 from app.domain.models import Robot
@@ -299,3 +300,16 @@ def test_a_second_tap_on_the_banner_releases_no_other_hold(container, app, ui, m
     ui.tap_at(*button.to_window(*button.center))
     ui.wait(lambda: app.shell.background.idle)
     assert len(container.holds.current()) == 1
+
+
+def test_the_buttons_of_a_row_are_beside_its_words_again_when_a_tall_window_was_turned(app, ui, monkeypatch):
+    monkeypatch.setattr(Window, "size", (800, 1280))
+    app.shell.go("alarms")
+    ui.advance()
+    assert app.models["alarms"].below
+    app.shell.go("home")
+    app.shell.navigator.rebuild()
+    Window.size = 1280, 800
+    app.shell.go("alarms")
+    ui.advance()
+    assert not app.models["alarms"].below

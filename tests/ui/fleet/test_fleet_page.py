@@ -90,6 +90,17 @@ def test_a_poll_changes_its_cell_the_list_and_the_counts_and_no_place(container,
         assert (cell.fact, cell.tone, cell.loud) == ("Stopped", "fault", True)
 
 
+def test_a_robot_that_is_deleted_before_its_turn_is_not_looked_at(container, robots, ui):
+    with shown(container, ui) as app:
+        ui.wait(lambda: ui.find_all(FleetPage))
+        settle(app, ui)
+        vm = app.shell.navigator.screen("home").vm
+        vm.fleet._tick()  # all wait for their turn
+        vm.fleet.take(replace(vm.facts, robots=vm.facts.robots[1:]))
+        vm.fleet._look_at_some(0)
+        assert len(vm.fleet.cells) == len(robots) - 1
+
+
 def test_while_the_cells_move_one_a_frame_becomes_another(container, ui):
     robots = add_robots(container, 150)
     with shown(container, ui):

@@ -127,9 +127,10 @@ def test_choosing_the_robot_again_ends_before_everything_else(home, ui, group):
     choose(ui, "Home")
     ui.tap(ui.find(ChoiceChip, text="Any of Fleet"))
     ui.tap(ui.find(ChoiceChip, text="Before everything else"))
-    assert home.root_vm.sending.goes_first
+    sheet = ui.find(SendSheet)
+    assert sheet.target.first
     ui.tap(ui.find(ChoiceChip, text="Aino"))
-    assert (home.root_vm.sending.view.can_be_first, home.root_vm.sending.goes_first) == (False, False)
+    assert (sheet.view.can_be_first, sheet.target.first) == (False, False)
 
 
 def test_a_sheet_is_for_the_robot_when_the_group_was_deleted(home, ui, group):

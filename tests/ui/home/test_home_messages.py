@@ -85,7 +85,7 @@ def test_the_robot_shown_at_the_press_is_the_one_that_is_asked(home, ui, monkeyp
     monkeypatch.setattr(
         home.root_vm.started, "follow", lambda execution, silent=False: followed.append((execution.robot, silent))
     )
-    home.root_vm.sending.run({})
+    home.root_vm.sending.run(home.shell.sheets.top, {})
     home.root_vm.select_robot(ids["Veikko"])  # in the same frame
     assert home.root_vm.card.old is not is_silent
     ui.wait(lambda: followed)

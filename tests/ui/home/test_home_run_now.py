@@ -11,6 +11,7 @@ from app.widgets.flow import PositionRow
 from app.widgets.list_row import ListRow
 from app.widgets.positions import PositionsMap
 from app.widgets.rows import OptionRow
+from app.widgets.snackbar import Snackbar
 from tests.support.history import last_ended
 from tests.ui.home.operator import choose, items, open_robot, press, rows, run
 from tests.ui.whole_app import GUIDS, api
@@ -34,6 +35,31 @@ def test_sending_a_robot_takes_two_taps_and_shows_what_became_of_it(home, ui):
     ui.wait(lambda: items(ui, "run"), seconds=60)
     (execution,) = last_ended(home.site.container, 5)
     assert (execution.trigger, execution.state, execution.mission) == (Trigger.MANUAL, State.COMPLETED, "Home")
+
+
+def test_a_sheet_had_back_sends_its_own_mission_to_its_own_robot(home, ui):
+    open_sheet(home, ui, "Go to position")
+    first = sheet(ui)
+    first.draft = True
+    choose(ui, "Home")
+    open_robot(ui, "Veikko")
+    ui.wait(lambda: home.root_vm.card.name == "Veikko" and ui.find_all(SendTile, text="Home"))
+    ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
+    ui.wait(lambda: home.root_vm.card.name == "Aino" and not home.root_vm.facts.is_new)
+    assert (home.shell.sheets.top, first.title, first.foot) == (first, "Go to position", "Run on Aino")
+    first.draft = False
+    home.shell.sheets.close()
+
+
+def test_a_sheet_had_back_from_another_page_sends(home, ui):
+    choose(ui, "Home")
+    sheet(ui).draft = True
+    home.shell.go("logs")
+    ui.advance(1)
+    ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
+    ui.advance(1)
+    press(ui, "Run on Aino")
+    ui.wait(lambda: "Home is sent to Aino" in home.shell.snackbars.texts)
 
 
 def test_under_a_hold_the_sheet_and_the_message_say_that_it_waits(home, ui):
@@ -133,7 +159,7 @@ def test_a_mission_is_searched_among_all_of_them(home, ui):
     ui.wait(lambda: len(home.root_vm.facts.missions) == len(GUIDS))
     ui.tap(ui.find(SendTile, text="All missions"))
     ui.wait(lambda: ui.find_all(AllMissionsSheet))
-    home.root_vm.sending.query = "coils"
+    ui.find(AllMissionsSheet).query = "coils"
     ui.advance(0.7)
     shown = ui.find_all(ListRow, ui.find(AllMissionsSheet))
     assert [row.item.title for row in shown][:1] == ["Move coils to press"]
