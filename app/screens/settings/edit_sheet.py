@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import fields, replace
 from typing import Any
 
 from kivy.event import EventDispatcher
@@ -75,6 +76,11 @@ class EditSheet(SettingsSheet):
         """Save it, and return it as it is stored. Not on the UI thread; raises InvalidInput."""
         raise NotImplementedError
 
+    def all_stored(self) -> Iterable[Any]:
+        """All of its kind. Not on the UI thread."""
+        found: Iterable[Any] = getattr(self.context.services.catalogue, self.kind)()
+        return found
+
     def remove(self) -> None:
         """Delete was chosen."""
         raise NotImplementedError
@@ -100,9 +106,15 @@ class EditSheet(SettingsSheet):
         return self.entered()
 
     def keep(self) -> None:
-        """Save what was changed of something that is stored."""
+        """Save what was changed of something that is stored, and nothing else of it."""
         if self.stored is not None and not self.vm.saving and (settled := self.settled()) != self.stored:
-            self.store(lambda: self.write(settled), settled)
+            changes = {name: getattr(settled, name) for name in _differing(self.stored, settled)}
+
+            def write() -> Any:
+                self.write(replace(self._present(), **changes))
+                return self._present()
+
+            self.store(write, settled)
 
     def save(self) -> None:
         if not self.vm.saving:
@@ -119,16 +131,27 @@ class EditSheet(SettingsSheet):
             if kept is None:
                 context.shell.sheets.close()
                 context.say((_("{name} added") if is_new else _("{name} saved")).format(name=saved.name))
-            elif saved != before:
+            elif was := {name: getattr(before, name) for name in _differing(before, kept) & _differing(before, saved)}:
                 text = _("{name} saved").format(name=saved.name)
                 context.shell.offer_undo(
-                    text, lambda: self.write(before), context.refresh, behind="settings", about=self
+                    text, lambda: self._undo(was, saved), context.refresh, behind="settings", about=self
                 )
             context.was_saved(self.kind, saved)
             if kept is not None and self.settled() != kept:  # changed since
                 self.keep()
 
         context.run(write, done, self.refuse)
+
+    def _present(self) -> Any:
+        """As it is stored now. Not on the UI thread."""
+        return next((each for each in self.all_stored() if each.id == self.stored_id), self.stored)
+
+    def _undo(self, was: Mapping[str, Any], saved: Any) -> None:
+        """Write back these fields alone. Raises InvalidInput if one of them is no longer as it was saved."""
+        present = self._present()
+        if was.keys() & _differing(saved, present):
+            raise InvalidInput("name", "{name} was changed again, so nothing is undone", name=present.name)
+        self.write(replace(present, **was))
 
     def refuse(self, problem: BaseException) -> None:
         """Say why at the field that it is about."""
@@ -138,3 +161,8 @@ class EditSheet(SettingsSheet):
             setattr(self.vm, name, sentence_of(problem))
         else:
             self.vm.outcome = went_wrong(problem)
+
+
+def _differing(before: Any, after: Any) -> set[str]:
+    """The names of the fields in which two objects of one kind differ."""
+    return {field.name for field in fields(before) if getattr(before, field.name) != getattr(after, field.name)}

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection
 from dataclasses import replace
 
 from kivy.properties import AliasProperty, BooleanProperty, ListProperty, ObjectProperty, StringProperty
 from kivy.uix.widget import Widget
 
-from app.domain.models import Group, HandOver, Robot
+from app.domain.models import HandOver, Robot
 from app.i18n import _
 from app.screens.common.options import MenuItem, Option
 from app.screens.settings import removals
 from app.screens.settings.edit_sheet import EditForm, EditSheet, delete
 from app.screens.settings.view import NoticeView, advanced_item, idle_phrase, robot_note
 from app.services.catalogue import group_edit
+from app.services.catalogue.edit import Edit
 
 AT_ONCE = ("name", "enabled", "hand_over")
 
@@ -145,25 +146,28 @@ class KnownRobotSheet(EditSheet):
             selected=[group.id for group in groups if robot_id in group.members],
         )
 
-    def _join(self, chosen: Sequence[int]) -> None:
+    def _join(self, chosen: Collection[int]) -> None:
         """Be a member of these groups only."""
         context, robot = self.context, self.stored
-        before = [group for group in context.facts.groups if (robot.id in group.members) != (group.id in chosen)]
-        after = [
-            replace(group, members=tuple({*group.members} ^ {robot.id}))  # joins, or leaves
-            for group in before
-        ]
+        before = {group.id for group in context.facts.groups if robot.id in group.members}
+        turned = before ^ set(chosen)
 
-        def save(groups: Sequence[Group]) -> None:
-            context.services.catalogue.edit(lambda edit: [group_edit.save(edit, group) for group in groups])
+        def save(joined: Collection[int]) -> None:
+            def work(edit: Edit) -> None:
+                for group_id in turned:
+                    group = edit.the_group(group_id)
+                    members = {*group.members, robot.id} if group_id in joined else {*group.members} - {robot.id}
+                    group_edit.save(edit, replace(group, members=tuple(members)))
+
+            context.services.catalogue.edit(work)
 
         def saved(_none: object) -> None:
             context.refresh()
             text = _("{name} saved").format(name=robot.name)
             context.shell.offer_undo(text, lambda: save(before), context.refresh, behind="settings", about=self)
 
-        if after:
-            context.run(lambda: save(after), saved)
+        if turned:
+            context.run(lambda: save(chosen), saved)
 
     def go_idle(self) -> None:
         self.context.shell.go("settings", section="idle", robot_id=self.stored.id)

@@ -148,7 +148,7 @@ class RobotSheet(KnownRobotSheet):
         ):
             self._if_it_may_be_open(self._save)
         elif self._has_password():
-            self._if_it_may_be_open(self._test_and_save)
+            self._if_it_may_be_open(lambda: self._ask(self._save))
 
     def _is_taken(self, name: str) -> bool:
         return any(
@@ -188,10 +188,6 @@ class RobotSheet(KnownRobotSheet):
             form.password_problem = _("Enter the password of {user}").format(user=form.username.strip())
         return not (form.username_problem or form.password_problem)
 
-    def _test_and_save(self) -> None:
-        self.vm.saving = True
-        self._ask(self._save)
-
     def _ask(self, then: Callable[[], object]) -> None:
         form, robot, password, by_address = self.vm, self.entered(), self.vm.password or None, self._by_address
         asked = form.connection
@@ -206,7 +202,7 @@ class RobotSheet(KnownRobotSheet):
     def _answered(self, asked: tuple[str, ...], then: Callable[[], object]) -> None:
         """About values that have changed since it says nothing."""
         form = self.vm
-        form.testing, form.saving, form.outcome = False, False, NoticeView()
+        form.testing, form.outcome = False, NoticeView()
         if asked == form.connection:
             self._if_open(then)
 

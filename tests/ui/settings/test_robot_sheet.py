@@ -88,7 +88,7 @@ def test_a_robot_of_the_plan_is_not_added_a_second_time(site, app, ui):
     enter(ui, dialog.ids.address_field, url.replace("127.0.0.1", "localhost"))  # the same machine by another address
     for _press in range(2):
         press(ui, "Save", dialog)
-        ui.wait(lambda: not dialog.vm.saving)
+        ui.wait(lambda: not dialog.busy)
         assert dialog.ids.address_field.problem.startswith(
             "This is Veikko, which is configured already: serial number "
         )

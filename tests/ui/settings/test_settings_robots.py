@@ -19,6 +19,7 @@ from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from app.widgets.fields import PickBox
 from app.widgets.frame import NavItem
 from app.widgets.rows import OptionRow
+from app.widgets.snackbar import Snackbar
 from tests.hostile.capture import capture
 from tests.integration.mir.servers import pin_of
 from tests.ui.integrator import (
@@ -432,3 +433,47 @@ def test_what_is_refused_with_a_taken_name_is_not_shown_as_saved(site, app, ui):
     ui.wait(lambda: app.shell.background.idle and not dialog.vm.saving)
     assert dialog.vm.enabled == robots(site)[0].enabled
     assert dialog.vm.name_problem
+
+
+def test_undo_of_a_name_leaves_a_later_connection_as_it_is(site, app, ui):
+    site.add_robots()
+    go(ui, "robots")
+    dialog = edit_aino(ui)
+    enter(ui, dialog.ids.name_field, "Aino 2")
+    dialog.ids.name_field.focus = False
+    ui.wait(lambda: says(ui, "Aino 2 saved"))
+    fill_in(ui, username="admin", password="admin")
+    press(ui, "Save", dialog)
+    ui.wait(lambda: not ui.find_all(RobotSheet))
+    ui.wait(lambda: says(ui, "Aino 2 saved") and "Undo" in ui.texts(ui.find(Snackbar)))
+    undo(ui)
+    ui.wait(lambda: robots(site)[0].name == "Aino")
+    assert (robots(site)[0].username, robots(site)[0].needs_password, robots(site)[0].enabled) == ("admin", False, True)
+
+
+def test_undo_changes_nothing_that_was_changed_again(site, app, ui):
+    site.add_robots()
+    go(ui, "robots")
+    dialog = edit_aino(ui)
+    enter(ui, dialog.ids.name_field, "Aino 2")
+    dialog.ids.name_field.focus = False
+    ui.wait(lambda: says(ui, "Aino 2 saved"))
+    site.container.catalogue.save_robot(replace(robots(site)[0], name="Aino 3"))
+    undo(ui)
+    ui.wait(lambda: says(ui, "Aino 3 was changed again, so nothing is undone"))
+    assert robots(site)[0].name == "Aino 3"
+
+
+def test_a_robot_is_switched_off_while_its_connection_is_tested(site, app, ui):
+    site.add_robots()
+    go(ui, "robots")
+    dialog = edit_aino(ui)
+    site.fleet.robots[0].control({"fault": {"kind": "late", "count": None, "seconds": 2.0}})
+    enter(ui, dialog.ids.password_field, "wrong")
+    press(ui, "Save", dialog)
+    ui.tap(ui.find(Toggle, root=dialog))
+    ui.wait(lambda: not robots(site)[0].enabled)
+    assert dialog.vm.testing
+    site.fleet.robots[0].control({"fault": None})
+    ui.wait(lambda: not dialog.vm.testing)
+    assert not dialog.vm.enabled
