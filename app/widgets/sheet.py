@@ -17,7 +17,8 @@ EDGES = ("right", "bottom", "full")
 PARTS = ("head", "body", "foot")
 BARE = 200  # dp of height, under which they would leave the body none
 GAP = dp(8)  # to what it spares
-FOOT_RESTS = 1.0  # s for which presses after the first one at the foot press nothing, also not of what it covered
+FOOT_RESTS = 1.0  # s for which presses after the first one at the foot press nothing, also not of what it covered, nor
+# after a page of the sheet has opened or closed
 
 
 class SheetPlace(FloatLayout):
@@ -92,6 +93,11 @@ class Sheet(Passive, MDCard):
         if Clock.get_time() >= self._rests_until:
             self._rests_until = Clock.get_time() + FOOT_RESTS
             self.dispatch("on_done")
+
+    def on_can_go_back(self, *_):
+        """A page of it has opened or closed, and its foot means something else: a late tap presses nothing."""
+        if self.parent is not None:
+            self._rests_until = Clock.get_time() + FOOT_RESTS
 
     def on_done(self):
         """The button at the foot."""

@@ -22,6 +22,7 @@ from app.widgets.fields import Field, SearchField
 from app.widgets.lanes import Lanes
 from app.widgets.pickers import DateDialog, DayCell
 from app.widgets.rows import OptionRow
+from app.widgets.sheet import FOOT_RESTS
 from app.widgets.snackbar import SECONDS, Snackbar
 from tests.ui.driver import Driver
 from tests.ui.whole_app import shown
@@ -119,6 +120,7 @@ def pick_time(app, ui, label: str, hour: int, minute: int) -> None:
         cells = [cell for cell in ui.find_all(TimeCell) if cell.text == f"{number:02d}"]
         ui.tap(cells[0 if number == hour else -1])
     settle(app, ui)
+    ui.advance(FOOT_RESTS)
 
 
 def save_button(ui) -> CommandButton:

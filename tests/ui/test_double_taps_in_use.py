@@ -8,12 +8,13 @@ from kivy.uix.widget import Widget
 
 from app.screens.home.cards import SendTile
 from app.screens.home.sending import SendSheet
-from app.screens.scheduler.cards import TimeCell
+from app.screens.scheduler.cards import FormSheet, TimeCell
+from app.screens.scheduler.draft import Kind
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import Dialog
 from app.widgets.list_row import ListRow
 from app.widgets.rest import DOUBLE_TAP, rest
-from app.widgets.sheet import AskSheet
+from app.widgets.sheet import FOOT_RESTS, AskSheet
 from tests.ui.home.operator import clear_queue, is_shown_pending, pend, run
 from tests.ui.planner import opened, settle
 from tests.ui.whole_app import plant, shown
@@ -102,6 +103,30 @@ def test_clear_queue_pressed_twice_sends_nothing(home, ui, resized, gap):
 def planned(container, ui, silent_robots):
     with opened(container, ui) as app:
         yield app
+
+
+@pytest.mark.parametrize("gap", [0.35, 0.6])
+def test_a_tap_that_was_meant_for_set_saves_no_schedule(planned, container, ui, gap):
+    """The minute has set the time already, and Save is in its place."""
+    planned.plan.begin()
+    planned.plan.form.set(mission_id=container.catalogue.missions()[0].id, kind=Kind.DAILY)
+    planned.plan.form.pick_time("at")
+    settle(planned, ui)
+    before = container.catalogue.schedules()
+    ui.advance(2 * FOOT_RESTS)
+    ui.tap(ui.find(TimeCell, text="06"))
+    button = ui.find(CommandButton, ui.find(FormSheet), text=planned.plan.form.set_time_text)
+    where = button.to_window(*button.center)
+    ui.tap(ui.find(TimeCell, text="30"))
+    ui.advance(gap)
+    ui.tap_at(*where)
+    settle(planned, ui)
+    assert (planned.plan.form.is_open, planned.plan.form.view.time) == (True, "06:30")
+    assert container.catalogue.schedules() == before
+    ui.advance(FOOT_RESTS)
+    ui.tap_at(*where)
+    settle(planned, ui)
+    assert len(container.catalogue.schedules()) == len(before) + 1
 
 
 @pytest.mark.parametrize("gap", GAPS)

@@ -15,6 +15,7 @@ from app.widgets.buttons import CommandButton, Segment
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import Field
 from app.widgets.rows import OptionRow
+from app.widgets.sheet import FOOT_RESTS
 from tests.support.history import last_ended
 from tests.ui.test_plan_to_log import ShiftedClock, go
 from tests.ui.whole_app import GUIDS, PASSWORD, USER, shown
@@ -76,6 +77,7 @@ def test_one_robot_breaks_the_other_comes_and_nothing_runs_twice(site, fleet, ui
         ui.advance(0.5)
         for hour_or_minute in ("06", "30"):
             ui.tap(ui.find(TimeCell, text=hour_or_minute))
+        ui.advance(FOOT_RESTS)
         ui.advance(0.5)
         plan.form.more = True
         ui.advance(0.5)

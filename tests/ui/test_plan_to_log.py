@@ -20,6 +20,7 @@ from app.widgets.figures import FigureCard
 from app.widgets.frame import NavItem
 from app.widgets.list_row import ListRow
 from app.widgets.rows import OptionRow
+from app.widgets.sheet import FOOT_RESTS
 from app.widgets.tabs import TabButton
 from tests.support.history import last_ended
 from tests.support.way import Way, documented
@@ -78,6 +79,7 @@ def plan_home(app, site, ui) -> None:
     ui.advance(0.5)
     for hour_or_minute in ("06", "30"):
         ui.tap(ui.find(TimeCell, text=hour_or_minute))
+    ui.advance(FOOT_RESTS)
     ui.wait(lambda: not ui.find(CommandButton, text="Save").disabled)
     ui.advance(0.5)
     ui.tap(ui.find(CommandButton, text="Save"))

@@ -60,12 +60,15 @@ def banner(
         if group[0].acknowledged_at is None and not is_over(group[0])
     ]
     urgent = [group for group in new if group[0].priority is Priority.HIGH and _is_of_tablet(group[0])]
+    holds = [hold for hold in issues.holds if not hold.clock and not hold.is_over(now)]
+    hold = min(holds, key=lambda hold: hold.reason == CHECK_UP, default=None)  # which ends by itself
+    if hold is not None and screen == "scheduler":  # it has no other way to release it
+        return _hold(hold, robots, settings, now)
     if urgent:
         return _alarm(urgent[0], robots, settings, now)
     in_need = [group for group in new if _is_of_robot(group[0])] if screen not in ("home", "alarms") else []
     if in_need and in_need[0][0].priority is Priority.HIGH:
         return _alarm(in_need[0], robots, settings, now)
-    hold = next((hold for hold in issues.holds if not hold.clock and not hold.is_over(now)), None)
     if hold is not None:
         return _hold(hold, robots, settings, now)
     if in_need:

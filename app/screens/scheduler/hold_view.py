@@ -58,15 +58,10 @@ def robot_name(facts: SchedulerFacts, robot_id: int) -> str:
     return robot.name if robot else _("All robots")
 
 
-def looked_at(facts: SchedulerFacts, shown: Collection[int], all_robots: bool) -> int:
-    """The first choice: the only robot ``shown`` on the timeline, else the selected one, unless ``all_robots``
-    were viewed. With only one robot, all of them."""
-    if len(facts.robots) == 1:
-        return ALL
-    if len(shown) == 1 and (only := facts.robot(next(iter(shown)))) is not None:
-        return only.id
-    selected = facts.robot(facts.settings.selected_robot_id) or next(iter(facts.robots), None)
-    return ALL if all_robots or selected is None else selected.id
+def looked_at(facts: SchedulerFacts, shown: Collection[int]) -> int:
+    """The first choice: the only robot ``shown`` in the plan, else all of them."""
+    only = facts.robot(next(iter(shown))) if len(shown) == 1 and len(facts.robots) > 1 else None
+    return only.id if only is not None else ALL
 
 
 def robot_options(facts: SchedulerFacts) -> list[Option]:

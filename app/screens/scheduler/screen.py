@@ -192,7 +192,7 @@ class SchedulerViewModel(OnTimeline):
     def hold(self) -> None:
         """Hold all robots, or one."""
         if self._facts.robots:
-            robot_id = hold_view.looked_at(self._facts, self._window.robots, self._shell.navigator.all_robots)
+            robot_id = hold_view.looked_at(self._facts, self._window.robots)
             self._shell.sheets.show(HoldSheet(self._services, self._shell, self._facts, robot_id=robot_id))
 
     def plan_menu(self, anchor: Any) -> None:

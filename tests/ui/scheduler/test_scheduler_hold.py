@@ -49,9 +49,7 @@ def chip(app, ui, word: str) -> None:
 def hold_all(app, ui) -> None:
     """The sheet, about all robots."""
     press(app, ui, "Hold")
-    ui.tap(ui.find(Field, root=ui.find(HoldSheet), label="What to hold"))
-    ui.tap(ui.find(OptionRow, root=ui.find(ChoiceDialog), text="All robots"))
-    settle(app, ui)
+    assert ui.find(HoldSheet).robot == "All robots"
 
 
 def line(app, schedule) -> str:
@@ -144,7 +142,7 @@ def test_a_reason_may_be_cleared_and_a_hold_have_no_end(screen, container, ui):
     assert (hold.reason, hold.until) == ("", None)
 
 
-def test_the_sheet_begins_with_the_robot_that_is_looked_at(screen, container, ui):
+def test_the_sheet_begins_with_all_robots_or_the_only_one_in_the_plan(screen, container, ui):
     def begins_with() -> str:
         press(screen, ui, "Hold")
         robot: str = ui.find(HoldSheet).robot
@@ -152,21 +150,11 @@ def test_the_sheet_begins_with_the_robot_that_is_looked_at(screen, container, ui
         ui.advance(0.3)
         return robot
 
-    aino, veikko = (
-        named(container, mission, name).robot_id for mission, name in ((KITS, "Aino"), ("Collect empties", "Veikko"))
-    )
-    assert begins_with() == "Aino"  # that of the top bar
-    container.catalogue.change_settings(selected_robot_id=veikko)
-    settle(screen, ui)
-    assert begins_with() == "Veikko"
+    aino = named(container, KITS, "Aino").robot_id
+    assert begins_with() == "All robots"  # though one is selected on Home
     screen.plan._robots_chosen([aino])  # the timeline shows only this one
     settle(screen, ui)
     assert begins_with() == "Aino"
-    screen.plan._robots_chosen([])
-    settle(screen, ui)
-    screen.shell.navigator.all_robots = True
-    assert begins_with() == "All robots"
-    screen.shell.navigator.all_robots = False
     for robot in container.catalogue.robots():
         if robot.id != aino:
             container.catalogue.remove_robot(robot.id)

@@ -104,6 +104,14 @@ def test_a_high_alarm_comes_before_a_hold_and_a_hold_before_the_rest():
     assert show(alarm("unreachable"), holds=[hold]).act is Act.RELEASE
 
 
+@pytest.mark.parametrize("worse", [alarm("emergency_stop"), alarm("two_tablets", "two_tablets")])
+def test_the_scheduler_always_has_a_way_to_release_a_hold(worse):
+    """Its button Hold is not there then."""
+    holds = [Hold("Check-up", None, robot_id=2), Hold("", None)]
+    view = show(worse, holds=holds, screen="scheduler")
+    assert (view.text, view.act, view.about) == ("All robots on hold", Act.RELEASE, None)
+
+
 def test_an_implausible_clock_asks_for_a_decision():
     view = show(alarm("clock_implausible", "clock"), holds=[Hold("1 h behind", clock=True)], screen="home")
     assert (view.text, view.action) == ("This clock can't be right. Nothing is sent.", "Decide")
