@@ -7,7 +7,7 @@ from datetime import date, datetime, timedelta
 from typing import Any, TypeVar
 from zoneinfo import ZoneInfo
 
-from app.domain.models import Schedule
+from app.domain.models import InvalidInput, Schedule
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.shell import Shell
@@ -44,7 +44,7 @@ class ScheduleActions:
                 words.format(name=self._name(before.schedule)),
                 lambda: self._services.catalogue.switch_back(before),
                 self._done,
-                about=_about(schedule_id),
+                about=about(schedule_id),
             )
 
         self._act(schedule_id, lambda: self._services.catalogue.switch_schedule(schedule_id, on), switched)
@@ -90,18 +90,20 @@ class ScheduleActions:
             schedule.id,
             lambda: pausing.unskip(schedule.id, at, must_run=True),
             lambda _none: self._shell.offer_undo(
-                text, lambda: pausing.skip(schedule.id, at), self._done, about=_about(schedule.id, at)
+                text, lambda: pausing.skip(schedule.id, at), self._done, about=about(schedule.id, at)
             ),
         )
 
     # ------------------------------------------------------------------ moving a start
     @staticmethod
     def moved(facts: SchedulerFacts, schedule: Schedule, at: datetime, to: datetime) -> Schedule | None:
-        """The schedule with all its starts moved like that one; None: its rule can't."""
+        """The schedule with all its starts moved like that one; None: its rule can't, or doesn't have that one."""
         zone = ZoneInfo(schedule.timezone)
         before, after = (moment.astimezone(zone).replace(tzinfo=None) for moment in (at, to))
-        draft = Draft.of(schedule, facts.name(schedule)).moved(before, after)
-        return draft.schedule() if draft.starts_at(after, facts.calendar) else None
+        draft = Draft.of(schedule, facts.name(schedule))
+        moved = draft.moved(before, after)
+        can = draft.starts_at(before, facts.calendar) and moved.starts_at(after, facts.calendar)
+        return moved.schedule() if can else None
 
     def move_one(self, schedule: Schedule, at: datetime, to: datetime) -> None:
         """Only the start planned at that instant."""
@@ -111,16 +113,27 @@ class ScheduleActions:
             schedule.id,
             lambda: moving.move(schedule.id, at, local),
             lambda moved: self._shell.offer_undo(
-                text, lambda: moving.undo(moved), self._done, about=_about(schedule.id, at)
+                text, lambda: moving.undo(moved), self._done, about=about(schedule.id, at)
             ),
         )
 
-    def move_all(self, schedule: Schedule, moved: Schedule) -> None:
-        save, text = self._services.catalogue.save_schedule, _("{name} is changed").format(name=self._name(schedule))
+    def move_all(self, facts: SchedulerFacts, schedule: Schedule, at: datetime, to: datetime) -> None:
+        """All its starts like that one, and nothing else of it as it is now: it may have been edited since the drag."""
+        catalogue, text = self._services.catalogue, _("{name} is changed").format(name=self._name(schedule))
+
+        def work() -> tuple[Schedule, Schedule]:
+            before = catalogue.schedule(schedule.id)
+            moved = self.moved(facts, before, at, to) if before is not None else None
+            if before is None or moved is None:
+                raise InvalidInput("schedule", "this schedule no longer has this start")
+            return before, catalogue.save_schedule(moved)
+
         self._act(
             schedule.id,
-            lambda: save(moved),
-            lambda _saved: self._shell.offer_undo(text, lambda: save(schedule), self._done, about=_about(schedule.id)),
+            work,
+            lambda both: self._shell.offer_undo(
+                text, lambda: catalogue.change_back(*both), self._done, about=about(schedule.id)
+            ),
         )
 
     def pause(self, schedule: Schedule) -> None:
@@ -153,7 +166,7 @@ class ScheduleActions:
                 text,
                 lambda: self._services.catalogue.restore(removed),
                 self._done,
-                about=_about(schedule.id),
+                about=about(schedule.id),
             )
 
         self._act(schedule.id, lambda: self._services.catalogue.remove_schedule(schedule.id), deleted)
@@ -164,7 +177,7 @@ class ScheduleActions:
             name=self._name(schedule), time=self._time(schedule, at)
         )
         self._shell.offer_undo(
-            text, lambda: self._services.pausing.unskip(schedule.id, at), self._done, about=_about(schedule.id, at)
+            text, lambda: self._services.pausing.unskip(schedule.id, at), self._done, about=about(schedule.id, at)
         )
 
     def _time(self, schedule: Schedule, at: datetime) -> str:
@@ -194,9 +207,9 @@ class ScheduleActions:
         )
 
     def _say(self, schedule: Schedule, text: str, icon: str) -> None:
-        self._shell.snackbars.show(text, icon=icon, about=_about(schedule.id))
+        self._shell.snackbars.show(text, icon=icon, about=about(schedule.id))
 
 
-def _about(schedule_id: int, at: datetime | None = None) -> Hashable:
+def about(schedule_id: int, at: datetime | None = None) -> Hashable:
     """The subject of messages about a schedule, or about its start at that instant: a newer one replaces the older."""
     return "schedule", schedule_id, at

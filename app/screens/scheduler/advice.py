@@ -167,7 +167,7 @@ class AdviceModel(EventDispatcher):
         (one, change), text = taken, _("{name}: the suggestion is applied").format(name=self._facts().called(schedule))
 
         def undo(answer: Any) -> None:
-            restored = self._services.catalogue.save_schedule(one.schedule)
+            restored = self._services.catalogue.change_back(one.schedule, schedule)
             self._services.suggestions.undo_change(answer, one.schedule, restored)
 
         self._shell.background.run(

@@ -13,6 +13,7 @@ from app.i18n import _
 from app.screens.common.parameters_view import Problems, values_of
 from app.screens.common.problems import sentence_of
 from app.screens.scheduler import form_view
+from app.screens.scheduler.actions import about
 from app.screens.scheduler.draft import Draft
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.form_fields import FormFields
@@ -114,6 +115,7 @@ class FormModel(FormFields):
         """Entries that were made since are not."""
         name, is_done = self._facts.called(schedule), self._submitted
         self.saving = self._submitted = False
+        self._shell.snackbars.end(about(schedule.id))  # an Undo of what was there before
         is_said = self._host.saved(schedule)
         self._draft = replace(self._draft, base=schedule, lost=None)
         if is_done:

@@ -31,13 +31,11 @@ SEEN_BESIDE = 0.6  # of it, that is surely seen while the form is open
 
 @dataclass(frozen=True)
 class Moving:
-    """A start that was dragged, and what is asked about it. ``moved``: its schedule with all its starts moved like
-    that one; None: its rule can't."""
+    """A start that was dragged, and what is asked about it."""
 
     key: tuple[Any, ...]
     to: datetime
     schedule: Schedule
-    moved: Schedule | None
     title: str
     note: str
     keep: str
@@ -319,7 +317,6 @@ class OnTimeline(ViewModel):
             key,
             to,
             schedule,
-            moved,
             title=f"{self._facts.called(schedule)} → {after}",
             note=_("was {time}").format(time=formats.day_and_time(at, zone, self._services.clock.now())),
             keep=_("Keep {time}").format(time=before),
@@ -341,8 +338,7 @@ class OnTimeline(ViewModel):
     def move_all(self) -> None:
         moving: Moving = self.moving
         self.keep_moved()
-        if moving.moved is not None:
-            self.actions.move_all(moving.schedule, moving.moved)
+        self.actions.move_all(self._facts, moving.schedule, moving.key[2], moving.to)
 
     def pick_move(self, key: tuple[Any, ...]) -> None:
         """Of a planned start: ask for its new time of day."""

@@ -259,6 +259,10 @@ class Catalogue:
         """Its starts wait again, unless it is too late. Raises InvalidInput if the schedule was deleted."""
         self.edit(lambda edit: undo.switch_back(edit, switched))
 
+    def change_back(self, before: Schedule, changed: Schedule) -> Schedule:
+        """Undo that ``before`` became ``changed``. Raises InvalidInput if it was changed again since, or deleted."""
+        return self.edit(lambda edit: undo.change_back(edit, before, changed))
+
     def remove_schedule(self, schedule_id: int) -> Removed:
         """Off at once; ``restore`` puts it back."""
         return self.edit(lambda edit: schedule_edit.remove(edit, schedule_id))

@@ -53,6 +53,14 @@ def switch_back(edit: Edit, switched: Switched) -> None:
     edit.topics.add(Topic.EXECUTIONS)
 
 
+def change_back(edit: Edit, before: Schedule, changed: Schedule) -> Schedule:
+    """Only as long as it is ``changed``: what a person has entered since isn't lost."""
+    now = edit.the_schedule(changed.id)
+    if schedule_edit.definition(now) != schedule_edit.definition(changed):
+        raise InvalidInput("schedule", "its schedule has been changed since")
+    return schedule_edit.save(edit, before)
+
+
 def restore(edit: Edit, removed: Removed) -> None:
     """Put back what a deletion hid, and what waited of it. What would have fallen due in between writes no row."""
     robots = _put_back(edit, edit.robots, removed.robots, removed.at)

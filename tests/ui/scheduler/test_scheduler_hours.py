@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import date, time, timedelta
 
 import pytest
@@ -23,6 +24,7 @@ from tests.ui.planner import (
     field,
     named,
     press,
+    save,
     settle,
     take,
     tap_bar,
@@ -115,6 +117,50 @@ def test_a_start_that_is_dragged_stays_there_dashed_until_a_button_says_what_mov
     ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
     settle(screen, ui)
     assert named(container, "Night stock count", "Aino").start == schedule.start
+
+
+def test_what_was_edited_while_the_question_is_open_stays(screen, container, ui):
+    schedule = named(container, "Night stock count", "Aino")
+    drag(screen, ui, schedule, -1.5)
+    container.catalogue.save_schedule(replace(schedule, priority=1))
+    settle(screen, ui)
+    press(screen, ui, "This and later")
+    moved = container.catalogue.schedule(schedule.id)
+    assert (moved.start.time(), moved.priority) == (time(17, 30), 1)
+
+
+def test_a_start_that_is_not_there_any_more_moves_no_others(screen, container, ui):
+    schedule = named(container, "Night stock count", "Aino")
+    drag(screen, ui, schedule, -1.5)
+    edited = container.catalogue.save_schedule(replace(schedule, start=schedule.start.replace(hour=21)))
+    settle(screen, ui)
+    press(screen, ui, "This and later")
+    assert container.catalogue.schedule(schedule.id).start == edited.start
+    assert "no longer has this start" in ui.find(Snackbar).text
+
+
+def test_undo_of_this_and_later_loses_no_edit_made_since(screen, container, ui):
+    schedule = named(container, "Night stock count", "Aino")
+    drag(screen, ui, schedule, -1.5)
+    press(screen, ui, "This and later")
+    moved = container.catalogue.schedule(schedule.id)
+    edited = container.catalogue.save_schedule(replace(moved, priority=1))  # elsewhere
+    ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
+    settle(screen, ui)
+    assert container.catalogue.schedule(schedule.id) == edited
+    assert "has been changed since" in ui.find(Snackbar).text
+
+
+def test_saving_a_schedule_ends_the_offer_to_undo_its_move(screen, container, ui):
+    schedule = named(container, "Night stock count", "Aino")
+    drag(screen, ui, schedule, -1.5)
+    press(screen, ui, "This and later")
+    screen.plan.edit(schedule.id)
+    screen.plan.form.set(priority=1)
+    settle(screen, ui)
+    save(screen, ui)
+    assert screen.shell.snackbars.texts == ["Night stock count on Aino is changed"]
+    assert not ui.find_all(root=ui.find(Snackbar), text="Undo")
 
 
 def test_a_start_that_is_dragged_can_be_kept(screen, container, ui):
