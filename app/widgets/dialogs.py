@@ -356,10 +356,10 @@ class MenuRow(Row, TonedTap):
 
 
 class Menu(Overlay):
-    """Commands below the widget ``anchor``, or above it without room: ``items`` have ``key``, ``text``, ``icon``,
-    ``tone``, ``disabled``; fires ``on_choose(key)``. With a ``title``, and ``text`` under it, it is a card about the
-    ``anchor``; of several ``cards`` (with ``title``, ``text``, ``items``) it shows the one ``at`` that place, and
-    arrows that lead to the others."""
+    """Commands below the widget ``anchor``, or above it without room, in the left half of the window from its left edge
+    on: ``items`` have ``key``, ``text``, ``icon``, ``tone``, ``disabled``; fires ``on_choose(key)``. With a ``title``,
+    and ``text`` under it, it is a card about the ``anchor``; of several ``cards`` (with ``title``, ``text``, ``items``)
+    it shows the one ``at`` that place, and arrows that lead to the others."""
 
     cards = ListProperty()
     at = NumericProperty(0)
@@ -390,7 +390,8 @@ class Menu(Overlay):
     def corner(self):
         edge = dp(8)
         x, y = self.anchor.to_window(self.anchor.x, self.anchor.y)
-        left = x + self.anchor.width - self.width
+        is_at_left = x + self.anchor.width / 2 < Window.width / 2
+        left = x if is_at_left else x + self.anchor.width - self.width
         below = y - edge - self.height
         above = y + self.anchor.height + edge
         bottom = below if below >= edge else min(above, Window.height - edge - self.height)

@@ -73,3 +73,13 @@ def turn_to(widget) -> None:
         if isinstance(page, LowPage) and not page.is_still:
             page.scroll_to(widget, padding=0, animate=False)
         page = page.parent
+
+
+def top_of_page(widget) -> None:
+    """Scroll the page around ``widget`` until it is at the upper edge, or the end of the page is in sight."""
+    page = widget.parent
+    while not isinstance(page, LowPage):
+        page = page.parent
+    if not page.is_still:
+        below = page.top - page.parent.to_widget(*widget.to_window(widget.x, widget.top))[1]
+        page.scroll_y = min(max(page.scroll_y - page.convert_distance_to_scroll(0, below)[1], 0), 1)

@@ -7,7 +7,7 @@ from datetime import date, time
 
 import pytest
 
-from app.screens.scheduler.cards import FormSheet
+from app.screens.scheduler.cards import FormFold, FormSheet
 from app.screens.scheduler.draft import Kind
 from tests.screenshots.planning import Stand
 from tests.ui import checks, looks
@@ -59,3 +59,20 @@ def test_the_form_scrolls_alone_and_save_is_always_seen(ui, small):
         assert len(looks.filled(sheet)) == 1
         save = next(button for button in looks.labels(sheet) if button.text in ("Save", "Tallenna"))
         assert checks.is_seen(save)
+
+
+@pytest.mark.long
+def test_advanced_opens_at_the_top_of_the_sheet(ui, small):
+    small.vm.begin()
+    small.vm.form.set(mission_id=small.mission(KITS), day=date(2026, 11, 23), at=time(6, 30))
+    small.settle()
+    sheet = ui.find(FormSheet)
+    fold, page = ui.find(FormFold, sheet), sheet.ids.page
+    page.scroll_y = 0  # it is the last line
+    ui.advance(0.3)
+    ui.tap(fold)
+    ui.advance(1)
+    below = page.to_window(0, page.top)[1] - fold.to_window(0, fold.top)[1]
+    assert below == pytest.approx(0, abs=2) or (
+        below > 0 and (page.is_still or page.scroll_y == 0)
+    )  # all of it is in sight

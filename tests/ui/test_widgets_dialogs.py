@@ -206,6 +206,17 @@ def test_a_menu_hangs_on_its_widget_inside_the_window(ui, dialogs):
         ui.advance()
 
 
+def test_a_card_at_the_left_of_the_page_leaves_the_rail_free(ui, dialogs):
+    bar = ui.show(CommandButton(text="06:30"), (20, 48))
+    bar.pos = 110, 400
+    ui.advance()
+    menu = dialogs.menu(bar, "Deliver kits", [MenuItem("edit", "Edit")], lambda key: None)
+    ui.advance()
+    assert menu.x == bar.x
+    menu.dismiss()
+    ui.advance()
+
+
 def test_a_menu_hands_over_its_key(ui, dialogs):
     button = ui.show(CommandButton(text="More"), (200, 64))
     chosen: list[str] = []

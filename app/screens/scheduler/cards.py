@@ -13,7 +13,7 @@ from app.widgets.buttons import CommandButton
 from app.widgets.display import EmptyState
 from app.widgets.fields import SearchField
 from app.widgets.lists import Row
-from app.widgets.pages import LowPage, turn_to
+from app.widgets.pages import LowPage, top_of_page, turn_to
 from app.widgets.sheet import Sheet
 from app.widgets.slots import SlotPart
 from app.widgets.surfaces import Tap
@@ -151,9 +151,15 @@ class RemedyButtons(BoxLayout):
 
 
 class FormFold(Tap):
-    """Shows the rarer fields, or in a few words what is unusual in them."""
+    """Shows the rarer fields, which come below it to the top of the sheet, or in a few words what is unusual in them."""
 
     card = ObjectProperty(None, rebind=True, allownone=True)
+
+    def turn(self) -> None:
+        """Show them, or hide them."""
+        self.card.more = not self.card.more
+        if self.card.more:
+            Clock.schedule_once(lambda _dt: top_of_page(self), 0.05)  # once they have their heights
 
 
 class StartLine(Row, BoxLayout):

@@ -103,8 +103,7 @@ class OnTimeline(ViewModel):
                 shown,
                 target,
                 draft.base.id if draft.base is not None else None,
-                [start.instant for start in forecast.starts],
-                forecast.usual_s,
+                forecast,
                 mission.name if mission is not None else "",
             )
         if self.moving is not None and shown.origin is not None:

@@ -18,6 +18,7 @@ from app.screens.scheduler import axis, of_groups
 from app.screens.scheduler.axis import Band, Range, Span, Tick
 from app.screens.scheduler.contested import Contested
 from app.screens.scheduler.facts import HOURS, SchedulerFacts, Window, full_hour
+from app.services.catalogue.preview import Forecast
 from app.services.planning.planned import ASSUMED_S, PlannedRun
 from app.widgets.items import Bar, Lane
 from app.widgets.time_scale import TimeScale
@@ -367,22 +368,22 @@ def with_draft(
     view: TimelineView,
     target: Hashable,
     base: int | None,
-    starts: Iterable[datetime],
-    length_s: float | None,
+    forecast: Forecast,
     name: str,
 ) -> TimelineView:
-    """With the form's next ``starts`` dashed in the lane of its robot or group, and those of its schedule ``base`` as
-    they were."""
+    """With the form's next starts dashed in the lane of its robot or group, and those of its schedule ``base`` as they
+    were. What they overlap with is what the form warns of."""
     origin = view.origin
     if origin is None:
         return view
-    length, times = (length_s or ASSUMED_S) / 3600, [(at - origin).total_seconds() / 3600 for at in starts]
-    drafts = [Bar(("draft", hour), hour, hour + length, name, "draft") for hour in times]
+    length = (forecast.usual_s or ASSUMED_S) / 3600
+    times = {start.instant: (start.instant - origin).total_seconds() / 3600 for start in forecast.starts}
     return _changed(
         view,
         lambda bar: base is not None and isinstance(bar.key, tuple) and bar.key[:2] == ("schedule", base),
         target,
-        drafts,
+        [Bar(("draft", hour), hour, hour + length, name, "draft") for hour in times.values()],
+        [(hour, hour + length) for at, hour in times.items() if at in forecast.in_the_way],
     )
 
 
@@ -392,16 +393,23 @@ def with_moved(view: TimelineView, key: Hashable, hour: float) -> TimelineView:
     if not found:
         return view
     lane, bar = found[0]
+    others = [other for each in view.lanes if each.key == lane for other in each.bars if other is not bar]
     moved = bar._replace(key=("draft", hour), start=hour, end=hour + bar.end - bar.start, state="draft", movable=False)
-    return _changed(view, lambda other: other.key == key, lane, [moved])
+    return _changed(view, lambda other: other.key == key, lane, [moved], list(_overlaps([*others, moved])))
 
 
-def _changed(view: TimelineView, was: Callable[[Bar], bool], target: Hashable, added: Sequence[Bar]) -> TimelineView:
+def _changed(
+    view: TimelineView,
+    was: Callable[[Bar], bool],
+    target: Hashable,
+    added: Sequence[Bar],
+    overlaps: Sequence[Span],
+) -> TimelineView:
     lanes = []
     for lane in view.lanes:
         bars = [bar._replace(state="was", label="", movable=False) if was(bar) else bar for bar in lane.bars]
         if lane.key == target:
             bars = sorted([*bars, *added], key=lambda bar: bar.start)
-            lane = lane._replace(overlaps=axis.joined([*lane.overlaps, *_overlaps(bars)]))
+            lane = lane._replace(overlaps=axis.joined([*lane.overlaps, *overlaps]))
         lanes.append(lane._replace(bars=tuple(bars)))
     return replace(view, lanes=tuple(lanes))

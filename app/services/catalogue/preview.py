@@ -95,6 +95,11 @@ class Forecast:
     def usual_s(self) -> float | None:
         return self.usual.median_s if self.usual else None
 
+    @property
+    def in_the_way(self) -> set[datetime | None]:
+        """The starts that something else of the plan is in the way of."""
+        return {concern.at for concern in self.concerns if concern.code in _IN_THE_WAY}
+
 
 class Forecasts:
     def __init__(self, db: Database, clock: Clock, live: LiveRobots = NO_LIVE_ROBOTS) -> None:

@@ -8,7 +8,7 @@ from zoneinfo import ZoneInfo
 import pytest
 
 from app.database.robots import Hold
-from app.domain.models import Connection, DayException, Group, Reason, ReasonCode, Robot, State
+from app.domain.models import Connection, DayException, DurationEstimate, Group, Reason, ReasonCode, Robot, State
 from app.screens.scheduler.facts import Window
 from app.screens.scheduler.timeline import (
     ASSUMED_S,
@@ -21,7 +21,9 @@ from app.screens.scheduler.timeline import (
     with_draft,
     with_moved,
 )
+from app.services.catalogue.preview import Concern, ConcernCode, Forecast
 from app.services.planning.planned import PlannedRun
+from app.services.planning.recurrence import Occurrence
 from app.services.planning.working_days import WorkingCalendar
 from tests.support.scheduler_facts import (
     EMPTIES,
@@ -416,7 +418,9 @@ def test_what_has_ended_overlaps_with_nothing():
 # ---------------------------------------------------------------------- what is not saved yet
 def test_a_draft_is_dashed_in_its_lane_and_its_schedule_as_it_was():
     plan = timeline(facts(planned=(planned(22), planned(52, mission=EMPTIES, schedule=replace(HOURLY, id=8)))), NOW)
-    drawn = with_draft(plan, 1, 7, [NOW + timedelta(minutes=50)], 600.0, "Deliver kits")
+    at = NOW + timedelta(minutes=50)
+    forecast = Forecast((Occurrence(at, at),), DurationEstimate(600, 600), (Concern(ConcernCode.OVERLAP, at),))
+    drawn = with_draft(plan, 1, 7, forecast, "Deliver kits")
     assert [(bar.label, bar.state) for bar in drawn.lanes[0].bars] == [
         ("", "was"),
         ("Deliver kits", "draft"),
@@ -424,7 +428,15 @@ def test_a_draft_is_dashed_in_its_lane_and_its_schedule_as_it_was():
     ]
     assert len(drawn.lanes[0].overlaps) == 1
     assert drawn.lanes[1] == plan.lanes[1]
-    assert with_draft(plan, 1, None, [], None, "") == plan
+    assert with_draft(plan, 1, None, Forecast(), "") == plan
+
+
+def test_a_draft_that_the_form_does_not_warn_of_is_no_overlap_in_the_plan():
+    """A start for any robot of a group, foreseen on this one, takes another robot then."""
+    plan = timeline(facts(planned=(planned(52),)), NOW)
+    at = NOW + timedelta(minutes=50)
+    drawn = with_draft(plan, 1, None, Forecast((Occurrence(at, at),)), "Collect empties")
+    assert (len(drawn.lanes[0].bars), drawn.lanes[0].overlaps) == (2, ())
 
 
 def test_a_start_that_was_dragged_is_dashed_where_it_was_dropped():
