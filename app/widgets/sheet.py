@@ -75,7 +75,9 @@ class Sheet(Passive, MDCard):
     def __init__(self, **kwargs):
         self.find_spared = lambda: None
         self._rests_until = 0.0
+        self._spared = None
         self._arrange = Clock.create_trigger(self.arrange, -1)
+        self._arrange_later = Clock.create_trigger(self.arrange)  # after the page, which may get another layout
         super().__init__(**kwargs)
         for name in ("edge", "tall_edge", "span", "keeps", "shrinks", "content_height", "around"):
             self.fbind(name, self._arrange)
@@ -115,7 +117,7 @@ class Sheet(Passive, MDCard):
         if place is None:
             return
         for name in self._followed(place):
-            place.fbind(name, self._arrange)
+            place.fbind(name, self._arrange_later)
         dock.fbind("height", self._arrange)
         Window.bind(on_keyboard=self._key)
         self.arrange()
@@ -135,7 +137,8 @@ class Sheet(Passive, MDCard):
         dock.funbind("height", self._arrange)
         Window.unbind(on_keyboard=self._key)
         for name in self._followed(place):
-            place.funbind(name, self._arrange)
+            place.funbind(name, self._arrange_later)
+        self._follow_spared(None)
         place.remove_widget(self)
         if place is not Window:
             place.taken = 0
@@ -147,6 +150,7 @@ class Sheet(Passive, MDCard):
             return
         (x, y), (width, height) = ((0, 0), Window.size) if place is Window else (place.pos, place.size)
         spared = self.find_spared()
+        self._follow_spared(spared)
         is_tall, is_low = Window.width < dp(840), Window.height < dp(700)
         self.at = self.tall_edge if is_tall else self.edge
         bottom = max(y, dock.height)
@@ -162,6 +166,15 @@ class Sheet(Passive, MDCard):
             place.taken = self.width if beside else 0
         if spared is not None:
             self._spare(spared, place)
+
+    def _follow_spared(self, spared):
+        if spared is not self._spared:
+            for name in ("pos", "size"):
+                if self._spared is not None:
+                    self._spared.funbind(name, self._arrange)
+                if spared is not None:
+                    spared.fbind(name, self._arrange)
+            self._spared = spared
 
     def _spare(self, spared, place):
         left, bottom = place.to_widget(*spared.to_window(*spared.pos))

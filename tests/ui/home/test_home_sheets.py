@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
+from kivy.core.window import Window
 
 from app.screens.home.cards import RobotFoot
 from app.screens.home.screen import HomeViewModel
@@ -50,3 +51,18 @@ def test_no_sheet_covers_the_button_of_the_robot(
         lies_apart = left >= x + foot.width or bottom >= y + foot.height or bottom + sheet.height <= y
         assert lies_apart, ((x, y, *foot.size), (left, bottom, *sheet.size))
         assert targets(sheet) == []
+
+
+@pytest.mark.parametrize("size", [(800, 1280), (1024, 600), (640, 800)])
+def test_a_sheet_that_is_turned_lies_as_if_it_were_opened_there(ui, size):
+    with window(ui, (1280, 800)) as rig:
+        vm = home(rig, sample.FACTS).vm
+        vm.send(sample.KITS.id)
+        for turned in (size, (1280, 800)):
+            Window.size = turned
+            ui.advance(0.5)
+            lies = ui.find(Sheet).pos, ui.find(Sheet).size
+            vm.sheets.give_up()
+            vm.send(sample.KITS.id)
+            ui.advance(0.5)
+            assert lies == (ui.find(Sheet).pos, ui.find(Sheet).size)
