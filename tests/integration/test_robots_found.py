@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import socket
 import threading
+import time
+from contextlib import suppress
 from ipaddress import IPv4Address
 
 import pytest
 
 from app.domain.robot import RobotStatus
+from app.mir.transport import Timeouts
 from app.services.robots import finder
 from tests.hostile.capture import capture
 
@@ -67,3 +70,35 @@ def test_only_addresses_beside_a_private_one_of_the_tablet_are_asked(monkeypatch
     asked = finder.addresses()
     assert (asked[:1], len(asked)) == ([first] if first else [], count)
     assert own not in asked
+
+
+@pytest.mark.parametrize(
+    ("begin", "goes_on"),
+    [
+        (b"HTTP/1.1 200 OK\r\nContent-Length: 60000\r\n\r\n", b" "),
+        (b"HTTP/1.1 200 OK\r\nX: ", b"a"),
+        (b"HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n", b"1\r\n \r\n"),
+        (b"", b"HTTP/1.1 100 Continue\r\n\r\n"),
+    ],
+    ids=["body", "header", "chunks", "interim answers"],
+)
+def test_an_answer_that_never_ends_is_no_robot(monkeypatch, begin, goes_on):
+    monkeypatch.setattr(finder, "TIMEOUTS", Timeouts(connect=0.5, read=0.5, total=0.5))
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def drip() -> None:
+            connection, _address = server.accept()
+            with connection, suppress(OSError):
+                connection.sendall(begin)
+                while True:
+                    connection.sendall(goes_on)
+                    time.sleep(0.05)
+
+        dripping = threading.Thread(target=drip, daemon=True)
+        dripping.start()
+        address = f"127.0.0.1:{server.getsockname()[1]}"
+        asked_at = time.monotonic()
+        assert found(address) == {address: None}
+        assert time.monotonic() - asked_at < 5.0
+        dripping.join(5.0)
+        assert not dripping.is_alive()

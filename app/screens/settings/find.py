@@ -12,6 +12,7 @@ from app.domain.robot import RobotStatus
 from app.i18n import _, ngettext
 from app.mir.address import machine
 from app.screens.common.problems import sentence_of
+from app.screens.common.threads import Job
 from app.screens.settings.edit_sheet import SettingsSheet
 from app.screens.settings.facts import SettingsFacts
 from app.screens.settings.page import PageContext
@@ -45,7 +46,11 @@ def found_phrase(asked: int, of: int, found: int) -> str:
     if not of:
         return _("This tablet has no private network.")
     if asked < of:
-        return _("{asked} of {of} addresses asked").format(asked=asked, of=of)
+        return (
+            ngettext("{asked} of {of} asked, {n} robot", "{asked} of {of} asked, {n} robots", found)
+            if found
+            else _("{asked} of {of} asked, no robot")
+        ).format(asked=asked, of=of, n=found)
     return (
         ngettext("{n} robot answers.", "{n} robots answer.", found).format(n=found)
         if found
@@ -64,7 +69,8 @@ class FindSheet(SettingsSheet):
         self._context, self._add = context, add
         self._is_wanted = False  # read by other threads
         self._answers: dict[str, RobotStatus | None] = {}  # written by them
-        self._of = 0
+        self._of: int | None = None  # None: not known yet
+        self._job: Job | None = None  # under way
         self._tick = Clock.create_trigger(self._show, SHOWN_EVERY, interval=True)
         super().__init__(title=_("Find robots"), foot_style="outlined", **kwargs)
         self._search()
@@ -84,20 +90,25 @@ class FindSheet(SettingsSheet):
     def _search(self) -> None:
         answers: dict[str, RobotStatus | None] = {}
         self._answers = answers
+        self._of, self._job = None, None
         self._is_wanted = self.is_searching = True
 
         def work() -> None:
             asked = finder.addresses()
             self._of = len(asked)
-            finder.find(asked, answers.__setitem__, lambda: self._is_wanted)
+            finder.find(asked, answers.__setitem__, self._goes_on)
 
         def failed(problem: BaseException) -> None:
             self._end()
             self.said = sentence_of(problem)
 
-        self._context.run(work, lambda _none: self._end(), failed, apart="find robots")
+        self._job = self._context.run(work, lambda _none: self._end(), failed, apart="find robots")
         self._tick()
         self._show()
+
+    def _goes_on(self) -> bool:
+        """Called by its threads: neither stopped nor is the app ending."""
+        return self._is_wanted and not (self._job is not None and self._job.cancelled)
 
     def _end(self) -> None:
         self.is_searching = False
@@ -108,10 +119,7 @@ class FindSheet(SettingsSheet):
         answers = dict(self._answers)
         found = {address: status for address, status in answers.items() if status is not None}
         self.items = found_items(self._context.facts, found)
-        if self.is_searching:
-            self.said = found_phrase(len(answers), max(self._of, len(answers) + 1), len(found))
-        else:
-            self.said = found_phrase(len(answers), len(answers), len(found))
+        self.said = found_phrase(len(answers), self._of, len(found)) if self._of is not None else ""
         self.foot = _("Stop") if self.is_searching else _("Search again")
 
     def choose(self, address: str) -> None:

@@ -5,20 +5,23 @@ Only asked for by a person, only private addresses beside the tablet's own (/24)
 
 from __future__ import annotations
 
-import http.client
 import socket
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
+from http import HTTPStatus
 from ipaddress import IPv4Address, IPv4Network, collapse_addresses
 
 from app.domain.robot import RobotStatus
 from app.mir import parse
+from app.mir.address import Address
+from app.mir.credentials import Token
 from app.mir.errors import RobotError
-from app.mir.transport import API
+from app.mir.http import HttpTransport
+from app.mir.transport import Timeouts
 
 AT_ONCE = 32  # addresses that are asked at the same time
-LONGEST = 1.5  # s to connect, and between two parts of an answer
-LARGEST = 64 * 1024  # bytes of a status
+TIMEOUTS = Timeouts(connect=1.5, read=1.5, total=3.0)
 # one in each private network: connecting a datagram socket sends nothing, but shows which address of ours would be used
 PRIVATE = (IPv4Network("10.0.0.0/8"), IPv4Network("172.16.0.0/12"), IPv4Network("192.168.0.0/16"))
 
@@ -47,7 +50,7 @@ def find(
     asked: Iterable[str], on_answer: Callable[[str, RobotStatus | None], object], goes_on: Callable[[], bool]
 ) -> None:
     """Ask these addresses (host, or host:port); ``on_answer(address, status)`` is called for each, on other threads, with None where no
-    robot answers. Ends soon after ``goes_on()`` is False."""
+    robot answers. Ends within some seconds after ``goes_on()`` is False."""
 
     def ask(address: str) -> None:
         if goes_on():
@@ -60,13 +63,10 @@ def find(
 
 def status_of(address: str) -> RobotStatus | None:
     """What a robot there says of itself to all; None: no robot, or one that wants a password."""
-    connection = http.client.HTTPConnection(address, timeout=LONGEST)
-    try:
-        connection.request("GET", f"{API}/status", headers={"Accept": "application/json"})
-        answer = connection.getresponse()
-        status = parse.status(parse.loads(answer.read(LARGEST))) if answer.status == http.client.OK else None
-    except (OSError, http.client.HTTPException, RobotError):
-        return None
-    finally:
-        connection.close()
+    with closing(HttpTransport(Address.parse(address), Token())) as robot:
+        try:
+            answer = robot.send("GET", "/status", timeout=TIMEOUTS, with_credentials=False)
+            status = parse.status(parse.loads(answer.body)) if answer.status == HTTPStatus.OK else None
+        except RobotError:
+            return None
     return status if status is not None and (status.robot_model or status.robot_name) else None

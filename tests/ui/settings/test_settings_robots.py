@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import socket
+import threading
 from dataclasses import replace
 from datetime import datetime
 
@@ -477,3 +478,25 @@ def test_a_robot_is_switched_off_while_its_connection_is_tested(site, app, ui):
     site.fleet.robots[0].control({"fault": None})
     ui.wait(lambda: not dialog.vm.testing)
     assert not dialog.vm.enabled
+
+
+def test_a_search_that_is_stopped_says_how_many_were_asked(site, app, ui, monkeypatch):
+    answer, asked = threading.Event(), []
+    monkeypatch.setattr(finder, "addresses", lambda: [f"10.0.0.{n}" for n in range(150)])
+    monkeypatch.setattr(finder, "status_of", lambda address: asked.append(address) or (answer.wait(10) and None))
+    go(ui, "robots")
+    press(ui, "Find robots")
+    sheet = ui.find(FindSheet)
+    ui.wait(lambda: len(asked) == finder.AT_ONCE and sheet.said == "0 of 150 asked, no robot")
+    press(ui, "Stop", sheet)
+    answer.set()
+    ui.wait(lambda: not sheet.is_searching)
+    assert sheet.said == "32 of 150 asked, no robot"
+
+
+def test_a_tablet_without_a_private_network_says_so(site, app, ui, monkeypatch):
+    monkeypatch.setattr(finder, "addresses", list)
+    go(ui, "robots")
+    press(ui, "Find robots")
+    sheet = ui.find(FindSheet)
+    ui.wait(lambda: sheet.said == "This tablet has no private network.")
