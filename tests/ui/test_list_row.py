@@ -91,6 +91,14 @@ def test_answers_share_a_line_of_their_own_below_the_question(ui):
     assert yes.top <= ui.find(text="Is the pallet loaded?").y
 
 
+def test_answers_that_wrap_are_as_high_as_their_words(ui):
+    answers = (Action("a", "Loaded, go on"), Action("b", "Skip this stop"))
+    listed(ui, Item(1, "Robot 7", actions=answers, below=True), width=230)
+    buttons = ui.find_all(RowButton)
+    assert [button.height >= button.natural_height > tk.h_touch for button in buttons] == [True, True]
+    assert row(ui, 1).y <= min(button.y for button in buttons)
+
+
 def test_columns_begin_at_the_same_place_in_all_rows(ui):
     Builder.load_string(
         "<TryColumns@ListRow>:\n    lead_width: sp(92)\n    place_width: sp(90)\n    meta_width: sp(160)\n"
