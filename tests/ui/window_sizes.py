@@ -14,6 +14,7 @@ from kivy.uix.scrollview import ScrollView
 from kivy.uix.widget import Widget
 
 from app.i18n import translator
+from app.screens.common.overlays import Dialogs
 from app.widgets.frame import Frame
 from app.widgets.tokens import tk
 from tests.ui import checks
@@ -24,7 +25,7 @@ class Rig:
     """What tests/screenshots/home.py asks of a studio."""
 
     def __init__(self, ui: Driver) -> None:
-        self.dialogs, self._ui, self.driver = None, ui, ui
+        self.dialogs, self._ui, self.driver = Dialogs(animate=False), ui, ui
         self.after: list[Callable[[], object]] = []
 
     def afterwards(self, close: Callable[[], object]) -> None:
