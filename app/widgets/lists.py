@@ -19,8 +19,7 @@ from kivymd.uix.boxlayout import MDBoxLayout
 
 from app.widgets.dock import dock
 
-STILL = 1.0  # s after rows have moved
-AT_WORK = 3.0  # s after a row was used, in which its list changes because of that
+STILL = 1.0  # s a row has to stand where it is
 KEPT = 10.0  # s after a list was touched, in which its rows don't change places
 SPARE = 4  # views that a list keeps for later rows
 PRESSED_ROW = "row under the finger when it came down"  # key of touch.ud
@@ -28,24 +27,25 @@ PRESSED_ROW = "row under the finger when it came down"  # key of touch.ud
 
 class Standing:
     """Where the rows of a list are, so that none slides under a finger. After a touch they keep their order for a
-    while, even if the data change; ``sort_again`` is called when that is over. Rows that still slide, as one has
-    disappeared or an untouched list is sorted, ignore a touch in the next moment; so do changed rows while the list is
-    in use. While the user types, rows come and go because of that."""
+    while, even if the data change; ``sort_again`` is called when that is over. When rows come, go or are sorted, those
+    that are elsewhere than before rest: they take no touch for STILL s, longer if the list is touched meanwhile. While
+    the user types, rows come and go because of that."""
 
     def __init__(self, sort_again: Callable[[], object]):
-        self._ends = self._at_work_until = 0.0
-        self._places = {}
+        self._ends = 0.0  # of the rest
+        self._places = {}  # by key: where a row was before the last change, and until when it rests nevertheless
         self._keep = Clock.create_trigger(lambda _dt: sort_again(), KEPT)
 
     def touched(self) -> None:
         """A finger is on the list."""
         self._keep.cancel()
         self._keep()
-
-    def used(self) -> None:
-        """A row was pressed."""
-        self._at_work_until = Clock.get_time() + AT_WORK
-        self.touched()
+        now = Clock.get_time()
+        if now < self._ends:
+            self._ends = now + STILL
+            self._places = {
+                key: (place, self._ends if until > now else 0.0) for key, (place, until) in self._places.items()
+            }
 
     def sort_at_once(self) -> None:
         """Somebody has asked for another order."""
@@ -66,24 +66,21 @@ class Standing:
 
     def note(self, before, after, rows) -> None:
         """The keys of a list are about to change; ``rows`` are those that exist."""
-        before, after, now = list(before), list(after), Clock.get_time()
-        removed, both = set(before) - set(after), set(before) & set(after)
-        is_at_work = now < self._at_work_until and before != after
-        is_sorted = [key for key in before if key in both] != [key for key in after if key in both]
-        if not both:
-            self._ends = 0.0  # another list, or nothing: no row could have slid
-        elif dock.field is None and (is_at_work or is_sorted or (len(removed) == 1 and set(after) <= set(before))):
-            self._places = {row.key: row.to_window(*row.pos) for row in rows}
-            self._ends = now + STILL
+        before, after = list(before), list(after)
+        if not before or not after:
+            self._ends = 0.0  # no row could have slid
+        elif before != after and dock.field is None:
+            self._places = {row.key: (row.to_window(*row.pos), self._rests_until(row)) for row in rows}
+            self._ends = Clock.get_time() + STILL
 
     def has_left(self, row) -> bool:
         """Whether that row stands elsewhere than a moment ago."""
-        if Clock.get_time() >= self._ends:
-            return False
+        return Clock.get_time() < self._rests_until(row)
+
+    def _rests_until(self, row) -> float:
+        then, until = self._places.get(row.key, ((-1e6, -1e6), 0.0))
         place = row.to_window(*row.pos)
-        return max(
-            abs(now - then) for now, then in zip(place, self._places.get(row.key, (-1e6, -1e6)), strict=True)
-        ) > dp(8)
+        return self._ends if max(abs(a - b) for a, b in zip(place, then, strict=True)) > dp(8) else until
 
 
 class Row:
@@ -98,16 +95,18 @@ class Row:
     host = ObjectProperty(None, allownone=True)
     standing = None
 
+    @property
+    def has_just_moved(self) -> bool:
+        return self.standing is not None and self.standing.has_left(self)
+
     def on_touch_down(self, touch):
-        if self.collide_point(*touch.pos):
-            is_another = touch.ud.get(PRESSED_ROW, self.key) != self.key
-            if is_another or (self.standing is not None and self.standing.has_left(self)):
-                return True
+        if self.collide_point(*touch.pos) and (touch.ud.get(PRESSED_ROW, self.key) != self.key or self.has_just_moved):
+            return True
         return super().on_touch_down(touch)
 
     def act(self, action: str, *values) -> None:
         if self.standing is not None:
-            self.standing.used()
+            self.standing.touched()
         if self.host is not None:
             self.host.dispatch("on_action", self.key, action, *values)
 

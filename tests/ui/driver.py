@@ -21,6 +21,7 @@ from kivy.uix.label import Label
 from kivy.uix.widget import Widget
 
 from app.widgets.rest import rest
+from tests.ui.checks import parents
 
 FRAME = 1 / 60
 _WATCHERS = (kinetic, scroll, motionevent, button)  # kivy's modules that ask the wall clock how long a touch took
@@ -119,7 +120,9 @@ class Driver:
         from kivy.tests.common import UnitTestTouch
 
         while rest.is_on or any(
-            getattr(part, "has_just_moved", False) for top in Window.children for part in (top, *top.children)
+            getattr(part, "has_just_moved", False)
+            for top in Window.children
+            for part in (top, *top.children, widget, *parents(widget))
         ):
             self.advance()
         x, y = widget.to_window(*widget.center)

@@ -75,6 +75,39 @@ def test_a_row_that_slides_under_the_pressing_finger_is_not_pressed(ui, after):
     assert happened[1:] == [(3, "cancel")]
 
 
+@pytest.mark.parametrize("after", [(9, 1, 2, 3), (3,), (4,)], ids=["one comes above", "two go", "all are others"])
+def test_a_row_that_nobody_has_touched_rests_where_it_has_come(ui, after):
+    rows = ui.show(LongList(viewclass="QueueRow", data=queue(1, 2, 3)), (400, 400))
+    happened = actions_of(rows)
+    cross = ui.find(IconButton, root=ui.find(QueueRow, key=1))
+    place = cross.to_window(*cross.center)
+    ui.advance(STILL)
+    rows.data = queue(*after)
+    ui.advance(0.05)
+    ui.tap_at(*place)
+    assert happened == []
+    ui.advance(STILL)
+    ui.tap_at(*place)
+    assert happened == [(after[0], "cancel")]
+
+
+def test_impatient_taps_never_reach_the_row_that_comes_next(ui):
+    rows = ui.show(LongList(viewclass="QueueRow", data=queue(1, 2, 3)), (400, 400))
+    happened = actions_of(rows)
+    cross = ui.find(IconButton, root=ui.find(QueueRow, key=1))
+    place = cross.to_window(*cross.center)
+    ui.tap_at(*place)
+    rows.data = queue(2, 3)
+    for n in range(4):
+        ui.advance(0.25)
+        ui.tap_at(*place)
+        rows.data = queue(2, 3, *range(10, 10 + n))  # what comes below doesn't end it
+    assert happened == [(1, "cancel")]
+    ui.advance(STILL)
+    ui.tap_at(*place)
+    assert happened == [(1, "cancel"), (2, "cancel")]
+
+
 def test_a_notch_of_the_wheel_is_never_undone(ui):
     rows = ui.show(LongList(viewclass="QueueRow", data=queue(*range(30))), (400, 300))
     scroll = rows
