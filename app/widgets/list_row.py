@@ -7,7 +7,7 @@ from kivymd.uix.boxlayout import MDBoxLayout
 
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.items import Item
-from app.widgets.lists import RecycledRow
+from app.widgets.lists import RecycledRow, RowPress
 from app.widgets.rest import rest
 from app.widgets.shapes import Colour
 from app.widgets.surfaces import CLEAR, Tap
@@ -24,15 +24,6 @@ class RowMark(Ico):
         self.text = self.number or (md_icons[self.icon] if self.icon else "")
 
     on_number = on_icon
-
-
-class RowPress:
-    """Mixin of the buttons in a row, which get a ``name``."""
-
-    name = StringProperty()
-
-    def on_release(self):
-        self.parent.row.act(self.name, self)
 
 
 class RowButton(RowPress, CommandButton):
@@ -54,6 +45,7 @@ class RowActions(MDBoxLayout):
     row = ObjectProperty(None, allownone=True)
     over = BooleanProperty(False)  # on a tinted row
     shared = BooleanProperty(False)  # equal buttons that share the width
+    _names = ()  # of the buttons
 
     def on_actions(self, *_):
         kinds = [RowWord if not action.name else RowButton if action.text else RowIcon for action in self.actions]
@@ -63,10 +55,13 @@ class RowActions(MDBoxLayout):
             self.clear_widgets()
             for kind in kinds:
                 self.add_widget(kind())
-        for button, action in zip(self.children[::-1], self.actions, strict=True):
+        before, self._names = self._names, tuple(action.name for action in self.actions)
+        for n, (button, action) in enumerate(zip(self.children[::-1], self.actions, strict=True)):
             if isinstance(button, RowWord):
                 button.text = action.text
             else:
+                if getattr(self.row, "is_same", False) and (action.name,) != before[n : n + 1]:
+                    button.rest()
                 self._show(button, action)
 
     on_over = on_actions
@@ -97,8 +92,10 @@ class ListRow(RecycledRow, Tap):
     place_width = NumericProperty(0)
     meta_width = NumericProperty(0)
     folded = BooleanProperty(False)
+    is_same = False  # whether it was this row before, too
 
     def take(self, data):
+        self.is_same = self.key == data.key
         self.key, self.item = data.key, data
         self.can_press = data.opens and data.look != "head"
 

@@ -22,7 +22,8 @@ from app.widgets.dock import dock
 STILL = 1.0  # s a row has to stand where it is
 KEPT = 10.0  # s after a list was touched, in which its rows don't change places
 SPARE = 4  # views that a list keeps for later rows
-PRESSED_ROW = "row under the finger when it came down"  # key of touch.ud
+PRESSED_ROW = "row under the finger when it came down"  # keys of touch.ud
+PRESSED_ACTION = "name of the button there; empty without one"
 
 
 class Standing:
@@ -114,6 +115,41 @@ class Row:
         """Show ``data``."""
         for name, value in vars(data).items():
             setattr(self, name, value)
+
+
+class RowPress:
+    """Mixin of the buttons in a row, which get a ``name``. What is pressed is the action that the finger came down on,
+    also if the button has become another one since; a button that has just become another takes no touch."""
+
+    name = StringProperty()
+    _pressed = ""
+    _rests_until = 0.0
+
+    @property
+    def has_just_moved(self) -> bool:
+        return Clock.get_time() < self._rests_until
+
+    def rest(self) -> None:
+        """It is another button now."""
+        self._rests_until = Clock.get_time() + STILL
+
+    def on_touch_down(self, touch):
+        if self.collide_point(*touch.pos):
+            self._pressed = touch.ud.get(PRESSED_ACTION, self.name)
+            if self.has_just_moved:
+                self.rest()
+            if self.has_just_moved or not self._pressed:
+                return True
+        return super().on_touch_down(touch)
+
+    def on_touch_up(self, touch):
+        is_taken = super().on_touch_up(touch)
+        if touch.grab_current is self:
+            self._pressed = ""
+        return is_taken
+
+    def on_release(self):
+        self.parent.row.act(self._pressed or self.name, self)
 
 
 class Rows(MDBoxLayout):

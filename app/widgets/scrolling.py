@@ -5,7 +5,7 @@ from kivy.metrics import dp
 from kivy.properties import AliasProperty, NumericProperty, VariableListProperty
 from kivy.uix.scrollview import ScrollView
 
-from app.widgets.lists import PRESSED_ROW, Row
+from app.widgets.lists import PRESSED_ACTION, PRESSED_ROW, Row, RowPress
 
 WHEEL_WAYS = {"scrollup": 1, "scrolldown": -1}  # by kivy's names, which are the page's directions
 FAR = 1e6  # px, where nothing is
@@ -43,7 +43,9 @@ class CalmScroll(ScrollView):
             PRESSED_ROW not in touch.ud
             and (row := self._under(touch, lambda widget: isinstance(widget, Row))) is not None
         ):
+            button = self._under(touch, lambda widget: isinstance(widget, RowPress))
             touch.ud[PRESSED_ROW] = row.key
+            touch.ud[PRESSED_ACTION] = button.name if button is not None and not button.has_just_moved else ""
         is_for_fingers = self._under(touch, lambda widget: getattr(widget, "takes_at_once", False)) is not None
         if is_for_fingers and self._touch and self._touch.ud.get(self._get_uid(), {}).get("mode") == "scroll":
             return True  # the other finger scrolls

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable
 from dataclasses import replace
 from datetime import datetime
+from functools import partial
 from typing import Any, TypeVar
 
 from kivy.clock import Clock
@@ -126,15 +127,19 @@ class HomeCommands(HomeState):
                 self._refused(robot, _("Reset errors")),
             )
 
-    def command(self, robot: Robot, guid: str, name: str) -> None:
-        """What solves the problem of a robot, as its row among all says; ``guid``: of its question."""
-        match name:
-            case "reset":
-                self.reset_errors(robot)
-            case "resume":
-                self.resume(robot)
-            case _:
-                self.answer_of(robot, guid, name.removeprefix(ANSWER))
+    def command(self, robot: Robot, name: str, helps: bool) -> None:
+        """What solves the problem of a robot, as its row among all says; unless it no longer ``helps``."""
+        if name.startswith(ANSWER):
+            guid, _line, option = name.removeprefix(ANSWER).partition("\n")
+            over = questions.over(robot, guid, self._services.snapshots)
+            send, key = partial(self.answer_of, robot, guid, option), OfRobot("answer", robot.id)
+        else:
+            over = "" if helps else _("{robot}: nothing sent, its state has changed").format(robot=robot.name)
+            send, key = partial(self.reset_errors if name == "reset" else self.resume, robot), foot_of(robot.id)
+        if not over:
+            send()
+        elif not self._presses.is_same(key):
+            self._shell.snackbars.show(over, icon="information-outline", seconds=PROBLEM_SECONDS)
 
     def clear_queue(self) -> None:
         """Asked first: what is aborted can't be brought back."""

@@ -231,14 +231,16 @@ def _actions(look: Look) -> tuple[Action, ...]:
     """What solves it, or the way to the robot."""
     if look.prompt is not None:
         options = dict.fromkeys(look.prompt.options)
-        return tuple(Action(ANSWER + option, option, tone="action") for option in options) or (OPEN,)
+        return tuple(Action(f"{ANSWER}{look.prompt.guid}\n{option}", option, tone="action") for option in options) or (
+            OPEN,
+        )
     return {
         "reset": (Action("reset", _("Reset errors")),),
         "resume": (Action("resume", _("Resume")),),
     }.get(look.remedy, (OPEN,))
 
 
-ANSWER = "answer "  # before the option, in the name of an action
+ANSWER = "answer "  # in the name of an action, before the guid of the question and the option
 
 
 def _names(names: Sequence[str]) -> str:

@@ -95,7 +95,7 @@ class Seen:
 
 class FleetViewModel(FleetState, ViewModel):
     """Gets robots and runs from Home by ``take``, their states from the snapshots; ``open_robot(id)`` selects one, and
-    ``command(robot, guid, name)`` sends one of Home's commands, with the guid of the question that it answers."""
+    ``command(robot, name, helps)`` sends one of Home's commands; ``helps``: the robot still needs it."""
 
     waiting: WaitingModel  # what waits for a robot
 
@@ -104,7 +104,7 @@ class FleetViewModel(FleetState, ViewModel):
         services: HomeServices,
         shell: Shell,
         open_robot: Callable[[int], object],
-        command: Callable[[Robot, str, str], object],
+        command: Callable[[Robot, str, bool], object],
     ) -> None:
         super().__init__()
         self._services, self._shell, self._open_robot, self._command = services, shell, open_robot, command
@@ -363,7 +363,7 @@ class FleetViewModel(FleetState, ViewModel):
         elif name == "open":
             self.open_robot(key)
         else:
-            self._command(seen.robot, seen.look.prompt.guid if seen.look.prompt is not None else "", name)
+            self._command(seen.robot, name, name == seen.look.remedy)
 
     def open_cell(self, key: Any) -> None:
         """Of a robot, or of a group of them."""

@@ -17,3 +17,12 @@ def robots(container) -> list[Robot]:
     for robot in found:
         see(container, robot, sample.READY)
     return found
+
+
+@pytest.fixture
+def sent(container, monkeypatch) -> list[tuple]:
+    """The commands that the robots get, in place of sending them."""
+    calls: list[tuple] = []
+    for name in ("answer_prompt", "reset_errors", "resume"):
+        monkeypatch.setattr(type(container.operator), name, lambda _self, *what, name=name: calls.append((name, *what)))
+    return calls

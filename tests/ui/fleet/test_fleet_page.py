@@ -10,13 +10,15 @@ import pytest
 from app.database.activities import ActivityRepository
 from app.domain.activity import ActivitySpan
 from app.domain.models import Connection, Execution, Group, State, Trigger
-from app.domain.robot import QueueItem, QueueState
+from app.domain.robot import QueueItem, QueueState, RobotStatus
 from app.screens.home.cards import HomeWide
 from app.screens.home.fleet_page import FleetGrid, FleetHead, FleetPage, RobotCell
 from app.screens.home.wall import WallRow, WallView
 from app.widgets.buttons import ChoiceChip, IconButton
 from app.widgets.fields import FieldInput
 from app.widgets.frame import TopBar
+from app.widgets.list_row import RowButton
+from app.widgets.lists import STILL
 from app.widgets.rest import rest
 from app.widgets.tabs import TabButton
 from app.window.key_focus import ESCAPE
@@ -500,3 +502,62 @@ def test_the_wall_view_comes_only_over_a_page_of_a_wall_with_nothing_open(contai
         app.shell.go("logs")
         leave_alone(app, ui)
         assert not ui.find_all(WallView)
+
+
+# ---------------------------------------------------------------------- a robot that changes under the finger
+def other_question() -> RobotStatus:
+    return replace(
+        sample.ASKING, user_prompt=replace(sample.ASKING.user_prompt, guid="another", question="Drop the load now?")
+    )
+
+
+@pytest.mark.parametrize("held", [0.05, 3.0], ids=["tap", "held"])
+@pytest.mark.parametrize(
+    ("before", "word", "after", "said"),
+    [
+        (sample.ASKING, "Yes", other_question(), "{robot} asks something else now"),
+        (sample.FAILED, "Reset errors", fleet_facts.PAUSED, "{robot}: nothing sent, its state has changed"),
+    ],
+    ids=["question", "remedy"],
+)
+def test_nothing_is_sent_that_was_not_shown_when_the_finger_came_down(
+    container, robots, ui, sent, before, word, after, said, held
+):
+    with shown(container, ui) as app:
+        see(container, robots[2], before)
+        ui.wait(lambda: head(ui) == "1 needs you")
+        settle(app, ui)
+        lift = ui.press(ui.find(RowButton, row_of(ui, robots[2].name), text=word))
+        see(container, robots[2], after)
+        ui.advance(0.1)
+        lift(held)
+        settle(app, ui)
+        assert sent == []
+        assert app.shell.snackbars.texts == [said.format(robot=robots[2].name)]
+
+
+@pytest.mark.parametrize(
+    ("before", "word", "after", "shows"),
+    [
+        (sample.ASKING, "Yes", other_question(), "Drop the load now?"),
+        (sample.FAILED, "Reset errors", fleet_facts.PAUSED, "Paused"),
+    ],
+    ids=["question", "remedy"],
+)
+def test_a_button_that_has_just_become_another_takes_no_tap(container, robots, ui, sent, before, word, after, shows):
+    with shown(container, ui) as app:
+        see(container, robots[2], before)
+        ui.wait(lambda: head(ui) == "1 needs you")
+        settle(app, ui)
+        button = ui.find(RowButton, row_of(ui, robots[2].name), text=word)
+        place = button.to_window(*button.center)
+        see(container, robots[2], after)
+        ui.wait(lambda: row_of(ui, robots[2].name).item.support.startswith(shows))
+        ui.tap_at(*place)
+        ui.tap_at(*place)
+        settle(app, ui)
+        assert sent == []
+        ui.advance(STILL)
+        ui.tap_at(*place)
+        settle(app, ui)
+        assert len(sent) == 1
