@@ -29,7 +29,7 @@ PRESSED_ACTION = "name of the button there; empty without one"
 class Standing:
     """Where the rows of a list are, so that none slides under a finger. After a touch they keep their order for a
     while, even if the data change; ``sort_again`` is called when that is over. When rows come, go or are sorted, those
-    that are elsewhere than before rest: they take no touch for STILL s, longer if the list is touched meanwhile. While
+    that are elsewhere than before rest: they take no touch for STILL s, and longer if the list is touched during it. While
     the user types, rows come and go because of that."""
 
     def __init__(self, sort_again: Callable[[], object]):

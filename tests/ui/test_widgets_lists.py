@@ -76,7 +76,7 @@ def test_a_row_that_slides_under_the_pressing_finger_is_not_pressed(ui, after):
 
 
 @pytest.mark.parametrize("after", [(9, 1, 2, 3), (3,), (4,)], ids=["one comes above", "two go", "all are others"])
-def test_a_row_that_nobody_has_touched_rests_where_it_has_come(ui, after):
+def test_an_untouched_row_rests_where_it_has_come(ui, after):
     rows = ui.show(LongList(viewclass="QueueRow", data=queue(1, 2, 3)), (400, 400))
     happened = actions_of(rows)
     cross = ui.find(IconButton, root=ui.find(QueueRow, key=1))
