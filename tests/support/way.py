@@ -1,8 +1,8 @@
 """The way of a start through the code: which functions of the app are under way wherever it is handed on.
 
 That is where it goes to another thread (a pool, a queue, an inbox), to the disk (its schedule, its intent), into the
-worker's hands, and to the socket. Functions called on the side, which have returned by then, are not on the way; a
-lambda or nested function counts as the function that it is written in.
+worker's hands, and to the socket. Functions called on the side, which have returned by then, are not on the way, nor are
+widgets, which pass a tap on; a lambda or nested function counts as the function that it is written in.
 """
 
 from __future__ import annotations
@@ -91,5 +91,6 @@ class Way:
         while frame := frame.f_back:  # type: ignore[assignment]
             if frame.f_code.co_filename.startswith(APP):
                 name = frame.f_code.co_qualname.partition(".<locals>")[0]
-                stack.insert(0, (name, str(Path(frame.f_code.co_filename).relative_to(ROOT))))
-        self._stacks.append(stack)
+                module = str(Path(frame.f_code.co_filename).relative_to(ROOT))
+                stack += [(name, module)] if not module.startswith("app/widgets/") else []
+        self._stacks.append(stack[::-1])
