@@ -37,7 +37,7 @@ class Sheet(Passive, MDCard):
 
     Where it lies depends on the window: in a wide one at its ``edge``, at the right ``span`` px wide and, if it ``shrinks`` the page,
     beside it; in a low one over all but the ``keeps`` px at the left; in a tall one at its ``tall_edge``. It ends above the on-screen
-    keyboard. What ``find_spared()`` returns of the page it never covers: it lies beside that, or below or above it.
+    keyboard. What its ``stack`` spares of the page it never covers: it lies beside that, or below or above it.
 
     X and Esc fire ``on_close``, the buttons ``on_done``, ``on_other``, ``on_dots(button)`` and, with ``can_go_back``, ``on_back``.
     ``foot_off`` says why its button can't be pressed. With a ``draft`` its closing can be undone.
@@ -73,7 +73,7 @@ class Sheet(Passive, MDCard):
     __events__ = ("on_close", "on_done", "on_other", "on_dots", "on_back")
 
     def __init__(self, **kwargs):
-        self.find_spared = lambda: None
+        self.stack = None  # the Sheets that show it
         self._rests_until = 0.0
         self._spared = None
         self._arrange = Clock.create_trigger(self.arrange, -1)
@@ -89,6 +89,7 @@ class Sheet(Passive, MDCard):
 
     def on_close(self):
         """X or Esc."""
+        self.stack.dismiss(self)
 
     def press_foot(self):
         """A double tap is one press, though the button may mean something else by then."""
@@ -112,6 +113,7 @@ class Sheet(Passive, MDCard):
 
     def on_back(self):
         """The arrow in front of the title."""
+        self.stack.close(self)
 
     def on_parent(self, _sheet, place):
         if place is None:
@@ -149,7 +151,7 @@ class Sheet(Passive, MDCard):
         if place is None:
             return
         (x, y), (width, height) = ((0, 0), Window.size) if place is Window else (place.pos, place.size)
-        spared = self.find_spared()
+        spared = self.stack and self.stack.spared()
         self._follow_spared(spared)
         is_tall, is_low = Window.width < dp(840), Window.height < dp(700)
         self.at = self.tall_edge if is_tall else self.edge
@@ -188,7 +190,7 @@ class Sheet(Passive, MDCard):
             self.height = place.top - self.y
 
     def _key(self, _window, key, *_args):
-        if key == ESCAPE:
+        if key == ESCAPE and self.closable:
             self.dispatch("on_close")
         return key == ESCAPE
 

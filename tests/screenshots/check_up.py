@@ -58,7 +58,7 @@ class Checked(Plant):
         """The check-up of a robot, with its sheet open."""
         self.shown = self.screen(studio)
         page = self.shown.page
-        studio.afterwards(self.shell.sheets.close)
+        studio.afterwards(self.shell.sheets.give_up)
         robot = next(robot for robot in page.context.facts.robots if robot.name == name)
         page._open_check_up(robot)
         self.settle(studio)

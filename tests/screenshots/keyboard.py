@@ -27,7 +27,7 @@ def typed_into(studio: Any, field: Any) -> Any:
 def letters(studio: Any) -> Any:
     context = Plant(studio).screen(studio).vm.context
     dialog = RobotSheet(context)
-    studio.afterwards(context.shell.sheets.close)
+    studio.afterwards(context.shell.sheets.give_up)
     context.shell.sheets.show(dialog)
     studio.driver.advance(0.2)
     field: Field = dialog.ids.username_field

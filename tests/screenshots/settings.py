@@ -301,7 +301,7 @@ def dialog(name: str):
             built = build(screen.vm.context)
             if not isinstance(built, Sheet):
                 return studio.dialogs.open(built)
-            studio.afterwards(screen.vm.context.shell.sheets.close)
+            studio.afterwards(screen.vm.context.shell.sheets.give_up)
             screen.vm.context.shell.sheets.show(built)
             return screen
 

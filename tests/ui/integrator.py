@@ -48,7 +48,7 @@ def tablet(directory: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Plant]:
 def restart(site: Plant, app: SchedulerApp, ui: Driver, screen: str) -> None:
     """Show ``screen`` as at a first start, without the entries, changes and dialogs of the previous test."""
     app.shell.dialogs.close_all()
-    app.shell.sheets.close()
+    app.shell.sheets.give_up()
     app.shell.snackbars.clear()
     app.shell.navigator.close()
     app.models = {"alarms": app.models["alarms"]}  # the others are made again: nothing that was typed or chosen is left

@@ -48,7 +48,7 @@ def home(app, ui):
             app.site.container.catalogue.remove_group(group.id)
 
     restart(app, ui, put_back)
-    app.shell.sheets.close()
+    app.shell.sheets.give_up()
     ui.wait(lambda: app.root_vm.card.state == "Ready" and not app.root_vm.facts.groups and not app.root_vm.foot_rests)
     return app
 

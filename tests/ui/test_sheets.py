@@ -111,21 +111,67 @@ def test_undo_brings_back_what_was_entered_even_from_another_screen(ui, room):
 
 def test_what_was_saved_is_not_offered_again(room):
     room.sheets.show(Sheet(draft=True))
-    room.sheets.close()
+    room.sheets.close(room.sheets.top)
     assert room.snackbars.texts == []
 
 
-def test_the_arrow_leads_back_to_the_sheet_below_and_the_cross_closes_both(ui, room):
+@pytest.mark.parametrize("way", ["arrow-left", "close", "escape"])
+def test_a_sheet_that_lies_over_another_leads_back_to_it(ui, room, way):
     first = room.sheets.show(Sheet(title="New schedule"))
     second = room.sheets.over(Sheet(title="From"))
     ui.advance(1)
     assert first.parent is None
-    ui.tap(ui.find(IconButton, second, icon="arrow-left"))
+    if way == "escape":
+        ui.key(ESCAPE)
+    else:
+        ui.tap(ui.find(IconButton, second, icon=way))
     assert room.sheets.top is first
-    second = room.sheets.over(second)
-    ui.advance(1)
-    ui.tap(ui.find(IconButton, second, icon="close"))
+
+
+def test_esc_leaves_a_question_that_has_a_safe_answer(ui, room):
+    asked = room.sheets.ask("Clear the queue?", "", "Clear", lambda: None, "Keep")
+    ui.key(ESCAPE)
+    assert room.sheets.top is asked
+
+
+def test_a_sheet_that_is_shown_again_stays_below_what_lies_over_it(room):
+    first = room.sheets.show(Sheet())
+    asked = room.sheets.ask("Release?", "", "Release", lambda: None, "Keep")
+    room.sheets.show(first)
+    assert room.sheets.top is asked
+
+
+def test_a_sheet_that_is_done_takes_no_other_with_it(room):
+    first = room.sheets.show(Sheet())
+    asked = room.sheets.ask("Release?", "", "Release", lambda: None)
+    room.sheets.close(first)
+    assert room.sheets.top is asked
+    asked.dispatch("on_done")
     assert room.sheets.top is None
+    another = room.sheets.show(Sheet(draft=True))
+    room.sheets.close(first)
+    assert room.sheets.top is another
+
+
+def test_undo_of_one_draft_offers_the_other_one(ui, room):
+    first, second = (room.sheets.show(Sheet(draft=True)) for _n in range(2))
+    for brought_back in (first, second):
+        ui.advance(1)
+        ui.tap_text("Undo")
+        assert room.sheets.top is brought_back
+    assert room.snackbars.texts == ["Not saved"]
+
+
+def test_undo_waits_for_the_guard_of_the_screen_and_is_offered_until_it_lets_pass(ui, room):
+    sheet, asked = room.sheets.show(Sheet(draft=True)), []
+    room.navigator.go("logs")
+    room.navigator.guard = lambda _screen, proceed: asked.append(proceed)
+    ui.advance(1)
+    ui.tap_text("Undo")
+    assert (room.sheets.top, room.snackbars.texts) == (None, ["Not saved"])
+    asked.pop()()
+    assert (room.navigator.current, room.sheets.top, room.snackbars.texts) == ("home", sheet, [])
+    assert not asked  # once is enough
 
 
 def test_a_second_tap_presses_neither_the_sheet_that_came_nor_the_page_after_it_went(ui, room):
@@ -141,7 +187,7 @@ def test_a_second_tap_presses_neither_the_sheet_that_came_nor_the_page_after_it_
     assert pressed == []
     ui.advance(1)
     ui.tap_at(1000, 40)
-    room.sheets.close()
+    room.sheets.close(room.sheets.top)
     for _n in range(2):  # the button was pressed five times within a second
         ui.tap_twice((1000, 40), 0.2)
     assert pressed == ["foot"]

@@ -14,7 +14,9 @@ if TYPE_CHECKING:
 
 class Sheets:
     """Shows sheets in ``frame_place``, a SheetPlace of the frame, or over the window where there is no frame. The sheet closes when another
-    screen is shown. A ``draft`` that was closed with X, Esc or by leaving the screen can be had back with Undo."""
+    screen is shown. A ``draft`` that was closed with X, Esc or by leaving the screen can be had back with Undo.
+
+    Who opened a sheet closes that one alone, wherever it lies: what the user has opened since stays."""
 
     def __init__(
         self, place: Any = None, snackbars: Snackbars | None = None, navigator: Navigator | None = None
@@ -44,14 +46,14 @@ class Sheets:
         return sheet in self._stack
 
     def show(self, sheet: Sheet) -> Sheet:
-        """Show it, in the place of what was shown before."""
-        if sheet is not self.top:
+        """Show it, in the place of what was shown before. If it lies below another one, it stays there."""
+        if not self.has(sheet):
             self.give_up()
             self._put(sheet)
         return sheet
 
     def over(self, sheet: Sheet) -> Sheet:
-        """Show it in the place of the present one, to which its arrow leads back."""
+        """Show it in the place of the present one, to which its arrow and its X lead back."""
         if self.top is not None:
             self.top.leave()
             sheet.can_go_back = True
@@ -64,48 +66,63 @@ class Sheets:
         from app.widgets.sheet import AskSheet
 
         if isinstance(self.top, AskSheet):
-            self.back()
+            self.close(self.top)
         sheet = AskSheet(title=title, text=text, foot=keep or action, second=action if keep else "", closable=not keep)
 
         def agreed(*_args: object) -> None:
-            self.back()
+            self.close(sheet)
             done()
 
-        sheet.bind(on_done=(lambda *_args: self.back()) if keep else agreed, on_other=agreed)
+        sheet.bind(on_done=(lambda *_args: self.close(sheet)) if keep else agreed, on_other=agreed)
         self.over(sheet)
         return sheet
 
-    def back(self) -> None:
-        """To the sheet before this one; without one it closes."""
-        self._stack.pop().leave()
-        if self._stack:
-            self._place.add_widget(self._stack[-1])
+    def close(self, sheet: Sheet | None) -> None:
+        """What was entered there is done with. The one below it is shown again."""
+        if sheet is None or not self.has(sheet):
+            return
+        was_shown = sheet is self.top
+        self._stack.remove(sheet)
+        if was_shown:
+            sheet.leave()
+            if self._stack:
+                self._place.add_widget(self._stack[-1])
 
-    def close(self) -> None:
-        """What was entered is done with."""
-        if self._stack:
-            self._stack[-1].leave()
-        self._stack.clear()
+    def dismiss(self, sheet: Sheet) -> None:
+        """Its X, or Esc."""
+        if len(self._stack) > 1:
+            self.close(sheet)
+        elif self.has(sheet):
+            self.give_up()
 
     def give_up(self) -> None:
-        """Close, and offer to bring a draft back."""
-        stack = self._stack[:]
-        self.close()
-        if self._snackbars is not None and any(sheet.draft for sheet in stack):
-            screen = self._navigator.current if self._navigator is not None else ""
-            self._snackbars.undo(_("Not saved"), _("Undo"), lambda: self._bring_back(stack, screen), about=self)
+        """Close all, and offer to bring a draft back."""
+        stack, self._stack = self._stack, []
+        if stack:
+            stack[-1].leave()
+        navigator, snackbars = self._navigator, self._snackbars
+        if navigator is None or snackbars is None or not any(sheet.draft for sheet in stack):
+            return
+        screen = navigator.current
 
-    def _bring_back(self, stack: list[Sheet], screen: str) -> None:
-        if self._navigator is not None and self._navigator.current != screen:
-            self._navigator.go(screen)
-        if self._navigator is None or self._navigator.current == screen:
-            self.close()
+        def offer() -> None:
+            snackbars.undo(_("Not saved"), _("Undo"), pressed, about=self)
+
+        def pressed() -> None:
+            offer()  # until the guard lets the user pass
+            navigator.past_guard(screen, bring_back)
+
+        def bring_back() -> None:
+            snackbars.end(self)
+            if navigator.current != screen:
+                navigator.show(screen)
+            self.give_up()
             self._stack = stack
             self._place.add_widget(stack[-1])
 
+        offer()
+
     def _put(self, sheet: Sheet) -> None:
-        if not getattr(sheet, "is_known", False):
-            sheet.is_known, sheet.find_spared = True, lambda: self.spared()
-            sheet.bind(on_close=lambda *_args: self.give_up(), on_back=lambda *_args: self.back())
+        sheet.stack = self
         self._stack.append(sheet)
         self._place.add_widget(sheet)

@@ -279,7 +279,7 @@ class Navigator(EventDispatcher):
 
     def go(self, name: str, **intent: Any) -> None:
         """Show the screen ``name``, unless the guard asks for something first. Raises KeyError for an unknown one."""
-        self.past_guard(name, lambda: self._go(name, intent))
+        self.past_guard(name, lambda: self.show(name, **intent))
 
     def past_guard(self, name: str, proceed: Callable[[], object]) -> None:
         """Run an action allowed only to users who may see the screen ``name``: perhaps after the guard has asked,
@@ -289,7 +289,8 @@ class Navigator(EventDispatcher):
         else:
             self.guard(name, proceed)
 
-    def _go(self, name: str, intent: dict[str, Any]) -> None:
+    def show(self, name: str, **intent: Any) -> None:
+        """Past its guard."""
         screen = self.screen(name)
         self._hide()
         self._manager.current = self.current = name
@@ -316,7 +317,7 @@ class Navigator(EventDispatcher):
         self._manager = manager or self._manager
         gone()
         if self.current:
-            self._go(self.current, {})
+            self.show(self.current)
 
     def close(self) -> None:
         """The window is closing: hide the present screen."""

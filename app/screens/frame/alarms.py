@@ -191,7 +191,7 @@ class AlarmsModel(ViewModel):
             sheet = NoteSheet(text=self._text_of(group))
 
             def done(*_args: object) -> None:
-                self._shell.sheets.close()
+                self._shell.sheets.close(sheet)
                 self._for_each(group, lambda alarm: alarms.acknowledge(alarm.id, sheet.note))
 
             sheet.bind(on_done=done)

@@ -72,8 +72,8 @@ class LateStarts:
         self._issues = issues
         is_home, late = self._shell.navigator.current == "home", issues.late_starts
         is_wanted = bool(counting_down(late)) or bool(_listed(late) - self._closed)
-        if self.is_shown and not late:
-            self._shell.sheets.close()
+        if not late:
+            self._shell.sheets.close(self._sheet)
         elif is_home and late and is_wanted and not self.is_shown:
             load_kv("frame/late_starts")
             self._sheet = LateSheet(act=self.act)

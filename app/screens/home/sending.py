@@ -148,7 +148,7 @@ class Sending:
             sheet.rows = all_missions(home.facts, robot, self.usual, sheet.query)
         elif isinstance(sheet, SendSheet):
             if sheet.robot_id not in {each.id for each in home.facts.robots}:  # it was deleted
-                self._shell.sheets.close()
+                self._shell.sheets.close(sheet)
             elif robot is None or robot.id != sheet.robot_id or home.fleet.is_shown:  # the sheet was had back
                 home.fleet.leave()
                 home.select_robot(sheet.robot_id)
@@ -188,7 +188,7 @@ class Sending:
             sheet.problems = dict(problems.by_name)
             return
         if self._submit(sheet.mission, sheet.target, values):
-            self._shell.sheets.close()
+            self._shell.sheets.close(sheet)
 
     def _submit(self, mission: Mission, target: Target, values: Mapping[str, Any]) -> bool:
         """One press, one mission: the token is made here. False: the same one of that robot is not on disk yet."""

@@ -73,8 +73,7 @@ class RunStory(EventDispatcher):
     def close(self) -> None:
         self.run, self._facts, self._is_linked, self.words = None, None, False, Story()
         sheet, self._sheet = self._sheet, None
-        if sheet is not None and sheet is self._shell.sheets.top:
-            self._shell.sheets.close()
+        self._shell.sheets.close(sheet)
 
     def forget_link(self) -> bool:
         """The user has moved on: it must not undo a newer choice. Returns whether there was one."""

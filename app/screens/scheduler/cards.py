@@ -63,7 +63,6 @@ class SuggestionRow(list_row.ListRow):
 class FormSheet(Sheet):
     """The form beside the plan; ``card`` is its model. A field with a new problem comes in sight."""
 
-    is_known = True  # the model closes it, and brings entries back
     card = ObjectProperty(None, rebind=True, allownone=True)
     view = ObjectProperty(FormView(), rebind=True)
 
@@ -72,6 +71,13 @@ class FormSheet(Sheet):
         self._reveal = Clock.create_trigger(self._bring_in_sight, 0.05)  # once the field exists and shows it
         super().__init__(**kwargs)
         self.fbind("view", self._see_problem)
+
+    def on_close(self) -> None:
+        """The model closes it, and brings entries back."""
+        self.card.put_aside()
+
+    def on_back(self) -> None:
+        self.card.leave_page()
 
     def _see_problem(self, *_: object) -> None:
         if self.view.wrong_field not in ("", self._wrong_field):

@@ -97,7 +97,7 @@ class HoldSheet(Sheet):
         )
 
     def _is_held(self, hold: Hold) -> None:
-        self._shell.sheets.close()
+        self._shell.sheets.close(self)
         robot = self._facts.robot(hold.robot_id)
         text = hold_view.held_message(robot.name if robot else None, hold.until, self._zone, self._services.clock.now())
         self._shell.snackbars.show(text, icon=HAND, about=about_hold(hold.robot_id))

@@ -262,11 +262,10 @@ class SchedulerScreen(ScreenBase):
 
     def _show_form(self, *_args: Any) -> None:
         """Beside the page; what was entered stays while another screen is shown."""
-        is_shown = self._sheets.top is self._sheet
-        if self.vm.is_open and self.has_form and not is_shown:
+        if not self.has_form:
+            self._sheets.close(self._sheet)
+        elif self.vm.is_open:
             self._sheets.show(self._sheet)
-        elif is_shown and not self.has_form:
-            self._sheets.close()
 
     def _name_tabs(self, *_args: Any) -> None:
         count = int(self.vm.advice.count)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from datetime import date
 from typing import Any
@@ -149,16 +149,16 @@ class CalendarPart(MDBoxLayout):
                 sheet.problem = "\n".join(filter(None, (_("The file contains nothing new"), view.import_notes(found))))
                 return False
             chooser = EventsSheet(found, self._context.today())
-            chooser.bind(on_done=lambda sheet: self._take(found, sheet.chosen))
+            chooser.bind(on_done=lambda sheet: self._take(found, sheet))
             sheets.show(chooser)
             return True
 
         sheet.bind(on_done=lambda sheet: sheet.run(files.read, read))
         sheets.show(sheet)
 
-    def _take(self, found: CalendarFile, numbers: Iterable[int]) -> None:
-        files, chosen = self._services.calendar_files, [found.events[number] for number in sorted(numbers)]
-        self._context.shell.sheets.close()
+    def _take(self, found: CalendarFile, sheet: EventsSheet) -> None:
+        files, chosen = self._services.calendar_files, [found.events[number] for number in sorted(sheet.chosen)]
+        self._context.shell.sheets.close(sheet)
         self._context.run(lambda: files.take(chosen), self._taken)
 
     def _taken(self, added: Sequence[DayException]) -> None:

@@ -34,7 +34,7 @@ def delete(context: PageContext, it: Any, work: Callable[[], Removed], text: str
 
     sheet = context.shell.sheets.top
     if isinstance(sheet, EditSheet) and (type(sheet.stored), sheet.stored_id) == (type(it), it.id):
-        context.shell.sheets.close()
+        context.shell.sheets.close(sheet)
     context.run(work, deleted)
 
 
@@ -129,7 +129,7 @@ class EditSheet(SettingsSheet):
         def done(saved: Any) -> None:
             self.vm.saving, self.stored = False, saved
             if kept is None:
-                context.shell.sheets.close()
+                context.shell.sheets.close(self)
                 context.say((_("{name} added") if is_new else _("{name} saved")).format(name=saved.name))
             elif was := {name: getattr(before, name) for name in _differing(before, kept) & _differing(before, saved)}:
                 text = _("{name} saved").format(name=saved.name)

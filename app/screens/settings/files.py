@@ -155,8 +155,8 @@ class FileSheet(Sheet):
 
         def ended(result: T) -> None:
             self.running = False
-            if done(result) is not False and sheets.top is self:
-                sheets.close()
+            if done(result) is not False:
+                sheets.close(self)
 
         def failed(problem: BaseException) -> None:
             self.running, self.problem = False, sentence_of(problem)

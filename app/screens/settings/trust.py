@@ -56,6 +56,6 @@ class TrustSheet(SettingsSheet):
                 self.ids.numbers.add_widget(TrustNumber(label=label, number=marked(number, other)))
 
     def answer(self, *, agrees: bool) -> None:
-        self._sheets.back()
+        self._sheets.close(self)
         if agrees:
             self._agreed()

@@ -75,7 +75,7 @@ def test_hold_on_all_robots_holds_all_and_on_one_only_it(container, robots, ui):
         ui.tap(ui.find(CommandButton, text="Hold"))
         ui.advance(0.3)
         robot: str = ui.find(HoldSheet).robot
-        app.shell.sheets.close()
+        app.shell.sheets.close(app.shell.sheets.top)
         ui.advance(0.3)
         return robot
 

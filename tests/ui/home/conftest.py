@@ -38,7 +38,7 @@ def home(app, ui):
         app.site.container.parameters._answers.clear()  # what an earlier test learned from the robots
 
     restart(app, ui, put_back)
-    app.shell.sheets.close()
+    app.shell.sheets.give_up()
     ui.wait(
         lambda: (
             (app.root_vm.card.name, app.root_vm.card.state) == ("Aino", "Ready")

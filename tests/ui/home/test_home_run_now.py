@@ -48,7 +48,7 @@ def test_a_sheet_had_back_sends_its_own_mission_to_its_own_robot(home, ui):
     ui.wait(lambda: home.root_vm.card.name == "Aino" and not home.root_vm.facts.is_new)
     assert (home.shell.sheets.top, first.title, first.foot) == (first, "Go to position", "Run on Aino")
     first.draft = False
-    home.shell.sheets.close()
+    home.shell.sheets.close(first)
 
 
 def test_a_sheet_had_back_from_another_page_sends(home, ui):

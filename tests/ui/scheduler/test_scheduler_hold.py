@@ -146,7 +146,7 @@ def test_the_sheet_begins_with_all_robots_or_the_only_one_in_the_plan(screen, co
     def begins_with() -> str:
         press(screen, ui, "Hold")
         robot: str = ui.find(HoldSheet).robot
-        screen.shell.sheets.close()
+        screen.shell.sheets.close(screen.shell.sheets.top)
         ui.advance(0.3)
         return robot
 

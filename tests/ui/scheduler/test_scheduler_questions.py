@@ -6,7 +6,10 @@ import threading
 
 import pytest
 
+from app.screens.scheduler.cards import FormSheet
+from app.widgets.buttons import IconButton
 from app.widgets.dialogs import Overlay
+from app.widgets.sheet import AskSheet
 from tests.ui.planner import KITS, bring_back, choose, field, named, new, schedules, settle
 
 pytestmark = pytest.mark.long
@@ -41,3 +44,25 @@ def test_it_closes_when_what_save_has_waited_for_is_saved(screen, container, ui,
     answers.set()
     settle(screen, ui)
     assert (len(schedules(container)), is_asked(ui), form.is_open) == (before + 1, False, False)
+
+
+def test_the_cross_of_a_question_leads_back_to_the_form(screen, container, ui):
+    schedule = named(container, "Night stock count", "Aino")
+    screen.plan.edit(schedule.id)
+    screen.plan.actions.run_now(schedule)
+    settle(screen, ui)
+    ui.tap(ui.find(IconButton, ui.find(AskSheet), icon="close"))
+    assert ui.find(FormSheet) is screen.shell.sheets.top
+
+
+def test_a_form_that_is_saved_under_a_question_does_not_come_back(screen, container, ui, slow):
+    schedule = named(container, "Night stock count", "Aino")
+    screen.plan.edit(schedule.id)
+    screen.plan.form.set(priority=3)
+    settle(screen, ui)
+    screen.plan.form.save()
+    screen.plan.actions.run_now(schedule)
+    slow.set()
+    settle(screen, ui)
+    ui.tap(ui.find(IconButton, ui.find(AskSheet), icon="arrow-left"))
+    assert (screen.shell.sheets.top, screen.plan.form.is_open) == (None, False)

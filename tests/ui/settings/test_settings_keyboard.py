@@ -137,7 +137,7 @@ def test_the_keyboard_closes_with_the_dialog_of_its_field(app, ui):
     dialog = robot_dialog(ui)
     ui.tap(ui.find(FieldInput, dialog.ids.name_field))
     keyboard(ui)
-    app.shell.sheets.close()
+    app.shell.sheets.close(app.shell.sheets.top)
     ui.wait(lambda: not ui.find_all(DockedKeyboard))
     assert dock.field is None
 
@@ -159,7 +159,7 @@ def test_the_keyboard_is_chosen_in_settings(site, app, ui):
     ui.tap(ui.find(FieldInput, dialog.ids.name_field))
     ui.advance(0.5)
     assert not ui.find_all(DockedKeyboard)
-    app.shell.sheets.close()
+    app.shell.sheets.close(app.shell.sheets.top)
 
 
 @pytest.mark.parametrize(

@@ -69,7 +69,7 @@ def fingerprints(screen):
 def test_a_sheet_keeps_to_it_too(rig, ui, build):
     screen = Plant(rig).screen(rig, "robots")
     frame, sheet = ui.find(Frame), build(screen)
-    rig.afterwards(screen.vm.context.shell.sheets.close)
+    rig.afterwards(screen.vm.context.shell.sheets.give_up)
     screen.vm.context.shell.sheets.show(sheet)
     ui.advance(0.3)
     keeps_to_it(sheet)
@@ -115,7 +115,7 @@ def restore(screen):
 def test_a_sheet_that_its_page_opens_keeps_to_it_too(rig, ui, section, build):
     plant = with_groups(Plant(rig))
     screen = plant.screen(rig, section)
-    rig.afterwards(plant.shell.sheets.close)
+    rig.afterwards(plant.shell.sheets.give_up)
     build(screen)
     ui.wait(lambda: plant.shell.background.idle)
     ui.advance(0.3)

@@ -222,6 +222,26 @@ def test_a_mission_that_holds_for_one_robot_only(site, app, ui):
     ui.wait(lambda: ui.find(MissionRow).note == "Only Veikko")
 
 
+def test_a_late_save_closes_its_own_sheet_alone(site, app, ui, monkeypatch):
+    site.add_robots()
+    site.add_missions("Deliver")
+    goes, catalogue = threading.Event(), site.container.catalogue
+    save = catalogue.save_mission
+    monkeypatch.setattr(catalogue, "save_mission", lambda mission: goes.wait(30) and save(mission))
+    go(ui, "missions")
+    ui.wait(lambda: ui.find_all(MissionRow))
+    ui.tap(ui.find(MissionRow))
+    sheet = ui.find(MissionSheet)
+    enter(ui, sheet.ids.usual_minutes_field, "7")
+    press(ui, "Save", sheet)
+    page(app).add()
+    another = ui.find(MissionSheet)
+    goes.set()
+    ui.wait(lambda: missions(site)[0].usual_minutes == 7 and says(ui, "Deliver saved"))
+    assert another is not sheet
+    assert app.shell.sheets.top is another
+
+
 def dots(ui, mission: str) -> None:
     """Delete, in the menu of a row."""
     ui.tap(ui.find(IconButton, ui.find(MissionRow, name=mission), icon="dots-vertical"))
