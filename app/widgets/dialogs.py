@@ -2,7 +2,7 @@
 
 A dialog's kv adds its content and, as a ``DialogActions`` box, its buttons; the content scrolls when the window is low:
 
-    <RobotSheet>:                       # class RobotSheet(FormDialog)
+    <NameDialog>:                       # class NameDialog(FormDialog)
         title: root.vm.title
         Field:
             label: tr._("Name")

@@ -59,7 +59,6 @@ class Sheet(Passive, MDCard):
     foot_style = StringProperty("filled")
     foot_off = StringProperty()
     second = StringProperty()
-    second_icon = StringProperty()
     second_tone = StringProperty("neutral")
     busy = BooleanProperty(False)
     second_busy = BooleanProperty(False)

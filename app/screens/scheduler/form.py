@@ -18,8 +18,6 @@ from app.screens.scheduler.draft import Draft
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.form_fields import FormFields
 
-AFTER_TYPING = 0.1  # s of rest before the forecast is asked for
-
 
 class FormModel(FormFields):
     """One draft, from its beginning until it is saved or given up: another one has a form of its own. A form that was put

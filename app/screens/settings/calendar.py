@@ -1,4 +1,4 @@
-"""Settings, Constraints: closed days and extra working days, by hand, by country, from a file."""
+"""Settings, Conditions: closed days and extra working days, by hand, by country, from a file."""
 
 from __future__ import annotations
 

@@ -131,7 +131,7 @@ class CheckUp(EventDispatcher):
 
     @property
     def standing(self) -> NoticeView | None:
-        """What the robot's panel shows while it runs."""
+        """What the robot's row says while it runs."""
         return view.under_way(self._progress) if self.is_running else None
 
     # ------------------------------------------------------------------ before

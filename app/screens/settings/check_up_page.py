@@ -11,7 +11,7 @@ from app.screens.common import formats
 from app.screens.common.printed import document, table, unbroken
 from app.screens.common.problems import words_of
 from app.screens.settings.check_up_view import appearance, counts, queued_sentence
-from app.screens.settings.view import machine_phrase, plain_address
+from app.screens.settings.view import machine_phrase
 from app.services.check_up.report import TOPICS
 
 
@@ -30,7 +30,7 @@ def page(report: Report, zone: str) -> str:
 def _head(report: Report, title: str, zone: str) -> str:
     profile = report.profile
     machine = machine_phrase(report.model, profile.serial_number, profile.software)
-    machine = " · ".join(filter(None, (machine, plain_address(report.address))))
+    machine = " · ".join(filter(None, (machine, formats.address(report.address))))
     when = f"{formats.day(report.began_at, zone, year=True)} {formats.clock_time(report.began_at, zone)}"
     made = _("Made {when}, {zone}").format(when=when, zone=zone)
     found = counts(report.findings)

@@ -170,7 +170,7 @@ def how_far(progress: Progress) -> str:
 
 
 def under_way(progress: Progress | None) -> NoticeView:
-    """For the robot's panel."""
+    """For the robot's row."""
     if progress is None:
         return NoticeView(_("Is being checked up"), tone="accent", icon="clipboard-clock-outline")
     text = _("Is being checked up: {progress}").format(progress=how_far(progress))

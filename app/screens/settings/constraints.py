@@ -1,4 +1,4 @@
-"""Settings, Constraints: the minimum battery, the working days of the week, and the calendar of exceptions to them."""
+"""Settings, Conditions: the minimum battery, the working days of the week, and the calendar of exceptions to them."""
 
 from __future__ import annotations
 

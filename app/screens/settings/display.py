@@ -1,4 +1,4 @@
-"""Settings, Display & language: theme, language, size of texts and targets, switched at once; and the PIN."""
+"""Settings, Display: theme, language, size of texts and targets, switched at once; and the PIN."""
 
 from __future__ import annotations
 

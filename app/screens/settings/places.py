@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 from zoneinfo import ZoneInfo
@@ -55,10 +54,7 @@ class PlacesPart(EventDispatcher):
         facts, sheet = self._context.facts, self._context.shell.sheets.top
         read = {place.id: place.most for place in facts.places}
         self._most = {key: most for key, most in self._most.items() if read.get(key) != most}
-        chosen = None
-        if isinstance(sheet, PlaceSheet):
-            sheet.follow(self._most)
-            chosen = sheet.stored_id
+        chosen = sheet.stored_id if isinstance(sheet, PlaceSheet) else None
         self.items = view.place_items(facts, {**read, **self._most}, chosen)
 
     # ------------------------------------------------------------------ what is pressed
@@ -74,7 +70,7 @@ class PlacesPart(EventDispatcher):
         elif action == "dots":
             delete_menu(self._context, values[0], lambda: remove(self._context, place))
         else:
-            self.step(place.id, max(1, self._most.get(place.id, place.most) + STEPS[action]))
+            self.step(place.id, max(1, self.most(place) + STEPS[action]))
 
     def add(self) -> None:
         self._open(Place("", USUAL_MOST))
@@ -86,13 +82,17 @@ class PlacesPart(EventDispatcher):
         )
         self._context.shell.dialogs.cards(button, [Card(_("Robots at a time"), words, ())], lambda *_args: None)
 
+    def most(self, place: Place) -> int:
+        """How many robots it takes, with what is not read yet."""
+        return self._most.get(place.id, place.most)
+
     def step(self, place_id: int, most: int) -> None:
         self._most[place_id] = most
         context = self._context
 
         def refused(problem: BaseException) -> None:
             self._most.pop(place_id, None)
-            self.show()
+            context.show()
             context.shell.say_problem(problem)
 
         def save() -> None:
@@ -105,7 +105,7 @@ class PlacesPart(EventDispatcher):
                 )
 
         context.save_at_rest(("place", place_id), save)
-        self.show()
+        context.show()
 
     def _answer(self, position: str, action: str) -> None:
         """To what is proposed."""
@@ -119,7 +119,7 @@ class PlacesPart(EventDispatcher):
             self._open(Place(proposed.name[:LONGEST], USUAL_MOST, proposed.missions))
 
     def _open(self, place: Place) -> None:
-        self._context.shell.sheets.show(PlaceSheet(self._context, place, self.step))
+        self._context.shell.sheets.show(PlaceSheet(self._context, place, self))
         self.show()
 
 
@@ -132,13 +132,13 @@ class PlaceForm(EditForm):
 
 
 class PlaceSheet(EditSheet):
-    """A place and the missions that use it. ``step(id, most)`` saves how many robots a stored one takes."""
+    """A place and the missions that use it; how many robots a stored one takes is stepped as in its row, in ``part``."""
 
     kind = "places"
     at_once = True
 
-    def __init__(self, context: PageContext, place: Place, step: Callable[[int, int], object]) -> None:
-        self._place, self._step = place, step
+    def __init__(self, context: PageContext, place: Place, part: PlacesPart) -> None:
+        self._place, self._part = place, part
         super().__init__(context, place if place.id else None, PlaceForm())
         self._show()
 
@@ -151,12 +151,11 @@ class PlaceSheet(EditSheet):
     def remove(self) -> None:
         remove(self.context, self._place)
 
-    def follow(self, most: dict[int, int]) -> None:
-        """Show the place as it is now, with the ``most`` that is not read yet."""
+    def show_facts(self) -> None:
         stored = self.context.facts.place(self.stored_id)
         if stored is not None and not self.vm.saving:
             self.stored = stored
-            place = replace(stored, most=most.get(stored.id, stored.most))
+            place = replace(stored, most=self._part.most(stored))
             if place != self._place:
                 self._place = place
                 self._show()
@@ -177,7 +176,7 @@ class PlaceSheet(EditSheet):
     # ------------------------------------------------------------------ what is changed
     def set_most(self, most: int) -> None:
         if self._place.id:
-            self._step(self._place.id, most)
+            self._part.step(self._place.id, most)
         else:
             self.choose(most=most)
 

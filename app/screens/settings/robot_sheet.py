@@ -18,6 +18,7 @@ from app.domain.robot import Identity
 from app.i18n import _
 from app.mir.credentials import Token
 from app.mir.errors import AnotherRobot, SerialNumberHidden, Unauthorized
+from app.screens.common import formats
 from app.screens.common.problems import sentence_of
 from app.screens.settings import trust_view
 from app.screens.settings.groups_view import hand_over_names
@@ -30,7 +31,6 @@ from app.screens.settings.view import (
     connection_found,
     has_unknown_certificate,
     needs_decision,
-    plain_address,
     went_wrong,
 )
 from app.services.catalogue import validation
@@ -56,7 +56,7 @@ class RobotSheet(KnownRobotSheet):
         self._may_be_open = robot is None or not robot.address.startswith("https:")
         form = RobotForm(hand_overs=[(str(key), word) for key, word in hand_over_names().items()])
         if robot is not None:
-            form.name, form.address, form.username = robot.name, plain_address(robot.address), robot.username
+            form.name, form.address, form.username = robot.name, formats.address(robot.address), robot.username
             form.fingerprint = robot.certificate_sha256 or ""
             form.password_hint = self._password_hint(robot, True)
             form.enabled, form.hand_over = robot.enabled or robot.needs_password, robot.hand_over
@@ -232,7 +232,7 @@ class RobotSheet(KnownRobotSheet):
         entered, stored = self.entered(), self.stored
         entered = replace(entered, serial_number=serial_number or entered.serial_number)
         if stored is not None and (entered.address, entered.serial_number) == (
-            plain_address(stored.address),
+            formats.address(stored.address),
             stored.serial_number,
         ):
             return True

@@ -1,4 +1,4 @@
-"""Settings, Scheduler: poll interval, retries, time limits, length of the history, and the time zone."""
+"""Settings, Planning: poll interval, retries, time limits, length of the history, and the time zone."""
 
 from __future__ import annotations
 

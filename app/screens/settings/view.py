@@ -1,4 +1,4 @@
-"""Texts and values that Settings shows: sections, panels of robots, the result of a connection test. Pure functions of the facts.
+"""Texts and values that Settings shows: sections, rows of robots, the result of a connection test. Pure functions of the facts.
 
 Those of missions are in missions_view.py, those of the calendar in calendar_view.py.
 """
@@ -177,11 +177,6 @@ def days_phrase(days: Sequence[str]) -> str:
     return ", ".join(words)
 
 
-def plain_address(address: str) -> str:
-    """Without http://, which is the usual case."""
-    return address.removeprefix("http://")
-
-
 # ---------------------------------------------------------------------- robots
 def robot_items(
     facts: SettingsFacts, now: datetime, check_ups: Mapping[int, NoticeView], chosen: int | None = None
@@ -199,7 +194,7 @@ def _robot_item(facts: SettingsFacts, robot: Robot, now: datetime, check_up: Not
     return Item(
         robot.id,
         robot.name,
-        " · ".join((robot.model or _("MiR robot"), groups or plain_address(robot.address))),
+        " · ".join((robot.model or _("MiR robot"), groups or formats.address(robot.address))),
         problem.text,
         icon=link.icon,
         tone=link.tone,
