@@ -443,6 +443,12 @@ class ExecutionRepository:
             where, values = f"{where} AND (planned_at, id) < (?, ?)", [*values, to_text(before.planned_at), before.id]
         return self._list(c, f"WHERE {where} ORDER BY planned_at DESC, id DESC LIMIT ?", *values, limit)
 
+    def last_ended(self, c: sqlite3.Connection, robot_id: int, now: datetime, limit: int) -> list[Execution]:
+        """Of one robot, the last one to end first, without what was planned for later."""
+        rest = """WHERE robot_id = ? AND ended_at IS NOT NULL AND planned_at < ?
+                  ORDER BY ended_at DESC, id DESC LIMIT ?"""
+        return self._list(c, rest, robot_id, to_text(now), limit)
+
     def counts(self, c: sqlite3.Connection, wanted: ExecutionFilter) -> dict[State, int]:
         """How many rows there are in each state."""
         where, values = _condition(wanted)

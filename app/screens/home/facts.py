@@ -7,11 +7,10 @@ from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from functools import cached_property
 
-from app.database.executions import ExecutionFilter
 from app.database.robots import Hold
 from app.domain.activity import NO_DATA, ActivitySpan, activity_of
 from app.domain.clock import Clock
-from app.domain.models import DurationEstimate, Execution, Group, Mission, Robot, RobotSnapshot, Settings, State
+from app.domain.models import DurationEstimate, Execution, Group, Mission, Robot, RobotSnapshot, Settings
 from app.domain.robot import QueueItem, QueueState, RobotProblem, RobotState
 from app.screens.common.holding import hold_at, hold_of_run
 from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
@@ -34,7 +33,6 @@ NEXT_PLANNED, LAST_FINISHED = 10, 2  # of the selected robot
 MOST_READ = 300  # starts of all robots, among which the next ones of the selected robot are looked for
 LOOKED_BACK = timedelta(hours=12)  # for since when the robot has been in its state
 PAUSED = "paused"  # the activity
-ENDED = tuple(state for state in State if not state.is_open)
 LONGEST_QUEUE = 200  # items of a robot's queue that are shown; the others are counted
 
 OnRobot = tuple[int, int]  # a robot's id and the number of an item in its queue: numbers repeat between robots
@@ -77,7 +75,7 @@ class HomeFacts:
     )  # guids of missions by robot, as far as they have been read
     open: tuple[Execution, ...] = ()  # under way or waiting, of all robots
     planned: tuple[PlannedRun, ...] = ()  # on the selected robot, as far as is known
-    finished: tuple[Execution, ...] = ()  # the last ones of the selected robot, newest first
+    finished: tuple[Execution, ...] = ()  # the last ones of the selected robot to end, newest first
     expected: Mapping[str, DurationEstimate] = field(default_factory=dict)  # by guid, on the selected robot
     names: Mapping[str, str] = field(default_factory=dict)  # of missions by guid, as the selected robot calls them
     alarms: int = 0  # that are open, shelved ones among them
@@ -282,10 +280,9 @@ def _read_plan(services: HomeServices) -> HomeFacts:
         return facts
     entered = services.catalogue.missions_of(robot.id)
     ahead = services.plan.next(min(MOST_READ, NEXT_PLANNED * len(facts.robots)))
-    ended = ExecutionFilter(robot_ids=[robot.id], states=ENDED, end=services.clock.now())
     return replace(
         facts,
         entered=tuple(sorted(entered, key=lambda m: (not m.favourite, m.name.casefold()))),
         planned=tuple(run for run in ahead if run.robot.id == robot.id)[:NEXT_PLANNED],
-        finished=tuple(services.history.page(ended, size=LAST_FINISHED).rows),
+        finished=tuple(services.history.last_ended(robot.id, services.clock.now(), LAST_FINISHED)),
     )

@@ -154,11 +154,11 @@ def read_story(services: LogsServices, execution_id: int) -> StoryFacts | None:
     )
 
 
-def period_with(instant: datetime, now: datetime, zone: ZoneInfo) -> Period:
-    """The shortest period that contains that instant."""
+def period_with(instant: datetime, now: datetime, zone: ZoneInfo, present: Period) -> Period:
+    """``present`` if it contains that instant, else the shortest one that does."""
 
     def has(period: Period) -> bool:
         start, end = Filters(period).span(now, zone)
         return (start is None or start <= instant) and (end is None or instant < end)
 
-    return next(period for period in Period if has(period))
+    return present if has(present) else next(period for period in Period if has(period))

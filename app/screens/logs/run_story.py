@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 from zoneinfo import ZoneInfo
 
@@ -45,6 +44,8 @@ class RunStory(EventDispatcher):
 
     run = ObjectProperty(None, allownone=True)
     words = ObjectProperty(Story(), rebind=True)
+    above = ObjectProperty(None, allownone=True)  # the run before it in the list
+    below = ObjectProperty(None, allownone=True)
     like = ObjectProperty(Item(None), rebind=True)  # the row that leads to the runs of the same cause
 
     def __init__(self, services: LogsServices, shell: Shell, logs: LogsViewModel) -> None:
@@ -55,6 +56,8 @@ class RunStory(EventDispatcher):
         self._sheet: StorySheet | None = None
         self._started = StartReports(shell, as_it_is(services.history, services.holds))
         self.refresher = Refresher(shell, self._start_reading, self._take)
+        self.fbind("run", self._look_around)
+        logs.fbind("rows", self._look_around)
 
     def start(self) -> None:
         """The screen is shown."""
@@ -100,7 +103,8 @@ class RunStory(EventDispatcher):
         if self._is_linked:
             self._is_linked = False
             zone = ZoneInfo(self._services.settings().timezone)
-            self._logs.show_runs(Filters(period_with(facts.run.planned_at, self._services.clock.now(), zone)), run)
+            period = period_with(facts.run.planned_at, self._services.clock.now(), zone, self._logs.wanted.period)
+            self._logs.show_runs(Filters(period), run)
         self.show()
 
     def show(self) -> None:
@@ -115,12 +119,14 @@ class RunStory(EventDispatcher):
         self._shell.sheets.show(self._sheet)
 
     # ------------------------------------------------------------------ what its buttons do
-    def step(self, by: int) -> None:
-        """The story of the next run in the list: -1 above, 1 below."""
-        runs = [row.key for row in self._logs.rows if row.opens]
-        pairs = pairwise(runs if by > 0 else runs[::-1])
-        if (key := next((after for before, after in pairs if before == self.run), None)) is not None:
-            self._logs.open_story(key)
+    def _look_around(self, *_args: object) -> None:
+        runs = [None, *(row.key for row in self._logs.rows if row.opens), None]
+        threes = zip(runs, runs[1:], runs[2:], strict=False)
+        self.above, self.below = next(((above, below) for above, run, below in threes if run == self.run), (None, None))
+
+    def step(self, run: int) -> None:
+        """The story of the run above or below."""
+        self._logs.open_story(run)
 
     def show_like(self) -> None:
         """All runs that ended for the same cause, in 30 days."""

@@ -36,6 +36,10 @@ class History:
         rows = self._executions.page(self._db.read(), wanted, before, size)
         return Page(rows, PageKey.of(rows[-1]) if len(rows) == size else None)
 
+    def last_ended(self, robot_id: int, now: datetime, size: int) -> Sequence[Execution]:
+        """Of one robot, the last one to end first, without what was planned for later."""
+        return self._executions.last_ended(self._db.read(), robot_id, now, size)
+
     def counts(self, wanted: ExecutionFilter) -> Mapping[State, int]:
         return self._executions.counts(self._db.read(), wanted)
 

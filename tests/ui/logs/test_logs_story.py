@@ -10,6 +10,7 @@ from kivy.core.window import Window
 from app.domain.models import State
 from app.screens.logs.cards import RunsList
 from app.screens.logs.run_story import StorySheet
+from app.screens.logs.view import Filters, Period
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.frame import NavItem
@@ -55,10 +56,12 @@ def test_the_story_stands_beside_the_list_and_the_cross_closes_it(screen, ui):
 def test_arrows_lead_to_the_runs_before_and_after(screen, ui):
     first, second = (item.key for item in runs_of(screen)[:2])
     tap(screen, ui, rows(ui)[0])
-    tap(screen, ui, ui.find(IconButton, ui.find(StorySheet), icon="chevron-up"))
-    assert screen.logs.story.words.key == first  # there is none above it
-    tap(screen, ui, ui.find(IconButton, ui.find(StorySheet), icon="chevron-down"))
+    up, down = (ui.find(IconButton, ui.find(StorySheet), icon=f"chevron-{way}") for way in ("up", "down"))
+    assert (up.disabled, down.disabled) == (True, False)  # there is none above it
+    tap(screen, ui, down)
     assert screen.logs.story.words.key == second
+    tap(screen, ui, up)
+    assert screen.logs.story.words.key == first
 
 
 @pytest.mark.parametrize("size", [(1024, 600), (800, 1280)])
@@ -117,6 +120,14 @@ def test_a_link_to_a_run_leaves_no_tab_filter_or_search_in_its_way(screen, conta
     screen.shell.go("logs", execution_id=10**6)
     settle(screen, ui)
     assert ui.find(Snackbar).text == "This run is no longer in the history"
+
+
+def test_a_link_to_a_run_of_the_chosen_period_leaves_that_period(screen, container, ui):
+    last = container.history.page(failures(container)).rows[0]
+    screen.logs.set_filters(period=Period.MONTH)
+    screen.shell.go("logs", execution_id=last.id)
+    ui.wait(lambda: screen.logs.story.words.key == last.id)
+    assert screen.logs.wanted == Filters(Period.MONTH)
 
 
 def test_a_link_to_the_runs_as_a_whole_shows_them_unfiltered(screen, ui):

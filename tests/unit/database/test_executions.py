@@ -183,6 +183,17 @@ def test_the_last_of_a_schedule(db, row):
     assert EXECUTIONS.last_of_schedule(db.read(), 1) == late
 
 
+def test_the_last_that_ended_are_not_the_last_that_were_planned(db, row):
+    long, *short = (
+        add(db, ended(row, minutes=end, schedule_id=planned, planned_at=NOON + timedelta(minutes=planned)))
+        for planned, end in ((1, 9), (2, 3), (4, 5))
+    )
+    add(db, ended(row, minutes=9, schedule_id=9, planned_at=NOON + timedelta(hours=1)))  # skipped in advance
+    add(db, ended(row, minutes=9, schedule_id=8, robot_id=2))
+    add(db, row(schedule_id=7))
+    assert EXECUTIONS.last_ended(db.read(), 1, NOON + timedelta(minutes=10), 2) == [long, short[1]]
+
+
 # ---------------------------------------------------------------------- history
 DOCK = "3d7c7c40-ce85-11ef-904a-000e8e9884eb"
 

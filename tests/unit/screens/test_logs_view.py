@@ -190,8 +190,10 @@ def test_periods_are_whole_local_days():
         (timedelta(hours=-10), Period.ALL),
     ],
 )
-def test_the_shortest_period_with_an_instant(ago, period):
-    assert period_with(NOW - ago, NOW, ZONE) is period
+def test_the_shortest_period_with_an_instant_if_the_chosen_one_lacks_it(ago, period):
+    assert period_with(NOW - ago, NOW, ZONE, Period.TODAY) is period
+    for longer in list(Period)[list(Period).index(period) :]:
+        assert period_with(NOW - ago, NOW, ZONE, longer) is longer
 
 
 def test_the_filters_become_those_of_the_history():
