@@ -81,7 +81,7 @@ class Sheets:
         """What was entered there is done with. The one below it is shown again."""
         if sheet is None or not self.has(sheet):
             return
-        was_shown = sheet is self.top
+        was_shown = sheet == self.top  # kv calls with a proxy of it
         self._stack.remove(sheet)
         if was_shown:
             sheet.leave()
