@@ -133,6 +133,7 @@ def test_late_starts_lie_over_home_and_can_be_put_on_hold_and_released(tmp_path,
             app.shell.navigator.screen("home").vm.show_all_missions()
             ui.advance(2)
             assert ui.find_all(AllMissionsSheet)
+            ui.wait(lambda: ui.find_all(CommandButton, text="Show"))
             ui.tap(ui.find(CommandButton, text="Show"))
             assert [(e.state, e.held) for e in site.container.history.open()] == [(State.WAITING, True)]
             ui.advance(1)
