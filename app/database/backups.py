@@ -269,7 +269,7 @@ def _note_restore(file: Path, former: Path, now: datetime) -> None:
 
 
 def _ran_until(former: sqlite3.Connection) -> datetime | None:
-    """As the clock may have been set back while it ran, the latest start that was tried counts too."""
+    """Until when the app ran on it, or until the latest start that was tried: the clock may have been set back since."""
     found = []
     with contextlib.suppress(sqlite3.Error, ValueError, TypeError, OverflowError):
         if beat := SettingsRepository().heartbeat(former):

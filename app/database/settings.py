@@ -79,8 +79,8 @@ class SettingsRepository:
         return None if text is None else to_instant(text)
 
     def former_ran_until(self, c: sqlite3.Connection) -> datetime | None:
-        """Until when the app ran on the database that a restore replaced, if the clock was set back since; so starts
-        planned up to then may have run too."""
+        """Until when the app ran on the database that a restore replaced, or had tried starts: those planned up to then
+        may have run too, also if the clock was set back since."""
         text = self.get(c, "former_ran_until")
         return None if text is None else to_instant(text)
 

@@ -17,8 +17,9 @@ EDGES = ("right", "bottom", "full")
 PARTS = ("head", "body", "foot")
 BARE = 200  # dp of height, under which they would leave the body none
 GAP = dp(8)  # to what it spares
-FOOT_RESTS = 1.0  # s for which presses after the first one at the foot press nothing, also not of what it covered, nor
-# after a page of the sheet has opened or closed
+# s without a press at the foot: after one there, and after a page of the sheet has opened or closed; when the sheet
+# goes, what it covered rests as long
+FOOT_RESTS = 1.0
 
 
 class SheetPlace(FloatLayout):
@@ -46,9 +47,7 @@ class Sheet(Passive, MDCard):
     edge = OptionProperty("right", options=EDGES)
     tall_edge = OptionProperty("full", options=EDGES)
     at = OptionProperty("right", options=EDGES)  # where it is now
-    bare = BooleanProperty(
-        False
-    )  # without its head, and with a low foot: there is no more room above the on-screen keyboard
+    bare = BooleanProperty(False)  # without head, with a low foot: no more room above the on-screen keyboard
     span = NumericProperty("420dp")
     keeps = NumericProperty(0)
     shrinks = BooleanProperty(True)
