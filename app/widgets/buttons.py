@@ -242,8 +242,6 @@ class Segment(Tap):
     key = ObjectProperty(None, allownone=True)
     text = StringProperty()
     selected = BooleanProperty(False)
-    tight = BooleanProperty(False)  # closer to the edge, without a tick
-    word_width = NumericProperty(0)  # its width in full size
 
 
 class Toggle(Tap):
@@ -279,10 +277,7 @@ class SwitchFace(Passive, MDSwitch):
 
 class Segments(BoxLayout):
     """A row of connected segments, one of them ``selected`` by its key, or ``several`` (a list): ``options`` = [(key, label), …]. A tap
-    fires ``on_choose(key)``.
-
-    Labels that don't fit side by side get smaller.
-    """
+    fires ``on_choose(key)``."""
 
     options = ListProperty()
     selected = ObjectProperty(None, allownone=True)
@@ -291,12 +286,10 @@ class Segments(BoxLayout):
     __events__ = ("on_choose",)
 
     def __init__(self, **kwargs):
-        self._fit = Clock.create_trigger(self._fit_words, -1)
         super().__init__(**kwargs)
         self.fbind("options", self._build)
         for name in ("selected", "several", "height"):
             self.fbind(name, self._mark)
-        self.fbind("width", self._fit)
         self._build()
 
     def on_choose(self, key):
@@ -308,27 +301,21 @@ class Segments(BoxLayout):
             self.clear_widgets()
             for key, _label in self.options:
                 segment = Segment(key=key)
-                segment.bind(on_release=self._tapped, word_width=self._fit)
+                segment.bind(on_release=self._tapped)
                 self.add_widget(segment)
         for segment, (_key, label) in zip(reversed(self.children), self.options, strict=True):
             segment.text = label
         self._mark()
-        self._fit()
-
-    def _fit_words(self, _dt):
-        wanted = sum(max(tk.h_touch, segment.word_width) for segment in self.children) + self.spacing * (
-            len(self.children) - 1
-        )
-        for segment in self.children:
-            segment.tight = wanted > self.width
 
     def _mark(self, *_):
-        """The outer corners are round, and all of what is selected."""
+        """What is selected is round, which tells it without colour; of one choice, the outer corners are round, too."""
         end, last = self.height / 2, len(self.children) - 1
         for n, segment in enumerate(reversed(self.children)):
             segment.selected = segment.key in (self.selected or ()) if self.several else segment.key == self.selected
-            is_round = segment.selected or self.several
-            left, right = (end if is_round or n == edge else dp(8) for edge in (0, last))
+            left, right = (
+                end if segment.selected or (n == edge and not self.several) else dp(12 if self.several else 8)
+                for edge in (0, last)
+            )
             segment.radius = [left, right, right, left]
 
     def _tapped(self, segment):

@@ -7,7 +7,7 @@ from datetime import date, time
 
 import pytest
 
-from app.screens.scheduler.cards import FormFold, FormSheet
+from app.screens.scheduler.cards import FormFold, FormNote, FormSheet, FormWarning
 from app.screens.scheduler.draft import Kind
 from tests.screenshots.planning import Stand
 from tests.ui import checks, looks
@@ -59,6 +59,29 @@ def test_the_form_scrolls_alone_and_save_is_always_seen(ui, small):
         assert len(looks.filled(sheet)) == 1
         save = next(button for button in looks.labels(sheet) if button.text in ("Save", "Tallenna"))
         assert checks.is_seen(save)
+
+
+@pytest.mark.parametrize(
+    ("size", "gloves", "scale"), [((1280, 800), False, 1.0), ((1024, 600), True, 1.3), ((800, 1280), False, 1.3)]
+)
+def test_what_a_schedule_overlaps_with_is_seen_next_to_save_and_a_tap_leads_to_it(ui, size, gloves, scale):
+    with window(ui, size, scale, gloves=gloves) as rig:
+        stand = Stand(rig, "scheduler")
+        stand.settle()
+        stand.vm.begin()
+        day, begins, ends = date(2026, 11, 23), time(8), time(16)
+        stand.vm.form.set(
+            mission_id=stand.mission(KITS), kind=Kind.EVERY, every=30, day=day, at=begins, until_time=ends
+        )
+        stand.settle()
+        sheet = ui.find(FormSheet)
+        warning = ui.find(FormWarning, sheet)
+        [words] = [label for label in looks.labels(warning) if "overlaps with" in label.text]
+        assert words.text.startswith(stand.vm.form.view.notes[0].text)
+        assert checks.is_seen(words)
+        ui.tap(warning)
+        ui.advance(0.3)
+        assert checks.is_seen(ui.find_all(FormNote, sheet)[0])
 
 
 @pytest.mark.long

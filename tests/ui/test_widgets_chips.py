@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import weakref
 
+import pytest
 from kivy.graphics import BorderImage, SmoothLine
 from kivy.uix.widget import Widget
 from kivymd.uix.snackbar import MDSnackbar
@@ -103,6 +104,14 @@ def test_disabled_segments_are_faint(ui):
     assert {segment.opacity for segment in ui.find_all(Segment)} == {1}
     segments.disabled = True
     assert all(segment.opacity < 1 for segment in ui.find_all(Segment))
+
+
+@pytest.mark.parametrize("width", [200, 600])
+@pytest.mark.parametrize(("several", "selected"), [(False, 2), (True, [1, 2]), (True, [1, 2, 3]), (True, [])])
+def test_what_is_selected_has_a_shape_of_its_own_at_any_width(ui, width, several, selected):
+    ui.show(Segments(options=[(1, "Ma"), (2, "Ti"), (3, "Ke")], several=several, selected=selected), (width, 48))
+    for segment in ui.find_all(Segment):
+        assert (set(segment.radius) == {24}) == segment.selected
 
 
 # ------------------------------------------------------------------ progress

@@ -70,6 +70,7 @@ class FormSheet(Sheet):
         self._wrong_field = ""
         self._reveal = Clock.create_trigger(self._bring_in_sight, 0.05)  # once the field exists and shows it
         super().__init__(**kwargs)
+        self.ids.foot.add_widget(FormWarning(sheet=self), index=len(self.ids.foot.children))
         self.fbind("view", self._see_problem)
 
     def on_close(self) -> None:
@@ -84,10 +85,20 @@ class FormSheet(Sheet):
             self._reveal()
         self._wrong_field = self.view.wrong_field
 
+    def show_warning(self) -> None:
+        """The first of the notes."""
+        turn_to(next(each for each in self.walk(restrict=True) if isinstance(each, FormNote)))
+
     def _bring_in_sight(self, _dt: float) -> None:
         faulty = (each for each in self.walk(restrict=True) if getattr(each, "faulty", False) and each.height)
         if (said := next(faulty, None)) is not None:
             turn_to(said)
+
+
+class FormWarning(Tap):
+    """Above Save: what may go wrong, in one line that leads to it."""
+
+    sheet = ObjectProperty(None, rebind=True)
 
 
 class TimeCell(Tap):

@@ -95,6 +95,15 @@ class FormView:
         return self.why if field == self.wrong_field else ""
 
     @property
+    def warning(self) -> str:
+        """The first of what may go wrong, and how many more: shown next to Save, as the notes may be out of sight."""
+        warnings = [note.text for note in self.notes if not (note.quiet or self.why)]
+        if len(warnings) < 2:
+            return "".join(warnings)
+        more = len(warnings) - 1
+        return ngettext("{warning}, and {n} more", "{warning}, and {n} more", more).format(warning=warnings[0], n=more)
+
+    @property
     def kind(self) -> str:
         return self.draft.kind if self.draft else Kind.ONCE
 
