@@ -13,7 +13,7 @@ from app.widgets.lanes_bars import Placed, paint_icon
 from app.widgets.lanes_frame import TWO_LINES_FROM, Frame, Span, cut
 from app.widgets.tokens import tk
 
-LEAST_IN, LEAST_BESIDE = 60, 52  # dp of room, less is too little for a name
+LETTERS = 6  # fewer of a name that is cut don't name anything
 LINE = 19  # sp between two lines
 SIZE = 16  # sp
 IN, BESIDE = "RobotoMedium", "Roboto"  # fonts
@@ -83,16 +83,11 @@ def _paint_name(
                 return _paint_lines(frame, found, x, y, font, one, lines_at)
     if "" in one.bar.shorter:
         return None
-    for room, least, font, lines, x in (
-        (beside, LEAST_BESIDE, BESIDE, most, begins),
-        (inside, LEAST_IN, IN, lines_in, left),
-    ):
-        if (
-            room >= dp(least)
-            and (room >= inside or font is IN)
-            and (found := wrapped(one.bar.label, room, lines, font))
-        ):
-            return _paint_lines(frame, found, x, y, font, one, lines_at)
+    for room, font, lines, x in ((beside, BESIDE, most, begins), (inside, IN, lines_in, left)):
+        if room > 0 and (room >= inside or font is IN):
+            found = wrapped(one.bar.label, room, lines, font)
+            if sum(map(str.isalpha, "".join(found))) >= LETTERS:
+                return _paint_lines(frame, found, x, y, font, one, lines_at)
     return None
 
 

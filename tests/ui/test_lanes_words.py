@@ -7,10 +7,11 @@ from kivy.graphics import Color, Rectangle
 from kivy.metrics import sp
 
 from app.screens.scheduler.timeline import Bar, Lane
+from app.widgets import lanes_words
 from app.widgets.chart import glyphs
 from app.widgets.lanes import Lanes
 from app.widgets.lanes_frame import AXIS, cut
-from app.widgets.lanes_words import wrapped
+from app.widgets.lanes_words import LETTERS, wrapped
 from app.widgets.tokens import tk
 from tests.ui.drawing import instructions
 
@@ -77,3 +78,14 @@ def test_words_are_wrapped_and_the_last_line_cut(ui, words, most, lines):
 
 def test_what_has_no_room_at_all_is_left_out(ui):
     assert (cut("Waste", 4), wrapped("Waste", 4, 2, "Roboto")) == ("", [])
+
+
+@pytest.mark.parametrize("name", [KITS, f"≈ {KITS}"])
+@pytest.mark.parametrize("gap", [0.2, 0.3, 0.4, 0.5, 0.7])
+def test_a_name_without_room_is_left_out_rather_than_shown_in_scraps(ui, monkeypatch, name, gap):
+    drawn: list[str] = []
+    monkeypatch.setattr(lanes_words, "text", lambda words, *_args, **_named: drawn.append(words))
+    bars = [Bar(n, 1 + gap * n, 1 + gap * n + 0.1, name) for n in range(4)]
+    shown(ui, *bars, Bar("last", 1 + gap * 4, 8, "Waste"), height=48)
+    assert "Waste" in drawn
+    assert [words for words in drawn if words != "Waste" and len(words) <= LETTERS] == []

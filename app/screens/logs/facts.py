@@ -154,11 +154,8 @@ def read_story(services: LogsServices, execution_id: int) -> StoryFacts | None:
     )
 
 
-def period_with(instant: datetime, now: datetime, zone: ZoneInfo, present: Period) -> Period:
-    """``present`` if it contains that instant, else the shortest one that does."""
-
-    def has(period: Period) -> bool:
-        start, end = Filters(period).span(now, zone)
-        return (start is None or start <= instant) and (end is None or instant < end)
-
-    return present if has(present) else next(period for period in Period if has(period))
+def filters_with(instant: datetime, now: datetime, zone: ZoneInfo, period: Period) -> Filters:
+    """Only the period; if it doesn't contain that instant, the day of it, which is shown as a filter and can be cleared."""
+    start, end = Filters(period).span(now, zone)
+    is_within = (start is None or start <= instant) and (end is None or instant < end)
+    return Filters(period, day=None if is_within else instant.astimezone(zone).date())

@@ -15,7 +15,7 @@ from app.screens.common.start_now import start_now
 from app.screens.common.started import StartReports, as_it_is, say_not_started
 from app.screens.common.view_model import Refresher
 from app.screens.logs import of_groups, view
-from app.screens.logs.facts import LogsServices, period_with, read_story
+from app.screens.logs.facts import LogsServices, filters_with, read_story
 from app.screens.logs.story import Story, StoryFacts, story
 from app.screens.logs.view import Filters, Period
 from app.widgets.items import Item
@@ -103,8 +103,8 @@ class RunStory(EventDispatcher):
         if self._is_linked:
             self._is_linked = False
             zone = ZoneInfo(self._services.settings().timezone)
-            period = period_with(facts.run.planned_at, self._services.clock.now(), zone, self._logs.wanted.period)
-            self._logs.show_runs(Filters(period), run)
+            now, period = self._services.clock.now(), self._logs.wanted.period
+            self._logs.show_runs(filters_with(facts.run.planned_at, now, zone, period), run)
         self.show()
 
     def show(self) -> None:

@@ -57,8 +57,8 @@ class Like:
 
 @dataclass(frozen=True)
 class Filters:
-    """The filters. ``robot_id`` None: all robots; ``outcomes`` are values of ``State`` and UNDER_WAY, none: all; ``day``: of the
-    period, that one only."""
+    """The filters. ``robot_id`` None: all robots; ``outcomes`` are values of ``State`` and UNDER_WAY, none: all; ``day``: that one
+    only, instead of the period."""
 
     period: Period = Period.WEEK
     robot_id: int | None = None

@@ -331,7 +331,6 @@ def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: Range) -> Bar:
         foreseen.label(run, name),
         "held" if facts.hold_of(run) is not None else "planned",
         movable=run.begins == run.at,
-        shorter=(foreseen.ABOUT,) if run.is_approximate else (),
     )
 
 

@@ -11,7 +11,7 @@ from app.domain.models import State
 from app.screens.logs.cards import RunsList
 from app.screens.logs.run_story import StorySheet
 from app.screens.logs.view import Filters, Period
-from app.widgets.buttons import CommandButton, IconButton
+from app.widgets.buttons import ChoiceChip, CommandButton, IconButton
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.frame import NavItem
 from app.widgets.snackbar import Snackbar
@@ -128,6 +128,21 @@ def test_a_link_to_a_run_of_the_chosen_period_leaves_that_period(screen, contain
     screen.shell.go("logs", execution_id=last.id)
     ui.wait(lambda: screen.logs.story.words.key == last.id)
     assert screen.logs.wanted == Filters(Period.MONTH)
+
+
+def test_a_link_to_an_older_run_shows_its_day_and_leads_back_to_the_chosen_period(screen, container, ui):
+    old = container.history.page(failures(container)).rows[-1]
+    screen.logs.set_filters(period=Period.TODAY)
+    screen.shell.go("logs", execution_id=old.id)
+    ui.wait(lambda: screen.logs.story.words.key == old.id)
+    settle(screen, ui)
+    day = old.planned_at.astimezone(screen.logs.zone).date()
+    assert {run.planned_at.astimezone(screen.logs.zone).date() for run in screen.logs.facts.rows} == {day}
+    assert screen.logs.wanted == Filters(Period.TODAY, day=day)
+    screen.logs.close_story()
+    ui.advance(1)
+    ui.tap(ui.find(ChoiceChip, text=screen.logs.filters[0].text))
+    assert screen.logs.wanted == Filters(Period.TODAY)
 
 
 def test_a_link_to_the_runs_as_a_whole_shows_them_unfiltered(screen, ui):

@@ -11,7 +11,7 @@ from app.domain.robot import MissionParameter
 from app.i18n import translator
 from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
 from app.screens.logs import view
-from app.screens.logs.facts import execution_filter, period_with
+from app.screens.logs.facts import execution_filter, filters_with
 from app.screens.logs.view import UNDER_WAY, Filters, Period
 
 ZONE = ZoneInfo("Europe/Helsinki")
@@ -180,20 +180,19 @@ def test_periods_are_whole_local_days():
 
 
 @pytest.mark.parametrize(
-    ("ago", "period"),
+    ("ago", "period", "day"),
     [
-        (timedelta(hours=1), Period.TODAY),
-        (timedelta(days=2), Period.WEEK),
-        (timedelta(days=20), Period.MONTH),
-        (timedelta(days=300), Period.ALL),
-        (timedelta(hours=-3), Period.TODAY),
-        (timedelta(hours=-10), Period.ALL),
+        (timedelta(hours=1), Period.TODAY, None),
+        (timedelta(days=2), Period.TODAY, date(2026, 11, 18)),
+        (timedelta(days=2), Period.WEEK, None),
+        (timedelta(days=20), Period.WEEK, date(2026, 10, 31)),
+        (timedelta(days=300), Period.ALL, None),
+        (timedelta(hours=-3), Period.TODAY, None),
+        (timedelta(hours=-10), Period.MONTH, date(2026, 11, 21)),
     ],
 )
-def test_the_shortest_period_with_an_instant_if_the_chosen_one_lacks_it(ago, period):
-    assert period_with(NOW - ago, NOW, ZONE, Period.TODAY) is period
-    for longer in list(Period)[list(Period).index(period) :]:
-        assert period_with(NOW - ago, NOW, ZONE, longer) is longer
+def test_a_run_that_the_period_lacks_is_shown_with_its_day(ago, period, day):
+    assert filters_with(NOW - ago, NOW, ZONE, period) == Filters(period, day=day)
 
 
 def test_the_filters_become_those_of_the_history():
