@@ -84,22 +84,20 @@ class ButtonText(BodyStrong, MDButtonText):
 
 
 class CommandButton(OnlySeen, Styled, MDButton):
-    """A button with text and icon. ``stacked``: icon above the text; ``large``: 24 sp. A text that is too long wraps.
+    """A button with text and icon; ``large``: 24 sp. A text that is too long wraps.
 
     While ``busy`` it ignores presses, and after 300 ms a spinner takes the place of the icon, or of the text if there
     is none. ``fit``: as wide as its text, at least ``least_width``, and without width while it is not ``visible``.
-    ``natural_width`` and ``natural_height`` are the sizes of icon and text.
+    ``natural_height`` is that of icon and text.
     """
 
     style = OptionProperty("outlined", options=("filled", "tonal", "outlined", "text"))
     icon = StringProperty()
     text = StringProperty()
-    stacked = BooleanProperty(False)
     large = BooleanProperty(False)
     busy = BooleanProperty(False)
     fit = BooleanProperty(False)
     least_width = NumericProperty(0)
-    natural_width = NumericProperty(0)
     natural_height = NumericProperty(0)
 
     def __init__(self, **kwargs):
@@ -121,7 +119,7 @@ class CommandButton(OnlySeen, Styled, MDButton):
     def on_kv_post(self, _base):
         self.on_icon()  # set before there was anything to add it to
         self._button_text.fbind("size", self._arrange)
-        for name in ("pos", "size", "stacked", "icon", "text", "fit", "least_width", "visible"):
+        for name in ("pos", "size", "icon", "text", "fit", "least_width", "visible"):
             self.fbind(name, self._arrange)
         self._place()
 
@@ -131,34 +129,21 @@ class CommandButton(OnlySeen, Styled, MDButton):
     adjust_pos = adjust_width
 
     def _place(self, *_):
-        """Icon and text side by side or one above the other, centred; its natural size is that of both."""
+        """Icon and text side by side, centred."""
         icon, word = self._button_icon, self._button_text
         side = dp(24) if self.icon else 0
+        offset = side + (dp(8) if self.icon and self.text else 0)
         word.opacity = 0 if self._ring is not None and not self.icon else 1
-        gap = 0 if not self.icon or not self.text else dp(4) if self.stacked else dp(8)
-        offset = 0 if self.stacked else side + gap
-        edge = dp(4) if self.stacked else dp(8)
-        word.max_width = (
-            max(dp(24), self.width - 2 * edge - (dp(32) if side and not self.stacked else 0)) if not self.fit else 0
-        )
-        wide, high = (
-            (max(side, word.width), side + gap + word.height)
-            if self.stacked
-            else (offset + word.width, max(side, word.height))
-        )
-        self.natural_width, self.natural_height = wide + dp(32), high + dp(16)
+        word.max_width = 0 if self.fit else max(dp(24), self.width - dp(16) - (dp(32) if side else 0))
+        self.natural_height = max(side, word.height) + dp(16)
         if self.fit:
             self.size_hint_x = None
-            self.width = max(self.least_width, self.natural_width) if self.visible else 0
-        x, y = (
-            self.x - round(self.x) + self.width / 2,
-            self.y - round(self.y) + self.height / 2,
-        )  # drawing begins at a whole pixel
+            self.width = max(self.least_width, offset + word.width + dp(32)) if self.visible else 0
+        x, y = self.x - round(self.x), self.y - round(self.y) + self.height / 2  # drawing begins at a whole pixel
+        x += (self.width - offset - word.width) / 2
         if icon is not None:
-            icon.pos = (
-                (x - side / 2, y - high / 2 + word.height + gap) if self.stacked else (x - wide / 2, y - side / 2)
-            )
-        word.pos = (x - word.width / 2, y - high / 2) if self.stacked else (x - wide / 2 + offset, y - word.height / 2)
+            icon.pos = x, y - side / 2
+        word.pos = x + offset, y - word.height / 2
         if self._ring is not None:
             self._ring.center = icon.center if self.icon else word.center
 
@@ -245,12 +230,10 @@ class Segment(Tap):
 
 
 class Toggle(Tap):
-    """On or off; the tick says "on" without colour. A tap fires ``on_switch(wanted)`` and changes ``active``, unless it
-    is ``controlled``: then ``active`` has to be set, as a service has to accept the change first.
-    """
+    """On or off; the tick says "on" without colour. A tap fires ``on_switch(wanted)``; ``active`` is set once a service has
+    accepted it."""
 
     active = BooleanProperty(False)
-    controlled = BooleanProperty(False)
 
     __events__ = ("on_switch",)
 
@@ -258,10 +241,7 @@ class Toggle(Tap):
         """The operator wants it on (True) or off."""
 
     def on_release(self):
-        wanted = not self.active
-        if not self.controlled:
-            self.active = wanted
-        self.dispatch("on_switch", wanted)
+        self.dispatch("on_switch", not self.active)
 
 
 class SwitchFace(Passive, MDSwitch):

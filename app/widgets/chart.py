@@ -1,4 +1,4 @@
-"""Base of everything drawn on a canvas, and the small pieces: meter, sparkline, working ring, robot glyph.
+"""Base of everything drawn on a canvas, and the small pieces: meter, sparkline, working ring.
 
 Values in, drawing out; redrawn only when data, size or theme change, once per frame.
 """
@@ -10,7 +10,7 @@ from kivy.clock import Clock
 from kivy.core.text import Label as CoreLabel
 from kivy.graphics import Color, Rectangle, SmoothLine
 from kivy.metrics import dp, sp
-from kivy.properties import BooleanProperty, ColorProperty, ListProperty, NumericProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, StringProperty
 from kivy.uix.behaviors import ButtonBehavior
 from kivy.uix.widget import Widget
 from kivymd.icon_definitions import md_icons
@@ -197,33 +197,6 @@ class WorkingRing(MDCircularProgressIndicator):
             self.active = False
         else:
             super()._anim_back(*args)
-
-
-class AmrGlyph(Chart):
-    """A mobile robot from the side: deck, body with the scanner slot, two wheels. The icon font has none."""
-
-    colour = ColorProperty((0, 0, 0, 1))
-    back = ColorProperty((1, 1, 1, 1))
-    watch = ("colour", "back")
-
-    # x, y, width, height, radius in 24ths of the side; True: cut out
-    PARTS = (
-        (5, 17.6, 14, 1.8, 0.9, False),
-        (1.5, 7.4, 21, 9.2, 3, False),
-        (4.2, 12.2, 15.6, 1.5, 0.7, True),
-        (4.6, 3.6, 6.4, 6.4, 3.2, True),
-        (13, 3.6, 6.4, 6.4, 3.2, True),
-        (5.5, 4.5, 4.6, 4.6, 2.3, False),
-        (13.9, 4.5, 4.6, 4.6, 2.3, False),
-    )
-
-    def draw(self):
-        unit = min(self.width, self.height) / 24
-        left, bottom = self.center_x - 12 * unit, self.center_y - 12 * unit
-        for x, y, w, h, r, cut in self.PARTS:
-            self.box(
-                left + x * unit, bottom + y * unit, w * unit, h * unit, self.back if cut else self.colour, r * unit
-            )
 
 
 def nice_step(top: float, steps: int = 4) -> int:

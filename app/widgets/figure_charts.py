@@ -10,17 +10,6 @@ from app.widgets.surfaces import Tap, TonedTap
 from app.widgets.tokens import tk
 
 
-class RankBar(Chart):
-    """One bar of a ranking, ``share`` 0..1."""
-
-    share = NumericProperty(0)
-    watch = ("share",)
-
-    def draw(self):
-        self.box(*self.pos, *self.size, tk.track, dp(4))
-        self.box(*self.pos, max(dp(8), self.width * min(1.0, self.share)), self.height, tk.fault_solid, dp(4))
-
-
 class CauseRow(Row, Tap):
     """How often runs failed for a reason, and a bar; a tap is the action "open"."""
 

@@ -1,4 +1,4 @@
-"""The robot on its own map: map picture or drawn plan, planned path, robot with its heading."""
+"""The robot on its own map: its picture, planned path, robot with its heading."""
 
 from itertools import pairwise
 from math import cos, hypot, pi, radians, sin
@@ -39,11 +39,10 @@ def ground(picture):
 class RobotMap(Chart):
     """Coordinates are fractions of the map, origin bottom left; ``heading`` in degrees, 0 = right, anticlockwise.
 
-    The background is a ``texture`` whose alpha shows the walls (the theme colours it), or drawn from ``walls`` and ``racks`` =
-    [(x, y, width, height)]. ``places`` (x, y, name) are shown unless they overlap each other or the robot; ``path`` = points
-    still to drive, the last one is the goal; ``label`` is at the goal, or without one at the robot; ``at`` empty = position unknown;
-    ``name`` of the map is in a corner. The map keeps its
-    proportions (``aspect`` = height / width); without enough room it is cropped around the robot.
+    The background is a ``texture`` whose alpha shows the walls (the theme colours it). ``places`` (x, y, name) are shown unless they
+    overlap each other or the robot; ``path`` = points still to drive, the last one is the goal; ``label`` is at the goal, or without one at
+    the robot; ``at`` empty = position unknown; ``name`` of the map is in a corner. The map keeps its proportions (``aspect`` = height /
+    width); without enough room it is cropped around the robot.
     """
 
     tone = StringProperty("accent")
@@ -52,12 +51,10 @@ class RobotMap(Chart):
     path = ListProperty()
     texture = ObjectProperty(None, allownone=True)
     aspect = NumericProperty(0.385)
-    walls = ListProperty()
-    racks = ListProperty()
     places = ListProperty()
     name = StringProperty()
     label = StringProperty()
-    watch = ("tone", "at", "heading", "path", "texture", "aspect", "walls", "racks", "places", "name", "label")
+    watch = ("tone", "at", "heading", "path", "texture", "aspect", "places", "name", "label")
 
     def draw(self):
         self._place_map()
@@ -102,9 +99,6 @@ class RobotMap(Chart):
         if self.texture is not None:
             Color(*tk.map_wall)
             Rectangle(pos=(self._x0, self._y0), size=(self._wide, self._high), texture=self.texture)
-        for parts, colour, least, corner in ((self.racks, tk.map_rack, 0, dp(2)), (self.walls, tk.map_wall, dp(2), 0)):
-            for x, y, w, h in parts:
-                self.box(*self._point(x, y), max(least, self._wide * w), max(least, self._high * h), colour, corner)
 
     def _names(self):
         """Labels of the map and of places, without those that would overlap another, the robot or the goal."""

@@ -166,9 +166,7 @@ def _role(font_style: str, role: str, name: str) -> type[Txt]:
 
 Note, NoteStrong = _role("Body", "small", "Note"), _role("Label", "medium", "NoteStrong")  # 14 sp
 Body, BodyStrong = _role("Body", "medium", "Body"), _role("Title", "medium", "BodyStrong")  # 16
-Large, Title, Value = (
-    _role(style, "large", name) for style, name in (("Body", "Large"), ("Title", "Title"), ("Title", "Value"))
-)  # 18
+Large, Title = _role("Body", "large", "Large"), _role("Title", "large", "Title")  # 18
 BigValue, ScreenTitle = _role("Headline", "small", "BigValue"), _role("Headline", "small", "ScreenTitle")  # 24
 Kpi = _role("Display", "small", "Kpi")  # 40
 

@@ -79,9 +79,7 @@ COLOURS = {
     "closed": ("#EEF1F4", "#141B20", "#FFFFFF"),
     "hatch": ("#D3DAE1", "#2B3740", "#8C8C8C"),
     "map_floor": ("#FFFFFF", "#26313A", "#FFFFFF"),
-    "map_out": ("#E6EAEE", "#161D23", "#E8E8E8"),
     "map_wall": ("#5B6976", "#8A98A4", "#000000"),
-    "map_rack": ("#CBD3DB", "#3C4853", "#B0B0B0"),
 }
 
 # KivyMD's styles of text and their roles, in sp; nothing is smaller than 14, and there are two weights
