@@ -37,6 +37,7 @@ from app.services.check_up.report import document
 from app.services.check_up.trials import length_s
 
 SHOWN_EVERY = 0.5  # s; the progress comes from another thread
+WAITS_S = 6.0  # without a step, until it says so
 
 
 class CheckUp(EventDispatcher):
@@ -63,7 +64,7 @@ class CheckUp(EventDispatcher):
     share = NumericProperty(0)
     stopping = BooleanProperty(False)
     # the report
-    verdict = ObjectProperty(NoticeView())
+    verdict = ObjectProperty(NoticeView(), rebind=True)
     found = ListProperty()
 
     def __init__(self, context: PageContext, robot: Robot) -> None:
@@ -72,6 +73,7 @@ class CheckUp(EventDispatcher):
         self._job: Job | None = None  # under way
         self._is_wanted = True  # read by its thread
         self._progress: Progress | None = None  # written by its thread
+        self._heard: tuple[Progress | None, float] = None, 0.0  # the last one that was shown, and since when
         self._report: Report | None = None  # that is shown
         self._tick = Clock.create_trigger(self._show_progress, SHOWN_EVERY, interval=True)
         self._opened: set[str] = set()  # findings whose meaning is shown
@@ -193,7 +195,7 @@ class CheckUp(EventDispatcher):
             return
         trial, robot, check_ups = self._trial, self._robot, self._context.services.check_ups
         self.part, self.outcome, self.stopping = "CheckUpRunning", NoticeView(), False
-        self._progress, self._is_wanted = None, True
+        self._progress, self._is_wanted, self._heard = None, True, (None, Clock.get_time())
 
         def show(progress: Progress) -> None:
             self._progress = progress
@@ -219,7 +221,11 @@ class CheckUp(EventDispatcher):
         self._is_wanted, self.stopping = False, True
 
     def _show_progress(self, *_args: Any) -> None:
+        if self._progress is not self._heard[0]:
+            self._heard = self._progress, Clock.get_time()
         self.doing, self.how_far, self.share = view.progress_words(self._progress, stopping=self.stopping)
+        if (waited_s := Clock.get_time() - self._heard[1]) >= WAITS_S:
+            self.how_far = view.waits(self._robot, waited_s)
 
     def _over(self) -> bool:
         """Returns whether somebody sees it."""

@@ -165,6 +165,12 @@ def progress_words(progress: Progress | None, *, stopping: bool = False) -> tupl
     return says, how_far(progress), share
 
 
+def waits(robot: Robot, seconds: float) -> str:
+    return _("Waiting {time} for {robot}. Without an answer it goes on after a minute.").format(
+        time=formats.duration(seconds), robot=robot.name
+    )
+
+
 def how_far(progress: Progress) -> str:
     return _("{done} of about {of}").format(done=formats.duration(progress.done), of=formats.duration(progress.of))
 

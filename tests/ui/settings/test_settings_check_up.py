@@ -102,6 +102,7 @@ def until_reported(ui, dialog: CheckUpSheet) -> dict[str, str]:
     """The findings that are not in order: their sentences by topic."""
     ui.wait(lambda: dialog.vm.part == "CheckUpReport")
     ui.advance(0.2)
+    assert says(ui, dialog.vm.verdict.text), "the sheet was open until the end"
     return {row.support: row.title for row in dialog.vm.found if row.tone != "neutral"}
 
 
@@ -221,6 +222,16 @@ def test_stop_ends_it_and_says_that_it_is_not_complete(site, app, ui, waiting):
     assert "It was stopped" in dialog.vm.verdict.note
     close(ui, dialog)
     assert stands(app).text == "Never checked up"
+
+
+def test_it_says_within_seconds_that_it_waits_for_the_robot(site, app, ui, waiting):
+    dialog = opened(ui)
+    begin(ui, dialog)
+    ui.wait(lambda: dialog.vm.doing == "Asking who it is")
+    ui.advance(7)
+    assert says(ui, "s for Aino. Without an answer it goes on after a minute.")
+    waiting.go_on.set()
+    until_reported(ui, dialog)
 
 
 def test_it_continues_while_its_dialog_is_closed_and_reports_its_end(site, app, ui, waiting):
