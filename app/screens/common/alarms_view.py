@@ -148,6 +148,8 @@ def short_words(alarm: Alarm) -> str:
             return _("no answer")
         case "unauthorized":
             return _("wrong password")
+        case "wrong_robot" if not is_message(alarm.details.get("found")):
+            return _("another robot answers")
         case "robot_error":
             problem = _problem(alarm)
             return problem.words or problem.quote

@@ -38,8 +38,6 @@ class RobotForm(EditForm):
     fingerprint_problem = StringProperty()
     password_hint = StringProperty()
     testing = BooleanProperty(False)
-    save_word = StringProperty()
-    test_word = StringProperty()
     about = ObjectProperty(NoticeView())  # what answers
     groups = StringProperty()
     has_groups = BooleanProperty(False)  # there are some

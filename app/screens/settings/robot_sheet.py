@@ -31,6 +31,7 @@ from app.screens.settings.view import (
     connection_found,
     has_unknown_certificate,
     needs_decision,
+    nothing_sent,
     went_wrong,
 )
 from app.services.catalogue import validation
@@ -66,8 +67,7 @@ class RobotSheet(KnownRobotSheet):
         if robot is not None and context.facts.snapshot(robot.id).connection is Connection.UNAUTHORIZED:
             form.password_problem = _("{robot} refuses this user or password").format(robot=robot.name)
         form.fbind("outcome", self._reveal, "outcome")
-        for name in ("outcome", "name_problem"):
-            form.fbind(name, self._name_buttons)
+        form.fbind("outcome", self._name_buttons)
         for name in FIELDS:
             form.fbind(name, self._edited, name)
             form.fbind(f"{name}_problem", self._reveal, f"{name}_field")
@@ -91,12 +91,14 @@ class RobotSheet(KnownRobotSheet):
             Clock.schedule_once(lambda _dt: self.ids.page.scroll_to(self.ids[what]), 0)
 
     def _name_buttons(self, *_args: Any) -> None:
-        """A failed test can be passed over; a name that is taken can't. A robot that is refused is tested first."""
-        is_failed = self._tested is not None and self._found is None
-        self.vm.save_word = _("Save anyway") if is_failed and not self.vm.name_problem else _("Save")
-        self.vm.test_word = _("Test connection")
-        if self._tested is None and self._needs_decision():
-            self.vm.save_word, self.vm.test_word = self.vm.test_word, ""
+        """What was refused is tested again first; a failed test can be passed over."""
+        self._tests_first, test = True, _("Test connection")
+        if self._tested is not None and self._found is None:
+            self.foot, self.second = test, _("Save anyway")
+        elif self._tested is None and self._needs_decision():
+            self.foot, self.second = test, ""
+        else:
+            self._tests_first, self.foot, self.second = False, _("Save"), test
 
     def _edited(self, name: str, *_args: Any) -> None:
         """A field being corrected is no longer red, and an earlier test doesn't apply to new values."""
@@ -127,7 +129,11 @@ class RobotSheet(KnownRobotSheet):
 
     def on_done(self) -> None:
         """The button at the foot."""
-        (self.save if self.vm.test_word else self.test)()
+        (self.test if self._tests_first else self.save)()
+
+    def on_other(self) -> None:
+        """The button next to it."""
+        (self.save if self._tests_first else self.test)()
 
     def save(self) -> None:
         """Save a connection that has been tested; test it first if it has not. After a failed test the next press saves
@@ -157,8 +163,8 @@ class RobotSheet(KnownRobotSheet):
         )
 
     def _needs_decision(self) -> bool:
-        """Whether the answering machine is refused until a person has decided: saving tests it, and asks."""
-        return self.stored is not None and needs_decision(self.context.facts, self.stored)
+        """Whether the answering machine is refused until a person has decided."""
+        return self.stored is not None and not self._new_serial and needs_decision(self.context.facts, self.stored)
 
     def _if_it_may_be_open(self, then: Callable[[], object]) -> None:
         """A robot that was reached over https does not become an unencrypted one without a word."""
@@ -174,6 +180,7 @@ class RobotSheet(KnownRobotSheet):
 
     def _ask_to_trust(self, question: trust_view.Question, agreed: Callable[[], object]) -> None:
         sheets = self.context.shell.sheets
+        self.vm.outcome = nothing_sent()
         sheets.over(TrustSheet(sheets, question, agreed))
 
     # ------------------------------------------------------------------ test
@@ -196,7 +203,7 @@ class RobotSheet(KnownRobotSheet):
         self.context.run(
             lambda: self.context.services.operator.test_connection(robot, password, by_address=by_address),
             lambda identity: self._answered(asked, lambda: self._passed(asked, identity, then)),
-            lambda problem: self._answered(asked, lambda: self._failed(asked, problem)),
+            lambda problem: self._answered(asked, lambda: self._failed(asked, problem, then)),
         )
 
     def _answered(self, asked: tuple[str, ...], then: Callable[[], object]) -> None:
@@ -243,7 +250,8 @@ class RobotSheet(KnownRobotSheet):
             return False
         return True
 
-    def _failed(self, asked: tuple[str, ...], problem: BaseException) -> None:
+    def _failed(self, asked: tuple[str, ...], problem: BaseException, then: Callable[[], object]) -> None:
+        """``then`` follows if a person trusts what answers."""
         form = self.vm
         if isinstance(problem, InvalidInput):
             self.refuse(problem)
@@ -255,17 +263,17 @@ class RobotSheet(KnownRobotSheet):
             self._tested, self._found = asked, None
             form.outcome = went_wrong(problem)
             if isinstance(problem, AnotherRobot) and self.stored is not None:
-                self._ask_about_robot(self.stored, problem)
+                self._ask_about_robot(self.stored, problem, then)
             elif isinstance(problem, SerialNumberHidden) and self.stored is not None:
-                self._ask_about_address(self.stored, problem)
+                self._ask_about_address(self.stored, problem, then)
             elif has_unknown_certificate(problem):
-                self._ask_about_certificate(asked)
+                self._ask_about_certificate(asked, then)
 
     # ------------------------------------------------------------------ another machine, another certificate
-    def _ask_about_robot(self, robot: Robot, problem: AnotherRobot) -> None:
+    def _ask_about_robot(self, robot: Robot, problem: AnotherRobot, then: Callable[[], object]) -> None:
         def accepted() -> None:
             self._new_serial, self._as_saved = problem.params["found"], None
-            self._test_again()
+            self._test_again(then)
 
         if not self._is_no_other(problem.params["found"]):
             self.vm.outcome = NoticeView()
@@ -273,14 +281,14 @@ class RobotSheet(KnownRobotSheet):
         question = trust_view.another_robot(robot, problem, has_password=bool(self.vm.password))
         self._ask_to_trust(question, accepted)
 
-    def _ask_about_address(self, robot: Robot, problem: SerialNumberHidden) -> None:
+    def _ask_about_address(self, robot: Robot, problem: SerialNumberHidden, then: Callable[[], object]) -> None:
         def accepted() -> None:
             self._by_address = True
-            self.test()
+            self._ask(then)
 
         self._ask_to_trust(trust_view.hidden_number(robot, problem), accepted)
 
-    def _ask_about_certificate(self, asked: tuple[str, ...]) -> None:
+    def _ask_about_certificate(self, asked: tuple[str, ...], then: Callable[[], object]) -> None:
         """Show the fingerprint of what answers, for a person to compare."""
 
         def shown(found: str) -> None:
@@ -290,7 +298,7 @@ class RobotSheet(KnownRobotSheet):
 
         def accepted(found: str) -> None:
             self.vm.fingerprint = found
-            self._test_again()
+            self._test_again(then)
 
         self.context.run(
             lambda: self.context.services.operator.presented_fingerprint(asked[0].strip()),
@@ -298,14 +306,14 @@ class RobotSheet(KnownRobotSheet):
             self.refuse,
         )
 
-    def _test_again(self) -> None:
+    def _test_again(self, then: Callable[[], object]) -> None:
         """With the password entered for the accepted machine; the stored one belongs to the previous one."""
         form = self.vm
         self._tested, form.outcome = None, NoticeView()
         if self.stored is not None and not form.password:
             form.password_problem = _("Enter the password of {user}").format(user=form.username.strip())
         else:
-            self.test()
+            self._ask(then)
 
     # ------------------------------------------------------------------ save
     def _save(self) -> None:

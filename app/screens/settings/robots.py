@@ -16,7 +16,7 @@ from app.screens.settings.groups import GroupSheet
 from app.screens.settings.groups_view import group_items
 from app.screens.settings.page import SettingsPage
 from app.screens.settings.robot_sheet import RobotSheet
-from app.screens.settings.view import NoticeView, robot_items
+from app.screens.settings.view import NOT_TRUSTED, NoticeView, robot_items
 
 
 class RobotsModel(EventDispatcher):
@@ -99,4 +99,6 @@ class RobotsPage(SettingsPage):
     def _open(self, robot: Robot | None) -> RobotSheet:
         sheet = RobotSheet(self.context, robot, self._open_check_up)
         self.context.shell.sheets.show(sheet)
+        if robot is not None and self.context.facts.snapshot(robot.id).connection in NOT_TRUSTED:
+            sheet.test()  # shows what answers, and asks
         return sheet

@@ -15,7 +15,7 @@ from app.domain.models import WEEKDAYS, Connection, HandOver, Robot
 from app.domain.robot import IdentifiedBy, Identity
 from app.i18n import _, ngettext
 from app.mir.credentials import Token
-from app.mir.errors import AnotherRobot, CertificateProblem, SerialNumberHidden
+from app.mir.errors import CertificateProblem
 from app.screens.common import formats
 from app.screens.common.problems import sentence_of, words_of
 from app.screens.common.robot_appearance import link_appearance
@@ -232,12 +232,12 @@ def robot_note(facts: SettingsFacts, robot: Robot, now: datetime) -> NoticeView:
     return NoticeView(link.word, " · ".join(part for part in found if part), tone, link.icon)
 
 
-NEED_DECISION = (Connection.WRONG_ROBOT, Connection.OTHER_CERTIFICATE, Connection.UNTRUSTED, Connection.UNAUTHORIZED)
+NOT_TRUSTED = (Connection.WRONG_ROBOT, Connection.OTHER_CERTIFICATE, Connection.UNTRUSTED)
 
 
 def needs_decision(facts: SettingsFacts, robot: Robot) -> bool:
     """Whether nothing is sent to it until a person has decided."""
-    return facts.snapshot(robot.id).connection in NEED_DECISION
+    return facts.snapshot(robot.id).connection in (*NOT_TRUSTED, Connection.UNAUTHORIZED)
 
 
 def advanced_item(hand_over: HandOver, *, is_open: bool) -> Item:
@@ -296,10 +296,13 @@ def connection_found(identity: Identity, has_default_password: bool = False) -> 
     return done(answer, facts)
 
 
+def nothing_sent() -> NoticeView:
+    """While it is asked whether to trust what answers, and after."""
+    return NoticeView(_("Nothing was sent to it."), tone="attention", icon="robot-confused-outline")
+
+
 def went_wrong(problem: BaseException) -> NoticeView:
-    is_unknown = isinstance(problem, (AnotherRobot, SerialNumberHidden))
-    tone, icon = ("attention", "robot-confused-outline") if is_unknown else ("fault", "alert-circle")
-    return NoticeView(sentence_of(problem), "", tone, icon)
+    return NoticeView(sentence_of(problem), tone="fault", icon="alert-circle")
 
 
 def has_unknown_certificate(problem: BaseException) -> bool:

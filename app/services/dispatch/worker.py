@@ -85,7 +85,8 @@ class RobotWorker:
             case messages.LedgerChanged():
                 self._ledger_changed = True
             case messages.RobotEdited(robot):
-                self._poll_wanted |= robot.enabled is not self.robot.enabled
+                was = self.robot
+                self._poll_wanted |= (robot.enabled, robot.serial_number) != (was.enabled, was.serial_number)
                 self.seen.robot = robot
                 self._ledger_changed = True
             case messages.OnScreen(is_watched):

@@ -28,9 +28,15 @@ def low(app, ui) -> Iterator[None]:
     Window.size = before
 
 
-def edit(ui) -> RobotSheet:
+def refused(ui) -> RobotSheet:
+    """Its sheet asks by itself, and the answer is no."""
     go(ui, "robots")
-    return open_row(ui, "Aino")
+    ui.wait(lambda: item_of(ui, "Aino") and item_of(ui, "Aino").meta.startswith("Another robot"))
+    open_row(ui, "Aino")
+    ui.wait(lambda: ui.find_all(TrustSheet))
+    assert ui.find(TrustSheet).title == "Another robot answers"
+    press(ui, "Send nothing", ui.find(TrustSheet))
+    return ui.find(RobotSheet)
 
 
 def taken_over(site, ui, machine: Capture) -> None:
@@ -49,13 +55,10 @@ def test_saving_a_robot_that_needs_a_decision_asks_for_it(site, app, ui):
     with capture() as machine:
         taken_over(site, ui, machine)
         machine.seen.clear()
-        dialog = edit(ui)
-        ui.wait(lambda: item_of(ui, "Aino").meta.startswith("Another robot"))
-        assert (dialog.foot, dialog.second) == ("Test connection", "")
-        assert "Nothing is sent to Aino" in ui.texts(dialog)
-        press(ui, "Test connection", dialog)
-        ui.wait(lambda: ui.find_all(TrustSheet))
-        assert ui.find(TrustSheet).title == "Another robot answers"
+        dialog = refused(ui)
+        assert (dialog.foot, dialog.second) == ("Test connection", "Save anyway")
+        assert dialog.vm.outcome.text == "Nothing was sent to it."
+        assert not [text for text in ui.texts() if "B-2" in text]  # nor in the banner
         assert machine.credentials == []
 
 
@@ -67,7 +70,7 @@ def test_saving_a_robot_that_needs_a_decision_asks_for_it(site, app, ui):
 def test_the_form_says_beforehand_what_a_new_robot_gets(site, app, ui, password, says):
     with capture() as machine:
         taken_over(site, ui, machine)
-        dialog = edit(ui)
+        dialog = refused(ui)
         enter(ui, dialog.ids.password_field, password)
         press(ui, "Test connection", dialog)
         ui.wait(lambda: ui.find_all(TrustSheet))
@@ -98,6 +101,6 @@ def test_a_failure_is_in_sight_in_a_low_window(site, app, ui, low):
     dialog = filled_in(app, ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password="wrong")
     dialog.ids.page.scroll_y = 1
     press(ui, "Save", dialog)
-    ui.wait(lambda: dialog.vm.save_word == "Save anyway")
+    ui.wait(lambda: dialog.second == "Save anyway")
     ui.advance(1)
     assert is_seen(dialog.ids.password_field)

@@ -87,7 +87,7 @@ def test_a_robot_that_does_not_answer_can_be_saved_by_a_second_press(site, app, 
             ui, name="Late", address=f"127.0.0.1:{closed.getsockname()[1]}", username=USER, password=PASSWORD
         )
         press(ui, "Save", dialog)
-        ui.wait(lambda: dialog.vm.save_word == "Save anyway")
+        ui.wait(lambda: dialog.second == "Save anyway")
         assert says(ui, "refused the connection")
         assert robots(site) == []
         press(ui, "Save anyway", dialog)
@@ -227,10 +227,9 @@ def test_another_machine_gets_nothing_until_it_is_accepted_with_its_password(sit
     assert (question.before, question.now) == (before, other)
     assert dialog.vm.outcome.tone == "attention"
     assert robots(site)[0].serial_number == before
-    press(ui, "Test connection", dialog)
-    answer(ui, "This is the new Aino")
-    ui.wait(lambda: dialog.vm.outcome.tone == "done")
+    enter(ui, dialog.ids.username_field, USER)
     press(ui, "Save", dialog)
+    answer(ui, "This is the new Aino")  # then it is tested and saved
     ui.wait(lambda: not ui.find_all(RobotSheet))
     assert (robots(site)[0].serial_number, robots(site)[0].needs_password) == (other, False)
     ui.wait(lambda: item_of(ui, "Aino").meta == "" and item_of(ui, "Aino").icon == "wifi")
@@ -245,13 +244,11 @@ def test_a_new_robot_at_the_old_address_needs_its_password_too(site, app, ui):
     go(ui, "robots")
     ui.wait(lambda: item_of(ui, "Aino"))
     ui.wait(lambda: item_of(ui, "Aino").meta.startswith("Another robot"))
-    dialog = edit_aino(ui)
-    press(ui, "Test connection", dialog)
+    edit_aino(ui)
     answer(ui, "This is the new Aino")
+    dialog = ui.find(RobotSheet)
     assert dialog.ids.password_field.problem == f"Enter the password of {USER}"
     enter(ui, dialog.ids.password_field, PASSWORD)
-    press(ui, "Test connection", dialog)
-    ui.wait(lambda: dialog.vm.outcome.tone == "done")
     press(ui, "Save", dialog)
     ui.wait(lambda: not ui.find_all(RobotSheet))
     ui.wait(lambda: item_of(ui, "Aino").meta == "" and item_of(ui, "Aino").icon == "wifi")
@@ -268,8 +265,6 @@ def test_a_certificate_is_shown_to_compare_and_pinned_when_it_is_trusted(site, a
         assert machine.seen == []
         question, pin = answer(ui, "Trust it").question, pin_of("field_robot.pem")
         assert (question.title, question.before, question.now) == ("Unknown certificate", "", pin.upper())
-        ui.wait(lambda: dialog.vm.outcome.tone == "done")
-        press(ui, "Save", dialog)
         ui.wait(lambda: not ui.find_all(RobotSheet))
         assert robots(site)[0].certificate_sha256 == pin
         ui.wait(lambda: "Identified by its certificate" in open_row(ui, "Safe").vm.about.note)
@@ -281,9 +276,9 @@ def test_another_certificate_is_compared_with_the_pinned_one(site, app, ui):
             Robot("Aino", machine.url, USER, certificate_sha256=pin_of("field_robot.pem")), PASSWORD
         )
         go(ui, "robots")
-        dialog = edit_aino(ui)
-        press(ui, "Test connection", dialog)
-        question = answer(ui, "Trust it").question
+        ui.wait(lambda: item_of(ui, "Aino").meta.startswith("Another certificate"))
+        edit_aino(ui)
+        question, dialog = answer(ui, "Trust it").question, ui.find(RobotSheet)
         assert question.before == pin_of("field_robot.pem").upper()
         assert dialog.vm.fingerprint == pin_of("plant_robot.pem")
         assert dialog.ids.password_field.problem == f"Enter the password of {USER}"
