@@ -166,7 +166,7 @@ def progress_words(progress: Progress | None, *, stopping: bool = False) -> tupl
 
 
 def waits(robot: Robot, seconds: float) -> str:
-    return _("Waiting {time} for {robot}. Without an answer it goes on after a minute.").format(
+    return _("Waiting {time} for {robot}. Without an answer it continues after a minute.").format(
         time=formats.duration(seconds), robot=robot.name
     )
 

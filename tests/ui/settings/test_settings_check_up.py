@@ -229,7 +229,7 @@ def test_it_says_within_seconds_that_it_waits_for_the_robot(site, app, ui, waiti
     begin(ui, dialog)
     ui.wait(lambda: dialog.vm.doing == "Asking who it is")
     ui.advance(7)
-    assert says(ui, "s for Aino. Without an answer it goes on after a minute.")
+    assert says(ui, "s for Aino. Without an answer it continues after a minute.")
     waiting.go_on.set()
     until_reported(ui, dialog)
 
