@@ -115,6 +115,16 @@ def test_what_was_saved_is_not_offered_again(room):
     assert room.snackbars.texts == []
 
 
+def test_what_is_saved_after_its_cross_was_pressed_is_not_offered_any_more(room):
+    first, second = (room.sheets.show(Sheet(draft=True)) for _n in range(2))
+    room.sheets.dismiss(second)
+    assert room.snackbars.texts == ["Not saved", "Not saved"]
+    room.sheets.close(second.proxy_ref)
+    assert room.snackbars.texts == ["Not saved"]
+    room.sheets.close(first)
+    assert room.snackbars.texts == []
+
+
 @pytest.mark.parametrize("way", ["arrow-left", "close", "escape"])
 def test_a_sheet_that_lies_over_another_leads_back_to_it(ui, room, way):
     first = room.sheets.show(Sheet(title="New schedule"))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from typing import TYPE_CHECKING, Any
 
 from app.i18n import _
@@ -78,7 +78,9 @@ class Sheets:
         return sheet
 
     def close(self, sheet: Sheet | None) -> None:
-        """What was entered there is done with. The one below it is shown again."""
+        """What was entered there is done with, also if it was given up since. The one below it is shown again."""
+        if sheet is not None and self._snackbars is not None:
+            self._snackbars.end(_draft_of(sheet))
         if sheet is None or not self.has(sheet):
             return
         was_shown = sheet == self.top  # kv calls with a proxy of it
@@ -103,17 +105,17 @@ class Sheets:
         navigator, snackbars = self._navigator, self._snackbars
         if navigator is None or snackbars is None or not any(sheet.draft for sheet in stack):
             return
-        screen = navigator.current
+        screen, about = navigator.current, _draft_of(next(sheet for sheet in stack if sheet.draft))
 
         def offer() -> None:
-            snackbars.undo(_("Not saved"), _("Undo"), pressed, about=self)
+            snackbars.undo(_("Not saved"), _("Undo"), pressed, about=about)
 
         def pressed() -> None:
             offer()  # until the guard lets the user pass
             navigator.past_guard(screen, bring_back)
 
         def bring_back() -> None:
-            snackbars.end(self)
+            snackbars.end(about)
             if navigator.current != screen:
                 navigator.show(screen)
             self.give_up()
@@ -126,3 +128,8 @@ class Sheets:
         sheet.stack = self
         self._stack.append(sheet)
         self._place.add_widget(sheet)
+
+
+def _draft_of(sheet: Sheet) -> Hashable:
+    """The subject of messages about what was entered there."""
+    return "draft", sheet.uid  # kv calls with a proxy, which has no hash

@@ -42,8 +42,12 @@ class FormModel(FormFields):
         self.is_open = False
 
     def _offer_back(self, said: str) -> None:
+        schedule = self._draft.base or self._draft.lost
         self._shell.snackbars.undo(
-            said, _("Undo"), lambda: self._shell.go("scheduler", form=self), about=("draft", self)
+            said,
+            _("Undo"),
+            lambda: self._shell.go("scheduler", form=self),
+            about=("draft", schedule.id) if schedule is not None else self,
         )
 
     def take(self, facts: SchedulerFacts) -> None:
@@ -114,6 +118,7 @@ class FormModel(FormFields):
         name, is_done = self._facts.called(schedule), self._submitted
         self.saving = self._submitted = False
         self._shell.snackbars.end(about(schedule.id))  # an Undo of what was there before
+        self._shell.snackbars.end(("draft", schedule.id))  # what was entered for it before, and not saved
         is_said = self._host.saved(schedule)
         self._draft = replace(self._draft, base=schedule, lost=None)
         if is_done:

@@ -40,6 +40,18 @@ def test_changes_of_a_schedule_are_brought_back_too_and_saved(screen, container,
     assert container.repositories.schedules.get(container.db.read(), veikko.id).minimum_battery_percent == 55
 
 
+def test_what_was_not_saved_is_not_offered_beside_what_was_saved_later(screen, container, ui):
+    veikko = named(container, "Collect empties", "Veikko")
+    for battery in (55.0, 60.0):
+        menu(screen, ui, veikko, "Edit")
+        screen.plan.form.set(minimum_battery_percent=battery)
+        if battery == 55.0:
+            screen.plan.form.put_aside()
+    assert said(screen) == [NOT_SAVED.format("Collect empties on Veikko")]
+    save(screen, ui)
+    assert said(screen) == ["Collect empties on Veikko is changed"]
+
+
 def test_nothing_is_put_aside_where_nothing_was_entered(screen, container, ui):
     menu(screen, ui, named(container, KITS, "Aino"), "Edit")
     menu(screen, ui, named(container, "Collect empties", "Veikko"), "Edit")
