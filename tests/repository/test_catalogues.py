@@ -45,7 +45,7 @@ def test_no_screen_shows_a_command_for_a_shell():
 
 
 OLD_WORDS = re.compile(
-    r";|\(s\)|\bExecuting\b|Waits for an answer|\bis told\b|\bput right\b|\bhanded over\b|Ajastin|Pidossa|Luvut|Rajat"
+    r";|\(s\)|\bExecuting\b|Waits for an answer|\bis told\b|\bput right\b|\bhanded over\b|Ajastin|Pidossa|Luvut|Rajat|[Mm]ikä tahansa"
 )
 
 
@@ -64,6 +64,19 @@ def test_texts_of_the_screens_are_one_sentence_after_the_other_in_the_words_of_t
     ]
     assert len(shown) > 1500
     assert [text for text in shown if OLD_WORDS.search(text)] == []
+
+
+@pytest.mark.parametrize(
+    ("english", "finnish"), [(r"any of \{group\}", "jokin|jollakin"), (r"^Keep\b", "^pidä"), (r"^Hold\b", "est")]
+)
+def test_one_word_has_one_translation(english, finnish):
+    entries = [
+        (catalogues.key_of(entry), catalogues.forms_of(entry)[0])
+        for entry in catalogues.read(LOCALE_DIR / "fi" / "LC_MESSAGES" / f"{DOMAIN}.po")
+        if re.search(english, catalogues.key_of(entry), re.IGNORECASE)
+    ]
+    assert len(entries) > 2
+    assert [entry for entry in entries if not re.search(finnish, entry[1], re.IGNORECASE)] == []
 
 
 def test_every_language_has_a_name_and_its_own_way_to_write_dates():

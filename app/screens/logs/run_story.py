@@ -154,4 +154,4 @@ class RunStory(EventDispatcher):
             )
 
         question = _("Run {mission} on {robot} now?").format(mission=mission, robot=where)
-        shell.dialogs.confirm(question, "", instead or _("Run now"), start)
+        shell.sheets.ask(question, "", instead or _("Run now"), start)

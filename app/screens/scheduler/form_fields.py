@@ -62,7 +62,7 @@ class FormFields(AsksRobot):
         today = self._local_now().date()
         self._ask(
             self._shell.dialogs.pick_date(
-                _("From"),
+                _("Day") if self._draft.kind is Kind.ONCE else _("First day"),
                 self._draft.day,
                 lambda day: self._change(self._draft.with_day(day)),
                 today=today,

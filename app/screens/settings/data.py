@@ -150,7 +150,6 @@ class DataPage(SettingsPage):
             _("Restore"),
             lambda: sheet.run(self._checked, self._restore),
             danger=True,
-            decline=_("Keep"),
         )
 
     def _when(self, path: str) -> str:

@@ -12,8 +12,8 @@ from app.screens.logs.cards import RunsList
 from app.screens.logs.run_story import StorySheet
 from app.screens.logs.view import Filters, Period
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton
-from app.widgets.dialogs import ConfirmDialog
 from app.widgets.frame import NavItem
+from app.widgets.sheet import AskSheet
 from app.widgets.snackbar import Snackbar
 from tests.support.home_facts import FAILED, READY
 from tests.ui import checks
@@ -186,14 +186,16 @@ def press_run_again(screen, ui):
     return failed.item
 
 
-@pytest.mark.parametrize(("answer", "times"), [("Run now", 1), ("Cancel", 0)])
-def test_a_failed_run_can_be_run_again(screen, container, ui, asked, answer, times):
+@pytest.mark.parametrize(
+    ("kind", "answer", "times"), [(CommandButton, {"text": "Run now"}, 1), (IconButton, {"icon": "close"}, 0)]
+)
+def test_a_failed_run_can_be_run_again(screen, container, ui, asked, kind, answer, times):
     robot_id = container.history.page(failures(container), size=1).rows[0].robot_id
     with standing(container, robot_id, READY):
         failed = press_run_again(screen, ui)
-    question = ui.find(ConfirmDialog)
+    question = ui.find(AskSheet)
     assert question.title == f"Run {failed.title} on {failed.place} now?"
-    tap(screen, ui, ui.find(CommandButton, question, text=answer))
+    tap(screen, ui, ui.find(kind, question, **answer))
     assert asked == [failed.key] * times
     assert screen.logs.story.words.key == failed.key
 
@@ -202,7 +204,7 @@ def test_a_run_is_not_run_again_on_a_stopped_robot(screen, container, ui, asked)
     robot_id = container.history.page(failures(container), size=1).rows[0].robot_id
     with standing(container, robot_id, FAILED):
         failed = press_run_again(screen, ui)
-    assert not ui.find_all(ConfirmDialog)
+    assert not ui.find_all(AskSheet)
     assert screen.shell.snackbars.texts == [
         f"{failed.title} was not started on {failed.place}. {failed.place} is stopped"
     ]
@@ -211,7 +213,7 @@ def test_a_run_is_not_run_again_on_a_stopped_robot(screen, container, ui, asked)
 
 def test_run_again_on_a_silent_robot_says_that_it_is_sent_when_it_answers(screen, ui, asked):
     failed = press_run_again(screen, ui)
-    tap(screen, ui, ui.find(CommandButton, ui.find(ConfirmDialog), text=f"Send when {failed.place} answers"))
+    tap(screen, ui, ui.find(CommandButton, ui.find(AskSheet), text=f"Send when {failed.place} answers"))
     assert asked == [failed.key]
 
 
@@ -219,7 +221,7 @@ def test_run_again_under_a_hold_says_that_it_is_held(screen, container, ui, aske
     container.holds.hold("shift meeting")
     try:
         press_run_again(screen, ui)
-        tap(screen, ui, ui.find(CommandButton, ui.find(ConfirmDialog), text="Queue, on hold"))
+        tap(screen, ui, ui.find(CommandButton, ui.find(AskSheet), text="Queue, on hold"))
     finally:
         container.holds.release()
     assert len(asked) == 1

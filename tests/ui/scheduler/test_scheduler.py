@@ -76,7 +76,7 @@ def test_a_weekly_mission_is_planned_from_the_form_to_the_database(screen, conta
     choose(screen, ui, "Mission", WASTE)
     choose(screen, ui, "Robot", "Sisu")
     kind(screen, ui, "Weekly")
-    pick_day(screen, ui, "From", date(2026, 11, 24))
+    pick_day(screen, ui, "First day", date(2026, 11, 24))
     pick_time(screen, ui, "Time", 6, 30)
     for day in ("Mo", "We"):  # off; the working days were chosen
         ui.tap(ui.find(Segment, text=day))

@@ -19,7 +19,7 @@ def is_asked(ui) -> bool:
     return any(dialog.is_open for dialog in ui.find_all(Overlay))
 
 
-@pytest.mark.parametrize("label", ["Mission", "Robot", "From"])
+@pytest.mark.parametrize("label", ["Mission", "Robot", "First day"])
 def test_it_closes_when_the_message_above_it_brings_another_draft_back(screen, container, ui, label):
     choose(screen, ui, "Mission", KITS)
     screen.plan.form.set(priority=3)

@@ -28,7 +28,7 @@ def test_a_lower_limit_deletes_nothing_before_it_is_confirmed(site, app, ui):
     field = keep_the_last(ui, 2)
     ui.wait(lambda: says(ui, "Delete 1 run of the history?"))
     assert says(ui, "The oldest ones beyond the last 2 are deleted for ever.")
-    press(ui, "Cancel", ui.find(ConfirmDialog))
+    press(ui, "Keep", ui.find(ConfirmDialog))
     ui.wait(lambda: field.value == 100_000)  # what is kept is shown again
     assert settings(site).history_limit == 100_000
     keep_the_last(ui, 3)  # deletes nothing
@@ -81,7 +81,7 @@ def test_an_end_of_keeping_all_asks_too(site, app, ui):
     ui.wait(lambda: switch.active)
     ui.tap(ui.find(Toggle, root=switch))
     ui.wait(lambda: says(ui, "Delete 1 run of the history?"))
-    press(ui, "Cancel", ui.find(ConfirmDialog))
+    press(ui, "Keep", ui.find(ConfirmDialog))
     ui.wait(lambda: app.shell.background.idle)
     assert settings(site).history_limit is None
     assert switch.active
@@ -95,7 +95,7 @@ def test_a_configuration_that_deletes_runs_asks_first(site, app, ui):
     sheet = file_sheet(ui, "Configuration", "Import")
     press(ui, "Import", sheet)
     ui.wait(lambda: says(ui, "Delete 2 runs of the history?"))
-    press(ui, "Cancel", ui.find(ConfirmDialog))
+    press(ui, "Keep", ui.find(ConfirmDialog))
     assert settings(site).history_limit == 100_000
     ui.advance(1)
     press(ui, "Import", sheet)

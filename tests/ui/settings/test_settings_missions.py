@@ -299,7 +299,7 @@ def test_a_mission_that_more_goes_with_is_deleted_once_that_was_asked(site, app,
         "",
         "This goes with it: idle automation on Aino.",
     ]
-    press(ui, "Cancel", question)
+    press(ui, "Keep", question)
     ui.wait(lambda: app.shell.background.idle)
     assert len(missions(site)) == 2
     ui.advance(DOUBLE_TAP)

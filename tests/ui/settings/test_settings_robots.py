@@ -347,7 +347,7 @@ def test_a_deleted_robot_comes_back_with_its_schedules(site, app, ui):
         "",
         "This goes with it: its idle automation.",
     ]
-    press(ui, "Cancel", question)
+    press(ui, "Keep", question)
     ui.wait(lambda: app.shell.background.idle)
     assert len(robots(site)) == 2
     assert ui.find(RobotSheet).vm.password == "typed"
