@@ -16,11 +16,15 @@ from tests.ui import checks, looks
 from tests.ui.window_sizes import window
 
 WIDE, LOW, TALL = (1280, 800), (1024, 600), (800, 1280)
-WINDOWS = ((WIDE, 1.0, "en"), (LOW, 1.0, "en"), (TALL, 1.0, "en"), (WIDE, 1.3, "fi"), (LOW, 1.0, "fi"))
+USUAL = WIDE, 1.0, "en"
+OTHERS = ((LOW, 1.0, "en"), (TALL, 1.0, "en"), (WIDE, 1.3, "fi"), (LOW, 1.0, "fi"))
 MOST_WORDS, WITH_SHEET, CHECK_UP = 80, 90, 100
 
 
-@pytest.fixture(params=WINDOWS, ids="{0[0][0]}x{0[0][1]}-{0[1]}-{0[2]}".format)
+@pytest.fixture(
+    params=[USUAL, *(pytest.param(other, marks=pytest.mark.long) for other in OTHERS)],
+    ids="{0[0][0]}x{0[0][1]}-{0[1]}-{0[2]}".format,
+)
 def rig(request, ui):
     size, scale, language = request.param
     with window(ui, size, scale, language) as rig:
