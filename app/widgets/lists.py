@@ -5,6 +5,7 @@ Each row of ``data`` is a frozen dataclass whose fields are properties of the ro
 key, and a view that is reused for another row ignores an earlier press.
 """
 
+import math
 from collections.abc import Callable, Sequence
 
 from kivy.clock import Clock
@@ -20,6 +21,7 @@ from kivymd.uix.boxlayout import MDBoxLayout
 from app.widgets.dock import dock
 
 STILL = 1.0  # s a row has to stand where it is
+MEASURED = 0.5  # s in which a row that has come finds its height
 KEPT = 10.0  # s after a list was touched, in which its rows don't change places
 SPARE = 4  # views that a list keeps for later rows
 PRESSED_ROW = "row under the finger when it came down"  # keys of touch.ud
@@ -28,12 +30,13 @@ PRESSED_ACTION = "name of the button there; empty without one"
 
 class Standing:
     """Where the rows of a list are, so that none slides under a finger. After a touch they keep their order for a
-    while, even if the data change; ``sort_again`` is called when that is over. When rows come, go or are sorted, those
+    while, even if the data change; ``sort_again`` is called when that is over. When rows come, go, grow or are sorted, those
     that are elsewhere than before rest: they take no touch for STILL s, and longer if the list is touched during it. While
     the user types, rows come and go because of that."""
 
     def __init__(self, sort_again: Callable[[], object]):
         self._ends = 0.0  # of the rest
+        self._came = {}  # by key: when a row came
         self._places = {}  # by key: where a row was before the last change, and until when it rests nevertheless
         self._keep = Clock.create_trigger(lambda _dt: sort_again(), KEPT)
 
@@ -68,9 +71,20 @@ class Standing:
     def note(self, before, after, rows) -> None:
         """The keys of a list are about to change; ``rows`` are those that exist."""
         before, after = list(before), list(after)
+        now = Clock.get_time()
+        self._came = {key: self._came.get(key, now) for key in after}
         if not before or not after:
             self._ends = 0.0  # no row could have slid
-        elif before != after and dock.field is None:
+        elif before != after:
+            self._move(rows)
+
+    def grown(self, row, rows) -> None:
+        """The height of ``row`` has changed, and those below it are about to move."""
+        if Clock.get_time() - self._came.get(row.key, math.inf) > MEASURED:
+            self._move(rows)
+
+    def _move(self, rows) -> None:
+        if dock.field is None:
             self._places = {row.key: (row.to_window(*row.pos), self._rests_until(row)) for row in rows}
             self._ends = Clock.get_time() + STILL
 
@@ -200,7 +214,7 @@ class Rows(MDBoxLayout):
         if issubclass(kind, RecycledRow):
             self._spare += removed
         for key, data in rows.items():
-            view = old.get(key) or (self._spare.pop() if self._spare else kind())
+            view = old.get(key) or (self._spare.pop() if self._spare else self._new_view(kind))
             view.host, view.standing = self.host or self, self._standing
             (type(view) if isinstance(view, Row) else Row).take(view, data)
             self._views[key] = view
@@ -214,6 +228,11 @@ class Rows(MDBoxLayout):
             self.clear_widgets()
             for view in wanted:
                 self.add_widget(view)
+
+    def _new_view(self, kind):
+        view = kind()
+        view.fbind("height", lambda *_: self._standing.grown(view, self._views.values()))
+        return view
 
 
 class RecycledRow(Row):

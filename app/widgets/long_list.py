@@ -276,6 +276,8 @@ class LongList(LowPage):
             view.width = self.width
             seat.pos = 0, self._content.height - self._tops[n] - view.height
             if self._heights.get(key) != view.height:
+                if key in self._heights:
+                    self.standing.grown(view, self.rows)
                 self._heights[key] = view.height
                 self._recalculate()
         for seat in self._spare:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import pytest
+from kivy.factory import Factory
 
 from app.widgets.buttons import IconButton
 from app.widgets.lists import KEPT, STILL, Rows
 from app.widgets.long_list import LongList
+from app.widgets.scrolling import ScrollPage
 from app.widgets.text import Txt
 from tests.ui.checks import parents, visible_area
 from tests.ui.queue_rows import QueueRow, entry, queue
@@ -89,6 +91,28 @@ def test_an_untouched_row_rests_where_it_has_come(ui, after):
     ui.advance(STILL)
     ui.tap_at(*place)
     assert happened == [(after[0], "cancel")]
+
+
+@pytest.mark.parametrize("kind", ["LongList", "RowColumn"])
+def test_a_row_that_slides_under_the_finger_as_another_one_grows_is_not_pressed(ui, kind):
+    rows, page = Factory.get(kind)(viewclass="QueueRow", data=queue(1, 2, 3)), ScrollPage()
+    if kind == "LongList":
+        ui.show(rows, (400, 400))
+    else:
+        page.add_widget(rows)
+        ui.show(page, (400, 400))
+    happened = actions_of(rows)
+    ui.advance(STILL)
+    cross = ui.find(IconButton, root=ui.find(QueueRow, key=2))
+    first = ui.find(QueueRow, key=1)
+    first.least += 40  # as if its text had got a line more
+    ui.advance(0.1)
+    place = cross.to_window(*cross.center)
+    ui.tap_at(*place)
+    assert happened == []
+    ui.advance(STILL)
+    ui.tap_at(*place)
+    assert happened == [(2, "cancel")]
 
 
 def test_impatient_taps_never_reach_the_row_that_comes_next(ui):
