@@ -27,7 +27,7 @@ from app.domain.models import Settings
 log = logging.getLogger(__name__)
 
 HEARTBEAT_AGE = timedelta(minutes=1)  # more than the app lets pass between two
-NOT_RESTORED = message("The backup {path} can't be restored: {problem}; nothing was changed, so choose another one")[
+NOT_RESTORED = message("The backup {path} can't be restored ({problem}). Nothing was changed, so choose another one")[
     "msgid"
 ]
 BACKUPS = "backups"  # the directory, in the data directory

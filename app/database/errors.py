@@ -55,7 +55,7 @@ class DatabaseDamaged(DatabaseError):
             )
         )
         whole = message(
-            "The database {path} is damaged ({problem}){kept}; {mend}", path=path, problem=problem, kept=kept, mend=mend
+            "The database {path} is damaged ({problem}){kept}, {mend}", path=path, problem=problem, kept=kept, mend=mend
         )
         super().__init__(whole["msgid"], **whole["params"])
 

@@ -68,7 +68,7 @@ def chosen(
     if not whole:
         return first
     others = [_described(robot, zone, translate) for robot in robots[1:MOST_SHOWN]]
-    return "; ".join([first, *others, *_more(choice, robots, translate)])
+    return " · ".join([first, *others, *_more(choice, robots, translate)])
 
 
 def earlier_robots(tried: Mapping[str, Any], robot: str, translate: Translate = lambda text: text) -> str:
@@ -86,7 +86,7 @@ def earlier_robots(tried: Mapping[str, Any], robot: str, translate: Translate = 
         parts.append(template.format(robot=each["robot"], problem=text))
     if parts and robot:
         parts.append(translate("assigned to {robot}").format(robot=robot))
-    return "; ".join(parts)
+    return " · ".join(parts)
 
 
 def stuck_since(execution: Execution, snapshot: RobotSnapshot) -> datetime | None:
@@ -107,7 +107,7 @@ def awaited(choice: Mapping[str, Any], zone: tzinfo | str, translate: Translate 
     parts = [_described(robot, zone, translate) for robot in robots[:MOST_SHOWN]]
     if kept_for := choice.get("kept_for"):
         parts.insert(0, translate("kept for {mission}").format(mission=kept_for))
-    return "; ".join([*parts, *_more(choice, robots, translate)])
+    return " · ".join([*parts, *_more(choice, robots, translate)])
 
 
 def may_any(choice: Mapping[str, Any]) -> bool:
@@ -167,7 +167,7 @@ def _state(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -
 
 def _queued(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
     if until := _time(robot.get("until"), zone, translate):
-        return translate("{robot}: into its queue before the start window closes; free about {until}").format(
+        return translate("{robot}: into its queue before the start window closes, free about {until}").format(
             robot=robot["robot"], until=until
         )
     return _why(robot, zone, translate)

@@ -99,7 +99,7 @@ def _unknown(mission: str, name: str, known: Sequence[str]) -> InvalidInput:
         )
     return InvalidInput(
         "parameters",
-        "{mission} has no parameter {name}; it takes {known}",
+        "{mission} has no parameter {name}, it takes {known}",
         mission=mission,
         name=name,
         known=_listed(known),

@@ -99,7 +99,7 @@ _TEMPLATES: Mapping[ReasonCode, Sequence[Template]] = MappingProxyType(
             (("until",), "On hold until {until_with_date}"),
             (
                 ("starts", "dates", "paused_until"),
-                "{starts} starts were skipped, {dates}: the schedule was paused until {paused_until_with_date}",
+                "{starts} starts were not run, {dates}: the schedule was paused until {paused_until_with_date}",
             ),
             (("paused_until",), "The schedule was paused until {paused_until_with_date}"),
             (("skipped_at",), "Skipped by a person on {skipped_at_with_date}"),
@@ -134,20 +134,20 @@ _WAITS: Mapping[Wait, Sequence[Template]] = MappingProxyType(
     {
         Wait.DUE: (((), "Is being sent"),),
         Wait.RETRY: (
-            (("attempts", "problem"), "Attempt {attempts} failed: {problem}; trying again until {closes_at}"),
-            ((), "The last attempt failed; trying again until {closes_at}"),
+            (("attempts", "problem"), "Attempt {attempts} failed, trying again until {closes_at}: {problem}"),
+            ((), "The last attempt failed, trying again until {closes_at}"),
         ),
         Wait.BATTERY: (
-            (("battery", "minimum"), "Battery {battery} % is under {minimum} %; waits until {closes_at}"),
-            (("minimum",), "Battery unknown, at least {minimum} % needed; waits until {closes_at}"),
-            ((), "Battery under the minimum; waits until {closes_at}"),
+            (("battery", "minimum"), "Battery {battery} % is under {minimum} %, waits until {closes_at}"),
+            (("minimum",), "Battery unknown, at least {minimum} % needed, waits until {closes_at}"),
+            ((), "Battery under the minimum, waits until {closes_at}"),
         ),
         Wait.HOLD: (
-            (("hold",), "On hold: {hold}; waits until {closes_at}"),
-            ((), "On hold; waits until {closes_at}"),
+            (("hold",), "On hold: {hold}, waits until {closes_at}"),
+            ((), "On hold, waits until {closes_at}"),
         ),
-        Wait.LATE_START: (((), "Starts late because the app was off; can still be put on hold"),),
-        Wait.CLOCK: (((), "The tablet's clock can't be trusted; waits until {closes_at}"),),
+        Wait.LATE_START: (((), "Starts late because the app was off, can still be put on hold"),),
+        Wait.CLOCK: (((), "The tablet's clock can't be trusted, waits until {closes_at}"),),
         Wait.ROBOT: (
             (("before",), "Waits for the end of the start of {before}, until {closes_at}"),
             (("group",), "Waits for a robot of {group} until {closes_at}"),
@@ -161,8 +161,8 @@ _WAITS: Mapping[Wait, Sequence[Template]] = MappingProxyType(
             ((), "Waits for a place until {closes_at}"),
         ),
         Wait.ELSEWHERE: (
-            (("robots",), "May have run already; waits until {closes_at} for an answer from {robots}"),
-            ((), "Robots are being asked whether it has run already; waits until {closes_at}"),
+            (("robots",), "May have run already, waits until {closes_at} for an answer from {robots}"),
+            ((), "Robots are being asked whether it has run already, waits until {closes_at}"),
         ),
     }
 )
@@ -228,7 +228,7 @@ def waiting_sentence(
         details = {**execution.wait_details, "attempts": execution.attempts, "closes_at": execution.closes_at}
         return _filled_in(_WAITS[execution.wait], details, zone or execution.timezone, translate)
     if execution.state is State.SUBMITTING and execution.withdrawn is not None:
-        return translate("Not sent again; the robot is asked whether it has it")
+        return translate("Not sent again, the robot is asked whether it has it")
     if execution.state is State.SUBMITTING and "answer" in execution.wait_details:
         return _filled_in(_ANSWERED, execution.wait_details, zone or execution.timezone, translate)
     return translate(_UNDER_WAY[execution.state]) if execution.state in _UNDER_WAY else ""

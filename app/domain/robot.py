@@ -305,9 +305,9 @@ def problems_in_words(problems: Sequence[RobotProblem]) -> Message:
     """The first different ones, each with its code, and the number of others; empty without texts."""
     found = list(dict.fromkeys(filter(None, map(_described, problems))))
     shown = found[:MOST_PROBLEMS]
-    while len(shown) > 1 and len("; ".join(shown)) > LONGEST_PROBLEMS:
+    while len(shown) > 1 and len(" · ".join(shown)) > LONGEST_PROBLEMS:
         shown.pop()
-    text, more = clipped("; ".join(shown), LONGEST_PROBLEMS), len(found) - len(shown)
+    text, more = clipped(" · ".join(shown), LONGEST_PROBLEMS), len(found) - len(shown)
     return message("{problems} … and {count} more", problems=text, count=more) if more else text
 
 

@@ -44,7 +44,7 @@ class Token:
             except (binascii.Error, ValueError):
                 pair = b""
             if scheme != "Basic" or b":" not in pair:
-                raise InvalidInput("password", "the stored credentials can't be read; enter the password again")
+                raise InvalidInput("password", "the stored credentials can't be read: enter the password again")
         return cls(header)
 
     @property

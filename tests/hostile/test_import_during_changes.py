@@ -119,7 +119,7 @@ def test_what_starting_missions_writes_does_not_restart_the_import(container, mo
 
 def test_a_plan_that_changes_all_the_time_is_not_imported(container, monkeypatch):
     made = disturb(monkeypatch, container.db, CHANGED["a setting"], times=1000)
-    with pytest.raises(InvalidInput, match="the plan keeps changing; try again"):
+    with pytest.raises(InvalidInput, match="the plan keeps changing: try again"):
         take(container, priority=7)
     assert (len(made), priority(container)) == (catalogues.REHEARSALS, 0)
 

@@ -121,7 +121,7 @@ def test_a_wrong_file_is_reported_and_changes_nothing(container):
     with pytest.raises(BadInput) as refused:
         next(filter(None, (answers["import"](request) or time.sleep(0.01) for _ in itertools.count())))
     assert str(refused.value) == (
-        "bad.json: schedules[1].mission: there is no mission unknown for R; add it, "
+        "bad.json: schedules[1].mission: there is no mission unknown for R, add it "
         "or write the name that it has now; nothing was changed"
     )
     assert not file.exists()

@@ -46,7 +46,7 @@ def test_a_missing_password_is_an_alarm_until_it_is_entered(site):
     let_import_change_the_user(site)
     (alarm,) = alarms(site)
     assert alarm.priority is Priority.HIGH
-    assert alarm_sentence(alarm) == "R1 is switched off until its password is entered; nothing is sent"
+    assert alarm_sentence(alarm) == "R1 is switched off until its password is entered, nothing is sent"
     enter_password(site)
     assert alarms(site) == []
 

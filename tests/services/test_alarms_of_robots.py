@@ -104,7 +104,7 @@ def test_robots_that_have_changed_places_are_named(tmp_path):
     site.run(60)
     alarms = {alarm.details["robot"]: alarm for alarm in site.container.alarms.open()}
     assert alarm_sentence(alarms["R1"]) == (
-        f"Another robot answers at the address of R1: serial number {first.serial_number} (R2) instead of {second.serial_number}; "
+        f"Another robot answers at the address of R1: serial number {first.serial_number} (R2) instead of {second.serial_number}, "
         "nothing is sent"
     )
     assert alarm_note(alarms["R2"], site.container.settings(), site.clock.now()).endswith("correct the addresses")

@@ -11,7 +11,7 @@ import pytest
 import mir_sim
 from tests.support.process import answer, configuration_of, prepared, running, wait_for
 
-PROBLEM = "The tablet's clock can't be right: the robot's clock is 60 min ahead of it; nothing is sent"
+PROBLEM = "Nothing is sent, the tablet's clock can't be right: the robot's clock is 60 min ahead of it"
 TIME = r"\d{4}-\d\d-\d\d \d\d:\d\d \(.+\)\n"
 
 

@@ -106,7 +106,7 @@ def test_the_nearer_of_two_robots_comes_and_says_so(hall):
     row = planned(hall)
     assert (row.robot, metres(row)) == (
         "R2",
-        "R2: free now, 7 m away, will be done soonest, about 06:12; R1: free now, 28 m away",
+        "R2: free now, 7 m away, will be done soonest, about 06:12 · R1: free now, 28 m away",
     )
 
 
@@ -117,14 +117,14 @@ def test_a_nearer_robot_that_gets_another_start_is_said_to(hall):
     hall.plan("B", f"{hall.clock.now() + timedelta(minutes=1):%Y-%m-%dT%H:%M}")
     planned(hall)
     [farther] = [row for row in hall.executions() if row.robot == "R1" and row.group_id]
-    assert metres(farther) == "R1: free now, 28 m away; Deliver is being sent to R2"
+    assert metres(farther) == "R1: free now, 28 m away · Deliver is being sent to R2"
 
 
 def test_without_positions_the_first_comes_and_nothing_is_said_of_metres(hall):
     experienced(hall)
     put(hall, R2=NEAR)
     row = planned(hall)
-    assert (row.robot, metres(row)) == ("R1", "R1: free now, has run less today; R2: free now")
+    assert (row.robot, metres(row)) == ("R1", "R1: free now, has run less today · R2: free now")
 
 
 def test_on_another_map_no_way_is_known(hall):
@@ -136,7 +136,7 @@ def test_on_another_map_no_way_is_known(hall):
         )
     hall.machines["R2"].relocate(NEAR, "another-map")
     row = planned(hall)
-    assert (row.robot, metres(row)) == ("R1", "R1: free now, 28 m away, has run less today; R2: free now")
+    assert (row.robot, metres(row)) == ("R1", "R1: free now, 28 m away, has run less today · R2: free now")
 
 
 def at_once(hall):
@@ -148,7 +148,7 @@ def test_where_a_robot_says_nonsense_of_its_position_it_is_not_known(hall):
     experienced(hall)
     put(hall, R1=Pose(1e308, -1e308, 0.0), R2=Pose(20_000.0, 0.0, 0.0))
     row = planned(hall)
-    assert (row.robot, metres(row)) == ("R1", "R1: free now, has run less today; R2: free now")
+    assert (row.robot, metres(row)) == ("R1", "R1: free now, has run less today · R2: free now")
 
 
 def test_a_busy_robot_comes_from_where_its_last_mission_ends(hall):

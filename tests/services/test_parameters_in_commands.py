@@ -8,7 +8,7 @@ import pytest
 
 from tests.support.process import answer, configuration_of, once_now, prepared, refusal, running, write_configuration
 
-UNKNOWN = "Go to position has no parameter Speed; it takes Position"
+UNKNOWN = "Go to position has no parameter Speed, it takes Position"
 
 
 @pytest.mark.parametrize("app", [running, lambda _directory: nullcontext()], ids=["with an app", "alone"])

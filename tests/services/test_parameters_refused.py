@@ -41,7 +41,7 @@ def schedule(parameters, **values):
 
 
 WRONG = [
-    ({"Position": "Line 1", "Speed": 1}, "Go to position has no parameter Speed; it takes Position"),
+    ({"Position": "Line 1", "Speed": 1}, "Go to position has no parameter Speed, it takes Position"),
     ({"Position": "Nowhere"}, "Go to position can't take Nowhere for Position: Choose one of "),
     ({"Position": 7}, "Go to position can't take 7 for Position: Choose one of "),
     ({"Position": ""}, "Position is missing: the robot does not start Go to position without it"),
@@ -104,7 +104,7 @@ def test_a_start_of_which_the_robot_never_said_anything_is_asked_for_and_refused
     (row,) = site.executions(State.FAILED)
     assert (row.reason.code, sentence(row.reason, "UTC")) == (
         ReasonCode.REFUSED,
-        "The robot refused it: Go to position has no parameter Speed; it takes Position",
+        "The robot refused it: Go to position has no parameter Speed, it takes Position",
     )
     assert site.network.posts() == []
 
@@ -144,7 +144,7 @@ def test_a_mission_that_lost_a_parameter_on_the_robot_is_known_to_after_its_firs
     site.run(600)
     (row,) = site.executions(State.FAILED)
     assert (
-        sentence(row.reason, "UTC") == "The robot refused it: Go to position has no parameter Speed; it takes Position"
+        sentence(row.reason, "UTC") == "The robot refused it: Go to position has no parameter Speed, it takes Position"
     )
     assert len(site.network.posts()) == 1
     site.run(86_400)

@@ -92,7 +92,7 @@ def test_starts_of_a_pause_were_not_missed_when_the_app_was_off(plant):
         (26, State.MISSED, 2),
     ]
     assert reasons.sentence(plant.rows()[0].reason, "UTC") == (
-        "2 starts were skipped, 23–24 November: the schedule was paused until 25 Nov 2026"
+        "2 starts were not run, 23–24 November: the schedule was paused until 25 Nov 2026"
     )
     [alarm] = [alarm for alarm in plant.container.alarms.open() if alarm.code == "executions_missed"]
     assert alarm.details["count"] == 2

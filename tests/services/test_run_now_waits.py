@@ -40,7 +40,7 @@ def test_it_says_that_the_robot_is_silent(tmp_path, fleet, capsys):
     with pytest.raises(Failure, match="was not started"):
         run(tmp_path / "data", configuration)
     said = capsys.readouterr()
-    assert "failed: 127.0.0.1:9 refused the connection" in said.err
+    assert "127.0.0.1:9 refused the connection" in said.err
     assert all(line.startswith("main.py: ") for line in said.err.splitlines())
     assert said.out == ""
 
@@ -51,7 +51,7 @@ def test_during_a_running_app_too(tmp_path, fleet, capsys):
     prepared(tmp_path / "data", configuration)
     with running(tmp_path / "data"), pytest.raises(Failure, match="was not started"):
         run(tmp_path / "data", configuration)
-    assert "failed: 127.0.0.1:9 refused the connection" in capsys.readouterr().err
+    assert "127.0.0.1:9 refused the connection" in capsys.readouterr().err
 
 
 def test_what_is_taken_at_once_waits_for_nothing(tmp_path, fleet, capsys):

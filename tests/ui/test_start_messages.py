@@ -130,7 +130,7 @@ def test_a_start_that_one_refused_and_another_took_names_both(world, ui):
     world.becomes(replace(SENT, tried=REFUSED.tried))
     [message] = world.messages
     assert message.startswith("Kits is sent to Aino. Veikko refused it: The robot has no such mission")
-    assert message.endswith("; assigned to Aino")
+    assert message.endswith(" · assigned to Aino")
 
 
 HELD = replace(BOUND, wait=Wait.HOLD, wait_details={"hold": "Maintenance"})
@@ -266,7 +266,7 @@ def test_each_try_to_reach_a_robot_says_no_more_than_the_first(world, ui):
     world.reports.follow(SILENT)
     world.becomes(failed(1))
     [message] = world.messages
-    assert message.startswith("Kits is not sent to Aino yet. Attempt 1 failed: it refused the connection; ")
+    assert message.startswith("Kits is not sent to Aino yet. Attempt 1 failed, trying again until ")
     for attempts in (2, 3):
         ui.advance(3)
         world.becomes(replace(failed(attempts), state=State.SUBMITTING))

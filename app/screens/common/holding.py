@@ -96,14 +96,14 @@ def held_note(hold: Hold | None, at: datetime, window_minutes: int | None, setti
         return ""
     if hold.until is None or not _is_too_late(hold, at, window_minutes, settings):
         return until_words(hold, settings, now)
-    return _("skipped: on hold until {time}").format(time=formats.day_or_time(hold.until, settings.timezone, now))
+    return _("not run: on hold until {time}").format(time=formats.day_or_time(hold.until, settings.timezone, now))
 
 
 def held_word(hold: Hold | None, at: datetime, window_minutes: int | None, settings: Settings) -> str:
     """``held_note`` as one word."""
     if hold is None:
         return ""
-    return _("skipped") if _is_too_late(hold, at, window_minutes, settings) else _("on hold")
+    return _("not run") if _is_too_late(hold, at, window_minutes, settings) else _("on hold")
 
 
 def _is_too_late(hold: Hold, at: datetime, window_minutes: int | None, settings: Settings) -> bool:

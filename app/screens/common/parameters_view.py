@@ -36,7 +36,7 @@ class Problems(ValueError):
 
     def __init__(self, by_name: Mapping[str, str]) -> None:
         self.by_name = by_name
-        super().__init__("; ".join(by_name.values()))
+        super().__init__(" · ".join(by_name.values()))
 
 
 def fields_of(parameters: Sequence[MissionParameter], entered: Mapping[str, Any] = NOTHING) -> list[ParameterField]:

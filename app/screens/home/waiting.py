@@ -96,7 +96,7 @@ def waits_for(row: Execution, settings: Settings) -> str:
             else _("Not run if none can by {time}")
         )
         if row.finish_by is not None:
-            end, last_call = _("Skipped if it can't be done by {time}"), formats.clock_time(row.finish_by, zone)
+            end, last_call = _("Not run if it can't be done by {time}"), formats.clock_time(row.finish_by, zone)
         parts = [words, end.format(time=last_call)]
     return ". ".join(filter(None, (passed, *parts)))
 

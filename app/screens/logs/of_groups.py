@@ -58,7 +58,7 @@ def steps(execution: Execution, zone: ZoneInfo) -> list[Step]:
     found = [
         (_("Passed by"), formats.NOTHING, note)
         for key, each in execution.tried.items()
-        if (note := choice.earlier_robots({key: each}, execution.robot, _).partition("; ")[0])
+        if (note := choice.earlier_robots({key: each}, execution.robot, _).partition(" · ")[0])
     ]
     if chosen := choice.chosen(execution.choice, zone, _):
         at = (

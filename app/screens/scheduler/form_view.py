@@ -376,7 +376,7 @@ def _starts(facts: SchedulerFacts, forecast: Forecast | None, draft: Draft, now:
         text = _day_and_time(at, draft, now)
         held = held_word(facts.hold(draft.robot_id, draft.group_id, at), at, draft.start_window_minutes, facts.settings)
         if at in forecast.skipped:
-            rows.append((at, StartRow(f"{text} · {_('skipped')}", SKIPPED)))
+            rows.append((at, StartRow(f"{text} · {_('not run')}", SKIPPED)))
         else:
             kind = HAND if held else "alert" if at in marked else ""
             rows.append((at, StartRow(" · ".join(filter(None, (text, held))), kind)))

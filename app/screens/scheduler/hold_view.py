@@ -73,7 +73,7 @@ def robot_options(facts: SchedulerFacts) -> list[Option]:
 
 def what_follows(shares: bool = False) -> str:
     """What will happen to the starts; ``shares``: it is one robot of a group."""
-    text = _("Starts wait. Those too late by then are skipped. Running missions continue.")
+    text = _("Starts wait. Those too late by then are not run. Running missions continue.")
     return text + " " + _("Starts for a group go to its other robots.") if shares else text
 
 

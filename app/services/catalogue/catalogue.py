@@ -132,7 +132,7 @@ class Catalogue:
             if self._db.write(rehearsal.repeat):
                 self._publish(edit)
                 return result
-        raise InvalidInput("file", "the plan keeps changing; try again")
+        raise InvalidInput("file", "the plan keeps changing: try again")
 
     def _publish(self, edit: Edit) -> None:
         for line in edit.notes[:MOST_NOTES]:

@@ -144,7 +144,7 @@ def battery(value: object, field: str) -> float | None:
 def timezone(value: object, field: str = "timezone") -> str:
     """An IANA name that this system knows."""
     if not isinstance(value, str) or not is_zone(value):
-        raise InvalidInput(field, "{zone} is no time zone; use an IANA name such as Europe/Helsinki", zone=shown(value))
+        raise InvalidInput(field, "{zone} is no time zone: use an IANA name such as Europe/Helsinki", zone=shown(value))
     return value
 
 
@@ -203,7 +203,7 @@ def username(value: object, field: str) -> str:
 
 def password(value: object, field: str) -> str:
     if not (entered := text(value, field)):
-        raise InvalidInput(field, "a password can't be empty; leave it out to keep the present one")
+        raise InvalidInput(field, "a password can't be empty: leave it out to keep the present one")
     return entered
 
 

@@ -119,7 +119,7 @@ class Edit:
         if meant is None:
             raise InvalidInput(
                 "mission",
-                "the mission {name} is for one robot only; a group needs one for all robots",
+                "the mission {name} is for one robot only, a group needs one for all robots",
                 name=mission.name,
             )
         return meant

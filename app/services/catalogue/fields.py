@@ -139,7 +139,7 @@ def check_keys(path: str, found: Mapping[str, Any], known: Iterable[str]) -> Non
     if unknown := sorted(found.keys() - set(known)):
         raise InvalidInput(
             path or "file",
-            "{where}unknown key {keys}; known are {known}",
+            "{where}unknown key {keys}, known are {known}",
             where=f"{path}: " if path else "",
             keys=", ".join(map(checks.shown, unknown[:5])),
             known=", ".join(sorted(known)),

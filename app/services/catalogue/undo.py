@@ -71,7 +71,7 @@ def restore(edit: Edit, removed: Removed) -> None:
         except InvalidInput as other:
             raise InvalidInput(
                 other.field,
-                "not restored: {problem}; change or delete that one, then undo again",
+                "not restored: {problem}. Change or delete that one, then undo again",
                 problem=other.message,
             ) from None
         edit.robots.update(edit.c, replace(robot, token=removed.token))

@@ -112,14 +112,14 @@ def one_time_on_working_day(schedule: Schedule, calendar: WorkingCalendar) -> No
     if status.name:
         raise InvalidInput(
             "start",
-            "{day} is not a working day: {name}; choose another day or do not respect working days",
+            "{day} is not a working day: {name}. Choose another day or do not respect working days",
             day=f"{day:%Y-%m-%d}",
             name=status.name,
             next=next_day,
         )
     raise InvalidInput(
         "start",
-        "{day} is a {weekday}, which is not a working day; choose another day or do not respect working days",
+        "{day} is a {weekday}, which is not a working day: choose another day or do not respect working days",
         day=f"{day:%Y-%m-%d}",
         weekday=_WEEKDAY_NAMES[day.weekday()],
         next=next_day,

@@ -111,7 +111,7 @@ def put_back(
             if known := [item for item in left_open if parse.queue_state(item) is not QueueState.UNKNOWN]:
                 return Outcome(
                     message(
-                        "mission {number} of the trial does not end; cancel it on the robot",
+                        "mission {number} of the trial does not end: cancel it on the robot",
                         number=str(known[0].get("id")),
                     )
                 )
@@ -139,9 +139,9 @@ def _end_pause(session: CheckUpSession, journal: Journal, ours: Iterable[parse.O
     if not left.is_paused:
         return Outcome(None, stays_paused=True)
     if status.has_booted_since(left.uptime_s) or _have_gone_on(ours, left.started):
-        return Outcome(message("it is paused, and somebody may have paused it; press Resume there or in the app"))
+        return Outcome(message("it is paused, and somebody may have paused it: press Resume there or in the app"))
     if is_in_use:
-        return Outcome(message("it is paused, with missions of others in its queue; press Resume there or in the app"))
+        return Outcome(message("it is paused, with missions of others in its queue: press Resume there or in the app"))
     set_state(session, RobotState.READY)
     return Outcome(None)
 

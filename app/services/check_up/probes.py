@@ -58,18 +58,18 @@ def software(session: CheckUpSession) -> Found:
     means = message("Try it with a mission before its first night, and look at its runs in the morning.")
     if None in offers:
         return amber(
-            "Its software is {software}; not found out which of MiR's definitions fits, as it does not say "
+            "Its software is {software}. Not found out which of MiR's definitions fits, as it does not say "
             "what it offers",
             means,
             software=name,
         )
     if fits is None:
         return amber(
-            "Its software is {software}; none of MiR's known definitions fits what it offers", means, software=name
+            "Its software is {software}. None of MiR's known definitions fits what it offers", means, software=name
         )
     if session.identity.software is None:
         return amber(
-            "It does not report its software; MiR's definition of {definition} fits",
+            "It does not report its software. MiR's definition of {definition} fits",
             "The app can't see when its software changes: check it up again after each change.",
             definition=fits,
         )
@@ -77,7 +77,7 @@ def software(session: CheckUpSession) -> Found:
         return amber(
             "Its software is {software}, but it offers what {definition} does", means, software=name, definition=fits
         )
-    return green("Its software is {software}; MiR's definition of {definition} fits", software=name, definition=fits)
+    return green("Its software is {software}. MiR's definition of {definition} fits", software=name, definition=fits)
 
 
 def _offers(session: CheckUpSession, path: str) -> bool | None:
@@ -93,7 +93,7 @@ def certificate(session: CheckUpSession) -> Found:
         return green("It is asked over https, and its certificate is trusted")
     return amber(
         "It is asked over http: anyone on the network can read the password",
-        "Where the robot offers https (software 3 and later), change its address to https://…; else keep its network "
+        "Where the robot offers https (software 3 and later), change its address to https://… Otherwise keep its network "
         "for robots only.",
     )
 
@@ -109,7 +109,7 @@ def battery(session: CheckUpSession) -> Found:
         )
     return amber(
         "It does not report its battery level",
-        "A start that needs a minimum battery is skipped on it: set none for its schedules.",
+        "A start that needs a minimum battery is not run on it: set none for its schedules.",
     )
 
 
@@ -134,7 +134,7 @@ def clock(session: CheckUpSession) -> Found:
     if zone is not None and _differs(session, zone):
         return amber(
             "Its clock is set to {zone}, the plan to {own}",
-            "Starts follow the plan's time zone. Times on the robot's own pages differ; set its time zone to avoid mistakes.",
+            "Starts follow the plan's time zone. Times on the robot's own pages differ: set its time zone to avoid mistakes.",
             zone=zone,
             own=session.zone,
         )
@@ -144,7 +144,7 @@ def clock(session: CheckUpSession) -> Found:
             "Starts follow the tablet's clock. Let both set their time by the network.",
         )
     return green(
-        "Its clock is right, in {zone}" if zone else "Its clock is right; it does not report its time zone", zone=zone
+        "Its clock is right, in {zone}" if zone else "Its clock is right. It does not report its time zone", zone=zone
     )
 
 
@@ -231,13 +231,13 @@ def missions(session: CheckUpSession) -> Found:
         )
     if guids and not seen:
         return amber(
-            "It has {n} missions; not found out which ask for values when they are started",
+            "It has {n} missions. Not found out which ask for values when they are started",
             "None of them could be read: open one on the robot, and check up again.",
             n=len(guids),
         )
     if guids:
         return green(
-            "It has {n} missions; {parameters} of {seen} looked at ask for values when they are started",
+            "It has {n} missions, {parameters} of {seen} looked at ask for values when they are started",
             n=len(guids),
             parameters=with_parameters,
             seen=len(seen),
@@ -250,14 +250,14 @@ def maps(session: CheckUpSession) -> Found:
     if not answer.is_list:
         return amber(
             "Its maps can't be read: {problem}",
-            "Home shows no map of it; everything else works.",
+            "Home shows no map of it. Everything else works.",
             problem=answer.problem,
         )
     current = next((clean(entry.get("name"), 80) for entry in answer.rows if entry.get("guid") == map_id), None)
     if current is None and map_id is None:
         return amber(
             "Not found out which of its {n} maps is in use: its status does not say",
-            "Home shows no map of it; everything else works.",
+            "Home shows no map of it. Everything else works.",
             n=len(answer.rows),
         )
     if current is None:
@@ -269,8 +269,8 @@ def maps(session: CheckUpSession) -> Found:
     positions = session.robot.get(f"/maps/{map_id}/positions")
     if not positions.is_good:
         return amber(
-            "It drives on the map {name}, one of {n}; its positions can't be read: {problem}",
-            "Home shows no positions on it; everything else works.",
+            "It drives on the map {name}, one of {n}. Its positions can't be read: {problem}",
+            "Home shows no positions on it. Everything else works.",
             name=current,
             n=len(answer.rows),
             problem=positions.problem,
@@ -299,8 +299,8 @@ def language(session: CheckUpSession) -> Found:
     if status.state is not RobotState.UNKNOWN and status.state_text and not _is_english(status):
         return amber(
             "It speaks another language: its state is {text}",
-            "Its texts are shown in its own words. A trial with a mission shows its word for a cancelled mission; "
-            "without one, a mission that somebody cancels at the robot is shown as failed.",
+            "Its texts are shown in its own words. A trial with a mission shows its word for a cancelled mission. "
+            "Without one, a mission that somebody cancels at the robot is shown as failed.",
             text=status.state_text,
         )
     if not status.state_text:

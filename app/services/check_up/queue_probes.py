@@ -184,7 +184,7 @@ def others(session: CheckUpSession) -> Found:
         return amber("One mission of the last two hours is of {name}", SHARED, name=_name(lately[0][1]))
     if undated:
         return amber(
-            "{n} of the newest {of} missions in its queue were queued by others; it does not report when",
+            "{n} of the newest {of} missions in its queue were queued by others. It does not report when",
             SHARED,
             n=undated,
             of=len(entries),

@@ -96,9 +96,9 @@ def heading(report: Report, zone: str, language: Language = str) -> list[str]:
             address=report.address,
         )
         if report.model or profile.serial_number or profile.software
-        else message("At {address}; it did not report what it is", address=report.address),
+        else message("At {address}. It did not report what it is", address=report.address),
         message(
-            "{time} ({zone}); it took {seconds} s", time=f"{at:%Y-%m-%d %H:%M}", zone=zone, seconds=round(report.took_s)
+            "{time} ({zone}), it took {seconds} s", time=f"{at:%Y-%m-%d %H:%M}", zone=zone, seconds=round(report.took_s)
         ),
         message("Tried with the mission {mission}", mission=report.mission)
         if report.mission

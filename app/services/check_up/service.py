@@ -242,7 +242,7 @@ def moves(robot: str, trial: Trial) -> Message:
     """What happens on the robot of this name."""
     if trial.mission is None:
         return message(
-            "{robot} gets a mission that waits a second, four times; one of them is cancelled before it runs. The robot is "
+            "{robot} gets a mission that waits a second, four times. One of them is cancelled before it runs. The robot is "
             "paused twice for a few seconds and resumed. The mission is removed afterwards. Nothing drives.",
             robot=robot,
         )

@@ -103,7 +103,7 @@ def _recognised(session: CheckUpSession, result: TrialResult) -> Found:
         )
     shown = clean(result.items[0].now.get(DESCRIPTION), 80)
     return amber(
-        "The app's mark does not come back; the description is {text}"
+        "The app's mark does not come back, the description is {text}"
         if shown
         else "The app's mark does not come back",
         "The app knows its missions by their number, and after a lost answer by mission, user and time. Only the app "
@@ -170,7 +170,7 @@ def _ends(result: TrialResult) -> Found | None:
         )
     if len(ended) < len(result.runs):
         return amber(
-            "A mission of the trial did not end in time; its state is {state}",
+            "A mission of the trial did not end in time, its state is {state}",
             "Look at the robot, and check up again with a shorter mission.",
             state=next(item.word for item in result.runs if not item.has_ended),
         )
@@ -305,9 +305,9 @@ def _pause(result: TrialResult) -> Found | None:
         )
     if result.waits_in_pause:
         return green(
-            "While it is paused, missions wait; the running one continues afterwards"
+            "While it is paused, missions wait. The running one continues afterwards"
             if result.runs_on
-            else "While it is paused, missions wait; they were too short to see whether a running one continues"
+            else "While it is paused, missions wait. They were too short to see whether a running one continues"
         )
     return None
 

@@ -150,10 +150,10 @@ class Trials:
                 "Look at the robot, then reset the error there or in the app.",
             )
         if robot.id in self._stays_paused:
-            return green("Nothing of the trial is left on it; it is paused, as somebody wanted")
+            return green("Nothing of the trial is left on it. It is paused, as somebody wanted")
         if outcome.stays_paused:
             return amber(
-                "Nothing of the trial is left on it; it is paused",
+                "Nothing of the trial is left on it. It is paused",
                 "Resume it at the robot or in the app when it may continue.",
             )
         return green("Its state is the same as before: nothing is queued, no mission was left, it is not paused")

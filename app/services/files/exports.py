@@ -137,12 +137,12 @@ class DataFiles:
         """A file that appears under its name only when it is whole; its owner alone can read it."""
         target = self._resolved(text)
         if target.is_dir():
-            raise InvalidInput("path", "{path} is a directory; add the name of a file", path=target)
+            raise InvalidInput("path", "{path} is a directory: add the name of a file", path=target)
         if not target.suffix:
             target = target.with_suffix(suffix)
         found = without_links(target)
         if found.exists():
-            raise InvalidInput("path", "{path} exists already; choose another name", path=target)
+            raise InvalidInput("path", "{path} exists already: choose another name", path=target)
         if target.parent == self.directory:
             with contextlib.suppress(OSError):
                 target.parent.mkdir(mode=0o700, exist_ok=True)

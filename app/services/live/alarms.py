@@ -33,23 +33,23 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = {
             "robot_error": "{robot}: {problem}",
             "emergency_stop": "{robot}: the emergency stop is pressed",
             "question": "{robot} asks: {question}",
-            "wrong_robot": "Another robot answers at the address of {robot}: serial number {found} instead of {expected}; "
+            "wrong_robot": "Another robot answers at the address of {robot}: serial number {found} instead of {expected}, "
             "nothing is sent",
             "same_machine": "{robots} have the same serial number, {number}: they are one machine, and starts for both end "
             "up in its one queue",
-            "serial_hidden": "{robot} no longer shows its serial number {expected}; nothing is sent",
-            "certificate_changed": "{robot} shows another certificate than the one that is trusted; nothing is sent",
-            "certificate_untrusted": "{robot} shows a certificate that is not trusted; nothing is sent",
-            "needs_password": "{robot} is switched off until its password is entered; nothing is sent",
-            "clock_implausible": "The tablet's clock can't be right: {problem}; nothing is sent",
+            "serial_hidden": "{robot} no longer shows its serial number {expected}, nothing is sent",
+            "certificate_changed": "{robot} shows another certificate than the one that is trusted, nothing is sent",
+            "certificate_untrusted": "{robot} shows a certificate that is not trusted, nothing is sent",
+            "needs_password": "{robot} is switched off until its password is entered, nothing is sent",
+            "clock_implausible": "Nothing is sent, the tablet's clock can't be right: {problem}",
             "duplicate_running": "A second copy of {mission} has started on {robot} (queue item {queue_id})",
             "started_twice": "{mission} reached {robot} after all and had been started on {other} too",
             "unmarked_copy": "Queue item {queue_id} of {robot} may be a second copy of {mission}: this robot does not return "
             "the app's mark",
             "unknown_outcome": "It is not known whether {mission} reached {robot}: {problem}",
             "check_up_left": "{robot} is not in the state from before its check-up: {problem}",
-            "database": "The database can't be written: {problem}; nothing is sent",
-            "two_tablets": "Another tablet starts missions of this plan on {robot} too; nothing is sent from here",
+            "database": "Nothing is sent, the database can't be written: {problem}",
+            "two_tablets": "Another tablet starts missions of this plan on {robot} too, nothing is sent from here",
             "lock_lost": "{path} was deleted or replaced: another app could start missions of the same data",
             "too_few_files": "{robots} robots need about {needed} open files and connections, and the system allows "
             "{allowed}: starts may not be sent",
@@ -60,7 +60,7 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = {
             "unauthorized": "{robot} refuses user name or password",
             "not_a_robot": "What answers at the address of {robot} is not a MiR robot: {problem}",
             "execution_failed": "{mission} on {robot} failed: {reason}",
-            "start_refused": "{robot} did not take {mission}; others of {group} may take it: {reason}",
+            "start_refused": "{robot} did not take {mission}, others of {group} may take it: {reason}",
             "robot_fails": "{robot} has failed {count} starts in a row, the last one of {mission}",
             "executions_missed": "{count} planned missions were missed while the app was off or asleep, its clock was wrong, or "
             "nothing could be written",

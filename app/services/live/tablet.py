@@ -21,8 +21,8 @@ from app.services.live.holds import Holds
 log = logging.getLogger(__name__)
 
 MACHINE, MOVED, LOOKED_AT = "machine", "moved", "looked_at_on"  # names in the settings
-IS_COPY = message("this data was copied from another tablet; say whether it moves here or is only looked at")
-IS_VIEW_ONLY = message("this data is only looked at here; another tablet starts its missions")
+IS_COPY = message("this data was copied from another tablet: say whether it moves here or is only looked at")
+IS_VIEW_ONLY = message("this data is only looked at here, another tablet starts its missions")
 
 
 @dataclass(frozen=True)

@@ -108,7 +108,7 @@ class Operator:
         mission = self._missions.by_name(c, name)
         if mission is None:
             raise InvalidInput(
-                "mission", "the mission {name} is for one robot only; a group needs one for all robots", name=name
+                "mission", "the mission {name} is for one robot only, a group needs one for all robots", name=name
             )
         self._holds.check_is_no_copy()
         members = [

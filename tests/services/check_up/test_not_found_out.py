@@ -149,7 +149,7 @@ def test_the_published_default_password_is_reported(user, password, level):
 def test_what_the_user_may_not_ask_says_nothing_of_its_software(status):
     robot = AskedRobot()
     robot.gives(Response(status, b"{}", {}), lambda method, path: path == "/guided_move/waypoints")
-    assert says(read(robot), Topic.SOFTWARE)[1].startswith("Its software is 3.5.4; not found out")
+    assert says(read(robot), Topic.SOFTWARE)[1].startswith("Its software is 3.5.4. Not found out")
 
 
 # ---------------------------------------------------------------------- what it does not say, or says oddly
@@ -188,11 +188,11 @@ NO_NAMES = of_queue(lambda rows: [{name: row[name] for name in row if name != "c
 NO_DATES = of_queue(lambda rows: [{**row, "created_by_name": None, "ordered": None} for row in rows])
 WHOSE = "Not found out: it does not say who queued the newest missions"
 NEWEST_FIRST = "It ignores the order that is asked for: the newest entries come first"
-UNDATED = "5 of the newest 200 missions in its queue were queued by others; it does not report when"
-NO_MISSIONS = "It has 19 missions; not found out which ask for values when they are started"
+UNDATED = "5 of the newest 200 missions in its queue were queued by others. It does not report when"
+NO_MISSIONS = "It has 19 missions. Not found out which ask for values when they are started"
 NO_MAP = "Not found out which of its 1 maps is in use: its status does not say"
 NO_WORDS = "Not found out which language it speaks: it has no words for its state"
-NO_VERSION = "It does not report its software; MiR's definition of 3.5.4 fits"
+NO_VERSION = "It does not report its software. MiR's definition of 3.5.4 fits"
 
 
 @pytest.mark.parametrize(

@@ -107,7 +107,7 @@ def test_a_robot_on_which_priority_counts_is_known_to(robot):
     report = robot.trial()
     assert report.profile.priority_counts is True
     assert not_green(report) == SIMULATED, in_words(report)
-    assert says(report, Topic.PAUSE)[1] == "While it is paused, missions wait; the running one continues afterwards"
+    assert says(report, Topic.PAUSE)[1] == "While it is paused, missions wait. The running one continues afterwards"
 
 
 @pytest.mark.parametrize("profile", [None, deviant("german-states")])
@@ -159,7 +159,7 @@ def test_a_robot_that_others_use_since_is_not_released_by_what_is_done_late(robo
     assert machine.paused
     robot.asked.clock.advance(RELEASED_WITHIN.total_seconds())
     problem = robot.check_ups.put_back(robot.id)
-    assert render(problem) == "it is paused, with missions of others in its queue; press Resume there or in the app"
+    assert render(problem) == "it is paused, with missions of others in its queue: press Resume there or in the app"
     assert [str(item.state) for item in machine.queue][-1] == "Pending"
     machine.resume()
     assert robot.check_ups.put_back(robot.id) is None

@@ -11,7 +11,7 @@ from app.domain.message import render
 from tests.support.check_up_site import ENDED, CheckedRobot, Killed
 from tests.support.findings import says
 
-MAYBE_THEIRS = "it is paused, and somebody may have paused it; press Resume there or in the app"
+MAYBE_THEIRS = "it is paused, and somebody may have paused it: press Resume there or in the app"
 
 
 def press_pause(robot: CheckedRobot, is_time: Callable[[str], object]) -> list[str]:
@@ -47,7 +47,7 @@ def is_in_pause(robot: CheckedRobot, number: int) -> bool:
 def check_is_left_paused(robot: CheckedRobot, report: Report) -> None:
     assert robot.machine.paused
     assert all(str(item.state) in ENDED for item in robot.machine.queue)
-    assert says(report, Topic.LEFT) == (Level.AMBER, "Nothing of the trial is left on it; it is paused")
+    assert says(report, Topic.LEFT) == (Level.AMBER, "Nothing of the trial is left on it. It is paused")
     assert not report.is_complete
     robot.check_nothing_is_left()
 
@@ -170,7 +170,7 @@ def test_pause_pressed_in_the_app_while_it_is_undone_stays(robot):
     assert robot.machine.paused
     assert says(report, Topic.LEFT) == (
         Level.GREEN,
-        "Nothing of the trial is left on it; it is paused, as somebody wanted",
+        "Nothing of the trial is left on it. It is paused, as somebody wanted",
     )
 
 

@@ -16,7 +16,7 @@ from tests.support.findings import says
 from tests.support.site import GUIDS, Site
 
 LEFT = "check_up_left"
-OTHERS = "it is paused, with missions of others in its queue; press Resume there or in the app"
+OTHERS = "it is paused, with missions of others in its queue: press Resume there or in the app"
 
 
 @pytest.fixture

@@ -76,7 +76,7 @@ REPORT = Report(
             Topic.SOFTWARE,
             Level.GREEN,
             message(
-                "Its software is {software}; MiR's definition of {definition} fits",
+                "Its software is {software}. MiR's definition of {definition} fits",
                 software="3.5.4",
                 definition="3.5.4",
             ),
@@ -91,7 +91,7 @@ def test_the_text_has_every_finding_and_the_worst_first():
     assert lines[:4] == [
         "Check-up of Aino <&>",
         "MiR250, serial number S1, software 3.5.4, at http://10.0.0.1",
-        "2026-11-23 08:00 (Europe/Helsinki); it took 95 s",
+        "2026-11-23 08:00 (Europe/Helsinki), it took 95 s",
         "Only read: no mission was queued",
     ]
     assert lines[5:] == [
@@ -104,7 +104,7 @@ def test_the_text_has_every_finding_and_the_worst_first():
         "  Nothing to do.",
         "",
         "Fine",
-        "- Software: Its software is 3.5.4; MiR's definition of 3.5.4 fits.",
+        "- Software: Its software is 3.5.4. MiR's definition of 3.5.4 fits.",
     ]
 
 
@@ -130,7 +130,7 @@ def test_a_robot_without_facts_is_known_by_its_address_and_a_question_keeps_its_
         ),
     )
     lines = reports.text(silent, ZONE).splitlines()
-    assert lines[1] == "At http://10.0.0.1; it did not report what it is"
+    assert lines[1] == "At http://10.0.0.1. It did not report what it is"
     assert lines[-1] == "- Who it is: It could not be asked: is it switched on?"
 
 

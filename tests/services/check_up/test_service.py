@@ -17,7 +17,7 @@ from mir_sim import MISSIONS
 
 def test_it_says_what_will_happen(robot):
     assert render(robot.check_ups.moves(robot.id, Trial())).startswith(
-        "Aino gets a mission that waits a second, four times;"
+        "Aino gets a mission that waits a second, four times. One"
     )
     assert render(robot.check_ups.moves(robot.id, Trial())).endswith("Nothing drives.")
     assert render(robot.check_ups.moves(robot.id, Trial("Home"))).startswith("Home is queued four times on Aino.")

@@ -214,7 +214,7 @@ def test_a_persons_pause_ends_it_and_stays(site, robot, stage, is_again):
     assert not [item for item in site.machines["R1"].queue if str(item.state) in ("Pending", "Executing")]
     assert says(report, Topic.LEFT) == (
         Level.GREEN,
-        "Nothing of the trial is left on it; it is paused, as somebody wanted",
+        "Nothing of the trial is left on it. It is paused, as somebody wanted",
     )
     assert not check_ups.left_behind()
     assert not c.holds.current()

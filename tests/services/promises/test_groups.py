@@ -164,10 +164,10 @@ test_assigned = cases_of(
     GroupStory(
         "the choice names the advantage over other free robots",
         [[plan(f"{minute}", f"06:{minute:02}") for minute in (5, 20, 35)], 2200],
-        true(lambda s: chosen(s.row("5").choice, "UTC") == "R1: free now; R2: free now; R3: free now"),
+        true(lambda s: chosen(s.row("5").choice, "UTC") == "R1: free now · R2: free now · R3: free now"),
         true(
             lambda s: (
-                chosen(s.row("35").choice, "UTC") == "R3: free now, has run less today; R1: free now; R2: free now"
+                chosen(s.row("35").choice, "UTC") == "R3: free now, has run less today · R1: free now · R2: free now"
             )
         ),
     ),
@@ -304,6 +304,6 @@ test_by_hand = cases_of(
         "a start that changed robots names the earlier ones",
         [plan(), 299.9, post(REFUSED, robot="R1"), 30, robots("R2")],
         true(lambda s: earlier_robots(s.row().tried, "R2").startswith("R1: r1 refused the connection")),
-        [true(lambda s: earlier_robots(s.row().tried, "R2").endswith("; assigned to R2")), 200],
+        [true(lambda s: earlier_robots(s.row().tried, "R2").endswith(" · assigned to R2")), 200],
     ),
 )

@@ -143,7 +143,7 @@ test_on_another_robot_since = cases_of(
     Story(
         "another robot that answers late is waited for, and the start says so",
         [BACK_AND_RAN_ON_R2, down("R2"), restored(), 300, states(WAITING)],
-        true(lambda s: waiting_sentence(s.row()) == "May have run already; waits until 06:35 for an answer from R2"),
+        true(lambda s: waiting_sentence(s.row()) == "May have run already, waits until 06:35 for an answer from R2"),
         [up(), 120, NOTHING_ON_R1, IS_R2S],
         robots=3,
     ),

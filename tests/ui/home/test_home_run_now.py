@@ -71,7 +71,7 @@ def test_under_a_hold_the_sheet_and_the_message_say_that_it_waits(home, ui):
     press(ui, "Run on Aino")
     ui.wait(lambda: home.shell.snackbars.texts)
     (message,) = home.shell.snackbars.texts
-    assert message.startswith("Home is not sent to Aino yet. On hold: shift meeting; waits until ")
+    assert message.startswith("Home is not sent to Aino yet. On hold: shift meeting, waits until ")
 
 
 def test_to_a_silent_robot_it_is_sent_when_it_answers(home, ui):

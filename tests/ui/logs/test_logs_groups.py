@@ -60,7 +60,7 @@ def test_runs_of_a_group_are_found_and_say_why_that_robot_came(logs, container, 
     tap(logs, ui, rows(ui)[0])
     names = [robot.name for robot in container.catalogue.robots()]
     steps = {step.title: step.support for step in logs.logs.story.words.steps}
-    assert steps["Chosen"] == f"{names[0]}: free now; {names[1]}: no answer"
+    assert steps["Chosen"] == f"{names[0]}: free now · {names[1]}: no answer"
     assert steps["Planned"].endswith(" · any of Hall 1")
     tap(logs, ui, ui.find(ChoiceChip, text="Any of Hall 1"))
     assert len(runs_of(logs)) > 1

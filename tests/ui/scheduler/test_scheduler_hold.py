@@ -83,7 +83,7 @@ def test_everything_is_held_with_a_reason_until_the_banner_releases_it(screen, c
     frame = ui.find(Frame)
     ui.wait(lambda: frame.banner.text == "All robots on hold until 15:38 · Cleaning" and frame.has_banner)
     schedule = named(container, KITS, "Aino")
-    assert line(screen, schedule) == "15:00 · skipped: on hold until 15:38"
+    assert line(screen, schedule) == "15:00 · not run: on hold until 15:38"
     again = Holds(container.db, container.clock, container.changes)  # as after a restart
     assert again.current() == [hold]
     ui.tap(ui.find(CommandButton, root=frame, text="Release"))

@@ -67,7 +67,7 @@ def test_the_form_says_which_starts_are_skipped(screen, container, ui):
     lines = ui.find_all(StartLine)[:3]
     assert [line.text for line in lines] == [
         "Fri 20 Nov · 15:00",
-        "Fri 20 Nov · 16:00 · skipped",
+        "Fri 20 Nov · 16:00 · not run",
         "Fri 20 Nov · 17:00",
     ]
     assert lines[1].kind == "skip-next"

@@ -53,7 +53,7 @@ def test_the_configuration_goes_out_without_secrets_and_says_where(site, app, ui
     assert sheet.file not in ("", file.name)  # the next suggestion is free again
     enter(ui, ui.find(Field, root=sheet), file.name)
     press(ui, "Export", sheet)
-    ui.wait(lambda: sheet.problem.endswith("exists already; choose another name"))
+    ui.wait(lambda: sheet.problem.endswith("exists already: choose another name"))
 
 
 @pytest.mark.parametrize(
@@ -243,5 +243,5 @@ def test_enter_writes_over_no_file_that_is_there(site, app, ui):
     for typed in (str(there), str(there.with_suffix("")), "PLANT"):
         enter_path(ui, sheet, typed)
         ui.find(Field, root=sheet).dispatch("on_enter")
-        ui.wait(lambda: sheet.problem.endswith("PLANT.json exists already; choose another name"))
+        ui.wait(lambda: sheet.problem.endswith("PLANT.json exists already: choose another name"))
         assert there.read_text(encoding="utf-8") == "mine"

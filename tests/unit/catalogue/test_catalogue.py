@@ -104,7 +104,7 @@ def test_undo_refuses_what_used_a_mission_that_is_only_another_robots_since(worl
         removed = catalogue.remove_group(group.id)
     catalogue.save_mission(replace(world.mission, robot_id=other.id))
     with refuses(
-        "mission", "the mission Deliver is for (another robot only|one robot only; a group needs one for all)"
+        "mission", "the mission Deliver is for (another robot only|one robot only, a group needs one for all)"
     ):
         catalogue.restore(removed)
     general = catalogue.save_mission(Mission("Deliver", "guid-2"))

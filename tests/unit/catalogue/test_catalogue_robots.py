@@ -232,7 +232,7 @@ def test_undo_adds_no_second_robot_at_an_address_in_use(world):
     removed = world.catalogue.remove_robot(world.robot.id)
     world.catalogue.save_robot(Robot("Alma", "10.0.0.1"))
     with refuses(
-        "address", "not restored: this is the address of Alma, .* already; change or delete that one, then undo again"
+        "address", "not restored: this is the address of Alma, .* already. Change or delete that one, then undo again"
     ):
         world.catalogue.restore(removed)
     assert [robot.name for robot in ROBOTS.all(world.db.read())] == ["Alma"]

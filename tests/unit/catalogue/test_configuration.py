@@ -101,7 +101,7 @@ def test_changes_by_an_import_are_reported_in_the_language_of_the_screen(tablet)
         ],
     }
     assert [render(line, finnish) for line in tablet.take_in_parts(again)] == [
-        "robotti R1 muuttui: osoite, käyttäjätunnus, käytössä; se on poissa käytöstä ja tarvitsee salasanan",
+        "robotti R1 muuttui: osoite, käyttäjätunnus, käytössä. Se on poissa käytöstä ja tarvitsee salasanan",
         "ajastus Morning muuttui: aloitusaika, päällekkäiset suoritukset",
     ]
 
@@ -295,17 +295,17 @@ def test_without_a_password_an_existing_robot_keeps_its_token(full):
 
 def test_a_new_robot_or_user_without_a_password_is_off_and_needs_one(tablet):
     robot = {"name": "R1", "address": "10.0.0.1", "username": "a", "enabled": True}
-    assert tablet.take(robots=[robot]) == ["robot R1 added; it is switched off and needs a password"]
+    assert tablet.take(robots=[robot]) == ["robot R1 added, it is switched off and needs a password"]
     assert (tablet.robots["R1"].enabled, tablet.robots["R1"].needs_password) == (False, True)
     assert tablet.take(robots=[robot]) == []
     assert tablet.take(robots=[{**robot, "password": "x"}]) == ["robot R1 changed: enabled, password"]
     assert (tablet.robots["R1"].enabled, tablet.robots["R1"].needs_password) == (True, False)
     assert tablet.take(robots=[{**robot, "username": "b"}]) == [
-        "robot R1 changed: username, enabled; it is switched off and needs a password"
+        "robot R1 changed: username, enabled. It is switched off and needs a password"
     ]
     assert tablet.robots["R1"].token is None
     assert tablet.take(robots=[{**robot, "username": "b", "address": "10.0.0.2"}]) == [
-        "robot R1 changed: address; it is switched off and needs a password"
+        "robot R1 changed: address. It is switched off and needs a password"
     ]  # it still does
 
 
@@ -351,11 +351,11 @@ def test_a_file_with_the_name_that_a_robot_had_makes_no_second_one_of_it(full):
     for document, problem in (
         (
             FULL,
-            r"robots\[0\].address: R1 has the address of Aino, which is configured already; if it is the same one, write Aino in ",
+            r"robots\[0\].address: R1 has the address of Aino, which is configured already: if it is the same one, write Aino in ",
         ),
         (
             {"format": FORMAT, "schedules": FULL["schedules"]},
-            r"schedules\[0\].robot: there is no robot R1; add it, or write the name that it has now",
+            r"schedules\[0\].robot: there is no robot R1, add it or write the name that it has now",
         ),
     ):
         with pytest.raises(InvalidInput, match=problem):

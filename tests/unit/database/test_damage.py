@@ -130,7 +130,8 @@ def test_a_file_that_is_no_backup_is_refused_and_nothing_changes(backed_up, cloc
         (tmp_path / "nowhere.db", "there is no such file"),
     ):
         with pytest.raises(
-            DatabaseRefused, match=f"{bad} can't be restored: {problem}; nothing was changed, so choose another one"
+            DatabaseRefused,
+            match=rf"{bad} can't be restored \({problem}\)\. Nothing was changed, so choose another one",
         ):
             restore(bad, backed_up, clock.now())
     assert backed_up.read_bytes() == before

@@ -20,7 +20,7 @@ from app.mir.errors import AnotherRobot, Rejected, RobotError, TimedOut, Unreach
 from app.screens.common.problems import sentence_of, words_of
 
 FINNISH = translation("fi").gettext
-REFUSED = "{address} refused the connection; is the robot switched on and its address right?"
+REFUSED = "{address} refused the connection. Is the robot switched on and its address right?"
 ERRORS = [
     Unreachable(code="refused", address="10.1.1.1"),
     Rejected(status=400, reason="no such mission {x}", address="10.1.1.1"),
@@ -60,7 +60,7 @@ def test_a_sentence_inside_another_is_translated_too():
     assert render(message_of(ERRORS[5]), FINNISH) == "/x: kirjoittaminen ei onnistu: levy on täynnä"
     damaged = render(message_of(ERRORS[7]), FINNISH)
     assert damaged.startswith(
-        "Tietokanta /x/y.db on vioittunut (sen sisältö puuttuu), säilytetty nimellä /x/damaged.db; "
+        "Tietokanta /x/y.db on vioittunut (sen sisältö puuttuu), säilytetty nimellä /x/damaged.db, "
     )
 
 
@@ -118,7 +118,7 @@ def test_texts_from_outside_stay_as_they_are():
     assert words_of("no answer") == render("no answer", FINNISH) == "no answer"
     assert render(None) == ""
     assert words_of(
-        message("there is no route to {address}; is the tablet on the robots' network?", address="A")
+        message("there is no route to {address}. Is the tablet on the robots' network?", address="A")
     ).startswith("There is")
 
 

@@ -58,7 +58,7 @@ def test_valid_values_are_sent_in_the_type_of_the_robot(name, given, sent):
 @pytest.mark.parametrize(
     ("given", "problem"),
     [
-        ({"Sped": 1}, "M has no parameter Sped; it takes Goal, Speed, Count, Loud, Wait, Note, Size"),
+        ({"Sped": 1}, "M has no parameter Sped, it takes Goal, Speed, Count, Loud, Wait, Note, Size"),
         ({"Goal": "Nowhere"}, "M can't take Nowhere for Goal: Choose one of Dock 3, Press"),
         ({"Goal": 3}, "M can't take 3 for Goal: Choose one of Dock 3, Press"),
         ({"Speed": "fast"}, "M can't take fast for Speed: A number is needed"),

@@ -25,14 +25,14 @@ def test_an_error_is_shown_with_its_code(problem, words):
 def test_the_same_error_twice_is_shown_once_and_another_code_is_another_error():
     assert (
         problems_in_words([RobotProblem(1, "Hot"), RobotProblem(1, "Hot"), RobotProblem(2, "Hot")])
-        == "Hot (1); Hot (2)"
+        == "Hot (1) · Hot (2)"
     )
 
 
 def test_many_or_endless_errors_still_show_their_codes():
     assert (
         render(problems_in_words([RobotProblem(number, f"E{number}") for number in range(5)]))
-        == "E0 (0); E1 (1); E2 (2) … and 2 more"
+        == "E0 (0) · E1 (1) · E2 (2) … and 2 more"
     )
     endless = problems_in_words([RobotProblem(701, "x" * 1000)])
     assert (len(endless), endless[-6:]) == (LONGEST_PROBLEMS, " (701)")

@@ -81,7 +81,7 @@ def test_a_home_without_documents_exports_into_the_data_directory(catalogue, tmp
 def test_an_export_never_writes_over_a_file(files, tmp_path):
     kept = tmp_path / "Documents" / "kept.json"
     kept.write_text("mine", encoding="utf-8")
-    assert refused(files, "export_configuration", kept) == f"{kept} exists already; choose another name"
+    assert refused(files, "export_configuration", kept) == f"{kept} exists already: choose another name"
     assert kept.read_text(encoding="utf-8") == "mine"
 
 
@@ -92,7 +92,7 @@ def test_an_export_never_writes_over_a_file(files, tmp_path):
         ("   ", "enter the name of a file"),
         ("a\0b", "is not the name of a file"),
         ("/nowhere/at/all.json", "there is no directory /nowhere/at"),
-        (".", "is a directory; add the name of a file"),
+        (".", "is a directory: add the name of a file"),
     ],
 )
 def test_a_path_that_cannot_be_is_one_sentence(files, path, sentence):

@@ -106,7 +106,7 @@ def test_a_start_of_a_group_says_which_robot_and_why(db):
     add(db, robot_group="Hall 1", choice={"robots": [{"robot": "Aino"}, {"robot": "Sisu", "out": "silent"}]})
     add(db, robot_group="Hall 1", robot_id=None, robot="")
     assert [(row["robot"], row["group"], row["choice"]) for row in cells(db)] == [
-        ("Aino", "Hall 1", "Aino: free now; Sisu: no answer"),
+        ("Aino", "Hall 1", "Aino: free now · Sisu: no answer"),
         ("", "Hall 1", ""),
     ]
 

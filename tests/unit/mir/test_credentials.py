@@ -58,7 +58,7 @@ def test_a_user_name_without_colon_is_needed(user: str) -> None:
 def test_a_damaged_stored_header_is_refused_without_showing_it(header: str) -> None:
     with pytest.raises(InvalidInput) as refused:
         Token.from_header(header)
-    assert refused.value.text == "the stored credentials can't be read; enter the password again"
+    assert refused.value.text == "the stored credentials can't be read: enter the password again"
 
 
 def test_published_defaults_are_known() -> None:

@@ -54,7 +54,7 @@ def test_an_error_has_code_sentence_and_values() -> None:
     assert error.msgid == SENTENCES["refused"]
     assert error.params["address"] == "10.0.0.7"
     assert (
-        error.text == str(error) == "10.0.0.7 refused the connection; is the robot switched on and its address right?"
+        error.text == str(error) == "10.0.0.7 refused the connection. Is the robot switched on and its address right?"
     )
 
 

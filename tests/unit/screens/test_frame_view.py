@@ -71,7 +71,7 @@ def test_a_run_that_failed_is_on_the_page_of_alarms_alone():
 @pytest.mark.parametrize("screen", ["home", "logs"])
 def test_what_stops_the_whole_plan_is_reported_everywhere(screen):
     view = show(alarm("database", "database", details={"problem": "disk full"}), screen=screen)
-    assert view.text == "The database can't be written: disk full; nothing is sent"
+    assert view.text == "Nothing is sent, the database can't be written: disk full"
     assert (view.action, view.act) == ("Open settings", Act.DATA_SETTINGS)
 
 

@@ -43,7 +43,9 @@ def facts(*rows, **values):
 def test_a_waiting_start_says_what_each_robot_does_and_when_it_is_queued():
     start = waiting.waiting_row(facts(), row())
     assert [action.text for action in start.actions] == ["Give to a robot", ""]
-    assert start.support == "Aino busy until about 14:52; Veikko 18 % battery. Goes into a queue at 14:59 at the latest"
+    assert (
+        start.support == "Aino busy until about 14:52 · Veikko 18 % battery. Goes into a queue at 14:59 at the latest"
+    )
 
 
 @pytest.mark.parametrize(
@@ -51,13 +53,13 @@ def test_a_waiting_start_says_what_each_robot_does_and_when_it_is_queued():
     [
         (
             {"finish_by": NOW + timedelta(minutes=23)},
-            "Aino busy until about 14:52; Veikko 18 % battery. Skipped if it can't be done by 15:01",
+            "Aino busy until about 14:52 · Veikko 18 % battery. Not run if it can't be done by 15:01",
         ),
         ({"wait": Wait.PLACE, "wait_details": {"place": "Dock 2"}}, "Waits for Dock 2 until 15:00"),
         ({"wait_details": {"group": "Hall 1"}}, "Waits for a robot of Hall 1 until 15:00"),
         (
             {"wait_details": {"group": "Hall 1", "robots": [BUSY], "kept_for": "Shift bus"}},
-            "kept for Shift bus; Aino busy until about 14:52. Goes into a queue at 14:59 at the latest",
+            "kept for Shift bus · Aino busy until about 14:52. Goes into a queue at 14:59 at the latest",
         ),
         (
             {"wait_details": {"group": "Hall 1"}, "tried": {"1": {"tries": 1, "robot": "Aino", "problem": ""}}},

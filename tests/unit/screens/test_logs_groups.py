@@ -31,7 +31,7 @@ def test_the_story_has_each_robot_that_was_passed_by_and_why_one_was_chosen():
     assert steps_of(RUN)[:4] == [
         ("Planned", "13:30:00", "Kits · any of Hall 1"),
         ("Passed by", "–", "Aino: the connection was refused"),
-        ("Chosen", "13:30:01", "Sisu: free now; Veikko 18 % battery"),
+        ("Chosen", "13:30:01", "Sisu: free now · Veikko 18 % battery"),
         ("Sent", "13:30:02", "1st try"),
     ]
 
@@ -54,7 +54,7 @@ def test_a_waiting_start_says_what_each_robot_does_and_its_group():
     assert steps_of(waits)[1] == (
         "Waits for a robot",
         "–",
-        "Sisu: free now; Veikko 18 % battery",
+        "Sisu: free now · Veikko 18 % battery",
     )
     assert view.row(waits, NOW, ZONE).place == "any of Hall 1"
 

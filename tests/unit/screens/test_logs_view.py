@@ -94,7 +94,7 @@ def test_a_run_says_why_it_did_not_run_and_an_open_one_what_it_waits_for():
     waiting = replace(
         SKIPPED, state=State.WAITING, reason=None, wait=Wait.BATTERY, wait_details={"battery": 12, "minimum": 30}
     )
-    assert view.outcome_line(waiting, NOW, ZONE) == "Battery 12 % is under 30 %; waits until 13:45"
+    assert view.outcome_line(waiting, NOW, ZONE) == "Battery 12 % is under 30 %, waits until 13:45"
 
 
 def test_a_run_under_way_says_how_long_it_will_take_if_that_is_known():

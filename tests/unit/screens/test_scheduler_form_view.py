@@ -134,7 +134,7 @@ def test_the_starts_in_a_hold_are_marked():
     held = facts(holds=(Hold("Maintenance", start(24, 12).instant, NOW),))
     form = form_view.present(held, draft(kind=Kind.DAILY), Preview(forecast), NOW)
     assert [(row.text, row.kind) for row in form.starts] == [
-        *((f"{day} · 06:30 · skipped", "hand-back-right-outline") for day in ("Mon 23 Nov", "Tue 24 Nov")),
+        *((f"{day} · 06:30 · not run", "hand-back-right-outline") for day in ("Mon 23 Nov", "Tue 24 Nov")),
         *((f"{day} · 06:30", "") for day in ("Wed 25 Nov", "Thu 26 Nov", "Fri 27 Nov")),
     ]
 

@@ -86,7 +86,7 @@ def test_the_next_start_of_the_form_is_held_where_all_robots_of_the_group_are():
         form_view.present(replace(FACTS, holds=holds), draft, forecast, NOW).starts[0].text
         for holds in (both[:1], both)
     ]
-    assert [text.endswith("skipped") for text in shown] == [False, True]
+    assert [text.endswith("not run") for text in shown] == [False, True]
 
 
 @pytest.mark.parametrize(

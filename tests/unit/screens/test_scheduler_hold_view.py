@@ -139,7 +139,7 @@ def test_what_waits_because_of_a_hold_looks_held():
 
 
 def test_lists_say_until_when_it_is_held():
-    assert why(facts()) == "skipped: on hold until 15:38"  # at 15:00, 15 min late at most
+    assert why(facts()) == "not run: on hold until 15:38"  # at 15:00, 15 min late at most
     in_time = replace(HOURLY, start_window_minutes=39)
     assert why(facts(schedules=(in_time,))) == "on hold until 15:38"
     open_end = facts(holds=(replace(HOLD, until=None),))

@@ -427,12 +427,12 @@ def test_an_import_lists_its_changes_and_cuts_a_long_list():
     )
     assert view.import_result([message("robot {name} added", name="R1")]).note == "Robot R1 added"
     stopped = message(
-        "robot {name} changed: {what}; it is switched off and needs a password", name="R1", what="address"
+        "robot {name} changed: {what}. It is switched off and needs a password", name="R1", what="address"
     )
     notice = view.import_result(["mission 1 added", stopped])
     assert (notice.tone, notice.note.splitlines()[0]) == (
         "attention",
-        "Robot R1 changed: address; it is switched off and needs a password",
+        "Robot R1 changed: address. It is switched off and needs a password",
     )
     long = view.import_result([f"mission {n} added" for n in range(40)])
     assert long.text == "40 changes imported"

@@ -15,8 +15,8 @@ SENTENCES: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
         "robots": ("robot {name} added", "robot {name} changed: {what}"),
         "robots.waiting": (
-            "robot {name} added; it is switched off and needs a password",
-            "robot {name} changed: {what}; it is switched off and needs a password",
+            "robot {name} added, it is switched off and needs a password",
+            "robot {name} changed: {what}. It is switched off and needs a password",
         ),
         "groups": ("group {name} added", "group {name} changed: {what}"),
         "places": ("place {name} added", "place {name} changed: {what}"),

@@ -210,7 +210,7 @@ class _Import:
                     raise
                 raise InvalidInput(
                     "address",
-                    "{name} has the address of {robot}, which is configured already; if it is the same one, "
+                    "{name} has the address of {robot}, which is configured already: if it is the same one, "
                     "write {robot} in the file",
                     name=robot.name,
                     robot=other.name,
@@ -338,7 +338,7 @@ class _Import:
         if robot := self._edit.robots.by_name(self._edit.c, name):
             return robot
         raise InvalidInput(
-            path, "{path}: there is no robot {name}; add it, or write the name that it has now", path=path, name=name
+            path, "{path}: there is no robot {name}, add it or write the name that it has now", path=path, name=name
         )
 
     def _mission_named(self, name: str, target: Robot | Group, path: str) -> Mission:
@@ -351,7 +351,7 @@ class _Import:
             return mission
         raise InvalidInput(
             path,
-            "{path}: there is no mission {name} for {robot}; add it, or write the name that it has now",
+            "{path}: there is no mission {name} for {robot}, add it or write the name that it has now",
             path=path,
             name=name,
             robot=target.name,
