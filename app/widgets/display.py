@@ -5,7 +5,6 @@ from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.stacklayout import StackLayout
 from kivymd.uix.card import MDCard
 
-from app.widgets import pages  # noqa: F401  (registers kivy classes)
 from app.widgets.surfaces import OnlySeen, Passive, TonedSurface
 
 

@@ -6,13 +6,13 @@ from typing import Any, NamedTuple
 from kivy.clock import Clock
 from kivy.properties import ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
-from kivy.uix.scrollview import ScrollView
 from kivy.uix.stacklayout import StackLayout
 
 from app.widgets.buttons import ChoiceChip
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import Field
 from app.widgets.positions import OnMap  # noqa: F401  (kv's Factory learns it)
+from app.widgets.scrolling import turn_to
 from app.widgets.tr import tr
 
 FINE = 50  # with up to this many numbers a step is 1, with more 5
@@ -224,13 +224,4 @@ class ParameterFields(BoxLayout):
         for name, view in self._views.items():
             view.problem = self.problems.get(name, "")
         if faulty := [view for name, view in self._views.items() if self.problems.get(name)]:
-            Clock.schedule_once(lambda _dt: _bring_in_sight(faulty[0]), 0)
-
-
-def _bring_in_sight(view):
-    """Scroll its pages, the inner ones first."""
-    page = view.parent
-    while page is not None and page.parent is not page:  # the window is its own parent
-        if isinstance(page, ScrollView) and page.children and page.children[0].height > page.height:
-            page.scroll_to(view, animate=False)
-        page = page.parent
+            Clock.schedule_once(lambda _dt: turn_to(faulty[0]), 0)

@@ -18,7 +18,7 @@ from kivy.properties import BooleanProperty, ListProperty, NumericProperty, Obje
 from kivy.uix.relativelayout import RelativeLayout
 
 from app.widgets.lists import Standing
-from app.widgets.pages import LowPage
+from app.widgets.scrolling import CalmScroll
 
 
 class Seat(RelativeLayout):
@@ -35,7 +35,7 @@ class Seat(RelativeLayout):
         self.size = self.view.size
 
 
-class LongList(LowPage):
+class LongList(CalmScroll):
     """``data`` as in ``lists``, each row with a ``key``; row classes mix in ``RecycledRow`` and set their own height.
 
     At rest its upper edge is that of a row; a partly visible row at its lower edge shows that there is more.
@@ -77,8 +77,6 @@ class LongList(LowPage):
         self.add_widget(self._content)
         for name in ("size", "empty_text"):
             self.fbind(name, self._arrange)
-        for name in ("height", "content_height"):
-            self.fbind(name, self._choose_scrolling)
         for name in ("spacing", "row_height"):
             self.fbind(name, self._recalculate)
         self.fbind("data", self._changed)
@@ -86,10 +84,6 @@ class LongList(LowPage):
         self.fbind("viewclass", self._start_over)
         self.fbind("scroll_y", self._scrolled)
         self._changed()
-
-    def _choose_scrolling(self, *_):
-        """One that fits leaves drags to the page around it."""
-        self.do_scroll_y = self.content_height > self.height + 1
 
     def on_action(self, key, action, *values):
         """A row was used."""

@@ -1,4 +1,4 @@
-"""Scrolling: a scroll view that handles touches as fingers expect, and a page of one column."""
+"""Scrolling: a scroll view that handles touches as fingers expect, and a page of one column. No scroll view is inside another one."""
 
 from kivy.effects.scroll import ScrollEffect
 from kivy.metrics import dp
@@ -12,7 +12,7 @@ FAR = 1e6  # px, where nothing is
 
 
 class CalmScroll(ScrollView):
-    """A scroll view that doesn't overshoot, with a line at its lower edge while there is ``more_below``.
+    """A scroll view that doesn't overshoot, with a line at its lower edge while there is ``more_below``. Content that fits doesn't scroll.
 
     A resting finger presses what is under it. If it drags later, it scrolls and has pressed nothing, unless the widget
     under it ``keeps_drag``. A widget that ``takes_at_once`` gets touches without a rest.
@@ -36,6 +36,11 @@ class CalmScroll(ScrollView):
         )  # content that fits is at the upper edge, ignoring the scroll position
         super().__init__(**kwargs)
 
+    def on_do_scroll_y(self, *_):
+        """Content that fits is shown from its top, ignoring the earlier scroll position."""
+        if not self.do_scroll_y:
+            self.scroll_y = 1
+
     def on_touch_down(self, touch):
         if self.collide_point(*touch.pos):
             self.wheel_way = WHEEL_WAYS.get(touch.button, 0) if "button" in touch.profile else 0
@@ -46,6 +51,8 @@ class CalmScroll(ScrollView):
             button = self._under(touch, lambda widget: isinstance(widget, RowPress))
             touch.ud[PRESSED_ROW] = row.key
             touch.ud[PRESSED_ACTION] = button.name if button is not None and not button.has_just_moved else ""
+        if not self.do_scroll_y and self.collide_point(*touch.pos):
+            return self.simulate_touch_down(touch)  # at once: it can't become a drag
         is_for_fingers = self._under(touch, lambda widget: getattr(widget, "takes_at_once", False)) is not None
         if is_for_fingers and self._touch and self._touch.ud.get(self._get_uid(), {}).get("mode") == "scroll":
             return True  # the other finger scrolls
@@ -95,16 +102,15 @@ class CalmScroll(ScrollView):
         return super().on_touch_up(touch)
 
     def _is_wanted_back(self, touch) -> bool:
-        """Whether it has become a drag that this, or the page around it, follows."""
+        """Whether it has become a drag that this can follow."""
         dx, dy = touch.x - touch.ox, touch.y - touch.oy
         if max(abs(dx), abs(dy)) <= self.scroll_distance or self._touch is not None:
             return False
-        follows = (
-            self.can_follow(dy) or self._around(dy) is not None
-            if abs(dy) > abs(dx)
-            else self.do_scroll_x and self.viewport_size[0] > self.width + 1
+        return (
+            abs(dy) > abs(dx)
+            and self._can_follow(dy)
+            and not any(getattr(reference(), "keeps_drag", False) for reference in touch.grab_list)
         )
-        return follows and not any(getattr(reference(), "keeps_drag", False) for reference in touch.grab_list)
 
     def _take_back(self, touch):
         """It leaves what is under it without having pressed it, and scrolls from here on."""
@@ -118,46 +124,9 @@ class CalmScroll(ScrollView):
         self.on_scroll_start(touch, check_children=False)
         touch.ud[self._get_uid()].update(mode="scroll", user_stopped=True, dx=abs(dx), dy=abs(dy))
 
-    def on_scroll_move(self, touch):
-        """When this has reached its end, the drag continues with the page around it."""
-        drag = touch.ud.get(self._get_uid())
-        if drag is not None and touch.dy and not self.can_follow(touch.dy) and self._is_drag_upright(drag, touch):
-            outer = self._around(touch.dy)
-            if outer is not None and self._hand_over(touch, drag, outer):
-                return True
-        return super().on_scroll_move(touch)
-
-    def can_follow(self, dy: float) -> bool:
+    def _can_follow(self, dy: float) -> bool:
         """Whether its content can follow a finger that moves upwards (px > 0) or downwards."""
-        is_higher = bool(self.do_scroll_y) and self.viewport_size[1] > self.height + 1
-        return is_higher and (self.scroll_y > 1e-3 if dy > 0 else self.scroll_y < 1 - 1e-3)
-
-    def _is_drag_upright(self, drag, touch) -> bool:
-        """Whether it has moved further than a tap, and vertically."""
-        return not (touch.ud["in_bar_x"] or touch.ud["in_bar_y"]) and drag["dy"] > max(drag["dx"], self.scroll_distance)
-
-    def _around(self, dy: float):
-        view = self.parent
-        while view is not None and not (isinstance(view, CalmScroll) and view.can_follow(dy)):
-            view = view.parent if view.parent is not view else None
-        return view
-
-    def _hand_over(self, touch, drag, outer) -> bool:
-        """The touch is the outer page's from now on, if that is under it."""
-        touch.push()
-        touch.apply_transform_2d(lambda x, y: outer.parent.to_widget(*self.parent.to_window(x, y)))
-        if is_taken := outer.collide_point(*touch.pos) and outer._touch is None:
-            outer.on_scroll_start(touch, check_children=False)
-            touch.ud[outer._get_uid()].update(mode="scroll", user_stopped=True)
-        touch.pop()
-        if is_taken:
-            drag["mode"] = "scroll"  # no tap
-            self.dispatch("on_scroll_stop", touch)
-            del touch.ud[self._get_uid()]
-            outer._touch = touch
-            touch.ungrab(self)
-            touch.grab(outer)
-        return is_taken
+        return self.do_scroll_y and (self.scroll_y > 1e-3 if dy > 0 else self.scroll_y < 1 - 1e-3)
 
 
 class ScrollPage(CalmScroll):
@@ -175,3 +144,25 @@ class ScrollPage(CalmScroll):
 
     def clear_widgets(self, *args, **kwargs):
         self.ids.column.clear_widgets(*args, **kwargs)
+
+
+def _page_around(widget):
+    page = widget.parent
+    while page is not None and not isinstance(page, CalmScroll):
+        page = page.parent if page.parent is not page else None  # the window is its own parent
+    return page
+
+
+def turn_to(widget) -> None:
+    """Scroll the page around ``widget`` until all of it is visible."""
+    page = _page_around(widget)
+    if page is not None and page.do_scroll_y:
+        page.scroll_to(widget, padding=0, animate=False)
+
+
+def top_of_page(widget) -> None:
+    """Scroll the page around ``widget`` until it is at the upper edge, or the end of the page is in sight."""
+    page = _page_around(widget)
+    if page.do_scroll_y:
+        below = page.top - page.parent.to_widget(*widget.to_window(widget.x, widget.top))[1]
+        page.scroll_y = min(max(page.scroll_y - page.convert_distance_to_scroll(0, below)[1], 0), 1)

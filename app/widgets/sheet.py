@@ -9,8 +9,8 @@ from kivymd.uix.card import MDCard
 
 from app.widgets.dialogs import ESCAPE
 from app.widgets.dock import dock
-from app.widgets.pages import LowColumn
 from app.widgets.rest import rest
+from app.widgets.scrolling import ScrollPage
 from app.widgets.surfaces import Passive
 
 EDGES = ("right", "bottom", "full")
@@ -28,7 +28,7 @@ class SheetPlace(FloatLayout):
     taken = NumericProperty(0)
 
 
-class SheetPage(LowColumn):
+class SheetPage(ScrollPage):
     """The body of a sheet, which scrolls."""
 
 

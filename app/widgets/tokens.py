@@ -109,7 +109,6 @@ SPACES = {
     "R_PILL": 999,
     "H_TOP": 64,
     "H_LOW": 640,  # a lower window has no height to spare
-    "BAR_BESIDE": -12,  # bar_margin of a scroll view whose bar is in the margin next to the content, not on it
 }
 
 

@@ -56,7 +56,7 @@ def logs_figures(studio: Any) -> Any:
 @picture("logs-figures-below", sizes=BOTH)
 def logs_figures_below(studio: Any) -> Any:
     screen = logs_figures(studio)
-    next(widget for widget in screen.walk() if type(widget).__name__ == "LowColumn").scroll_y = 0
+    next(widget for widget in screen.walk() if type(widget).__name__ == "ScrollPage").scroll_y = 0
     studio.driver.advance(0.2)
     return screen
 

@@ -13,7 +13,7 @@ from app.widgets.chart import glyphs
 from app.widgets.dialogs import Dialog
 from app.widgets.lanes import LONG, Lanes
 from app.widgets.lanes_drawing import Drawing
-from app.widgets.pages import LowPage as HoursPage
+from app.widgets.scrolling import CalmScroll as HoursPage
 from tests.ui.drawing import LANES, fingers, fired, instructions, put_down, textures
 
 

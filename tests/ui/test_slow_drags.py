@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 import pytest
 from kivy.metrics import dp
-from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.widget import Widget
 
 from app.screens.scheduler.timeline import Bar, Lane
@@ -14,7 +13,6 @@ from app.widgets.buttons import ChoiceChip, IconButton, Segment, Toggle
 from app.widgets.fields import Field, FieldInput, RepeatButton
 from app.widgets.lanes import LONG, Lanes
 from app.widgets.long_list import LongList
-from app.widgets.pages import LowColumn, LowPage
 from app.widgets.scrolling import ScrollPage
 from tests.ui.drawing import fired, put_down
 from tests.ui.queue_rows import queue
@@ -33,9 +31,9 @@ def slow_drag(ui, widget: Widget, dx: float, dy: float, rest: float = 0.3) -> No
     ui.advance(1)
 
 
-def page_of(ui, *widgets: Widget, kind: type = ScrollPage):
+def page_of(ui, *widgets: Widget):
     """A page 300 px high with those widgets at its top, and 1,200 px below them."""
-    page = kind(do_scroll_x=False)
+    page = ScrollPage()
     for widget in (*widgets, Widget(size_hint_y=None, height=1200)):
         page.add_widget(widget)
     return ui.show(page, (400, 300))
@@ -58,9 +56,11 @@ def pressed(widget) -> list[str]:
     [lambda: Segment(text="one", size_hint_y=None, height=dp(56)), lambda: ChoiceChip(text="one")],
     ids=["segment", "chip"],
 )
-@pytest.mark.parametrize("kind", [ScrollPage, LowColumn])
-def test_buttons_can_be_scrolled_however_long_the_finger_rested(ui, kind, make: Callable[[], Widget], rest):
-    page = page_of(ui, button := make(), kind=kind)
+def test_buttons_can_be_scrolled_however_long_the_finger_rested(ui, make: Callable[[], Widget], rest):
+    page = page_of(
+        ui,
+        button := make(),
+    )
     happened = pressed(button)
     slow_drag(ui, button, 0, 120, rest)
     assert page.scroll_y == pytest.approx(
@@ -133,25 +133,8 @@ def test_a_list_comes_to_rest_on_a_row_after_a_slow_tap(ui):
     assert ((1 - scroll.scroll_y) * (scroll.viewport_size[1] - scroll.height) + 1) % 80 == pytest.approx(1, abs=1)
 
 
-def test_a_column_at_its_end_hands_it_on_to_the_page(ui):
-    content = BoxLayout(orientation="vertical", size_hint_y=None, height=600)
-    column = LowColumn(size_hint_y=None, height=300)
-    for n in range(20):
-        column.add_widget(Segment(text=str(n), size_hint_y=None, height=60))
-    content.add_widget(Segment(text="above", size_hint_y=None, height=300))
-    content.add_widget(column)
-    page = LowPage(do_scroll_x=False, scroll_y=0)
-    page.add_widget(content)
-    ui.show(page, (400, 300))
-    page.scroll_y = 0
-    ui.advance(0.3)
-    slow_drag(ui, column, 0, -120)
-    assert column.scroll_y == 1
-    assert page.scroll_y > 0.2
-
-
 def test_where_nothing_scrolls_a_finger_may_slip_on_a_button(ui):
-    page = ScrollPage(do_scroll_x=False)
+    page = ScrollPage()
     page.add_widget(button := Segment(text="one", size_hint_y=None, height=100))
     ui.show(page, (400, 300))
     happened = pressed(button)
@@ -164,7 +147,7 @@ def chart(ui) -> Lanes:
     """In a page that scrolls."""
     bars = (Bar("a", 2, 4, movable=True),)
     chart = Lanes(lanes=[Lane("Aino", bars=bars, key=1)], hours=24, size_hint_y=None, height=100)
-    page_of(ui, chart, kind=LowColumn)
+    page_of(ui, chart)
     ui.advance(0.2)
     return chart
 

@@ -29,7 +29,7 @@ from app.widgets.fields import Field
 from app.widgets.frame import Frame
 from app.widgets.list_row import ListRow
 from app.widgets.number_pad import PadKey
-from app.widgets.pages import LowPage
+from app.widgets.scrolling import CalmScroll
 from app.widgets.text import ScreenTitle
 from tests.screenshots.fleet import fleet
 from tests.screenshots.home import ERROR, SILENT, damaged, home
@@ -193,7 +193,7 @@ def test_the_message_about_a_damaged_database_and_its_button_can_be_reached(ui, 
     with window(ui, size, scale, "fi", gloves=gloves) as rig:
         damaged(rig)
         ui.advance(0.3)
-        page = ui.find(LowPage)
+        page = ui.find(CalmScroll)
         button = next(button for button in ui.find_all(CommandButton) if button.style == "filled")
         assert "\n".join(checks.problems(page)) == ""
         assert checks.area(ui.find(ScreenTitle))[3] <= Window.height

@@ -13,7 +13,7 @@ from app.widgets.buttons import CommandButton
 from app.widgets.display import EmptyState
 from app.widgets.fields import SearchField
 from app.widgets.lists import Row
-from app.widgets.pages import LowPage, top_of_page, turn_to
+from app.widgets.scrolling import CalmScroll, top_of_page, turn_to
 from app.widgets.sheet import Sheet
 from app.widgets.slots import SlotPart
 from app.widgets.surfaces import Tap
@@ -23,7 +23,7 @@ class PlanPage(SlotPart):
     """The plan's tools and its lanes; ``card`` is the screen."""
 
 
-class HoursPart(LowPage):
+class HoursPart(CalmScroll):
     """The lanes; many robots scroll."""
 
     vm = ObjectProperty(None, allownone=True, rebind=True)
