@@ -375,7 +375,7 @@ def robot_dialog_problems(context: PageContext):
         "scheduler",
         "wrong",
     )
-    dialog._failed(dialog.vm.connection, Unauthorized(address="10.40.12.29"))
+    dialog._failed(dialog.vm.connection, Unauthorized(address="10.40.12.29"), lambda: None)
     dialog.vm.name_problem = "There is a robot Aino already"
     return dialog
 

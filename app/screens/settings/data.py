@@ -8,14 +8,24 @@ from pathlib import Path
 from typing import Any
 
 from kivy.event import EventDispatcher
-from kivy.properties import BooleanProperty, ListProperty, ObjectProperty
+from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 
 from app.domain.message import Message
 from app.i18n import _
 from app.screens.common import formats
+from app.screens.common.problems import sentence_of
+from app.screens.settings.edit_sheet import SettingsSheet
 from app.screens.settings.files import FileSheet
 from app.screens.settings.page import PageContext, SettingsPage
-from app.screens.settings.view import NoticeView, data_items, done, import_result, went_wrong
+from app.screens.settings.view import (
+    NoticeView,
+    changes_phrase,
+    data_items,
+    done,
+    import_items,
+    import_result,
+    went_wrong,
+)
 from app.services.catalogue.configuration.importing import DeletesRuns
 from app.services.files.places import FoundFile
 
@@ -23,7 +33,14 @@ from app.services.files.places import FoundFile
 class DataModel(EventDispatcher):
     items = ListProperty()
     outcome = ObjectProperty(NoticeView())
-    backing_up = BooleanProperty(False)
+
+
+class ImportSheet(SettingsSheet):
+    """What a file changes."""
+
+    scrolls = BooleanProperty(False)
+    items = ListProperty()
+    problem = StringProperty()
 
 
 class DataPage(SettingsPage):
@@ -39,12 +56,11 @@ class DataPage(SettingsPage):
             self.context.facts,
             self.context.now(),
             can_restore=self.context.shell.restore is not None,
-            backing_up=self.vm.backing_up,
         )
 
     @property
     def is_busy(self) -> bool:
-        return bool(self.vm.backing_up or (self._sheet is not None and self._sheet.running))
+        return bool(self._sheet is not None and self._sheet.running)
 
     def reached(self, **intent: Any) -> None:
         self.vm.outcome = NoticeView()
@@ -75,10 +91,11 @@ class DataPage(SettingsPage):
         )
 
     def import_configuration(self) -> None:
+        """Choose a file, then see what it changes."""
         sheet = self._open(
-            FileSheet(self.context, self._files.places, ".json", what=_("Configuration"), foot=_("Import"))
+            FileSheet(self.context, self._files.places, ".json", what=_("Configuration"), foot=_("Show changes"))
         )
-        sheet.bind(on_done=self._import)
+        sheet.bind(on_done=lambda sheet: sheet.run(self._files.preview_import, partial(self._previewed, sheet)))
 
     def _write(self, what: str, suffix: str, stem: str) -> FileSheet:
         return self._open(
@@ -98,40 +115,59 @@ class DataPage(SettingsPage):
     def _log_written(self, path: Path) -> None:
         self.vm.outcome = done(_("Log written"), str(path))
 
-    def _import(self, sheet: FileSheet, *, may_delete: bool = False) -> None:
-        def read(found: Sequence[Message] | DeletesRuns) -> bool:
-            """Whether it was imported: what it deletes is asked first."""
-            if isinstance(found, DeletesRuns):
-                self.ask_to_delete(
-                    found.count,
-                    _(
-                        "The file lowers the number of runs that are kept to {limit}. The oldest ones beyond that are deleted for ever."
-                    ).format(limit=found.limit),
-                    _("Import and delete"),
-                    lambda: self._import(sheet, may_delete=True),
-                )
-                return False
-            self.vm.outcome = import_result(found)
-            self.context.refresh()
+    def _previewed(self, sheet: FileSheet, found: tuple[Sequence[Message], DeletesRuns | None]) -> bool:
+        """Whether there is nothing to import."""
+        lines, deletes = found
+        if not lines:
+            self.vm.outcome = done(_("The file contains nothing new"))
             return True
+        changes = ImportSheet(title=changes_phrase(lines), items=import_items(lines, deletes))
+        changes.bind(on_done=lambda changes: self._import(changes, sheet, may_delete=deletes is not None))
+        self.context.shell.sheets.over(changes)
+        return False
 
-        sheet.run(lambda path: self._files.import_configuration(path, may_delete=may_delete), read)
+    def _import(self, changes: ImportSheet, sheet: FileSheet, *, may_delete: bool) -> None:
+        """Back up first: that is the way back."""
+        path, sheets = sheet.path, self.context.shell.sheets
+
+        def work() -> tuple[Sequence[Message] | DeletesRuns, FoundFile]:
+            backup = self._files.back_up_now("before-import")
+            return self._files.import_configuration(path, may_delete=may_delete), backup
+
+        def imported(found: tuple[Sequence[Message] | DeletesRuns, FoundFile]) -> None:
+            lines, backup = found
+            self.vm.outcome = went_wrong(lines) if isinstance(lines, DeletesRuns) else import_result(lines, backup)
+            self.context.refresh()
+            for each in (changes, sheet):
+                sheets.close(each)
+
+        def failed(problem: BaseException) -> None:
+            changes.busy, changes.problem = False, sentence_of(problem)
+            if sheets.top is not changes:
+                self.context.shell.say_problem(problem)
+
+        changes.busy, changes.problem = True, ""
+        self.context.run(work, imported, failed, apart="import")
 
     # ------------------------------------------------------------------ backups
     def back_up(self) -> None:
-        if not self.vm.backing_up:
-            self.vm.backing_up, self.vm.outcome = True, NoticeView()
-            self.show()
-            self.context.run(self._files.back_up_now, self._backed_up, self._failed)
+        sheet = self._open(
+            FileSheet(
+                self.context,
+                self._files.backup_places,
+                ".db",
+                "amr-scheduler-backup",
+                self._files.suggested,
+                what=_("Backup"),
+                foot=_("Back up"),
+            )
+        )
+        sheet.bind(on_done=lambda sheet: sheet.run(self._files.back_up_to, self._backed_up))
 
     def _backed_up(self, backup: FoundFile) -> None:
-        self.vm.backing_up = False
         access = _("It gives access to the robots, and stays until somebody deletes it.")
         self.vm.outcome = done(_("Backup made"), f"{backup.path}\n{access}")
         self.context.refresh()
-
-    def _failed(self, problem: BaseException) -> None:
-        self.vm.backing_up, self.vm.outcome = False, went_wrong(problem)
 
     def restore(self) -> None:
         """Choose a backup, then confirm: everything since the backup is replaced."""

@@ -17,7 +17,6 @@ from kivy.uix.widget import Widget
 
 from app.database.errors import DatabaseError
 from app.domain.models import InvalidInput
-from app.i18n import ngettext
 from app.mir.errors import RobotError
 from app.screens.common.shell import Shell
 from app.screens.common.threads import Job
@@ -241,29 +240,6 @@ class SettingsPage(BoxLayout):
 
     def reached(self, **intent: Any) -> None:
         """The section was opened, with what ``shell.go`` was given (``add=True``, ``robot_id=3``)."""
-
-    def ask_to_delete(self, runs: int, why: str, action: str, done: Callable[[], object]) -> None:
-        """Confirm that so many runs of the history are deleted; ``action`` is the word on the button. Otherwise the
-        facts are shown again; if Settings has been left, a message says that nothing was deleted."""
-
-        def declined() -> None:
-            self.show()
-            if not self.context.is_shown():
-                said = ngettext(
-                    "Not changed: {n} run of the history would be deleted",
-                    "Not changed: {n} runs of the history would be deleted",
-                    runs,
-                )
-                self.context.say(said.format(n=runs), "information-outline")
-
-        self.context.shell.dialogs.confirm(
-            ngettext("Delete {n} run of the history?", "Delete {n} runs of the history?", runs).format(n=runs),
-            why,
-            action,
-            done,
-            danger=True,
-            declined=declined,
-        )
 
     def show_one(self, wanted: Widget, of: Sequence[Widget]) -> None:
         """Show ``wanted`` and hide the others of ``of``, below the widgets that are always shown."""

@@ -9,7 +9,7 @@ from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, NumericProperty, OptionProperty, StringProperty
 
 from app.domain.clock import zone_names
-from app.i18n import _
+from app.i18n import _, ngettext
 from app.screens.common.problems import sentence_of
 from app.screens.common.zones import zone_options
 from app.screens.settings.page import PageContext, SettingsPage
@@ -81,16 +81,33 @@ class SchedulerPage(SettingsPage):
 
         def counted(surplus: int) -> None:
             if surplus:
-                self.ask_to_delete(
-                    surplus,
-                    _("The oldest ones beyond the last {limit} are deleted for ever.").format(limit=runs),
-                    _("Delete"),
-                    lambda: self.set("history_limit", runs),
-                )
+                self._ask_to_delete(surplus, runs)
             else:
                 self.set("history_limit", runs)
 
         self.context.run(lambda: self.context.services.catalogue.runs_beyond(runs), counted, key="history_limit")
+
+    def _ask_to_delete(self, surplus: int, limit: int) -> None:
+        """If Settings has been left, a message says that nothing was deleted."""
+
+        def declined() -> None:
+            self.show()
+            if not self.context.is_shown():
+                said = ngettext(
+                    "Not changed: {n} run of the history would be deleted",
+                    "Not changed: {n} runs of the history would be deleted",
+                    surplus,
+                )
+                self.context.say(said.format(n=surplus), "information-outline")
+
+        self.context.shell.dialogs.confirm(
+            ngettext("Delete {n} run of the history?", "Delete {n} runs of the history?", surplus).format(n=surplus),
+            _("The oldest ones beyond the last {limit} are deleted for ever.").format(limit=limit),
+            _("Delete"),
+            lambda: self.set("history_limit", limit),
+            danger=True,
+            declined=declined,
+        )
 
     def pick_timezone(self) -> None:
         self.context.shell.dialogs.choose(

@@ -6,7 +6,7 @@ Those of missions are in missions_view.py, those of the calendar in calendar_vie
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import datetime
 
 from app import __version__
@@ -21,6 +21,7 @@ from app.screens.common.problems import sentence_of, words_of
 from app.screens.common.robot_appearance import link_appearance
 from app.screens.settings.facts import SettingsFacts
 from app.services.catalogue.configuration.import_lines import stops_a_robot
+from app.services.catalogue.configuration.importing import DeletesRuns
 from app.services.files.places import FoundFile
 from app.widgets.items import Action, Item
 
@@ -320,7 +321,7 @@ def answers(facts: SettingsFacts, robot: Robot) -> bool:
 
 
 # ---------------------------------------------------------------------- files
-def data_items(facts: SettingsFacts, now: datetime, *, can_restore: bool, backing_up: bool) -> list[Item]:
+def data_items(facts: SettingsFacts, now: datetime, *, can_restore: bool) -> list[Item]:
     """What goes out and comes in. ``can_restore``: this window can."""
     restore = Action("restore", _("Restore"), off="" if can_restore else _("Ask the person in charge"))
     return [
@@ -343,7 +344,7 @@ def data_items(facts: SettingsFacts, now: datetime, *, can_restore: bool, backin
         Item(
             "backups",
             _("Backups"),
-            _("Making a backup") if backing_up else _backup_note(facts, now).text,
+            _backup_note(facts, now).text,
             icon="backup-restore",
             opens=False,
             actions=(restore, Action("back_up", _("Back up"))),
@@ -358,14 +359,30 @@ def file_note(file: FoundFile, zone: str, now: datetime) -> str:
     )
 
 
-def import_result(lines: Sequence[Message], most: int = 12) -> NoticeView:
-    """What an import changed, robots that it stopped first; a long list ends with the number of further changes."""
-    if not lines:
-        return done(_("The file contains nothing new"))
-    lines = sorted(lines, key=lambda line: not stops_a_robot(line))
-    shown = [words_of(line) for line in lines[:most]]
-    if len(lines) > most:
-        shown.append(ngettext("and {n} more", "and {n} more", len(lines) - most).format(n=len(lines) - most))
+def import_items(lines: Sequence[Message], deletes: DeletesRuns | None = None) -> list[Item]:
+    """A row for each change that an import makes, first what is lost: runs of the history, and robots that it stops."""
+    lost = []
+    if deletes is not None:
+        text = ngettext("Deletes the oldest run for ever", "Deletes the oldest {n} runs for ever", deletes.count)
+        lost = [Item("deletes", text.format(n=deletes.count), icon="delete-alert-outline", tone="fault", opens=False)]
+    ordered = sorted(lines, key=lambda line: not stops_a_robot(line))
+    return lost + [
+        Item(
+            n,
+            words_of(line),
+            icon="alert" if stops_a_robot(line) else "circle-small",
+            tone="attention" if stops_a_robot(line) else "neutral",
+            opens=False,
+        )
+        for n, line in enumerate(ordered)
+    ]
+
+
+def changes_phrase(lines: Sequence[Message]) -> str:
+    return ngettext("{n} change", "{n} changes", len(lines)).format(n=len(lines))
+
+
+def import_result(lines: Sequence[Message], backup: FoundFile) -> NoticeView:
+    """How many changes, and what brings back the state from before."""
     text = ngettext("{n} change imported", "{n} changes imported", len(lines)).format(n=len(lines))
-    notice = done(text, "\n".join(shown))
-    return replace(notice, tone="attention", icon="alert") if stops_a_robot(lines[0]) else notice
+    return done(text, _("Backup from before it: {name}").format(name=backup.path.name))

@@ -134,6 +134,11 @@ class Catalogue:
                 return result
         raise InvalidInput("file", "the plan keeps changing: try again")
 
+    def rehearse(self, work: Callable[[Edit], T]) -> T:
+        """What ``work`` would return: nothing is changed."""
+        with closing(Rehearsal(self._db.read())) as rehearsal:
+            return work(Edit(rehearsal.copy, self._clock.now()))
+
     def _publish(self, edit: Edit) -> None:
         for line in edit.notes[:MOST_NOTES]:
             log.info("%s", line)

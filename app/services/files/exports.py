@@ -96,6 +96,10 @@ class DataFiles:
         except DeletesRuns as question:
             return question
 
+    def preview_import(self, path: str) -> tuple[Sequence[Message], DeletesRuns | None]:
+        """What an import would add or change, and which runs it would delete; nothing is changed."""
+        return configuration.preview(self._catalogue, read_file(self._resolved(path)))
+
     # ------------------------------------------------------------------ backups
     def backups(self) -> list[FoundFile]:
         """Newest first."""
@@ -109,9 +113,22 @@ class DataFiles:
         """Where backups may be: this tablet's own directory, then the present sticks and shares."""
         return [Place(PlaceKind.BACKUPS, self.data_directory / BACKUPS), *mounted()]
 
-    def back_up_now(self) -> FoundFile:
-        """A copy of the database as it is now, whole and verified."""
-        path = _free_path(self.data_directory / BACKUPS, f"manual-{self._clock.now():%Y-%m-%dT%H%M%SZ}", ".db")
+    def back_up_now(self, stem: str = "manual") -> FoundFile:
+        """A copy of the database as it is now, whole and verified, in this tablet's own directory."""
+        return self._back_up(
+            _free_path(self.data_directory / BACKUPS, f"{stem}-{self._clock.now():%Y-%m-%dT%H%M%SZ}", ".db")
+        )
+
+    def back_up_to(self, path: str) -> FoundFile:
+        """The same into a new file, in a directory that exists or in this tablet's own."""
+        target = self._resolved(path).with_suffix(".db")
+        if target.exists():
+            raise InvalidInput("path", "{path} exists already; choose another name", path=target)
+        if not target.parent.is_dir() and target.parent != self.data_directory / BACKUPS:
+            raise InvalidInput("path", "there is no directory {path}", path=target.parent)
+        return self._back_up(target)
+
+    def _back_up(self, path: Path) -> FoundFile:
         try:
             back_up(self._db.path, path)
         except DatabaseError as error:

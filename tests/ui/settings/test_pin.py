@@ -11,6 +11,7 @@ from app.domain.clock import SystemClock
 from app.domain.models import Robot
 from app.screens.common.pin_dialog import PinDialog
 from app.screens.frame.controller import DOUBLE_TAP
+from app.screens.settings.edit_sheet import delete
 from app.screens.settings.gate import LEFT_ALONE_S
 from app.services.live.access import TRIES, WAIT_S
 from app.widgets.buttons import CommandButton, IconButton
@@ -312,9 +313,8 @@ def test_a_failed_undo_stays_behind_the_pin(site, app, ui):
     unlock(ui, app)
     go(ui, "robots")
     ui.wait(lambda: item_of(ui, "Aino"))
-    app.shell.navigator.screen("settings").vm.context.remove(
-        lambda: site.container.catalogue.remove_robot(stored.id), "Aino deleted"
-    )
+    context = app.shell.navigator.screen("settings").vm.context
+    delete(context, stored, lambda: site.container.catalogue.remove_robot(stored.id), "Aino deleted")
     ui.wait(lambda: app.shell.snackbars.texts == ["Aino deleted"])
     site.container.catalogue.save_robot(aino, "distributor")  # its name is taken
     ui.tap(ui.find(NavItem, name="home"))

@@ -93,13 +93,14 @@ def test_none_but_the_open_section_is_kept(site, app, ui):
 def test_a_section_with_something_under_way_is_kept_until_that_has_ended(site, app, ui):
     go(ui, "data")
     data = page(app)
-    data.vm.backing_up = True
+    data.back_up()
+    data._sheet.running = True
     for section in ("robots", "display"):
         go(ui, section)
     app.shell.go("home")
     go(ui, "data")
     assert page(app) is data
-    data.vm.backing_up = False
+    data._sheet.running = False
     for section in ("robots", "display", "data"):
         go(ui, section)
     assert page(app) is not data

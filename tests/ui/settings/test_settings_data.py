@@ -12,9 +12,11 @@ from pathlib import Path
 import pytest
 
 from app.screens.settings import files
+from app.screens.settings.data import ImportSheet
 from app.services.files import exports, file_access, places
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.fields import Field
+from app.widgets.list_row import ListRow
 from tests.ui.integrator import (
     choose_row,
     enter,
@@ -28,6 +30,12 @@ from tests.ui.integrator import (
     settings,
 )
 from tests.ui.whole_app import GUIDS
+
+
+def what_changes(ui, sheet) -> ImportSheet:
+    press(ui, "Show changes", sheet)
+    ui.wait(lambda: ui.find_all(ImportSheet))
+    return ui.find(ImportSheet)
 
 
 def outcome(app):
@@ -89,11 +97,17 @@ def test_a_configuration_comes_in_with_a_list_of_what_changed(site, app, ui):
     go(ui, "data")
     sheet = file_sheet(ui, "Configuration", "Import")
     assert sheet.path == str(file)  # the newest configuration there is suggested
-    press(ui, "Import", sheet)
+    before, changes = settings(site), what_changes(ui, sheet)
+    assert changes.title == "2 changes"
+    assert [row.item.title for row in ui.find_all(ListRow, changes)][1] == "Mission Deliver added"
+    assert (settings(site), missions(site)) == (before, [])
+    press(ui, "Import", changes)
     ui.wait(lambda: outcome(app).text == "2 changes imported")
     assert settings(site).retry_limit == 3
     assert [mission.name for mission in missions(site)] == ["Deliver"]
-    press(ui, "Import", file_sheet(ui, "Configuration", "Import"))
+    (backup,) = site.container.files.backups()
+    assert outcome(app).note == f"Backup from before it: {backup.path.name}"
+    press(ui, "Show changes", file_sheet(ui, "Configuration", "Import"))
     ui.wait(lambda: outcome(app).text == "The file contains nothing new")
 
 
@@ -113,7 +127,7 @@ def test_an_unusable_configuration_is_one_sentence_and_changes_nothing(site, app
     ):
         file.write_text(content, encoding="utf-8")
         ui.advance(1)
-        press(ui, "Import", sheet)
+        press(ui, "Show changes", sheet)
         ui.wait(lambda: sheet.problem and sheet.problem not in problems and app.shell.background.idle)
         problems.add(sheet.problem)
         assert settings(site) == before
@@ -126,7 +140,7 @@ def test_a_file_that_is_not_there(site, app, ui):
     sheet = file_sheet(ui, "Configuration", "Import")
     assert sheet.foot_off == "No file .json there"
     enter_path(ui, sheet, "/nowhere/plant.json")
-    press(ui, "Import", sheet)
+    press(ui, "Show changes", sheet)
     ui.wait(lambda: sheet.problem == "There is no file /nowhere/plant.json")
     ui.tap(ui.find(IconButton, sheet, icon="close"))
     sheet = file_sheet(ui, "Configuration", "Export")
@@ -138,9 +152,12 @@ def test_a_file_that_is_not_there(site, app, ui):
 def test_a_backup_says_where_it_is(site, app, ui):
     go(ui, "data")
     ui.wait(lambda: row_of(ui, "Backups"))
-    press(ui, "Back up", row_of(ui, "Backups"))
+    button = ui.find(CommandButton, file_sheet(ui, "Backups", "Back up"), text="Back up")
+    for _tap in range(2):  # one press
+        ui.tap(button)
     ui.wait(lambda: outcome(app).text == "Backup made")
-    assert outcome(app).note.startswith(str(site.container.db.path.parent))
+    (backup,) = site.container.files.backups()
+    assert outcome(app).note.startswith(str(backup.path))
     ui.wait(lambda: row_of(ui, "Backups").item.support.startswith("last backup "))
 
 
@@ -173,7 +190,7 @@ def test_a_file_on_a_stick_is_chosen_from_a_list_and_imported(site, stick, ui):
         ("spring.json", "Tue 14 Nov 2023 22:13 · 1 kB"),
     ]
     choose_row(ui, sheet, "spring.json")
-    press(ui, "Import", sheet)
+    press(ui, "Import", what_changes(ui, sheet))
     ui.wait(lambda: settings(site).retry_limit == 3)
 
 
@@ -184,6 +201,17 @@ def test_an_export_goes_to_the_stick_that_was_tapped(site, app, stick, ui):
     ui.wait(lambda: sheet.file)
     press(ui, "Export", sheet)
     assert has_written(site, app, ui).parent == stick
+
+
+def test_a_backup_goes_to_the_stick_that_was_tapped(site, app, stick, ui):
+    go(ui, "data")
+    sheet = file_sheet(ui, "Backups", "Back up")
+    choose_row(ui, sheet, "USB: KINGSTON")
+    ui.wait(lambda: sheet.file)
+    press(ui, "Back up", sheet)
+    ui.wait(lambda: outcome(app).text == "Backup made")
+    (backup,) = stick.glob("*.db")
+    site.container.files.check_backup(backup)
 
 
 @pytest.fixture
@@ -218,7 +246,7 @@ def test_a_share_that_hangs_delays_no_other_folder(site, app, dead_share, ui):
     assert sheet.foot_off == "Looking for files"
     choose_row(ui, sheet, "USB: KINGSTON")
     choose_row(ui, sheet, "spring.json")
-    press(ui, "Import", sheet)
+    press(ui, "Import", what_changes(ui, sheet))
     ui.wait(lambda: settings(site).retry_limit == 3)
 
 
@@ -226,7 +254,7 @@ def test_an_import_from_a_share_that_hangs_delays_nothing_else(site, app, dead_s
     go(ui, "data")
     sheet = file_sheet(ui, "Configuration", "Import")
     enter_path(ui, sheet, str(dead_share / "plant.json"))
-    press(ui, "Import", sheet)
+    press(ui, "Show changes", sheet)
     assert sheet.running
     done, all_there = [], threading.Barrier(4)  # as many as there are threads for what is pressed
     for _n in range(4):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from app.screens.settings.data import ImportSheet
 from app.screens.settings.page import SwitchRow
 from app.screens.settings.scheduler import SchedulerPage
 from app.widgets.buttons import Segment, Toggle
@@ -87,19 +88,15 @@ def test_an_end_of_keeping_all_asks_too(site, app, ui):
     assert switch.active
 
 
-def test_a_configuration_that_deletes_runs_asks_first(site, app, ui):
+def test_a_configuration_that_deletes_runs_says_so_before_it_is_imported(site, app, ui):
     add_runs(site.container, 3)
     file = site.documents / "plant.json"
     file.write_text('{"format": "amr-scheduler/1", "settings": {"history_limit": 1}}', encoding="utf-8")
     go(ui, "data")
     sheet = file_sheet(ui, "Configuration", "Import")
-    press(ui, "Import", sheet)
-    ui.wait(lambda: says(ui, "Delete 2 runs of the history?"))
-    press(ui, "Keep", ui.find(ConfirmDialog))
+    press(ui, "Show changes", sheet)
+    ui.wait(lambda: says(ui, "Deletes the oldest 2 runs for ever"))
     assert settings(site).history_limit == 100_000
-    ui.advance(1)
-    press(ui, "Import", sheet)
-    ui.wait(lambda: says(ui, "Delete 2 runs of the history?"))
-    press(ui, "Import and delete", ui.find(ConfirmDialog))
+    press(ui, "Import", ui.find(ImportSheet))
     ui.wait(lambda: page(app).vm.outcome.text == "1 change imported")
     assert settings(site).history_limit == 1

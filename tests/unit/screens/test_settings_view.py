@@ -21,6 +21,7 @@ from app.mir.credentials import Token
 from app.mir.errors import CertificateProblem, TimedOut, Unreachable
 from app.screens.settings import missions_view, trust_view, view
 from app.screens.settings.facts import SettingsFacts
+from app.services.catalogue.configuration.importing import DeletesRuns
 from app.services.files.places import FoundFile
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
@@ -412,29 +413,20 @@ def test_backups_are_offered_newest_first_with_their_time():
             FoundFile(Path("/d/daily-2026-11-19.db"), datetime(2026, 11, 19, 0, 0, tzinfo=UTC), 400),
         )
     )
-    row = view.data_items(state, NOW, can_restore=False, backing_up=False)[-1]
+    row = view.data_items(state, NOW, can_restore=False)[-1]
     assert (row.support, row.at_right) == ("last backup 02:00", "Ask the person in charge")
-    assert view.data_items(state, NOW, can_restore=True, backing_up=True)[-1].support == "Making a backup"
-    row = view.data_items(facts(), NOW, can_restore=True, backing_up=False)[-1]
+    row = view.data_items(facts(), NOW, can_restore=True)[-1]
     assert (row.support, row.at_right) == ("no backup yet", "")
     assert view.file_note(state.backups[0], "Europe/Helsinki", NOW) == "02:00 · 512 kB"
 
 
-def test_an_import_lists_its_changes_and_cuts_a_long_list():
-    assert view.import_result([]).text == "The file contains nothing new"
-    assert view.import_result(["robot R1 added"]) == view.NoticeView(
-        "1 change imported", "robot R1 added", "done", "check-circle"
-    )
-    assert view.import_result([message("robot {name} added", name="R1")]).note == "Robot R1 added"
+def test_an_import_lists_what_is_lost_first():
     stopped = message(
         "robot {name} changed: {what}. It is switched off and needs a password", name="R1", what="address"
     )
-    notice = view.import_result(["mission 1 added", stopped])
-    assert (notice.tone, notice.note.splitlines()[0]) == (
-        "attention",
-        "Robot R1 changed: address. It is switched off and needs a password",
-    )
-    long = view.import_result([f"mission {n} added" for n in range(40)])
-    assert long.text == "40 changes imported"
-    assert long.note.splitlines()[-1] == "and 28 more"
-    assert len(long.note.splitlines()) == 13
+    items = view.import_items([message("robot {name} added", name="R2"), stopped], DeletesRuns(1, 3))
+    assert [(item.title, item.tone) for item in items] == [
+        ("Deletes the oldest 3 runs for ever", "fault"),
+        ("Robot R1 changed: address. It is switched off and needs a password", "attention"),
+        ("Robot R2 added", "neutral"),
+    ]

@@ -51,18 +51,37 @@ def import_configuration(catalogue: Catalogue, content: bytes, *, may_delete: bo
     place in the file and how to correct it, DeletesRuns unless it ``may_delete``; then nothing was changed.
     """
     document = read(content)
-    limit: int | None = document.settings.values.get("history_limit")
-    if limit is not None and not may_delete and (count := catalogue.runs_beyond(limit)):
-        raise DeletesRuns(limit, count)
+    if not may_delete and (deletes := _deletes(catalogue, document)):
+        raise deletes
     asked = AskedRobots(catalogue)
+    lines = _run(document, asked, catalogue.edit_rehearsed)
+    asked.keep()
+    return lines
+
+
+def preview(catalogue: Catalogue, content: bytes) -> tuple[list[Message], DeletesRuns | None]:
+    """What ``import_configuration`` would return, and which runs it would delete; nothing is changed. Raises InvalidInput."""
+    document = read(content)
+    return _run(document, AskedRobots(catalogue), catalogue.rehearse), _deletes(catalogue, document)
+
+
+def _deletes(catalogue: Catalogue, document: Document) -> DeletesRuns | None:
+    limit: int | None = document.settings.values.get("history_limit")
+    count = 0 if limit is None else catalogue.runs_beyond(limit)
+    return DeletesRuns(limit, count) if limit is not None and count else None
+
+
+def _run(
+    document: Document,
+    asked: AskedRobots,
+    edit: Callable[[Callable[[Edit], list[Message]]], list[Message]],
+) -> list[Message]:
+    """Again, while its robots have to be asked for what their missions take."""
     while True:
         try:
-            lines = catalogue.edit_rehearsed(lambda edit: _Import(edit, document, asked).run())
+            return edit(lambda each: _Import(each, document, asked).run())
         except MoreToAsk as more:
             asked.ask(more)
-        else:
-            asked.keep()
-            return lines
 
 
 class _Import:
