@@ -123,7 +123,7 @@ class DataFiles:
         """The same into a new file, in a directory that exists or in this tablet's own."""
         target = self._resolved(path).with_suffix(".db")
         if target.exists():
-            raise InvalidInput("path", "{path} exists already; choose another name", path=target)
+            raise InvalidInput("path", "{path} exists already: choose another name", path=target)
         if not target.parent.is_dir() and target.parent != self.data_directory / BACKUPS:
             raise InvalidInput("path", "there is no directory {path}", path=target.parent)
         return self._back_up(target)
