@@ -76,8 +76,9 @@ def _earlier(
 
 
 def _kpi_filter(filters: Filters, now: datetime, zone: ZoneInfo) -> KpiFilter:
+    """Of the period, whatever day of it the list is narrowed to."""
     return KpiFilter(
-        filters.span(now, zone)[0],
+        replace(filters, day=None).span(now, zone)[0],
         robot_ids=filters.robot_ids,
         group=filters.group.name if filters.group else None,
     )

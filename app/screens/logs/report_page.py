@@ -44,56 +44,51 @@ def on_screen(report: ShiftReport, mission_names: MissionNames = NOTHING_KNOWN) 
     """The same in short, for devices that can't open the file: the figures, robots, runs that were not completed, and
     alarms."""
     zone, at = report.settings.timezone, report.made_at
-    robots = [
-        FactLine(
-            robot.robot,
-            in_unit(robot.value("utilisation"), Unit.SHARE),
-            " · ".join(
-                f"{label} {number}"
-                for label, number in (
-                    (_("Completed"), robot.completed),
-                    (execution_appearance.word(State.FAILED), robot.failed),
-                    (_("Cancelled"), robot.cancelled),
-                )
-                if number
-            ),
-        )
-        for robot in by_name(report.facts.robots, "robot")
-    ]
-    runs = [
-        FactLine(
-            mission_names.run(run),
-            execution_appearance.word(run.state),
-            " · ".join(
-                filter(
-                    None,
-                    (
-                        formats.day_and_time(run.planned_at, zone, at),
-                        run.robot,
-                        sentence(run.reason, zone, _) if run.reason else "",
-                    ),
-                )
-            ),
-        )
-        for run in report.runs
-    ]
-    more_runs = ngettext("and {n} more in the log", "and {n} more in the log", report.more_runs).format(
-        n=report.more_runs
-    )
-    more_alarms = ngettext("and {n} more", "and {n} more", report.more_alarms).format(n=report.more_alarms)
-    alarms = [
+    alarms = (
         FactLine(alarm_text(alarm, report.settings, at), formats.day_and_time(alarm.raised_at, zone, at), alarm.note)
         for alarm in report.alarms
-    ]
+    )
     lines = [
         *(FactLine(*figure) for figure in _key_figures(report)),
-        *robots,
-        *runs,
-        *([FactLine(more_runs, "")] if report.more_runs > 0 else []),
+        *(_robot_in_short(robot) for robot in by_name(report.facts.robots, "robot")),
+        *(_run_in_short(run, report, mission_names) for run in report.runs),
+        FactLine(_more_runs(report), ""),
         *alarms,
-        *([FactLine(more_alarms, "")] if report.more_alarms else []),
+        FactLine(_more_alarms(report), ""),
     ]
-    return Explanation(_("Shift report"), f"{_period(report)} · {_whose(report)}", tuple(lines))
+    return Explanation(
+        _("Shift report"), f"{_period(report)} · {_whose(report)}", tuple(line for line in lines if line.label)
+    )
+
+
+def _robot_in_short(robot: Facts) -> FactLine:
+    numbers = (
+        (_("Completed"), robot.completed),
+        (execution_appearance.word(State.FAILED), robot.failed),
+        (_("Cancelled"), robot.cancelled),
+    )
+    said = " · ".join(f"{label} {number}" for label, number in numbers if number)
+    return FactLine(robot.robot, in_unit(robot.value("utilisation"), Unit.SHARE), said)
+
+
+def _run_in_short(run: Execution, report: ShiftReport, mission_names: MissionNames) -> FactLine:
+    zone = report.settings.timezone
+    when, why = (
+        formats.day_and_time(run.planned_at, zone, report.made_at),
+        sentence(run.reason, zone, _) if run.reason else "",
+    )
+    said = " · ".join(filter(None, (when, run.robot, why)))
+    return FactLine(mission_names.run(run), execution_appearance.word(run.state), said)
+
+
+def _more_runs(report: ShiftReport) -> str:
+    n = report.more_runs
+    return ngettext("and {n} more in the log", "and {n} more in the log", n).format(n=n) if n > 0 else ""
+
+
+def _more_alarms(report: ShiftReport) -> str:
+    n = report.more_alarms
+    return ngettext("and {n} more", "and {n} more", n).format(n=n) if n else ""
 
 
 def _explained() -> str:
@@ -243,13 +238,8 @@ def _causes(report: ShiftReport) -> str:
 
 
 def _runs(report: ShiftReport, mission_names: MissionNames) -> str:
-    more = (
-        ngettext("and {n} more in the log", "and {n} more in the log", report.more_runs).format(n=report.more_runs)
-        if report.more_runs > 0
-        else ""
-    )
     note = (
-        more
+        _more_runs(report)
         if report.runs
         else _("Every run that ended was completed.")
         if report.facts.completed
@@ -277,16 +267,11 @@ def _run(run: Execution, report: ShiftReport, mission_names: MissionNames) -> Se
 
 
 def _alarms(report: ShiftReport) -> str:
-    note = (
-        ngettext("and {n} more", "and {n} more", report.more_alarms).format(n=report.more_alarms)
-        if report.more_alarms
-        else ""
-    )
     return table(
         _("Alarms"),
         (_("Since"), _("Alarm"), _("Until"), _("Note")) if report.alarms else (),
         [_alarm(alarm, report) for alarm in report.alarms],
-        note=note if report.alarms else _("There was none."),
+        note=_more_alarms(report) if report.alarms else _("There was none."),
         short=(0, 2),
     )
 

@@ -209,9 +209,3 @@ class SwitchLine(BoxLayout):
 
     def on_switch(self, wanted: bool) -> None:
         """It was tapped."""
-
-
-class FormPart(BoxLayout):
-    """Some fields of the form, listed in kv. ``card`` is set at creation, so kv may read ``root.card.view``."""
-
-    card = ObjectProperty(None, rebind=True)

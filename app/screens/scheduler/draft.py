@@ -46,26 +46,16 @@ COMMON = {Unit.MINUTES: (5, 10, 15, 20, 30), Unit.HOURS: (1, 2, 3, 4, 6)}
 DAY_BEGINS = time(8, 0)  # a new "every …" does, until another time is chosen
 # the fields of the time, which change together, and those of robot and mission
 TIMES = (
-    "kind",
-    "every",
-    "unit",
-    "all_day",
-    "by_weekday",
-    "last_day",
-    "other_rule",
-    "day",
-    "at",
-    "timezone",
-    "more_hours",
-    "weekdays",
-    "until_time",
-    "month_day",
-    "nth",
-    "month_weekday",
-    "origin",
+    *("kind", "every", "unit", "all_day", "by_weekday", "last_day", "other_rule", "day", "at", "timezone"),
+    *("more_hours", "weekdays", "until_time", "month_day", "nth", "month_weekday", "origin"),
 )
 TARGET = ("robot_id", "group_id", "finish_by_minutes")
 TASK = ("mission_id", "parameters")
+# the fields that a schedule has, too
+SAME = (
+    *("mission_id", "robot_id", "group_id", "finish_by_minutes", "minimum_battery_percent", "start_window_minutes"),
+    *("overlap", "priority", "respect_working_days", "parameters"),
+)
 
 
 @dataclass(frozen=True)
@@ -140,10 +130,7 @@ class Draft:
             Kind.WEEKLY: (self.weekdays,),
             Kind.OTHER: (self.other_rule,),
             Kind.EVERY: (self.weekdays, self.every, self.unit, self.all_day, None if self.all_day else self.until_time),
-            Kind.MONTHLY: (
-                self.by_weekday,
-                *((self.nth, self.month_weekday) if self.by_weekday else (self.month_day,)),
-            ),
+            Kind.MONTHLY: (self.nth, self.month_weekday) if self.by_weekday else (self.month_day,),
         }
         last = None if self.kind is Kind.ONCE else self.last_day
         return self.day, self.at.minute, self.hours, self.timezone, self.kind, last, *own.get(self.kind, ())
@@ -195,20 +182,8 @@ class Draft:
         return replace(
             base,
             name=self.name.strip(),
-            robot_id=self.robot_id,
-            group_id=self.group_id,
-            mission_id=self.mission_id,
-            finish_by_minutes=self.finish_by_minutes,
-            minimum_battery_percent=self.minimum_battery_percent,
-            start_window_minutes=self.start_window_minutes,
-            overlap=self.overlap,
-            priority=self.priority,
-            respect_working_days=self.respect_working_days,
-            parameters=self.parameters,
-            start=times.start,
-            timezone=times.timezone,
-            recurrence=times.recurrence,
-            between=times.between,
+            **{name: getattr(self, name) for name in SAME},
+            **{name: getattr(times, name) for name in ("start", "timezone", "recurrence", "between")},
         )
 
     def with_day(self, day: date) -> Draft:
@@ -220,7 +195,27 @@ class Draft:
     def moved(self, before: datetime, after: datetime) -> Draft:
         """Move the start at ``before`` (naive local) to ``after``. In a rule, starts of its hour on other days move
         too, the others keep their hours and get its minute; with "every …" all move."""
-        return self if after == before else self._moved(before, after)
+        if after == before:
+            return self
+        if self.kind is Kind.ONCE:
+            return replace(self.with_day(after.date()), at=after.time())
+        if self.kind in (Kind.EVERY, Kind.OTHER):
+            by = datetime.combine(before, after.time()) - before
+            begins, ends = datetime.combine(before, self.at) + by, datetime.combine(before, self.until_time) + by
+            return replace(
+                self, at=begins.time(), until_time=ends.time() if ends.date() <= begins.date() else time(23, 59)
+            )
+        hour = after.hour if before.hour == self.at.hour else self.at.hour
+        hours = {*self.hours, after.hour} - ({before.hour} if before.hour != after.hour else set())
+        draft = replace(self, at=time(hour, after.minute), more_hours=tuple(sorted(hours - {hour})))
+        if before.date() == after.date():
+            return draft
+        old, new = WEEKDAYS[before.weekday()], WEEKDAYS[after.weekday()]
+        return replace(
+            draft,
+            weekdays=tuple({new if day == old else day: None for day in self.weekdays}),
+            **(Draft.derived(after.date()) if self.kind is Kind.MONTHLY else {}),
+        )
 
     def starts_at(self, local: datetime, calendar: WorkingCalendar) -> bool:
         """Whether it would, at that naive local time."""
@@ -269,16 +264,7 @@ class Draft:
             day=schedule.start.date(),
             at=schedule.start.time(),
             timezone=schedule.timezone,
-            mission_id=schedule.mission_id,
-            robot_id=schedule.robot_id,
-            group_id=schedule.group_id,
-            finish_by_minutes=schedule.finish_by_minutes,
-            minimum_battery_percent=schedule.minimum_battery_percent,
-            start_window_minutes=schedule.start_window_minutes,
-            overlap=schedule.overlap,
-            priority=schedule.priority,
-            respect_working_days=schedule.respect_working_days,
-            parameters=schedule.parameters,
+            **{name: getattr(schedule, name) for name in SAME},
             name=schedule.name if name is None else name,
             base=schedule,
             origin=schedule,
@@ -309,27 +295,6 @@ class Draft:
         return replace(draft, base=stored, lost=None, entered=entered, **changed)
 
     # ------------------------------------------------------------------ inside
-    def _moved(self, before: datetime, after: datetime) -> Draft:
-        if self.kind is Kind.ONCE:
-            return replace(self.with_day(after.date()), at=after.time())
-        if self.kind in (Kind.EVERY, Kind.OTHER):
-            by = datetime.combine(before, after.time()) - before
-            begins, ends = datetime.combine(before, self.at) + by, datetime.combine(before, self.until_time) + by
-            return replace(
-                self, at=begins.time(), until_time=ends.time() if ends.date() <= begins.date() else time(23, 59)
-            )
-        hour = after.hour if before.hour == self.at.hour else self.at.hour
-        hours = {*self.hours, after.hour} - ({before.hour} if before.hour != after.hour else set())
-        draft = replace(self, at=time(hour, after.minute), more_hours=tuple(sorted(hours - {hour})))
-        if before.date() == after.date():
-            return draft
-        old, new = WEEKDAYS[before.weekday()], WEEKDAYS[after.weekday()]
-        return replace(
-            draft,
-            weekdays=tuple({new if day == old else day: None for day in self.weekdays}),
-            **(Draft.derived(after.date()) if self.kind is Kind.MONTHLY else {}),
-        )
-
     @property
     def hours(self) -> list[int]:
         """Of all its times of day."""
@@ -413,16 +378,8 @@ def _read_every(unit: Unit, interval: int, parts: dict[str, str], between: Betwe
     days = _plain_days(parts.pop("BYDAY", ",".join(WEEKDAYS)))
     if days is None or interval > MOST[unit]:
         return None
-    fields: dict[str, Any] = {
-        "kind": Kind.EVERY,
-        "unit": unit,
-        "every": interval,
-        "weekdays": days,
-        "all_day": between is None,
-    }
-    if between is not None:
-        fields |= {"at": between.start, "until_time": between.end}
-    return fields
+    read = {"kind": Kind.EVERY, "unit": unit, "every": interval, "weekdays": days, "all_day": between is None}
+    return read if between is None else {**read, "at": between.start, "until_time": between.end}
 
 
 def _read_monthly(parts: dict[str, str], first: date) -> dict[str, Any] | None:

@@ -229,10 +229,6 @@ def read(services: SchedulerServices, window: Window | None = None) -> Scheduler
     rows = history.page(ExecutionFilter(start=start - LONGEST_RUN, end=end), size=MOST_PAST).rows
     soon = now + timedelta(seconds=1)
     past = tuple(e for e in rows if e.planned_at < soon or (e.schedule_id, e.planned_at) in skips)
-    open_ones = {
-        (e.robot_id, e.mission_guid) for e in past if (e.state.is_open or e.planned_at > now) and e.robot_id is not None
-    }
-    usual = {key: found for key in open_ones if (found := history.expected(*key)) is not None}
     for year in (now.year, now.year + 1):  # so that drawing doesn't have to compute their public holidays
         calendar.day_status(now.date().replace(year=year, day=1))
     robots, planned = by_name(catalogue.robots()), services.plan.between(start, end)
@@ -250,11 +246,18 @@ def read(services: SchedulerServices, window: Window | None = None) -> Scheduler
         past=past,
         holds=tuple(services.holds.current()),
         own_hold=next((hold for hold in services.holds.all_active() if hold.clock or hold.is_copy), None),
-        usual_s={key: one.median_s for key, one in usual.items() if one.median_s},
+        usual_s=_usual_s(history, past, now),
         names={robot.id: services.robot_missions.names(robot.id) for robot in robots},
         skips=skips,
         **live(services, settings, robots),
     )
+
+
+def _usual_s(history: History, past: Iterable[Execution], now: datetime) -> dict[tuple[int, str], float]:
+    """How long what is open takes, by robot and guid."""
+    rows = (row for row in past if row.state.is_open or row.planned_at > now)
+    keys = {(row.robot_id, row.mission_guid) for row in rows if row.robot_id is not None}
+    return {key: one.median_s for key in keys if (one := history.expected(*key)) is not None and one.median_s}
 
 
 def live(services: SchedulerServices, settings: Settings, robots: Iterable[Robot]) -> dict[str, Any]:

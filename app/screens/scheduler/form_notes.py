@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass
 from datetime import date, datetime, time, timedelta
+from typing import Any
 from zoneinfo import ZoneInfo
 
 from app.domain import conflicts
@@ -117,7 +118,7 @@ def _concerns(facts: SchedulerFacts, draft: Draft, forecast: Forecast | None) ->
 
 def _words(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int) -> str:
     """The first of ``times`` alike."""
-    details, day = concern.details, formats.day(concern.at, draft.timezone)
+    details = concern.details
     match concern.code:
         case ConcernCode.OVERLAP:
             return _overlap(facts, draft, concern, times)
@@ -126,28 +127,15 @@ def _words(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int) ->
         case ConcernCode.DAY_OFF:
             return _("Begins after {day}, not a working day").format(day=formats.wall_day(details["day"]))
         case ConcernCode.WEEKDAYS_OFF:
-            text = (
-                _("{days}: not a working day, so it never starts")
-                if details["all"]
-                else _("{days}: not a working day, so nothing starts then")
-            )
-            return text.format(days=", ".join(formats.current().weekdays[day] for day in details["weekdays"]))
+            return _weekdays_off(details)
         case ConcernCode.CLOSED_DAYS:
             return _closed(details["days"])
         case ConcernCode.CLOCK_CHANGE:
-            text = (
-                _("{day}: {time} comes twice that night, it starts at the first")
-                if details["twice"]
-                else _("{day}: there is no {time} that night, it starts at {start}")
-            )
-            begins = formats.clock_time(concern.at, draft.timezone)
-            return text.format(day=day, time=formats.wall_time(details["nominal"]), start=begins)
+            return _clock_change(concern, draft.timezone)
+        case ConcernCode.MISSION_MISSING if "group" in details:
+            return _("No robot of {group} has the mission {mission}").format(**details)
         case ConcernCode.MISSION_MISSING:
-            return (
-                _("No robot of {group} has the mission {mission}")
-                if "group" in details
-                else _("{robot} does not have the mission {mission}")
-            ).format(**details)
+            return _("{robot} does not have the mission {mission}").format(**details)
         case ConcernCode.ROBOT_OFF:
             return _("{robot} is switched off").format(**details)
         case ConcernCode.PAUSED:
@@ -157,8 +145,26 @@ def _words(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int) ->
             return _("Switched off: nothing starts")
         case ConcernCode.NO_START:
             return _("No more starts")
-        case _:
-            return conflicts.line(concern.code, concern.at, details, draft.timezone, _)
+    return conflicts.line(concern.code, concern.at, details, draft.timezone, _)
+
+
+def _weekdays_off(details: Mapping[str, Any]) -> str:
+    text = (
+        _("{days}: not a working day, so it never starts")
+        if details["all"]
+        else _("{days}: not a working day, so nothing starts then")
+    )
+    return text.format(days=", ".join(formats.current().weekdays[day] for day in details["weekdays"]))
+
+
+def _clock_change(concern: Concern, zone: str) -> str:
+    text = (
+        _("{day}: {time} comes twice that night, it starts at the first")
+        if concern.details["twice"]
+        else _("{day}: there is no {time} that night, it starts at {start}")
+    )
+    day, time = formats.day(concern.at, zone), formats.wall_time(concern.details["nominal"])
+    return text.format(day=day, time=time, start=formats.clock_time(concern.at, zone))
 
 
 def _overlap(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int) -> str:

@@ -232,11 +232,8 @@ def starts_a_day(draft: Draft) -> int:
     """Of "every …", on a whole day or between its two times."""
     if draft.kind is not Kind.EVERY:
         return 1
-    minutes = (
-        24 * 60 - 1
-        if draft.all_day
-        else (draft.until_time.hour - draft.at.hour) * 60 + draft.until_time.minute - draft.at.minute
-    )
+    between = (draft.until_time.hour - draft.at.hour) * 60 + draft.until_time.minute - draft.at.minute
+    minutes = 24 * 60 - 1 if draft.all_day else between
     return max(0, minutes * 60 // (draft.every * UNIT_S[draft.unit])) + 1
 
 
@@ -296,13 +293,8 @@ def repeats_of(draft: Draft) -> tuple[Kind, Any]:
 
 
 def repeats_text(key: tuple[Kind, Any]) -> str:
-    words = {
-        REPEATS[0]: _("Minutes between"),
-        REPEATS[1]: _("Hours between"),
-        REPEATS[2]: _("Monthly, by date"),
-        REPEATS[3]: _("Monthly, by weekday"),
-    }
-    return words.get(key, _("Own rule"))
+    words = _("Minutes between"), _("Hours between"), _("Monthly, by date"), _("Monthly, by weekday")
+    return dict(zip(REPEATS, words, strict=True)).get(key, _("Own rule"))
 
 
 def repeats_options(draft: Draft) -> list[Option]:
@@ -338,23 +330,18 @@ def mission_options(facts: SchedulerFacts, target: Target | None) -> list[Option
     fitting = [mission for mission in facts.missions if robot_id is None or mission.robot_id in (None, robot_id)]
     if there := facts.names.get(robot_id or 0):
         fitting = [mission for mission in fitting if mission.guid in there]
-    own = {
-        mission.name for mission in fitting if mission.robot_id is not None
-    }  # a robot's own guid replaces the general one
-    options = []
-    for mission in sorted(fitting, key=lambda m: (not m.favourite, m.name.casefold())):
-        if mission.robot_id is None and mission.name in own and robot_id is not None:
-            continue
-        robot = facts.robot(mission.robot_id)
-        options.append(
-            Option(
-                mission.id,
-                mission.name,
-                "star" if mission.favourite else "star-outline",
-                _("only on {robot}").format(robot=robot.name) if robot else "",
-            )
+    if robot_id is not None:  # a robot's own guid replaces the general one
+        own = {mission.name for mission in fitting if mission.robot_id is not None}
+        fitting = [mission for mission in fitting if mission.robot_id is not None or mission.name not in own]
+    return [
+        Option(
+            mission.id,
+            mission.name,
+            "star" if mission.favourite else "star-outline",
+            _("only on {robot}").format(robot=robot.name) if (robot := facts.robot(mission.robot_id)) else "",
         )
-    return options
+        for mission in sorted(fitting, key=lambda m: (not m.favourite, m.name.casefold()))
+    ]
 
 
 def nth_options() -> list[Option]:

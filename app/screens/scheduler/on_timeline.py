@@ -169,7 +169,6 @@ class OnTimeline(ViewModel):
                 self._plan,
                 first=(start - self._plan.origin).total_seconds() / 3600,
                 hours=window.hours,
-                span=timeline.span_text(window.hours),
             )
             self._show_plan()
         self.free = None

@@ -210,7 +210,7 @@ class SchedulerViewModel(OnTimeline):
         self._shell.dialogs.menu(anchor, _("Plan"), items, lambda key: calls[key]())
 
     def _explain(self, anchor: Any) -> None:
-        self._shell.dialogs.cards(anchor, [Card(_("Colours"), timeline.looks_in_words(), ())], lambda *_args: None)
+        self._shell.dialogs.cards(anchor, [Card(_("Colours"), view.looks_in_words(), ())], lambda *_args: None)
 
     def export(self) -> None:
         """Write the starts of the next days as a calendar file and show its path."""

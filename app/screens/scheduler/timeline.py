@@ -34,15 +34,11 @@ SPANS = (6, 8, 24, 168)  # hours to choose from
 STEPS = {6: 1, 12: 1, 24: 3, 48: 4, 96: 12}  # hours between labelled ticks for this many visible hours; a day beyond
 
 BARS = {
-    State.COMPLETED: "past",
-    State.CANCELLED: "past",
+    **dict.fromkeys((State.COMPLETED, State.CANCELLED), "past"),
     State.FAILED: "failed",
-    State.SKIPPED: "skipped",
-    State.MISSED: "skipped",
+    **dict.fromkeys((State.SKIPPED, State.MISSED), "skipped"),
     State.EXECUTING: "running",
-    State.WAITING: "planned",
-    State.SUBMITTING: "planned",
-    State.QUEUED: "planned",
+    **dict.fromkeys((State.WAITING, State.SUBMITTING, State.QUEUED), "planned"),
 }
 
 
@@ -58,9 +54,13 @@ class TimelineView:
     hours: float = HOURS
     now: float = 0.0
     now_label: str = ""
-    span: str = ""  # in words
     robots: str = ""  # whose, in words, if there are many
     is_filtered: bool = False
+
+    @property
+    def span(self) -> str:
+        """How much is seen at once, in words."""
+        return span_text(self.hours)
 
     @property
     def folds(self) -> list[tuple[datetime, datetime]]:
@@ -75,22 +75,6 @@ def span_text(hours: float) -> str:
     if whole < 48:
         return _("{n} h").format(n=whole)
     return ngettext("{n} day", "{n} days", round(hours / 24)).format(n=round(hours / 24))
-
-
-def looks_in_words() -> str:
-    """What colours and shapes mean."""
-    return "\n".join(
-        (
-            _("Dark: working"),
-            _("Light: planned"),
-            _("Grey: ended"),
-            _("Red: failed"),
-            _("Amber frame: not run, or on hold"),
-            _("Amber edge: overlaps"),
-            _("Dashed: not saved yet"),
-            _("Hatched: no work"),
-        )
-    )
 
 
 def spanning(window: Window, hours: float, now: datetime, zone: ZoneInfo) -> Window:
@@ -114,45 +98,33 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None)
     window = window or Window()
     left = window.start(now, facts.zone)
     origin = full_hour(left, facts.zone)
-    first = (left - origin).total_seconds() / 3600
-    low, high = ((instant - origin).total_seconds() / 3600 for instant in window.span(now, facts.zone, facts.calendar))
-    read = Range(origin, low, high)
-    step = next((hours for span, hours in STEPS.items() if window.hours <= span), 24)
-    robots = [robot for robot in facts.robots if robot.id in window.robots]
-    shown = robots or facts.robots
-    groups = [group for group in facts.groups if any(robot.id in group.members for robot in shown)]
+    span = window.span(now, facts.zone, facts.calendar)
+    read = Range(origin, *((instant - origin) / timedelta(hours=1) for instant in span))
+    chosen, first = [robot for robot in facts.robots if robot.id in window.robots], read.at(left)
     made = _Lanes(facts, now, read, window.hours * THIN)
-    of_groups, of_robots = map(made.of_group, groups), [made.of_robot(robot) for robot in shown]
-    waiting = [lane for lane in of_groups if lane.bars]
-    lanes: Sequence[Lane] = (*waiting, *of_robots)
-    closed = tuple(
-        axis.closed(facts, read, ((bar.start, bar.end) for lane in lanes for bar in lane.bars), window.unfolded)
-    )
+    waiting, lanes = made.of(chosen or facts.robots)
+    taken = ((bar.start, bar.end) for lane in (*waiting, *lanes) for bar in lane.bars)
+    closed = tuple(axis.closed(facts, read, taken, window.unfolded))
     folds = [band for band in closed if band.kind == "folded"]
     if window.left is None:  # what moves with the time doesn't begin amid a fold
         first = next((fold.start for fold in folds if fold.start < first < fold.end), first)
-    seen = Range(origin, first, _right_edge(first, window.hours, folds))
-    if not robots:
-        of_robots = made.with_lines(of_robots, window.opened, seen)
-    lanes = _with_idle_last(
-        (*waiting, *of_robots), window.opened
-    )  # first those without a robot: they may need a person
+    if not chosen:
+        lanes = made.with_lines(lanes, window.opened, Range(origin, first, _right_edge(first, window.hours, folds)))
     return TimelineView(
         origin,
-        lanes=tuple(lanes),
+        lanes=_with_idle_last((*waiting, *lanes), window.opened),  # first those that may need a person
         bands=(*closed, *axis.held(facts, now, read)),
-        robots=_robots_word(facts, robots),
-        is_filtered=bool(robots),
+        robots=_robots_word(facts, chosen),
+        is_filtered=bool(chosen),
         ticks=tuple(
             tick
-            for tick in axis.ticks(facts.zone, read, step)
+            for tick in axis.ticks(facts.zone, read, next((n for most, n in STEPS.items() if window.hours <= most), 24))
             if not any(fold.start <= tick.hour < fold.end for fold in folds)
         ),
         first=first,
         hours=window.hours,
         now=read.at(now),
         now_label=formats.wall_time(now.astimezone(facts.zone)),
-        span=span_text(window.hours),
     )
 
 
@@ -210,14 +182,20 @@ class _Lanes:
             if schedule.id in facts.more
         }
 
-    def of_robot(self, robot: Robot) -> Lane:
+    def of(self, robots: Sequence[Robot]) -> tuple[list[Lane], list[Lane]]:
+        """Of starts without a robot, where there are any, and of these robots."""
+        groups = (group for group in self._facts.groups if any(robot.id in group.members for robot in robots))
+        waiting = [lane for group in groups if (lane := self._of_group(group)).bars]
+        return waiting, [self._of_robot(robot) for robot in robots]
+
+    def _of_robot(self, robot: Robot) -> Lane:
         facts = self._facts
         said = axis.held_until(_own_hold(facts, robot.id, self._now), facts, self._now)
         icon, tone = facts.icons.get(robot.id, ("", "neutral"))
         note = (said or silence_word(facts.silent.get(robot.id))) if robot.enabled else off_word(robot)
         return self._lane(robot.id, robot.name, note)._replace(icon=icon, tone=tone)
 
-    def of_group(self, group: Group) -> Lane:
+    def _of_group(self, group: Group) -> Lane:
         """Starts without a robot of the group: now, in the past, or in the forecast."""
         key = "group", group.id
         note = _group_note(self._facts, group, self._planned[key])

@@ -262,6 +262,22 @@ def day_begins(day: date, zone: ZoneInfo) -> datetime:
     return datetime.combine(day, time(), zone).astimezone(UTC)
 
 
+def looks_in_words() -> str:
+    """What colours and shapes mean."""
+    return "\n".join(
+        (
+            _("Dark: working"),
+            _("Light: planned"),
+            _("Grey: ended"),
+            _("Red: failed"),
+            _("Amber frame: not run, or on hold"),
+            _("Amber edge: overlaps"),
+            _("Dashed: not saved yet"),
+            _("Hatched: no work"),
+        )
+    )
+
+
 def export_result(done: PlanExport, zone: str) -> str:
     """How many starts were written, and where to."""
     if done.is_cut:

@@ -63,6 +63,14 @@ def test_a_figure_is_set_against_as_long_before_if_the_history_reaches_so_far(sc
     assert {card.change for card in ui.find_all(FigureCard)} == {""}  # 30 days of history are not 60
 
 
+def test_figures_are_of_the_period_when_the_runs_of_one_day_were_looked_at(screen, ui):
+    before = [(card.label, card.value) for card in ui.find_all(FigureCard)]
+    screen.logs.figures.show_runs(day=date(2026, 11, 20))
+    settle(screen, ui)
+    choose_tab(screen, ui, "figures")
+    assert [(card.label, card.value) for card in ui.find_all(FigureCard)] == before
+
+
 def test_a_figure_says_what_it_means(screen, ui):
     tap(screen, ui, ui.find(FigureCard, label="On time"))
     dialog = ui.find(FigureDialog)
