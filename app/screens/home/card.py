@@ -246,16 +246,12 @@ def _working(shown: Card, facts: HomeFacts, status: RobotStatus, now: datetime) 
         return replace(shown, end=words, end_tone="attention")
     if left <= 0:
         return replace(shown, left=_("soon done"))
-    at = "" if has_wrong_clock(facts) else formats.day_and_time(end, facts.settings.timezone, now)
+    at = "" if any(hold.clock for hold in facts.holds) else formats.day_and_time(end, facts.settings.timezone, now)
     return replace(
         shown,
         left=_("{time} left").format(time=formats.rough_duration(max(60.0, left))),
         end=_("done {time}").format(time=at) if at else "",
     )
-
-
-def has_wrong_clock(facts: HomeFacts) -> bool:
-    return any(hold.clock for hold in facts.holds)
 
 
 # ---------------------------------------------------------------------- battery

@@ -192,7 +192,7 @@ class HomeCommands(HomeState):
             ask_to_stop(
                 self._shell, name, robot.name, lambda: self._cancel(robot, key, name), following if is_moving else ""
             )
-        elif self._is_undoable(key):
+        elif any(key == ("execution", ours.id) and is_undoable(ours) for ours in self.facts.open):
             self._cancel(robot, key, row.title)
         else:
             name = row.title
@@ -208,9 +208,6 @@ class HomeCommands(HomeState):
             self.cancel(key)
         elif not self._presses.is_same(OfRobot(key, robot.id)):
             self._cancel(robot, key, name)
-
-    def _is_undoable(self, key: tuple[str, int]) -> bool:
-        return any(key == ("execution", ours.id) and is_undoable(ours) for ours in self.facts.open)
 
     def _cancel(self, robot: Robot, key: tuple[str, int], name: str) -> None:
         operator, (kind, number) = self._services.operator, key

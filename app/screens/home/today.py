@@ -8,7 +8,7 @@ from dataclasses import replace
 from datetime import datetime, timedelta
 
 from app.domain import choice, names, rules
-from app.domain.models import Execution, Reason, ReasonCode, Robot, State, Wait
+from app.domain.models import Execution, ReasonCode, Robot, State, Wait
 from app.domain.reasons import sentence
 from app.domain.robot import QueueItem, QueueState, RobotState
 from app.i18n import _, ngettext
@@ -84,14 +84,9 @@ def outcome_line(execution: Execution) -> str:
     if execution.state is State.COMPLETED:
         return _("Completed")
     reason = _reason(execution)
-    if execution.reason is not None and _says_outcome(execution.reason):
-        return reason
+    if execution.reason and execution.reason.code in (ReasonCode.USER_CANCELLED, ReasonCode.QUEUE_CLEARED):
+        return reason  # it begins with the outcome
     return _("{outcome}: {reason}").format(outcome=execution_appearance.word(execution.state), reason=reason)
-
-
-def _says_outcome(reason: Reason) -> bool:
-    """Whether its sentence begins with the outcome."""
-    return reason.code in (ReasonCode.USER_CANCELLED, ReasonCode.QUEUE_CLEARED)
 
 
 def _reason(execution: Execution) -> str:

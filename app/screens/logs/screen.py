@@ -11,10 +11,9 @@ from kivy.clock import Clock
 from kivy.properties import BooleanProperty, ListProperty, StringProperty
 from kivy.uix.widget import Widget
 
-from app.domain.models import Trigger
 from app.i18n import _
 from app.screens.common.mission_names import MissionNameLookup
-from app.screens.common.options import MenuItem
+from app.screens.common.options import MenuItem, Option
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, Job, Refresher, ScreenBase, ViewModel
 from app.screens.logs import cards, of_groups, view  # noqa: F401  (kv's Factory learns the cards)
@@ -247,10 +246,10 @@ class LogsViewModel(ViewModel):
     def choose_filter(self, anchor: Widget) -> None:
         choices: dict[str, Callable[[], object]] = {
             "problems": lambda: self.set_filters(outcomes=view.PROBLEMS, like=None),
-            "outcomes": self._choose_outcomes,
+            "outcomes": lambda: self._choose_some("outcomes", _("Outcome"), view.outcome_options()),
             "robot": self.choose_robot,
             "mission": self._choose_mission,
-            "triggers": self._choose_triggers,
+            "triggers": lambda: self._choose_some("triggers", _("Started by"), view.trigger_options()),
         }
         self._shell.dialogs.menu(anchor, "", view.filter_menu(), lambda key: choices[key]())
 
@@ -266,22 +265,14 @@ class LogsViewModel(ViewModel):
         is_group = isinstance(key, OfGroup)
         self.set_filters(group=key if is_group else None, robot_id=None if is_group else key or None)
 
-    def _choose_outcomes(self) -> None:
+    def _choose_some(self, name: str, title: str, options: list[Option]) -> None:
+        """Values of a filter; none: all."""
         self._shell.dialogs.choose_many(
-            _("Outcome"),
-            view.outcome_options(),
+            title,
+            options,
             _("Show"),
-            lambda keys: self.set_filters(outcomes=tuple(keys)),
-            selected=self.wanted.outcomes,
-        )
-
-    def _choose_triggers(self) -> None:
-        self._shell.dialogs.choose_many(
-            _("Started by"),
-            view.trigger_options(),
-            _("Show"),
-            lambda keys: self.set_filters(triggers=tuple(Trigger(key) for key in keys)),
-            selected=self.wanted.triggers,
+            lambda keys: self.set_filters(**{name: tuple(keys)}),
+            selected=getattr(self.wanted, name),
         )
 
     def _choose_mission(self) -> None:

@@ -78,7 +78,7 @@ class FormSheet(Sheet):
         self.card.put_aside()
 
     def on_back(self) -> None:
-        self.card.leave_page()
+        self.card.page = ""
 
     def _see_problem(self, *_: object) -> None:
         if self.view.wrong_field not in ("", self._wrong_field):

@@ -119,10 +119,6 @@ class Draft:
         """Whether it is an unchanged schedule; ``name`` is the one entered by a person."""
         return self.base is not None and replace(Draft.of(self.base, name), origin=self.origin) == self
 
-    def timed_as(self, other: Draft) -> Draft:
-        """The same at the times of ``other``."""
-        return replace(self, **{name: getattr(other, name) for name in TIMES})
-
     @property
     def times(self) -> tuple[Any, ...]:
         """The fields that decide the instants, as far as this kind uses them."""
@@ -285,7 +281,7 @@ class Draft:
         if stored is None:
             return replace(self, base=None, lost=base)
         before, now = Draft.of(base, name(base)), Draft.of(stored, name(stored))
-        draft = self.timed_as(now) if self.times == before.times else self
+        draft = replace(self, **{each: getattr(now, each) for each in TIMES}) if self.times == before.times else self
         for together in (TARGET, TASK):
             if all(getattr(self, each) == getattr(before, each) for each in together):
                 draft = replace(draft, **{each: getattr(now, each) for each in together})

@@ -50,7 +50,7 @@ class FormModel(FormCore):
     def put_aside(self) -> None:
         """What was entered can be brought back; what waits for the robot is saved."""
         self.wait_no_more()
-        if self._is_entered:
+        if self.is_open and not (self._draft == self._begun or self._submitted or self._is_stored):
             self._offer_back(_("{name}: not saved").format(name=form_view.called(self._facts, self._draft)))
         self.is_open = False
 
@@ -79,11 +79,6 @@ class FormModel(FormCore):
             self._refused = self._refused if self._draft == before else None
         self._ask_parameters()
         self.forecast()
-
-    @property
-    def _is_entered(self) -> bool:
-        """Whether it has an entry that is neither stored nor being stored."""
-        return self.is_open and not (self._draft == self._begun or self._submitted or self._is_stored)
 
     def aim(self, robot_id: int, at: datetime) -> None:
         """A finger has chosen robot and time: that alone is no entry."""
@@ -238,19 +233,10 @@ class FormModel(FormCore):
         self.page = ""
         self.set(**{field: at})
 
-    def leave_page(self) -> None:
-        """The arrow: nothing has changed."""
-        self.page = ""
-
     def _get_time_text(self) -> str:
         return formats.wall_time(time(int(self.hour), int(self.minute)))
 
     time_text = AliasProperty(_get_time_text, bind=("hour", "minute"))
-
-    def _get_set_text(self) -> str:
-        return _("Set {time}").format(time=self.time_text)
-
-    set_time_text = AliasProperty(_get_set_text, bind=("hour", "minute"))
 
     # ------------------------------------------------------------------ the other fields
     def choose_kind(self, kind: str) -> None:

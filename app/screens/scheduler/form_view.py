@@ -9,7 +9,7 @@ from typing import Any
 from zoneinfo import ZoneInfo
 
 from app.domain import rules
-from app.domain.models import WEEKDAYS, Group, InvalidInput, Mission, Overlap, Robot, Schedule
+from app.domain.models import WEEKDAYS, InvalidInput, Overlap, Schedule
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.holding import HAND, held_word
@@ -166,8 +166,10 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
         overlaps=_overlaps(draft),
         priority=level(draft.priority),
         priorities=of_groups.priorities(),
-        finish_by=of_groups.finish_by_text(draft.finish_by_minutes),
-        name_hint=_name_hint(mission, target),
+        finish_by=_("Whenever") if draft.finish_by_minutes is None else formats.duration(draft.finish_by_minutes * 60),
+        name_hint=_("{mission} on {robot}").format(mission=mission.name, robot=target.name)
+        if mission and target
+        else "",  # its name without an entered one
         advanced=_advanced(facts, draft),
         sentence="" if problem else _sentence(facts, draft, a_day),
         is_much=a_day > MANY_A_DAY,
@@ -235,11 +237,6 @@ def starts_a_day(draft: Draft) -> int:
     between = (draft.until_time.hour - draft.at.hour) * 60 + draft.until_time.minute - draft.at.minute
     minutes = 24 * 60 - 1 if draft.all_day else between
     return max(0, minutes * 60 // (draft.every * UNIT_S[draft.unit])) + 1
-
-
-def _name_hint(mission: Mission | None, robot: Robot | Group | None) -> str:
-    """Its name without an entered one."""
-    return _("{mission} on {robot}").format(mission=mission.name, robot=robot.name) if mission and robot else ""
 
 
 # ---------------------------------------------------------------------- what is wrong

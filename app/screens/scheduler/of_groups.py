@@ -118,10 +118,6 @@ def mission_options(facts: SchedulerFacts, group_id: int) -> list[Option]:
     return options
 
 
-def finish_by_text(minutes: int | None) -> str:
-    return _("Whenever") if minutes is None else formats.duration(minutes * 60)
-
-
 def what_matters(schedule: Schedule) -> str:
     """What its starts have beyond others: another priority, a time to be done by."""
     minutes = schedule.finish_by_minutes

@@ -96,10 +96,6 @@ def _when(schedule: Schedule) -> str:
     return sentences.sentence(schedule, _)
 
 
-def _joined(*parts: str) -> str:
-    return " · ".join(filter(None, parts))
-
-
 # ---------------------------------------------------------------------- the schedules
 def schedule_rows(facts: SchedulerFacts, now: datetime, listing: Listing = Listing()) -> list[Item]:
     """Sorted by next start, with those off or over last; or by name, with those over last."""
@@ -139,14 +135,11 @@ def robot_options(facts: SchedulerFacts) -> list[Option]:
 def _schedule_row(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> Item:
     mission, last = facts.mission(schedule.mission_id), facts.last.get(schedule.id)
     is_over = _is_over(facts, schedule, now)
+    why = _("over") if is_over else _why_not_next(facts, schedule, now) if schedule.enabled else ""
     row = Item(
         schedule.id,
         facts.mission_names.mission(mission, schedule.parameters) if mission else schedule.name,
-        _joined(
-            short_rule(schedule),
-            of_groups.what_matters(schedule),
-            _("over") if is_over else _why_not_next(facts, schedule, now) if schedule.enabled else "",
-        ),
+        " · ".join(filter(None, (short_rule(schedule), of_groups.what_matters(schedule), why))),
         lead=_next_time(facts, schedule, now),
         place=of_groups.whose(facts, schedule, last),
         on=schedule.enabled,
