@@ -36,7 +36,6 @@ class Standing:
 
     def __init__(self, sort_again: Callable[[], object]):
         self._ends = 0.0  # of the rest
-        self._came = {}  # by key: when a row came
         self._places = {}  # by key: where a row was before the last change, and until when it rests nevertheless
         self._keep = Clock.create_trigger(lambda _dt: sort_again(), KEPT)
 
@@ -71,8 +70,6 @@ class Standing:
     def note(self, before, after, rows) -> None:
         """The keys of a list are about to change; ``rows`` are those that exist."""
         before, after = list(before), list(after)
-        now = Clock.get_time()
-        self._came = {key: self._came.get(key, now) for key in after}
         if not before or not after:
             self._ends = 0.0  # no row could have slid
         elif before != after:
@@ -80,7 +77,7 @@ class Standing:
 
     def grown(self, row, rows) -> None:
         """The height of ``row`` has changed, and those below it are about to move."""
-        if Clock.get_time() - self._came.get(row.key, math.inf) > MEASURED:
+        if Clock.get_time() - row.came > MEASURED:
             self._move(rows)
 
     def _move(self, rows) -> None:
@@ -109,6 +106,7 @@ class Row:
     key = ObjectProperty(None, allownone=True)
     host = ObjectProperty(None, allownone=True)
     standing = None
+    came = math.inf  # when this view became the row's
 
     @property
     def has_just_moved(self) -> bool:
@@ -216,6 +214,8 @@ class Rows(MDBoxLayout):
         for key, data in rows.items():
             view = old.get(key) or (self._spare.pop() if self._spare else self._new_view(kind))
             view.host, view.standing = self.host or self, self._standing
+            if key not in old:
+                view.came = Clock.get_time()
             (type(view) if isinstance(view, Row) else Row).take(view, data)
             self._views[key] = view
         del self._spare[SPARE:]
@@ -231,7 +231,8 @@ class Rows(MDBoxLayout):
 
     def _new_view(self, kind):
         view = kind()
-        view.fbind("height", lambda *_: self._standing.grown(view, self._views.values()))
+        if isinstance(view, Row):
+            view.fbind("height", lambda *_: self._standing.grown(view, self._views.values()))
         return view
 
 

@@ -263,6 +263,7 @@ class LongList(CalmScroll):
             seat = self._live.get(key)
             if seat is None:
                 seat = self._live[key] = self._seat_for(key)
+                seat.view.came = Clock.get_time()
                 seat.view.take(self._rows[n])
                 if seat.parent is None:
                     self._content.add_widget(seat)

@@ -6,6 +6,7 @@ import pytest
 from kivy.factory import Factory
 
 from app.widgets.buttons import IconButton
+from app.widgets.items import Item
 from app.widgets.lists import KEPT, STILL, Rows
 from app.widgets.long_list import LongList
 from app.widgets.scrolling import ScrollPage
@@ -113,6 +114,16 @@ def test_a_row_that_slides_under_the_finger_as_another_one_grows_is_not_pressed(
     ui.advance(STILL)
     ui.tap_at(*place)
     assert happened == [(2, "cancel")]
+
+
+def test_rows_that_scrolling_has_brought_can_be_pressed_at_once(ui):
+    """They find their heights in several frames."""
+    data = [Item(n, f"Mission {n}", "Why it did not start, in more words than fit " * (1 + n % 3)) for n in range(60)]
+    rows = ui.show(LongList(viewclass="QueueRow", data=data), (400, 400))
+    for n in range(10):
+        ui.advance(0.2)
+        assert [view.key for view in rows.views if view.has_just_moved] == []
+        rows.scroll_y = 0.9 - n / 10
 
 
 def test_impatient_taps_never_reach_the_row_that_comes_next(ui):
