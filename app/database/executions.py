@@ -10,7 +10,8 @@ from operator import attrgetter
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from app.database.values import from_json, placeholders, to_instant, to_json, to_text
+from app.database.schedules import OPEN_OF_WHOLE
+from app.database.values import from_json, placeholders, to_instant, to_json, to_optional_instant, to_text
 from app.domain.models import OPEN_STATES, Execution, Reason, ReasonCode, State, Trigger, Wait
 
 OPEN = "state IN ('waiting', 'submitting', 'queued', 'executing')"
@@ -392,16 +393,17 @@ class ExecutionRepository:
         """Open ones of all robots, oldest first."""
         return self._list(c, f"INDEXED BY executions_open WHERE {OPEN} ORDER BY planned_at, id")
 
-    def open_of_schedules(self, c: sqlite3.Connection, schedule_ids: Collection[int]) -> dict[int, datetime]:
-        """The instant of the newest open row of each of these schedules, if it has one."""
-        if not schedule_ids:
+    def open_of_schedules(self, c: sqlite3.Connection, whole_ids: Collection[int]) -> dict[int, datetime | None]:
+        """Of those of these schedules whose runs must not overlap: the instant of the newest open start, a moved one
+        included; None: none is open."""
+        if not whole_ids:
             return {}  # SQLite finds no way to look up nothing in that index
         rows = c.execute(
-            f"""SELECT schedule_id, max(planned_at) FROM executions INDEXED BY executions_open_of_schedule
-                             WHERE schedule_id IN ({placeholders(schedule_ids)}) AND {OPEN} GROUP BY schedule_id""",
-            (*schedule_ids,),
+            f"""SELECT whole.id, max(planned_at) FROM {OPEN_OF_WHOLE}
+                WHERE whole.id IN ({placeholders(whole_ids)}) AND whole.overlap = 'skip' GROUP BY whole.id""",
+            (*whole_ids,),
         )
-        return {schedule_id: to_instant(planned_at) for schedule_id, planned_at in rows}
+        return {whole_id: to_optional_instant(planned_at) for whole_id, planned_at in rows}
 
     def has_instant(self, c: sqlite3.Connection, schedule_id: int, planned_at: datetime) -> bool:
         """Whether there is a row for that instant of a schedule."""

@@ -8,6 +8,7 @@ from datetime import datetime
 from typing import NamedTuple
 
 from app.database.executions import OPEN, execution_of, stored_values
+from app.database.schedules import OPEN_OF_WHOLE
 from app.database.values import placeholders, to_instant, to_optional_instant, to_text
 from app.domain.choice import LEAVES_ROBOT_FREE
 from app.domain.models import Execution
@@ -76,14 +77,14 @@ class GroupExecutionRepository:
                                                 AND group_id IS NOT NULL AND robot_id IS NOT NULL""")
         ]
 
-    def earlier_open(self, c: sqlite3.Connection, schedule_id: int, planned_at: datetime) -> datetime | None:
-        """The instant of an earlier start of this schedule that is still open, as its runs must not overlap; None if
-        there is none."""
+    def earlier_open(self, c: sqlite3.Connection, start: Execution) -> datetime | None:
+        """The instant of an earlier start of its schedule, moved or not, that is still open, as its runs must not
+        overlap; None if there is none."""
         found = c.execute(
-            f"""SELECT max(planned_at) FROM executions INDEXED BY executions_open_of_schedule
-                              WHERE schedule_id = ? AND {OPEN} AND planned_at < ? AND EXISTS (
-                                  SELECT 1 FROM current_schedules WHERE id = executions.schedule_id AND overlap <> 'parallel')""",
-            (schedule_id, to_text(planned_at)),
+            f"""SELECT max(planned_at) FROM {OPEN_OF_WHOLE}
+                WHERE whole.id = (SELECT coalesce(moved_of, id) FROM current_schedules WHERE id = ?)
+                    AND whole.overlap <> 'parallel' AND (planned_at, executions.id) < (?, ?)""",
+            (start.schedule_id, to_text(start.planned_at), start.id),
         ).fetchone()
         return to_optional_instant(found[0])
 

@@ -274,6 +274,11 @@ class Schedule:
     moved_of: int | None = None  # of one start that a person moved: the schedule that it is of
     moved_from: datetime | None = None  # and when that one has it (UTC)
 
+    @property
+    def whole_id(self) -> int:
+        """The schedule's id, and of one start that a person moved, that of the schedule that it is of."""
+        return self.moved_of or self.id
+
     def is_paused(self, at: datetime) -> bool:
         """Whether an occurrence at that instant is skipped because a person paused the schedule."""
         return self.paused_until is not None and at < self.paused_until

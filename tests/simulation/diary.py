@@ -101,7 +101,6 @@ class Wishes:
             robot_id, group_id = beside if move.target == move.beside else move.target
             self.moves[id_] = replace(move, target=(robot_id, group_id), beside=beside)
             has_it = next(instants(whole, move.of[1], move.of[1] + MINUTE), None) == move.of[1]
-            is_of_group = group_id is not None
             self.plans[id_] = replace(
                 whole,
                 id=id_,
@@ -111,8 +110,7 @@ class Wishes:
                 robot_id=robot_id,
                 group_id=group_id,
                 enabled=whole.enabled and has_it,
-                finish_by_minutes=whole.finish_by_minutes if is_of_group else None,
-                overlap=whole.overlap if is_of_group else Overlap.SKIP,
+                finish_by_minutes=None if group_id is None else whole.finish_by_minutes,
             )
             if whole.id in self.paused:
                 self.paused[id_] = self.paused[whole.id]
@@ -212,6 +210,15 @@ class Diary:
         local = instant.astimezone(ZoneInfo(plan.timezone)).date()
         is_off = local in wishes.closed or WEEKDAYS[local.weekday()] not in wishes.working_days
         return not (plan.respect_working_days and is_off)
+
+    def others(self, key: Key, start: datetime, end: datetime) -> Iterator[Key]:
+        """Of the same schedule from ``start`` up to ``end``, those included that were moved."""
+        moves, plans = self.now.moves, self.now.plans
+        whole = moves[key[0]].of[0] if key[0] in moves else key[0]
+        for id_ in (whole, *(id_ for id_, move in moves.items() if move.of[0] == whole)):
+            for instant in instants(plans[id_], start, end) if id_ in plans else ():
+                if (id_, instant) != key:
+                    yield id_, instant
 
     def robots_of(self, plan: Schedule, wishes: Wishes | None = None) -> frozenset[str]:
         """Names of the robots that may get a start of it."""

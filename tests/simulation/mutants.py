@@ -69,6 +69,9 @@ MOVED_STARTS = Profile(acts_per_hour=60, events_per_hour=0).only(
     crash_rate=0.0,
     site={"fleet": "normal", "every_minutes": 10},
 )
+MOVED_BESIDE = replace(MOVED_STARTS, events_per_hour=30).only(
+    acts="move_start", events="robot_pauses", site={"fleet": "normal", "every_minutes": 5}
+)
 FLAT_ROBOTS = Profile(acts_per_hour=20, events_per_hour=12).only(
     acts="change_battery",
     events="low_battery",
@@ -384,8 +387,8 @@ MUTANTS = (
     Mutant(
         "every start overlaps",
         f"{PLANNER}._row",
-        "if previous := context.open_of_schedule.get(schedule.id):",
-        "if previous := schedule.overlap is Overlap.SKIP and schedule.next_at:",
+        "if previous := context.open_of_schedule.get(schedule.whole_id):",
+        "if previous := schedule.whole_id in context.open_of_schedule and schedule.next_at:",
         "never ran",
         CALM,
     ),
@@ -572,11 +575,20 @@ MUTANTS = (
     Mutant(
         "starts overlap",
         f"{PLANNER}._row",
-        "if previous := context.open_of_schedule.get(schedule.id):",
+        "if previous := context.open_of_schedule.get(schedule.whole_id):",
         "if previous := None:",
         "still there",
         ROBOTS,
         seed=2,
+    ),
+    Mutant(
+        "a moved start overlaps",
+        f"{PLANNER}._row",
+        "if previous := context.open_of_schedule.get(schedule.whole_id):",
+        "if previous := context.open_of_schedule.get(schedule.id):",
+        "still there",
+        MOVED_BESIDE,
+        seed=4,
     ),
     Mutant(
         "another machine will do",

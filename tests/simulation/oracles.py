@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from app.domain.models import Overlap
 from mir_sim import SimulatedRobot
 from mir_sim.mission_queue import ItemState, QueueItem
-from tests.simulation.diary import KEPT_S, Key, Wishes, instants
+from tests.simulation.diary import KEPT_S, MINUTE, Key, Wishes, instants
 from tests.simulation.group_oracles import GroupJudge
 from tests.simulation.truth import Truth
 from tests.simulation.weather import FLAT, SPEED
@@ -200,20 +200,20 @@ class Judge:
         self._judge_punctuality(post, key, name)
 
     def _judge_overlap(self, key: Key, due: float, post: Submission, name: str) -> None:
-        """The start before it, of a schedule that does not overlap, was with the robot when it fell due and is there still."""
-        tokens = {
-            self.diary.token((key[0], instant))
-            for instant in instants(self.diary.now.plans[key[0]], key[1] - timedelta(hours=2), key[1])
-        }
+        """A start before it, moved or not, of a schedule that does not overlap, was with a robot when it fell due and is there still."""
+        tokens = {self.diary.token(each) for each in self.diary.others(key, key[1] - timedelta(hours=2), key[1])}
         tokens -= self.diary.excused.keys() | self.diary.uncertain
-        queues = [self.world.site.machines[name].queue for name in self.diary.robots_of(self.diary.now.plans[key[0]])]
-        first = {item.description: item for queue in queues for item in reversed(list(queue))}
-        for item in first.values():
+        machines = self.world.site.machines.items()
+        first = {item.description: (name, item) for name, machine in machines for item in reversed(list(machine.queue))}
+        for robot, item in first.values():
             if (
                 item.description in tokens
                 and item.finished is None
                 and self._first_post.get(item.description, due) < due - 10.0
-                and self.diary.is_clear(post.robot, due - 30.0, due, but=("battery", "hold", "slow"))
+                and all(
+                    self.diary.is_clear(each, due - 30.0, due, but=("battery", "hold", "slow"))
+                    for each in {robot, post.robot}
+                )
             ):
                 self.object(f"safety: sent though the one before it is still there: {name}")
 
@@ -338,9 +338,7 @@ class Judge:
             others = self.diary.names.values() if self.diary.is_of_restored_time(key[1]) else ()
             if self.may_stay_uncertain(key[1]) or not all(self.diary.is_clear(other, start, until) for other in others):
                 continue  # each has to say that it does not have it
-            between = next(
-                instants(plan, key[1] + timedelta(seconds=1), key[1] + timedelta(seconds=start - due + 35.0)), None
-            )
+            between = next(self.diary.others(key, key[1], key[1] + timedelta(seconds=start - due + 35.0)), None)
             if between is None or start == due:
                 return start, until
         return None
@@ -365,17 +363,19 @@ class Judge:
         return start - due > 0.6 * tries or (start > due and is_over)
 
     def _may_overlap(self, key: Key, due: float) -> bool:
-        """Whether an earlier start of the schedule may have been open then."""
+        """Whether an earlier start of the schedule, moved or not, may have been open then."""
         plan = self.diary.now.plans[key[0]]
         minutes = GENERAL_WINDOW if plan.start_window_minutes is None else plan.start_window_minutes
-        earlier = list(instants(plan, key[1] - timedelta(hours=4), key[1]))
-        for instant in earlier:
-            items = self._items_of.get(self.diary.token((plan.id, instant)), [])
-            if not items and self._true(instant, due) + 60.0 * max(1, minutes) + 180 > due:
+        earlier = list(self.diary.others(key, key[1] - timedelta(hours=4), key[1] + MINUTE))
+        for each in earlier:
+            items = self._items_of.get(self.diary.token(each), [])
+            if not items and self._true(each[1], due) + 60.0 * max(1, minutes) + 180 > due:
                 return True
             if any(self._ended_before(found, due) < 120.0 + 2 * self.world.nature.poll_interval for found in items):
                 return True
-        return not all(self.diary.is_clear(name, due - 600.0, due) for name in self.diary.robots_of(plan))
+        plans = [plan, *(self.diary.now.plans[id_] for id_, _instant in earlier)]
+        robots = frozenset[str]().union(*map(self.diary.robots_of, plans))
+        return not all(self.diary.is_clear(name, due - 600.0, due) for name in robots)
 
     def _ended_before(self, found: Found, at: float) -> float:
         """For how long an item had ended then, in s; negative: it had not."""

@@ -10,7 +10,7 @@ from typing import TypeVar
 from app.database.executions import UNBOUND
 from app.database.table import Table
 from app.domain import names
-from app.domain.models import Execution, InvalidInput, Overlap, ReasonCode, Schedule, State, Trigger
+from app.domain.models import Execution, InvalidInput, ReasonCode, Schedule, State, Trigger
 from app.services.catalogue import change_log, mission_edit, robot_edit, schedule_edit, settings_edit
 from app.services.catalogue.edit import Edit, Removed
 from app.services.executions import transitions
@@ -192,9 +192,7 @@ def _has_made_way(edit: Edit, row: Execution, together: Collection[datetime] = (
     """Whether another start of its schedule is there, but one of ``together``, whose runs don't overlap: one of them would have been left
     out."""
     schedule = edit.schedules.get(edit.c, row.schedule_id) if row.schedule_id is not None else None
-    if schedule is None or schedule.overlap is not Overlap.SKIP:
-        return False
-    newest = edit.executions.open_of_schedules(edit.c, [schedule.id]).get(schedule.id)
+    newest = schedule and edit.executions.open_of_schedules(edit.c, [schedule.whole_id]).get(schedule.whole_id)
     return newest is not None and newest not in together
 
 

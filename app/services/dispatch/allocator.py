@@ -123,7 +123,7 @@ class Allocator:
 
     def _waits_for_the_one_before(self, row: Execution) -> bool:
         """Whether an earlier start of a schedule that queues is still open, on any robot."""
-        before = row.schedule_id and self._starts.earlier_open(self._s.db.read(), row.schedule_id, row.planned_at)
+        before = self._starts.earlier_open(self._s.db.read(), row)
         if before:
             self._ledger.waits(row, Wait.ROBOT, group=row.robot_group, before=before.isoformat())
         return bool(before)

@@ -90,7 +90,7 @@ class PlanningContext:
     groups: Mapping[int, Group]
     missions: Mapping[int, Mission]
     waited_for: set[int]  # robots for which something waits
-    open_of_schedule: Mapping[int, datetime]  # by schedules that don't overlap: when what still runs was planned
+    open_of_schedule: dict[int, datetime | None]  # by schedules that don't overlap: when what still runs was planned
     skips: Collection[Skip]
     kept_back: Collection[Skip]
     with_places: Collection[str]  # names of missions that wait where one is full

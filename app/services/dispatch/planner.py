@@ -22,7 +22,6 @@ from app.domain.clock import EARLIEST, MOMENT, Clock
 from app.domain.models import (
     Alarm,
     Execution,
-    Overlap,
     Reason,
     ReasonCode,
     Robot,
@@ -268,7 +267,6 @@ class Planner:
             if any(schedule.group_id for schedule in schedules)
             else {}
         )
-        no_overlap = [schedule.id for schedule in schedules if schedule.overlap is Overlap.SKIP]
         return PlanningContext(
             now,
             settings,
@@ -278,7 +276,7 @@ class Planner:
             groups,
             self._missions.by_ids(c, {schedule.mission_id for schedule in schedules}),
             self._executions.waited_for(c, robot_ids),
-            self._executions.open_of_schedules(c, no_overlap),
+            self._executions.open_of_schedules(c, {schedule.whole_id for schedule in schedules}),
             self._schedules.skips(c, [schedule.id for schedule in schedules]),
             self._schedules.skips(c, [schedule.id for schedule in schedules], held=True),
             GroupExecutionRepository().with_places(c),
@@ -313,6 +311,8 @@ class Planner:
                 started = latest
             if row.state is State.WAITING and row.robot_id is not None:
                 context.waited_for.add(row.robot_id)
+            if row.state.is_open and schedule.whole_id in context.open_of_schedule:
+                context.open_of_schedule[schedule.whole_id] = latest
             through, rows = latest, [*rows, row]
         batch.missed += sum(row.starts for row in rows if row.state is State.MISSED)
         batch.touched.add(schedule.robot_id or NO_ROBOT)
@@ -344,7 +344,7 @@ class Planner:
         robot = make.target if isinstance(make.target, Robot) else None
         if robot is not None and not robot.enabled:
             return make.ended(instant, Reason(ReasonCode.ROBOT_REMOVED, {"robot": robot.name}))
-        if previous := context.open_of_schedule.get(schedule.id):
+        if previous := context.open_of_schedule.get(schedule.whole_id):
             return make.ended(instant, Reason(ReasonCode.OVERLAP, {"planned_at": previous.isoformat()}))
         if (schedule.id, instant) in context.kept_back:
             return replace(make.waiting(instant), held=True, wait=Wait.HOLD)

@@ -92,7 +92,7 @@ def write_plan(file: TextIO, runs: Iterable[PlannedRun], install_id: str, now: d
 def _occurrence(install_id: str, run: PlannedRun) -> str:
     """Of a moved start the one that it had before, so that a calendar moves its event."""
     schedule = run.schedule
-    return rules.token_of(install_id, schedule.moved_of or schedule.id, schedule.moved_from or run.at)
+    return rules.token_of(install_id, schedule.whole_id, schedule.moved_from or run.at)
 
 
 def _description(run: PlannedRun) -> str:

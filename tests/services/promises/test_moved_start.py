@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from app.domain.models import ReasonCode
 from tests.services.story import *
 
 DAILY = plan(at="06:05", rule="FREQ=DAILY")
@@ -26,6 +27,26 @@ test_a_moved_start = cases_of(
     Story(
         "where the next one of its schedule starts both run",
         [plan(at="06:05", every=5, overlap="queue"), move("06:05", "06:10"), 660, sent(600, 600)],
+        stays_open=True,
+    ),
+    Story(
+        "moved or not, none runs while an earlier one of its schedule is open",
+        [plan(at="06:05", every=10, battery=30, window=60), battery(12)],
+        each(
+            [move("06:15", "06:07"), 450],
+            [move("06:15", "06:07", on=2), 450],
+            [move("06:05", "06:14"), 930],
+            [move("06:05", "06:15"), 910],
+        ),
+        [true(lambda s: [row.reason and row.reason.code for row in s.executions()] == [None, ReasonCode.OVERLAP])],
+        stays_open=True,
+        robots=2,
+    ),
+    Story(
+        "of a group it waits for the end of an earlier one of its schedule",
+        [plan(at="06:05", every=10, battery=30, window=60, overlap="queue"), battery(12), move("06:15", "06:06"), 400],
+        true(lambda s: ["before" in row.wait_details for row in s.executions()] == [False, True]),
+        on=["group"],
         stays_open=True,
     ),
     Story(

@@ -165,7 +165,6 @@ def test_open_ones_oldest_first(db, row):
     add(db, ended(row))
     c = db.read()
     assert EXECUTIONS.open_for(c, 1) == [first, second]
-    assert EXECUTIONS.open_of_schedules(c, [1, 2, 3]) == {1: second.planned_at, 2: other.planned_at}
     assert EXECUTIONS.open_of_schedules(c, []) == {}
     assert EXECUTIONS.waited_for(c, [1, 2]) == {1}
     assert EXECUTIONS.waited_for(c, []) == set()
