@@ -64,6 +64,7 @@ class SettingsFacts:
     country: str = ""  # name of the country of the public holidays; empty: none
     region: str = ""  # name of its part
     has_pin: bool = False
+    steps_left_out: frozenset[str] = frozenset()  # of the set-up
     has_regions: bool = False  # whether parts of that country have holidays of their own
     mission_names: MissionNames = NOTHING_KNOWN  # what is known of the values that missions get
 
@@ -153,6 +154,7 @@ def read(services: SettingsServices) -> SettingsFacts:
         backups=tuple(services.files.backups()),
         exceptions=tuple(catalogue.day_exceptions()),
         has_pin=services.access.is_set(),
+        steps_left_out=catalogue.steps_left_out(),
         has_regions=bool(regions),
         country=public_holidays.countries().get(country, country) if country else "",
         region=regions.get(settings.holiday_subdivision, settings.holiday_subdivision),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from kivy.event import EventDispatcher
 from kivy.properties import ListProperty, NumericProperty, StringProperty
 
@@ -25,7 +27,21 @@ class SetupPage(SettingsPage):
         self.vm.items, self.vm.share = step_items(taken), done / len(taken)
         self.vm.said = _("{done} of {all} done").format(done=done, all=len(taken))
 
-    def open(self, key: str) -> None:
+    def act(self, key: str, action: str, *_values: Any) -> None:
+        if action == "later":
+            self._leave_out(key)
+        else:
+            self._open(key)
+
+    def _leave_out(self, key: str) -> None:
+        context, leave_out = self.context, self.context.services.catalogue.leave_out
+        title = next(step.title for step in steps(context.facts) if step.key == key)
+        context.change(
+            lambda: leave_out(key),
+            undo=(_("{step} left out").format(step=title), lambda: leave_out(key, wanted=True)),
+        )
+
+    def _open(self, key: str) -> None:
         step = next(step for step in steps(self.context.facts) if step.key == key)
         intent = {} if step.is_done else dict(step.intent)
         self.context.shell.go("settings", section=step.section, **intent)

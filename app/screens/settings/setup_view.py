@@ -15,6 +15,7 @@ from app.screens.settings.view import days_phrase
 from app.widgets.items import Action, Item
 
 MOST_NAMED = 5  # robots
+OPTIONAL = ("favourites", "days", "backup", "pin")
 
 
 @dataclass(frozen=True)
@@ -33,8 +34,9 @@ class Step:
 
 
 def steps(facts: SettingsFacts) -> list[Step]:
-    """In the order in which they are best taken."""
-    return [_robots(facts), _check_ups(facts), *_missions(facts), _days(facts), _backup(facts), _pin(facts)]
+    """In the order in which they are best taken, without those that somebody does not want."""
+    found = [_robots(facts), _check_ups(facts), *_missions(facts), _days(facts), _backup(facts), _pin(facts)]
+    return [step for step in found if step.is_done or step.key not in facts.steps_left_out]
 
 
 def _in_use(facts: SettingsFacts) -> list[Robot]:
@@ -116,6 +118,7 @@ def step_items(taken: list[Step]) -> list[Item]:
 def _item(step: Step, *, is_first: bool) -> Item:
     icon = "check" if step.is_done else "exclamation-thick" if step.is_wrong else "circle-outline"
     arrow = Action("open", icon="chevron-right")
+    later = (Action("later", _("Not now"), style="text"),) if step.key in OPTIONAL else ()
     button = Action("open", step.action, style="filled" if is_first else "outlined")
     return Item(
         step.key,
@@ -124,5 +127,5 @@ def _item(step: Step, *, is_first: bool) -> Item:
         icon=icon,
         tone="attention" if step.is_wrong else "neutral",
         disc=True,
-        actions=(button if step.action and not step.is_done else arrow,),
+        actions=(arrow,) if step.is_done or not step.action else (*later, button),
     )

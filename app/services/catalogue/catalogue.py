@@ -20,7 +20,7 @@ from app.database.missions import MissionRepository
 from app.database.rehearsal import Rehearsal
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
-from app.database.settings import CalendarRepository, SettingsRepository
+from app.database.settings import STEPS_LEFT_OUT, CalendarRepository, SettingsRepository
 from app.domain.clock import Clock
 from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule, Settings
 from app.domain.robot import MissionParameter
@@ -162,6 +162,15 @@ class Catalogue:
             zones.ask_for_zone(edit)
 
         self.edit(work)
+
+    def steps_left_out(self) -> frozenset[str]:
+        """Of the set-up, those that somebody does not want."""
+        return frozenset(SettingsRepository().get(self._db.read(), STEPS_LEFT_OUT, ()))
+
+    def leave_out(self, step: str, *, wanted: bool = False) -> None:
+        """A step of the set-up, or have it back if it is ``wanted``."""
+        left_out = self.steps_left_out() - {step} | (frozenset() if wanted else {step})
+        self._db.write(lambda c: SettingsRepository().put(c, STEPS_LEFT_OUT, sorted(left_out)))
 
     # ------------------------------------------------------------------ days off and extra working days
     def save_days(self, exception: DayException) -> DayException:

@@ -22,6 +22,7 @@ from app.database.schedules import ScheduleRepository
 from app.database.settings import (
     CLOCK_CONFIRMED_AT,
     DECLINED_PLACES,
+    STEPS_LEFT_OUT,
     WRONG_PINS,
     CalendarRepository,
     SettingsRepository,
@@ -164,8 +165,9 @@ def _settings(c: sqlite3.Connection) -> None:
         _require(instant is None or (instant.tzinfo is not None and instant.year in range(1970, 10000)), str(instant))
     pin = repository.get(c, PIN)
     _require(pin is None or is_hash(pin), PIN)
-    declined = repository.get(c, DECLINED_PLACES, [])
-    _require(isinstance(declined, list) and all(isinstance(position, str) for position in declined), DECLINED_PLACES)
+    for name in (DECLINED_PLACES, STEPS_LEFT_OUT):
+        keys = repository.get(c, name, [])
+        _require(isinstance(keys, list) and all(isinstance(key, str) for key in keys), name)
     wrong, offsets = repository.get(c, WRONG_PINS, 0), repository.get(c, "confirmed_clock_offsets", {})
     _require(type(wrong) is int and 0 <= wrong <= LARGEST_IN_USE, f"{WRONG_PINS} {wrong!r}"[:60])
     _check_objects(offsets)

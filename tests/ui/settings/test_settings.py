@@ -530,3 +530,12 @@ def test_all_sections_are_in_sight_in_a_low_window_with_their_values(low_window,
         assert checks.is_seen(row)
         assert row.height >= 48
     assert checks.problems(ui.find(SectionList)) == []
+
+
+def test_a_step_of_the_set_up_is_left_out_until_it_is_wanted_again(site, app, ui):
+    go(ui, "setup")
+    ui.wait(lambda: row_of(ui, "PIN"))
+    press(ui, "Not now", row_of(ui, "PIN"))
+    ui.wait(lambda: not row_of(ui, "PIN"))
+    undo(ui)
+    ui.wait(lambda: row_of(ui, "PIN"))

@@ -45,9 +45,17 @@ def test_a_new_tablet_begins_with_its_robots():
     taken = steps(SettingsFacts())
     assert [each.key for each in taken] == ["robots", "check-ups", "missions", "favourites", "days", "backup", "pin"]
     assert setup_phrase(taken) == "0 of 7"
-    buttons = [item.actions[0] for item in step_items(taken)]
+    buttons = [item.actions[-1] for item in step_items(taken)]
     assert [button.style for button in buttons if button.text] == ["filled", *["outlined"] * 5]
     assert [button.icon for button in buttons if not button.text] == ["chevron-right"]  # no robot yet to check up
+
+
+def test_steps_that_not_every_tablet_needs_can_be_left_out():
+    bare = replace(READY, missions=(Mission("Deliver", "guid"),), backups=(), country="", has_pin=False)
+    later = [item.key for item in step_items(steps(bare)) if item.actions[0].text == "Not now"]
+    assert later == ["favourites", "days", "backup", "pin"]
+    assert setup_phrase(steps(replace(bare, steps_left_out=frozenset({"pin"})))) == "3 of 6"
+    assert setup_phrase(steps(replace(bare, steps_left_out=frozenset(later)))) == ""
 
 
 def test_when_all_is_done_set_up_leaves_the_list():
