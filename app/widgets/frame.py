@@ -167,8 +167,8 @@ class Screens(MDScreenManager):
 
 
 class Frame(Surface):
-    """The window's content. Screens added to it go into the body. The present ``screen`` says which tabs are in the top bar. ``banner`` has
-    text, icon, tone, action, act and about.
+    """The window's content: the bars ``ids.nav`` and ``ids.bar``, and screens, which go into the body. The present ``screen`` says which
+    tabs are in the top bar. ``banner`` has text, icon, tone, action, act and about.
 
     A banner moves the page when it comes and goes, as room that is always kept would cost a tenth of a low window. So it moves only
     while no hand is at work: in the first moment after a while without a touch, or with another screen. Then for a moment, and after
@@ -179,17 +179,12 @@ class Frame(Surface):
     tall = BooleanProperty(False)
     low = BooleanProperty(False)
     floor = NumericProperty(0)  # px, of the bar with the screens at the bottom
-    title = StringProperty()
-    clock = StringProperty()
-    clock_in_doubt = BooleanProperty(False)
     banner = ObjectProperty(None, allownone=True, rebind=True)
     has_banner = BooleanProperty(False)  # room for it
-    bell_icon = StringProperty("bell-outline")
-    bell_count = StringProperty()
     items = ListProperty()
     current = StringProperty()
 
-    __events__ = ("on_go", "on_solve", "on_list_alarms")
+    __events__ = ("on_go", "on_solve")
 
     def __init__(self, **kwargs):
         self._rests_until, self._touched_at, self._about = 0.0, -math.inf, None
@@ -256,9 +251,6 @@ class Frame(Surface):
 
     def on_solve(self):
         """The button of the banner was pressed."""
-
-    def on_list_alarms(self):
-        """The bell was tapped."""
 
     def add_widget(self, widget, *args, **kwargs):
         holder = self.ids.body if isinstance(widget, MDScreen) else super()

@@ -7,7 +7,7 @@ from kivymd.uix.boxlayout import MDBoxLayout
 
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.items import Item
-from app.widgets.lists import RecycledRow, RowPress
+from app.widgets.lists import Row, RowPress
 from app.widgets.rest import rest
 from app.widgets.shapes import Colour
 from app.widgets.surfaces import CLEAR, Tap
@@ -76,7 +76,7 @@ class RowActions(MDBoxLayout):
             button.style = action.style or "standard"
 
 
-class ListRow(RecycledRow, Tap):
+class ListRow(Row, Tap):
     """Shows ``item``. A tap is the action "open", the switch "switch" (with the wanted state), a button its name (with the button, so that
     a menu can hang on it).
 

@@ -108,16 +108,30 @@ class Row:
     standing = None
     came = math.inf  # when this view became the row's
 
+    def __init__(self, **kwargs):
+        self._pressed_key = None
+        self._forget = Clock.create_trigger(lambda _dt: setattr(self, "_pressed_key", None))
+        super().__init__(**kwargs)
+
     @property
     def has_just_moved(self) -> bool:
         return self.standing is not None and self.standing.has_left(self)
 
     def on_touch_down(self, touch):
-        if self.collide_point(*touch.pos) and (touch.ud.get(PRESSED_ROW, self.key) != self.key or self.has_just_moved):
-            return True
+        if self.collide_point(*touch.pos):
+            if touch.ud.get(PRESSED_ROW, self.key) != self.key or self.has_just_moved:
+                return True
+            self._pressed_key = (self.key,)
         return super().on_touch_down(touch)
 
+    def on_touch_up(self, touch):
+        self._forget()  # after the release has reached the widget that grabbed the touch
+        return super().on_touch_up(touch)
+
     def act(self, action: str, *values) -> None:
+        """A view that has become another row's since it was pressed does nothing."""
+        if self._pressed_key not in (None, (self.key,)):
+            return
         if self.standing is not None:
             self.standing.touched()
         if self.host is not None:
@@ -165,8 +179,8 @@ class RowPress:
 
 
 class Rows(MDBoxLayout):
-    """One ``viewclass`` per row of ``data`` in a box, for few rows. A ``RecycledRow`` whose row was removed is reused
-    for a new one: building another would take 10 ms and leave garbage."""
+    """One ``viewclass`` per row of ``data`` in a box, for few rows. The view of a removed row is reused for a new one: building another
+    would take 10 ms and leave garbage."""
 
     viewclass = StringProperty()
     data = ListProperty()
@@ -179,8 +193,8 @@ class Rows(MDBoxLayout):
         self._standing = Standing(self._build)
         self._spare = []  # views whose rows were removed
         super().__init__(**kwargs)
-        self.fbind("data", self._build)
-        self.fbind("viewclass", self._rebuild)
+        for name in ("data", "viewclass"):
+            self.fbind(name, self._build)
         self._build()
 
     def on_action(self, key, action, *values):
@@ -191,15 +205,9 @@ class Rows(MDBoxLayout):
             self._standing.touched()
         return super().on_touch_down(touch)
 
-    def _rebuild(self, *_):
-        self.clear_widgets()
-        self._views, self._spare = {}, []
-        self._build()
-
     def _build(self, *_):
         if not self.viewclass:
             return
-        kind = Factory.get(self.viewclass)
         rows = {
             getattr(data, "key", n): data
             for n, data in enumerate(self._standing.in_order(self.data, list(self._views)))
@@ -209,14 +217,13 @@ class Rows(MDBoxLayout):
         self._standing.note(self._views, rows, self._views.values())
         old, self._views = self._views, {}
         removed = [view for key, view in old.items() if key not in rows]
-        if issubclass(kind, RecycledRow):
-            self._spare += removed
+        self._spare += removed
         for key, data in rows.items():
-            view = old.get(key) or (self._spare.pop() if self._spare else self._new_view(kind))
+            view = old.get(key) or (self._spare.pop() if self._spare else self._new_view())
             view.host, view.standing = self.host or self, self._standing
             if key not in old:
                 view.came = Clock.get_time()
-            (type(view) if isinstance(view, Row) else Row).take(view, data)
+            view.take(data)
             self._views[key] = view
         del self._spare[SPARE:]
         shown = set(self._views.values())
@@ -229,33 +236,7 @@ class Rows(MDBoxLayout):
             for view in wanted:
                 self.add_widget(view)
 
-    def _new_view(self, kind):
-        view = kind()
-        if isinstance(view, Row):
-            view.fbind("height", lambda *_: self._standing.grown(view, self._views.values()))
+    def _new_view(self):
+        view = Factory.get(self.viewclass)()
+        view.fbind("height", lambda *_: self._standing.grown(view, self._views.values()))
         return view
-
-
-class RecycledRow(Row):
-    """Mixin of row classes of ``LongList``. A view that was reused for another row between press and release does nothing."""
-
-    def __init__(self, **kwargs):
-        self._pressed_key = None
-        self._forget = Clock.create_trigger(self._forget_press)
-        super().__init__(**kwargs)
-
-    def on_touch_down(self, touch):
-        if self.collide_point(*touch.pos):
-            self._pressed_key = (self.key,)
-        return super().on_touch_down(touch)
-
-    def on_touch_up(self, touch):
-        self._forget()  # after the release has reached the widget that grabbed the touch
-        return super().on_touch_up(touch)
-
-    def act(self, action, *values):
-        if self._pressed_key in (None, (self.key,)):
-            super().act(action, *values)
-
-    def _forget_press(self, _dt):
-        self._pressed_key = None

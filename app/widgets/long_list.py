@@ -36,7 +36,7 @@ class Seat(RelativeLayout):
 
 
 class LongList(CalmScroll):
-    """``data`` as in ``lists``, each row with a ``key``; row classes mix in ``RecycledRow`` and set their own height.
+    """``data`` as in ``lists``, each row with a ``key``; row classes mix in ``Row`` and set their own height.
 
     At rest its upper edge is that of a row; a partly visible row at its lower edge shows that there is more.
 
@@ -75,13 +75,12 @@ class LongList(CalmScroll):
         self._content.bind(height=self.setter("content_height"))
         super().__init__(**kwargs)
         self.add_widget(self._content)
-        for name in ("size", "empty_text"):
+        for name in ("size", "empty_text", "viewclass"):
             self.fbind(name, self._arrange)
         for name in ("spacing", "row_height"):
             self.fbind(name, self._recalculate)
         self.fbind("data", self._changed)
         self.fbind("order", self._ordered)
-        self.fbind("viewclass", self._start_over)
         self.fbind("scroll_y", self._scrolled)
         self._changed()
 
@@ -172,12 +171,6 @@ class LongList(CalmScroll):
         for key, seat in self._live.items():
             if key in self._places:
                 seat.view.take(self._rows[self._places[key]])
-        self._recalculate()
-
-    def _start_over(self, *_):
-        for seat in self._live.values():
-            self._content.remove_widget(seat)
-        self._live, self._spare, self._heights = {}, [], {}
         self._recalculate()
 
     def _recalculate(self, *_):

@@ -1,15 +1,11 @@
-"""Panels side by side: as many columns as fit, all of a row equally high. Only the visible ones exist, so that fifty
-cost as much as four. The next ones are made (with ``ahead``) and filled in advance, a few panels a frame: a whole row
-at once is forty texts, 8 ms in the middle of a fling.
-"""
+"""Panels side by side, all of a row equally high. Only the visible ones exist, so that fifty cost as much as four."""
 
 from collections.abc import Hashable
 from dataclasses import dataclass
 
 from kivy.clock import Clock
 from kivy.factory import Factory
-from kivy.metrics import dp
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
+from kivy.properties import ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.widget import Widget
 
@@ -17,7 +13,6 @@ from app.widgets.lists import Row
 from app.widgets.long_list import LongList
 
 SPARE = 2  # shelves kept for panels that scroll into sight
-AHEAD = 3  # panels of the next one that are filled in a frame
 
 
 @dataclass(frozen=True)
@@ -32,24 +27,20 @@ class Shelf:
 
 class PanelGrid(LongList):
     """``panels`` are objects whose attributes are properties of the panel class, with a ``key`` each. Panel classes mix in
-    ``RecycledRow``, fill their cell and set their least height in ``size_hint_min_y``; the class is ``panelclass``, or the class attribute
+    ``Row``, fill their cell and set their least height in ``size_hint_min_y``; the class is ``panelclass``, or the class attribute
     ``panelclass`` of the values of one panel; one that ``is_whole_row`` has no other beside it.
 
-    ``panel_width`` is the least width of a panel. ``on_action(key, action, *values)`` comes from the panels.
+    ``on_action(key, action, *values)`` comes from the panels.
     """
 
     panels = ListProperty()
     panelclass = StringProperty()
-    panel_width = NumericProperty("400dp")
-    ahead = BooleanProperty(False)  # make a shelf for panels before they scroll into sight
+    columns = NumericProperty(1)
 
     def __init__(self, **kwargs):
         self._shelve = Clock.create_trigger(self._fill_shelves, -1)
-        self._prepare = Clock.create_trigger(self._prepare_some, 0)
-        self._first, self._goes_down = 0, True  # the first shelf in sight, and where the list was moved last
-        self._coming = 0  # the shelf that comes next
         super().__init__(viewclass="PanelShelf", **kwargs)
-        for name in ("panels", "panelclass", "panel_width", "width", "spacing"):
+        for name in ("panels", "panelclass", "columns", "spacing"):
             self.fbind(name, self._shelve)
         self._shelve()
 
@@ -60,26 +51,6 @@ class PanelGrid(LongList):
         """None if all are visible: a shelf is a whole row of panels, and another number of columns needs other
         shelves."""
         del self._spare[SPARE if len(self._live) < len(self._keys) else 0 :]
-
-    def _populate(self, shown):
-        super()._populate(shown)
-        if shown.start != self._first:
-            self._first, self._goes_down = shown.start, shown.start > self._first
-        self._coming = shown.stop if self._goes_down else shown.start - 1
-        self._prepare()
-
-    def _prepare_some(self, _dt):
-        """Once a frame, however often rows are placed in it."""
-        if self.ahead and not self._spare and len(self._live) < len(self._keys):
-            self._spare.append(self._new_seat())
-        if self._spare and 0 <= self._coming < len(self.data):
-            shelf = self.data[self._coming]
-            views = [seat.view for seat in self._spare]
-            next((view for view in views if view.key == shelf.key), views[0]).prepare(shelf)
-
-    @property
-    def columns(self) -> int:
-        return max(1, int((self.width + self.spacing) // (max(dp(100), self.panel_width) + self.spacing)))
 
     @property
     def rows(self) -> list:
@@ -96,9 +67,7 @@ class PanelGrid(LongList):
         self._shelve()
 
     def _fill_shelves(self, _dt):
-        if self.width < 2:
-            return
-        columns, usual, spacing = self.columns, self.panelclass, self.spacing
+        columns, usual, spacing = int(self.columns), self.panelclass, self.spacing
         panels = [
             (getattr(panel, "panelclass", usual), panel) for panel in self.standing.in_order(self.panels, self._known)
         ]
@@ -117,54 +86,23 @@ class PanelShelf(BoxLayout):
     """One row of panels; places without a panel stay free. Not a ``Row`` itself: a tap is on a panel, whose key counts."""
 
     key = ObjectProperty(None, allownone=True)
-    host = ObjectProperty(None, allownone=True)
-    panels = ListProperty()
-    columns = NumericProperty(1)
+    host = standing = None
 
     def __init__(self, **kwargs):
-        self._left = []  # views, and what they have not taken yet
-        self._is_being_prepared = False
         super().__init__(**kwargs)
         self.size_hint_y = None
         self.bind(minimum_height=self.setter("height"))
-        for name in ("panels", "columns"):
-            self.fbind(name, self._show)
 
     def take(self, shelf) -> None:
         """Show ``shelf``."""
-        Row.take(self, shelf)
-        self._fill()
-
-    def prepare(self, shelf) -> None:
-        """Take some of what will be taken soon, out of sight."""
-        self._is_being_prepared = True
-        Row.take(self, shelf)
-        self._is_being_prepared = False
-        self._fill(AHEAD)
-
-    def _show(self, *_):
-        wanted = [Factory.get(name) for name, _panel in self.panels]
-        wanted += [Widget] * (int(self.columns) - len(wanted))
+        wanted = [Factory.get(name) for name, _panel in shelf.panels] + [Widget] * (shelf.columns - len(shelf.panels))
         present = self.children[::-1]
         if [type(child) for child in present] != wanted:
             spare = {kind: [child for child in present if type(child) is kind] for kind in wanted}
             self.clear_widgets()
             for kind in wanted:
                 self.add_widget(spare[kind].pop(0) if spare[kind] else kind())
-        self._left = list(zip(self.children[::-1], (panel for _name, panel in self.panels), strict=False))
-        if not self._is_being_prepared:
-            self._fill()
-
-    def _fill(self, most=None):
-        for view, panel in self._left[:most]:
-            self._belong(view)
+        self.key, self.spacing = shelf.key, shelf.spacing
+        for view, (_name, panel) in zip(self.children[::-1], shelf.panels, strict=False):
+            view.host, view.standing = self.host, self.standing
             view.take(panel)
-        del self._left[:most]
-
-    def on_host(self, *_):
-        for view in self.children:
-            if isinstance(view, Row):
-                self._belong(view)
-
-    def _belong(self, view):
-        view.host, view.standing = self.host, getattr(self.host, "standing", None)

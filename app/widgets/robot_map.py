@@ -41,7 +41,7 @@ class RobotMap(Chart):
 
     The background is a ``texture`` whose alpha shows the walls (the theme colours it). ``places`` (x, y, name) are shown unless they
     overlap each other or the robot; ``path`` = points still to drive, the last one is the goal; ``label`` is at the goal, or without one at
-    the robot; ``at`` empty = position unknown; ``name`` of the map is in a corner. The map keeps its proportions (``aspect`` = height /
+    the robot; ``at`` empty = position unknown; The map keeps its proportions (``aspect`` = height /
     width); without enough room it is cropped around the robot.
     """
 
@@ -52,9 +52,8 @@ class RobotMap(Chart):
     texture = ObjectProperty(None, allownone=True)
     aspect = NumericProperty(0.385)
     places = ListProperty()
-    name = StringProperty()
     label = StringProperty()
-    watch = ("tone", "at", "heading", "path", "texture", "aspect", "places", "name", "label")
+    watch = ("tone", "at", "heading", "path", "texture", "aspect", "places", "label")
 
     def draw(self):
         self._place_map()
@@ -101,17 +100,11 @@ class RobotMap(Chart):
             Rectangle(pos=(self._x0, self._y0), size=(self._wide, self._high), texture=self.texture)
 
     def _names(self):
-        """Labels of the map and of places, without those that would overlap another, the robot or the goal."""
+        """Labels of places, without those that would overlap another, the robot or the goal."""
         taken = [
             *([self._label_area()] if self.label else []),
             *(self._around(*self._point(*point), dp(17)) for point in self._marked()),
         ]
-        corner = None
-        if self.name and (width := self.width_of(self.name)) < self.width - dp(24):
-            corner = self.x + dp(8), self.top - dp(8) - sp(20), self.x + dp(20) + width, self.top - dp(8)
-            if any(touch_each_other(corner, other) for other in taken):
-                corner = corner[0], self.y + dp(8), corner[2], self.y + dp(8) + sp(20)
-            taken.append(corner)
         for place in self.places:
             px, py = self._point(place.x, place.y)
             half, high = self.width_of(place.name) / 2, sp(9)
@@ -124,8 +117,6 @@ class RobotMap(Chart):
             if not any(touch_each_other(plate, other) for other in taken):
                 taken.append(plate)
                 self._plate(plate, place.name, tk.ink2)
-        if corner is not None:
-            self._plate(corner, self.name, tk.ink, ring=True)
 
     def _label_area(self):
         """Beside the goal's pin or the robot, where there is room."""

@@ -2,11 +2,11 @@
 
 from kivy.properties import BooleanProperty, StringProperty
 
-from app.widgets.lists import RecycledRow
+from app.widgets.lists import Row
 from app.widgets.surfaces import TonedTap
 
 
-class OptionRow(RecycledRow, TonedTap):
+class OptionRow(Row, TonedTap):
     """One option of a list to choose from; ``mark`` shows a box that can be ticked. The ``tone`` is the icon's."""
 
     icon = StringProperty()

@@ -2,7 +2,6 @@
 below it and come back, so that a new one never removes an Undo or covers the page below the top bar."""
 
 from collections.abc import Callable, Hashable, Iterable
-from dataclasses import dataclass
 
 from kivy.clock import Clock
 from kivy.core.window import Window
@@ -20,17 +19,29 @@ UNDO_SECONDS = 8.0
 SETTLES = 0.5  # s after one has replaced another, or covered a button, in which a touch was meant for that
 
 
-@dataclass
 class Message:
-    """A text that is shown for ``seconds``; ``on_action`` runs when the button is pressed. Ends earlier messages ``about`` any of the
-    same, as they may be outdated."""
+    """A text that is shown for ``seconds``, which run while it is on screen; ``on_action`` runs when its button is pressed. Ends earlier
+    messages ``about`` any of the same, as they may be outdated. ``bar`` is the snackbar that showed it last."""
 
-    text: str
-    icon: str = ""
-    action: str = ""
-    on_action: Callable[[], object] | None = None
-    seconds: float = SECONDS
-    about: frozenset[Hashable] = frozenset()
+    def __init__(
+        self,
+        text: str,
+        icon: str = "",
+        action: str = "",
+        on_action: Callable[[], object] | None = None,
+        seconds: float = SECONDS,
+        about: Iterable[Hashable | None] = (),
+    ) -> None:
+        self.text, self.icon, self.action, self.on_action = text, icon, action, on_action
+        self.seconds = self.left = seconds
+        self.about = frozenset(about) - {None}
+        self.bar: Snackbar | None = None
+        self._timer, self._since = None, 0.0
+
+    @property
+    def is_read(self) -> bool:
+        """It has no button, and has been shown for at least half of its time."""
+        return not self.action and self.left <= self.seconds / 2
 
     def repeats(self, other: "Message") -> bool:
         return not self.action and not other.action and self.text == other.text
@@ -39,9 +50,15 @@ class Message:
         """A button that can be pressed stays."""
         return self.repeats(earlier) or (not earlier.action and bool(self.about & earlier.about))
 
+    def begin(self, over: Callable[["Message"], object]) -> None:
+        """Run its time; ``over`` is called at its end."""
+        self._since = Clock.get_time()
+        self._timer = Clock.schedule_once(lambda _dt: over(self), self.left)
 
-def _only(about: Hashable | None) -> frozenset[Hashable]:
-    return frozenset() if about is None else frozenset([about])
+    def stop(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer, self.left = None, max(0.0, self.left - (Clock.get_time() - self._since))
 
 
 class Snackbar(OnlySeen, Passive, MDSnackbar):
@@ -90,56 +107,33 @@ class SnackbarStack(BoxLayout):
         return any(self.has_just_moved or child.dispatch("on_touch_down", touch) for child in hit)
 
 
-class Said:
-    """A message whose time runs while it is shown; ``bar`` is the snackbar that showed it last."""
-
-    def __init__(self, message: Message, over: Callable[["Said"], object]) -> None:
-        self.message, self.left = message, message.seconds
-        self.bar: Snackbar | None = None
-        self._over, self._timer, self._since = over, None, 0.0
-
-    @property
-    def is_read(self) -> bool:
-        """It has no button, and has been shown for at least half of its time."""
-        return not self.message.action and self.left <= self.message.seconds / 2
-
-    def begin(self) -> None:
-        self._since = Clock.get_time()
-        self._timer = Clock.schedule_once(lambda _dt: self._over(self), self.left)
-
-    def stop(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer, self.left = None, max(0.0, self.left - (Clock.get_time() - self._since))
-
-
 class Snackbars:
     """The pile of messages; the newest is shown. A covered one keeps its remaining time until it is shown again, unless
     it has been read. Call it on the UI thread."""
 
     def __init__(self) -> None:
-        self._pile: list[Said] = []
+        self._pile: list[Message] = []
         self.stack: SnackbarStack | None = None
 
     def show(self, text: str, *, icon: str = "", seconds: float = SECONDS, about: Hashable | None = None) -> None:
         """Show a message, instead of earlier ones ``about`` the same."""
-        self.post(Message(text, icon=icon, seconds=seconds, about=_only(about)))
+        self.post(Message(text, icon, seconds=seconds, about=[about]))
 
     def undo(self, text: str, word: str, undo: Callable[[], object], *, about: Hashable | None = None) -> None:
         """Show that something was removed, for 8 s with a button ``word`` that calls ``undo``."""
-        self.post(Message(text, action=word, on_action=undo, seconds=UNDO_SECONDS, about=_only(about)))
+        self.post(Message(text, action=word, on_action=undo, seconds=UNDO_SECONDS, about=[about]))
 
     def post(self, message: Message) -> None:
         """The same words without a button are not shown twice: they become the newest, with their full time."""
         top = self._pile[-1] if self._pile else None
-        ended = [said for said in self._pile if message.ends(said.message)]
-        if top is not None and top.message.repeats(message):
+        ended = [said for said in self._pile if message.ends(said)]
+        if top is not None and top.repeats(message):
             self._close_all(said for said in ended if said is not top)
             top.stop()
-            top.message, top.left = message, message.seconds
-            top.begin()
+            top.left, top.about = message.seconds, message.about
+            top.begin(self._take_off)
             return
-        self._pile.append(Said(message, self._take_off))
+        self._pile.append(message)
         if top is not None:
             self._hide(top)
             if top.is_read and top not in ended:
@@ -149,7 +143,7 @@ class Snackbars:
 
     def end(self, about: Hashable) -> None:
         """End messages about that."""
-        self._close_all([said for said in self._pile if about in said.message.about])
+        self._close_all([said for said in self._pile if about in said.about])
 
     def clear(self) -> None:
         """Close all messages as if their time were over."""
@@ -170,16 +164,15 @@ class Snackbars:
         stack = self.stack = self.stack or SnackbarStack()
         Window.remove_widget(stack)  # on top of what was opened since
         Window.add_widget(stack)
-        words = said.message
-        said.bar = Snackbar(text=words.text, icon=words.icon, action_text=words.action)
+        said.bar = Snackbar(text=said.text, icon=said.icon, action_text=said.action)
         said.bar.bind(on_action=self._pressed)
         said.bar.opacity = 1  # KivyMD's begins at 0
         stack.below = len(self._pile) - 1
         stack.add_widget(said.bar)
         stack.settles_at = Clock.get_time() + SETTLES if instead or stack.wide or stack.low else 0.0
-        said.begin()
+        said.begin(self._take_off)
 
-    def _hide(self, said: Said) -> None:
+    def _hide(self, said: Message) -> None:
         said.stop()
         if said.bar.parent is not None:
             self.stack.remove_widget(said.bar)
@@ -189,14 +182,14 @@ class Snackbars:
         said = next((said for said in self._pile if said.bar is bar), None)
         if said is not None:
             self._take_off(said)
-            if said.message.on_action is not None:
-                said.message.on_action()
+            if said.on_action is not None:
+                said.on_action()
 
-    def _close_all(self, pile: Iterable[Said]) -> None:
+    def _close_all(self, pile: Iterable[Message]) -> None:
         for said in pile:
             self._take_off(said)
 
-    def _take_off(self, said: Said) -> None:
+    def _take_off(self, said: Message) -> None:
         was_top = said is self._pile[-1]
         if was_top:
             rest.after_leaving(said.bar)
@@ -211,4 +204,4 @@ class Snackbars:
     @property
     def texts(self) -> list[str]:
         """The texts that are not over, oldest first; the last one is on screen."""
-        return [said.message.text for said in self._pile]
+        return [said.text for said in self._pile]

@@ -18,6 +18,6 @@ def framed(name: str) -> Frame:
     """An empty frame, as it is with the screen of that name."""
     frame: Frame = Factory.Frame()
     frame.items = [(key, screen_word(key), icon, selected) for key, icon, selected in NAVIGATION]
-    frame.current, frame.title = name, screen_word(name)
-    frame.clock = formats.clock_time(sample.NOW, sample.SETTINGS.timezone)
+    frame.current, frame.ids.bar.title = name, screen_word(name)
+    frame.ids.bar.clock = formats.clock_time(sample.NOW, sample.SETTINGS.timezone)
     return frame

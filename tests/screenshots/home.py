@@ -185,11 +185,11 @@ def sent(studio: Any, facts: HomeFacts, parameters: tuple[MissionParameter, ...]
 
 def show_issues(frame: Any, issues: OpenIssues, robots: Mapping[int, Robot], settings: Settings, name: str) -> None:
     """Banner and bell over the screen of that name, as the app sets them with Aino selected."""
-    frame.banner = banner(issues, robots, settings, sample.NOW, name)
-    frame.clock_in_doubt = any(map(doubts_clock, issues.alarms))
+    bar, frame.banner = frame.ids.bar, banner(issues, robots, settings, sample.NOW, name)
+    bar.clock_in_doubt = any(map(doubts_clock, issues.alarms))
     lines = open_lines(issues.alarms, sample.NOW)
     shelved = [alarm for alarm in issues.alarms if is_shelved(alarm, sample.NOW)]
-    frame.bell_icon, frame.bell_count = bell(
+    bar.bell_icon, bar.bell_count = bell(
         sum(is_unseen(alarm) for line in lines for alarm in line), len(lines), len(shelved)
     )
 

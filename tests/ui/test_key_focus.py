@@ -327,9 +327,7 @@ def test_tab_leaves_a_field_for_the_button_after_it(ui, keys):
 def panels(ui) -> None:
     """Forty in two columns; eight are visible."""
     ui.show(
-        PanelGrid(
-            panelclass="OptionRow", panels=[Option(n, f"Panel {n}") for n in range(40)], panel_width=200, spacing=8
-        ),
+        PanelGrid(panelclass="OptionRow", panels=[Option(n, f"Panel {n}") for n in range(40)], columns=2, spacing=8),
         (500, 260),
     )
 

@@ -87,7 +87,8 @@ class FrameController:
     def use(self, frame: Frame) -> None:
         """Fill this one from now on."""
         self._frame = frame
-        frame.bind(on_go=self._go, on_solve=self._press_banner, on_list_alarms=self._show_alarms)
+        frame.bind(on_go=self._go, on_solve=self._press_banner)
+        frame.ids.bar.bind(on_list_alarms=self._show_alarms)
         self._retranslated()
 
     def stop(self) -> None:
@@ -108,7 +109,7 @@ class FrameController:
         current = self._shell.navigator.current
         if current and current != "alarms":
             self._left = current
-        self._frame.title = screen_word(current) if current else ""
+        self._frame.ids.bar.title = screen_word(current) if current else ""
         self._show()  # the banner of this screen, before it is shown
         self._frame.current = current
 
@@ -126,18 +127,18 @@ class FrameController:
             self._ask_zone()
 
     def _show(self) -> None:
-        facts, frame, now = self._facts, self._frame, self._services.clock.now()
+        facts, bar, now = self._facts, self._frame.ids.bar, self._services.clock.now()
         issues = replace(facts.issues, mission_names=self._shell.mission_names.known)
         if self._is_read:  # until then the time zone is not known
-            frame.clock = formats.clock_time(now, facts.settings.timezone)
+            bar.clock = formats.clock_time(now, facts.settings.timezone)
         self._late.show(issues, facts.settings, now)
         said = replace(issues, late_starts=()) if self._late.is_shown else issues
-        frame.banner = banner(said, facts.robots, facts.settings, now, self._shell.navigator.current)
-        frame.clock_in_doubt = any(map(doubts_clock, issues.alarms))
+        self._frame.banner = banner(said, facts.robots, facts.settings, now, self._shell.navigator.current)
+        bar.clock_in_doubt = any(map(doubts_clock, issues.alarms))
         lines = open_lines(issues.alarms, now)
         new = sum(alarm.acknowledged_at is None for line in lines for alarm in line)
         shelved = [alarm for alarm in issues.alarms if is_shelved(alarm, now) and not is_over(alarm)]
-        frame.bell_icon, frame.bell_count = bell(new, len(lines), len(shelved))
+        bar.bell_icon, bar.bell_count = bell(new, len(lines), len(shelved))
         self.alarms.show(issues.alarms, facts.robots, facts.settings)
         sounds = self._sounding.is_due(issues.alarms, now, self._services.clock.monotonic())
         if sounds and facts.settings.alarm_sound and self._shell.loudspeaker is not None:

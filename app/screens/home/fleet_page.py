@@ -16,7 +16,7 @@ from app.screens.home.fleet_model import FleetState
 from app.screens.home.wall import WallView
 from app.widgets import load_kv
 from app.widgets.display import SectionCard
-from app.widgets.lists import RecycledRow
+from app.widgets.lists import Row
 from app.widgets.panel_grid import PanelGrid
 from app.widgets.rest import rest
 from app.widgets.surfaces import Tap, Toned, TonedTap
@@ -44,7 +44,7 @@ class NameLine(BodyStrong):
         return f"{head.rstrip()}… {tail}"
 
 
-class RobotCell(RecycledRow, TonedTap):
+class RobotCell(Row, TonedTap):
     """One robot in its place; a tap is "open". A ``wide`` one has its name beside the icon, and its fact below."""
 
     host = ObjectProperty(None, allownone=True, rebind=True)
@@ -95,7 +95,7 @@ class FleetParts(MDBoxLayout):
             shown.icon, shown.text, shown.tone = part.icon, part.text, part.tone
 
 
-class FleetHead(RecycledRow, Tap):
+class FleetHead(Row, Tap):
     """The head of a group of robots; a tap ("open") shows its cells instead of another group's."""
 
     name = StringProperty()
@@ -118,7 +118,7 @@ class FleetGrid(PanelGrid):
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        for name in ("height", "wide", "low", "is_grouped"):
+        for name in ("size", "wide", "low", "is_grouped"):
             self.fbind(name, self._shelve)
 
     @property
@@ -132,11 +132,10 @@ class FleetGrid(PanelGrid):
     def _cells(self) -> int:
         return sum(not hasattr(panel, "is_whole_row") for panel in self.panels)
 
-    @property
-    def columns(self) -> int:
-        return columns(self._cells, self.width, self.height, self._least, sp(230), self.spacing)
-
     def _fill_shelves(self, dt: float) -> None:
+        if self.width < 2:
+            return
+        self.columns = columns(self._cells, self.width, self.height, self._least, sp(230), self.spacing)
         rows = max(1, math.ceil(self._cells / self.columns))
         self.row_height = min(dp(120), max(self._least[1], (self.height + self.spacing) // rows - self.spacing))
         super()._fill_shelves(dt)

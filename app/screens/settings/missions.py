@@ -43,7 +43,7 @@ from app.screens.settings.view import NoticeView, done, went_wrong
 from app.services.catalogue import mission_edit
 from app.services.catalogue.catalogue import Edit
 from app.widgets.display import SectionCard
-from app.widgets.lists import RecycledRow
+from app.widgets.lists import Row
 from app.widgets.surfaces import Tap
 from app.widgets.text import Txt
 
@@ -52,7 +52,7 @@ NAMES, COLUMN = 360, 72  # sp: all but the columns of robots, and one of these
 FETCHED = "missions of a robot"  # what a message is about
 
 
-class MissionRow(RecycledRow, Tap):
+class MissionRow(Row, Tap):
     """A mission. Actions: "favourite" (with the wanted state), "edit" (a tap), "dots" (with the button)."""
 
     name = StringProperty()
