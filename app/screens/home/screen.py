@@ -70,10 +70,6 @@ class HomeViewModel(HomeCommands, ViewModel):
         )
         self._presses = Presses(self._update_busy)
         self.learning = Learning(services, shell, self._reader.request)
-        self.waiting = self.fleet.waiting = WaitingModel(services, shell, self._reader.request, self.started.follow)
-        self._is_plan_old = True  # more than what the robots do has changed
-        self._foot = (0, "")  # robot, and what the button on screen does
-        self.sending = Sending(services, shell, self)
         self._group_starts = GroupStarts(
             services.operator,
             services.catalogue,
@@ -82,6 +78,10 @@ class HomeViewModel(HomeCommands, ViewModel):
             self.started.follow,
             lambda number: next((row for row in self.facts.open if row.id == number), None),
         )
+        self.waiting = self.fleet.waiting = WaitingModel(services, self._group_starts)
+        self._is_plan_old = True  # more than what the robots do has changed
+        self._foot = (0, "")  # robot, and what the button on screen does
+        self.sending = Sending(services, shell, self)
         self.fbind("room", lambda *_args: self._show())
 
     # ------------------------------------------------------------------ reading

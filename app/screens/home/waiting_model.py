@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from app.domain.models import Execution
 from app.screens.common.group_starts import GroupStarts, robots_for
-from app.screens.common.shell import Shell
 from app.screens.home.facts import HomeFacts, HomeServices
 from app.screens.home.waiting import others_for, starts_with_a_robot, waiting_of, waiting_row, waiting_title
 from app.widgets.items import Item
@@ -15,21 +12,10 @@ READ_EVERY = 5  # s, while something waits
 
 
 class WaitingModel:
-    """``rows`` of what waits, and their number in words as ``title``, empty without any. ``changed()`` is called after a
-    change that can be read; ``follow(execution)`` reports on one that a person has assigned to a robot."""
+    """``rows`` of what waits, and their number in words as ``title``, empty without any."""
 
-    def __init__(
-        self, services: HomeServices, shell: Shell, changed: Callable[[], object], follow: Callable[[Execution], object]
-    ) -> None:
-        self._services, self._shell = services, shell
-        self._starts = GroupStarts(
-            services.operator,
-            services.catalogue,
-            shell,
-            changed,
-            follow,
-            lambda number: next((row for row in self._facts.open if row.id == number), None),
-        )
+    def __init__(self, services: HomeServices, starts: GroupStarts) -> None:
+        self._services, self._starts = services, starts
         self._facts = HomeFacts()
         self.rows: list[Item] = []
         self.title = ""

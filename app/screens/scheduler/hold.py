@@ -46,7 +46,7 @@ class HoldSheet(Sheet):
         self.robot = hold_view.robot_name(self._facts, int(self.robot_id))
         self.reasons = hold_view.reason_chips(self.reason)
         self.ends = hold_view.end_chips(self._end, self._chosen, self._zone, self._services.clock.now())
-        self.follows = hold_view.what_follows(hold_view.shares(self._facts, int(self.robot_id)))
+        self.follows = hold_view.what_follows(self._facts, int(self.robot_id))
 
     # ------------------------------------------------------------------ what is chosen
     def choose_robot(self) -> None:

@@ -71,15 +71,11 @@ def robot_options(facts: SchedulerFacts) -> list[Option]:
     ]
 
 
-def what_follows(shares: bool = False) -> str:
-    """What will happen to the starts; ``shares``: it is one robot of a group."""
+def what_follows(facts: SchedulerFacts, robot_id: int) -> str:
+    """What will happen to the starts; others of a group can stand in for a robot."""
     text = _("Starts wait. Those too late by then are not run. Running missions continue.")
+    shares = any(robot_id in group.members and len(group.members) > 1 for group in facts.groups)
     return text + " " + _("Starts for a group go to its other robots.") if shares else text
-
-
-def shares(facts: SchedulerFacts, robot_id: int) -> bool:
-    """Whether others of a group can stand in for it."""
-    return any(robot_id in group.members and len(group.members) > 1 for group in facts.groups)
 
 
 def held_message(robot: str | None, until: datetime | None, zone: str, now: datetime) -> str:

@@ -42,9 +42,7 @@ def test_a_start_just_handed_to_a_robot_is_read_again_until_it_is_over():
         planned_at=NOW,
         created_at=NOW,
     )
-    model = WaitingModel(
-        SimpleNamespace(clock=VirtualClock(NOW), operator=None, catalogue=None), None, lambda: None, lambda _row: None
-    )
+    model = WaitingModel(SimpleNamespace(clock=VirtualClock(NOW)), None)
     model.take(replace(FACTS, groups=(Group("Hall 1", (1, 2), id=5),), open=(handed,)))
     assert model.rows == []
     assert any(model.is_old() for _second in range(READ_EVERY))
