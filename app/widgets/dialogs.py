@@ -12,15 +12,10 @@ A dialog's kv adds its content and, as a ``DialogActions`` box, its buttons; the
                 on_release: root.dismiss()
 """
 
-from collections.abc import Hashable
-from dataclasses import dataclass
-
 from kivy.animation import Animation
-from kivy.clock import Clock
 from kivy.core.window import Window
 from kivy.metrics import dp
 from kivy.properties import (
-    AliasProperty,
     BooleanProperty,
     ListProperty,
     NumericProperty,
@@ -245,104 +240,6 @@ class ConfirmDialog(FormDialog):
 
     def on_dismiss(self):
         self.dispatch("on_confirmed" if self._confirmed else "on_declined")
-
-
-@dataclass(frozen=True)
-class Choice:
-    """Values of OptionRow."""
-
-    key: Hashable
-    text: str
-    icon: str
-    note: str
-    selected: bool
-    mark: bool
-    tone: str
-
-
-class ChoiceDialog(Dialog):
-    """Choose one of many, or with ``multiple`` tick several and confirm. Long lists get a search field.
-
-    ``options`` have ``key``, ``text``, ``note``, ``icon`` and ``tone``; ``selected`` the keys chosen. Fires
-    ``on_choose(key)``, or with ``multiple`` ``on_choose_many(keys)`` in the options' order. With ``all_word`` and
-    ``none_word`` a button ticks all that the search shows, or none of them. Where it ``needs_one``, nothing can be
-    confirmed while none is ticked. The ``last`` option is for users who do not find what they want: every search shows it.
-    """
-
-    last = ObjectProperty(None, allownone=True)
-    needs_one = BooleanProperty(False)
-    all_word = StringProperty()
-    none_word = StringProperty()
-    all_shown = BooleanProperty(False)  # all that are shown are ticked
-    options = ListProperty()
-    selected = ListProperty()
-    multiple = BooleanProperty(False)
-    query = StringProperty()
-    hint = StringProperty()  # of the search field
-    nothing = StringProperty()  # shown when the search finds nothing
-    confirm = StringProperty()
-    decline = StringProperty()
-    search_from = NumericProperty(8)  # options
-    shown = ListProperty()
-
-    __events__ = ("on_choose", "on_choose_many")
-
-    def __init__(self, **kwargs):
-        self._refresh = Clock.create_trigger(self._show, -1)
-        super().__init__(**kwargs)
-        for name in ("options", "selected", "query", "multiple"):
-            self.fbind(name, self._refresh)
-        self._show()
-
-    def on_choose(self, key):
-        """One option was chosen; the dialog is closing."""
-
-    def on_choose_many(self, keys):
-        """The ticked options were confirmed."""
-
-    def _searchable(self):
-        return len(self.options) >= self.search_from
-
-    searchable = AliasProperty(_searchable, None, bind=("options", "search_from"))
-
-    def _show(self, *_):
-        words, selected = self.query.casefold().split(), set(self.selected)
-        self.shown = [
-            self._choice(option, option.key in selected)
-            for option in self.options
-            if all(word in f"{option.text} {option.note}".casefold() for word in words)
-        ]
-        self.all_shown = all(choice.selected for choice in self.shown)
-
-    def _choice(self, option, is_selected) -> Choice:
-        return Choice(option.key, option.text, option.icon, option.note, is_selected, self.multiple, option.tone)
-
-    def rows(self, shown, last) -> list[Choice]:
-        return shown if last is None else [*shown, self._choice(last, False)]
-
-    def found(self) -> list:
-        """The options that match the typed text."""
-        self._show()
-        return self.shown
-
-    def chosen(self, key) -> None:
-        """An option was tapped."""
-        if self.multiple:
-            self.selected = [k for k in self.selected if k != key] if key in self.selected else [*self.selected, key]
-            return
-        self.selected = [key]
-        self.dispatch("on_choose", key)
-        self.dismiss()
-
-    def choose_all(self) -> None:
-        """Tick all shown options, or none if all are ticked."""
-        shown = {choice.key: choice for choice in self.shown}
-        self.selected = [key for key in self.selected if key not in shown] + ([] if self.all_shown else list(shown))
-
-    def confirmed(self) -> None:
-        selected = set(self.selected)
-        self.dispatch("on_choose_many", [option.key for option in self.options if option.key in selected])
-        self.dismiss()
 
 
 class MenuRow(Row, TonedTap):

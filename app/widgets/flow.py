@@ -1,6 +1,7 @@
 """Chips that flow from left to right and wrap, and the fields that a mission's parameters need."""
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any, NamedTuple
 
 from kivy.clock import Clock
@@ -9,11 +10,11 @@ from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.stacklayout import StackLayout
 
 from app.widgets.buttons import ChoiceChip
-from app.widgets.dialogs import ChoiceDialog
+from app.widgets.choices import ChoiceSheet
 from app.widgets.fields import Field
 from app.widgets.positions import OnMap  # noqa: F401  (kv's Factory learns it)
 from app.widgets.scrolling import turn_to
-from app.widgets.tr import tr
+from app.widgets.sheet import sheet_around
 
 FINE = 50  # with up to this many numbers a step is 1, with more 5
 
@@ -99,15 +100,9 @@ class ChoiceField(Field):
         return next((word for key, word in options if key == chosen), "–")
 
     def on_release(self):
-        dialog = ChoiceDialog(
-            title=self.label,
-            options=[Offer(*option) for option in self.options],
-            hint=tr._("Search"),
-            selected=[] if self.chosen is None else [self.chosen],
-            nothing=tr._("Nothing found"),
-        )
-        dialog.bind(on_choose=lambda _dialog, key: setattr(self, "chosen", key))
-        dialog.open()
+        options = [Offer(*option) for option in self.options]
+        picker = ChoiceSheet(title=self.label, options=options, selected=[] if self.chosen is None else [self.chosen])
+        sheet_around(self).stack.pick(picker, partial(setattr, self, "chosen"))
 
 
 class PositionRow(BoxLayout):

@@ -1,17 +1,19 @@
 """Positions chosen on the map that a robot is on."""
 
 from collections import Counter
+from functools import partial
 from math import hypot
 from typing import NamedTuple
 
 from kivy.metrics import dp, sp
-from kivy.properties import AliasProperty, ListProperty, ObjectProperty, StringProperty
+from kivy.properties import AliasProperty, BooleanProperty, ListProperty, ObjectProperty, StringProperty
 
 from app.widgets import load_kv
 from app.widgets.buttons import CommandButton
 from app.widgets.chart import KeySeat
-from app.widgets.dialogs import Dialog
+from app.widgets.choices import Picker
 from app.widgets.robot_map import WholeMap, ground, touch_each_other
+from app.widgets.sheet import sheet_around
 from app.widgets.tokens import tk
 
 
@@ -146,24 +148,19 @@ class PositionsMap(WholeMap):
                 yield plate
 
 
-class PositionDialog(Dialog):
-    """As large as the window: of the ``places`` of the map's ``picture`` one is ``chosen``, and fires ``on_choose(key)`` when that is
-    confirmed."""
+class PositionSheet(Picker):
+    """Of the ``places`` of the map's ``picture`` one is ``chosen``; it picks its key when that is confirmed."""
 
+    scrolls = BooleanProperty(False)
     picture = ObjectProperty(None)
     texture = ObjectProperty(None)
     places = ListProperty()
     chosen = ObjectProperty(None, allownone=True)
     name = StringProperty()  # of the chosen one
 
-    __events__ = ("on_choose",)
-
     def __init__(self, picture, **kwargs):
         load_kv("widgets/positions")
         super().__init__(picture=picture, texture=ground(picture), **kwargs)
-
-    def on_choose(self, key):
-        """A position was chosen; the dialog is closing."""
 
     def name_of(self, places, chosen):
         return next((place.name for place in places if place.key == chosen), "")
@@ -171,13 +168,12 @@ class PositionDialog(Dialog):
     def press(self, key):
         """By keys: mark it, or confirm it if it is marked already."""
         if key == self.chosen:
-            self.confirm()
+            self.on_done()
         else:
             self.chosen = key
 
-    def confirm(self):
-        self.dispatch("on_choose", self.chosen)
-        self.dismiss()
+    def on_done(self):
+        self.dispatch("on_pick", self.chosen)
 
 
 class OnMap(CommandButton):
@@ -198,6 +194,5 @@ class OnMap(CommandButton):
     places = AliasProperty(_get_places, bind=("map", "options"))
 
     def on_release(self):
-        dialog = PositionDialog(self.map, title=self.label, places=self.places, chosen=self.chosen)
-        dialog.bind(on_choose=lambda _dialog, key: setattr(self, "chosen", key))
-        dialog.open()
+        sheet = PositionSheet(self.map, title=self.label, places=self.places, chosen=self.chosen)
+        sheet_around(self).stack.pick(sheet, partial(setattr, self, "chosen"))

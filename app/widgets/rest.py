@@ -58,14 +58,22 @@ class Rest:
     def after_closing(self) -> None:
         """Something in front of the page has disappeared: no touch or key for what was behind it."""
         self._ignore(DOUBLE_TAP)
+        self.keys_after_closing()
+
+    def keys_after_closing(self) -> None:
+        """None for what is behind it."""
         self._ignore_keys(DOUBLE_TAP, takes_letters=False)
 
     def after_opening(self) -> None:
         """Something has appeared in front of the page: a second tap there, or a second Enter, is not meant for it, but
         typed text is."""
         self._ignore(SETTLES)
-        self._ignore_keys(SETTLES, takes_letters=True)
+        self.keys_after_opening()
         self.after_moving()
+
+    def keys_after_opening(self) -> None:
+        """A second Enter is not meant for it."""
+        self._ignore_keys(SETTLES, takes_letters=True)
 
     def after_moving(self) -> None:
         """Something else is where the finger was."""

@@ -9,7 +9,7 @@ from kivymd.uix.card import MDCard
 
 from app.widgets.dialogs import ESCAPE
 from app.widgets.dock import dock
-from app.widgets.rest import rest
+from app.widgets.rest import DOUBLE_TAP, rest
 from app.widgets.scrolling import ScrollPage
 from app.widgets.surfaces import Passive
 
@@ -41,8 +41,11 @@ class Sheet(Passive, MDCard):
     keyboard. What its ``stack`` spares of the page it never covers: it lies beside that, or below or above it.
 
     X and Esc fire ``on_close``, the buttons ``on_done``, ``on_other``, ``on_dots(button)`` and, with ``can_go_back``, ``on_back``.
-    ``foot_off`` says why its button can't be pressed. With a ``draft`` its closing can be undone.
+    ``foot_off`` says why its button can't be pressed. With a ``draft`` its closing can be undone. One that ``is_question`` takes the place
+    of another one, and has the keys alone; one that ``is_picker`` asks for a value of the sheet below it.
     """
+
+    is_question = is_picker = False
 
     edge = OptionProperty("right", options=EDGES)
     tall_edge = OptionProperty("full", options=EDGES)
@@ -85,6 +88,11 @@ class Sheet(Passive, MDCard):
             return super().add_widget(widget, *args, **kwargs)
         return (self.ids.page if self.scrolls else self.ids.body).add_widget(widget, *args, **kwargs)
 
+    def lie_as(self, other):
+        """In the place of that one."""
+        for name in ("edge", "tall_edge", "span", "keeps", "shrinks"):
+            setattr(self, name, getattr(other, name))
+
     def on_close(self):
         """X or Esc."""
         self.stack.dismiss(self)
@@ -123,6 +131,8 @@ class Sheet(Passive, MDCard):
         self.arrange()
         rest.let_go()
         rest.after_leaving(self)  # a second tap is not meant for it
+        if self.is_question:
+            rest.keys_after_opening()
 
     @staticmethod
     def _followed(place) -> tuple[str, ...]:
@@ -132,7 +142,8 @@ class Sheet(Passive, MDCard):
         """Take it from its place; its widgets stay, so that it can be shown again."""
         place = self.parent
         rest.let_go()
-        rest.after_leaving(self, FOOT_RESTS)
+        rest.after_leaving(self, FOOT_RESTS if self.foot else DOUBLE_TAP)
+        rest.keys_after_closing()
         dock.leave(self)
         dock.funbind("height", self._arrange)
         Window.unbind(on_keyboard=self._key)
@@ -196,7 +207,16 @@ class Sheet(Passive, MDCard):
         return super().on_touch_down(touch) or self.collide_point(*touch.pos)
 
 
+def sheet_around(widget) -> Sheet:
+    """The one that ``widget`` is in."""
+    while not isinstance(widget, Sheet):
+        widget = widget.parent
+    return widget
+
+
 class AskSheet(Sheet):
     """A question before what can't be undone, as high as its ``text``: its foot is the safe answer, ``second`` does it."""
+
+    is_question = True
 
     text = StringProperty()

@@ -114,15 +114,16 @@ class SchedulerApp(MDApp):
         self.models.clear()
         builders = {name: partial(self._build_screen, name) for name in SCREENS}
         navigator, snackbars = Navigator(frame.ids.body.__self__, builders), Snackbars()
+        sheets = Sheets(frame.ids.sheets.__self__, snackbars, navigator)
         self.shell = Shell(
             navigator,
-            Dialogs(self._animate),
+            Dialogs(self._animate, sheets),
             snackbars,
             self._bus,
             background,
             self._restore if self._restorer is not None else None,
             self._loudspeaker,
-            sheets=Sheets(frame.ids.sheets.__self__, snackbars, navigator),
+            sheets=sheets,
         )
         self._frame = FrameController(pick(FrameController.Services, container), self.shell, frame)
         self.models["alarms"] = self._frame.alarms

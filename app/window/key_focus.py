@@ -10,7 +10,8 @@ from kivy.uix.behaviors import ButtonBehavior
 from kivy.uix.scrollview import ScrollView
 
 from app.widgets.chart import Chart, KeySeat
-from app.widgets.dialogs import ChoiceDialog, Overlay
+from app.widgets.choices import ChoiceSheet
+from app.widgets.dialogs import Overlay
 from app.widgets.display import SectionCard
 from app.widgets.dock import dock
 from app.widgets.fields import FieldInput
@@ -120,12 +121,14 @@ class KeyFocus:
         Window.bind(
             on_key_down=self._key_down, on_keyboard=self._key, on_touch_down=self._touched, children=self._tops_changed
         )
+        dock.bind(question=self._tops_changed)
         rest.ask_first()  # it knows which keys are held
 
     def stop(self) -> None:
         Window.unbind(
             on_key_down=self._key_down, on_keyboard=self._key, on_touch_down=self._touched, children=self._tops_changed
         )
+        dock.unbind(question=self._tops_changed)
         self.forget()
         self._openers.clear()
 
@@ -142,9 +145,11 @@ class KeyFocus:
     def _reached(self) -> list:
         """The same with what is disabled."""
         tops = [top for top in Window.children if not isinstance(top, DockedKeyboard) and getattr(top, "is_open", True)]
-        dialog = next((n for n, top in enumerate(tops) if isinstance(top, Overlay)), len(tops) - 1)
+        question = dock.question if parents(dock.question) else None
+        front = next((top for top in tops if isinstance(top, Overlay)), question or tops[-1])
+        above = tops[: tops.index(front)] if front in tops else tops[:-1]
         found = []
-        waiting = tops[dialog::-1]  # messages above it come last
+        waiting = [front, *above[::-1]]  # messages above it come last
         while waiting:
             widget = waiting.pop(0)
             if not widget.opacity or widget.width < 1 or widget.height < 1:
@@ -178,7 +183,7 @@ class KeyFocus:
 
     def _key_in_search(self, key) -> bool:
         """In a choice: Down leads to the first hit, and so does Enter, which chooses the only one."""
-        choice = next((around for around in parents(dock.field) if isinstance(around, ChoiceDialog)), None)
+        choice = next((around for around in parents(dock.field) if isinstance(around, ChoiceSheet)), None)
         if choice is None or key not in (DOWN, ENTER, KEYPAD_ENTER):
             return False
         found = choice.found()
@@ -208,7 +213,8 @@ class KeyFocus:
 
     def _tops_changed(self, *_args):
         known = [dialog for dialog, _target, _place in self._openers]
-        new = next((top for top in Window.children if isinstance(top, Overlay) and top not in known), None)
+        tops = [*(top for top in Window.children if isinstance(top, Overlay)), *filter(None, [dock.question])]
+        new = next((top for top in tops if top not in known), None)
         if new is not None:
             self._openers.append((new, self.target, _middle(self.target) if parents(self.target) else None))
         else:
@@ -246,10 +252,10 @@ class KeyFocus:
 
     def _go_to_chosen(self, targets) -> bool:
         """In a dialog with a choice: to the present one, or to the first of a list."""
-        top = next((parents(target)[-1] for target in targets), None)
-        if isinstance(top, ChoiceDialog) and (options := top.found()):
+        asked = next((around for target in targets[:1] for around in parents(target) if around is dock.question), None)
+        if isinstance(asked, ChoiceSheet) and (options := asked.found()):
             chosen = next((option for option in options if option.selected), options[0])
-            self._reveal_row(top.ids.option_list.__self__, chosen.key, top.center_x)
+            self._reveal_row(asked.ids.option_list.__self__, chosen.key, asked.center_x)
             return True
         day = next((target for target in targets if isinstance(target, DayCell) and target.selected), None)
         if day is not None:
@@ -278,7 +284,7 @@ class KeyFocus:
     def _come_back(self) -> None:
         """To the widget that opened the closed dialog, or that had the ring on the page that has returned."""
         opener = place = None
-        while self._openers and not (parents(self._openers[-1][0]) and self._openers[-1][0].is_open):
+        while self._openers and not (parents(self._openers[-1][0]) and getattr(self._openers[-1][0], "is_open", True)):
             _dialog, opener, place = self._openers.pop()
         if place is not None and self.target is not None and self.target not in (reached := self._reached()):
             self.target = opener if opener in reached else self._nearest(place) or self.target

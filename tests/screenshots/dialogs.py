@@ -19,7 +19,9 @@ OPTIONS = [
 
 
 def over_settings(studio: Any) -> Any:
-    studio.show(framed("settings"))
+    frame = framed("settings")
+    studio.show(frame)
+    studio.sheets_of(frame)
     return studio.dialogs
 
 

@@ -20,7 +20,6 @@ from app.domain.robot import MissionParameter, RobotState
 from app.i18n import _
 from app.screens.common.alarms_view import bell, doubts_clock, is_shelved, is_unseen
 from app.screens.common.mission_names import SharedMissionNames
-from app.screens.common.sheets import Sheets
 from app.screens.common.threads import UiBus
 from app.screens.common.view_model import Navigator
 from app.screens.frame.facts import OpenIssues
@@ -31,7 +30,7 @@ from app.screens.home.screen import HomeScreen, HomeViewModel
 from app.screens.rescue import Damage, RescuePage
 from app.services.live.tablet import IS_COPY
 from app.widgets import load_kv
-from app.widgets.positions import PositionDialog, Spot
+from app.widgets.positions import PositionSheet, Spot
 from app.widgets.snackbar import Snackbars
 from tests.screenshots.frame import framed
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
@@ -157,7 +156,7 @@ def home(
     )
     frame = framed("home")
     shell: Any = SimpleNamespace(
-        sheets=Sheets(frame.ids.sheets.__self__),
+        sheets=studio.sheets_of(frame),
         background=background,
         dialogs=studio.dialogs,
         say_problem=None,
@@ -295,7 +294,8 @@ def position(studio: Any) -> None:
 def position_on_map(studio: Any) -> Any:
     home(studio, sample.FACTS)
     spots = [Spot(place.name, place.x, place.y, place.name) for place in PLACES]
-    return studio.dialogs.open(PositionDialog(sample.FACTS.map, title="Position", places=spots, chosen=PLACES[2].name))
+    picker = PositionSheet(sample.FACTS.map, title="Position", places=spots, chosen=PLACES[2].name)
+    return studio.dialogs.sheets.pick(picker, print)
 
 
 @picture("home-no-map", sizes=(*BOTH, SMALL))

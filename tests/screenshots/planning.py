@@ -12,7 +12,6 @@ from kivy.tests.common import UnitTestTouch
 from app.container import Container
 from app.domain.models import Group, Schedule
 from app.domain.robot import MissionParameter
-from app.screens.common.sheets import Sheets
 from app.screens.common.shell import Shell, pick
 from app.screens.common.view_model import Background, Navigator, Snackbars, UiBus
 from app.screens.frame.facts import OpenIssues
@@ -58,7 +57,7 @@ class Stand:
             self.container.settings(),
             name,
         )
-        sheets = Sheets(frame.ids.sheets.__self__)
+        sheets = studio.sheets_of(frame)
         self.shell = Shell(Navigator(None, {}), studio.dialogs, Snackbars(), bus, self.background, sheets=sheets)
         kind = SCREENS[name]
         self.screen = kind(kind.Model(pick(kind.Services, self.container), self.shell))

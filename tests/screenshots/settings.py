@@ -29,7 +29,8 @@ from app.screens.settings.trust_view import another_robot, certificate
 from app.screens.settings.view import done
 from app.services.files import places
 from app.services.robots import finder
-from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
+from app.widgets.choices import ChoiceSheet
+from app.widgets.dialogs import ConfirmDialog
 from app.widgets.sheet import Sheet
 from tests.screenshots.frame import framed
 from tests.screenshots.registry import BOTH, GLOVES, LARGE_TEXT, PORTRAIT, SMALL, picture
@@ -392,11 +393,10 @@ def mission_checklist(context: PageContext):
         for name in ("Cart to press", "Deliver kits to line 3", "Empty cart home", "Charge")
     ]
     offered = offers(found, context.facts.missions, context.facts.robots[0].id)
-    return ChoiceDialog(
+    return ChoiceSheet(
         title=_("Missions of {robot}").format(robot="Aino"),
         options=offer_options(offered),
         selected=["new-Cart to press"],
         multiple=True,
         confirm=_("Add chosen"),
-        decline=_("Cancel"),
     )

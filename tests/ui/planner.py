@@ -17,7 +17,8 @@ from app.screens.scheduler import facts
 from app.screens.scheduler.cards import FormSheet, ScheduleRow, TimeCell
 from app.screens.scheduler.view import Listing
 from app.widgets.buttons import CommandButton, IconButton, Segment
-from app.widgets.dialogs import ChoiceDialog, Menu, MenuRow
+from app.widgets.choices import ChoiceSheet
+from app.widgets.dialogs import Menu, MenuRow
 from app.widgets.fields import Field, SearchField
 from app.widgets.lanes import Lanes
 from app.widgets.pickers import DateDialog, DayCell
@@ -90,7 +91,7 @@ def choose(app, ui, label: str, option: str) -> None:
     reveal(ui, field(ui, label))
     ui.tap(field(ui, label))
     ui.advance(0.3)
-    dialog = ui.find(ChoiceDialog)
+    dialog = ui.find(ChoiceSheet)
     if dialog.searchable:
         ui.type(ui.find(SearchField, dialog), option)
         ui.advance(0.2)

@@ -12,7 +12,7 @@ from app.container import Container
 from app.domain.models import Group, Mission, Overlap, Robot, Schedule, State
 from app.screens.scheduler.cards import FormNote, FormSheet, TimeCell
 from app.widgets.buttons import CommandButton, Segment
-from app.widgets.dialogs import ChoiceDialog
+from app.widgets.choices import ChoiceSheet
 from app.widgets.fields import Field
 from app.widgets.rows import OptionRow
 from app.widgets.sheet import FOOT_RESTS
@@ -44,7 +44,7 @@ def site(tmp_path: Path, fleet):
 
 def pick(ui, label: str, option: str) -> None:
     ui.tap(ui.find(Field, label=label))
-    ui.wait(lambda: ui.find_all(ChoiceDialog))
+    ui.wait(lambda: ui.find_all(ChoiceSheet))
     ui.advance(0.3)
     ui.tap(ui.find(OptionRow, text=option))
     ui.advance(0.3)
@@ -63,7 +63,7 @@ def test_one_robot_breaks_the_other_comes_and_nothing_runs_twice(site, fleet, ui
         plan.begin()
         ui.wait(lambda: app.shell.background.idle and ui.find_all(Field, label="Robot", value="Aino"))
         ui.tap(ui.find(Field, label="Robot"))
-        ui.wait(lambda: ui.find_all(ChoiceDialog))
+        ui.wait(lambda: ui.find_all(ChoiceSheet))
         ui.advance(0.3)
         assert [row.text for row in sorted(ui.find_all(OptionRow), key=lambda row: -row.y)] == [
             "Any of Hall 1",

@@ -7,7 +7,8 @@ import pytest
 from app.domain.models import Group, State
 from app.screens.home.cards import SendTile, TodayRow
 from app.widgets.buttons import ChoiceChip
-from app.widgets.dialogs import ChoiceDialog, MenuRow
+from app.widgets.choices import ChoiceSheet
+from app.widgets.dialogs import MenuRow
 from app.widgets.items import Item
 from app.widgets.list_row import RowButton, RowIcon
 from app.widgets.rows import OptionRow
@@ -139,7 +140,7 @@ def test_a_robot_that_refuses_the_values_is_named_in_the_message(home, hall, ui)
 
 
 def pick(ui, word: str) -> None:
-    ui.wait(lambda: ui.find_all(ChoiceDialog))
+    ui.wait(lambda: ui.find_all(ChoiceSheet))
     ui.advance(0.3)
     ui.tap(ui.find(OptionRow, text=word))
 

@@ -9,8 +9,10 @@ import pytest
 from kivy.core.window import Window
 
 from app.screens.common.options import MenuItem, Option
+from app.screens.common.sheets import Sheets
 from app.widgets.buttons import CommandButton
-from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, Menu
+from app.widgets.choices import ChoiceSheet
+from app.widgets.dialogs import ConfirmDialog, Menu
 from app.widgets.dock import dock
 from app.widgets.long_list import LongList
 from app.widgets.pickers import DateDialog, TimeDialog
@@ -77,17 +79,13 @@ def test_the_ring_goes_from_a_row_of_a_long_list_into_its_menu(ui, keys, key):
 
 
 @pytest.fixture
-def picker(ui, keys) -> Iterator[tuple[ChoiceDialog, list[object]]]:
+def picker(ui, keys) -> Iterator[tuple[ChoiceSheet, list[object]]]:
     """Whose search field is typed into, and what is chosen in it."""
     ui.show(page_of("Zero", "One", "Two"), (300, 300))
     ui.key(TAB)
     ui.key(TAB)
-    dialog, chosen = (
-        ChoiceDialog(title="Mission", options=[Option(n, f"Option {n}") for n in range(30)], hint="Search"),
-        [],
-    )
-    dialog.bind(on_choose=lambda _dialog, key: chosen.append(key))
-    dialog.open()
+    dialog, chosen = ChoiceSheet(title="Mission", options=[Option(n, f"Option {n}") for n in range(30)]), []
+    Sheets().pick(dialog, chosen.append)
     ui.advance(0.5)
     ui.find(LongList, dialog).scroll_y = 0.2
     ui.advance(0.2)
@@ -108,7 +106,7 @@ def test_from_the_search_field_the_ring_goes_to_the_first_that_is_found(ui, keys
     assert keys.target.text == "Option 12"
     ui.key(ENTER)
     ui.advance(0.5)
-    assert (chosen, dialog.is_open) == ([12], False)
+    assert (chosen, dialog.parent) == ([12], None)
     assert keys.target.text == "One"
 
 
@@ -127,7 +125,7 @@ def test_enter_chooses_the_only_one_that_is_found(ui, keys, picker):
     ui.key_down(ENTER)
     ui.key(ENTER)
     ui.advance(0.5)
-    assert (chosen, dialog.is_open, dock.field) == ([27], False, None)
+    assert (chosen, dialog.parent, dock.field) == ([27], None, None)
     ui.advance(0.5)
     assert keys.target.text == "One"
     ui.key(TAB)
@@ -141,7 +139,7 @@ def test_enter_where_nothing_is_found_stays_in_the_search_field(ui, keys, picker
     Window.dispatch("on_textinput", "x")
     ui.key(ENTER)
     ui.key(DOWN)
-    assert (dialog.is_open, chosen, dock.field is not None) == (True, [], True)
+    assert (dialog.parent is not None, chosen, dock.field is not None) == (True, [], True)
 
 
 def test_only_the_topmost_dialog_is_reached_and_what_was_before_it_comes_back(ui, keys):
@@ -159,13 +157,13 @@ def test_only_the_topmost_dialog_is_reached_and_what_was_before_it_comes_back(ui
     ui.advance(0.5)
 
 
-def opening(*words: str) -> tuple[ScrollPage, list[ChoiceDialog]]:
+def opening(*words: str) -> tuple[ScrollPage, list[ChoiceSheet]]:
     """A page whose buttons open a choice, and those that were opened."""
     page, opened = page_of(*words), []
 
     def choose(*_args) -> None:
-        opened.append(ChoiceDialog(title="Choose", options=[Option(n, str(n)) for n in range(9)], hint="Search"))
-        opened[-1].open()
+        opened.append(ChoiceSheet(title="Choose", options=[Option(n, str(n)) for n in range(9)]))
+        Sheets().pick(opened[-1], print)
 
     for button in page.ids.column.children:
         button.bind(on_release=choose)
@@ -174,7 +172,7 @@ def opening(*words: str) -> tuple[ScrollPage, list[ChoiceDialog]]:
 
 def close(ui) -> None:
     """A field is left by the first Escape."""
-    while dock.field is not None or any(getattr(top, "is_open", False) for top in Window.children):
+    while dock.field is not None or dock.question or any(getattr(top, "is_open", False) for top in Window.children):
         ui.key(ESCAPE)
     ui.advance(0.5)
 
@@ -241,7 +239,7 @@ def test_dialogs_that_fingers_opened_are_freed(ui, keys):
     ui.show(page, (300, 300))
     ui.tap_text("One")
     ui.advance(0.5)
-    opened[0].dismiss()
+    opened[0].dispatch("on_close")
     ui.advance(1)
     assert not keys._openers
 
@@ -249,8 +247,8 @@ def test_dialogs_that_fingers_opened_are_freed(ui, keys):
 @pytest.mark.parametrize(("selected", "reached"), [([3], "Option 3"), ([], "Option 0")])
 def test_arrows_begin_at_what_is_chosen_in_a_list_and_not_at_the_cross(ui, keys, selected, reached):
     ui.show(page_of("One"), (300, 300))
-    dialog = ChoiceDialog(title="Robot", options=[Option(n, f"Option {n}") for n in range(5)], selected=selected)
-    dialog.open()
+    options = [Option(n, f"Option {n}") for n in range(5)]
+    Sheets().pick(ChoiceSheet(title="Robot", options=options, selected=selected), print)
     ui.advance(0.5)
     ui.key(DOWN)
     ui.advance(0.1)

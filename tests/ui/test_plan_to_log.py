@@ -14,7 +14,7 @@ from app.domain.models import Mission, Robot, State
 from app.screens.home.cards import TodayRow
 from app.screens.scheduler.cards import TimeCell
 from app.widgets.buttons import CommandButton
-from app.widgets.dialogs import ChoiceDialog
+from app.widgets.choices import ChoiceSheet
 from app.widgets.fields import Field
 from app.widgets.figures import FigureCard
 from app.widgets.frame import NavItem
@@ -71,7 +71,7 @@ def plan_home(app, site, ui) -> None:
     go(ui, "scheduler")
     ui.wait(lambda: app.shell.background.idle and ui.find_all(CommandButton, text="New"))
     ui.tap(ui.find(CommandButton, text="New"))
-    ui.wait(lambda: ui.find_all(ChoiceDialog))
+    ui.wait(lambda: ui.find_all(ChoiceSheet))
     ui.advance(0.3)
     ui.tap(ui.find(OptionRow, text="Home"))
     ui.advance(0.5)

@@ -22,7 +22,7 @@ from app.screens.common.view_model import Navigator
 from app.screens.frame.controller import FrameController
 from app.services.live.changes import Topic
 from app.widgets.buttons import CommandButton
-from app.widgets.dialogs import ChoiceDialog
+from app.widgets.choices import ChoiceSheet
 from app.widgets.frame import Frame
 from app.widgets.sheet import AskSheet
 from app.widgets.snackbar import Snackbars
@@ -409,7 +409,7 @@ def test_actions_on_a_start_name_its_values(world, starts, dock, ui):
     starts.cancel(start)
     assert world.messages == ["Kits · Dock 3 is being cancelled"]
     starts.give(start, [])
-    assert ui.find(ChoiceDialog).title == "Give Kits · Dock 3 to"
+    assert ui.find(ChoiceSheet).title == "Give Kits · Dock 3 to"
     world.shell.dialogs.close_all()
 
 

@@ -8,7 +8,7 @@ from app.container import Container
 from app.database.connection import Database
 from app.screens.common.pin_dialog import PinDialog
 from app.services.live.tablet_zone import TabletZone
-from app.widgets.dialogs import ChoiceDialog
+from app.widgets.choices import ChoiceSheet
 from app.widgets.number_pad import PadKey
 from app.widgets.snackbar import Snackbar
 from tests.support.clock import VirtualClock
@@ -33,7 +33,7 @@ def tablet(tmp_path):
 
 
 def asked(ui):
-    return ui.find_all(ChoiceDialog, title=QUESTION)
+    return ui.find_all(ChoiceSheet, title=QUESTION)
 
 
 def choose(ui, zone):
@@ -58,7 +58,7 @@ def test_the_guess_is_on_top_with_the_time_there_and_the_choice_ends_the_alarm(t
 def test_unanswered_it_is_asked_at_the_next_start_and_by_the_alarm(tablet, ui):
     with shown(tablet, ui):
         ui.wait(lambda: asked(ui))
-        asked(ui)[0].dismiss()
+        asked(ui)[0].dispatch("on_close")
         ui.advance(3)
         assert asked(ui) == []
     with shown(tablet, ui):

@@ -9,20 +9,26 @@ import pytest
 from kivy.core.window import Window
 from kivy.metrics import dp
 from kivy.tests.common import UnitTestTouch
+from kivy.uix.widget import Widget
 
 from app.domain.robot import MissionParameter, Pose
 from app.screens.common.overlays import Dialogs
 from app.screens.common.parameters_view import fields_of
+from app.screens.common.sheets import Sheets
 from app.services.robots.map_picture import MapPicture, Place
 from app.widgets import load_kv
-from app.widgets.buttons import CommandButton
-from app.widgets.dialogs import ChoiceDialog, Dialog
+from app.widgets.buttons import CommandButton, IconButton
+from app.widgets.choices import ChoiceSheet
+from app.widgets.dialogs import Dialog
 from app.widgets.fields import Field
 from app.widgets.flow import ChoiceField, ParameterFields
-from app.widgets.positions import OnMap, PositionDialog, PositionsMap, Spot
+from app.widgets.positions import OnMap, PositionSheet, PositionsMap, Spot
+from app.widgets.rest import DOUBLE_TAP
 from app.widgets.robot_map import touch_each_other
+from app.widgets.sheet import Sheet
 from app.widgets.tokens import tk
 from app.window.key_focus import ARROWS, ENTER, TAB, KeyFocus
+from tests.ui import checks
 
 GOAL = MissionParameter(
     "goal",
@@ -39,10 +45,20 @@ def picture(places: tuple[Place, ...] = PLACES) -> MapPicture:
     return MapPicture("Hall", bytes(20 * 10), (20, 10), Pose(0, 0, 0), (40.0, 20.0), places)
 
 
+def shown(ui, *wanted: MissionParameter) -> ParameterFields:
+    """On a sheet."""
+    load_kv("widgets/flow")
+    ui.show(Widget())
+    fields, sheet = ParameterFields(fields=fields_of(wanted), map=picture()), Sheet(title="Send")
+    sheet.add_widget(fields)
+    Sheets().show(sheet)
+    ui.advance(0.1)
+    return fields
+
+
 @pytest.fixture
 def fields(ui):
-    load_kv("widgets/flow")
-    return ui.show(ParameterFields(fields=fields_of([GOAL]), map=picture()), (600, 100))
+    return shown(ui, GOAL)
 
 
 @pytest.fixture
@@ -54,9 +70,8 @@ def keys():
 
 
 def test_the_problem_of_a_value_disappears_once_another_is_entered(ui):
-    load_kv("widgets/flow")
     speed = MissionParameter("speed", "Speed", "Float", default=1.5, maximum=2)
-    fields = ui.show(ParameterFields(fields=fields_of([GOAL, speed])), (600, 200))
+    fields = shown(ui, GOAL, speed)
     problems = {"goal": "Choose one", "speed": "At most 2"}
     fields.problems = problems
     goal, typed = ui.find(ChoiceField, fields), ui.find(Field, fields, kind="decimal")
@@ -78,7 +93,7 @@ def press(ui, *codes: int) -> None:
 
 def open_map(ui) -> PositionsMap:
     ui.tap(ui.find(CommandButton, text="On the map"))
-    ui.advance(0.3)
+    ui.advance(DOUBLE_TAP)
     return ui.find(PositionsMap)
 
 
@@ -90,12 +105,12 @@ def point(chart: PositionsMap, x: float, y: float, right: float = 0) -> tuple[fl
 
 def test_a_tap_near_a_position_marks_it_and_it_is_chosen_when_that_is_confirmed(ui, fields):
     chart = open_map(ui)
-    assert (chart.chosen, ui.find(CommandButton, ui.find(PositionDialog), style="filled").disabled) == (None, True)
+    assert (chart.chosen, ui.find(PositionSheet).foot_off) == (None, "Tap a position")
     ui.tap_at(*point(chart, 0.2, 0.5, dp(20)))
     assert chart.chosen == "g-1"
     assert fields.values() == {"goal": None}
     ui.tap(ui.find(CommandButton, text="Choose Dock 3"))
-    assert (fields.values(), ui.find(ChoiceField).value, ui.find_all(PositionDialog)) == ({"goal": "g-1"}, "Dock 3", [])
+    assert (fields.values(), ui.find(ChoiceField).value, ui.find_all(PositionSheet)) == ({"goal": "g-1"}, "Dock 3", [])
     assert open_map(ui).chosen == "g-1"
 
 
@@ -135,7 +150,8 @@ def test_keys_move_between_positions_enter_marks_and_confirms(ui, fields, keys):
     fields.fields, fields.map = fields_of([ALONG]), picture(HALL)
     ui.advance(0.1)
     chart = open_map(ui)
-    ui.key(TAB)
+    for _n in ("arrow", "cross", "position"):
+        ui.key(TAB)
     press(ui, ENTER)
     marked = [chart.chosen]
     for arrow in (UP, RIGHT, LEFT, LEFT):
@@ -143,11 +159,11 @@ def test_keys_move_between_positions_enter_marks_and_confirms(ui, fields, keys):
         press(ui, ENTER)
         marked.append(chart.chosen)
     assert marked == ["Dock 3", "Gate", "Press", "Line", "Dock 3"]
-    assert ui.find(PositionDialog).name == "Dock 3"
+    assert ui.find(PositionSheet).name == "Dock 3"
     ui.key(RIGHT)
     assert fields.values() == {"goal": None}
     press(ui, ENTER, ENTER)
-    assert (fields.values(), ui.find_all(PositionDialog)) == ({"goal": "Line"}, [])
+    assert (fields.values(), ui.find_all(PositionSheet)) == ({"goal": "Line"}, [])
 
 
 def test_tab_leads_to_the_marked_position_and_on_to_the_buttons(ui, fields, keys):
@@ -156,11 +172,11 @@ def test_tab_leads_to_the_marked_position_and_on_to_the_buttons(ui, fields, keys
     chart = open_map(ui)
     chart.chosen = "Press"
     ui.advance(0.1)
-    ui.key(TAB)
+    for _n in ("arrow", "cross", "position"):
+        ui.key(TAB)
     assert keys.target.event == ("on_spot", "Press")
     ui.key(TAB)
-    assert keys.target.text == "Cancel"
-    ui.key(TAB)
+    assert keys.target.text == "Choose Press"
     press(ui, ENTER)
     assert fields.values() == {"goal": "Press"}
 
@@ -186,11 +202,12 @@ def test_every_position_of_a_crowd_is_reached_by_arrows(ui, keys):
     assert len(seen) == len(chart.places)
 
 
-def test_cancel_chooses_nothing(ui, fields):
+def test_the_arrow_chooses_nothing_and_leads_back_to_what_was_entered(ui, fields):
     chart = open_map(ui)
     ui.tap_at(*point(chart, 0.7, 0.5))
-    ui.tap(ui.find(CommandButton, text="Cancel"))
-    assert (fields.values(), ui.find_all(PositionDialog)) == ({"goal": None}, [])
+    ui.tap(ui.find(IconButton, ui.find(PositionSheet), icon="arrow-left"))
+    assert (fields.values(), ui.find_all(PositionSheet)) == ({"goal": None}, [])
+    assert checks.is_seen(fields)
 
 
 def test_only_distinguishable_positions_are_on_the_map(ui, fields):
@@ -204,7 +221,7 @@ def test_without_a_map_that_has_them_there_is_only_the_list(ui, fields, known):
     ui.advance(0.1)
     assert not ui.find_all(OnMap)
     ui.tap(ui.find(ChoiceField))
-    assert ui.find_all(ChoiceDialog)
+    assert ui.find_all(ChoiceSheet)
 
 
 def test_the_first_empty_field_is_reported_as_missing(ui, fields):

@@ -11,15 +11,19 @@ from kivy.uix.widget import Widget
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.options import Card, MenuItem, Option
-from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, Menu, Overlay
+from app.screens.common.sheets import Sheets
+from app.widgets.choices import ChoiceSheet, Picker
+from app.widgets.dialogs import ConfirmDialog, Menu, Overlay
 from app.widgets.pickers import DateDialog, TimeDialog
+from app.widgets.sheet import Sheet
 
 
 class Dialogs:
-    """Opens dialogs and remembers which are open. ``animate`` False opens and closes them at once (pictures, tests)."""
+    """Opens dialogs and remembers which are open; what asks for a value is one of the ``sheets``. ``animate`` False opens and closes
+    dialogs at once (pictures, tests)."""
 
-    def __init__(self, animate: bool = True) -> None:
-        self._animate = animate
+    def __init__(self, animate: bool = True, sheets: Sheets | None = None) -> None:
+        self._animate, self.sheets = animate, sheets or Sheets()
         self._open: list[Overlay] = []
 
     def open(self, dialog: Overlay) -> Overlay:
@@ -32,14 +36,15 @@ class Dialogs:
         return dialog
 
     @property
-    def top(self) -> Overlay | None:
-        """The topmost open dialog or menu."""
-        return self._open[-1] if self._open else None
+    def top(self) -> Overlay | Sheet | None:
+        """The topmost open dialog or menu, or what asks for a value."""
+        return self._open[-1] if self._open else self.sheets.picker
 
     def close_all(self) -> None:
         for dialog in reversed(self._open[:]):
             dialog.hide_duration = 0
             dialog.dismiss()
+        self.sheets.close(self.sheets.picker)
 
     def confirm(
         self,
@@ -66,19 +71,11 @@ class Dialogs:
         *,
         selected: Hashable | None = None,
         last: Option | None = None,
-    ) -> Overlay:
+    ) -> Picker:
         """Choose one of ``options``, or the ``last`` one, which every search shows; ``done(key)``. Eight or more can be
         searched."""
-        dialog = ChoiceDialog(
-            title=title,
-            options=list(options),
-            last=last,
-            selected=[] if selected is None else [selected],
-            hint=_("Search"),
-            nothing=_("Nothing found"),
-        )
-        dialog.bind(on_choose=lambda _dialog, key: done(key))
-        return self.open(dialog)
+        chosen = [] if selected is None else [selected]
+        return self.sheets.pick(ChoiceSheet(title=title, options=list(options), last=last, selected=chosen), done)
 
     def choose_many(
         self,
@@ -90,23 +87,19 @@ class Dialogs:
         selected: Iterable[Hashable] = (),
         can_all: bool = False,
         needs_one: bool = False,
-    ) -> Overlay:
+    ) -> Picker:
         """Tick any of ``options``, at least one if it ``needs_one``, or all at once if it ``can_all``; ``action`` is
         the word on the confirming button; ``done(keys)``."""
-        dialog = ChoiceDialog(
+        picker = ChoiceSheet(
             title=title,
             options=list(options),
             selected=list(selected),
             multiple=True,
             needs_one=needs_one,
+            can_all=can_all,
             confirm=action,
-            decline=_("Cancel"),
-            hint=_("Search"),
-            nothing=_("Nothing found"),
-            **({"all_word": _("Select all"), "none_word": _("Select none")} if can_all else {}),
         )
-        dialog.bind(on_choose_many=lambda _dialog, keys: done(keys))
-        return self.open(dialog)
+        return self.sheets.pick(picker, done)
 
     def pick_time(self, title: str, start: time | None, done: Callable[[time], object]) -> Overlay:
         """Ask for a time of day (24 hours)."""

@@ -6,9 +6,11 @@ from collections.abc import Callable, Hashable
 from typing import TYPE_CHECKING, Any
 
 from app.i18n import _
+from app.widgets.dock import dock
 
 if TYPE_CHECKING:
     from app.screens.common.view_model import Navigator, Snackbars
+    from app.widgets.choices import Picker
     from app.widgets.sheet import Sheet
 
 
@@ -38,8 +40,13 @@ class Sheets:
 
     @property
     def top(self) -> Sheet | None:
-        """The one that is shown."""
-        return self._stack[-1] if self._stack else None
+        """The one that is shown, or that a picker asks for."""
+        return next((sheet for sheet in reversed(self._stack) if not sheet.is_picker), None)
+
+    @property
+    def picker(self) -> Sheet | None:
+        """What asks for a value now."""
+        return self._stack[-1] if self._stack and self._stack[-1].is_picker else None
 
     def has(self, sheet: Sheet) -> bool:
         """It is shown, or below the one that is."""
@@ -53,20 +60,36 @@ class Sheets:
         return sheet
 
     def over(self, sheet: Sheet) -> Sheet:
-        """Show it in the place of the present one, to which its arrow and its X lead back."""
-        if self.top is not None:
-            self.top.leave()
+        """Show it in the place of the present one, to which its arrow and its X lead back. A question takes the place of another one, as
+        after a double tap."""
+        if self._stack and self._stack[-1].is_question and sheet.is_question:
+            self.close(self._stack[-1])
+        if sheet.is_question:
+            dock.question = sheet
+        if self._stack:
+            below = self._stack[-1]
+            below.leave()
             sheet.can_go_back = True
+            if sheet.is_picker:
+                sheet.lie_as(below)
         self._put(sheet)
         return sheet
 
+    def pick(self, picker: Picker, done: Callable[[Any], object]) -> Picker:
+        """Ask for a value; ``done(value)``."""
+
+        def picked(_picker: Picker, value: Any) -> None:
+            self.close(picker)
+            done(value)
+
+        picker.bind(on_pick=picked)
+        self.over(picker)
+        return picker
+
     def ask(self, title: str, text: str, action: str, done: Callable[[], object], keep: str = "") -> Sheet:
-        """Ask before what can't be undone: ``action`` is the word that does it. ``keep`` the safe answer, if it is a risk. It takes the
-        place of a question that is shown, as after a double tap."""
+        """Ask before what can't be undone: ``action`` is the word that does it. ``keep`` the safe answer, if it is a risk."""
         from app.widgets.sheet import AskSheet
 
-        if isinstance(self.top, AskSheet):
-            self.close(self.top)
         sheet = AskSheet(title=title, text=text, foot=keep or action, second=action if keep else "", closable=not keep)
 
         def agreed(*_args: object) -> None:
@@ -78,17 +101,24 @@ class Sheets:
         return sheet
 
     def close(self, sheet: Sheet | None) -> None:
-        """What was entered there is done with, also if it was given up since. The one below it is shown again."""
+        """What was entered there is done with, also if it was given up since, and so is a picker that asks for it. The one below it is
+        shown again."""
         if sheet is not None and self._snackbars is not None:
             self._snackbars.end(_draft_of(sheet))
         if sheet is None or not self.has(sheet):
             return
-        was_shown = sheet == self.top  # kv calls with a proxy of it
+        if self.picker is not None and self.top == sheet and self.picker != sheet:
+            self.close(self.picker)
+        was_shown = sheet == self._stack[-1]  # kv calls with a proxy of it
         self._stack.remove(sheet)
         if was_shown:
             sheet.leave()
             if self._stack:
                 self._place.add_widget(self._stack[-1])
+            self._ask_keys()
+
+    def _ask_keys(self) -> None:
+        dock.question = self._stack[-1] if self._stack and self._stack[-1].is_question else None
 
     def dismiss(self, sheet: Sheet) -> None:
         """Its X, or Esc."""
@@ -102,6 +132,7 @@ class Sheets:
         stack, self._stack = self._stack, []
         if stack:
             stack[-1].leave()
+        self._ask_keys()
         navigator, snackbars = self._navigator, self._snackbars
         if navigator is None or snackbars is None or not any(sheet.draft for sheet in stack):
             return
@@ -121,6 +152,7 @@ class Sheets:
             self.give_up()
             self._stack = stack
             self._place.add_widget(stack[-1])
+            self._ask_keys()
 
         offer()
 

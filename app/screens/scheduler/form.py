@@ -8,11 +8,10 @@ from datetime import datetime, time
 from typing import Any
 from zoneinfo import ZoneInfo
 
-from kivy.properties import AliasProperty, NumericProperty, StringProperty
+from kivy.properties import StringProperty
 
 from app.domain.models import InvalidInput, Schedule
 from app.i18n import _
-from app.screens.common import formats
 from app.screens.common.missing_mission import fetch_option, or_fetch
 from app.screens.common.parameters_view import Problems, values_of
 from app.screens.common.problems import sentence_of
@@ -22,19 +21,13 @@ from app.screens.scheduler.draft import BEGINS_AT, DAY_BEGINS, MOST, Draft, Kind
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.form_core import FormCore
 from app.screens.scheduler.form_view import MORE
-from app.widgets.dialogs import Overlay
 
 
 class FormModel(FormCore):
     """One draft, from its beginning until it is saved or given up: another one has a form of its own. A form that was put
-    aside still saves, and can be brought back. A question closes with its form. ``page`` is the field that the sheet asks for, in the
-    place of all of them."""
+    aside still saves, and can be brought back."""
 
-    page = StringProperty()
-    hour = NumericProperty(0)  # on it
-    minute = NumericProperty(0)
     missing = StringProperty()  # which of the mission's values has to be given first
-    _has_hour = False  # it was chosen: the minute completes the time
 
     # ------------------------------------------------------------------ what is edited
     @property
@@ -157,15 +150,6 @@ class FormModel(FormCore):
         self._forecast_later.cancel()
 
     # ------------------------------------------------------------------ its fields
-    def _ask(self, question: Overlay) -> None:
-        """Until the form closes: messages above a dialog can be pressed, and a waiting Save runs at some time."""
-
-        def close(*_args: object) -> None:
-            question.dismiss()
-
-        self.fbind("is_open", close)
-        question.fbind("on_dismiss", lambda _question: self.funbind("is_open", close))
-
     def set(self, **values: Any) -> None:
         """Change fields of the draft."""
         self._change(replace(self._draft, **values))
@@ -189,54 +173,25 @@ class FormModel(FormCore):
 
     def pick_day(self) -> None:
         today = self._local_now().date()
-        self._ask(
-            self._shell.dialogs.pick_date(
-                _("Day") if self._draft.kind is Kind.ONCE else _("First day"),
-                self._draft.day,
-                lambda day: self._change(self._draft.with_day(day)),
-                today=today,
-                first=min(today, self._draft.day),
-            )
+        self._shell.dialogs.pick_date(
+            _("Day") if self._draft.kind is Kind.ONCE else _("First day"),
+            self._draft.day,
+            lambda day: self._change(self._draft.with_day(day)),
+            today=today,
+            first=min(today, self._draft.day),
         )
 
     def pick_last_day(self) -> None:
-        self._ask(
-            self._shell.dialogs.pick_date(
-                _("Last day"),
-                self._draft.last_day or self._draft.day,
-                lambda day: self.set(last_day=day),
-                today=self._local_now().date(),
-                first=self._draft.day,
-            )
+        self._shell.dialogs.pick_date(
+            _("Last day"),
+            self._draft.last_day or self._draft.day,
+            lambda day: self.set(last_day=day),
+            today=self._local_now().date(),
+            first=self._draft.day,
         )
 
-    # ------------------------------------------------------------------ a time, in the sheet itself
     def pick_time(self, field: str) -> None:
-        at: time = getattr(self._draft, field)
-        self._has_hour = False
-        self.hour, self.minute, self.page = at.hour, at.minute, field
-
-    def choose_hour(self, hour: int) -> None:
-        self.hour, self._has_hour = hour, True
-
-    def choose_minute(self, minute: int) -> None:
-        """After an hour it is the rest of the time."""
-        self.minute = minute
-        if self._has_hour:
-            self.set_time()
-
-    def step_minute(self, direction: int) -> None:
-        self.minute = (self.minute + direction) % 60
-
-    def set_time(self) -> None:
-        field, at = self.page, time(int(self.hour), int(self.minute))
-        self.page = ""
-        self.set(**{field: at})
-
-    def _get_time_text(self) -> str:
-        return formats.wall_time(time(int(self.hour), int(self.minute)))
-
-    time_text = AliasProperty(_get_time_text, bind=("hour", "minute"))
+        self._shell.dialogs.pick_time(_("Time"), getattr(self._draft, field), lambda at: self.set(**{field: at}))
 
     # ------------------------------------------------------------------ the other fields
     def choose_kind(self, kind: str) -> None:
@@ -248,7 +203,7 @@ class FormModel(FormCore):
 
     def choose_repeats(self) -> None:
         options, selected = form_view.repeats_options(self._draft), form_view.repeats_of(self._draft)
-        self._ask(self._shell.dialogs.choose(_("Repeats"), options, self._repeat, selected=selected))
+        self._shell.dialogs.choose(_("Repeats"), options, self._repeat, selected=selected)
 
     def _repeat(self, key: tuple[Kind, Any]) -> None:
         """A new "every …" is for the day, until other times are chosen. A number was meant for its own unit: "1 hour"
@@ -281,14 +236,12 @@ class FormModel(FormCore):
         self.set(**{field: form_view.stepped(self._facts, self._draft, field, direction)})
 
     def choose_also(self) -> None:
-        self._ask(
-            self._shell.dialogs.choose_many(
-                _("Also at"),
-                form_view.also_options(self._draft),
-                _("Set"),
-                lambda hours: self.set(more_hours=tuple(hours)),
-                selected=self._draft.more_hours,
-            )
+        self._shell.dialogs.choose_many(
+            _("Also at"),
+            form_view.also_options(self._draft),
+            _("Set"),
+            lambda hours: self.set(more_hours=tuple(hours)),
+            selected=self._draft.more_hours,
         )
 
     def choose(self, field: str) -> None:
@@ -300,17 +253,15 @@ class FormModel(FormCore):
             "nth": (_("Which one of the month"), form_view.nth_options()),
             "month_weekday": (_("Weekday"), form_view.weekday_options()),
         }[field]
-        self._ask(
-            self._shell.dialogs.choose(
-                title,
-                options,
-                or_fetch(
-                    self._shell,
-                    lambda key: self._change(
-                        self._draft.aimed_at(key) if field == "target" else replace(self._draft, **{field: key})
-                    ),
+        self._shell.dialogs.choose(
+            title,
+            options,
+            or_fetch(
+                self._shell,
+                lambda key: self._change(
+                    self._draft.aimed_at(key) if field == "target" else replace(self._draft, **{field: key})
                 ),
-                selected=getattr(draft, field),
-                last=fetch_option() if field == "mission_id" else None,
-            )
+            ),
+            selected=getattr(draft, field),
+            last=fetch_option() if field == "mission_id" else None,
         )

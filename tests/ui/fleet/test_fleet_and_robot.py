@@ -10,7 +10,7 @@ from app.screens.home.fleet_page import FleetPage, NameLine, RobotCell
 from app.screens.home.sending import HomeSheet
 from app.screens.scheduler.hold import HoldSheet
 from app.widgets.buttons import CommandButton
-from app.widgets.dialogs import ChoiceDialog
+from app.widgets.choices import ChoiceSheet
 from app.widgets.list_row import RowButton
 from app.widgets.panel_grid import PanelGrid
 from app.widgets.rest import DOUBLE_TAP
@@ -193,7 +193,7 @@ def test_a_start_is_assigned_to_a_robot_with_the_keyboard_alone(container, ui, r
         tab_to(ui, RowButton, text="Give to a robot")
         ui.key(ENTER)
         settle(app, ui)
-        assert {option.text for option in ui.find(ChoiceDialog).options} == {robot.name for robot in robots}
+        assert {option.text for option in ui.find(ChoiceSheet).options} == {robot.name for robot in robots}
 
 
 def test_robots_are_listed_as_their_numbers_follow_each_other(container, ui):

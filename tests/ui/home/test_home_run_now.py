@@ -6,7 +6,7 @@ from app.domain.models import Group, Mission, State, Trigger
 from app.screens.home.cards import SendTile
 from app.screens.home.sending import AllMissionsSheet, SendSheet
 from app.widgets.buttons import ChoiceChip, CommandButton
-from app.widgets.dialogs import ChoiceDialog
+from app.widgets.choices import ChoiceSheet
 from app.widgets.flow import PositionRow
 from app.widgets.list_row import ListRow
 from app.widgets.positions import PositionsMap
@@ -202,7 +202,7 @@ def test_a_mission_that_is_not_in_the_list_is_fetched_from_a_robot(home, ui, mon
     ui.wait(lambda: ui.find_all(AllMissionsSheet))
     ui.advance(1)
     ui.tap(next(row for row in ui.find_all(ListRow) if row.item.key == "fetch"))
-    ui.wait(lambda: ui.find_all(ChoiceDialog, title="Fetch missions from"))
+    ui.wait(lambda: ui.find_all(ChoiceSheet, title="Fetch missions from"))
     ui.advance(1)
     ui.tap(ui.find(OptionRow, text="Veikko"))
     ui.wait(lambda: asked)

@@ -10,7 +10,7 @@ from app.domain.models import Group
 from app.screens.logs import activity
 from app.widgets import lanes_frame
 from app.widgets.buttons import CommandButton, IconButton, MenuChip
-from app.widgets.dialogs import ChoiceDialog
+from app.widgets.choices import ChoiceSheet
 from app.widgets.display import LegendItem
 from app.widgets.figures import FigureDialog
 from app.widgets.lanes import Lanes
@@ -27,7 +27,7 @@ def screen(logs, ui):
 
 def choose(app, ui, chip: str, option: str) -> None:
     tap(app, ui, ui.find(MenuChip, text=chip))
-    tap(app, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text=option))
+    tap(app, ui, ui.find(OptionRow, ui.find(ChoiceSheet), text=option))
 
 
 def box_of(ui, name: str, state: str) -> tuple[float, float, float, float]:

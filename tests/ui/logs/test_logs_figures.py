@@ -12,7 +12,7 @@ from app.screens.logs.cards import RunsList
 from app.services.history.kpis import KpiFilter
 from app.widgets.buttons import ChoiceChip, CommandButton, MenuChip
 from app.widgets.charts import RobotBars, StackedBars
-from app.widgets.dialogs import ChoiceDialog
+from app.widgets.choices import ChoiceSheet
 from app.widgets.figure_charts import CauseRow, TrendRow
 from app.widgets.figures import FigureCard, FigureDialog
 from app.widgets.rows import OptionRow
@@ -31,7 +31,7 @@ def screen(logs, ui):
 
 def choose(app, ui, chip: str, option: str) -> None:
     tap(app, ui, ui.find(MenuChip, text=chip))
-    tap(app, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text=option))
+    tap(app, ui, ui.find(OptionRow, ui.find(ChoiceSheet), text=option))
 
 
 def tap_part(app, ui, chart, key) -> None:
@@ -144,9 +144,9 @@ def test_a_report_is_written_and_the_file_named(screen, ui, tmp_path, monkeypatc
     documents.mkdir()
     monkeypatch.setattr("app.services.files.exports.platformdirs.user_documents_path", lambda: documents)
     tap(screen, ui, ui.find(MenuChip, text="All robots"))
-    tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text="Aino"))
+    tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceSheet), text="Aino"))
     tap(screen, ui, ui.find(CommandButton, text="Shift report"))
-    dialog = ui.find(ChoiceDialog)
+    dialog = ui.find(ChoiceSheet)
     assert dialog.title == "Shift report, Aino"
     tap(screen, ui, ui.find(OptionRow, dialog, text=choice))
     text = ui.find(Snackbar).text
@@ -172,6 +172,6 @@ def test_a_report_that_cannot_be_written_says_why_in_one_sentence(screen, ui, mo
 
     monkeypatch.setattr("app.services.files.exports.draft_of", no_room)
     tap(screen, ui, ui.find(CommandButton, text="Shift report"))
-    tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text="Today"))
+    tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceSheet), text="Today"))
     assert "No space left on device" in ui.find(Snackbar).text
     assert not ui.find(CommandButton, text="Shift report").busy

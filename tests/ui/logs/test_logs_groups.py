@@ -11,7 +11,7 @@ import pytest
 from app.domain.models import Group, State, Trigger
 from app.screens.logs.of_groups import OfGroup
 from app.widgets.buttons import ChoiceChip, CommandButton
-from app.widgets.dialogs import ChoiceDialog
+from app.widgets.choices import ChoiceSheet
 from app.widgets.figures import FigureCard, FigureDialog
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
@@ -54,7 +54,7 @@ def hall(logs, container, ui):
 def test_runs_of_a_group_are_found_and_say_why_that_robot_came(logs, container, hall, ui):
     logs.logs.choose_robot()
     settle(logs, ui)
-    tap(logs, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text="Any of Hall 1"))
+    tap(logs, ui, ui.find(OptionRow, ui.find(ChoiceSheet), text="Any of Hall 1"))
     [item] = runs_of(logs)
     assert item.title == "For any robot"
     tap(logs, ui, rows(ui)[0])
@@ -71,7 +71,7 @@ def test_the_shift_report_is_of_the_group_that_is_looked_at(logs, hall, ui, tmp_
     logs.logs.set_filters(group=OfGroup(hall.name, hall.members))
     choose_tab(logs, ui, "figures")
     tap(logs, ui, ui.find(CommandButton, text="Shift report"))
-    dialog = ui.find(ChoiceDialog)
+    dialog = ui.find(ChoiceSheet)
     assert dialog.title == "Shift report, Any of Hall 1"
     tap(logs, ui, ui.find(OptionRow, dialog, text="7 days"))
     page = (

@@ -17,7 +17,7 @@ from app.screens.scheduler.draft import Kind
 from app.services.live.changes import Topic
 from app.services.robots.map_picture import MapPicture, Place
 from app.widgets.buttons import CommandButton, Segment
-from app.widgets.dialogs import ChoiceDialog
+from app.widgets.choices import ChoiceSheet
 from app.widgets.fields import Field, RepeatButton, SearchField
 from app.widgets.positions import OnMap, PositionsMap
 from app.widgets.rows import OptionRow
@@ -186,7 +186,7 @@ def test_the_less_common_fields_are_under_more(screen, container, ui):
     reveal(ui, field(ui, "Also at"))
     ui.tap(field(ui, "Also at"))
     ui.advance(0.3)
-    dialog = ui.find(ChoiceDialog)
+    dialog = ui.find(ChoiceSheet)
     ui.type(ui.find(SearchField, dialog), "14:00")
     ui.advance(0.2)
     ui.tap(ui.find(OptionRow, dialog, text="14:00"))

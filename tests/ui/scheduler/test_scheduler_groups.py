@@ -10,7 +10,7 @@ import pytest
 from app.domain.models import Group, Overlap, Schedule
 from app.screens.scheduler.cards import StepLine
 from app.widgets.buttons import MenuChip, Segment
-from app.widgets.dialogs import ChoiceDialog
+from app.widgets.choices import ChoiceSheet
 from app.widgets.fields import Field, RepeatButton
 from app.widgets.lanes import Lanes
 from app.widgets.rows import OptionRow
@@ -52,9 +52,9 @@ def test_the_list_says_any_of_the_group_and_is_narrowed_to_it(screen, container,
     schedule = named(container, KITS, "Hall 1")
     tab(screen, ui, "schedules")
     ui.tap(ui.find(MenuChip, text="Robot"))
-    ui.wait(lambda: ui.find_all(ChoiceDialog))
+    ui.wait(lambda: ui.find_all(ChoiceSheet))
     ui.advance(0.3)
-    assert [option.text for option in ui.find(ChoiceDialog).options][:2] == ["All robots", "Any of Hall 1"]
+    assert [option.text for option in ui.find(ChoiceSheet).options][:2] == ["All robots", "Any of Hall 1"]
     ui.tap(ui.find(OptionRow, text="Any of Hall 1"))
     settle(screen, ui)
     assert [item.key for item in screen.plan.listed.rows] == [schedule.id]
@@ -122,8 +122,8 @@ def test_a_site_without_a_group_has_no_word_of_them(screen, container, ui):
     assert container.catalogue.groups() == []
     new(screen, ui)
     ui.tap(ui.find(Field, label="Robot"))
-    ui.wait(lambda: ui.find_all(ChoiceDialog))
-    assert [option.text for option in ui.find(ChoiceDialog).options] == [
+    ui.wait(lambda: ui.find_all(ChoiceSheet))
+    assert [option.text for option in ui.find(ChoiceSheet).options] == [
         robot.name for robot in container.catalogue.robots()
     ]
     ui.key(27)

@@ -12,7 +12,8 @@ from app.screens.scheduler.hold import HoldSheet
 from app.services.live.holds import Holds
 from app.services.live.tablet import IS_COPY
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton
-from app.widgets.dialogs import ChoiceDialog, MenuRow
+from app.widgets.choices import ChoiceSheet
+from app.widgets.dialogs import MenuRow
 from app.widgets.fields import Field
 from app.widgets.frame import Frame
 from app.widgets.lanes import Lanes
@@ -96,7 +97,7 @@ def test_one_robot_is_held_until_a_time_that_is_picked(screen, container, ui):
     press(screen, ui, "Hold")
     dialog = ui.find(HoldSheet)
     ui.tap(ui.find(Field, root=dialog, label="What to hold"))
-    ui.tap(ui.find(OptionRow, root=ui.find(ChoiceDialog), text="Veikko"))
+    ui.tap(ui.find(OptionRow, root=ui.find(ChoiceSheet), text="Veikko"))
     settle(screen, ui)
     ui.type(dialog.ids.reason_field, "Wheel change")
     chip(screen, ui, "Until a time")

@@ -7,7 +7,7 @@ import pytest
 from app.domain.robot import MissionParameter
 from app.i18n import translator
 from app.screens.scheduler.cards import FormSheet
-from app.widgets.dialogs import ChoiceDialog
+from app.widgets.choices import ChoiceSheet
 from app.widgets.flow import ParameterFields
 from app.widgets.rows import OptionRow
 from tests.ui.planner import (
@@ -63,7 +63,7 @@ def test_a_question_of_the_form_stays_and_its_answer_counts(screen, container, u
     choose(screen, ui, "Mission", KITS)
     ui.tap(field(ui, "Robot"))
     with larger_controls(screen, container, ui):
-        ui.tap(ui.find(OptionRow, ui.find(ChoiceDialog), text="Veikko"))
+        ui.tap(ui.find(OptionRow, ui.find(ChoiceSheet), text="Veikko"))
         settle(screen, ui)
         assert (field(ui, "Mission").value, field(ui, "Robot").value) == (KITS, "Veikko")
 

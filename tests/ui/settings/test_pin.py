@@ -15,7 +15,8 @@ from app.screens.settings.edit_sheet import delete
 from app.screens.settings.gate import LEFT_ALONE_S
 from app.services.live.access import TRIES, WAIT_S
 from app.widgets.buttons import CommandButton, IconButton
-from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
+from app.widgets.choices import ChoiceSheet
+from app.widgets.dialogs import ConfirmDialog
 from app.widgets.frame import NavItem
 from app.widgets.list_row import ListRow
 from app.widgets.number_pad import PadKey
@@ -279,7 +280,7 @@ def test_an_answer_that_comes_late_asks_nothing_on_another_screen(site, app, ui)
     ui.tap(ui.find(NavItem, name="home"))
     assert not app.shell.background.idle
     ui.wait(lambda: app.shell.background.idle)
-    assert (current(app), ui.find_all(ChoiceDialog)) == ("home", [])
+    assert (current(app), ui.find_all(ChoiceSheet)) == ("home", [])
 
 
 def test_undo_of_a_deletion_in_settings_needs_the_pin(site, app, ui):

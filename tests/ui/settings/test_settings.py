@@ -20,7 +20,7 @@ from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.screen import PAGES, SectionList
 from app.services.catalogue import robot_edit
 from app.widgets.buttons import CommandButton, IconButton, Segment, Toggle
-from app.widgets.dialogs import ChoiceDialog
+from app.widgets.choices import ChoiceSheet
 from app.widgets.fields import Field, PickBox, RepeatButton, SearchField
 from app.widgets.frame import NavItem
 from app.widgets.long_list import LongList
@@ -347,7 +347,7 @@ def test_the_whole_history_can_be_kept(site, app, ui):
 def test_the_time_zone_is_found_by_name(site, app, ui):
     go(ui, "scheduler")
     ui.tap(ui.find(PickBox))
-    ui.wait(lambda: ui.find_all(ChoiceDialog))
+    ui.wait(lambda: ui.find_all(ChoiceSheet))
     ui.type(ui.find(SearchField), "New York")
     ui.wait(lambda: [row.text for row in ui.find_all(OptionRow)] == ["America/New York"])
     ui.tap(ui.find(OptionRow))

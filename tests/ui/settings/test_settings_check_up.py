@@ -19,7 +19,7 @@ from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.view import NoticeView
 from app.services.files.places import Place, PlaceKind
 from app.widgets.buttons import CommandButton, IconButton
-from app.widgets.dialogs import ChoiceDialog
+from app.widgets.choices import ChoiceSheet
 from app.widgets.fields import Field
 from app.widgets.list_row import ListRow
 from app.widgets.rows import OptionRow
@@ -308,11 +308,11 @@ def test_one_of_the_robots_own_missions_may_be_chosen(site, app, ui, aino):
     dialog = opened(ui)
     try_with_a_mission(ui, dialog)
     ui.tap(ui.find(Tap, ui.find(Field, root=dialog)))
-    ui.wait(lambda: ui.find_all(ChoiceDialog))
-    assert ui.find(ChoiceDialog).options[0].text == "One that waits a second, made and removed again"
-    ui.find(ChoiceDialog).query = "Wait"
+    ui.wait(lambda: ui.find_all(ChoiceSheet))
+    assert ui.find(ChoiceSheet).options[0].text == "One that waits a second, made and removed again"
+    ui.find(ChoiceSheet).query = "Wait"
     ui.advance(0.2)
-    name = ui.find(ChoiceDialog).shown[-1].text
+    name = ui.find(ChoiceSheet).shown[-1].text
     ui.tap(ui.find(OptionRow, text=name))
     ui.wait(lambda: dialog.vm.will_do.startswith(f"{name} is queued four times on Aino"))
     assert dialog.vm.mission_word == name
@@ -327,7 +327,7 @@ def test_no_mission_is_chosen_after_the_check_up_dialog_is_closed(site, app, ui,
     ui.key(ESCAPE)
     ui.wait(lambda: not dialog.vm.asking_missions)
     aino.control({"fault": None})
-    assert ui.find_all(ChoiceDialog) == []
+    assert ui.find_all(ChoiceSheet) == []
 
 
 def test_a_soon_planned_start_goes_first_and_is_named(site, app, ui, aino):
@@ -370,8 +370,8 @@ def test_the_report_goes_to_the_stick_that_is_chosen(site, app, ui, aino, tmp_pa
     begin(ui, dialog)
     until_reported(ui, dialog)
     choose(ui, "Save report to print", dialog)
-    ui.wait(lambda: ui.find_all(ChoiceDialog))
-    ui.tap(ui.find(OptionRow, ui.find(ChoiceDialog), text="USB: STICK"))
+    ui.wait(lambda: ui.find_all(ChoiceSheet))
+    ui.tap(ui.find(OptionRow, ui.find(ChoiceSheet), text="USB: STICK"))
     ui.wait(lambda: dialog.vm.outcome.note)
     assert [path.suffix for path in tmp_path.glob("amr-scheduler-check-up-aino-*")] == [".html"]
 

@@ -13,7 +13,8 @@ from app.screens.settings.missions import MissionRow
 from app.screens.settings.places import PlacesBox, PlaceSheet
 from app.services.robots import missions
 from app.widgets.buttons import IconButton, Segment
-from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, MenuRow
+from app.widgets.choices import ChoiceSheet
+from app.widgets.dialogs import ConfirmDialog, MenuRow
 from app.widgets.fields import Field, RepeatButton
 from app.widgets.list_row import ListRow
 from app.widgets.rows import OptionRow
@@ -58,10 +59,10 @@ def save_group(site, **values):
 
 def tick(ui, *words):
     """In the list that is open, then confirm."""
-    ui.wait(lambda: ui.find_all(ChoiceDialog))
+    ui.wait(lambda: ui.find_all(ChoiceSheet))
     for word in words:
         ui.tap(ui.find(OptionRow, text=word))
-    press(ui, "Set", ui.find(ChoiceDialog))
+    press(ui, "Set", ui.find(ChoiceSheet))
     ui.advance(0.3)
 
 

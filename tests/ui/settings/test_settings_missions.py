@@ -11,7 +11,8 @@ from app.mir.errors import TimedOut
 from app.screens.settings.missions import MissionRow, MissionSheet
 from app.services.catalogue import mission_edit
 from app.widgets.buttons import CommandButton, IconButton, MenuChip, Toggle
-from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, MenuRow
+from app.widgets.choices import ChoiceSheet
+from app.widgets.dialogs import ConfirmDialog, MenuRow
 from app.widgets.display import Notice
 from app.widgets.fields import PickBox, SearchField
 from app.widgets.rest import DOUBLE_TAP
@@ -33,10 +34,10 @@ def ask(ui, robot: str) -> None:
     ui.tap(ui.find(OptionRow, text=robot))
 
 
-def fetch(ui, robot: str) -> ChoiceDialog:
+def fetch(ui, robot: str) -> ChoiceSheet:
     ask(ui, robot)
-    ui.wait(lambda: ui.find_all(ChoiceDialog, multiple=True))
-    return ui.find(ChoiceDialog)
+    ui.wait(lambda: ui.find_all(ChoiceSheet, multiple=True))
+    return ui.find(ChoiceSheet)
 
 
 def test_missions_are_taken_over_from_a_checklist(site, app, ui):
@@ -78,7 +79,7 @@ def test_on_another_page_a_message_says_that_the_missions_arrived(site, app, ui)
     ui.wait(lambda: app.shell.snackbars.texts == ["Aino has sent its missions"])
     assert app.shell.dialogs.top is None
     ui.tap(ui.find(root=ui.find(Snackbar), text="Choose"))
-    ui.wait(lambda: ui.find_all(ChoiceDialog, multiple=True))
+    ui.wait(lambda: ui.find_all(ChoiceSheet, multiple=True))
     assert section_row(ui, "missions").item.look == "chosen"
     app.shell.dialogs.close_all()
     page(app).reached(found=(99, ()))  # of a robot that was deleted since
@@ -90,7 +91,7 @@ def test_on_another_page_a_message_says_that_the_missions_arrived(site, app, ui)
     ask(ui, "Aino")
     assert app.shell.snackbars.texts == []  # it is asked again
     site.fleet.robots[0].control({"fault": None})
-    ui.wait(lambda: ui.find_all(ChoiceDialog, multiple=True))
+    ui.wait(lambda: ui.find_all(ChoiceSheet, multiple=True))
 
 
 def test_on_another_page_a_message_says_that_the_robot_did_not_list_its_missions(site, app, ui, monkeypatch):

@@ -14,7 +14,7 @@ from app.screens.settings import screen as settings_module
 from app.screens.settings.facts import read
 from app.screens.settings.missions import MissionRow, MissionSheet
 from app.widgets.buttons import Segment, Toggle
-from app.widgets.dialogs import ChoiceDialog
+from app.widgets.choices import ChoiceSheet
 from app.widgets.fields import Field, RepeatButton
 from app.widgets.rows import OptionRow
 from tests.ui.integrator import enter, go, is_saved, page, press, robots, row_of, says, settings
@@ -60,7 +60,7 @@ def test_switching_the_rule_off_keeps_a_mission_saved_but_not_yet_read(site, app
     page(app).act(robot.id, "mission")
     ui.wait(lambda: ui.find_all(OptionRow, text="Deliver"))
     ui.tap(ui.find(OptionRow, text="Deliver"))
-    ui.wait(lambda: robots(site)[0].idle.mission_id == deliver.id and not ui.find_all(ChoiceDialog))
+    ui.wait(lambda: robots(site)[0].idle.mission_id == deliver.id and not ui.find_all(ChoiceSheet))
     ui.tap(ui.find(Toggle, root=row_of(ui, "Aino")))
     ui.wait(lambda: not robots(site)[0].idle.enabled)
     assert robots(site)[0].idle.mission_id == deliver.id
