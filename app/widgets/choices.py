@@ -26,6 +26,13 @@ class Picker(Sheet):
     def on_pick(self, value):
         """That was chosen."""
 
+    def takes_key(self, key: int, text: str) -> bool:
+        """A key was pressed; whether it was for this one."""
+        return False
+
+    def _key(self, _window, key, _scancode=None, text=None, *_modifiers):
+        return self.takes_key(key, text or "") or super()._key(_window, key)
+
 
 @dataclass(frozen=True)
 class Choice:

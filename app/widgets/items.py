@@ -2,6 +2,7 @@
 
 from collections.abc import Hashable
 from dataclasses import dataclass
+from datetime import date
 from typing import NamedTuple
 
 
@@ -79,6 +80,18 @@ class Tab:
     icon: str = ""
     tone: str = ""
     count: int = 0
+
+
+class Day(NamedTuple):
+    """A day of a month; the defaults: a blank one of another month. One that is ``off`` can't be chosen."""
+
+    day: date | None = None
+    text: str = ""
+    status: str = "work"
+    icon: str = ""
+    today: bool = False
+    chosen: bool = False
+    off: bool = False
 
 
 # Hours are floats from one common instant. Named tuples, because kivy compares thousands of them whenever they are set.

@@ -1,7 +1,14 @@
 """A month whose days show whether they are working days, days off, closed days or extra working days; a day can be tapped."""
 
+from kivy.factory import Factory
 from kivy.metrics import dp
-from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, OptionProperty, StringProperty
+from kivy.properties import (
+    BooleanProperty,
+    ListProperty,
+    ObjectProperty,
+    OptionProperty,
+    StringProperty,
+)
 from kivy.uix.boxlayout import BoxLayout
 from kivymd.icon_definitions import md_icons
 
@@ -20,7 +27,9 @@ class DayFace(Chart):
     status = OptionProperty("work", options=STATUSES)
     icon = StringProperty()
     today = BooleanProperty(False)
-    watch = ("number", "status", "icon", "today")
+    chosen = BooleanProperty(False)
+    off = BooleanProperty(False)
+    watch = ("number", "status", "icon", "today", "chosen", "off")
 
     def draw(self):
         box = (*self.pos, *self.size)
@@ -32,11 +41,25 @@ class DayFace(Chart):
         elif self.status == "extra":
             self.box(*box, tk.accent_bg)
             self.box(*box, tk.accent, ring=1)
+        if self.chosen:
+            self.box(*box, tk.accent_solid, min(self.size) / 2)
         self._draw_number()
 
     def _draw_number(self):
         extra, sign = self.status == "extra", md_icons[self.icon] if self.icon else ""
-        ink = tk.accent_on if extra else tk.accent if self.today else tk.ink if self.status == "work" else tk.ink2
+        ink = (
+            tk.solid_ink
+            if self.chosen
+            else tk.disabled
+            if self.off
+            else tk.accent_on
+            if extra
+            else tk.accent
+            if self.today
+            else tk.ink
+            if self.status == "work"
+            else tk.ink2
+        )
         room = dp(2) + self.width_of(sign, 14, "Icons") if sign else 0
         left = self.center_x - (self.width_of(self.number, 16, "RobotoMedium") + room) / 2
         left += dp(2) + self.text(self.number, left, self.center_y, ink, 16, font="RobotoMedium")
@@ -44,17 +67,19 @@ class DayFace(Chart):
 
 
 class MonthDay(Tap):
-    """A day; one without ``day`` belongs to another month."""
+    """Shows a Day."""
 
     day = ObjectProperty(None, allownone=True)
     text = StringProperty()
     status = OptionProperty("work", options=STATUSES)
     icon = StringProperty()
     today = BooleanProperty(False)
+    chosen = BooleanProperty(False)
+    off = BooleanProperty(False)
 
 
 class MonthGrid(BoxLayout):
-    """``days`` are the values of MonthDay in weeks of seven, ``weekdays`` the seven short names. ``on_day(day)``, ``on_turn(months)``."""
+    """``days`` are Days in weeks of seven, ``weekdays`` the seven short names. ``on_day(day)``, ``on_turn(months)``."""
 
     title = StringProperty()
     weekdays = ListProperty([""] * 7)
@@ -64,7 +89,14 @@ class MonthGrid(BoxLayout):
 
     def on_kv_post(self, base_widget):
         self.fbind("days", self._show)
+        self.fbind("weekdays", self._name_days)
+        self._name_days()
         self._show()
+
+    def _name_days(self, *_):
+        self.ids.names.clear_widgets()
+        for name in self.weekdays:
+            self.ids.names.add_widget(Factory.WeekdayName(text=name))
 
     def on_day(self, day):
         """A day was tapped."""
@@ -81,5 +113,6 @@ class MonthGrid(BoxLayout):
             cell.bind(on_release=lambda cell: self.dispatch("on_day", cell.day))
             grid.add_widget(cell)
         for cell, day in zip(reversed(grid.children), self.days, strict=True):
-            cell.day, cell.text, cell.status, cell.icon, cell.today = day.day, day.text, day.status, day.icon, day.today
-            cell.disabled = day.day is None
+            for name, value in day._asdict().items():
+                setattr(cell, name, value)
+            cell.disabled = day.day is None or day.off

@@ -2,7 +2,6 @@
 
 from kivy.properties import BooleanProperty
 from kivy.uix.gridlayout import GridLayout
-from kivy.uix.widget import Widget
 
 from app.widgets.buttons import CommandButton
 
@@ -17,7 +16,7 @@ class PadKey(CommandButton):
 class NumberPad(GridLayout):
     """Fires ``on_digit(digit)``, ``on_backspace`` and ``on_done``."""
 
-    KEYS = (*"123456789", BACKSPACE, "0", DONE)  # "": none in that place
+    KEYS = (*"123456789", BACKSPACE, "0", DONE)
     ready = BooleanProperty(True)  # whether enough was entered: enables and highlights the done key
 
     __events__ = ("on_digit", "on_backspace", "on_done")
@@ -25,7 +24,7 @@ class NumberPad(GridLayout):
     def __init__(self, **kwargs):
         super().__init__(cols=3, **kwargs)
         for key in self.KEYS:
-            self.add_widget(self._key(key) if key else Widget())
+            self.add_widget(self._key(key))
         self.fbind("ready", self._light)
         self._light()
 

@@ -90,8 +90,9 @@ class Sheet(Passive, MDCard):
 
     def lie_as(self, other):
         """In the place of that one."""
-        for name in ("edge", "tall_edge", "span", "keeps", "shrinks"):
+        for name in ("edge", "tall_edge", "keeps", "shrinks"):
             setattr(self, name, getattr(other, name))
+        self.span = max(self.span, other.span)
 
     def on_close(self):
         """X or Esc."""

@@ -17,7 +17,7 @@ from app.widgets.dock import dock
 from app.widgets.fields import FieldInput
 from app.widgets.keyboard import DockedKeyboard
 from app.widgets.long_list import LongList, Seat
-from app.widgets.pickers import DayCell
+from app.widgets.month import MonthDay
 from app.widgets.rest import rest
 from app.widgets.surfaces import Passive
 from app.widgets.tokens import tk
@@ -257,7 +257,7 @@ class KeyFocus:
             chosen = next((option for option in options if option.selected), options[0])
             self._reveal_row(asked.ids.option_list.__self__, chosen.key, asked.center_x)
             return True
-        day = next((target for target in targets if isinstance(target, DayCell) and target.selected), None)
+        day = next((target for target in targets if isinstance(target, MonthDay) and target.chosen), None)
         if day is not None:
             self._go(day)
         return day is not None

@@ -7,7 +7,7 @@ from typing import Any
 
 from app.i18n import _
 from app.screens.common.options import MenuItem, Option
-from tests.screenshots.frame import framed
+from tests.screenshots.frame import framed, sheets_of
 from tests.screenshots.registry import BOTH, GLOVES, LARGE_TEXT, SMALL, picture
 from tests.support import home_facts as sample
 
@@ -21,7 +21,7 @@ OPTIONS = [
 def over_settings(studio: Any) -> Any:
     frame = framed("settings")
     studio.show(frame)
-    studio.sheets_of(frame)
+    sheets_of(studio, frame)
     return studio.dialogs
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from kivy.factory import Factory
 
 from app.screens.common import formats
+from app.screens.common.sheets import Sheets
 from app.screens.frame.controller import NAVIGATION, screen_word
 from tests.support import home_facts as sample
 
@@ -21,3 +22,10 @@ def framed(name: str) -> Frame:
     frame.current, frame.ids.bar.title = name, screen_word(name)
     frame.ids.bar.clock = formats.clock_time(sample.NOW, sample.SETTINGS.timezone)
     return frame
+
+
+def sheets_of(studio: Any, frame: Frame) -> Sheets:
+    """Those that lie in ``frame``, for the dialogs too."""
+    studio.dialogs.sheets = Sheets(frame.ids.sheets.__self__)
+    sheets: Sheets = studio.dialogs.sheets
+    return sheets

@@ -32,7 +32,7 @@ from app.services.live.tablet import IS_COPY
 from app.widgets import load_kv
 from app.widgets.positions import PositionSheet, Spot
 from app.widgets.snackbar import Snackbars
-from tests.screenshots.frame import framed
+from tests.screenshots.frame import framed, sheets_of
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
 from tests.support import home_facts as sample
 from tests.support import sample_alarms
@@ -156,7 +156,7 @@ def home(
     )
     frame = framed("home")
     shell: Any = SimpleNamespace(
-        sheets=studio.sheets_of(frame),
+        sheets=sheets_of(studio, frame),
         background=background,
         dialogs=studio.dialogs,
         say_problem=None,

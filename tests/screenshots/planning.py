@@ -23,7 +23,7 @@ from app.services.suggestions.late_schedules import Cause, Finding
 from app.services.suggestions.suggestions import Advice, Change, Suggestion
 from app.services.suggestions.suggestions import Kind as ChangeKind
 from app.widgets.lanes import LONG
-from tests.screenshots.frame import framed
+from tests.screenshots.frame import framed, sheets_of
 from tests.screenshots.home import POSITION, show_issues
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
 from tests.support import fleet_facts, month
@@ -57,7 +57,7 @@ class Stand:
             self.container.settings(),
             name,
         )
-        sheets = studio.sheets_of(frame)
+        sheets = sheets_of(studio, frame)
         self.shell = Shell(Navigator(None, {}), studio.dialogs, Snackbars(), bus, self.background, sheets=sheets)
         kind = SCREENS[name]
         self.screen = kind(kind.Model(pick(kind.Services, self.container), self.shell))

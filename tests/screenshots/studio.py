@@ -78,13 +78,6 @@ class Studio:
         self.shown = self.driver.show(widget)
         return widget
 
-    def sheets_of(self, frame: Any) -> Any:
-        """Those that lie in ``frame``."""
-        from app.screens.common.sheets import Sheets
-
-        self.dialogs.sheets = Sheets(frame.ids.sheets.__self__)
-        return self.dialogs.sheets
-
     def use(self, theme: str) -> None:
         from app.widgets.tokens import apply_theme
 

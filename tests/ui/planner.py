@@ -14,14 +14,15 @@ from app.container import Container
 from app.domain.models import Schedule
 from app.domain.robot import MissionParameter
 from app.screens.scheduler import facts
-from app.screens.scheduler.cards import FormSheet, ScheduleRow, TimeCell
+from app.screens.scheduler.cards import FormSheet, ScheduleRow
 from app.screens.scheduler.view import Listing
 from app.widgets.buttons import CommandButton, IconButton, Segment
 from app.widgets.choices import ChoiceSheet
 from app.widgets.dialogs import Menu, MenuRow
 from app.widgets.fields import Field, SearchField
 from app.widgets.lanes import Lanes
-from app.widgets.pickers import DateDialog, DayCell
+from app.widgets.month import MonthDay
+from app.widgets.pickers import DateSheet, TimeCell
 from app.widgets.rows import OptionRow
 from app.widgets.sheet import FOOT_RESTS
 from app.widgets.snackbar import SECONDS, Snackbar
@@ -106,11 +107,11 @@ def kind(app, ui, word: str) -> None:
 
 def pick_day(app, ui, label: str, day: date) -> None:
     ui.tap(field(ui, label))
-    dialog = ui.find(DateDialog)
+    dialog = ui.find(DateSheet)
     dialog.year, dialog.month = day.year, day.month
     ui.advance(0.1)
-    ui.tap(ui.find(DayCell, dialog, day=day))
-    press(app, ui, "Set")
+    ui.tap(ui.find(MonthDay, dialog, day=day))
+    press(app, ui, dialog.foot)
 
 
 def pick_time(app, ui, label: str, hour: int, minute: int) -> None:

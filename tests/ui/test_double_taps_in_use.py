@@ -8,11 +8,11 @@ from kivy.uix.widget import Widget
 
 from app.screens.home.cards import SendTile
 from app.screens.home.sending import SendSheet
-from app.screens.scheduler.cards import FormSheet, TimeCell
 from app.screens.scheduler.draft import Kind
 from app.widgets.buttons import CommandButton
-from app.widgets.dialogs import Dialog
+from app.widgets.choices import Picker
 from app.widgets.list_row import ListRow
+from app.widgets.pickers import TimeCell, TimeSheet
 from app.widgets.rest import DOUBLE_TAP, rest
 from app.widgets.sheet import FOOT_RESTS, AskSheet
 from tests.ui.home.operator import clear_queue, is_shown_pending, pend, run
@@ -115,7 +115,7 @@ def test_a_tap_that_was_meant_for_set_saves_no_schedule(planned, container, ui, 
     before = container.catalogue.schedules()
     ui.advance(2 * FOOT_RESTS)
     ui.tap(ui.find(TimeCell, text="06"))
-    button = ui.find(CommandButton, ui.find(FormSheet), text=planned.plan.form.set_time_text)
+    button = ui.find(CommandButton, ui.find(TimeSheet), text=ui.find(TimeSheet).foot)
     where = button.to_window(*button.center)
     ui.tap(ui.find(TimeCell, text="30"))
     ui.advance(gap)
@@ -141,6 +141,6 @@ def test_the_minute_that_completes_a_time_presses_nothing_behind_it(planned, con
     minute = ui.find(TimeCell, text="30")
     ui.tap_twice(minute.to_window(*minute.center), gap)
     settle(planned, ui)
-    assert (planned.plan.form.page, planned.plan.form.view.time, planned.plan.form.more) == ("", "06:30", False)
-    assert not ui.find_all(Dialog)
+    assert (planned.plan.form.view.time, planned.plan.form.more) == ("06:30", False)
+    assert not ui.find_all(Picker)
     assert container.catalogue.schedules() == before

@@ -10,10 +10,11 @@ import pytest
 import mir_sim
 from app.container import Container
 from app.domain.models import Group, Mission, Overlap, Robot, Schedule, State
-from app.screens.scheduler.cards import FormNote, FormSheet, TimeCell
+from app.screens.scheduler.cards import FormNote, FormSheet
 from app.widgets.buttons import CommandButton, Segment
 from app.widgets.choices import ChoiceSheet
 from app.widgets.fields import Field
+from app.widgets.pickers import TimeCell
 from app.widgets.rows import OptionRow
 from app.widgets.sheet import FOOT_RESTS
 from tests.support.history import last_ended

@@ -9,13 +9,13 @@ import pytest
 from kivy.core.window import Window
 
 from app.screens.common.options import MenuItem, Option
+from app.screens.common.overlays import Dialogs
 from app.screens.common.sheets import Sheets
 from app.widgets.buttons import CommandButton
 from app.widgets.choices import ChoiceSheet
 from app.widgets.dialogs import ConfirmDialog, Menu
 from app.widgets.dock import dock
 from app.widgets.long_list import LongList
-from app.widgets.pickers import DateDialog, TimeDialog
 from app.widgets.scrolling import ScrollPage
 from app.window.key_focus import ARROWS, ENTER, ESCAPE, TAB
 from tests.ui.ring import page_of
@@ -23,23 +23,20 @@ from tests.ui.ring import page_of
 UP, DOWN, RIGHT, LEFT = ARROWS
 
 
-def test_enter_presses_the_ring_also_where_a_dialog_has_a_use_for_it(ui, keys):
+def test_enter_presses_the_ring_also_where_a_sheet_has_a_use_for_it(ui, keys):
     ui.show(page_of("One"), (300, 300))
-    dialog = TimeDialog(time(6, 30), confirm="Set", decline="Cancel")
     picked: list[time] = []
-    dialog.bind(on_pick=lambda _dialog, value: picked.append(value))
-    dialog.open()
+    dialogs = Dialogs()
+    dialogs.pick_time("Time", time(6, 30), picked.append)
     ui.advance(0.5)
-    while getattr(keys.target, "text", "") != "Cancel":
+    while getattr(keys.target, "icon", "") != "close":
         ui.key(TAB)
     ui.key(ENTER)
-    assert (picked, dialog.is_open) == ([], False)
+    assert (picked, dialogs.top) == ([], None)
     ui.advance(1)
-    again = TimeDialog(time(6, 30), confirm="Set", decline="Cancel")
-    again.bind(on_pick=lambda _dialog, value: picked.append(value))
-    again.open()
+    dialogs.pick_time("Time", time(6, 30), picked.append)
     ui.advance(0.5)
-    ui.key(ENTER)  # no ring in it: Enter is the dialog's
+    ui.key(ENTER)  # no ring in it: Enter is the sheet's
     assert picked == [time(6, 30)]
 
 
@@ -258,19 +255,18 @@ def test_arrows_begin_at_what_is_chosen_in_a_list_and_not_at_the_cross(ui, keys,
 
 def test_enter_confirms_the_day_that_is_chosen_and_arrows_begin_at_it(ui, keys):
     ui.show(page_of("One"), (300, 300))
-    dialog, picked = DateDialog(chosen=date(2026, 11, 20), today=date(2026, 11, 18)), []
-    dialog.bind(on_pick=lambda _dialog, day: picked.append(day))
-    dialog.open()
+    dialogs, picked = Dialogs(), []
+    dialogs.pick_date("Day", date(2026, 11, 20), picked.append, today=date(2026, 11, 18))
     ui.advance(0.5)
     ui.key(ENTER)
     ui.advance(0.5)
     assert picked == [date(2026, 11, 20)]
-    dialog = DateDialog(chosen=date(2026, 11, 20), today=date(2026, 11, 18))
-    dialog.open()
+    picker = dialogs.pick_date("Day", date(2026, 11, 20), picked.append, today=date(2026, 11, 18))
     ui.advance(0.5)
     ui.key(DOWN)
     assert keys.target.day == date(2026, 11, 20)
     ui.key(DOWN)
     ui.key(ENTER)
     ui.advance(0.3)
-    assert dialog.chosen == date(2026, 11, 27)
+    assert picker.chosen == date(2026, 11, 27)
+    close(ui)

@@ -12,13 +12,13 @@ import mir_sim
 from app.container import Container
 from app.domain.models import Mission, Robot, State
 from app.screens.home.cards import TodayRow
-from app.screens.scheduler.cards import TimeCell
 from app.widgets.buttons import CommandButton
 from app.widgets.choices import ChoiceSheet
 from app.widgets.fields import Field
 from app.widgets.figures import FigureCard
 from app.widgets.frame import NavItem
 from app.widgets.list_row import ListRow
+from app.widgets.pickers import TimeCell
 from app.widgets.rows import OptionRow
 from app.widgets.sheet import FOOT_RESTS
 from app.widgets.tabs import TabButton

@@ -29,6 +29,7 @@ from app.widgets.fields import Field
 from app.widgets.frame import Frame
 from app.widgets.list_row import ListRow
 from app.widgets.number_pad import PadKey
+from app.widgets.pickers import TimeCell
 from app.widgets.scrolling import CalmScroll
 from app.widgets.text import ScreenTitle
 from tests.screenshots.fleet import fleet
@@ -177,12 +178,15 @@ def test_everything_about_a_robot_that_needs_a_person_is_visible_at_once(ui, fac
 
 
 @pytest.mark.parametrize(("size", "scale"), [((600, 480), 1.3), ((800, 480), 1.0), ((800, 480), 1.3)])
-def test_with_gloves_a_time_is_chosen_and_set_without_scrolling(ui, size, scale):
+def test_with_gloves_an_hour_brings_the_minutes_in_sight(ui, size, scale):
     with window(ui, size, scale, gloves=True):
         dialogs = Dialogs(animate=False)
         dialog = dialogs.pick_time("Starts at", time(6, 30), lambda _time: None)
         ui.advance(0.3)
         assert "\n".join(checks.problems(dialog)) == ""
+        dialog.choose_hour(7)
+        ui.advance(0.3)
+        assert checks.is_seen(ui.find_all(TimeCell, number=55)[-1])
         dialogs.close_all()
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 import weakref
-from datetime import date, time
 
 import pytest
 from kivy.core.window import Window
@@ -19,7 +18,6 @@ from app.widgets.choices import ChoiceSheet
 from app.widgets.dialogs import ConfirmDialog, Dialog, FormDialog, Menu
 from app.widgets.fields import Field
 from app.widgets.long_list import LongList
-from app.widgets.pickers import DateDialog, TimeDialog
 from app.widgets.rest import DOUBLE_TAP
 from app.widgets.rows import OptionRow
 from app.widgets.text import Txt
@@ -257,8 +255,6 @@ def test_a_dialog_is_as_high_as_it_needs_and_scrolls_beyond(ui, dialogs):
 
 KINDS = {
     "confirm": lambda: ConfirmDialog(title="Sure?", confirm="Yes", decline="No"),
-    "time": lambda: TimeDialog(time(6, 30)),
-    "date": lambda: DateDialog(today=date(2026, 11, 20)),
     "menu": lambda: Menu(items=[MenuItem(1, "Run")], anchor=Window.children[0]),
 }
 
@@ -292,7 +288,7 @@ def test_eighty_closed_dialogs_are_all_freed(ui):
     ui.show(CommandButton(text="More"), (200, 64))
     dialogs, behind = Dialogs(), list(Window.children)
     references = []
-    for _round in range(20):
+    for _round in range(40):
         for make in KINDS.values():
             dialog = dialogs.open(make())
             ui.advance(0.15)

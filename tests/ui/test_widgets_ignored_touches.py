@@ -130,7 +130,7 @@ def test_a_dialog_behind_another_rests_too(ui, page, dialogs):
     form.add_widget(button := CommandButton(text="Save"))
     saved: list[str] = []
     button.bind(on_release=lambda _button: saved.append("saved"))
-    dialogs.pick_time("At", None, lambda _at: None)
+    opened(ui, dialogs)
     ui.advance(2 * DOUBLE_TAP)
     dialogs.top.dismiss()
     place = button.to_window(*button.center)

@@ -1,4 +1,4 @@
-"""Dialogs for a time and for a day."""
+"""Sheets for a time and for a day."""
 
 from __future__ import annotations
 
@@ -8,8 +8,11 @@ import pytest
 
 from app.screens.common.overlays import Dialogs
 from app.widgets.buttons import CommandButton
-from app.widgets.pickers import DayCell, TimeEntry, TimePart
-from tests.ui.test_widgets_dialogs import ENTER, ESCAPE, press
+from app.widgets.fields import RepeatButton
+from app.widgets.month import MonthDay
+from app.widgets.pickers import TimeCell
+from app.widgets.rest import SETTLES
+from tests.ui.test_widgets_dialogs import BACKSPACE, ENTER, ESCAPE, press
 
 
 @pytest.fixture
@@ -21,81 +24,52 @@ def dialogs(ui) -> Dialogs:
 @pytest.mark.parametrize(
     ("digits", "time_of_day"),
     [
-        ("0630", (6, 30)),
-        ("745", (7, 45)),
-        ("2359", (23, 59)),
-        ("27", (2, 7)),
-        ("1299", (9, 9)),
-        ("3", (3, 0)),
-        ("00", (0, 0)),
+        ("0630", time(6, 30)),
+        ("745", time(7, 45)),
+        ("2359", time(23, 59)),
+        ("27", time(2, 7)),
+        ("1299", time(9, 9)),
+        ("3", time(3, 0)),
+        ("00", time(0, 0)),
     ],
 )
-def test_digits_make_a_time(digits, time_of_day):
-    entry = TimeEntry(0, 0)
-    for digit in digits:
-        entry.digit(int(digit))
-    assert (entry.hour, entry.minute) == time_of_day
-
-
-def test_steps_go_round_the_clock():
-    entry = TimeEntry(23, 58)
-    entry.nudge("hour", 1)
-    entry.nudge("minute", 1)
-    assert (entry.hour, entry.minute) == (0, 0)
-    entry.nudge("minute", -1)
-    entry.nudge("hour", -1)
-    assert (entry.hour, entry.minute) == (23, 55)
-    entry = TimeEntry(6, 32)
-    entry.nudge("minute", -1)
-    assert entry.minute == 30
-
-
-def test_erasing_goes_back():
-    entry = TimeEntry(6, 30)
-    entry.select("minute")
-    entry.erase()
-    assert (entry.hour, entry.minute, entry.part) == (6, 0, "minute")
-    entry.erase()
-    assert (entry.hour, entry.part) == (0, "hour")
-
-
-def test_a_time_by_the_keypad(ui, dialogs):
+def test_digits_of_a_keyboard_make_a_time(ui, dialogs, digits, time_of_day):
     picked: list[time] = []
-    dialogs.pick_time("Time", time(12, 0), picked.append)
-    ui.advance()
-    for key in "0645":
-        press(ui, key)
-    press(ui, "Set")
-    assert picked == [time(6, 45)]
+    dialogs.pick_time("Time", None, picked.append)
+    ui.advance(SETTLES)
+    for digit in (*"9", BACKSPACE, *digits):
+        ui.key(digit if digit == BACKSPACE else ord(digit), "" if digit == BACKSPACE else digit)
+    ui.key(ENTER)
+    assert (picked, dialogs.top) == ([time_of_day], None)
 
 
-def test_a_time_by_steps_and_keyboard(ui, dialogs):
+def test_a_time_by_its_minute_and_single_ones(ui, dialogs):
     picked: list[time] = []
     dialogs.pick_time("Time", time(6, 30), picked.append)
-    ui.advance()
-    hour, minute = ui.find_all(TimePart)
-    assert (hour.text, minute.text) == ("06", "30")
-    plus = [b for b in ui.find_all(CommandButton) if b.icon == "plus"]
-    ui.tap(plus[0])
-    ui.tap(plus[1])
-    assert (hour.text, minute.text) == ("07", "35")
-    ui.tap(minute)
-    ui.key(ord("0"), "0")
-    ui.key(ord("5"), "5")
-    ui.key(ENTER)
-    assert picked == [time(7, 5)]
-    assert dialogs.top is None
+    ui.tap(ui.find(TimeCell, text="55"))
+    minus, plus = ui.find(RepeatButton, icon="minus"), ui.find(RepeatButton, icon="plus")
+    for button in (*[plus] * 6, minus):
+        ui.tap(button)
+    ui.tap(ui.find(CommandButton, text="Set 06:00"))
+    assert picked == [time(6, 0)]
 
 
-def test_a_closed_time_dialog_takes_no_more_keys(ui, dialogs):
+def test_an_hour_and_a_minute_are_a_time(ui, dialogs):
     picked: list[time] = []
-    dialog = dialogs.pick_time("Time", None, picked.append)
+    dialogs.pick_time("Time", time(6, 30), picked.append)
+    ui.tap(ui.find(TimeCell, text="07"))
+    ui.tap(ui.find(TimeCell, text="45"))
+    assert (picked, dialogs.top) == ([time(7, 45)], None)
+
+
+def test_a_closed_time_sheet_takes_no_more_keys(ui, dialogs):
+    picked: list[time] = []
+    picker = dialogs.pick_time("Time", None, picked.append)
     ui.advance()
     ui.key(ESCAPE)
     ui.key(ord("5"), "5")
     ui.key(ENTER)
-    assert picked == []
-    assert dialog.hour == 0
+    assert (picked, picker.hour) == ([], 0)
 
 
 # ---------------------------------------------------------------------- date
@@ -112,8 +86,8 @@ def test_a_day_of_another_month(ui, dialogs):
     dialog.turn(1)
     ui.advance()
     assert dialog.month_title == "January 2027"
-    ui.tap(ui.find(DayCell, text="31"))
-    press(ui, "Set")
+    ui.tap(ui.find(MonthDay, text="31"))
+    press(ui, "Set Sun 31 Jan")
     assert picked == [date(2027, 1, 31)]
 
 
@@ -121,7 +95,7 @@ def test_the_grid_begins_on_monday_and_knows_leap_days(ui, dialogs):
     dialog = pick_date(dialogs, [])
     dialog.year, dialog.month = 2028, 2
     ui.advance()
-    cells = [cell.text for cell in reversed(dialog.ids.days.children)]
+    cells = [day.text for day in dialog.days]
     assert cells[:7] == ["", "1", "2", "3", "4", "5", "6"]  # 1 February 2028 is a Tuesday
     assert [text for text in cells if text][-1] == "29"
 
@@ -129,10 +103,10 @@ def test_the_grid_begins_on_monday_and_knows_leap_days(ui, dialogs):
 def test_days_out_of_bounds_cannot_be_chosen(ui, dialogs):
     dialog = pick_date(dialogs, [], first=date(2026, 11, 20), last=date(2026, 11, 27))
     ui.advance()
-    ui.tap(ui.find(DayCell, text="19"))
-    ui.tap(ui.find(DayCell, text="28"))
+    ui.tap(ui.find(MonthDay, text="19"))
+    ui.tap(ui.find(MonthDay, text="28"))
     assert dialog.chosen == date(2026, 11, 23)
-    ui.tap(ui.find(DayCell, text="27"))
+    ui.tap(ui.find(MonthDay, text="27"))
     assert dialog.chosen == date(2026, 11, 27)
 
 

@@ -14,7 +14,7 @@ from app.screens.common.options import Card, MenuItem, Option
 from app.screens.common.sheets import Sheets
 from app.widgets.choices import ChoiceSheet, Picker
 from app.widgets.dialogs import ConfirmDialog, Menu, Overlay
-from app.widgets.pickers import DateDialog, TimeDialog
+from app.widgets.pickers import DateSheet, TimeSheet
 from app.widgets.sheet import Sheet
 
 
@@ -101,33 +101,24 @@ class Dialogs:
         )
         return self.sheets.pick(picker, done)
 
-    def pick_time(self, title: str, start: time | None, done: Callable[[time], object]) -> Overlay:
+    def pick_time(self, title: str, start: time | None, done: Callable[[time], object]) -> Picker:
         """Ask for a time of day (24 hours)."""
-        dialog = TimeDialog(
-            start,
-            title=title,
-            hour_word=_("Hour"),
-            minute_word=_("Minute"),
-            confirm=_("Set"),
-            decline=_("Cancel"),
-            separator=formats.current().time_separator,
-        )
-        dialog.bind(on_pick=lambda _dialog, value: done(value))
-        return self.open(dialog)
+        picker = TimeSheet(start, title=title, separator=formats.current().time_separator)
+        return self.sheets.pick(picker, done)
 
     def pick_date(
         self,
         title: str,
-        start: date | None,
+        start: date,
         done: Callable[[date], object],
         *,
         today: date,
         first: date | None = None,
         last: date | None = None,
-    ) -> Overlay:
+    ) -> Picker:
         """Ask for a day between ``first`` and ``last``; ``today`` is ringed."""
         words = formats.current()
-        dialog = DateDialog(
+        picker = DateSheet(
             title=title,
             chosen=start,
             today=today,
@@ -135,12 +126,9 @@ class Dialogs:
             last=last,
             months=words.months,
             weekdays=words.weekdays_short,
-            today_word=_("Today"),
-            confirm=_("Set"),
-            decline=_("Cancel"),
+            written=formats.wall_day,
         )
-        dialog.bind(on_pick=lambda _dialog, value: done(value))
-        return self.open(dialog)
+        return self.sheets.pick(picker, done)
 
     def menu(
         self, anchor: Widget, title: str, items: Sequence[MenuItem], done: Callable[[Any], object], text: str = ""

@@ -107,7 +107,7 @@ class Sheets:
             self._snackbars.end(_draft_of(sheet))
         if sheet is None or not self.has(sheet):
             return
-        if self.picker is not None and self.top == sheet and self.picker != sheet:
+        if self.picker is not None and self.top == sheet:
             self.close(self.picker)
         was_shown = sheet == self._stack[-1]  # kv calls with a proxy of it
         self._stack.remove(sheet)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from kivy.clock import Clock
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
-from kivy.uix.gridlayout import GridLayout
 
 from app.screens.scheduler.form_view import FormView
 from app.widgets import flow, lanes, list_row  # noqa: F401  (registers kivy classes)
@@ -77,9 +76,6 @@ class FormSheet(Sheet):
         """The model closes it, and brings entries back."""
         self.card.put_aside()
 
-    def on_back(self) -> None:
-        self.card.page = ""
-
     def _see_problem(self, *_: object) -> None:
         if self.view.wrong_field not in ("", self._wrong_field):
             self._reveal()
@@ -99,42 +95,6 @@ class FormWarning(Tap):
     """Above Save: what may go wrong, in one line that leads to it."""
 
     sheet = ObjectProperty(None, rebind=True)
-
-
-class TimeCell(Tap):
-    """An hour, a minute, or a day of every month."""
-
-    number = NumericProperty(0)
-    text = StringProperty()
-    selected = BooleanProperty(False)
-
-
-class TimeCells(GridLayout):
-    """A cell for each of ``numbers``, the ``chosen`` one marked: ``on_choose(number)``. ``word(number)`` is on it."""
-
-    numbers = ListProperty()
-    chosen = NumericProperty(-2)
-    word = ObjectProperty("{:02d}".format)
-
-    __events__ = ("on_choose",)
-
-    def __init__(self, **kwargs: object) -> None:
-        super().__init__(**kwargs)
-        self.fbind("chosen", self._mark)
-
-    def on_choose(self, number: int) -> None:
-        """A cell was tapped."""
-
-    def on_numbers(self, *_: object) -> None:
-        for number in self.numbers:
-            cell = TimeCell(number=number, text=self.word(number))
-            cell.bind(on_release=lambda cell: self.dispatch("on_choose", int(cell.number)))
-            self.add_widget(cell)
-        self._mark()
-
-    def _mark(self, *_: object) -> None:
-        for cell in self.children:
-            cell.selected = cell.number == self.chosen
 
 
 class FormNote(Row, BoxLayout):

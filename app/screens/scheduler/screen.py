@@ -282,4 +282,5 @@ class SchedulerScreen(ScreenBase):
     def _change_form(self, _vm: SchedulerViewModel, form: FormModel) -> None:
         """The focus was in the one of before: this one must not get the keys."""
         dock.leave(self._sheet)
+        self._sheets.close(self._sheets.picker)  # it asks for that of before
         self._sheet.card = form

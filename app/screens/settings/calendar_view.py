@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from calendar import Calendar
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from datetime import date
 
 from app.domain.models import DayException
@@ -16,23 +15,12 @@ from app.screens.settings.facts import SettingsFacts
 from app.services.files.calendar_days import FoundDays, LeftOut
 from app.services.files.calendar_import import CalendarFile
 from app.services.planning.working_days import DayStatus, Ground, spans
-from app.widgets.items import Action, Item
+from app.widgets.items import Action, Day, Item
 
 YEARS = (1970, 2199)  # whose months are shown
 CLOSED, HOLIDAY, EXTRA = "calendar-remove-outline", "calendar-star", "plus-circle-outline"
 
 EntryKey = tuple[int, date]  # id of the exception, 0 for a public holiday; the first day
-
-
-@dataclass(frozen=True)
-class DayView:
-    """Values of MonthDay; the defaults: a blank day of another month."""
-
-    day: date | None = None
-    text: str = ""
-    status: str = "work"
-    icon: str = ""
-    today: bool = False
 
 
 def month_title(year: int, month: int) -> str:
@@ -47,22 +35,22 @@ def turned(year: int, month: int, months: int) -> tuple[int, int]:
     return index // 12, index % 12 + 1
 
 
-def month_days(facts: SettingsFacts, year: int, month: int, today: date) -> list[DayView]:
+def month_days(facts: SettingsFacts, year: int, month: int, today: date) -> list[Day]:
     """In weeks from Monday; days of other months are blank."""
     return [
-        DayView() if day.month != month else _day(facts.calendar.day_status(day), day, today)
+        Day() if day.month != month else _day(facts.calendar.day_status(day), day, today)
         for week in Calendar().monthdatescalendar(year, month)
         for day in week
     ]
 
 
-def _day(found: DayStatus, day: date, today: date) -> DayView:
+def _day(found: DayStatus, day: date, today: date) -> Day:
     status, icon = ("work", "") if found.is_working else ("free", "")
     if found.ground is not Ground.WEEK:
         status, icon = (
             ("extra", EXTRA) if found.is_working else ("closed", HOLIDAY if found.ground is Ground.HOLIDAY else CLOSED)
         )
-    return DayView(day, str(day.day), status, icon, day == today)
+    return Day(day, str(day.day), status, icon, day == today)
 
 
 def entries(facts: SettingsFacts, year: int, month: int, chosen: int | None = None) -> list[Item]:

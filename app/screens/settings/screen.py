@@ -57,7 +57,6 @@ SHOWN_TOPICS = (
 )  # snapshots are read once a second
 KV = (
     "widgets/flow",
-    "widgets/month",
     "settings/screen",
     *(f"settings/{name}" for name in PAGES),
     "settings/robot",

@@ -12,13 +12,14 @@ from app.domain.models import Between, Overlap, RobotSnapshot
 from app.domain.robot import MissionParameter, Pose, RobotStatus
 from app.mir.errors import Unreachable
 from app.screens.common.mission_names import NOTHING_KNOWN
-from app.screens.scheduler.cards import FormSheet, StartLine, StepLine, TimeCell
+from app.screens.scheduler.cards import FormSheet, StartLine, StepLine
 from app.screens.scheduler.draft import Kind
 from app.services.live.changes import Topic
 from app.services.robots.map_picture import MapPicture, Place
 from app.widgets.buttons import CommandButton, Segment
 from app.widgets.choices import ChoiceSheet
 from app.widgets.fields import Field, RepeatButton, SearchField
+from app.widgets.pickers import TimeCell
 from app.widgets.positions import OnMap, PositionsMap
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar

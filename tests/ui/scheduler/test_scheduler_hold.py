@@ -18,7 +18,8 @@ from app.widgets.fields import Field
 from app.widgets.frame import Frame
 from app.widgets.lanes import Lanes
 from app.widgets.long_list import LongList
-from app.widgets.pickers import DateDialog, DayCell, TimeDialog
+from app.widgets.month import MonthDay
+from app.widgets.pickers import DateSheet, TimeSheet
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from tests.support.edits import add_days
@@ -101,11 +102,11 @@ def test_one_robot_is_held_until_a_time_that_is_picked(screen, container, ui):
     settle(screen, ui)
     ui.type(dialog.ids.reason_field, "Wheel change")
     chip(screen, ui, "Until a time")
-    ui.tap(ui.find(DayCell, root=ui.find(DateDialog), day=date(2026, 11, 23)))
-    press(screen, ui, "Set")
+    ui.tap(ui.find(MonthDay, root=ui.find(DateSheet), day=date(2026, 11, 23)))
+    press(screen, ui, "Set Mon 23 Nov")
     for digit in "0630":
         ui.key(ord(digit), digit)
-    ui.tap(ui.find(CommandButton, root=ui.find(TimeDialog), text="Set"))
+    ui.tap(ui.find(CommandButton, root=ui.find(TimeSheet), text="Set 06:30"))
     settle(screen, ui)
     assert ui.find(ChoiceChip, root=dialog, text="Until Mon 23 Nov 06:30").active
     ui.tap(ui.find(CommandButton, root=dialog, text="Hold"))
@@ -167,8 +168,8 @@ def test_the_sheet_begins_with_all_robots_or_the_only_one_in_the_plan(screen, co
 def test_a_schedule_is_paused_for_some_days_and_resumed(screen, container, ui):
     schedule = named(container, KITS, "Aino")
     menu(screen, ui, schedule, "Pause until a day")
-    ui.tap(ui.find(DayCell, root=ui.find(DateDialog), day=date(2026, 11, 23)))
-    press(screen, ui, "Set")
+    ui.tap(ui.find(MonthDay, root=ui.find(DateSheet), day=date(2026, 11, 23)))
+    press(screen, ui, "Set Mon 23 Nov")
     stored = container.repositories.schedules.get(container.db.read(), schedule.id)
     assert stored.paused_until == datetime(2026, 11, 22, 22, 0, tzinfo=UTC)
     assert "is paused until Mon 23 Nov" in ui.find(Snackbar).text
@@ -182,8 +183,8 @@ def test_a_schedule_is_paused_for_some_days_and_resumed(screen, container, ui):
 def test_a_start_within_a_pause_until_a_picked_day_is_skipped(screen, container, ui):
     schedule = named(container, KITS, "Aino")
     menu(screen, ui, schedule, "Pause until a day")
-    ui.tap(ui.find(DayCell, root=ui.find(DateDialog), day=date(2026, 11, 21)))
-    press(screen, ui, "Set")
+    ui.tap(ui.find(MonthDay, root=ui.find(DateSheet), day=date(2026, 11, 21)))
+    press(screen, ui, "Set Sat 21 Nov")
     assert container.repositories.schedules.get(container.db.read(), schedule.id).is_paused(NOW)
     container.clock.step(30 * 60)
     insert_due(container)

@@ -8,7 +8,7 @@ import pytest
 
 from app.screens.scheduler.cards import FormSheet
 from app.widgets.buttons import IconButton
-from app.widgets.dialogs import Overlay
+from app.widgets.choices import Picker
 from app.widgets.sheet import AskSheet
 from tests.ui.planner import KITS, bring_back, choose, field, named, new, schedules, settle
 
@@ -16,7 +16,7 @@ pytestmark = pytest.mark.long
 
 
 def is_asked(ui) -> bool:
-    return any(dialog.is_open for dialog in ui.find_all(Overlay))
+    return bool(ui.find_all(Picker))
 
 
 @pytest.mark.parametrize("label", ["Mission", "Robot", "First day"])

@@ -8,10 +8,11 @@ import pytest
 
 from app.domain.models import Between
 from app.i18n import translator
-from app.screens.scheduler.cards import FormFold, FormSheet, PlanPage, StepLine, TimeCell
+from app.screens.scheduler.cards import FormFold, FormSheet, PlanPage, StepLine
 from app.screens.scheduler.draft import Kind
 from app.widgets.buttons import CommandButton, Segment
 from app.widgets.fields import RepeatButton
+from app.widgets.pickers import TimeCell
 from app.widgets.rows import OptionRow
 from tests.ui import looks
 from tests.ui.planner import KITS, field, new, reveal, settle, tab

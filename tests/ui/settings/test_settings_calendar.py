@@ -18,7 +18,7 @@ from app.widgets.buttons import CommandButton, IconButton, Segment, Toggle
 from app.widgets.fields import Field, SearchField
 from app.widgets.list_row import ListRow
 from app.widgets.month import MonthDay
-from app.widgets.pickers import DateDialog, DayCell
+from app.widgets.pickers import DateSheet
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.surfaces import Tap
@@ -76,8 +76,8 @@ def supports(ui) -> list[str]:
 def test_closed_days_are_entered_changed_deleted_and_brought_back(site, app, ui):
     sheet = add_days(ui, "Summer break")
     ui.tap(ui.find(Field, root=sheet, label="Last day"))
-    ui.tap(ui.find(DayCell, root=ui.find(DateDialog), day=date(2026, 11, 27)))
-    press(ui, "Set", ui.find(DateDialog))
+    ui.tap(ui.find(MonthDay, root=ui.find(DateSheet), day=date(2026, 11, 27)))
+    press(ui, "Set Fri 27 Nov", ui.find(DateSheet))
     press(ui, "Save", sheet)
     ui.wait(lambda: len(entries(site)) == 1)
     [stored] = entries(site)
