@@ -12,6 +12,7 @@ from kivy.uix.gridlayout import GridLayout
 from app.widgets.choices import Picker
 from app.widgets.items import Day
 from app.widgets.rest import rest
+from app.widgets.scrolling import turn_to
 from app.widgets.surfaces import Tap
 
 ERASE = 8  # keys of a keyboard
@@ -71,8 +72,8 @@ class TimeSheet(Picker):
     def choose_hour(self, hour: int) -> None:
         """The minutes come in sight."""
         self.hour, self._has_hour = hour, True
-        if not self.ids.page.is_still:
-            self.ids.page.scroll_to(self.ids.minutes, animate=False)
+        if self.ids.page.do_scroll_y:
+            turn_to(self.ids.minutes.__self__)
             rest.after_moving()
 
     def choose_minute(self, minute: int) -> None:
