@@ -139,11 +139,11 @@ class Sheet(Passive, MDCard):
     def _followed(place) -> tuple[str, ...]:
         return ("size",) if place is Window else ("size", "pos")
 
-    def leave(self) -> None:
-        """Take it from its place; its widgets stay, so that it can be shown again."""
+    def leave(self, foot: bool = True) -> None:
+        """Take it from its place; its widgets stay, so that it can be shown again. ``foot``: that may have been pressed."""
         place = self.parent
         rest.let_go()
-        rest.after_leaving(self, FOOT_RESTS if self.foot else DOUBLE_TAP)
+        rest.after_leaving(self, FOOT_RESTS if self.foot and foot else DOUBLE_TAP)
         rest.keys_after_closing()
         dock.leave(self)
         dock.funbind("height", self._arrange)

@@ -68,7 +68,7 @@ class Sheets:
             dock.question = sheet
         if self._stack:
             below = self._stack[-1]
-            below.leave()
+            below.leave(foot=not sheet.is_picker)
             sheet.can_go_back = True
             if sheet.is_picker:
                 sheet.lie_as(below)

@@ -21,6 +21,7 @@ from app.widgets.choices import ChoiceSheet
 from app.widgets.fields import Field, RepeatButton, SearchField
 from app.widgets.pickers import TimeCell
 from app.widgets.positions import OnMap, PositionsMap
+from app.widgets.rest import DOUBLE_TAP
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from tests.support import month
@@ -246,7 +247,7 @@ def test_a_position_is_chosen_on_the_map_where_the_robot_has_one(screen, contain
     choose(screen, ui, "Mission", "Bring pallet to dock")
     ui.wait(lambda: ui.find_all(OnMap))
     ui.tap(ui.find(OnMap))
-    ui.advance(0.3)
+    ui.advance(DOUBLE_TAP)
     chart = ui.find(PositionsMap)
     ui.tap_at(*chart.to_window(*chart._point(0.5, 0.5)))
     ui.tap(ui.find(CommandButton, text="Choose Press"))
