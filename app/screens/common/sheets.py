@@ -6,7 +6,6 @@ from collections.abc import Callable, Hashable
 from typing import TYPE_CHECKING, Any
 
 from app.i18n import _
-from app.widgets.dock import dock
 
 if TYPE_CHECKING:
     from app.screens.common.view_model import Navigator, Snackbars
@@ -65,7 +64,7 @@ class Sheets:
         if self._stack and self._stack[-1].is_question and sheet.is_question:
             self.close(self._stack[-1])
         if sheet.is_question:
-            dock.question = sheet
+            self._give_keys(sheet)
         if self._stack:
             below = self._stack[-1]
             below.leave(foot=not sheet.is_picker)
@@ -113,12 +112,16 @@ class Sheets:
         self._stack.remove(sheet)
         if was_shown:
             sheet.leave()
-            if self._stack:
-                self._place.add_widget(self._stack[-1])
-            self._ask_keys()
+            below = self._stack[-1] if self._stack else None
+            if below is not None:
+                self._place.add_widget(below)
+            self._give_keys(below)
 
-    def _ask_keys(self) -> None:
-        dock.question = self._stack[-1] if self._stack and self._stack[-1].is_question else None
+    def _give_keys(self, sheet: Sheet | None) -> None:
+        """Alone to one that asks."""
+        from app.widgets.dock import dock
+
+        dock.question = sheet if sheet is not None and sheet.is_question else None
 
     def dismiss(self, sheet: Sheet) -> None:
         """Its X, or Esc."""
@@ -132,7 +135,7 @@ class Sheets:
         stack, self._stack = self._stack, []
         if stack:
             stack[-1].leave()
-        self._ask_keys()
+        self._give_keys(None)
         navigator, snackbars = self._navigator, self._snackbars
         if navigator is None or snackbars is None or not any(sheet.draft for sheet in stack):
             return
@@ -152,7 +155,7 @@ class Sheets:
             self.give_up()
             self._stack = stack
             self._place.add_widget(stack[-1])
-            self._ask_keys()
+            self._give_keys(stack[-1])
 
         offer()
 
