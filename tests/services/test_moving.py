@@ -242,6 +242,25 @@ def test_moved_back_it_is_a_start_of_its_schedule_again(plant, by_hand):
     runs_as_shown(plant)
 
 
+@pytest.mark.parametrize("rule", ["FREQ=DAILY", None])
+def test_undo_leaves_the_robot_that_was_chosen_since(plant, rule):
+    plant.edit(recurrence=rule, start=local(24))
+    moved = plant.move()
+    plant.move(moved.at, local(24, 9, 0), moved.after, robot_id=plant.sisu)
+    plant.moving.undo(moved)
+    assert plant.planned(25) == [("Sisu", "24 06:30", "Deliver")]
+
+
+@pytest.mark.parametrize("rule", ["FREQ=DAILY", None])
+def test_undo_is_refused_if_another_robot_was_chosen_since(plant, rule):
+    plant.edit(recurrence=rule, start=local(24))
+    moved = plant.move(to=local(24), robot_id=plant.sisu)
+    plant.move(at(24), local(24), moved.after, group_id=plant.hall)
+    with pytest.raises(InvalidInput, match="has been changed since"):
+        plant.moving.undo(moved)
+    assert plant.planned(25) == [("Hall", "24 06:30", "Deliver")]
+
+
 def test_it_stays_where_it_is_if_its_time_has_passed(plant):
     moved = plant.move(at(23), local(23, 9, 0))
     plant.go_to(at(23, 6, 31))

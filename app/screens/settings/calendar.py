@@ -227,9 +227,6 @@ class DaysSheet(EditSheet):
     def write(self, entered: DayException) -> DayException:
         return self.context.services.catalogue.save_days(entered)
 
-    def all_stored(self) -> list[DayException]:
-        return self.context.services.catalogue.day_exceptions()
-
     def remove(self) -> None:
         days, catalogue = self._days, self.context.services.catalogue
         delete(self.context, days, lambda: catalogue.remove_days(days.id), view.removed_sentence(days))

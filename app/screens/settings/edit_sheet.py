@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable
 from dataclasses import fields, replace
 from typing import Any
 
@@ -73,13 +73,8 @@ class EditSheet(SettingsSheet):
         raise NotImplementedError
 
     def write(self, entered: Any) -> Any:
-        """Save it, and return it as it is stored. Not on the UI thread; raises InvalidInput."""
+        """Save a new one, and return it as it is stored. Not on the UI thread; raises InvalidInput."""
         raise NotImplementedError
-
-    def all_stored(self) -> Iterable[Any]:
-        """All of its kind. Not on the UI thread."""
-        found: Iterable[Any] = getattr(self.context.services.catalogue, self.kind)()
-        return found
 
     def remove(self) -> None:
         """Delete was chosen."""
@@ -108,22 +103,18 @@ class EditSheet(SettingsSheet):
     def keep(self) -> None:
         """Save what was changed of something that is stored, and nothing else of it."""
         if self.stored is not None and not self.vm.saving and (settled := self.settled()) != self.stored:
-            changes = {name: getattr(settled, name) for name in _differing(self.stored, settled)}
-
-            def write() -> Any:
-                self.write(replace(self._present(), **changes))
-                return self._present()
-
-            self.store(write, settled)
+            stored, catalogue = self.stored, self.context.services.catalogue
+            self.store(lambda: catalogue.change(stored, settled), settled)
 
     def save(self) -> None:
         if not self.vm.saving:
-            entered = self.entered()
-            self.store(lambda: self.write(entered))
+            entered, stored, catalogue = self.entered(), self.stored, self.context.services.catalogue
+            self.store(lambda: self.write(entered) if stored is None else catalogue.change(stored, entered))
 
     def store(self, write: Callable[[], Any], kept: Any = None) -> None:
         """``kept``: what is saved at once; without it the sheet closes."""
         context, before, is_new = self.context, self.stored, self.stored is None
+        change_back = context.services.catalogue.change_back
         self.vm.saving, self.vm.outcome = True, NoticeView()
 
         def done(saved: Any) -> None:
@@ -134,24 +125,17 @@ class EditSheet(SettingsSheet):
             elif was := {name: getattr(before, name) for name in _differing(before, kept) & _differing(before, saved)}:
                 text = _("{name} saved").format(name=saved.name)
                 context.shell.offer_undo(
-                    text, lambda: self._undo(was, saved), context.refresh, behind="settings", about=self
+                    text,
+                    lambda: change_back(replace(saved, **was), saved),
+                    context.refresh,
+                    behind="settings",
+                    about=self,
                 )
             context.was_saved(self.kind, saved)
             if kept is not None and self.settled() != kept:  # changed since
                 self.keep()
 
         context.run(write, done, self.refuse)
-
-    def _present(self) -> Any:
-        """As it is stored now. Not on the UI thread."""
-        return next((each for each in self.all_stored() if each.id == self.stored_id), self.stored)
-
-    def _undo(self, was: Mapping[str, Any], saved: Any) -> None:
-        """Write back these fields alone. Raises InvalidInput if one of them is no longer as it was saved."""
-        present = self._present()
-        if was.keys() & _differing(saved, present):
-            raise InvalidInput("name", "{name} was changed again, so nothing is undone", name=present.name)
-        self.write(replace(present, **was))
 
     def refuse(self, problem: BaseException) -> None:
         """Say why at the field that it is about."""

@@ -137,13 +137,13 @@ class IdlePage(SettingsPage):
         if minutes is not None:
             changes["after_minutes"] = minutes
 
-        def undo() -> None:
-            catalogue.change_idle_rule(robot.id, **(vars(before) if before is not None else {"enabled": False}))
-
         self.context.change(
             lambda: catalogue.change_idle_rule(robot.id, **changes),
             lambda problem: self._not_saved(robot, minutes, problem),
-            undo=(_("{robot}: idle mission changed").format(robot=robot.name), undo)
+            undo=(
+                _("{robot}: idle mission changed").format(robot=robot.name),
+                lambda: catalogue.idle_rule_back(robot.id, before, changes),
+            )
             if "mission_id" in changes
             else None,
         )

@@ -99,7 +99,7 @@ class PlacesPart(EventDispatcher):
             if place := context.facts.place(place_id):
                 stepped = replace(place, most=most)
                 context.run(
-                    lambda: context.services.catalogue.save_place(stepped),
+                    lambda: context.services.catalogue.change(place, stepped),
                     lambda saved: context.was_saved("places", saved),
                     refused,
                 )

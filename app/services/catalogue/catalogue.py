@@ -7,7 +7,7 @@ a changed schedule are cancelled, next occurrences recomputed), and published af
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
 from typing import Any, TypeVar
@@ -121,6 +121,18 @@ class Catalogue:
         self._publish(edits[0])
         return result
 
+    def change(self, before: T, after: T) -> T:
+        """Write what differs between the two to the robot, group, place, mission, schedule or day as it is stored now:
+        of two changes at the same time both stay. Returns it as it is then."""
+        write = self.edit_rehearsed if isinstance(before, DayException) else self.edit
+        return write(lambda edit: undo.change(edit, before, after))
+
+    def change_back(self, before: T, changed: T) -> T:
+        """Undo that ``before`` became ``changed``, and nothing else. Raises InvalidInput if one of these fields was
+        changed again since, or it was deleted."""
+        write = self.edit_rehearsed if isinstance(before, DayException) else self.edit
+        return write(lambda edit: undo.change(edit, changed, before, must_be_unchanged=True))
+
     def edit_rehearsed(self, work: Callable[[Edit], T]) -> T:
         """The same for thousands of changes, without delaying other writers: made on a copy, where errors are found,
         and repeated in a transaction that takes only the time of its SQL. Raises InvalidInput if the plan has changed
@@ -212,6 +224,10 @@ class Catalogue:
             )
         )
 
+    def idle_rule_back(self, robot_id: int, before: IdleRule | None, changes: Mapping[str, Any]) -> Robot:
+        """Undo that these fields of the rule were changed. Raises InvalidInput if one of them was changed again since."""
+        return self.edit(lambda edit: undo.idle_rule_back(edit, robot_id, before, changes))
+
     def _save_idle_rule(self, edit: Edit, robot_id: int, rule: IdleRule) -> Robot:
         before = edit.the_robot(robot_id).idle
         saved = robot_edit.set_idle_rule(edit, robot_id, rule)
@@ -272,10 +288,6 @@ class Catalogue:
     def switch_back(self, switched: Switched) -> None:
         """Its starts wait again, unless it is too late. Raises InvalidInput if the schedule was deleted."""
         self.edit(lambda edit: undo.switch_back(edit, switched))
-
-    def change_back(self, before: Schedule, changed: Schedule) -> Schedule:
-        """Undo that ``before`` became ``changed``. Raises InvalidInput if it was changed again since, or deleted."""
-        return self.edit(lambda edit: undo.change_back(edit, before, changed))
 
     def remove_schedule(self, schedule_id: int) -> Removed:
         """Off at once; ``restore`` puts it back."""

@@ -64,15 +64,19 @@ class Moving:
         return self._catalogue.edit(lambda edit: _moved(*_read(edit, schedule_id), instant, to, robot_id, group_id))
 
     def undo(self, moved: Moved) -> Moved:
-        """Back to where it was. Raises InvalidInput if that time has passed, or the start is no longer to come where
-        it was moved to."""
+        """Back to where it was; on a robot that was chosen since it stays there. Raises InvalidInput if that time has
+        passed, or the start is no longer where it was moved to."""
 
         def work(edit: Edit) -> Moved:
             if moved.was_at <= edit.now:
                 raise InvalidInput("schedule", "the time of this start has passed")
             is_single = moved.before.recurrence is None
             before = moved.before if is_single else edit.the_schedule(moved.before.id)
-            to, target = _local(moved.was_at, before), (before.robot_id, before.group_id)
+            to, target = _local(moved.was_at, before), _target(edit.the_schedule(moved.after.id))
+            if _target(moved.before) != _target(moved.after):
+                if target != _target(moved.after):
+                    raise InvalidInput("schedule", "its schedule has been changed since")
+                target = _target(before)
             return _move(edit, moved.after.id, moved.at, to, *target, any_day=True)
 
         return self._catalogue.edit(work)
@@ -159,9 +163,13 @@ def _is_where_it_was(edit: Edit, whole: Schedule, changed: Schedule) -> bool:
     was = changed.moved_from or edit.now
     return (
         changed.start == _local(was, whole)
-        and (changed.robot_id, changed.group_id) == (whole.robot_id, whole.group_id)
+        and _target(changed) == _target(whole)
         and next_occurrence(whole, was - MOMENT, edit.calendar) == was
     )
+
+
+def _target(schedule: Schedule) -> tuple[int | None, int | None]:
+    return schedule.robot_id, schedule.group_id
 
 
 def _local(instant: datetime, schedule: Schedule) -> datetime:

@@ -1,17 +1,31 @@
-"""Undoing a deletion, the switch of a schedule, and the cancellation of a start."""
+"""Changes of single fields; undoing them, a deletion, the switch of a schedule, and the cancellation of a start."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
-from typing import TypeVar
+from types import MappingProxyType
+from typing import Any, TypeVar
 
 from app.database.executions import UNBOUND
 from app.database.table import Table
 from app.domain import names
-from app.domain.models import Execution, InvalidInput, ReasonCode, Schedule, State, Trigger
-from app.services.catalogue import change_log, mission_edit, robot_edit, schedule_edit, settings_edit
+from app.domain.models import (
+    DayException,
+    Execution,
+    Group,
+    IdleRule,
+    InvalidInput,
+    Mission,
+    Place,
+    ReasonCode,
+    Robot,
+    Schedule,
+    State,
+    Trigger,
+)
+from app.services.catalogue import change_log, group_edit, mission_edit, robot_edit, schedule_edit, settings_edit
 from app.services.catalogue.edit import Edit, Removed
 from app.services.executions import transitions
 from app.services.executions.wanted import wanted
@@ -53,12 +67,51 @@ def switch_back(edit: Edit, switched: Switched) -> None:
     edit.topics.add(Topic.EXECUTIONS)
 
 
-def change_back(edit: Edit, before: Schedule, changed: Schedule) -> Schedule:
-    """Only as long as it is ``changed``: what a person has entered since isn't lost."""
-    now = edit.the_schedule(changed.id)
-    if schedule_edit.definition(now) != schedule_edit.definition(changed):
-        raise InvalidInput("schedule", "its schedule has been changed since")
-    return schedule_edit.save(edit, before)
+def _days(edit: Edit, id_: int) -> DayException:
+    if days := edit.days.get(edit.c, id_):
+        return days
+    raise InvalidInput("days", "this entry of the calendar no longer exists")
+
+
+_READ_AND_SAVE: Mapping[type, tuple[Callable[[Edit, int], Any], Callable[[Edit, Any], Any]]] = MappingProxyType(
+    {
+        Robot: (Edit.the_robot, robot_edit.save),
+        Group: (Edit.the_group, group_edit.save),
+        Place: (Edit.the_place, group_edit.save_place),
+        Mission: (Edit.the_mission, mission_edit.save),
+        Schedule: (Edit.the_schedule, schedule_edit.save),
+        DayException: (_days, lambda edit, days: settings_edit.save_days(edit, [days])[0]),
+    }
+)
+
+
+def change(edit: Edit, before: T, after: T, *, must_be_unchanged: bool = False) -> T:
+    """Write what differs between the two to what is stored now. ``must_be_unchanged``: raises InvalidInput if something
+    of that is no longer as it was ``before``."""
+    read, save = _READ_AND_SAVE[type(before)]
+    stored = read(edit, vars(before)["id"])
+    differing = {
+        name: value
+        for name, value in vars(after).items()
+        if value != getattr(before, name) and name not in schedule_edit.NOT_THE_RULE
+    }
+    if must_be_unchanged and any(getattr(stored, name) != getattr(before, name) for name in differing):
+        raise changed_again(stored.name)
+    saved: T = save(edit, replace(stored, **differing))
+    return saved
+
+
+def changed_again(name: str) -> InvalidInput:
+    return InvalidInput("name", "{name} was changed again, so nothing is undone", name=name)
+
+
+def idle_rule_back(edit: Edit, robot_id: int, before: IdleRule | None, changes: Mapping[str, Any]) -> Robot:
+    """These alone, as long as they are so; one that was new is off."""
+    robot = edit.the_robot(robot_id)
+    if robot.idle is None or any(getattr(robot.idle, name) != value for name, value in changes.items()):
+        raise changed_again(robot.name)
+    was = {"enabled": False} if before is None else {name: getattr(before, name) for name in changes}
+    return robot_edit.set_idle_rule(edit, robot_id, replace(robot.idle, **was))
 
 
 def restore(edit: Edit, removed: Removed) -> None:

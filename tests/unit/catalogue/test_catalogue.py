@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from datetime import date
 
 import pytest
 
 from app.domain.models import (
+    DayException,
     Group,
+    HandOver,
     IdleRule,
     InvalidInput,
     Mission,
@@ -275,3 +278,49 @@ def test_the_names_of_groups_differ_in_more_than_capital_letters(world):
     with refuses("name", f"there is a robot {world.robot.name} already"):
         world.catalogue.save_group(Group(world.robot.name.swapcase(), (world.robot.id,)))
     assert world.catalogue.save_group(replace(group, name="HALL")).name == "HALL"
+
+
+@pytest.mark.parametrize(
+    ("of", "first", "second"),
+    [
+        (lambda world: world.robot, {"name": "Alma"}, {"enabled": False}),
+        (
+            lambda world: world.catalogue.save_group(Group("Carts", (world.robot.id,))),
+            {"name": "Hall"},
+            {"hand_over": HandOver.AT_ONCE},
+        ),
+        (lambda world: world.catalogue.save_place(Place("Lift", 1)), {"most": 2}, {"name": "Door"}),
+        (lambda world: world.mission, {"name": "Home"}, {"usual_minutes": 5}),
+        (lambda world: world.schedule(), {"priority": 1}, {"start_window_minutes": 5}),
+        (
+            lambda world: world.catalogue.save_days(DayException("Feast", date(2026, 12, 7), date(2026, 12, 7))),
+            {"name": "Fair"},
+            {"is_working": True},
+        ),
+    ],
+    ids=["robot", "group", "place", "mission", "schedule", "days"],
+)
+def test_of_two_changes_at_the_same_time_both_stay_and_each_is_undone_alone(world, of, first, second):
+    catalogue, read = world.catalogue, of(world)
+    once = catalogue.change(read, replace(read, **first))
+    twice = catalogue.change(read, replace(read, **second))
+    assert {name: getattr(twice, name) for name in first | second} == first | second
+    back = catalogue.change_back(read, once)
+    assert {name: getattr(back, name) for name in first | second} == {
+        name: getattr(read, name) for name in first
+    } | second
+    with refuses("name", "was changed again, so nothing is undone"):
+        catalogue.change_back(read, once)
+
+
+def test_a_change_of_an_idle_rule_is_undone_alone_and_only_as_long_as_it_is_so(world):
+    catalogue, home = world.catalogue, world.catalogue.save_mission(Mission("Home", "guid-2"))
+    before = catalogue.save_idle_rule(world.robot.id, world.mission.id, 10).idle
+    catalogue.change_idle_rule(world.robot.id, mission_id=home.id)
+    catalogue.change_idle_rule(world.robot.id, after_minutes=20)
+    undone = catalogue.idle_rule_back(world.robot.id, before, {"mission_id": home.id}).idle
+    assert (undone.mission_id, undone.after_minutes) == (world.mission.id, 20)
+    with refuses("name", "Aino was changed again, so nothing is undone"):
+        catalogue.idle_rule_back(world.robot.id, before, {"mission_id": home.id})
+    new = {"mission_id": world.mission.id}
+    assert not catalogue.idle_rule_back(world.robot.id, None, new).idle.enabled
