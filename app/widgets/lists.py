@@ -224,6 +224,7 @@ class Rows(MDBoxLayout):
             if key not in old:
                 view.came = Clock.get_time()
             view.take(data)
+            view.key = key  # data may have none
             self._views[key] = view
         del self._spare[SPARE:]
         shown = set(self._views.values())

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import pytest
 from kivy.factory import Factory
+from kivy.properties import StringProperty
+from kivy.uix.boxlayout import BoxLayout
 
 from app.widgets.buttons import IconButton
 from app.widgets.items import Item
-from app.widgets.lists import KEPT, STILL, Rows
+from app.widgets.lists import KEPT, STILL, Row, Rows
 from app.widgets.long_list import LongList
 from app.widgets.scrolling import ScrollPage
 from app.widgets.text import Txt
@@ -114,6 +118,30 @@ def test_a_row_that_slides_under_the_finger_as_another_one_grows_is_not_pressed(
     ui.advance(STILL)
     ui.tap_at(*place)
     assert happened == [(2, "cancel")]
+
+
+@dataclass(frozen=True)
+class Words:
+    text: str
+
+
+class WordsRow(Row, BoxLayout):
+    """As of a list whose data have no key."""
+
+    text = StringProperty()
+
+
+def test_of_rows_without_a_key_those_that_stand_still_can_be_pressed(ui):
+    rows, page = Factory.RowColumn(viewclass="WordsRow", data=[Words(text) for text in "abc"]), ScrollPage()
+    page.add_widget(rows)
+    ui.show(page, (400, 400))
+    views = rows.children[::-1]
+    for view in views:
+        view.size_hint_y, view.height = None, 60
+    ui.advance(2 * STILL)
+    views[1].height += 40
+    ui.advance(0.1)
+    assert [view.has_just_moved for view in views] == [False, True, True]
 
 
 def test_rows_that_scrolling_has_brought_can_be_pressed_at_once(ui):
