@@ -68,7 +68,7 @@ class RescuePage(BoxLayout, Generic[T]):
         else:
             self._choose(str(damage.found.backup))
             action = Action("another", _("Choose another"), style="text")
-            support = f"{self.when}, {place_word(Place(PlaceKind.BACKUPS, Path()))}"
+            support = f"{self.when}, {place_word(Place(PlaceKind.TABLET, Path()))}"
             self.items = [
                 Item("", _("Newest good backup"), support, icon="backup-restore", opens=False, actions=(action,))
             ]
@@ -98,7 +98,7 @@ class RescuePage(BoxLayout, Generic[T]):
 
     def _look(self) -> list[Item]:
         """All backups: those of this tablet, then those on sticks and shares."""
-        here = Place(PlaceKind.BACKUPS, Path())
+        here = Place(PlaceKind.TABLET, Path())
         files = [(here, FoundFile.at(path)) for path in backups_of(self._damage.found.path)]
         files += [(place, file) for place in mounted() for file in found_in(place.path, ".db")]
         return [

@@ -297,7 +297,7 @@ class LongList(CalmScroll):
         labels = [child for child in self._content.children if not isinstance(child, Seat)]
         wanted = bool(self.empty_text) and not self._keys
         if wanted and not labels:
-            labels = [Factory.Note(size_hint_x=None)]
+            labels = [Factory.Body(size_hint_x=None, halign="center", padding=dp(16))]
             labels[0].fbind("height", self._arrange)  # which follows its text later
             self._content.add_widget(labels[0])
         for label in labels:

@@ -15,7 +15,7 @@ ICONS = {
     PlaceKind.DOCUMENTS: "folder-outline",
     PlaceKind.USB: "usb-flash-drive-outline",
     PlaceKind.SHARE: "folder-network-outline",
-    PlaceKind.BACKUPS: "tablet",
+    PlaceKind.TABLET: "tablet",
 }
 
 
@@ -24,7 +24,7 @@ def place_word(place: Place) -> str:
         PlaceKind.DOCUMENTS: _("Documents"),
         PlaceKind.USB: _("USB: {name}").format(name=place.name),
         PlaceKind.SHARE: _("Share: {name}").format(name=place.name),
-        PlaceKind.BACKUPS: _("This tablet"),
+        PlaceKind.TABLET: _("This tablet"),
     }[place.kind]
 
 

@@ -88,7 +88,7 @@ def place_items(facts: SettingsFacts, most: Mapping[int, int], chosen: int | Non
             icon=icon,
             look="chosen" if place.id == chosen else "plain",
             actions=(
-                Action("fewer", icon="minus", style="outlined"),
+                Action("fewer", icon="minus", style="outlined", off="" if most[place.id] > 1 else _("1 or more")),
                 Action("", str(most[place.id])),
                 Action("more", icon="plus", style="outlined"),
                 Action("dots", icon="dots-vertical"),

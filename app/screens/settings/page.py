@@ -178,6 +178,10 @@ class PageContext:
         else:
             self._settle()
 
+    def rests(self, what: Hashable) -> bool:
+        """Whether it was stepped and is not saved yet."""
+        return what in self._resting
+
     def pass_over(self, what: Hashable) -> None:
         """Discard the steps made there."""
         self._resting.pop(what, None)

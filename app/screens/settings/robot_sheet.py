@@ -70,7 +70,9 @@ class RobotSheet(KnownRobotSheet):
         form.fbind("outcome", self._name_buttons)
         for name in FIELDS:
             form.fbind(name, self._edited, name)
-            form.fbind(f"{name}_problem", self._reveal, f"{name}_field")
+            form.fbind(
+                f"{name}_problem", self._reveal, "fingerprint_slot" if name == "fingerprint" else f"{name}_field"
+            )
         self._entered_first = self._values()
         for name in FIELDS:
             form.fbind(name, lambda *_args: setattr(self, "draft", self._values() != self._entered_first))

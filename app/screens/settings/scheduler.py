@@ -50,7 +50,7 @@ class SchedulerPage(SettingsPage):
         for name, number in self._numbers.items():
             number.stored = getattr(settings, name)
         vm.history_all = settings.history_limit is None
-        if settings.history_limit is not None:
+        if settings.history_limit is not None and not self.context.rests("history_limit"):
             vm.history_limit = settings.history_limit
         vm.timezone = settings.timezone
 
@@ -61,6 +61,8 @@ class SchedulerPage(SettingsPage):
     # ------------------------------------------------------------------ what is changed
     def step(self, name: str, value: int) -> None:
         save = self.keep if name == "history_limit" else partial(self.set, name)
+        if name == "history_limit":
+            self.vm.history_limit = value  # its segment too
         self.context.save_at_rest(name, lambda: save(value))
 
     def set(self, name: str, value: Any) -> None:

@@ -52,7 +52,8 @@ class DataFiles:
 
     def places(self) -> list[Place]:
         """``directory``, then the present sticks and shares."""
-        return [Place(PlaceKind.DOCUMENTS, self.directory), *mounted()]
+        own = self.data_directory in self.directory.parents
+        return [Place(PlaceKind.TABLET if own else PlaceKind.DOCUMENTS, self.directory), *mounted()]
 
     def suggested(self, stem: str, suffix: str, directory: Path | None = None) -> Path:
         """A file that doesn't exist yet, named after today (UTC): ``amr-scheduler-log-2026-11-20.csv``, then ``…-2.csv``."""
@@ -111,7 +112,7 @@ class DataFiles:
 
     def backup_places(self) -> list[Place]:
         """Where backups may be: this tablet's own directory, then the present sticks and shares."""
-        return [Place(PlaceKind.BACKUPS, self.data_directory / BACKUPS), *mounted()]
+        return [Place(PlaceKind.TABLET, self.data_directory / BACKUPS), *mounted()]
 
     def back_up_now(self, stem: str = "manual") -> FoundFile:
         """A copy of the database as it is now, whole and verified, in this tablet's own directory."""

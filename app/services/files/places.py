@@ -24,7 +24,7 @@ class PlaceKind(StrEnum):
     DOCUMENTS = "documents"
     USB = "usb"
     SHARE = "share"
-    BACKUPS = "backups"
+    TABLET = "tablet"  # the app's own
 
 
 @dataclass(frozen=True)

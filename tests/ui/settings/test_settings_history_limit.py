@@ -100,3 +100,12 @@ def test_a_configuration_that_deletes_runs_says_so_before_it_is_imported(site, a
     press(ui, "Import", ui.find(ImportSheet))
     ui.wait(lambda: page(app).vm.outcome.text == "1 change imported")
     assert settings(site).history_limit == 1
+
+
+def test_the_segment_follows_a_step_before_it_is_saved(site, app, ui):
+    go(ui, "scheduler")
+    ui.wait(lambda: ui.find(Segment, key=100_000).selected)
+    ui.find(SchedulerPage).step("history_limit", 99_900)
+    ui.advance(1.5)  # the facts are shown again, it is not saved yet
+    assert not ui.find(Segment, key=100_000).selected
+    assert settings(site).history_limit == 100_000

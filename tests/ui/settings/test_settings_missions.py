@@ -14,7 +14,7 @@ from app.widgets.buttons import CommandButton, IconButton, MenuChip, Toggle
 from app.widgets.choices import ChoiceSheet
 from app.widgets.dialogs import ConfirmDialog, MenuRow
 from app.widgets.display import Notice
-from app.widgets.fields import PickBox, SearchField
+from app.widgets.fields import Field, PickBox, SearchField
 from app.widgets.rest import DOUBLE_TAP
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
@@ -156,7 +156,7 @@ def test_the_guid_of_a_mission_is_behind_details(site, app, ui):
     ui.tap(ui.find(MenuChip, dialog, text="Details"))
     ui.advance(0.3)
     assert "GUID" in ui.texts(dialog)
-    assert dialog.ids.guid_field.text == GUIDS["Deliver"]
+    assert ui.find(Field, dialog, label="GUID").text == GUIDS["Deliver"]
 
 
 def test_a_mission_by_hand_with_its_bad_input_at_the_field(site, app, ui):
@@ -166,10 +166,11 @@ def test_a_mission_by_hand_with_its_bad_input_at_the_field(site, app, ui):
     ui.tap(ui.find(IconButton, icon="plus"))
     dialog = ui.find(MissionSheet)
     enter(ui, dialog.ids.name_field, "Deliver")
-    enter(ui, dialog.ids.guid_field, "no guid!")
+    guid = ui.find(Field, dialog, label="GUID")
+    enter(ui, guid, "no guid!")
     press(ui, "Save", dialog)
-    ui.wait(lambda: dialog.ids.guid_field.problem.startswith("A mission's guid has"))
-    enter(ui, dialog.ids.guid_field, GUIDS["Home"])
+    ui.wait(lambda: guid.problem.startswith("A mission's guid has"))
+    enter(ui, guid, GUIDS["Home"])
     press(ui, "Save", dialog)
     ui.wait(lambda: dialog.ids.name_field.problem == "There is a mission Deliver already")
     enter(ui, dialog.ids.name_field, "Home")

@@ -155,6 +155,11 @@ def test_sticks_and_shares_are_found_in_the_table_of_mounts(files, tmp_path, mon
     ]
 
 
+def test_without_a_directory_for_documents_the_place_is_the_tablet(files, tmp_path):
+    (tmp_path / "Documents").rmdir()
+    assert [(place.kind, place.path.name) for place in files.places()] == [(PlaceKind.TABLET, "exports")]
+
+
 def test_files_of_a_place_are_listed_newest_first(tmp_path):
     for name, at in (
         ("old.json", 1_000),
