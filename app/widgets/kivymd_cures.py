@@ -19,7 +19,7 @@ from kivy.uix.label import Label
 from kivy.uix.relativelayout import RelativeLayout
 
 from app.widgets.shapes import bordered, rounded
-from app.widgets.tokens import TYPE_SCALE, font_of, set_roles, tk
+from app.widgets.tokens import set_roles, tk
 
 KIVYMD_VERSION = "2.0.0"
 CLEAR, WHITE = (0, 0, 0, 0), (1, 1, 1, 1)
@@ -60,7 +60,6 @@ def apply() -> None:
         background,
         state_layer,
         scheme,
-        type_scale,
         text_properties,
         text_textures,
         names_in_kv,
@@ -217,17 +216,6 @@ def scheme() -> None:
         set_roles(self)
 
     ThemeManager.set_colors = set_colors
-
-
-def type_scale() -> None:
-    """KivyMD's sizes are numbers computed at its import, so that texts don't follow the font scale, and go down to 11 sp."""
-    from kivymd.font_definitions import theme_font_styles
-
-    for style, sizes in TYPE_SCALE.items():
-        for role in sizes:
-            font_name, font_size = font_of(style, role)
-            theme_font_styles[style][role] |= {"font-size": font_size, "line-height": 1, "font-name": font_name}
-    theme_font_styles["Icon"]["large"]["font-size"] = "24dp"
 
 
 def text_properties() -> None:

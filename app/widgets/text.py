@@ -9,8 +9,6 @@ from kivymd.icon_definitions import md_icons
 from kivymd.uix.boxlayout import MDBoxLayout
 from kivymd.uix.label import MDIcon, MDLabel
 
-from app.widgets.tokens import font_of
-
 SEAM = re.compile(r"(?<=[/@._-])(?=.)|(?=:\d)")  # where an address, a path or a file name may break
 JOINT = re.compile(
     r"(?<=\d) (?=(?:s|min|h|d|pv|%|m|km|m/s)(?![\w/]))| (?=…)"
@@ -149,26 +147,17 @@ def line_width(text: str, font_name: str, font_size: float) -> float:
     return label.get_extents(text)[0]
 
 
-def _role(font_style: str, role: str, name: str) -> type[Txt]:
-    """The class ``name`` of texts in one role of KivyMD's type scale."""
-    font_name, font_size = font_of(font_style, role)
-    return type(Txt)(
-        name,
-        (Txt,),
-        {
-            "font_style": StringProperty(font_style),
-            "role": OptionProperty(role, options=["large", "medium", "small"]),
-            "font_name": StringProperty(font_name),
-            "font_size": NumericProperty(font_size),
-        },
-    )
+def _size(name: str, size: int, strong: bool = True) -> type[Txt]:
+    """The class ``name`` of texts of ``size`` sp."""
+    font = StringProperty("RobotoMedium" if strong else "Roboto")
+    return type(Txt)(name, (Txt,), {"font_name": font, "font_size": NumericProperty(f"{size}sp")})
 
 
-Note, NoteStrong = _role("Body", "small", "Note"), _role("Label", "medium", "NoteStrong")  # 14 sp
-Body, BodyStrong = _role("Body", "medium", "Body"), _role("Title", "medium", "BodyStrong")  # 16
-Large, Title = _role("Body", "large", "Large"), _role("Title", "large", "Title")  # 18
-BigValue, ScreenTitle = _role("Headline", "small", "BigValue"), _role("Headline", "small", "ScreenTitle")  # 24
-Kpi = _role("Display", "small", "Kpi")  # 40
+Note, NoteStrong = _size("Note", 14, strong=False), _size("NoteStrong", 14)
+Body, BodyStrong = _size("Body", 16, strong=False), _size("BodyStrong", 16)
+Large, Title = _size("Large", 18, strong=False), _size("Title", 18)
+BigValue, ScreenTitle = _size("BigValue", 24), _size("ScreenTitle", 24)
+Kpi = _size("Kpi", 40)
 
 
 class Ico(MDIcon):

@@ -82,15 +82,6 @@ COLOURS = {
     "map_wall": ("#5B6976", "#8A98A4", "#000000"),
 }
 
-# KivyMD's styles of text and their roles, in sp; nothing is smaller than 14, and there are two weights
-TYPE_SCALE = {
-    "Display": {"large": 45, "medium": 40, "small": 40},
-    "Headline": {"large": 32, "medium": 28, "small": 24},
-    "Title": {"large": 18, "medium": 16, "small": 14},
-    "Body": {"large": 18, "medium": 16, "small": 14},
-    "Label": {"large": 16, "medium": 14, "small": 14},
-}
-
 GLOVES = 1.25  # with gloves everything is so much larger, as far as a window of LEAST dp is left
 LEAST = 1024, 600
 TARGETS = {"h_foot": (72, 96), "h_touch": (48, 56)}  # name: (bare hands, gloves) in dp
@@ -110,11 +101,6 @@ SPACES = {
     "H_TOP": 64,
     "H_LOW": 640,  # a lower window has no height to spare
 }
-
-
-def font_of(style: str, role: str) -> tuple[str, str]:
-    """Name of the font, and size as a string, so that kivy follows the font scale live."""
-    return "Roboto" if style == "Body" else "RobotoMedium", f"{TYPE_SCALE[style][role]}sp"
 
 
 def late_color(default) -> ColorProperty:

@@ -16,7 +16,7 @@ from kivy.core.window import Window
 from kivy.factory import Factory
 from kivy.graphics import BorderImage, CanvasBase, Color, Fbo, RoundedRectangle
 from kivy.lang import Builder
-from kivy.metrics import Metrics, sp
+from kivy.metrics import sp
 from kivy.tests.common import UnitTestTouch
 from kivy.uix.behaviors import FocusBehavior
 from kivy.uix.floatlayout import FloatLayout
@@ -276,23 +276,6 @@ def test_kivymds_own_switch_of_the_theme_keeps_the_tokens(ui):
     ui.app.theme_cls.theme_style = "Dark"
     ui.app.theme_cls.set_colors()
     assert ui.app.theme_cls.primaryColor == tk.accent
-
-
-def test_texts_follow_the_font_scale_and_none_is_smaller_than_14_sp(ui):
-    body, small = (
-        MDLabel(text="Deliver", adaptive_height=True),
-        MDLabel(text="Deliver", font_style="Label", role="small"),
-    )
-    ui.show(MDBoxLayout(body, small))
-    assert (body.font_size, small.font_size) == (sp(18), sp(14))
-    usual = Metrics.fontscale
-    try:
-        Metrics.fontscale = usual * 1.3
-        ui.advance()
-        assert (body.font_size, small.font_size) == (sp(18), sp(14))
-        assert body.font_size == pytest.approx(18 * 1.3 * usual * Metrics.density)
-    finally:
-        Metrics.fontscale = usual
 
 
 def test_a_label_follows_no_property_that_stays_at_its_default(ui):
