@@ -4,8 +4,8 @@ A dialog's kv adds its content and, as a ``DialogActions`` box, its buttons; the
 
     <NameDialog>:                       # class NameDialog(FormDialog)
         title: root.vm.title
-        Field:
-            label: tr._("Name")
+        DialogText:
+            text: root.vm.text
         DialogActions:
             CommandButton:
                 text: tr._("Cancel")
@@ -168,17 +168,11 @@ class DialogActions(OnlySeen, MDDialogButtonContainer):
 
 
 class Dialog(Overlay):
-    """Title, content, buttons. As high as ``body_height`` needs, at most as the window, or as the room above the
-    on-screen keyboard. With too little room it is ``squeezed``: without its title, so that the field and the buttons
-    are visible; if that is still not enough (gloves, lowest windows), the buttons are ``tucked`` under the keyboard.
-    """
+    """Title, content, buttons. As high as ``body_height`` needs, at most as the window, or as the room above the on-screen keyboard."""
 
-    squeezed = BooleanProperty(False)
     low = BooleanProperty(False)  # the window has no height to spare
     head_height = NumericProperty(0)  # px, of the title
-    foot_height = NumericProperty(0)  # px, of the buttons
     room = NumericProperty(0)  # px of the window above the keyboard
-    tucked = NumericProperty(0)  # px under it
     title = StringProperty()
     panel_width = NumericProperty("560dp")
     body_height = NumericProperty(0)
@@ -186,15 +180,14 @@ class Dialog(Overlay):
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
-        for name in ("room", "tucked"):
-            self.fbind(name, self._place)
+        self.fbind("room", self._place)
 
     def on_parent(self, _dialog, window):
         dock.dialogs = [other for other in dock.dialogs if other is not self] + ([self] if window else [])
 
     def corner(self):
         x, _y = super().corner()
-        return x, dock.height - self.tucked if self.tucked else Window.height - (self.room + self.height) / 2
+        return x, Window.height - (self.room + self.height) / 2
 
     def add_widget(self, widget, *args, **kwargs):
         if "button_container" in self.ids and not isinstance(widget, MDDialogButtonContainer):

@@ -2,8 +2,8 @@
 
 from kivy.properties import ListProperty, NumericProperty, StringProperty
 
-from app.widgets.dialogs import FormDialog
 from app.widgets.lists import Row
+from app.widgets.sheet import Sheet
 from app.widgets.surfaces import Tap
 
 
@@ -21,7 +21,7 @@ class FigureCard(Row, Tap):
         self.act("explain")
 
 
-class FigureDialog(FormDialog):
+class FigureSheet(Sheet):
     """What a figure means, and the numbers behind it: ``rows`` are Items."""
 
     text = StringProperty()

@@ -67,7 +67,7 @@ def figure(studio: Any) -> Any:
     stand.vm.choose_part("figures")
     stand.settle()
     stand.vm.figures.explain("adherence")
-    return studio.dialogs.top
+    return stand.shell.sheets.top
 
 
 @picture("logs-activity", sizes=EVERY_SIZE)
@@ -109,7 +109,7 @@ def logs_activity_span(studio: Any) -> Any:
     stand.vm.choose_part("activity")
     stand.settle()
     stand.vm.activity.show_bar(stand.vm.activity.lanes[0].bars[-1].key)
-    return studio.dialogs.top
+    return stand.shell.sheets.top
 
 
 @picture("logs-report", sizes=BOTH)

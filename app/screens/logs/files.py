@@ -17,7 +17,7 @@ from app.screens.logs import report_page, view
 from app.screens.logs.facts import LogsServices, execution_filter
 from app.screens.logs.numbers import Explanation
 from app.services.history.shift_report import ReportPeriod, ShiftReport
-from app.widgets.figures import FigureDialog
+from app.widgets.figures import FigureSheet
 from app.widgets.items import Item
 from app.widgets.snackbar import Message
 
@@ -29,11 +29,11 @@ T = TypeVar("T")
 PATH_SHOWN_S = 12.0  # long enough to read where a file was written
 
 
-def explain(shell: Shell, found: Explanation) -> FigureDialog:
+def explain(shell: Shell, found: Explanation) -> None:
     rows = [
         Item(n, line.label, line.note, meta=line.value, strong=False, opens=False) for n, line in enumerate(found.lines)
     ]
-    return shell.dialogs.open(FigureDialog(title=found.title, text=found.text, rows=rows))
+    shell.sheets.show(FigureSheet(title=found.title, text=found.text, rows=rows))
 
 
 class LogsFiles(EventDispatcher):

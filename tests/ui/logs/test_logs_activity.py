@@ -12,7 +12,7 @@ from app.widgets import lanes_frame
 from app.widgets.buttons import CommandButton, IconButton, MenuChip
 from app.widgets.choices import ChoiceSheet
 from app.widgets.display import LegendItem
-from app.widgets.figures import FigureDialog
+from app.widgets.figures import FigureSheet
 from app.widgets.lanes import Lanes
 from app.widgets.rows import OptionRow
 from app.widgets.tokens import apply_theme
@@ -72,7 +72,7 @@ def test_every_activity_has_a_look_of_its_own(ui, theme):
 
 def test_a_tap_shows_what_from_when_to_when_and_how_long(screen, ui):
     tap_bar(screen, ui, "Sisu", "charging")
-    dialog = ui.find(FigureDialog)
+    dialog = ui.find(FigureSheet)
     assert dialog.title == "Sisu · Charging"
     assert [(line.title, line.meta) for line in dialog.rows] == [
         ("From", "10:06"),
@@ -84,7 +84,7 @@ def test_a_tap_shows_what_from_when_to_when_and_how_long(screen, ui):
 def test_a_current_span_has_no_end(screen, ui):
     lanes = ui.find(Lanes)
     screen.logs.activity.show_bar(lanes.lanes[0].bars[-1].key)
-    dialog = ui.find(FigureDialog)
+    dialog = ui.find(FigureSheet)
     assert (dialog.title, dialog.rows[1].meta) == ("Aino · Working", "ongoing")
 
 

@@ -14,7 +14,7 @@ from app.widgets.buttons import ChoiceChip, CommandButton, MenuChip
 from app.widgets.charts import RobotBars, StackedBars
 from app.widgets.choices import ChoiceSheet
 from app.widgets.figure_charts import CauseRow, TrendRow
-from app.widgets.figures import FigureCard, FigureDialog
+from app.widgets.figures import FigureCard, FigureSheet
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from tests.ui import checks
@@ -73,12 +73,12 @@ def test_figures_are_of_the_period_when_the_runs_of_one_day_were_looked_at(scree
 
 def test_a_figure_says_what_it_means(screen, ui):
     tap(screen, ui, ui.find(FigureCard, label="On time"))
-    dialog = ui.find(FigureDialog)
+    dialog = ui.find(FigureSheet)
     assert dialog.text.startswith("Planned starts that reached the robot")
     assert {"Planned", "Ran"} <= {line.title for line in dialog.rows}
     assert (dialog.rows[-1].title, dialog.rows[-1].meta) == ("Period", "Sat 14 Nov – Fri 20 Nov")
     ui.key(27)
-    assert not ui.find_all(FigureDialog)
+    assert not ui.find_all(FigureSheet)
 
 
 def test_use_is_one_figure_wherever_it_is_shown(screen, ui):
@@ -91,7 +91,7 @@ def test_use_is_one_figure_wherever_it_is_shown(screen, ui):
     [bar] = ui.find(RobotBars).rows
     assert ui.find(FigureCard, label="In use").value.partition("[")[0] == bar.share.partition(" ")[0]
     tap(screen, ui, ui.find(FigureCard, label="In use"))
-    assert [line.title for line in ui.find(FigureDialog).rows] == ["Sisu", "Period"]
+    assert [line.title for line in ui.find(FigureSheet).rows] == ["Sisu", "Period"]
 
 
 # ---------------------------------------------------------------------- to the runs
@@ -157,7 +157,7 @@ def test_a_report_is_written_and_the_file_named(screen, ui, tmp_path, monkeypatc
     assert "Veikko" not in page
     assert not screen.logs.files.reporting
     tap(screen, ui, ui.find(root=ui.find(Snackbar), text="Show"))  # a kiosk has nothing to open a page with
-    shown = ui.find(FigureDialog)
+    shown = ui.find(FigureSheet)
     assert (shown.title, words in shown.text.replace(" · Aino", ""), shown.rows[0].title) == (
         "Shift report",
         True,

@@ -12,7 +12,7 @@ from app.domain.models import Group, State, Trigger
 from app.screens.logs.of_groups import OfGroup
 from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.choices import ChoiceSheet
-from app.widgets.figures import FigureCard, FigureDialog
+from app.widgets.figures import FigureCard, FigureSheet
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from tests.support.history import last_ended
@@ -103,5 +103,5 @@ def test_the_figures_of_a_group_are_among_the_numbers_of_what_ran_on_time(logs, 
     container.db.write(lambda c: container.repositories.executions.add(c, planned))
     reset_logs(logs, ui, "figures")
     tap(logs, ui, ui.find(FigureCard, label="On time"))
-    lines = [(line.title, line.meta) for line in ui.find(FigureDialog).rows if line.support == "Any of Hall 1"]
+    lines = [(line.title, line.meta) for line in ui.find(FigureSheet).rows if line.support == "Any of Hall 1"]
     assert lines[0][0] == "Started within 1 min of plan"
