@@ -1,8 +1,5 @@
 """Sheets that ask for one value, in the place of the sheet that needs it or beside the page; and the choice from a list."""
 
-from collections.abc import Hashable
-from dataclasses import dataclass
-
 from kivy.clock import Clock
 from kivy.properties import (
     AliasProperty,
@@ -13,6 +10,8 @@ from kivy.properties import (
     StringProperty,
 )
 
+from app.widgets.items import Item
+from app.widgets.list_row import ListRow
 from app.widgets.sheet import Sheet
 
 
@@ -34,17 +33,8 @@ class Picker(Sheet):
         return self.takes_key(key, text or "") or super()._key(_window, key)
 
 
-@dataclass(frozen=True)
-class Choice:
-    """Values of OptionRow."""
-
-    key: Hashable
-    text: str
-    icon: str
-    note: str
-    selected: bool
-    mark: bool
-    tone: str
+class OptionRow(ListRow):
+    """An option; a tap chooses it."""
 
 
 class ChoiceSheet(Picker):
@@ -81,19 +71,30 @@ class ChoiceSheet(Picker):
     searchable = AliasProperty(_searchable, None, bind=("options", "search_from"))
 
     def _show(self, *_):
-        words, selected = self.query.casefold().split(), set(self.selected)
+        words = self.query.casefold().split()
         self.shown = [
-            self._choice(option, option.key in selected)
+            option
             for option in self.options
             if all(word in f"{option.text} {option.note}".casefold() for word in words)
         ]
-        self.all_shown = all(choice.selected for choice in self.shown)
+        self.all_shown = {option.key for option in self.shown} <= set(self.selected)
 
-    def _choice(self, option, is_selected) -> Choice:
-        return Choice(option.key, option.text, option.icon, option.note, is_selected, self.multiple, option.tone)
+    def rows(self, shown, selected, last) -> list[Item]:
+        chosen = set(selected)
+        return [self._row(option, option.key in chosen) for option in shown] + ([self._row(last, None)] if last else [])
 
-    def rows(self, shown, last) -> list[Choice]:
-        return shown if last is None else [*shown, self._choice(last, False)]
+    def _row(self, option, is_chosen: bool | None) -> Item:
+        is_one = bool(is_chosen) and not self.multiple
+        return Item(
+            option.key,
+            option.text,
+            option.note,
+            icon=option.icon,
+            tone=option.tone,
+            look="chosen" if is_one else "plain",
+            meta_icon="check" if is_one else "",
+            ticked=is_chosen if self.multiple else None,
+        )
 
     def found(self) -> list:
         """The options that match the typed text."""
@@ -111,8 +112,8 @@ class ChoiceSheet(Picker):
 
     def on_other(self):
         """Tick all shown options, or none if all are ticked."""
-        shown = {choice.key: choice for choice in self.shown}
-        self.selected = [key for key in self.selected if key not in shown] + ([] if self.all_shown else list(shown))
+        shown = [option.key for option in self.shown]
+        self.selected = [key for key in self.selected if key not in shown] + ([] if self.all_shown else shown)
         self.draft = True
 
     def on_done(self):

@@ -254,7 +254,7 @@ class KeyFocus:
         """In a dialog with a choice: to the present one, or to the first of a list."""
         asked = next((around for target in targets[:1] for around in parents(target) if around is dock.question), None)
         if isinstance(asked, ChoiceSheet) and (options := asked.found()):
-            chosen = next((option for option in options if option.selected), options[0])
+            chosen = next((option for option in options if option.key in asked.selected), options[0])
             self._reveal_row(asked.ids.option_list.__self__, chosen.key, asked.center_x)
             return True
         day = next((target for target in targets if isinstance(target, MonthDay) and target.chosen), None)

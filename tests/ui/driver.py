@@ -227,13 +227,18 @@ class Driver:
                 waiting += widget.children  # the last of them was added first
 
     def find_all(self, kind: type | None = None, /, root: Widget | None = None, **values) -> list[Widget]:
-        """All that is shown of class ``kind`` with those property values, in reading order of the tree."""
+        """All that is shown of class ``kind`` with those property values (a row's are also those of its item), in reading order of the
+        tree."""
         missing = object()
+
+        def value_of(widget: Widget, name: str) -> object:
+            return getattr(widget, name, getattr(getattr(widget, "item", None), name, missing))
+
         return [
             widget
             for widget in self.seen(root)
             if (kind is None or isinstance(widget, kind))
-            and all(getattr(widget, name, missing) == value for name, value in values.items())
+            and all(value_of(widget, name) == value for name, value in values.items())
         ]
 
     def find(self, kind: type | None = None, /, root: Widget | None = None, **values) -> Widget:

@@ -17,13 +17,12 @@ from app.screens.scheduler import facts
 from app.screens.scheduler.cards import FormSheet, ScheduleRow
 from app.screens.scheduler.view import Listing
 from app.widgets.buttons import CommandButton, IconButton, Segment
-from app.widgets.choices import ChoiceSheet
+from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.dialogs import Menu, MenuRow
 from app.widgets.fields import Field, SearchField
 from app.widgets.lanes import Lanes
 from app.widgets.month import MonthDay
 from app.widgets.pickers import DateSheet, TimeCell
-from app.widgets.rows import OptionRow
 from app.widgets.sheet import FOOT_RESTS
 from app.widgets.snackbar import SECONDS, Snackbar
 from tests.ui.driver import Driver
@@ -96,7 +95,7 @@ def choose(app, ui, label: str, option: str) -> None:
     if dialog.searchable:
         ui.type(ui.find(SearchField, dialog), option)
         ui.advance(0.2)
-    ui.tap(ui.find(OptionRow, dialog, text=option))
+    ui.tap(ui.find(OptionRow, dialog, title=option))
     settle(app, ui)
 
 

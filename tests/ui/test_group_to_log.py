@@ -12,10 +12,9 @@ from app.container import Container
 from app.domain.models import Group, Mission, Overlap, Robot, Schedule, State
 from app.screens.scheduler.cards import FormNote, FormSheet
 from app.widgets.buttons import CommandButton, Segment
-from app.widgets.choices import ChoiceSheet
+from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.fields import Field
 from app.widgets.pickers import TimeCell
-from app.widgets.rows import OptionRow
 from app.widgets.sheet import FOOT_RESTS
 from tests.support.history import last_ended
 from tests.ui.test_plan_to_log import ShiftedClock, go
@@ -47,7 +46,7 @@ def pick(ui, label: str, option: str) -> None:
     ui.tap(ui.find(Field, label=label))
     ui.wait(lambda: ui.find_all(ChoiceSheet))
     ui.advance(0.3)
-    ui.tap(ui.find(OptionRow, text=option))
+    ui.tap(ui.find(OptionRow, title=option))
     ui.advance(0.3)
 
 
@@ -66,12 +65,12 @@ def test_one_robot_breaks_the_other_comes_and_nothing_runs_twice(site, fleet, ui
         ui.tap(ui.find(Field, label="Robot"))
         ui.wait(lambda: ui.find_all(ChoiceSheet))
         ui.advance(0.3)
-        assert [row.text for row in sorted(ui.find_all(OptionRow), key=lambda row: -row.y)] == [
+        assert [row.item.title for row in sorted(ui.find_all(OptionRow), key=lambda row: -row.y)] == [
             "Any of Hall 1",
             "Aino",
             "Veikko",
         ]
-        ui.tap(ui.find(OptionRow, text="Any of Hall 1"))
+        ui.tap(ui.find(OptionRow, title="Any of Hall 1"))
         ui.advance(0.3)
         pick(ui, "Mission", "Home")
         ui.tap(ui.find(Field, label="Time"))

@@ -7,11 +7,10 @@ import pytest
 from app.domain.models import Group, State
 from app.screens.home.cards import SendTile, TodayRow
 from app.widgets.buttons import ChoiceChip
-from app.widgets.choices import ChoiceSheet
+from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.dialogs import MenuRow
 from app.widgets.items import Item
 from app.widgets.list_row import RowButton, RowIcon
-from app.widgets.rows import OptionRow
 from app.widgets.sheet import AskSheet
 from app.widgets.snackbar import Snackbar
 from tests.support.history import last_ended
@@ -142,7 +141,7 @@ def test_a_robot_that_refuses_the_values_is_named_in_the_message(home, hall, ui)
 def pick(ui, word: str) -> None:
     ui.wait(lambda: ui.find_all(ChoiceSheet))
     ui.advance(0.3)
-    ui.tap(ui.find(OptionRow, text=word))
+    ui.tap(ui.find(OptionRow, title=word))
 
 
 def test_undoing_the_cancellation_of_a_waiting_start_makes_it_wait_again(home, hall, ui):

@@ -11,12 +11,12 @@ from kivy.uix.floatlayout import FloatLayout
 from kivy.uix.widget import Widget
 from kivy.utils import get_hex_from_color
 
-from app.screens.common.options import Option
 from app.screens.scheduler.axis import Band
 from app.screens.scheduler.timeline import Bar, Lane
 from app.widgets.buttons import CommandButton
 from app.widgets.display import SectionCard
 from app.widgets.fields import Field, FieldInput
+from app.widgets.items import Item
 from app.widgets.lanes import Lanes
 from app.widgets.long_list import LongList
 from app.widgets.panel_grid import PanelGrid
@@ -219,7 +219,7 @@ def test_tab_into_a_field_selects_what_is_in_it(ui, keys):
 
 @pytest.mark.parametrize(("forth", "back"), [((TAB, ()), (TAB, ("shift",))), ((DOWN, ()), (UP, ()))])
 def test_every_row_of_a_long_list_is_reached_in_its_order_and_all_of_it_seen(ui, keys, forth, back):
-    rows = LongList(viewclass="OptionRow", data=[Option(n, f"Option {n}", "star") for n in range(40)])
+    rows = LongList(viewclass="OptionRow", data=[Item(n, f"Option {n}", icon="star") for n in range(40)])
     ui.show(rows, (400, 300))
     ui.key(TAB)
     seen = []
@@ -327,7 +327,7 @@ def test_tab_leaves_a_field_for_the_button_after_it(ui, keys):
 def panels(ui) -> None:
     """Forty in two columns; eight are visible."""
     ui.show(
-        PanelGrid(panelclass="OptionRow", panels=[Option(n, f"Panel {n}") for n in range(40)], columns=2, spacing=8),
+        PanelGrid(panelclass="OptionRow", panels=[Item(n, f"Panel {n}") for n in range(40)], columns=2, spacing=8),
         (500, 260),
     )
 

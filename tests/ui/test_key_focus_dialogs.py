@@ -15,6 +15,7 @@ from app.widgets.buttons import CommandButton
 from app.widgets.choices import ChoiceSheet
 from app.widgets.dialogs import ConfirmDialog, Menu
 from app.widgets.dock import dock
+from app.widgets.items import Item
 from app.widgets.long_list import LongList
 from app.widgets.scrolling import ScrollPage
 from app.window.key_focus import ARROWS, ENTER, ESCAPE, TAB
@@ -58,10 +59,10 @@ def test_after_a_dialog_the_ring_is_where_it_was(ui, keys):
 
 @pytest.mark.parametrize("key", [TAB, DOWN])
 def test_the_ring_goes_from_a_row_of_a_long_list_into_its_menu(ui, keys, key):
-    rows = LongList(viewclass="OptionRow", data=[Option(n, f"Option {n}", "star") for n in range(40)])
+    rows = LongList(viewclass="OptionRow", data=[Item(n, f"Option {n}", icon="star") for n in range(40)])
     ui.show(rows, (300, 300))
     ui.key(TAB)
-    assert keys.target.text == "Option 0"
+    assert keys.target.item.title == "Option 0"
     menu = Menu(anchor=keys.target, items=[MenuItem("edit", "Edit", "pencil"), MenuItem("delete", "Delete", "delete")])
     menu.open()
     ui.advance(0.5)
@@ -72,7 +73,7 @@ def test_the_ring_goes_from_a_row_of_a_long_list_into_its_menu(ui, keys, key):
     menu.dismiss()
     ui.advance(0.5)
     ui.key(key)
-    assert keys.target.text == "Option 1"
+    assert keys.target.item.title == "Option 1"
 
 
 @pytest.fixture
@@ -98,9 +99,9 @@ def test_from_the_search_field_the_ring_goes_to_the_first_that_is_found(ui, keys
     dialog, chosen = picker
     assert (dialog.query, dock.field is not None) == ("2", True)
     ui.key(key)
-    assert (keys.target.text, dock.field, chosen) == ("Option 2", None, [])
+    assert (keys.target.item.title, dock.field, chosen) == ("Option 2", None, [])
     ui.key(DOWN)
-    assert keys.target.text == "Option 12"
+    assert keys.target.item.title == "Option 12"
     ui.key(ENTER)
     ui.advance(0.5)
     assert (chosen, dialog.parent) == ([12], None)
@@ -113,7 +114,7 @@ def test_down_goes_to_the_first_of_all_where_nothing_was_typed(ui, keys, picker)
     ui.find(LongList, dialog).scroll_y = 0.2
     ui.advance(0.2)
     ui.key(DOWN)
-    assert keys.target.text == "Option 0"
+    assert keys.target.item.title == "Option 0"
 
 
 def test_enter_chooses_the_only_one_that_is_found(ui, keys, picker):
@@ -249,7 +250,7 @@ def test_arrows_begin_at_what_is_chosen_in_a_list_and_not_at_the_cross(ui, keys,
     ui.advance(0.5)
     ui.key(DOWN)
     ui.advance(0.1)
-    assert keys.target.text == reached
+    assert keys.target.item.title == reached
     close(ui)
 
 

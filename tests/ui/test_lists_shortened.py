@@ -2,30 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import pytest
 from kivy.tests.common import UnitTestTouch
 
+from app.widgets.choices import OptionRow
+from app.widgets.items import Item
 from app.widgets.long_list import LongList
-from app.widgets.rows import OptionRow
 
 
-@dataclass(frozen=True)
-class Line:
-    key: int
-    text: str
-
-
-def lines(count: int) -> list[Line]:
-    return [Line(n, f"Row {n}") for n in range(count)]
+def lines(count: int) -> list[Item]:
+    return [Item(n, f"Row {n}") for n in range(count)]
 
 
 def in_sight(ui, shown) -> set[str]:
     bottom, top = shown.to_window(0, shown.y)[1], shown.to_window(0, shown.top)[1]
     left = shown.to_window(shown.x, 0)[0]
     return {
-        row.text
+        row.item.title
         for row in ui.find_all(OptionRow)
         for y in [row.to_window(0, row.center_y)[1]]
         if bottom <= y <= top and row.to_window(row.x, 0)[0] < left + shown.width
@@ -47,7 +40,7 @@ def test_a_list_that_is_scrolled_down_and_shortened_shows_what_there_is(ui, left
     if left == 2:
         assert seen == {"Row 0", "Row 1"}
     else:
-        assert seen <= {line.text for line in lines(left)}
+        assert seen <= {line.title for line in lines(left)}
 
 
 def test_while_a_finger_still_moves_it_too(ui):

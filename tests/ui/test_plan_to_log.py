@@ -13,13 +13,12 @@ from app.container import Container
 from app.domain.models import Mission, Robot, State
 from app.screens.home.cards import TodayRow
 from app.widgets.buttons import CommandButton
-from app.widgets.choices import ChoiceSheet
+from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.fields import Field
 from app.widgets.figures import FigureCard
 from app.widgets.frame import NavItem
 from app.widgets.list_row import ListRow
 from app.widgets.pickers import TimeCell
-from app.widgets.rows import OptionRow
 from app.widgets.sheet import FOOT_RESTS
 from app.widgets.tabs import TabButton
 from tests.support.history import last_ended
@@ -73,7 +72,7 @@ def plan_home(app, site, ui) -> None:
     ui.tap(ui.find(CommandButton, text="New"))
     ui.wait(lambda: ui.find_all(ChoiceSheet))
     ui.advance(0.3)
-    ui.tap(ui.find(OptionRow, text="Home"))
+    ui.tap(ui.find(OptionRow, title="Home"))
     ui.advance(0.5)
     ui.tap(ui.find(Field, label="Time"))
     ui.advance(0.5)

@@ -14,12 +14,11 @@ from kivymd.uix.dialog.dialog import MDDialogScrim
 from app.screens.common.options import MenuItem, Option
 from app.screens.common.overlays import Dialogs
 from app.widgets.buttons import CommandButton
-from app.widgets.choices import ChoiceSheet
+from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.dialogs import ConfirmDialog, Dialog, FormDialog, Menu
 from app.widgets.fields import Field
 from app.widgets.long_list import LongList
 from app.widgets.rest import DOUBLE_TAP
-from app.widgets.rows import OptionRow
 from app.widgets.text import Txt
 from app.widgets.tokens import apply_theme, tk
 
@@ -139,7 +138,7 @@ def test_a_short_list_shows_all_options_also_with_long_notes(ui, dialogs):
     options = [Option(n, f"Mission {n}", note="Another mission of this name is here already " * 3) for n in range(4)]
     dialogs.choose("Missions", options, lambda key: None)
     ui.advance(0.5)
-    last, around = ui.find(OptionRow, text="Mission 3"), ui.find(LongList)
+    last, around = ui.find(OptionRow, title="Mission 3"), ui.find(LongList)
     assert last.to_window(*last.pos)[1] >= around.to_window(*around.pos)[1]
 
 
@@ -147,7 +146,7 @@ def test_choosing_hands_over_the_key_and_closes(ui, dialogs):
     chosen: list[int] = []
     dialogs.choose("Mission", MISSIONS, chosen.append, selected=2)
     ui.advance(0.2)
-    assert ui.find(OptionRow, key=2).selected
+    assert ui.find(OptionRow, key=2).item.look == "chosen"
     ui.tap(ui.find(Txt, text="Mission 3"))
     ui.advance(0.3)
     assert chosen == [3]
@@ -159,7 +158,7 @@ def test_search_narrows_by_all_words_in_text_and_note(ui, dialogs):
     ui.advance(0.2)
     dialog.query = "AINO miss"
     ui.advance(0.2)
-    assert [row.text for row in ui.find_all(OptionRow)] == ["Mission 7"]
+    assert [row.item.title for row in ui.find_all(OptionRow)] == ["Mission 7"]
     dialog.query = "nothing like it"
     ui.advance(0.2)
     assert "Nothing found" in ui.texts()
@@ -337,7 +336,7 @@ def test_the_last_option_is_there_whatever_is_searched_for(ui, dialogs):
     ui.advance(0.2)
     dialog.query = "nothing like it"
     ui.advance(0.2)
-    assert ([row.text for row in ui.find_all(OptionRow)], dialog.found()) == (["Not in the list?"], [])
+    assert ([row.item.title for row in ui.find_all(OptionRow)], dialog.found()) == (["Not in the list?"], [])
     dialog.query = "on aino only"
     assert [choice.key for choice in dialog.found()] == [7]  # Enter chooses the only one
     ui.advance(0.2)

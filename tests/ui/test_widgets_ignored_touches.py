@@ -11,13 +11,12 @@ from app.screens.common.options import MenuItem, Option
 from app.screens.common.overlays import Dialogs
 from app.screens.common.view_model import ScreenBase
 from app.widgets.buttons import CommandButton
-from app.widgets.choices import ChoiceSheet
+from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.dialogs import Dialog, FormDialog
 from app.widgets.fields import Field, FieldInput
 from app.widgets.frame import Frame
 from app.widgets.keyboard import DockedKeyboard
 from app.widgets.rest import DOUBLE_TAP, SETTLES
-from app.widgets.rows import OptionRow
 from app.widgets.scrolling import ScrollPage
 from app.widgets.snackbar import Snackbar, Snackbars
 from app.window.key_focus import ENTER, ESCAPE, SPACE, TAB
@@ -147,7 +146,7 @@ def test_a_dialog_that_another_has_opened_is_used_as_always(ui, page, dialogs):
     dialogs.menu(page, "", [MenuItem("next", "Next")], lambda _key: dialogs.choose("Which", options, chosen.append))
     ui.advance(2 * DOUBLE_TAP)
     ui.tap_text("Next")
-    place = ui.find(OptionRow, text="3")
+    place = ui.find(OptionRow, title="3")
     ui.advance(SETTLES)
     ui.tap_at(*place.to_window(*place.center))
     assert chosen == [3]

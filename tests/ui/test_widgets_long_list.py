@@ -8,11 +8,10 @@ from functools import wraps
 import pytest
 from kivy.uix.boxlayout import BoxLayout
 
-from app.screens.common.options import Option
+from app.widgets.choices import OptionRow
 from app.widgets.items import Item
 from app.widgets.list_row import ListRow
 from app.widgets.long_list import LongList
-from app.widgets.rows import OptionRow
 from app.widgets.text import Txt
 from tests.ui.test_widgets_lists import actions_of
 
@@ -156,7 +155,7 @@ def test_the_end_of_a_long_list_asks_for_more(ui):
 
 
 def test_a_row_that_became_another_while_pressed_does_nothing(ui):
-    row = OptionRow(key=1, text="One")
+    row = OptionRow(key=1, item=Item(1, "One"))
     calls: list[tuple] = []
 
     class Host:
@@ -166,11 +165,11 @@ def test_a_row_that_became_another_while_pressed_does_nothing(ui):
     row.host = Host()
     ui.show(row, (400, 64))
     lift = ui.press(row)
-    row.take(Option(2, "Two"))
+    row.take(Item(2, "Two"))
     lift()
     assert calls == []
     ui.tap(row)
-    assert calls == [(2, "choose")]
+    assert calls == [(2, "open")]
 
 
 def test_a_long_list_says_when_it_is_empty(ui):
@@ -201,7 +200,7 @@ def test_the_text_of_an_empty_list_ends_where_rows_do(ui):
 
 def test_a_row_comes_into_sight_by_the_least_scrolling_to_a_row_edge(ui):
     rows = ui.show(
-        LongList(viewclass="OptionRow", data=[Option(n, f"Option {n}", "star") for n in range(40)]), (400, 300)
+        LongList(viewclass="OptionRow", data=[Item(n, f"Option {n}", icon="star") for n in range(40)]), (400, 300)
     )
     whole = [row.key for row in rows.whole_rows]
     rows.reveal(whole[-1] + 1)

@@ -6,11 +6,10 @@ from app.domain.models import Group, Mission, State, Trigger
 from app.screens.home.cards import SendTile
 from app.screens.home.sending import AllMissionsSheet, SendSheet
 from app.widgets.buttons import ChoiceChip, CommandButton
-from app.widgets.choices import ChoiceSheet
+from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.flow import PositionRow
 from app.widgets.list_row import ListRow
 from app.widgets.positions import PositionsMap
-from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from tests.support.history import last_ended
 from tests.ui.home.operator import choose, items, open_robot, press, rows, run
@@ -204,7 +203,7 @@ def test_a_mission_that_is_not_in_the_list_is_fetched_from_a_robot(home, ui, mon
     ui.tap(next(row for row in ui.find_all(ListRow) if row.item.key == "fetch"))
     ui.wait(lambda: ui.find_all(ChoiceSheet, title="Fetch missions from"))
     ui.advance(1)
-    ui.tap(ui.find(OptionRow, text="Veikko"))
+    ui.tap(ui.find(OptionRow, title="Veikko"))
     ui.wait(lambda: asked)
     assert home.shell.navigator.current == "settings"
 

@@ -15,10 +15,9 @@ from app.screens.logs.cards import RunsList
 from app.services.files.history_export import COLUMNS
 from app.services.files.places import Place, PlaceKind
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton, MenuChip
-from app.widgets.choices import ChoiceSheet
+from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.dialogs import Menu
 from app.widgets.fields import SearchField
-from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from tests.ui.logbook import choose_tab, failures, reset_logs, rows, runs_of, settle, tap
 
@@ -39,13 +38,13 @@ def tick(app, ui, filter: str, *options: str) -> None:
     """Open a filter and tick some options of its list; then the button that shows them."""
     menu(app, ui, "filter-variant", filter)
     for option in options:
-        tap(app, ui, ui.find(OptionRow, ui.find(ChoiceSheet), text=option))
+        tap(app, ui, ui.find(OptionRow, ui.find(ChoiceSheet), title=option))
     tap(app, ui, ui.find(CommandButton, ui.find(ChoiceSheet), text="Show"))
 
 
 def choose_period(app, ui, now: str, wanted: str) -> None:
     tap(app, ui, ui.find(MenuChip, text=now))
-    tap(app, ui, ui.find(OptionRow, ui.find(ChoiceSheet), text=wanted))
+    tap(app, ui, ui.find(OptionRow, ui.find(ChoiceSheet), title=wanted))
 
 
 # ---------------------------------------------------------------------- what is seen
@@ -88,7 +87,7 @@ def test_filters_are_named_above_the_list_and_a_tap_on_one_ends_it(screen, ui):
     assert {run.state for run in screen.logs.facts.rows} <= {State.FAILED, State.CANCELLED}
     tick(screen, ui, "Started by", "Run now")
     menu(screen, ui, "filter-variant", "Mission")
-    tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceSheet), text="Bring pallet to dock"))
+    tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceSheet), title="Bring pallet to dock"))
     assert [chip.text for chip in ui.find_all(ChoiceChip, icon="close")] == [
         "Failed, Cancelled",
         "Bring pallet to dock",
@@ -103,7 +102,7 @@ def test_filters_are_named_above_the_list_and_a_tap_on_one_ends_it(screen, ui):
 
 def test_one_robot_can_be_looked_at_alone(screen, ui):
     menu(screen, ui, "filter-variant", "Robot")
-    tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceSheet), text="Sisu"))
+    tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceSheet), title="Sisu"))
     assert {item.place for item in runs_of(screen)} == {"Sisu"}
 
 
@@ -199,7 +198,7 @@ def test_the_list_loads_more_as_it_is_scrolled_until_everything_is_there(screen,
 
 def export_as(screen, ui, form):
     menu(screen, ui, "dots-vertical", f"Export {screen.logs.facts.count} runs")
-    tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceSheet), text=form))
+    tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceSheet), title=form))
 
 
 @pytest.fixture
@@ -222,7 +221,7 @@ def test_where_a_stick_is_there_it_is_asked_where_to(screen, ui, tmp_path, docum
     monkeypatch.setattr("app.services.files.exports.mounted", lambda: iter([Place(PlaceKind.USB, stick, "STICK")]))
     export_as(screen, ui, "CSV")
     assert ui.find(ChoiceSheet).title == "Where to?"
-    tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceSheet), text="USB: STICK"))
+    tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceSheet), title="USB: STICK"))
     assert [path.suffix for path in stick.iterdir()] == [".csv"]
     assert not [*documents.iterdir()]
 

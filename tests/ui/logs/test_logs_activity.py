@@ -10,11 +10,10 @@ from app.domain.models import Group
 from app.screens.logs import activity
 from app.widgets import lanes_frame
 from app.widgets.buttons import CommandButton, IconButton, MenuChip
-from app.widgets.choices import ChoiceSheet
+from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.display import LegendItem
 from app.widgets.figures import FigureSheet
 from app.widgets.lanes import Lanes
-from app.widgets.rows import OptionRow
 from app.widgets.tokens import apply_theme
 from tests.ui.logbook import reset_logs, settle, tap
 
@@ -27,7 +26,7 @@ def screen(logs, ui):
 
 def choose(app, ui, chip: str, option: str) -> None:
     tap(app, ui, ui.find(MenuChip, text=chip))
-    tap(app, ui, ui.find(OptionRow, ui.find(ChoiceSheet), text=option))
+    tap(app, ui, ui.find(OptionRow, ui.find(ChoiceSheet), title=option))
 
 
 def box_of(ui, name: str, state: str) -> tuple[float, float, float, float]:

@@ -12,10 +12,9 @@ from app.screens.logs.cards import RunsList
 from app.services.history.kpis import KpiFilter
 from app.widgets.buttons import ChoiceChip, CommandButton, MenuChip
 from app.widgets.charts import RobotBars, StackedBars
-from app.widgets.choices import ChoiceSheet
+from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.figure_charts import CauseRow, TrendRow
 from app.widgets.figures import FigureCard, FigureSheet
-from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from tests.ui import checks
 from tests.ui.logbook import choose_tab, reset_logs, runs_of, settle, tap
@@ -31,7 +30,7 @@ def screen(logs, ui):
 
 def choose(app, ui, chip: str, option: str) -> None:
     tap(app, ui, ui.find(MenuChip, text=chip))
-    tap(app, ui, ui.find(OptionRow, ui.find(ChoiceSheet), text=option))
+    tap(app, ui, ui.find(OptionRow, ui.find(ChoiceSheet), title=option))
 
 
 def tap_part(app, ui, chart, key) -> None:
@@ -144,11 +143,11 @@ def test_a_report_is_written_and_the_file_named(screen, ui, tmp_path, monkeypatc
     documents.mkdir()
     monkeypatch.setattr("app.services.files.exports.platformdirs.user_documents_path", lambda: documents)
     tap(screen, ui, ui.find(MenuChip, text="All robots"))
-    tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceSheet), text="Aino"))
+    tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceSheet), title="Aino"))
     tap(screen, ui, ui.find(CommandButton, text="Shift report"))
     dialog = ui.find(ChoiceSheet)
     assert dialog.title == "Shift report, Aino"
-    tap(screen, ui, ui.find(OptionRow, dialog, text=choice))
+    tap(screen, ui, ui.find(OptionRow, dialog, title=choice))
     text = ui.find(Snackbar).text
     assert text.startswith(f"Report written to {documents}")
     page = Path(text.removeprefix("Report written to ")).read_text(encoding="utf-8")
@@ -172,6 +171,6 @@ def test_a_report_that_cannot_be_written_says_why_in_one_sentence(screen, ui, mo
 
     monkeypatch.setattr("app.services.files.exports.draft_of", no_room)
     tap(screen, ui, ui.find(CommandButton, text="Shift report"))
-    tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceSheet), text="Today"))
+    tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceSheet), title="Today"))
     assert "No space left on device" in ui.find(Snackbar).text
     assert not ui.find(CommandButton, text="Shift report").busy

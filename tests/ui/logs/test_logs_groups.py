@@ -11,9 +11,8 @@ import pytest
 from app.domain.models import Group, State, Trigger
 from app.screens.logs.of_groups import OfGroup
 from app.widgets.buttons import ChoiceChip, CommandButton
-from app.widgets.choices import ChoiceSheet
+from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.figures import FigureCard, FigureSheet
-from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from tests.support.history import last_ended
 from tests.support.stored import Stored
@@ -54,7 +53,7 @@ def hall(logs, container, ui):
 def test_runs_of_a_group_are_found_and_say_why_that_robot_came(logs, container, hall, ui):
     logs.logs.choose_robot()
     settle(logs, ui)
-    tap(logs, ui, ui.find(OptionRow, ui.find(ChoiceSheet), text="Any of Hall 1"))
+    tap(logs, ui, ui.find(OptionRow, ui.find(ChoiceSheet), title="Any of Hall 1"))
     [item] = runs_of(logs)
     assert item.title == "For any robot"
     tap(logs, ui, rows(ui)[0])
@@ -73,7 +72,7 @@ def test_the_shift_report_is_of_the_group_that_is_looked_at(logs, hall, ui, tmp_
     tap(logs, ui, ui.find(CommandButton, text="Shift report"))
     dialog = ui.find(ChoiceSheet)
     assert dialog.title == "Shift report, Any of Hall 1"
-    tap(logs, ui, ui.find(OptionRow, dialog, text="7 days"))
+    tap(logs, ui, ui.find(OptionRow, dialog, title="7 days"))
     page = (
         Path(ui.find(Snackbar).text.removeprefix("Report written to "))
         .read_text(encoding="utf-8")

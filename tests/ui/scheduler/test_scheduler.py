@@ -17,12 +17,11 @@ from app.screens.scheduler.draft import Kind
 from app.services.live.changes import Topic
 from app.services.robots.map_picture import MapPicture, Place
 from app.widgets.buttons import CommandButton, Segment
-from app.widgets.choices import ChoiceSheet
+from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.fields import Field, RepeatButton, SearchField
 from app.widgets.pickers import TimeCell
 from app.widgets.positions import OnMap, PositionsMap
 from app.widgets.rest import DOUBLE_TAP
-from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from tests.support import month
 from tests.ui.checks import area, parents, visible_area
@@ -191,7 +190,7 @@ def test_the_less_common_fields_are_under_more(screen, container, ui):
     dialog = ui.find(ChoiceSheet)
     ui.type(ui.find(SearchField, dialog), "14:00")
     ui.advance(0.2)
-    ui.tap(ui.find(OptionRow, dialog, text="14:00"))
+    ui.tap(ui.find(OptionRow, dialog, title="14:00"))
     press(screen, ui, "Set")
     name = ui.find(Field, label="Name")
     reveal(ui, name)
@@ -228,7 +227,7 @@ def test_a_position_is_chosen_by_name_and_nothing_is_planned_without_one(screen,
     settle(screen, ui)
     assert (field(ui, "Goal").problem, len(schedules(container))) == ("Choose one", before)
     ui.tap(field(ui, "Goal"))
-    ui.tap(ui.find(OptionRow, text="Press"))
+    ui.tap(ui.find(OptionRow, title="Press"))
     assert field(ui, "Goal").value == "Press"
     assert ("Choose Goal first" in ui.texts(), save_button(ui).style) == (False, "filled")
     save(screen, ui)
@@ -262,7 +261,7 @@ def test_saving_waits_for_what_the_mission_asks_for(screen, container, ui, monke
     before = len(schedules(container))
     new(screen, ui)
     ui.tap(field(ui, "Mission"))
-    ui.tap(ui.find(OptionRow, text="Bring pallet to dock"))
+    ui.tap(ui.find(OptionRow, title="Bring pallet to dock"))
     ui.wait(lambda: not save_button(ui).disabled)
     ui.tap(save_button(ui))
     asked.set()
@@ -296,7 +295,7 @@ def test_missions_that_the_robot_lacks_are_not_offered_for_it(screen, container,
     settle(screen, ui)
     new(screen, ui)
     ui.tap(field(ui, "Mission"))
-    assert [row.text for row in ui.find_all(OptionRow)] == [KITS, "Not in the list? Fetch it from a robot"]
+    assert [row.item.title for row in ui.find_all(OptionRow)] == [KITS, "Not in the list? Fetch it from a robot"]
 
 
 def test_the_limits_of_settings_hold_unless_others_are_chosen(screen, container, ui):

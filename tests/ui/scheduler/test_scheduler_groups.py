@@ -10,10 +10,9 @@ import pytest
 from app.domain.models import Group, Overlap, Schedule
 from app.screens.scheduler.cards import StepLine
 from app.widgets.buttons import MenuChip, Segment
-from app.widgets.choices import ChoiceSheet
+from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.fields import Field, RepeatButton
 from app.widgets.lanes import Lanes
-from app.widgets.rows import OptionRow
 from tests.support import month
 from tests.ui.planner import KITS, card_of, choose, named, new, reveal, row, save, schedules, settle, tab, tap_bar
 
@@ -55,7 +54,7 @@ def test_the_list_says_any_of_the_group_and_is_narrowed_to_it(screen, container,
     ui.wait(lambda: ui.find_all(ChoiceSheet))
     ui.advance(0.3)
     assert [option.text for option in ui.find(ChoiceSheet).options][:2] == ["All robots", "Any of Hall 1"]
-    ui.tap(ui.find(OptionRow, text="Any of Hall 1"))
+    ui.tap(ui.find(OptionRow, title="Any of Hall 1"))
     settle(screen, ui)
     assert [item.key for item in screen.plan.listed.rows] == [schedule.id]
     assert row(ui, schedule).item.place == "any of Hall 1"

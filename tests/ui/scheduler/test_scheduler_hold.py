@@ -12,7 +12,7 @@ from app.screens.scheduler.hold import HoldSheet
 from app.services.live.holds import Holds
 from app.services.live.tablet import IS_COPY
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton
-from app.widgets.choices import ChoiceSheet
+from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.dialogs import MenuRow
 from app.widgets.fields import Field
 from app.widgets.frame import Frame
@@ -20,7 +20,6 @@ from app.widgets.lanes import Lanes
 from app.widgets.long_list import LongList
 from app.widgets.month import MonthDay
 from app.widgets.pickers import DateSheet, TimeSheet
-from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from tests.support.edits import add_days
 from tests.support.planner import insert_due
@@ -98,7 +97,7 @@ def test_one_robot_is_held_until_a_time_that_is_picked(screen, container, ui):
     press(screen, ui, "Hold")
     dialog = ui.find(HoldSheet)
     ui.tap(ui.find(Field, root=dialog, label="What to hold"))
-    ui.tap(ui.find(OptionRow, root=ui.find(ChoiceSheet), text="Veikko"))
+    ui.tap(ui.find(OptionRow, root=ui.find(ChoiceSheet), title="Veikko"))
     settle(screen, ui)
     ui.type(dialog.ids.reason_field, "Wheel change")
     chip(screen, ui, "Until a time")

@@ -14,8 +14,8 @@ from app.screens.scheduler.cards import FreeButton, HoursPart, PlanPage
 from app.screens.scheduler.draft import Kind
 from app.services.live.changes import Topic
 from app.widgets.buttons import IconButton, MenuChip
+from app.widgets.choices import OptionRow
 from app.widgets.lanes import LONG, Lanes
-from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from tests.ui.planner import (
     KITS,
@@ -271,7 +271,7 @@ def tick(screen, ui, *names: str) -> None:
     ui.tap(robots_chip(ui))
     settle(screen, ui)
     for name in names:
-        ui.tap(ui.find(OptionRow, text=name))
+        ui.tap(ui.find(OptionRow, title=name))
     press(screen, ui, "Show")
 
 

@@ -10,10 +10,10 @@ import pytest
 from app.domain.models import ReasonCode, State
 from app.screens.scheduler.cards import FormSheet, ScheduleRow, SchedulesPage
 from app.widgets.buttons import IconButton, MenuChip, Toggle
+from app.widgets.choices import OptionRow
 from app.widgets.fields import SearchField
 from app.widgets.lists import KEPT
 from app.widgets.long_list import LongList
-from app.widgets.rows import OptionRow
 from app.widgets.sheet import AskSheet
 from app.widgets.snackbar import Snackbar
 from tests.support import month
@@ -258,7 +258,7 @@ def test_the_schedules_are_searched_sorted_and_narrowed_to_a_robot(screen, conta
     assert [data.title for data in screen.plan.listed.rows] == sorted(month.SCHEDULED)
     ui.tap(ui.find(MenuChip, page, text="Robot"))
     ui.advance(0.3)
-    ui.tap(ui.find(OptionRow, text="Veikko"))
+    ui.tap(ui.find(OptionRow, title="Veikko"))
     settle(screen, ui)
     assert listed(ui) == ["Collect empties", "Floor wash, hall A", WASTE]
     assert ui.find(MenuChip, page, text="Veikko").active

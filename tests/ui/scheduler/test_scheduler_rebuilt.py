@@ -7,9 +7,8 @@ import pytest
 from app.domain.robot import MissionParameter
 from app.i18n import translator
 from app.screens.scheduler.cards import FormSheet
-from app.widgets.choices import ChoiceSheet
+from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.flow import ParameterFields
-from app.widgets.rows import OptionRow
 from tests.ui.planner import (
     KITS,
     bring_back,
@@ -63,7 +62,7 @@ def test_a_question_of_the_form_stays_and_its_answer_counts(screen, container, u
     choose(screen, ui, "Mission", KITS)
     ui.tap(field(ui, "Robot"))
     with larger_controls(screen, container, ui):
-        ui.tap(ui.find(OptionRow, ui.find(ChoiceSheet), text="Veikko"))
+        ui.tap(ui.find(OptionRow, ui.find(ChoiceSheet), title="Veikko"))
         settle(screen, ui)
         assert (field(ui, "Mission").value, field(ui, "Robot").value) == (KITS, "Veikko")
 

@@ -11,9 +11,9 @@ from app.i18n import translator
 from app.screens.scheduler.cards import FormFold, FormSheet, PlanPage, StepLine
 from app.screens.scheduler.draft import Kind
 from app.widgets.buttons import CommandButton, Segment
+from app.widgets.choices import OptionRow
 from app.widgets.fields import RepeatButton
 from app.widgets.pickers import TimeCell
-from app.widgets.rows import OptionRow
 from tests.ui import looks
 from tests.ui.planner import KITS, field, new, reveal, settle, tab
 
@@ -46,7 +46,7 @@ def hand(screen, ui) -> Hand:
 
 def begin(hand, ui) -> FormSheet:
     hand.tap(CommandButton, ui.find(PlanPage), text="New")
-    hand.tap(OptionRow, text=KITS)
+    hand.tap(OptionRow, title=KITS)
     return ui.find(FormSheet)
 
 

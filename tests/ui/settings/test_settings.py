@@ -20,11 +20,10 @@ from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.screen import PAGES, SectionList
 from app.services.catalogue import robot_edit
 from app.widgets.buttons import CommandButton, IconButton, Segment, Toggle
-from app.widgets.choices import ChoiceSheet
+from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.fields import Field, PickBox, RepeatButton, SearchField
 from app.widgets.frame import NavItem
 from app.widgets.long_list import LongList
-from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.tokens import tk
 from tests.ui import checks
@@ -130,7 +129,7 @@ def test_idle_automation_of_a_robot(site, app, ui):
     ui.wait(lambda: row_of(ui, "Aino"))
     assert row_of(ui, "Aino").item.support == "No mission"
     ui.tap(ui.find(Toggle, root=row_of(ui, "Aino")))  # without a mission it requests one
-    ui.tap(ui.find(OptionRow, text="Home"))
+    ui.tap(ui.find(OptionRow, title="Home"))
     ui.wait(lambda: robots(site)[0].idle is not None)
     idle = robots(site)[0].idle
     assert (idle.enabled, idle.after_minutes) == (True, 10)
@@ -157,7 +156,7 @@ def test_another_idle_mission_can_be_undone(site, app, ui):
     go(ui, "idle")
     sheet = open_row(ui, "Aino")
     ui.tap(ui.find(PickBox, root=sheet))
-    ui.tap(ui.find(OptionRow, text="Deliver"))
+    ui.tap(ui.find(OptionRow, title="Deliver"))
     ui.wait(lambda: robots(site)[0].idle.mission_id == deliver.id and sheet.mission == "Deliver")
     undo(ui)
     ui.wait(lambda: sheet.mission == "Home")
@@ -172,7 +171,7 @@ def test_a_mission_that_asks_for_something_is_no_idle_mission(site, app, ui):
     go(ui, "idle")
     ui.wait(lambda: row_of(ui, "Aino"))
     ui.tap(ui.find(Toggle, root=row_of(ui, "Aino")))
-    ui.tap(ui.find(OptionRow, text="Go to position"))
+    ui.tap(ui.find(OptionRow, title="Go to position"))
     refused = "Go to position asks for Position, which only a schedule or Run now can give"
     ui.wait(lambda: row_of(ui, "Aino").item.support == refused)
     assert robots(site)[0].idle is None
@@ -183,7 +182,7 @@ def test_a_mission_that_asks_for_something_is_no_idle_mission(site, app, ui):
     ui.wait(lambda: sheet.problem == refused)
     assert not robots(site)[0].idle.enabled
     ui.tap(ui.find(PickBox, root=sheet))
-    ui.tap(ui.find(OptionRow, text="Home"))
+    ui.tap(ui.find(OptionRow, title="Home"))
     ui.wait(lambda: robots(site)[0].idle.mission_id == home.id)
     ui.wait(lambda: not sheet.problem)
 
@@ -198,7 +197,7 @@ def test_minutes_that_are_saved_while_a_mission_is_chosen_are_kept(site, app, ui
     page(app).act(robot.id, "mission")
     ui.wait(lambda: robots(site)[0].idle.after_minutes == 15)
     ui.wait(lambda: app.shell.background.idle)
-    ui.tap(ui.find(OptionRow, text="Deliver"))
+    ui.tap(ui.find(OptionRow, title="Deliver"))
     ui.wait(lambda: robots(site)[0].idle.mission_id == deliver.id)
     assert robots(site)[0].idle.after_minutes == 15
     site.container.catalogue.save_idle_rule(robot.id, deliver.id, 30)
@@ -349,7 +348,7 @@ def test_the_time_zone_is_found_by_name(site, app, ui):
     ui.tap(ui.find(PickBox))
     ui.wait(lambda: ui.find_all(ChoiceSheet))
     ui.type(ui.find(SearchField), "New York")
-    ui.wait(lambda: [row.text for row in ui.find_all(OptionRow)] == ["America/New York"])
+    ui.wait(lambda: [row.item.title for row in ui.find_all(OptionRow)] == ["America/New York"])
     ui.tap(ui.find(OptionRow))
     ui.wait(lambda: settings(site).timezone == "America/New_York")
     ui.wait(lambda: "America/New_York" in ui.texts())

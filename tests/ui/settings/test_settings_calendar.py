@@ -15,11 +15,11 @@ from app.screens.settings.calendar import DaysSheet, EventsSheet
 from app.screens.settings.files import FileSheet
 from app.services.files.calendar_import import CalendarFiles
 from app.widgets.buttons import CommandButton, IconButton, Segment, Toggle
+from app.widgets.choices import OptionRow
 from app.widgets.fields import Field, SearchField
 from app.widgets.list_row import ListRow
 from app.widgets.month import MonthDay
 from app.widgets.pickers import DateSheet
-from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.surfaces import Tap
 from tests.ui.integrator import choose, choose_row, enter, go, page, press, reveal, says, settings, undo
@@ -129,15 +129,15 @@ def test_a_country_is_found_by_name_and_its_holidays_are_closed(site, app, ui):
     tap(ui, Field, label="Public holidays")
     ui.wait(lambda: ui.find_all(SearchField))
     ui.type(ui.find(SearchField), "Germ")
-    ui.wait(lambda: [row.text for row in ui.find_all(OptionRow)] == ["Germany"])
-    ui.tap(ui.find(OptionRow, text="Germany"))
+    ui.wait(lambda: [row.item.title for row in ui.find_all(OptionRow)] == ["Germany"])
+    ui.tap(ui.find(OptionRow, title="Germany"))
     ui.wait(lambda: settings(site).holiday_country == "DE")
     ui.wait(lambda: ui.find(Field, label="Public holidays").value == "Germany")
     ui.wait(lambda: not ui.find(Field, label="Region").disabled)
     tap(ui, Field, label="Region")
     ui.wait(lambda: ui.find_all(SearchField))
     ui.type(ui.find(SearchField), "Bay")
-    ui.wait(lambda: [row.text for row in ui.find_all(OptionRow)] == ["Bayern"])
+    ui.wait(lambda: [row.item.title for row in ui.find_all(OptionRow)] == ["Bayern"])
     ui.tap(ui.find(OptionRow))
     ui.wait(lambda: settings(site).holiday_subdivision == "BY")
     tap(ui, IconButton, icon="chevron-right")

@@ -19,10 +19,9 @@ from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.view import NoticeView
 from app.services.files.places import Place, PlaceKind
 from app.widgets.buttons import CommandButton, IconButton
-from app.widgets.choices import ChoiceSheet
+from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.fields import Field
 from app.widgets.list_row import ListRow
-from app.widgets.rows import OptionRow
 from app.widgets.surfaces import Tap
 from app.window.key_focus import ENTER, ESCAPE, TAB
 from mir_sim import deviant
@@ -313,7 +312,7 @@ def test_one_of_the_robots_own_missions_may_be_chosen(site, app, ui, aino):
     ui.find(ChoiceSheet).query = "Wait"
     ui.advance(0.2)
     name = ui.find(ChoiceSheet).shown[-1].text
-    ui.tap(ui.find(OptionRow, text=name))
+    ui.tap(ui.find(OptionRow, title=name))
     ui.wait(lambda: dialog.vm.will_do.startswith(f"{name} is queued four times on Aino"))
     assert dialog.vm.mission_word == name
 
@@ -371,7 +370,7 @@ def test_the_report_goes_to_the_stick_that_is_chosen(site, app, ui, aino, tmp_pa
     until_reported(ui, dialog)
     choose(ui, "Save report to print", dialog)
     ui.wait(lambda: ui.find_all(ChoiceSheet))
-    ui.tap(ui.find(OptionRow, ui.find(ChoiceSheet), text="USB: STICK"))
+    ui.tap(ui.find(OptionRow, ui.find(ChoiceSheet), title="USB: STICK"))
     ui.wait(lambda: dialog.vm.outcome.note)
     assert [path.suffix for path in tmp_path.glob("amr-scheduler-check-up-aino-*")] == [".html"]
 

@@ -13,11 +13,10 @@ from app.screens.settings.missions import MissionRow
 from app.screens.settings.places import PlacesBox, PlaceSheet
 from app.services.robots import missions
 from app.widgets.buttons import IconButton, Segment
-from app.widgets.choices import ChoiceSheet
+from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.dialogs import ConfirmDialog, MenuRow
 from app.widgets.fields import Field, RepeatButton
 from app.widgets.list_row import ListRow
-from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.surfaces import Tap
 from app.widgets.tabs import TabButton
@@ -61,7 +60,7 @@ def tick(ui, *words):
     """In the list that is open, then confirm."""
     ui.wait(lambda: ui.find_all(ChoiceSheet))
     for word in words:
-        ui.tap(ui.find(OptionRow, text=word))
+        ui.tap(ui.find(OptionRow, title=word))
     press(ui, "Set", ui.find(ChoiceSheet))
     ui.advance(0.3)
 

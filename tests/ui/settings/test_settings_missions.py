@@ -11,12 +11,11 @@ from app.mir.errors import TimedOut
 from app.screens.settings.missions import MissionRow, MissionSheet
 from app.services.catalogue import mission_edit
 from app.widgets.buttons import CommandButton, IconButton, MenuChip, Toggle
-from app.widgets.choices import ChoiceSheet
+from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.dialogs import ConfirmDialog, MenuRow
 from app.widgets.display import Notice
 from app.widgets.fields import Field, PickBox, SearchField
 from app.widgets.rest import DOUBLE_TAP
-from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from tests.ui.integrator import enter, go, item_of, missions, page, press, says, section_row, undo
 from tests.ui.whole_app import GUIDS
@@ -30,8 +29,8 @@ def fetch_buttons(ui) -> list[CommandButton]:
 def ask(ui, robot: str) -> None:
     ui.wait(lambda: fetch_buttons(ui))
     ui.tap(fetch_buttons(ui)[-1])
-    ui.wait(lambda: ui.find_all(OptionRow, text=robot))
-    ui.tap(ui.find(OptionRow, text=robot))
+    ui.wait(lambda: ui.find_all(OptionRow, title=robot))
+    ui.tap(ui.find(OptionRow, title=robot))
 
 
 def fetch(ui, robot: str) -> ChoiceSheet:
@@ -47,7 +46,7 @@ def test_missions_are_taken_over_from_a_checklist(site, app, ui):
     ui.wait(lambda: ui.find_all(MissionRow))
     dialog = fetch(ui, "Aino")
     assert "Deliver" not in [option.text for option in dialog.options]  # here already
-    ui.tap(ui.find(OptionRow, root=dialog, text="Collect empties"))
+    ui.tap(ui.find(OptionRow, root=dialog, title="Collect empties"))
     press(ui, "Add chosen", dialog)
     ui.wait(lambda: len(missions(site)) == 2)
     assert {mission.name: mission.guid for mission in missions(site)} == {
@@ -66,7 +65,7 @@ def test_when_everything_is_here_that_is_said(site, app, ui):
     go(ui, "missions")
     ui.wait(lambda: ui.find_all(MissionRow))
     press(ui, "Fetch")
-    ui.tap(ui.find(OptionRow, text="Veikko"))
+    ui.tap(ui.find(OptionRow, title="Veikko"))
     ui.wait(lambda: says(ui, f"All {len(found)} missions of Veikko are already added"))
 
 
@@ -218,7 +217,7 @@ def test_a_mission_that_holds_for_one_robot_only(site, app, ui):
     ui.tap(ui.find(MissionRow))
     dialog = ui.find(MissionSheet)
     ui.tap(ui.find(PickBox, root=dialog))
-    ui.tap(ui.find(OptionRow, text="Only Veikko"))
+    ui.tap(ui.find(OptionRow, title="Only Veikko"))
     press(ui, "Save", dialog)
     ui.wait(lambda: missions(site)[0].robot_id == veikko.id)
     ui.wait(lambda: ui.find(MissionRow).note == "Only Veikko")
@@ -380,7 +379,7 @@ def test_add_chosen_is_off_while_none_is_chosen(site, app, ui):
     dialog = fetch(ui, "Aino")
     button = ui.find(CommandButton, dialog, text="Add chosen")
     assert button.disabled
-    row = ui.find(OptionRow, root=dialog, text="Collect empties")
+    row = ui.find(OptionRow, root=dialog, title="Collect empties")
     ui.tap(row)
     ui.wait(lambda: not button.disabled)
     ui.tap(row)

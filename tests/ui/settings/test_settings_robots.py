@@ -16,11 +16,10 @@ from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.trust import TrustSheet
 from app.services.robots import finder
 from app.widgets.buttons import Toggle
-from app.widgets.choices import ChoiceSheet
+from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import Field, PickBox
 from app.widgets.frame import NavItem
-from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from tests.hostile.capture import capture
 from tests.integration.mir.servers import pin_of
@@ -380,7 +379,7 @@ def test_a_robot_joins_groups_at_once(site, app, ui):
     dialog = edit_aino(ui)
     ui.tap(next(field for field in ui.find_all(PickBox, dialog) if field.parent.card.label == "Groups"))
     ui.wait(lambda: ui.find_all(ChoiceSheet))
-    ui.tap(ui.find(OptionRow, text="Hall 1"))
+    ui.tap(ui.find(OptionRow, title="Hall 1"))
     press(ui, "Set", ui.find(ChoiceSheet))
     ui.wait(lambda: dialog.vm.groups == "Hall 1")
     assert set(site.container.catalogue.groups()[0].members) == {aino.id, veikko.id}

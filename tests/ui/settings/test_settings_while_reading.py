@@ -14,9 +14,8 @@ from app.screens.settings import screen as settings_module
 from app.screens.settings.facts import read
 from app.screens.settings.missions import MissionRow, MissionSheet
 from app.widgets.buttons import Segment, Toggle
-from app.widgets.choices import ChoiceSheet
+from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.fields import Field, RepeatButton
-from app.widgets.rows import OptionRow
 from tests.ui.integrator import enter, go, is_saved, page, press, robots, row_of, says, settings
 
 pytestmark = pytest.mark.long
@@ -58,8 +57,8 @@ def test_switching_the_rule_off_keeps_a_mission_saved_but_not_yet_read(site, app
     ui.wait(lambda: row_of(ui, "Aino"))
     hold_readings()
     page(app).act(robot.id, "mission")
-    ui.wait(lambda: ui.find_all(OptionRow, text="Deliver"))
-    ui.tap(ui.find(OptionRow, text="Deliver"))
+    ui.wait(lambda: ui.find_all(OptionRow, title="Deliver"))
+    ui.tap(ui.find(OptionRow, title="Deliver"))
     ui.wait(lambda: robots(site)[0].idle.mission_id == deliver.id and not ui.find_all(ChoiceSheet))
     ui.tap(ui.find(Toggle, root=row_of(ui, "Aino")))
     ui.wait(lambda: not robots(site)[0].idle.enabled)
@@ -106,8 +105,8 @@ def hold_asking(site, monkeypatch):
 def choose(ui, mission: str) -> None:
     """As Aino's idle mission."""
     row_of(ui, "Aino").act("mission")
-    ui.wait(lambda: ui.find_all(OptionRow, text=mission))
-    ui.tap(ui.find(OptionRow, text=mission))
+    ui.wait(lambda: ui.find_all(OptionRow, title=mission))
+    ui.tap(ui.find(OptionRow, title=mission))
 
 
 def test_the_last_choice_is_the_idle_mission_although_the_robot_went_silent(site, app, ui, hold_asking):
