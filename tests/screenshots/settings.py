@@ -340,9 +340,9 @@ def robot_another_answers(context: PageContext):
 def robot_dialog_delete(context: PageContext):
     robot = context.facts.robots[0]
     return ConfirmDialog(
-        title=_("Delete {robot}?").format(robot=robot.name),
+        title=_("Delete {name}?").format(name=robot.name),
         text=robot_question(context.facts, robot),
-        confirm=_("Delete robot"),
+        confirm=_("Delete"),
         decline=_("Cancel"),
         danger=True,
     )

@@ -25,8 +25,23 @@ def delete_menu(context: PageContext, button: Widget, chosen: Callable[[], objec
     context.shell.dialogs.menu(button, "", items, lambda _key: chosen())
 
 
-def delete(context: PageContext, it: Any, work: Callable[[], Removed], text: str) -> None:
+def ask_and_delete(context: PageContext, it: Any, work: Callable[[], Removed], question: str) -> None:
+    """Delete ``it``. If more goes with it, the ``question`` says what."""
+    if not question:
+        delete(context, it, work)
+        return
+    context.shell.dialogs.confirm(
+        _("Delete {name}?").format(name=it.name),
+        question,
+        _("Delete"),
+        lambda: delete(context, it, work),
+        danger=True,
+    )
+
+
+def delete(context: PageContext, it: Any, work: Callable[[], Removed], text: str = "") -> None:
     """Delete ``it`` at once, close its sheet, and offer Undo."""
+    text = text or _("{name} deleted").format(name=it.name)
 
     def deleted(what: Removed) -> None:
         context.refresh()

@@ -12,7 +12,7 @@ from app.domain.models import Group, HandOver, InvalidInput
 from app.i18n import _
 from app.screens.settings import groups_view as view
 from app.screens.settings import removals
-from app.screens.settings.edit_sheet import EditForm, EditSheet, delete
+from app.screens.settings.edit_sheet import EditForm, EditSheet, ask_and_delete
 from app.screens.settings.page import PageContext
 from app.services.catalogue import checks, validation
 
@@ -109,20 +109,13 @@ class GroupSheet(EditSheet):
         return self.context.services.catalogue.save_group(group)
 
     def remove(self) -> None:
-        """Ask first: its schedules go with it. Undo brings it all back."""
         context, group = self.context, self.stored
         context.run(
             lambda: context.services.catalogue.waiting_for(group.id),
-            lambda waiting: context.shell.dialogs.confirm(
-                _("Delete {group}?").format(group=group.name),
+            lambda waiting: ask_and_delete(
+                context,
+                group,
+                lambda: context.services.catalogue.remove_group(group.id),
                 removals.group_question(context.facts, group, waiting),
-                _("Delete group"),
-                lambda: delete(
-                    context,
-                    group,
-                    lambda: context.services.catalogue.remove_group(group.id),
-                    removals.group_sentence(context.facts, group),
-                ),
-                danger=True,
             ),
         )

@@ -42,7 +42,6 @@ class IdlePage(SettingsPage):
         super().__init__(context)
         self._problems: dict[int, str] = {}
         self._minutes: dict[int, int] = {}  # chosen and not read yet
-        self._list, self._empty = self.ids.idle_list.__self__, self.ids.no_robots.__self__
 
     def show(self) -> None:
         facts, sheet = self.context.facts, self.context.shell.sheets.top
@@ -57,13 +56,9 @@ class IdlePage(SettingsPage):
                 minutes.get(robot.id, IdleRule(0).after_minutes),
                 self._problems.get(robot.id, ""),
             )
-        self.show_one(self._list if facts.robots else self._empty, (self._list, self._empty))
 
     def reached(self, **intent: Any) -> None:
         self._problems.clear()
-
-    def add_robot(self) -> None:
-        self.context.shell.go("settings", section="robots", add=True)
 
     # ------------------------------------------------------------------ what is changed
     def act(self, robot_id: int, action: str, *values: Any) -> None:

@@ -24,7 +24,7 @@ from app.domain.robot import MissionInfo
 from app.i18n import _, ngettext
 from app.screens.common.options import Option
 from app.screens.settings import removals
-from app.screens.settings.edit_sheet import EditForm, EditSheet, delete, delete_menu
+from app.screens.settings.edit_sheet import EditForm, EditSheet, ask_and_delete, delete_menu
 from app.screens.settings.missions_view import (
     Cell,
     Choice,
@@ -388,20 +388,9 @@ class MissionSheet(EditSheet):
 
 
 def remove(context: PageContext, mission: Mission) -> None:
-    """Ask first if more than the mission is deleted. Undo restores all of it."""
-    question = removals.mission_question(context.facts, mission)
-
-    def agreed() -> None:
-        delete(
-            context,
-            mission,
-            lambda: context.services.catalogue.remove_mission(mission.id),
-            removals.mission_sentence(context.facts, mission),
-        )
-
-    if question:
-        context.shell.dialogs.confirm(
-            _("Delete {mission}?").format(mission=mission.name), question, _("Delete"), agreed, danger=True
-        )
-    else:
-        agreed()
+    ask_and_delete(
+        context,
+        mission,
+        lambda: context.services.catalogue.remove_mission(mission.id),
+        removals.mission_question(context.facts, mission),
+    )

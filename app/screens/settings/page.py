@@ -13,7 +13,6 @@ from kivy.clock import Clock
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
-from kivy.uix.widget import Widget
 
 from app.database.errors import DatabaseError
 from app.domain.models import InvalidInput
@@ -244,14 +243,6 @@ class SettingsPage(BoxLayout):
 
     def reached(self, **intent: Any) -> None:
         """The section was opened, with what ``shell.go`` was given (``add=True``, ``robot_id=3``)."""
-
-    def show_one(self, wanted: Widget, of: Sequence[Widget]) -> None:
-        """Show ``wanted`` and hide the others of ``of``, below the widgets that are always shown."""
-        for widget in of:
-            if widget is not wanted:
-                self.remove_widget(widget)
-        if wanted.parent is None:
-            self.add_widget(wanted)
 
 
 class SwitchRow(BoxLayout):

@@ -26,12 +26,7 @@ STEPS = {"fewer": -1, "more": 1}
 
 
 def remove(context: PageContext, place: Place) -> None:
-    delete(
-        context,
-        place,
-        lambda: context.services.catalogue.remove_place(place.id),
-        _("{place} deleted").format(place=place.name),
-    )
+    delete(context, place, lambda: context.services.catalogue.remove_place(place.id))
 
 
 class PlacesBox(SectionCard):

@@ -1,5 +1,4 @@
-"""Settings, what a deletion also deletes: named in the question before, counted in the message with Undo. Pure
-functions."""
+"""Settings, what a deletion also deletes, named in the question before. Pure functions."""
 
 from __future__ import annotations
 
@@ -15,24 +14,11 @@ MOST_NAMED = 6  # schedules, groups
 # ---------------------------------------------------------------------- missions
 def mission_question(facts: SettingsFacts, mission: Mission) -> str:
     """Which schedules and idle rules are deleted with it; empty: none."""
-    return _question(facts, _schedules_with(facts, mission), _idle_with(facts, mission)).rstrip()
-
-
-def mission_sentence(facts: SettingsFacts, mission: Mission) -> str:
-    return _sentence(
-        _("{mission} deleted").format(mission=mission.name), _schedules_with(facts, mission), _idle_with(facts, mission)
-    )
-
-
-def _schedules_with(facts: SettingsFacts, mission: Mission) -> Sequence[Schedule]:
-    return () if _has_stand_in(facts, mission) else facts.schedules_of(mission)
-
-
-def _idle_with(facts: SettingsFacts, mission: Mission) -> list[str]:
-    idle = () if _has_stand_in(facts, mission) else facts.idle_on(mission)
-    return (
-        [_("idle automation on {robots}").format(robots=_several([robot.name for robot in idle], ", "))] if idle else []
-    )
+    if _has_stand_in(facts, mission):
+        return ""
+    idle = _several([robot.name for robot in facts.idle_on(mission)], ", ")
+    others = [_("idle automation on {robots}").format(robots=idle)] if idle else []
+    return _question(facts, facts.schedules_of(mission), others).rstrip()
 
 
 def _has_stand_in(facts: SettingsFacts, mission: Mission) -> bool:
@@ -45,7 +31,7 @@ def _has_stand_in(facts: SettingsFacts, mission: Mission) -> bool:
 # ---------------------------------------------------------------------- robots
 def robot_question(facts: SettingsFacts, robot: Robot) -> str:
     """What is deleted with it, and what stays."""
-    goes = _question(facts, _schedules_on(facts, robot), _other_of(facts, robot))
+    goes = _question(facts, [each for each in facts.schedules if each.robot_id == robot.id], _other_of(facts, robot))
     groups = [group.name for group in facts.groups if robot.id in group.members]
     alone = [group.name for group in facts.groups if group.members == (robot.id,)]
     left = (
@@ -62,16 +48,6 @@ def robot_question(facts: SettingsFacts, robot: Robot) -> str:
     )
     stays = _("Its runs stay in the history. Nothing changes on the robot itself.")
     return "\n".join(filter(None, (goes, left, empty, stays)))
-
-
-def robot_sentence(facts: SettingsFacts, robot: Robot) -> str:
-    return _sentence(
-        _("{robot} deleted").format(robot=robot.name), _schedules_on(facts, robot), _other_of(facts, robot)
-    )
-
-
-def _schedules_on(facts: SettingsFacts, robot: Robot) -> list[Schedule]:
-    return [schedule for schedule in facts.schedules if schedule.robot_id == robot.id]
 
 
 def _other_of(facts: SettingsFacts, robot: Robot) -> list[str]:
@@ -100,20 +76,12 @@ def group_question(facts: SettingsFacts, group: Group, waiting: int = 0) -> str:
         filter(
             None,
             (
-                _question(facts, _schedules_for(facts, group), []),
+                _question(facts, [each for each in facts.schedules if each.group_id == group.id], []),
                 cancelled,
                 _("Its robots stay, and running missions continue."),
             ),
         )
     )
-
-
-def group_sentence(facts: SettingsFacts, group: Group) -> str:
-    return _sentence(_("{group} deleted").format(group=group.name), _schedules_for(facts, group), [])
-
-
-def _schedules_for(facts: SettingsFacts, group: Group) -> list[Schedule]:
-    return [schedule for schedule in facts.schedules if schedule.group_id == group.id]
 
 
 # ---------------------------------------------------------------------- all of them
@@ -128,13 +96,6 @@ def _question(facts: SettingsFacts, schedules: Sequence[Schedule], others: Seque
     if others:
         parts.append(_("This goes with it: {what}.").format(what=", ".join(others)))
     return "\n".join(parts)
-
-
-def _sentence(deleted: str, schedules: Sequence[Schedule], others: Sequence[str]) -> str:
-    """All that went, for the message with Undo."""
-    counted = [ngettext("{n} schedule", "{n} schedules", len(schedules)).format(n=len(schedules))] if schedules else []
-    what = ", ".join([*counted, *others])
-    return _("{deleted}, and with it: {what}").format(deleted=deleted, what=what) if what else deleted
 
 
 def _name(facts: SettingsFacts, schedule: Schedule) -> str:

@@ -12,7 +12,7 @@ from app.domain.models import HandOver, Robot
 from app.i18n import _
 from app.screens.common.options import MenuItem, Option
 from app.screens.settings import removals
-from app.screens.settings.edit_sheet import EditForm, EditSheet, delete
+from app.screens.settings.edit_sheet import EditForm, EditSheet, ask_and_delete
 from app.screens.settings.view import NoticeView, advanced_item, idle_phrase, robot_note
 from app.services.catalogue import group_edit
 from app.services.catalogue.edit import Edit
@@ -103,19 +103,12 @@ class KnownRobotSheet(EditSheet):
         self.context.shell.dialogs.menu(button, "", items, lambda key: acts[key]())
 
     def remove(self) -> None:
-        """Ask first: more than the robot goes. Undo brings it all back."""
         context, robot = self.context, self.stored
-        context.shell.dialogs.confirm(
-            _("Delete {robot}?").format(robot=robot.name),
+        ask_and_delete(
+            context,
+            robot,
+            lambda: context.services.catalogue.remove_robot(robot.id),
             removals.robot_question(context.facts, robot),
-            _("Delete robot"),
-            lambda: delete(
-                context,
-                robot,
-                lambda: context.services.catalogue.remove_robot(robot.id),
-                removals.robot_sentence(context.facts, robot),
-            ),
-            danger=True,
         )
 
     def refuse(self, problem: BaseException) -> None:

@@ -291,7 +291,7 @@ def test_undo_of_a_deletion_in_settings_needs_the_pin(site, app, ui):
     go(ui, "robots")
     choose(ui, "Delete", open_row(ui, "Aino"))
     ui.wait(lambda: ui.find_all(ConfirmDialog))
-    ui.tap(ui.find(CommandButton, ui.find(ConfirmDialog), text="Delete robot"))
+    ui.tap(ui.find(CommandButton, ui.find(ConfirmDialog), text="Delete"))
     ui.wait(lambda: app.shell.snackbars.texts == ["Aino deleted"])
     ui.tap(ui.find(NavItem, name="home"))
     undo(ui)

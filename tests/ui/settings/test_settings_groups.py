@@ -180,7 +180,7 @@ def test_deleting_a_group_names_its_schedules_and_is_undone(site, app, ui):
         "These 2 schedules go with it:\nEvening\nMorning\n\nA start that waits for one of its robots is cancelled.\n"
         "Its robots stay, and running missions continue."
     )
-    press(ui, "Delete group", question)
+    press(ui, "Delete", question)
     ui.wait(lambda: not groups(site) and not titles(ui))
     assert (schedules(site), len(robots(site))) == ([], 2)
     ui.wait(lambda: ui.find_all(Snackbar))

@@ -28,7 +28,6 @@ def facts(**values):
 
 def test_a_mission_takes_its_schedules_and_idle_rules_along():
     assert removals.mission_question(facts(), COILS) == ""
-    assert removals.mission_sentence(facts(), COILS) == "Coils deleted"
     assert removals.mission_question(facts(), CHARGE) == "This goes with it: idle automation on Aino."
     assert removals.mission_question(facts(), DELIVER).splitlines() == [
         "This schedule goes with it:",
@@ -41,7 +40,6 @@ def test_a_mission_takes_its_schedules_and_idle_rules_along():
         "",
         "This goes with it: idle automation on Aino.",
     ]
-    assert removals.mission_sentence(both, CHARGE) == "Charge deleted, and with it: 1 schedule, idle automation on Aino"
 
 
 def test_schedules_of_one_mission_differ_by_their_values():
@@ -57,7 +55,6 @@ def test_users_of_a_robots_mission_continue_with_that_for_all():
         missions=(COILS, replace(COILS, id=13, robot_id=None)), schedules=(replace(MORNING, robot_id=2, mission_id=12),)
     )
     assert removals.mission_question(used, COILS) == ""
-    assert removals.mission_sentence(used, COILS) == "Coils deleted"
 
 
 def test_a_robot_names_its_schedules_and_groups_as_far_as_they_can_be_read():
@@ -69,8 +66,6 @@ def test_a_robot_names_its_schedules_and_groups_as_far_as_they_can_be_read():
     assert question[1:8] == [*(f"Round {n}" for n in range(6)), "and 3 more"]
     assert question[9:11] == ["This goes with it: its idle automation.", "It leaves the group Hall 1."]
     assert not any("No robot is left" in line for line in question)
-    assert removals.robot_sentence(facts(), AINO) == "Aino deleted, and with it: 1 schedule, its idle automation"
-    assert removals.robot_sentence(facts(), SISU) == "Sisu deleted, and with it: 1 mission that only this robot has"
 
 
 def test_a_robot_says_which_group_is_empty_without_it():
@@ -91,4 +86,3 @@ def test_a_group_names_its_schedules_and_what_waits():
         "2 starts that wait for one of its robots are cancelled.",
         "Its robots stay, and running missions continue.",
     ]
-    assert removals.group_sentence(hall_facts, HALL) == "Hall 1 deleted, and with it: 1 schedule"
