@@ -142,40 +142,39 @@ def background() -> None:
             self.fbind(name, watch)
         self._watch_background()
 
-    def _watch_background(self, *_args):
-        """Nothing is bound for a widget before it has something to draw."""
-        layer = getattr(self, "state_layer_color", CLEAR)
-        if self._draws_background or not any(
-            color and color[3] for color in (self._md_bg_color, self.line_color, layer)
-        ):
-            return
-        self._draws_background = True
-        self._background = Canvas()
-        self.canvas.insert(
-            1 if self.canvas.has_before else 0, self._background
-        )  # outside a RelativeLayout's translation otherwise
-        self._paint_background = Clock.create_trigger(self._draw_background, -1)
-        for name in ("pos", "size", "radius", "_md_bg_color", "line_color", "line_width", "state_layer_color"):
-            self.fbind(name, self._paint_background)
-        self._paint_background()
-
-    def _draw_background(self, _dt):
-        self._background.clear()
-        if self.width < 2 or self.height < 2:
-            return
-        line, layer = round(self.line_width), getattr(self, "state_layer_color", CLEAR)
-        fill, edge = self._md_bg_color, self.line_color
-        with self._background:
-            if line and all(color and color[3] for color in (fill, edge)) and not layer[3]:
-                _draw_shape(self, WHITE, partial(bordered, ring=line, fill=fill, line=edge))
-                return
-            for color in (fill, layer):
-                _draw_shape(self, color)
-            if line:
-                _draw_shape(self, edge, partial(rounded, ring=line))
-
     for method in (__init__, _watch_background, _draw_background):
         setattr(Background, method.__name__, method)
+
+
+def _watch_background(self, *_args):
+    """Nothing is bound for a widget before it has something to draw."""
+    layer = getattr(self, "state_layer_color", CLEAR)
+    if self._draws_background or not any(color and color[3] for color in (self._md_bg_color, self.line_color, layer)):
+        return
+    self._draws_background = True
+    self._background = Canvas()
+    place = 1 if self.canvas.has_before else 0  # outside a RelativeLayout's translation otherwise
+    self.canvas.insert(place, self._background)
+    self._paint_background = Clock.create_trigger(self._draw_background, -1)
+    for name in ("pos", "size", "radius", "_md_bg_color", "line_color", "line_width", "state_layer_color"):
+        self.fbind(name, self._paint_background)
+    self._paint_background()
+
+
+def _draw_background(self, _dt):
+    self._background.clear()
+    if self.width < 2 or self.height < 2:
+        return
+    line, layer = round(self.line_width), getattr(self, "state_layer_color", CLEAR)
+    fill, edge = self._md_bg_color, self.line_color
+    with self._background:
+        if line and all(color and color[3] for color in (fill, edge)) and not layer[3]:
+            _draw_shape(self, WHITE, partial(bordered, ring=line, fill=fill, line=edge))
+            return
+        for color in (fill, layer):
+            _draw_shape(self, color)
+        if line:
+            _draw_shape(self, edge, partial(rounded, ring=line))
 
 
 def _draw_shape(widget, color, draw=rounded) -> None:

@@ -92,31 +92,34 @@ def configure(kiosk: bool) -> None:
     logging.getLogger("kivy").addFilter(_is_no_optional_part)
     from kivy.config import Config
 
-    settings = {
-        "kivy": {"exit_on_escape": "0", "window_icon": ""},
-        "graphics": {
-            "width": str(WIDTH),
-            "height": str(HEIGHT),
-            "minimum_width": str(LEAST_WIDTH),
-            "minimum_height": str(LEAST_HEIGHT),
-            "multisamples": "0",
-            "maxfps": str(IN_USE),
-            "allow_screensaver": "0",
-            "resizable": "1",
-        },
-        "input": {"mouse": "mouse,disable_multitouch"},  # no red dots under the right button
-        "widgets": {"scroll_distance": "12", "scroll_timeout": "120"},
-    }
-    if kiosk:
-        width, height = display_size() or (WIDTH, HEIGHT)
-        settings["graphics"] |= {"fullscreen": "auto", "show_cursor": "0", "width": str(width), "height": str(height)}
-    else:
-        settings["graphics"] |= size_within(display_size(usable=True))
-    for section, values in settings.items():
+    for section, values in _settings(kiosk).items():
         for name, value in values.items():
             Config.set(section, name, value)
     if sys.platform == "linux":
         Config.remove_option("input", "%(name)s")  # probesysfs: with SDL's own touch every tap would count twice
+
+
+def _settings(kiosk: bool) -> dict[str, dict[str, str]]:
+    """Of kivy, by section."""
+    graphics = {
+        "minimum_width": str(LEAST_WIDTH),
+        "minimum_height": str(LEAST_HEIGHT),
+        "multisamples": "0",
+        "maxfps": str(IN_USE),
+        "allow_screensaver": "0",
+        "resizable": "1",
+    }
+    if kiosk:
+        width, height = display_size() or (WIDTH, HEIGHT)
+        graphics |= {"fullscreen": "auto", "show_cursor": "0", "width": str(width), "height": str(height)}
+    else:
+        graphics |= size_within(display_size(usable=True))
+    return {
+        "kivy": {"exit_on_escape": "0", "window_icon": ""},
+        "graphics": graphics,
+        "input": {"mouse": "mouse,disable_multitouch"},  # no red dots under the right button
+        "widgets": {"scroll_distance": "12", "scroll_timeout": "120"},
+    }
 
 
 def _is_no_optional_part(record: logging.LogRecord) -> bool:
