@@ -31,7 +31,6 @@ MODULES = (
     "slots",
     "snackbar",
     "surfaces",
-    "swatch",
     "tabs",
     "text",
 )  # that register classes in kivy's Factory

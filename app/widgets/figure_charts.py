@@ -1,4 +1,4 @@
-"""Drawings of the page of figures: ranked causes, a duration day by day in its usual band."""
+"""The page of figures: cards that explain themselves when tapped, ranked causes, a duration day by day in its usual band."""
 
 from kivy.graphics import Color, SmoothLine
 from kivy.metrics import dp, sp
@@ -6,8 +6,30 @@ from kivy.properties import ListProperty, NumericProperty, ObjectProperty, Strin
 
 from app.widgets.chart import Chart
 from app.widgets.lists import Row
+from app.widgets.sheet import Sheet
 from app.widgets.surfaces import Tap, TonedTap
 from app.widgets.tokens import tk
+
+
+class FigureCard(Row, Tap):
+    """A figure (with markup: the unit is smaller), how it has changed, and its history as a small chart; a tap is the action "explain"."""
+
+    label = StringProperty()
+    value = StringProperty()
+    change = StringProperty()
+    history = ListProperty()
+    before = ListProperty()
+    least_span = NumericProperty(0)
+
+    def on_release(self):
+        self.act("explain")
+
+
+class FigureSheet(Sheet):
+    """What a figure means, and the numbers behind it: ``rows`` are Items."""
+
+    text = StringProperty()
+    rows = ListProperty()
 
 
 class CauseRow(Row, Tap):

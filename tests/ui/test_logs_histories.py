@@ -9,7 +9,7 @@ import pytest
 from app.container import Container
 from app.screens.logs.view import Period
 from app.services.executions import transitions
-from app.widgets.figures import FigureCard
+from app.widgets.figure_charts import FigureCard
 from tests.support import month
 from tests.ui.logbook import opened, runs_of, settle
 

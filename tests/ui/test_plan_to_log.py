@@ -15,7 +15,7 @@ from app.screens.home.cards import TodayRow
 from app.widgets.buttons import CommandButton
 from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.fields import Field
-from app.widgets.figures import FigureCard
+from app.widgets.figure_charts import FigureCard
 from app.widgets.frame import NavItem
 from app.widgets.list_row import ListRow
 from app.widgets.pickers import TimeCell

@@ -16,7 +16,7 @@ from app.services.history.figures import Facts
 from app.widgets import load_kv
 from app.widgets.chart import Sparkline, glyphs, nice_step
 from app.widgets.charts import RobotBars, StackedBars
-from app.widgets.figures import FigureCard
+from app.widgets.figure_charts import FigureCard
 from app.widgets.lanes import Lanes
 from app.widgets.robot_map import RobotMap
 from tests.ui.drawing import instructions

@@ -8,7 +8,7 @@ from kivy.clock import Clock
 from kivy.properties import ObjectProperty
 from kivy.uix.widget import Widget
 
-from app.widgets import figure_charts, figures, flow, lanes, list_row, swatch  # noqa: F401  (registers kivy classes)
+from app.widgets import figure_charts, flow, lanes, list_row  # noqa: F401  (registers kivy classes)
 from app.widgets.fields import SearchField
 from app.widgets.long_list import LongList
 

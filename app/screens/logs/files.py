@@ -17,7 +17,7 @@ from app.screens.logs import report_page, view
 from app.screens.logs.facts import LogsServices, execution_filter
 from app.screens.logs.numbers import Explanation
 from app.services.history.shift_report import ReportPeriod, ShiftReport
-from app.widgets.figures import FigureSheet
+from app.widgets.figure_charts import FigureSheet
 from app.widgets.items import Item
 from app.widgets.snackbar import Message
 

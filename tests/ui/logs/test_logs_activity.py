@@ -12,7 +12,7 @@ from app.widgets import lanes_frame
 from app.widgets.buttons import CommandButton, IconButton, MenuChip
 from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.display import LegendItem
-from app.widgets.figures import FigureSheet
+from app.widgets.figure_charts import FigureSheet
 from app.widgets.lanes import Lanes
 from app.widgets.tokens import apply_theme
 from tests.ui.logbook import reset_logs, settle, tap

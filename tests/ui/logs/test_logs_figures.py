@@ -13,8 +13,7 @@ from app.services.history.kpis import KpiFilter
 from app.widgets.buttons import ChoiceChip, CommandButton, MenuChip
 from app.widgets.charts import RobotBars, StackedBars
 from app.widgets.choices import ChoiceSheet, OptionRow
-from app.widgets.figure_charts import CauseRow, TrendRow
-from app.widgets.figures import FigureCard, FigureSheet
+from app.widgets.figure_charts import CauseRow, FigureCard, FigureSheet, TrendRow
 from app.widgets.snackbar import Snackbar
 from tests.ui import checks
 from tests.ui.logbook import choose_tab, reset_logs, runs_of, settle, tap

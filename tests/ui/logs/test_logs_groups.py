@@ -12,7 +12,7 @@ from app.domain.models import Group, State, Trigger
 from app.screens.logs.of_groups import OfGroup
 from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.choices import ChoiceSheet, OptionRow
-from app.widgets.figures import FigureCard, FigureSheet
+from app.widgets.figure_charts import FigureCard, FigureSheet
 from app.widgets.snackbar import Snackbar
 from tests.support.history import last_ended
 from tests.support.stored import Stored
