@@ -126,7 +126,7 @@ class ScheduleActions:
             moved = self.moved(facts, before, at, to) if before is not None else None
             if before is None or moved is None:
                 raise InvalidInput("schedule", "this schedule no longer has this start")
-            return before, catalogue.save_schedule(moved)
+            return before, catalogue.change(before, moved)
 
         self._act(
             schedule.id,

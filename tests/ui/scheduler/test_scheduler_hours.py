@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from datetime import date, time, timedelta
+from datetime import date, datetime, time, timedelta
 
 import pytest
 from kivy.metrics import dp
@@ -139,16 +139,28 @@ def test_a_start_that_is_not_there_any_more_moves_no_others(screen, container, u
     assert "no longer has this start" in ui.find(Snackbar).text
 
 
-def test_undo_of_this_and_later_loses_no_edit_made_since(screen, container, ui):
+@pytest.mark.parametrize(
+    ("edit", "hour", "is_refused"),
+    [
+        ({"priority": 1}, 19, False),
+        (
+            {"start": datetime(2026, 11, 20, 21, 0)},
+            21,
+            ["Night stock count on Aino was changed again, so nothing is undone"],
+        ),
+    ],
+)
+def test_undo_of_this_and_later_loses_no_edit_made_since(screen, container, ui, edit, hour, is_refused):
     schedule = named(container, "Night stock count", "Aino")
     drag(screen, ui, schedule, -1.5)
     press(screen, ui, "This and later")
     moved = container.catalogue.schedule(schedule.id)
-    edited = container.catalogue.save_schedule(replace(moved, priority=1))  # elsewhere
+    edited = container.catalogue.save_schedule(replace(moved, **edit))  # elsewhere
     ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
     settle(screen, ui)
-    assert container.catalogue.schedule(schedule.id) == edited
-    assert "has been changed since" in ui.find(Snackbar).text
+    stored = container.catalogue.schedule(schedule.id)
+    assert (stored.start.hour, stored.priority) == (hour, edited.priority)
+    assert any("was changed again" in text for text in screen.shell.snackbars.texts) is is_refused
 
 
 def test_saving_a_schedule_ends_the_offer_to_undo_its_move(screen, container, ui):
