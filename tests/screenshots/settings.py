@@ -10,6 +10,7 @@ from app.container import Container
 from app.database.backups import back_up
 from app.database.connection import Database
 from app.database.missions import StopRepository
+from app.domain.message import message
 from app.domain.models import Connection, Group, HandOver, Mission, Place, Robot, Schedule
 from app.domain.robot import IdentifiedBy, Identity, MissionInfo, RobotState, RobotStatus, Stop
 from app.i18n import _, ngettext
@@ -17,6 +18,7 @@ from app.mir.errors import AnotherRobot, Unauthorized
 from app.screens.common.pin_dialog import PinDialog
 from app.screens.common.shell import Shell, pick
 from app.screens.common.view_model import Background, Navigator, Snackbars, UiBus
+from app.screens.settings.data import ImportSheet
 from app.screens.settings.find import FindSheet
 from app.screens.settings.missions import MissionSheet
 from app.screens.settings.missions_view import offer_options, offers
@@ -26,7 +28,8 @@ from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.screen import SettingsScreen, SettingsViewModel
 from app.screens.settings.trust import TrustSheet
 from app.screens.settings.trust_view import another_robot, certificate
-from app.screens.settings.view import done
+from app.screens.settings.view import changes_phrase, done, import_items
+from app.services.catalogue.configuration.importing import DeletesRuns
 from app.services.files import places
 from app.services.robots import finder
 from app.widgets.choices import ChoiceSheet
@@ -309,6 +312,16 @@ def dialog(name: str):
         return shown
 
     return register
+
+
+@dialog("import-changes")
+def import_changes(context: PageContext):
+    lines = [
+        message("robot {name} added", name="Helmi"),
+        message("robot {name} changed: {what}. It is switched off and needs a password", name="Aino", what="address"),
+        message("mission {name} added", name="Deliver kits"),
+    ]
+    return ImportSheet(title=changes_phrase(lines), items=import_items(lines, DeletesRuns(1000, 240)))
 
 
 @dialog("pin-dialog")

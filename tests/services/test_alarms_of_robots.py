@@ -4,6 +4,7 @@ when it is asked."""
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import pytest
 
@@ -14,7 +15,7 @@ from app.services.live.alarms import alarm_sentence
 from tests.support.edits import switch_robot
 from tests.support.network import Fate
 from tests.support.seen import robot_of
-from tests.support.site import Site
+from tests.support.site import PASSWORD, Site
 
 
 def active(site):
@@ -109,3 +110,15 @@ def test_robots_that_have_changed_places_are_named(tmp_path):
     )
     assert alarm_note(alarms["R2"], site.container.settings(), site.clock.now()).endswith("correct the addresses")
     site.switch_off()
+
+
+def test_an_alarm_about_another_robot_ends_when_that_is_accepted(site):
+    site.container.catalogue.change_settings(poll_interval_seconds=1800)
+    site.run(10)
+    site.machines["R1"].serial_number = "777"
+    site.run(7200)
+    assert active(site) == ["wrong_robot"]
+    robot = robot_of(site)
+    site.container.catalogue.save_robot(replace(robot, serial_number="777"), PASSWORD)
+    site.run(5)
+    assert active(site) == []

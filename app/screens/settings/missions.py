@@ -95,7 +95,7 @@ class MissionTable(SectionCard):
     page = ObjectProperty(None, rebind=True, allownone=True)
 
 
-class NoMissions(BoxLayout):
+class NoMissions(SectionCard):
     """What to do first."""
 
     page = ObjectProperty(None, rebind=True, allownone=True)
