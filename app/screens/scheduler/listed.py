@@ -34,11 +34,11 @@ class ScheduleList(EventDispatcher):
     def __init__(self, shell: Shell, now: Callable[[], datetime]) -> None:
         super().__init__()
         self._shell, self._now = shell, now
-        self._facts: SchedulerFacts | None = None
-        self.fbind("listing", self._show_again)
+        self._facts = SchedulerFacts()
 
-    def _show_again(self, *_args: object) -> None:
-        if self._facts is not None:
+    def on_listing(self, *_args: object) -> None:
+        """Another filter or order."""
+        if self._facts.robots:  # else nothing was read yet
             self.show(self._facts)
 
     def show(self, facts: SchedulerFacts) -> None:
@@ -61,8 +61,6 @@ class ScheduleList(EventDispatcher):
             self.set(query="")
 
     def choose_robot(self) -> None:
-        if self._facts is None:
-            return
         self._shell.dialogs.choose(
             _("Schedules of"),
             view.robot_options(self._facts),
@@ -71,8 +69,6 @@ class ScheduleList(EventDispatcher):
         )
 
     def choose_mission(self) -> None:
-        if self._facts is None:
-            return
         self._shell.dialogs.choose(
             _("Schedules of"),
             view.mission_options(self._facts),

@@ -75,7 +75,6 @@ class SchedulerViewModel(OnTimeline):
         self._is_read = False
         self._presses = Presses()
         self._wanted: int | None = None  # a schedule to open as soon as they are read
-        self.fbind("touched", self._touch_changed)
 
     # ------------------------------------------------------------------ reading
     def opened(self, schedule_id: int | None = None, form: FormModel | None = None) -> None:
@@ -107,7 +106,8 @@ class SchedulerViewModel(OnTimeline):
         self.advice.show()
         self._refresher.request()
 
-    def _touch_changed(self, *_args: object) -> None:
+    def on_touched(self, *_args: object) -> None:
+        """What was withheld from under the fingers."""
         if not self.touched:
             self._refresher.request()
 
@@ -197,10 +197,11 @@ class SchedulerViewModel(OnTimeline):
 
     def plan_menu(self, anchor: Any) -> None:
         """What is rarely needed."""
+        colours = [Card(_("Colours"), view.looks_in_words(), ())]
         calls: dict[str, Callable[[], object]] = {
             "export": self.export,
             "robots": self.choose_robots,
-            "looks": lambda: self._explain(anchor),
+            "looks": lambda: self._shell.dialogs.cards(anchor, colours, lambda *_args: None),
         }
         items = [
             MenuItem("export", _("Export"), "calendar-export", disabled=self.exporting),
@@ -208,9 +209,6 @@ class SchedulerViewModel(OnTimeline):
             MenuItem("looks", _("Colours"), "information-outline"),
         ]
         self._shell.dialogs.menu(anchor, _("Plan"), items, lambda key: calls[key]())
-
-    def _explain(self, anchor: Any) -> None:
-        self._shell.dialogs.cards(anchor, [Card(_("Colours"), view.looks_in_words(), ())], lambda *_args: None)
 
     def export(self) -> None:
         """Write the starts of the next days as a calendar file and show its path."""

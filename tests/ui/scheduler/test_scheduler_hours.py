@@ -214,7 +214,7 @@ def test_the_card_of_a_start_asks_for_its_new_time(screen, container, ui):
     take(screen, ui, "Move")
     for digit in "2015":
         ui.key(ord(digit), digit)
-    press(screen, ui, "Set")
+    press(screen, ui, "Set 20:15")
     assert screen.plan.moving.title == "Night stock count on Aino → 20:15"
 
 

@@ -51,7 +51,7 @@ def test_messages_about_a_schedule_omit_the_number_too(screen, container, ui, se
     menu(screen, ui, second, "Skip next")
     ui.wait(lambda: said(screen).startswith(f"The start of {SHOWN} is skipped: "))
     menu(screen, ui, second, "Pause until a day")
-    press(screen, ui, "Set")
+    press(screen, ui, "Set Sat 21 Nov")
     ui.wait(lambda: said(screen).startswith(f"{SHOWN} is paused until "))
     menu(screen, ui, second, "Resume now")
     ui.wait(lambda: said(screen) == f"{SHOWN} is resumed")
