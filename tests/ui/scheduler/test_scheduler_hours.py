@@ -140,15 +140,7 @@ def test_a_start_that_is_not_there_any_more_moves_no_others(screen, container, u
 
 
 @pytest.mark.parametrize(
-    ("edit", "hour", "is_refused"),
-    [
-        ({"priority": 1}, 19, False),
-        (
-            {"start": datetime(2026, 11, 20, 21, 0)},
-            21,
-            ["Night stock count on Aino was changed again, so nothing is undone"],
-        ),
-    ],
+    ("edit", "hour", "is_refused"), [({"priority": 1}, 19, False), ({"start": datetime(2026, 11, 20, 21, 0)}, 21, True)]
 )
 def test_undo_of_this_and_later_loses_no_edit_made_since(screen, container, ui, edit, hour, is_refused):
     schedule = named(container, "Night stock count", "Aino")
