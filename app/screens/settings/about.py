@@ -5,7 +5,7 @@ from __future__ import annotations
 from kivy.event import EventDispatcher
 from kivy.properties import ListProperty, StringProperty
 
-from app import NAME, __version__
+from app import __version__
 from app.i18n import _
 from app.screens.settings.page import PageContext, SettingsPage
 from app.services.files.about import components
@@ -13,12 +13,7 @@ from app.widgets.items import Item
 
 
 class AboutModel(EventDispatcher):
-    name = StringProperty(NAME)
     version = StringProperty()
-    python = StringProperty("–")
-    kivy = StringProperty("–")
-    kivymd = StringProperty("–")
-    sqlite = StringProperty("–")
     directory = StringProperty()
     components = ListProperty()
 
@@ -28,12 +23,8 @@ class AboutPage(SettingsPage):
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
-        vm, found = self.vm, components()
-        versions = {component.name: component.version for component in found}
-        vm.python, vm.sqlite = versions["Python"], versions["SQLite"]
-        vm.kivy, vm.kivymd = versions.get("Kivy", "–"), versions.get("KivyMD", "–")
-        vm.directory = str(context.services.files.data_directory)
-        vm.components = [
+        self.vm.directory = str(context.services.files.data_directory)
+        self.vm.components = [
             Item(
                 each.name,
                 each.name,
@@ -41,7 +32,7 @@ class AboutPage(SettingsPage):
                 opens=False,
                 strong=False,
             )
-            for each in found
+            for each in components()
         ]
 
     def show(self) -> None:

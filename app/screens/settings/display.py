@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from kivy.event import EventDispatcher
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, ObjectProperty
 
-from app.domain.models import FONT_SCALES
+from app.domain.models import FONT_SCALES, Settings
 from app.i18n import _, languages
 from app.screens.common import formats
 from app.screens.common.pin_dialog import PinDialog
@@ -18,17 +18,13 @@ from app.services.live.access import ADVISED, LONGEST, SHORTEST, is_easy_to_gues
 
 
 class DisplayModel(EventDispatcher):
+    settings = ObjectProperty(Settings(), rebind=True)
     themes = ListProperty()
-    theme = StringProperty("light")
     languages = ListProperty()
-    language = StringProperty("en")
     font_scales = ListProperty()
-    font_scale = NumericProperty(100)  # %
-    gloves = BooleanProperty(False)
     alarm_sound = BooleanProperty(False)
     has_sound = BooleanProperty(False)
     keyboards = ListProperty()
-    keyboard = StringProperty("auto")
     has_pin = BooleanProperty(False)
 
 
@@ -40,11 +36,10 @@ class DisplayPage(SettingsPage):
         self.vm.languages = [(language, formats.language_name(language)) for language in languages()]
 
     def show(self) -> None:
-        vm, settings = self.vm, self.context.facts.settings
+        vm = self.vm
+        vm.settings = settings = self.context.facts.settings
         vm.themes, vm.keyboards = list(theme_names().items()), list(keyboard_words().items())
         vm.font_scales = [(percent, formats.percent(percent)) for percent in FONT_SCALES]
-        vm.theme, vm.language, vm.keyboard = settings.theme, settings.language, settings.keyboard
-        vm.font_scale, vm.gloves = settings.font_scale_percent, settings.gloves
         loudspeaker = self.context.shell.loudspeaker
         vm.has_sound = loudspeaker is not None and loudspeaker.exists
         vm.alarm_sound = settings.alarm_sound and vm.has_sound
