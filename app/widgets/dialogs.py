@@ -182,9 +182,6 @@ class Dialog(Overlay):
         super().__init__(**kwargs)
         self.fbind("room", self._place)
 
-    def on_parent(self, _dialog, window):
-        dock.dialogs = [other for other in dock.dialogs if other is not self] + ([self] if window else [])
-
     def corner(self):
         x, _y = super().corner()
         return x, Window.height - (self.room + self.height) / 2

@@ -2,21 +2,20 @@
 ``dock`` is global: widgets built by kv have no other reference."""
 
 from kivy.event import EventDispatcher
-from kivy.properties import ListProperty, NumericProperty, ObjectProperty
+from kivy.properties import NumericProperty, ObjectProperty
 
 
 class Dock(EventDispatcher):
     """``field`` is the focused text input, or None; ``height`` in px of the area under the on-screen keyboard, 0 without it; between
     ``free_left`` and ``free_right`` (px) nothing in the top bar can be pressed, 0 without a bar; ``floor`` is the
-    height of the bar with the screens at the bottom of a tall window; ``dialogs`` are the open ones, the
-    topmost last; ``question`` is the sheet that asks, and has the keys alone."""
+    height of the bar with the screens at the bottom of a tall window;
+    ``question`` is the sheet that asks, and has the keys alone."""
 
     field = ObjectProperty(None, allownone=True)
     height = NumericProperty(0)
     free_left = NumericProperty(0)
     free_right = NumericProperty(0)
     floor = NumericProperty(0)
-    dialogs = ListProperty()
     question = ObjectProperty(None, allownone=True)
 
     def entered(self, field) -> None:

@@ -84,15 +84,12 @@ class Snackbar(OnlySeen, Passive, MDSnackbar):
 
 
 class SnackbarStack(BoxLayout):
-    """Holds the snackbar, on top of everything: in the top bar between the tabs and the time, where nothing can be pressed, or ``inside`` a
-    dialog that reaches up there, between its head and its buttons. In a tall window, and without the room there, it is at the foot of the
-    page (``low``): right of the foot button of Home. A text with no room (``wide``) is as wide as a window without a top bar. An edge of
-    those ``below`` it is visible."""
+    """Holds the snackbar, on top of everything: in the top bar between the tabs and the time, where nothing can be pressed. In a tall
+    window, and without the room there, it is at the foot of the page (``low``): right of the foot button of Home. A text with no room
+    (``wide``) is as wide as a window without a top bar. An edge of those ``below`` it is visible."""
 
     below = NumericProperty(0)
     bar = ObjectProperty(None, allownone=True, rebind=True)
-    dialog = ObjectProperty(None, allownone=True, rebind=True)
-    inside = BooleanProperty(False)
     wide = BooleanProperty(False)
     low = BooleanProperty(False)
     settles_at = 0.0

@@ -8,11 +8,9 @@ import pytest
 from kivy.core.window import Window
 from kivy.uix.widget import Widget
 
-from app.screens.common.options import Option
-from app.screens.common.overlays import Dialogs
 from app.widgets.list_row import ListRow, RowPress
 from app.widgets.snackbar import Snackbars, SnackbarStack
-from app.widgets.surfaces import Surface, Tap
+from app.widgets.surfaces import Tap
 from app.widgets.tabs import TabButton
 from app.window.key_focus import KeyFocus, parents
 from tests.screenshots.planning import Stand
@@ -55,36 +53,6 @@ def test_a_long_message_covers_no_tab_and_no_button(ui, size, percent):
         stack = ui.find(SnackbarStack)
         assert [checks.name_of(target) for target in below(stack)] == []
         assert checks.problems(stack) == []
-        bars.clear()
-
-
-@pytest.mark.parametrize(
-    ("size", "scale"), [((1280, 800), 1.0), ((1024, 600), 1.3), ((800, 480), 1.0), ((600, 480), 1.3)]
-)
-@pytest.mark.parametrize("is_first", [True, False], ids=["message first", "dialog first"])
-@pytest.mark.parametrize("text", ["Test started", LONG], ids=["short", "long"])
-def test_a_message_lies_between_the_head_of_a_dialog_and_its_buttons(ui, size, scale, text, is_first):
-    with window(ui, size, scale):
-        bars, dialogs = Snackbars(), Dialogs(animate=False)
-        ui.show(Surface())
-        if is_first:
-            bars.show(text)
-            ui.advance(0.3)
-        dialog = dialogs.choose_many(
-            "Missions of Aino", [Option(n, f"Mission {n}") for n in range(30)], "Add chosen", lambda _keys: None
-        )
-        ui.advance(0.3)
-        if not is_first:
-            bars.show(text)
-            ui.advance(0.3)
-        stack = ui.find(SnackbarStack)
-        _left, bottom, _right, top = checks.area(stack)
-        assert top <= checks.area(dialog.ids.dialog_title)[1]
-        assert bottom >= checks.area(dialog.ids.button_container)[3] - dialog.ids.button_container.padding[1]
-        assert checks.problems(stack) == []
-        dialogs.close_all()
-        ui.advance(0.3)
-        assert Window.height - checks.area(stack)[3] < 8
         bars.clear()
 
 
