@@ -26,7 +26,7 @@ def data(tmp_path) -> Path:
 
 
 @EXPORTS
-@pytest.mark.parametrize("is_there", [True, False])
+@pytest.mark.parametrize("is_there", [True, *at_night(False)])
 def test_a_data_directory_without_data_is_bad_input_and_stays_as_it_is(tmp_path, option, is_there):
     """Such as a name that was mistyped."""
     directory, target = tmp_path / "dtaa", tmp_path / "out"

@@ -6,12 +6,13 @@ from contextlib import nullcontext
 
 import pytest
 
+from tests.support.examples import at_night
 from tests.support.process import answer, configuration_of, once_now, prepared, refusal, running, write_configuration
 
 UNKNOWN = "Go to position has no parameter Speed, it takes Position"
 
 
-@pytest.mark.parametrize("app", [running, lambda _directory: nullcontext()], ids=["with an app", "alone"])
+@pytest.mark.parametrize("app", [running, *at_night(lambda _directory: nullcontext())], ids=["with an app", "alone"])
 def test_they_are_refused_at_once_and_nothing_is_sent(tmp_path, fleet, app):
     configuration, data = configuration_of(fleet), tmp_path / "data"
     robot = configuration["robots"][0]["name"]

@@ -183,6 +183,7 @@ def test_an_import_of_a_new_password_says_that_backups_hold_the_former_token(sit
         assert changed_to("distributor").endswith(said)
 
 
+@pytest.mark.long
 def test_exports_during_a_running_app(site, robot, tmp_path):
     with running(site):
         assert json.loads(answer(site, "--export-config", "-"))["robots"][0]["name"] == robot.name

@@ -33,7 +33,7 @@ from tests.support.network import Network, SimulatedTransport
 
 AHEAD = 1.05  # s before something is due, at which the app's own second finds that out
 ROUND_EVERY = (
-    60.0  # s between the engine's rounds when nothing is due; the app's own second would make a simulated week long
+    300.0  # s between the engine's rounds when nothing is due; the app's own second would make a simulated week long
 )
 USER, PASSWORD = "distributor", "distributor"
 GUIDS = {mission.name: mission.guid for mission in MISSIONS}

@@ -10,6 +10,7 @@ from kivy.metrics import dp
 from app.widgets.fields import Field, FieldInput
 from app.widgets.keyboard import PAGES, BoardKey, DockedKeyboard
 from app.widgets.tokens import tk
+from tests.support.examples import at_night
 from tests.ui import checks
 from tests.ui.integrator import keyboard, tap_keys
 
@@ -148,7 +149,7 @@ def test_keys_of_a_narrow_window_are_still_48_wide(ui):
 
 
 @pytest.mark.parametrize("page", ["letters", "signs", "more", "decimals", "integers", "digits"])
-@pytest.mark.parametrize("width", [800, 1280])
+@pytest.mark.parametrize("width", [800, *at_night(1280)])
 def test_every_key_is_for_gloves_in_both_orientations(ui, gloves, page, width):
     keys = DockedKeyboard(lambda: True)
     keys._show_page(page)

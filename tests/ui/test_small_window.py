@@ -118,6 +118,7 @@ def test_the_robots_button_is_never_scrolled_away(ui, small, status):
     assert checks.is_seen(ui.find(CommandButton, ui.find(RobotFoot)))
 
 
+@pytest.mark.long
 def test_a_sheet_follows_the_robots_card_when_the_window_is_turned(ui):
     with window(ui, (600, 800)) as rig:
         home(rig, sample.FACTS).vm.show_all_missions()
@@ -232,6 +233,7 @@ def test_a_list_of_settings_can_be_reached_below_its_tools_and_a_banner(
         assert "\n".join(checks.problems(ui.find(Frame))) == ""
 
 
+@pytest.mark.long
 def test_fields_in_one_row_are_aligned_at_the_top(ui):
     with window(ui, (1024, 600), 1.3, "fi") as rig:
         screen = Plant(rig).screen(rig, "scheduler")

@@ -128,7 +128,7 @@ IDEOGRAPHS = "".join(map(chr, range(0x4E00, 0x4E00 + 500)))
         "one\ntwo\nthree\nfour",
         "x" * 30,
     ],
-    ids=repr,
+    ids=lambda text: repr(text[:12]),
 )
 @pytest.mark.parametrize("most", [2, *at_night(1, 3)])
 def test_the_visible_part_of_a_long_text_is_its_beginning(ui, text, most):

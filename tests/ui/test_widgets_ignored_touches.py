@@ -20,6 +20,7 @@ from app.widgets.rest import DOUBLE_TAP, SETTLES
 from app.widgets.scrolling import ScrollPage
 from app.widgets.snackbar import Snackbar, Snackbars
 from app.window.key_focus import ENTER, ESCAPE, SPACE, TAB
+from tests.support.examples import at_night
 from tests.ui.drawing import put_down
 from tests.ui.integrator import key
 
@@ -50,7 +51,7 @@ def opened(ui, dialogs: Dialogs, title: str = "Above") -> Dialog:
     return dialog
 
 
-@pytest.mark.parametrize("fade", [0, 0.1])
+@pytest.mark.parametrize("fade", [0.1, *at_night(0)])
 @pytest.mark.parametrize(("after", "pressed"), [(0.05, 0), (0.3, 0), (0.55, 0), (0.65, 1)])
 def test_buttons_behind_a_closed_dialog_take_touches_again_after_a_moment(ui, page, fade, after, pressed):
     dialogs = Dialogs(animate=bool(fade))
