@@ -122,7 +122,7 @@ IDEOGRAPHS = "".join(map(chr, range(0x4E00, 0x4E00 + 500)))
         "il. " * 500,
         "W" * 900,
         "word " * 300,
-        "\u0301" * 1500 + "a" * 300,
+        "\u0301" * 400 + "a" * 300,
         "/data/" * 200,
         f"{'i' * 150} {'W' * 300}",
         "one\ntwo\nthree\nfour",

@@ -305,7 +305,7 @@ def test_eighty_closed_dialogs_are_all_freed(ui):
 @pytest.mark.parametrize("pause", [0.05, 0.15])
 def test_the_second_of_two_quick_taps_presses_nothing_in_what_the_first_has_opened(ui, dialogs, pause):
     """And it doesn't close it either."""
-    button = ui.show(CommandButton(text="Mission"), (600, 600))
+    button = ui.show(CommandButton(text="Mission", radius=[0, 0, 0, 0]), (600, 600))
     button.pos_hint, button.center = {}, Window.center
     chosen: list[object] = []
 

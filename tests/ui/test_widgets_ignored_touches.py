@@ -32,10 +32,15 @@ def dialogs(ui) -> Dialogs:
     return Dialogs(animate=False)
 
 
+def filling(ui, text: str) -> CommandButton:
+    """A button as large as the window, and square: a second goes into the pixels of such corners."""
+    return ui.show(CommandButton(text=text, radius=[0, 0, 0, 0]), Window.size)
+
+
 @pytest.fixture
 def page(ui) -> CommandButton:
     """One button that fills the window; ``pressed`` is how often it was."""
-    button = ui.show(CommandButton(text="Run"), Window.size)
+    button = filling(ui, "Run")
     button.pressed = 0
 
     def count(_button: CommandButton) -> None:
@@ -155,7 +160,7 @@ def test_a_dialog_that_another_has_opened_is_used_as_always(ui, page, dialogs):
 
 def test_a_dialog_takes_its_first_touch_later_where_the_finger_was(ui, dialogs):
     """The second tap of a double tap comes down there."""
-    page = ui.show(CommandButton(text="Choose"), Window.size)
+    page = filling(ui, "Choose")
     page.bind(
         on_release=lambda _button: dialogs.choose("Which", [Option(n, str(n)) for n in range(7)], lambda _key: None)
     )
@@ -234,7 +239,7 @@ def test_an_escape_that_is_held_closes_one_dialog(ui, dialogs, repeats_after):
 
 def test_an_enter_that_is_held_answers_nothing_in_what_it_has_opened(ui, keys, dialogs):
     picked: list[object] = []
-    page = ui.show(CommandButton(text="At"), Window.size)
+    page = filling(ui, "At")
     page.bind(on_release=lambda _button: dialogs.pick_time("At", None, picked.append))
     ui.key(TAB)
     ui.key_down(ENTER)
@@ -248,7 +253,7 @@ def test_an_enter_that_is_held_answers_nothing_in_what_it_has_opened(ui, keys, d
 
 def test_a_second_enter_is_not_for_what_the_first_has_opened(ui, keys, dialogs):
     picked: list[object] = []
-    page = ui.show(CommandButton(text="At"), Window.size)
+    page = filling(ui, "At")
     page.bind(on_release=lambda _button: dialogs.pick_time("At", None, picked.append))
     ui.key(TAB)
     ui.key(ENTER)
