@@ -14,9 +14,10 @@ SIZES = (*BOTH, SMALL, LARGE_TEXT, GLOVES)
 
 
 def typed_into(studio: Any, field: Any) -> Any:
-    """The keyboard under ``field``; it is removed with the window's other widgets."""
+    """The keyboard under ``field``; it goes with the picture, or dialogs of later ones would lie above it."""
     keyboard = DockedKeyboard(lambda: True)
     keyboard.start()
+    studio.afterwards(keyboard.stop)
     field.focus = True
     studio.driver.advance(0.3)
     keyboard._watch.cancel()
