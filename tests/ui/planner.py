@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import date
 
+from kivy.clock import Clock
 from kivy.core.window import Window
 from kivy.uix.scrollview import ScrollView
 
@@ -129,7 +130,9 @@ def save_button(ui) -> CommandButton:
 
 
 def save(app, ui) -> None:
-    assert not save_button(ui).disabled, ui.find(FormSheet).view.why
+    sheet = ui.find(FormSheet)
+    assert not save_button(ui).disabled, sheet.view.why
+    ui.wait(lambda: Clock.get_time() >= sheet._rests_until)  # its foot was pressed before
     ui.tap(save_button(ui))
     settle(app, ui)
 
