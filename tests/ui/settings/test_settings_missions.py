@@ -337,7 +337,7 @@ def test_a_mission_that_the_robot_lost_is_flagged(site, app, ui):
         Schedule("Morning", aino.id, missing.id, datetime(2030, 1, 7, 6, 30), "UTC", "FREQ=DAILY")
     )
     go(ui, "missions")
-    ui.wait(lambda: [cell.icon for cell in ui.find(MissionRow).cells] == ["close", ""])
+    ui.wait(lambda: [[cell.icon for cell in row.cells] for row in ui.find_all(MissionRow)] == [["close", ""]])
     assert section_row(ui, "missions").item.support == "1, 1 missing"
     ui.tap(section_row(ui, "robots"))
     ui.wait(lambda: item_of(ui, "Aino").meta == "1 mission missing")
