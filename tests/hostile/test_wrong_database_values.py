@@ -259,7 +259,7 @@ def test_a_text_that_is_no_text(sound, tmp_path):
     database = spoilt(sound, tmp_path / "amr-scheduler.db", statement)
     with pytest.raises(DatabaseDamaged, match="its table robots has a value"):
         Container.open(tmp_path)
-    with pytest.raises(DatabaseRefused, match="it is damaged; nothing was changed"):
+    with pytest.raises(DatabaseRefused, match=r"it is damaged\). Nothing was changed"):
         backups.restore(spoilt(sound, tmp_path / "backup.db", statement), database, NOW, find_problem)
 
 
