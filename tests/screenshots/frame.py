@@ -25,7 +25,9 @@ def framed(name: str) -> Frame:
 
 
 def sheets_of(studio: Any, frame: Frame) -> Sheets:
-    """Those that lie in ``frame``, for the dialogs too."""
+    """Those that lie in ``frame``, for the dialogs too, until the picture is cleared away."""
+    before = studio.dialogs.sheets
+    studio.afterwards(lambda: setattr(studio.dialogs, "sheets", before))
     studio.dialogs.sheets = Sheets(frame.ids.sheets.__self__)
     sheets: Sheets = studio.dialogs.sheets
     return sheets
