@@ -99,6 +99,8 @@ class Studio:
         from kivy.core.window import Window
 
         self.dialogs.close_all()
+        self.dialogs.sheets.give_up()
+        self.dialogs.sheets.frame_place = None
         self._after.close()
         for child in list(Window.children):
             Window.remove_widget(child)
