@@ -24,6 +24,7 @@ MODULES = (
     "lists",
     "long_list",
     "month",
+    "number_pad",
     "pickers",
     "robot_map",
     "scrolling",
