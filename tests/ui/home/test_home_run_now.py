@@ -180,7 +180,7 @@ def test_a_position_is_chosen_on_the_map_of_the_robot_and_named_in_logs(home, ui
     ui.wait(lambda: home.root_vm.map.picture is not None)
     open_sheet(home, ui, "Go to position")
     press(ui, "On the map")
-    ui.advance(0.3)
+    ui.advance(0.7)  # no touch where the sheet below was
     chart = ui.find(PositionsMap)
     spot = next(spot for spot in chart.places if spot.name == "Press")
     ui.tap_at(*chart.to_window(*chart._point(spot.x, spot.y)))
