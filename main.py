@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 from app import NAME, __version__
+from app.command import is_installed, program
 from app.failures import BadInput, Failure
 from app.process import terminal
 
@@ -28,7 +29,7 @@ class _Parser(argparse.ArgumentParser):
 
 def parser() -> argparse.ArgumentParser:
     p = _Parser(
-        prog="main.py",
+        prog=program(),
         description="Starts missions of MiR robots by time, by recurrence and by idleness.",
         allow_abbrev=False,
     )
@@ -76,7 +77,8 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument(
         "--report",
         metavar="FILE",
-        help="with --check-up: write the report as JSON, which python -m mir_sim --profile takes",
+        help="with --check-up: write the report as JSON, which "
+        f"{'mir-sim' if is_installed() else 'python -m mir_sim'} --profile takes",
     )
     p.add_argument(
         "--yes",

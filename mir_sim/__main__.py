@@ -57,10 +57,13 @@ def _checked(check: Callable[[str], T]) -> Callable[[str], T]:
     return parse
 
 
+def program() -> str:
+    """The name it was started by: installed, or from a checkout."""
+    return "mir-sim" if Path(sys.argv[0]).stem == "mir-sim" else "python -m mir_sim"
+
+
 def parser() -> argparse.ArgumentParser:
-    options = Parser(
-        prog="python -m mir_sim", description="Simulated MiR robots on consecutive ports.", allow_abbrev=False
-    )
+    options = Parser(prog=program(), description="Simulated MiR robots on consecutive ports.", allow_abbrev=False)
     options.add_argument("--host", default="127.0.0.1", help="address to listen on (default %(default)s)")
     options.add_argument(
         "--port",
@@ -166,15 +169,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         fleet.start()
     except OSError as error:
         print(
-            f"python -m mir_sim: cannot listen on {args.host} port {args.port}: {error.strerror or error}",
+            f"{program()}: cannot listen on {args.host} port {args.port}: {error.strerror or error}",
             file=sys.stderr,
         )
         return USAGE_ERROR
     if args.seed is None:
-        print(f"python -m mir_sim: --seed {seed} makes the same robots again", file=sys.stderr, flush=True)
+        print(f"{program()}: --seed {seed} makes the same robots again", file=sys.stderr, flush=True)
     if not args.key and args.host not in ("127.0.0.1", "::1", "localhost"):
         print(
-            f"python -m mir_sim: from other machines, /sim asks for the header X-Sim-Key: {fleet.key}",
+            f"{program()}: from other machines, /sim asks for the header X-Sim-Key: {fleet.key}",
             file=sys.stderr,
             flush=True,
         )

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import errno
 import os
-import shlex
 import sqlite3
 from pathlib import Path
 
+from app.command import command
 from app.domain.message import Message, message, render
 
 
@@ -43,15 +43,13 @@ class DatabaseDamaged(DatabaseError):
         kept = message(", kept as {path}", path=kept_as) if kept_as else ""
         mend = (
             message(
-                "restore the newest good backup with: python main.py --data-dir {directory} --restore-backup {backup}",
-                directory=shlex.quote(str(path.parent)),
-                backup=shlex.quote(str(backup)),
+                "restore the newest good backup with: {command}",
+                command=command("--data-dir", path.parent, "--restore-backup", backup),
             )
             if backup
             else message(
-                "there is no good backup in the data directory: restore one from elsewhere with: "
-                "python main.py --data-dir {directory} --restore-backup FILE",
-                directory=shlex.quote(str(path.parent)),
+                "there is no good backup in the data directory: restore one from elsewhere with: {command} FILE",
+                command=command("--data-dir", path.parent, "--restore-backup"),
             )
         )
         whole = message(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import shlex
 import sqlite3
 import threading
 import time
@@ -13,6 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from typing import Any
 
+from app.command import command
 from app.container import Container
 from app.database.executions import ExecutionRepository
 from app.domain.models import Execution
@@ -55,7 +55,7 @@ def run(directory: DataDirectory, robot: str, mission: str, assignments: Sequenc
 
 def _accepted_or_not(directory: DataDirectory, token: str, error: NoAnswer) -> dict[str, Any]:
     """The running app did not answer in time: whether it has accepted the request, so that the mission may still start."""
-    where = f"see Logs in the app, or python main.py --data-dir {shlex.quote(str(directory.path))} --export-log -"
+    where = f"see Logs in the app, or {command('--data-dir', directory.path, '--export-log', '-')}"
     try:
         execution = _stored(directory, token)
     except (Failure, sqlite3.Error):

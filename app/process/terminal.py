@@ -12,6 +12,7 @@ import sys
 import threading
 from typing import NoReturn, TextIO
 
+from app.command import program
 from app.failures import BadInput
 from app.process.log_file import Write, unbuffered
 
@@ -47,7 +48,7 @@ def print_error(text: str) -> None:
     """One line on stderr, if possible. Unbuffered: a thread that hangs in the buffer would keep the process from
     ending."""
     if sys.stderr is not None:
-        _write(unbuffered(sys.stderr), f"main.py: {' '.join(text.split())}\n".encode(errors="backslashreplace"))
+        _write(unbuffered(sys.stderr), f"{program()}: {' '.join(text.split())}\n".encode(errors="backslashreplace"))
 
 
 def _drop_rest_of(stream: TextIO | None) -> None:

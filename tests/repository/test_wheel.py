@@ -64,6 +64,12 @@ def test_both_commands_start_what_was_installed(installed: Path):
     assert (window.returncode, robots.returncode, window.stderr, robots.stderr) == (0, 0, "", "")
 
 
+def test_errors_begin_with_the_installed_name(installed: Path):
+    window, robots = (started(installed, name, "--wrong") for name in ("amr-scheduler", "mir-sim"))
+    assert window.stderr == "amr-scheduler: unrecognized arguments: --wrong; see --help\n"
+    assert robots.stderr == "mir-sim: unrecognized arguments: --wrong\n"
+
+
 def test_it_starts_as_a_module_too(installed: Path):
     done = subprocess.run(
         [sys.executable, "-m", "amr_scheduler", "--version"],
