@@ -73,7 +73,7 @@ def test_where_it_is_narrow_list_and_section_take_turns(screen, ui, size):
 
 
 def test_a_backup_is_restored_only_after_a_question(site, ui, restored):
-    press(ui, "Back up")
+    press(ui, "Back up", file_sheet(ui, "Backups", "Back up"))
     ui.wait(lambda: says(ui, "Backup made"))
     sheet = file_sheet(ui, "Backups", "Restore")
     press(ui, "Restore", sheet)
