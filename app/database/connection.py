@@ -47,6 +47,11 @@ class Database:
         self._readers = threading.local()
         self._closed = False
 
+    @property
+    def rounds(self) -> int:
+        """Transactions of the writer that were begun."""
+        return self._writer.rounds
+
     @classmethod
     def open(
         cls,

@@ -33,6 +33,8 @@ WAL_KEPT = 16 << 20  # bytes to which a longer one is cut when it starts again
 
 
 class Writer(Protocol):
+    rounds: int  # transactions that were begun; after an answer its own is counted
+
     def write(self, work: Work[T], patient: bool = False) -> T:
         """Run ``work`` inside one transaction and return its result after the commit; a ``patient`` one may wait some ms to share one.
 
@@ -130,6 +132,8 @@ class _WritingConnection:
 class NoWriter:
     """Of a database that is open for reading only."""
 
+    rounds = 0
+
     def __init__(self, path: Path) -> None:
         self._path = path
 
@@ -144,6 +148,7 @@ class InlineWriter:
     """Writes on the caller's thread, always the one that opened the database: for deterministic simulation and one-shot commands."""
 
     def __init__(self, connect: Callable[[], sqlite3.Connection], path: Path) -> None:
+        self.rounds = 0
         self._path = path
         self._writing: _WritingConnection | None = _WritingConnection(connect(), path)
 
@@ -153,6 +158,7 @@ class InlineWriter:
         if self._writing.connection.in_transaction:
             raise RuntimeError("write() inside a write: use the connection at hand")
         outcome: Future[T] = Future()
+        self.rounds += 1
         self._writing.do([(work, outcome, patient)])
         self._writing.checkpoint_when_due()
         return outcome.result()
@@ -167,6 +173,7 @@ class ThreadedWriter:
     """A thread of its own takes works from a queue. ``connect`` runs on that thread; what it raises is raised by the constructor."""
 
     def __init__(self, connect: Callable[[], sqlite3.Connection], path: Path) -> None:
+        self.rounds = 0
         self._connect, self._path = connect, path
         self._tasks: queue.SimpleQueue[_Task | None] = queue.SimpleQueue()
         self._closing = threading.Lock()
@@ -203,6 +210,7 @@ class ThreadedWriter:
         opened.set_result(None)
         try:
             while tasks := self._next_tasks():
+                self.rounds += 1
                 writing.do(tasks)
                 if self._tasks.empty():
                     writing.checkpoint_when_due()

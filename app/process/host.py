@@ -22,6 +22,7 @@ from app.process.data_directory import DataDirectory, InstanceLock, open_contain
 from app.process.demo import furnish
 from app.process.inbox import Inbox
 from app.process.requests import handlers
+from app.process.service_manager import notify, watchdog
 from app.process.terminal import print_without_waiting
 from app.services.files.daily_backup import DailyBackup
 from app.services.live.alarms import Alarms
@@ -61,9 +62,11 @@ def host(
             watch(container, lock)
             log.info("%s %s schedules on %s", NAME, __version__, directory.path)
             container.runner.start()
+            watchdog.watch(container)
             yield container
         finally:
             container.close()
+            watchdog.rest()
             log.info("stopped")
     finally:
         lock.release()
@@ -105,6 +108,7 @@ def _say_ready(container: Container, stop: queue.SimpleQueue[int]) -> None:
     while not container.engine.is_ready and container.clock.monotonic() < deadline and stop.empty():
         time.sleep(0.02)
     print_without_waiting("ready")
+    notify("READY=1")
 
 
 def watch(container: Container, lock: InstanceLock) -> None:

@@ -8,6 +8,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from types import FrameType
 
@@ -22,6 +23,7 @@ from app.i18n import SOURCE_LANGUAGE
 from app.process import log_file
 from app.process.data_directory import DataDirectory, restore_backup
 from app.process.host import host
+from app.process.service_manager import notify
 from app.window.display import display_size
 from app.window.garbage import Garbage, share_one_heap
 from app.window.pace import IN_USE, slow_at_rest
@@ -169,8 +171,20 @@ def _run(app) -> None:  # type: ignore[no-untyped-def]
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, stop)
+    _after_first_frame(partial(notify, "READY=1"))
     with quiet_garbage(app), slow_at_rest():
         app.run()
+
+
+def _after_first_frame(call: Callable[[], object]) -> None:
+    from kivy.clock import Clock
+    from kivy.core.window import Window
+
+    def drawn(_window: object) -> None:  # and is shown when this returns
+        Window.funbind("on_flip", drawn)
+        Clock.schedule_once(lambda _dt: call(), 0)
+
+    Window.fbind("on_flip", drawn)
 
 
 @contextlib.contextmanager

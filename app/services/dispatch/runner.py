@@ -89,6 +89,7 @@ class Runner:
         self._wake = threading.Condition()
         self._is_woken = self._is_stopping = False
         self._thread: threading.Thread | None = None
+        self.rounds = 0  # of the engine that have ended, well or not
         self.damage: DatabaseDamaged | None = None
         self.on_damage: Callable[[DatabaseDamaged], None] = lambda damage: None
         engine.attach(self, self.wake)
@@ -148,6 +149,7 @@ class Runner:
             except Exception as error:  # the scheduler must not stop for anything
                 self._failed(error, SCHEDULER)
                 wait = LONGEST_WAIT
+            self.rounds += 1
             with self._wake:
                 if not (self._is_woken or self._is_stopping):
                     self._wake.wait(wait)

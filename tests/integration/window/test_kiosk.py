@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from app.window.window import size_within
+from tests.support.process import PATIENCE, command
 
 ROOT = Path(__file__).parents[3]
 SDL_DUMMY_DISPLAY = "1024 768"  # what SDL's driver without a display pretends to have
@@ -65,3 +67,25 @@ def test_parts_of_kivy_that_this_system_lacks_are_not_logged_as_errors(tmp_path)
     lines = printed(tmp_path, program, SDL_VIDEODRIVER="offscreen", PATH=str(tmp_path))
     assert "INFO Clipboard: Provider: " in lines
     assert [line for line in lines.splitlines() if not line.startswith("INFO ")] == []
+
+
+@pytest.mark.long
+@pytest.mark.skipif(sys.platform != "linux", reason="systemd runs on Linux only")
+def test_systemd_hears_that_the_window_is_ready_once_it_has_drawn(tmp_path):
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd:
+        systemd.bind(str(tmp_path / "notify"))
+        systemd.settimeout(PATIENCE)
+        environment = {
+            **os.environ,
+            "NOTIFY_SOCKET": str(tmp_path / "notify"),
+            "SDL_VIDEODRIVER": "offscreen",
+            "XDG_CACHE_HOME": str(tmp_path / "cache"),
+        }
+        window = subprocess.Popen(command(tmp_path / "data"), cwd=ROOT, env=environment)
+        try:
+            assert systemd.recv(100) == b"READY=1"
+            window.terminate()
+            assert window.wait(PATIENCE) == 0
+        finally:
+            window.kill()
+            window.wait()
