@@ -18,10 +18,6 @@ from app.database.values import (
 )
 from app.domain.models import Between, Overlap, Schedule
 
-# Open starts of schedules, those that a person moved included.
-OPEN_OF_WHOLE = """current_schedules AS whole JOIN schedules AS part ON part.id = whole.id OR part.moved_of = whole.id
-    LEFT JOIN executions INDEXED BY executions_open_of_schedule
-        ON schedule_id = part.id AND state IN ('waiting', 'submitting', 'queued', 'executing')"""
 # Schedules with what is open of them, moved starts included.
 OPEN_OF_WHOLE = """current_schedules AS whole JOIN schedules AS part ON part.id = whole.id OR part.moved_of = whole.id
     LEFT JOIN executions INDEXED BY executions_open_of_schedule
