@@ -1,5 +1,5 @@
 """The process that schedules on a data directory, with a window or headless: holds the lock, runs the loop, serves the inbox, and watches
-that its lock stays in place and that it may open enough files.
+that its lock stays in place, that it may open enough files, and the tablet itself.
 """
 
 from __future__ import annotations
@@ -23,10 +23,12 @@ from app.process.demo import furnish
 from app.process.inbox import Inbox
 from app.process.requests import handlers
 from app.process.service_manager import notify, watchdog
+from app.process.tablet_readings import readings
 from app.process.terminal import print_without_waiting
 from app.services.files.daily_backup import DailyBackup
 from app.services.live.alarms import Alarms
 from app.services.live.changes import CachedUntilChanged, Topic
+from app.services.live.tablet_troubles import TabletTroubles
 
 log = logging.getLogger(__name__)
 
@@ -60,6 +62,7 @@ def host(
             container.engine.add_chore("Asking what missions do", container.mission_actions.tick)
             container.engine.add_chore("Putting back what a check-up left", container.check_ups.tick)
             watch(container, lock)
+            watch_tablet(container)
             log.info("%s %s schedules on %s", NAME, __version__, directory.path)
             container.runner.start()
             watchdog.watch(container)
@@ -123,6 +126,22 @@ def watch(container: Container, lock: InstanceLock) -> None:
         chore = _alarm_while(container.alarms, code, find)
         chore()
         container.engine.add_chore(name, chore)
+
+
+def watch_tablet(container: Container) -> None:
+    """Its disk, clock, battery and network."""
+    robots = CachedUntilChanged(
+        lambda: [robot.id for robot in container.catalogue.robots() if robot.enabled], container.changes, Topic.ROBOTS
+    )
+    troubles = TabletTroubles(
+        readings(container.db.path),
+        clock=container.clock,
+        alarms=container.alarms,
+        snapshots=container.snapshots,
+        tablet=container.tablet,
+        robots=robots,
+    )
+    container.engine.add_chore("Watching the tablet", troubles.tick)
 
 
 def _alarm_while(alarms: Alarms, code: str, find: Callable[[], Details | None]) -> Callable[[], None]:

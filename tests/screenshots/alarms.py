@@ -158,3 +158,14 @@ def menu(studio: Any) -> Any:
 def note(studio: Any) -> Any:
     frame = Desk(studio).frame
     return Sheets(frame.ids.sheets.__self__).show(NoteSheet(text=alarm_text(STANDING[0], sample.SETTINGS, sample.NOW)))
+
+
+@picture("alarms-tablet", sizes=BOTH)
+def tablet(studio: Any) -> Any:
+    """The tablet's own troubles."""
+    codes = {"network_lost": 0, "tablet_battery_low": 14, "disk_nearly_full": 310, "clock_not_synchronised": 0}
+    troubles = [
+        alarm(code, "tablet", id=60 + n, details={"percent": value, "free": value})
+        for n, (code, value) in enumerate(codes.items())
+    ]
+    Desk(studio, standing=troubles)

@@ -23,6 +23,7 @@ from app.services.files.daily_backup import DailyBackup
 from app.services.live.access import ALARM_AFTER
 from app.services.live.alarms import SENTENCES, alarm_sentence
 from app.services.live.tablet import old_token
+from app.services.live.tablet_troubles import Battery, Readings, Room, TabletTroubles
 from app.services.live.tablet_zone import TabletZone
 from mir_sim.control import COMMANDS
 from mir_sim.state import RobotError
@@ -143,6 +144,17 @@ def lose_lock(s):
 
 
 @step
+def tablet_in_trouble(s):
+    """As if its disk were full, its battery empty, and no time server set its clock."""
+    c = s.container
+    readings = Readings(lambda: Room(0, 0), lambda: False, lambda: Battery(5, False), lambda: False)
+    troubles = TabletTroubles(
+        readings, clock=c.clock, alarms=c.alarms, snapshots=c.snapshots, tablet=c.tablet, robots=lambda: [1]
+    )
+    s.engine.add_chore("Watching the tablet", troubles.tick)
+
+
+@step
 def lose_zone(s):
     s.container.db.write(lambda c: c.execute("UPDATE schedules SET timezone = 'Mars/Base'"))
 
@@ -213,6 +225,10 @@ CAUSES: dict[str, list] = {
     "pin_guessed": [guess_pin()],
     "lock_lost": [lose_lock(), 60],
     "too_few_files": [do(lambda s: s.container.alarms.raise_("too_few_files", "app", **TOO_FEW_FILES))],
+    "disk_nearly_full": [tablet_in_trouble(), 300, 300],
+    "tablet_battery_low": [tablet_in_trouble(), 300, 300],
+    "clock_not_synchronised": [tablet_in_trouble(), 1500],
+    "network_lost": [down(), tablet_in_trouble(), 1200],
     "zone_guessed": [guess_zone()],
     "zone_unknown": [plan(rule="FREQ=DAILY"), lose_zone(), guess_zone()],
     "question": [do(lambda s: ASK(s.machines["R1"])), 60],

@@ -44,7 +44,11 @@ def issues_of(facts: HomeFacts) -> OpenIssues:
     snapshots = Snapshots(changes)
     Prompts(snapshots, raised, changes, robots.get)
     shared: Any = SimpleNamespace(
-        clock=VirtualClock(ago()), snapshots=snapshots, alarms=raised, settings=lambda: facts.settings
+        clock=VirtualClock(ago()),
+        snapshots=snapshots,
+        alarms=raised,
+        settings=lambda: facts.settings,
+        tablet=SimpleNamespace(has_no_network=False),
     )
     for robot in facts.robots:
         snapshot = facts.snapshots.get(robot.id)

@@ -123,6 +123,10 @@ _ADVICE: Mapping[str, Callable[[], str]] = {
     "too_few_files": lambda: _("raise the limit (ulimit -n, or LimitNOFILE of the service) and start the app again"),
     "zone_guessed": lambda: _("choose the zone that the robots and the tablet are in"),
     "zone_unknown": lambda: _("look at its times, then switch it on again"),
+    "network_lost": lambda: _("Is its Wi-Fi on? Is the access point on?"),
+    "tablet_battery_low": lambda: _("connect its charger: without power nothing starts"),
+    "disk_nearly_full": lambda: _("delete files, or keep fewer runs: on a full disk nothing starts"),
+    "clock_not_synchronised": lambda: _("connect it to one: a drifting clock starts missions early or late"),
     "pin_guessed": lambda: _("enter the right PIN to end this"),
     "unknown_outcome": lambda: _("check the robot's queue before starting it again"),
 }
@@ -267,6 +271,10 @@ _ICONS = {
     "robot_error": "alert-circle",
     "unreachable": "wifi-off",
     "unauthorized": "account-lock-outline",
+    "network_lost": "wifi-off",
+    "tablet_battery_low": "battery-alert",
+    "disk_nearly_full": "harddisk",
+    "clock_not_synchronised": "clock-alert-outline",
 }
 
 
@@ -298,8 +306,11 @@ _OF_THE_TABLET = (
     "lock_lost",
     "too_few_files",
     "zone_unknown",
+    "network_lost",
+    "tablet_battery_low",
+    "clock_not_synchronised",
 )
-_OF_THE_DISK = ("database", "backup_failed")
+_OF_THE_DISK = ("database", "backup_failed", "disk_nearly_full")
 _OF_THE_PLAN = (
     "execution_failed",
     "start_refused",

@@ -54,6 +54,7 @@ class Observation:
         self.highest: int | None = None  # queue id seen
         self.user_name = ""  # who we are to the robot, once it has been asked
         self.failures = 0  # since the last answer
+        self._silences = 0  # failures that are not the tablet's own, since the last answer
         self.was_lost = False  # did not answer, since somebody set this back
         self._status: RobotStatus | None = None
         self._read_at = -math.inf  # -inf while it is asked for, and after anything went wrong
@@ -78,6 +79,7 @@ class Observation:
         switched off or on, it has no alarms until it is asked again (the catalogue has ended them)."""
         if robot.enabled is not self._robot.enabled:
             self.failures, self._alarmed, self._evaluated, self._in_part_since = 0, set(), set(), math.inf
+            self._silences = 0
         if self._robot.serial_number not in (None, robot.serial_number):
             self.highest, self._identified = None, False
             self.invalidate_status()
@@ -202,7 +204,7 @@ class Observation:
     # ------------------------------------------------------------------ what a reading means
     def _note_answer(self, status: RobotStatus) -> None:
         now, before = self._s.clock.now(), self._s.snapshots.get(self.robot.id)
-        self.failures = 0
+        self.failures = self._silences = 0
         connection = Connection.SLOW if status.elapsed_s > SLOW_ANSWER else Connection.CONNECTED
         problem: Message = ""
         if self._refused:
@@ -240,6 +242,7 @@ class Observation:
 
     def _note_failure(self, error: RobotError) -> None:
         self.failures += 1
+        self._silences = 0 if self._s.tablet.has_no_network else self._silences + 1
         self.was_lost = True
         self._answered_at = -math.inf
         self._observe("offline")
@@ -270,9 +273,8 @@ class Observation:
             case _:
                 connection = Connection.UNREACHABLE
         problem = message_of(error)
-        if connection in (Connection.UNREACHABLE, Connection.NOT_A_ROBOT) and (
-            self.failures == 2 or in_part_for >= IN_PART_AT_MOST
-        ):
+        is_its_own = self._silences == 2 or (in_part_for >= IN_PART_AT_MOST and not self._s.tablet.has_no_network)
+        if connection in (Connection.UNREACHABLE, Connection.NOT_A_ROBOT) and is_its_own:
             self._set_alarm(
                 "unreachable" if connection is Connection.UNREACHABLE else "not_a_robot", True, problem=problem
             )

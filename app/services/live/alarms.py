@@ -53,6 +53,8 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = {
             "lock_lost": "{path} was deleted or replaced: another app could start missions of the same data",
             "too_few_files": "{robots} robots need about {needed} open files and connections, and the system allows "
             "{allowed}: starts may not be sent",
+            "network_lost": "This tablet has no network: no robot can be reached",
+            "tablet_battery_low": "The tablet's battery is down to {percent} %",
             "pin_guessed": "Somebody is guessing the PIN of Settings: {tries} wrong ones in a row, or more",
         },
         Priority.MEDIUM: {
@@ -69,6 +71,7 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = {
             "adopted_unproven": "Queue item {queue_id} of {robot} was taken for {mission}, whose answer was lost: it is not "
             "known yet whether this robot returns the app's mark",
             "item_unreadable": "{robot} gives no readable answer about {mission} (queue item {queue_id}): {problem}",
+            "disk_nearly_full": "The tablet's disk is nearly full: {free} MB are left",
             "chore_failed": "A part of the app does not work and is tried again: {problem}",
             "zone_guessed": "It is not certain which time zone this tablet has: times are those of {zone} until one is "
             "chosen",
@@ -79,6 +82,7 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = {
             "app_was_off": "The app was off or asleep from {start} to {end}",
             "backup_restored": "A backup was restored: what the app did from {start} to {end} is not in it",
             "clock_stepped": "The tablet's clock was moved by {seconds} s",
+            "clock_not_synchronised": "The tablet's clock is not set by a time server",
             "check_up_outdated": "{robot} has to be checked up again: {change}",
             "backup_failed": "Today's backup could not be made: {problem}",
         },

@@ -52,6 +52,7 @@ class Tablet:
         self._db, self._settings = db, SettingsRepository()
         self._clock, self._holds, self._machine = clock, holds, machine
         self.move: Move | None = None
+        self.has_no_network = False  # by tablet_troubles: no robot can be reached, whichever
 
     def begin(self) -> None:
         """At the start: a directory that no machine has yet becomes this one's; a copy is held."""

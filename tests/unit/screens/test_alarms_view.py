@@ -118,6 +118,10 @@ DESTINATIONS = {  # code: (key as the services give it, what the button does, ab
     "zone_unknown": ("zone:7", None, None),
     "lock_lost": ("app", None, None),
     "too_few_files": ("app", None, None),
+    "network_lost": ("tablet", None, None),
+    "tablet_battery_low": ("tablet", None, None),
+    "disk_nearly_full": ("tablet", DATA, None),
+    "clock_not_synchronised": ("tablet", None, None),
 }
 
 

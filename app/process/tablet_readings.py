@@ -1,0 +1,116 @@
+"""What the system says of the tablet itself: room on its disk, its clock, battery and network. None where the system doesn't say, or says
+nonsense."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import shutil
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+
+from app.services.live.tablet_troubles import Battery, Readings, Room
+
+LARGEST_ERROR = 16_000_000  # µs; the kernel adds 0.5 ms each second, and from here on its clock is on its own
+MAXERROR = 3  # place of that error in struct timex, counted in longs
+SYNCHRONISED = Path("run/systemd/timesync/synchronized")  # touched by timesyncd each time that a server answers
+TOO_LONG_AGO = 32_000.0  # s, after which the kernel's error is that large
+ROUTE_IS_UP = 1  # in the flags of a route
+
+
+def readings(database: Path) -> Readings:
+    """Of this tablet, whose database this is."""
+    return Readings(lambda: room(database), is_clock_synchronised, battery, has_network)
+
+
+def room(database: Path) -> Room | None:
+    with suppress(OSError):
+        return Room(shutil.disk_usage(database.parent).free, database.stat().st_size)
+    return None
+
+
+# ---------------------------------------------------------------------- the clock
+def is_clock_synchronised(root: Path = Path("/")) -> bool | None:
+    """Whether a time server sets it, judged as timedatectl does: by the kernel's largest error. A service of systemd
+    may be ended for asking the kernel: there timesyncd's file counts."""
+    if sys.platform != "linux":
+        return None
+    if "Seccomp:\t0" in _text(root / "proc/self/status"):
+        error = _largest_error()
+        return None if error is None else error < LARGEST_ERROR
+    with suppress(OSError):
+        return time.time() - (root / SYNCHRONISED).stat().st_mtime < TOO_LONG_AGO
+    return False if (root / SYNCHRONISED).parent.is_dir() else None
+
+
+def _largest_error() -> int | None:
+    """In µs; only asks (adjtimex(2), modes 0)."""
+    timex = (ctypes.c_long * 64)()
+    with suppress(OSError, AttributeError):
+        return None if ctypes.CDLL(None).adjtimex(timex) == -1 else int(timex[MAXERROR])
+    return None
+
+
+# ---------------------------------------------------------------------- the battery
+if sys.platform == "win32":
+
+    class _PowerStatus(ctypes.Structure):  # SYSTEM_POWER_STATUS
+        _fields_ = (
+            *((name, ctypes.c_ubyte) for name in ("ac", "flags", "percent", "saver")),
+            ("left", ctypes.c_uint32),
+            ("full", ctypes.c_uint32),
+        )
+
+    def battery() -> Battery | None:
+        status = _PowerStatus()
+        if not ctypes.windll.kernel32.GetSystemPowerStatus(ctypes.byref(status)):
+            return None
+        no_battery, unknown = status.flags & 128, status.percent > 100  # 255
+        return None if no_battery or unknown else Battery(status.percent, status.ac == 1)
+else:
+
+    def battery(root: Path = Path("/")) -> Battery | None:
+        """Of several the mean. Those of a mouse or pen don't count."""
+        supplies = [
+            folder for folder in _folders(root / "sys/class/power_supply") if _text(folder / "scope") != "Device"
+        ]
+        batteries = [folder for folder in supplies if _text(folder / "type") == "Battery"]
+        charges = [int(text) for folder in batteries if (text := _text(folder / "capacity")).isdecimal()]
+        if not charges:
+            return None
+        states = {_text(folder / "status") for folder in batteries}
+        is_plugged = any(_text(folder / "online") == "1" for folder in supplies)  # a weak charger does not charge
+        is_charging = "Discharging" not in states and (is_plugged or bool(states & {"Charging", "Full"}))
+        return Battery(min(100, sum(charges) / len(charges)), is_charging)
+
+
+# ---------------------------------------------------------------------- the network
+def has_network(root: Path = Path("/")) -> bool | None:
+    """Whether there is a route over an interface that is connected, besides the one to itself."""
+    header, *routes = _text(root / "proc/net/route").splitlines() or [""]
+    if not header.startswith("Iface"):
+        return None
+    return any(_is_usable(root, *line.split()[:4:3]) for line in routes if len(line.split()) > 3)
+
+
+def _is_usable(root: Path, interface: str, flags: str) -> bool:
+    with suppress(ValueError):
+        is_down = _text(root / "sys/class/net" / interface / "operstate") in ("down", "lowerlayerdown", "dormant")
+        return interface != "lo" and bool(int(flags, 16) & ROUTE_IS_UP) and not is_down
+    return False
+
+
+# ---------------------------------------------------------------------- files of the system
+def _text(path: Path) -> str:
+    """Empty if it can't be read."""
+    with suppress(OSError):
+        return path.read_text(encoding="utf-8", errors="replace").strip()
+    return ""
+
+
+def _folders(path: Path) -> list[Path]:
+    with suppress(OSError):
+        return [path / name for name in sorted(os.listdir(path))]
+    return []
