@@ -145,8 +145,8 @@ class SchedulerApp(MDApp):
         self._keyboard.start()
 
     def _rebuild(self, shell: Shell, controller: FrameController, keyboard: DockedKeyboard) -> None:
-        """Everything in the sizes of now. What it shows is in the view models."""
-        frame = Factory.Frame()
+        """Everything in the sizes of now. What it shows is in the view models. A picker stays where its form does."""
+        frame, picker = Factory.Frame(), shell.sheets.picker
         shell.snackbars.rebuild()
         keyboard.stop()
         self._start_keyboard()
@@ -158,6 +158,8 @@ class SchedulerApp(MDApp):
             self.much_has_gone()
 
         shell.navigator.rebuild(frame.ids.body.__self__, gone)
+        if picker is not None and shell.sheets.top is not None:
+            shell.sheets.over(picker)
         controller.use(frame)
 
     def on_start(self) -> None:
