@@ -22,6 +22,7 @@ from mir_sim.profile import DEVIANTS, FAITHFUL, deviant, read
 
 USAGE_ERROR = 2
 SEEDS = 10**9
+STOPPING = {"SIGINT", "SIGTERM", "SIGBREAK"}  # the last one is Ctrl-Break of Windows
 T = TypeVar("T")
 
 
@@ -148,8 +149,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     def end(number: int, frame: FrameType | None) -> None:
         stop.put(number)
 
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, end)
+    for name in STOPPING & set(dir(signal)):
+        signal.signal(getattr(signal, name), end)
     seed = secrets.randbelow(SEEDS) if args.seed is None else args.seed
     robots = make_robots(
         args.robots,

@@ -24,7 +24,7 @@ from app.process.inbox import Inbox
 from app.process.requests import handlers
 from app.process.service_manager import notify, watchdog
 from app.process.tablet_readings import readings
-from app.process.terminal import print_without_waiting
+from app.process.terminal import STOPPING, print_without_waiting
 from app.services.files.daily_backup import DailyBackup
 from app.services.live.alarms import Alarms
 from app.services.live.changes import CachedUntilChanged, Topic
@@ -79,7 +79,7 @@ def run_headless(directory: DataDirectory, demo_robots: DemoFleet | None = None)
     """Returns the exit code, 0, after a stop was asked for."""
     # Not an Event: its lock may be held by the very wait that the signal interrupts, which would then never return.
     stop: queue.SimpleQueue[int] = queue.SimpleQueue()
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in STOPPING:
         signal.signal(number, lambda number, _frame: stop.put(number))
     try:
         log_file.start(directory.logs, stderr=True)
@@ -90,7 +90,7 @@ def run_headless(directory: DataDirectory, demo_robots: DemoFleet | None = None)
             if damage := container.runner.damage:
                 raise BadInput(damage.text)
     except Exception:
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in STOPPING:
             signal.signal(number, signal.SIG_DFL)  # its error is printed next, perhaps to a blocked terminal
         raise
     return 0

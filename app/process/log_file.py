@@ -295,8 +295,8 @@ class RotatingFile:
         return file
 
     def _rotate(self) -> None:
-        """Older ones are renumbered only if the present one could be renamed: on Windows another process may have it
-        open."""
+        """Older ones are renumbered only if the present one could be renamed, which on Windows fails while another
+        process has it open; if one of those is open, all continues in the present one."""
         if self._file is not None:
             self._file.close()  # Windows renames no open file
             self._file = None
@@ -305,9 +305,12 @@ class RotatingFile:
             os.replace(self._path, names[0])
         except OSError:
             return  # and continues in it
-        for newer, older in reversed(list(pairwise(names))):
-            with contextlib.suppress(FileNotFoundError):
-                os.replace(newer, older)
+        try:
+            for newer, older in reversed(list(pairwise(names))):
+                with contextlib.suppress(FileNotFoundError):
+                    os.replace(newer, older)
+        except OSError:
+            os.replace(names[0], self._path)
 
 
 def _private(path: str, flags: int) -> int:

@@ -18,10 +18,13 @@ from app.process.log_file import Write, unbuffered
 
 log = logging.getLogger(__name__)
 
-ENDING = [
-    signal.SIGTERM,
-    *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else ()),
-]  # the last one: its terminal was closed
+
+def _known(*names: str) -> list[signal.Signals]:
+    return [getattr(signal, name) for name in names if hasattr(signal, name)]
+
+
+# SIGBREAK is Windows' Ctrl-Break, and its console being closed; SIGHUP the terminal being closed elsewhere
+STOPPING, ENDING = _known("SIGINT", "SIGTERM", "SIGBREAK"), _known("SIGTERM", "SIGHUP", "SIGBREAK")
 
 
 def use_utf8() -> None:

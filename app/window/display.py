@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import ctypes.util
+import importlib
 import importlib.util
 from pathlib import Path
 
@@ -35,10 +37,15 @@ def display_size(usable: bool = False) -> tuple[int, int] | None:
 
 
 def _sdl() -> str | None:
-    """The library that kivy uses: the one in its wheel, else the system's."""
+    """The library that kivy uses: the one in its wheel, or on Windows in that of kivy-deps.sdl2, else the system's."""
     kivy = importlib.util.find_spec("kivy")
-    if kivy is not None and kivy.origin is not None:
-        bundled = sorted((Path(kivy.origin).parents[1] / "Kivy.libs").glob("libSDL2-2*.so*"))
-        if bundled:
-            return str(bundled[0])
-    return ctypes.util.find_library("SDL2-2.0")
+    bundled = [Path(kivy.origin).parents[1] / "Kivy.libs"] if kivy is not None and kivy.origin is not None else []
+    with contextlib.suppress(ImportError):
+        bundled += map(Path, importlib.import_module("kivy_deps.sdl2").dep_bins)
+    found = [
+        file
+        for directory in bundled
+        for name in ("libSDL2-2*.so*", "SDL2.dll")
+        for file in sorted(directory.glob(name))
+    ]
+    return str(found[0]) if found else ctypes.util.find_library("SDL2-2.0")

@@ -24,6 +24,7 @@ from app.process import log_file
 from app.process.data_directory import DataDirectory, restore_backup
 from app.process.host import host
 from app.process.service_manager import notify
+from app.process.terminal import STOPPING
 from app.window.display import display_size
 from app.window.garbage import Garbage, share_one_heap
 from app.window.pace import IN_USE, slow_at_rest
@@ -169,7 +170,7 @@ def _run(app) -> None:  # type: ignore[no-untyped-def]
 
         Clock.schedule_once(lambda _dt: app.stop(), 0)
 
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in STOPPING:
         signal.signal(number, stop)
     _after_first_frame(partial(notify, "READY=1"))
     with quiet_garbage(app), slow_at_rest():

@@ -62,6 +62,7 @@ def begun(data_dir: Path, *arguments: object) -> subprocess.Popen[str]:
         encoding="utf-8",
         env=environment(),
         cwd=ROOT,
+        creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),  # on Windows Ctrl-Break goes to a group
     )
 
 

@@ -12,6 +12,8 @@ from enum import StrEnum
 from itertools import chain, islice
 from pathlib import Path
 
+from app.services.live import windows
+
 MOUNTS = Path("/proc/self/mounts")
 MEDIA = (Path("/media"), Path("/run/media"))
 # file systems of the network
@@ -36,6 +38,9 @@ class Place:
     name: str = ""
 
 
+DRIVES = {windows.REMOVABLE: PlaceKind.USB, windows.REMOTE: PlaceKind.SHARE}
+
+
 @dataclass(frozen=True)
 class FoundFile:
     """``changed_at`` is UTC, ``size`` in bytes."""
@@ -52,17 +57,32 @@ class FoundFile:
 
 
 def mounted() -> Iterator[Place]:
-    """Sticks, then shares, by name. Asks the table of mounts only: a share whose server is off would not answer."""
+    """Sticks, then shares, by name. Asks the table of mounts only, or Windows for its drives: a share whose server is off
+    would not answer."""
+    found = [*_in_table_of_mounts(), *_drives()]
+    yield from sorted(found, key=lambda place: (place.kind is PlaceKind.SHARE, place.name.casefold()))
+
+
+def _in_table_of_mounts() -> Iterator[Place]:
     with contextlib.suppress(OSError):
         lines = (line.split() for line in MOUNTS.read_text(encoding="utf-8", errors="replace").splitlines())
-        found = [place for fields in lines if len(fields) > 2 and (place := _place(Path(_plain(fields[1])), fields[2]))]
-        yield from sorted(found, key=lambda place: (place.kind is PlaceKind.SHARE, place.name.casefold()))
+        yield from (
+            place for fields in lines if len(fields) > 2 and (place := _place(Path(_plain(fields[1])), fields[2]))
+        )
 
 
 def _place(path: Path, system: str) -> Place | None:
     if system in SHARES:
         return Place(PlaceKind.SHARE, path, path.name)
     return Place(PlaceKind.USB, path, path.name) if any(media in path.parents for media in MEDIA) else None
+
+
+def _drives() -> Iterator[Place]:
+    """Named as in Windows' Explorer: KINGSTON (E:)."""
+    for root, kind, label in windows.drives():
+        if kind in DRIVES and label is not None:
+            letter = root.rstrip("\\")
+            yield Place(DRIVES[kind], Path(root), f"{label} ({letter})" if label else letter)
 
 
 def _plain(field: str) -> str:

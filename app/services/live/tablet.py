@@ -6,6 +6,7 @@ from __future__ import annotations
 import logging
 import sqlite3
 import uuid
+from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -17,10 +18,12 @@ from app.domain.clock import Clock
 from app.domain.message import message
 from app.domain.models import Execution
 from app.services.live.holds import Holds
+from app.services.live.windows import registry_value
 
 log = logging.getLogger(__name__)
 
 MACHINE, MOVED, LOOKED_AT = "machine", "moved", "looked_at_on"  # names in the settings
+MACHINE_IDS = "/etc/machine-id", "/var/lib/dbus/machine-id"
 IS_COPY = message("this data was copied from another tablet: say whether it moves here or is only looked at")
 IS_VIEW_ONLY = message("this data is only looked at here, another tablet starts its missions")
 
@@ -35,16 +38,25 @@ class Move:
 
 def machine_id() -> str | None:
     """An identifier of this machine that survives a restart; None if the system has none."""
-    for path in ("/etc/machine-id", "/var/lib/dbus/machine-id"):
-        try:
-            if found := Path(path).read_text(encoding="ascii").strip():
-                return str(
-                    uuid.uuid5(uuid.NAMESPACE_OID, f"amr-scheduler/{found}")
-                )  # the id itself is not to be shown (machine-id(5))
-        except (OSError, ValueError):
-            continue
+    guid = registry_value("HKEY_LOCAL_MACHINE", r"SOFTWARE\Microsoft\Cryptography", "MachineGuid")
+    if found := guid or next(filter(None, map(_content, MACHINE_IDS)), ""):
+        return str(
+            uuid.uuid5(uuid.NAMESPACE_OID, f"amr-scheduler/{found}")
+        )  # itself it is not to be shown (machine-id(5))
+    return network_id()
+
+
+def network_id() -> str | None:
+    """Of a network adapter, which a dock or a VPN may change. None if the system has none."""
     node = uuid.getnode()
     return None if node & 1 << 40 else f"{node:012x}"  # a random number has that bit (uuid.getnode)
+
+
+def _content(path: str) -> str:
+    try:
+        return Path(path).read_text(encoding="ascii").strip()
+    except (OSError, ValueError):
+        return ""
 
 
 class Tablet:
@@ -57,11 +69,23 @@ class Tablet:
     def begin(self) -> None:
         """At the start: a directory that no machine has yet becomes this one's; a copy is held."""
         c = self._db.read()
-        if self._machine is not None and self._settings.get(c, MACHINE) is None:
-            self._db.write(lambda c: self._settings.put(c, MACHINE, self._machine))
+        stored = {name: self._settings.get(c, name) for name in (MACHINE, LOOKED_AT)}
+        names = [name for name, value in stored.items() if self._is_my_network(value)]
+        if stored[MACHINE] is None:
+            names.append(MACHINE)
+        if names and self._machine is not None:
+            self._db.write(lambda c: self._put_machine(c, names))
         if self.is_copy:
             log.warning("This data directory was copied from another tablet: nothing is sent from here")
         self._judge()
+
+    def _is_my_network(self, stored: object) -> bool:
+        """Earlier versions knew a machine with Windows by its network only."""
+        return isinstance(stored, str) and len(stored) == 12 and stored == network_id() != self._machine
+
+    def _put_machine(self, c: sqlite3.Connection, names: Iterable[str]) -> None:
+        for name in names:
+            self._settings.put(c, name, self._machine)
 
     def _judge(self) -> None:
         c = self._db.read()

@@ -11,7 +11,6 @@ import io
 import os
 import posixpath
 import struct
-import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
@@ -22,6 +21,7 @@ from pathlib import Path
 from zoneinfo import ZoneInfo
 
 from app.domain.clock import EARLIEST, zone_names
+from app.services.live.windows import registry_value
 
 LOCALTIME, TIMEZONE_FILE = "/etc/localtime", "/etc/timezone"
 DIRECTORY = "/usr/share/zoneinfo"
@@ -57,24 +57,13 @@ class WindowsZone:
 
 def read_registry() -> WindowsZone | None:
     """None on other systems than Windows."""
-    if sys.platform != "win32":
-        return None
-    import winreg
-
-    def value(root: int, path: str, name: str) -> str:
-        try:
-            with winreg.OpenKey(root, path) as key:
-                return (
-                    str(winreg.QueryValueEx(key, name)[0]).partition("\0")[0].strip()
-                )  # some systems leave garbage behind it
-        except OSError:
-            return ""
-
     zones = r"SYSTEM\CurrentControlSet\Control\TimeZoneInformation"
+    if not (key := registry_value("HKEY_LOCAL_MACHINE", zones, "TimeZoneKeyName")):
+        return None
     return WindowsZone(
-        value(winreg.HKEY_LOCAL_MACHINE, zones, "TimeZoneKeyName"),
-        value(winreg.HKEY_CURRENT_USER, r"Control Panel\International\Geo", "Name"),
-        value(winreg.HKEY_LOCAL_MACHINE, zones, "DynamicDaylightTimeDisabled") == "1",
+        key,
+        registry_value("HKEY_CURRENT_USER", r"Control Panel\International\Geo", "Name"),
+        registry_value("HKEY_LOCAL_MACHINE", zones, "DynamicDaylightTimeDisabled") == "1",
     )
 
 

@@ -18,6 +18,8 @@ from app.services.files import file_access, places
 from app.services.files.about import components
 from app.services.files.exports import DataFiles
 from app.services.files.places import PlaceKind
+from app.services.live import windows
+from app.services.live.windows import REMOTE, REMOVABLE, Drive
 from tests.support.clock import VirtualClock
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
@@ -31,7 +33,8 @@ def catalogue(tmp_path):
 
 
 @pytest.fixture
-def files(tmp_path, catalogue):
+def files(tmp_path, catalogue, monkeypatch):
+    monkeypatch.setattr(windows, "drives", lambda: iter(()))
     documents = tmp_path / "Documents"
     documents.mkdir()
     return DataFiles(catalogue._db, catalogue, VirtualClock(NOW), documents)
@@ -152,6 +155,29 @@ def test_sticks_and_shares_are_found_in_the_table_of_mounts(files, tmp_path, mon
         (PlaceKind.USB, Path("/run/media/me/BLUE"), "BLUE"),
         (PlaceKind.USB, Path("/media/operator/KING STON"), "KING STON"),
         (PlaceKind.SHARE, Path("/mnt/plans"), "plans"),
+    ]
+
+
+def test_on_windows_sticks_and_shares_are_drives(files, tmp_path, monkeypatch):
+    fixed, no_medium, of_a_share = 3, None, ""
+    monkeypatch.setattr(places, "MOUNTS", tmp_path / "none")
+    monkeypatch.setattr(
+        windows,
+        "drives",
+        lambda: iter(
+            (
+                Drive("C:\\", fixed, "System"),
+                Drive("D:\\", REMOVABLE, no_medium),
+                Drive("E:\\", REMOVABLE, "KINGSTON"),
+                Drive("F:\\", REMOVABLE, ""),
+                Drive("P:\\", REMOTE, of_a_share),
+            )
+        ),
+    )
+    assert [(place.kind, place.path, place.name) for place in files.places()[1:]] == [
+        (PlaceKind.USB, Path("F:\\"), "F:"),
+        (PlaceKind.USB, Path("E:\\"), "KINGSTON (E:)"),
+        (PlaceKind.SHARE, Path("P:\\"), "P:"),
     ]
 
 

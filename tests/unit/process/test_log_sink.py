@@ -6,6 +6,7 @@ import errno
 import logging
 import os
 import threading
+from pathlib import Path
 
 import pytest
 
@@ -160,6 +161,28 @@ def test_a_file_that_can_not_be_renamed_is_written_on(tmp_path, monkeypatch):
         file.write(b"+")
     assert (tmp_path / "log").read_bytes() == b"full+++++"
     assert (tmp_path / "log.1").read_bytes() == b"older"
+
+
+def test_nothing_is_lost_while_an_older_file_is_open_on_windows(tmp_path, monkeypatch):
+    def replace_unless_open(old: Path, new: Path) -> None:
+        if "log.1" in (old.name, new.name):
+            raise PermissionError(errno.EACCES, "used by another process")
+        old.rename(new)
+
+    file = RotatingFile(tmp_path / "log", most=4, kept=2)
+    (tmp_path / "log.1").write_bytes(b"older")
+    file.write(b"full")
+    with monkeypatch.context() as patch:
+        patch.setattr("app.process.log_file.os.replace", replace_unless_open)
+        file.write(b"+")
+        file.write(b"+")
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"log": b"full++", "log.1": b"older"}
+    file.write(b"next")
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {
+        "log": b"next",
+        "log.1": b"full++",
+        "log.2": b"older",
+    }
 
 
 def refuse(*_arguments: object) -> int:
