@@ -427,6 +427,8 @@ class Settings:
     font_scale_percent: int = 100  # one of FONT_SCALES
     keyboard: str = "auto"  # one of KEYBOARDS
     alarm_sound: bool = True  # at alarms of high priority, where the tablet has sound
+    dim_from: int | None = None  # hour of the day from which on the screen is dimmed when left alone; None: never
+    dim_until: int = 6  # hour
     holiday_country: str = ""  # ISO 3166 code of the country whose public holidays are not working days; empty: none
     holiday_subdivision: str = ""  # ISO 3166-2 part of it that has some of its own
     selected_robot_id: int | None = None

@@ -19,6 +19,7 @@ from app.screens.common.presses import DOUBLE_TAP
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, Refresher
 from app.screens.frame.alarms import AlarmsModel
+from app.screens.frame.dimming import Dimming, is_night
 from app.screens.frame.facts import FrameFacts, FrameServices, read
 from app.screens.frame.late_starts import LateStarts
 from app.screens.frame.sounding import Sounding
@@ -66,6 +67,7 @@ class FrameController:
         self.alarms = AlarmsModel(services, shell, self._do, lambda: shell.go(self._left))
         self._left = "home"  # the screen from which the alarms were opened
         self._sounding = Sounding()
+        self._dimming = Dimming(services.clock)
         self._given = MissionNameLookup(services.robot_missions, services.clock, shell, self._show)
         self._late = LateStarts(services, shell, self._hold_starts, self._ask_to_release)
         self._zone_is_asked = False  # once, without having been pressed for
@@ -81,6 +83,7 @@ class FrameController:
             translator.subscribe(self._retranslated),
             Clock.schedule_interval(lambda _dt: self._show(), 1).cancel,
         ]
+        self._dimming.start()
         self.use(self._frame)
         self._reader.read()
 
@@ -92,6 +95,7 @@ class FrameController:
         self._retranslated()
 
     def stop(self) -> None:
+        self._dimming.stop()
         for release in self._release:
             release()
         self._release = []
@@ -139,6 +143,7 @@ class FrameController:
         new = sum(alarm.acknowledged_at is None for line in lines for alarm in line)
         shelved = [alarm for alarm in issues.alarms if is_shelved(alarm, now) and not is_over(alarm)]
         bar.bell_icon, bar.bell_count = bell(new, len(lines), len(shelved))
+        self._dimming.look(not new and is_night(facts.settings, now))
         self.alarms.show(issues.alarms, facts.robots, facts.settings)
         sounds = self._sounding.is_due(issues.alarms, now, self._services.clock.monotonic())
         if sounds and facts.settings.alarm_sound and self._shell.loudspeaker is not None:

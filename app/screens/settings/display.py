@@ -2,19 +2,31 @@
 
 from __future__ import annotations
 
+from datetime import time
 from typing import Any
 
 from kivy.event import EventDispatcher
-from kivy.properties import BooleanProperty, ListProperty, ObjectProperty
+from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 
 from app.domain.models import FONT_SCALES, Settings
 from app.i18n import _, languages
 from app.screens.common import formats
+from app.screens.common.options import Option
 from app.screens.common.pin_dialog import PinDialog
 from app.screens.common.problems import sentence_of
 from app.screens.settings.page import PageContext, SettingsPage
 from app.screens.settings.view import keyboard_words, theme_names
 from app.services.live.access import ADVISED, LONGEST, SHORTEST, is_easy_to_guess
+
+NEVER = "never"
+
+
+def hour(number: int) -> str:
+    return formats.wall_time(time(number))
+
+
+def hours() -> list[Option]:
+    return [Option(number, hour(number)) for number in range(24)]
 
 
 class DisplayModel(EventDispatcher):
@@ -25,6 +37,8 @@ class DisplayModel(EventDispatcher):
     alarm_sound = BooleanProperty(False)
     has_sound = BooleanProperty(False)
     keyboards = ListProperty()
+    dim_from = StringProperty()
+    dim_until = StringProperty()
     has_pin = BooleanProperty(False)
 
 
@@ -43,10 +57,30 @@ class DisplayPage(SettingsPage):
         loudspeaker = self.context.shell.loudspeaker
         vm.has_sound = loudspeaker is not None and loudspeaker.exists
         vm.alarm_sound = settings.alarm_sound and vm.has_sound
+        vm.dim_from = _("Never") if settings.dim_from is None else hour(settings.dim_from)
+        vm.dim_until = hour(settings.dim_until)
         vm.has_pin = self.context.services.access.is_set()
 
     def set(self, name: str, value: Any) -> None:
         self.context.save(**{name: value})
+
+    def pick_dim_from(self) -> None:
+        """None, for never, can't be the key of an option."""
+        begins = self.vm.settings.dim_from
+        self.context.shell.dialogs.choose(
+            _("Dim the screen from"),
+            [Option(NEVER, _("Never")), *hours()],
+            lambda chosen: self.set("dim_from", None if chosen == NEVER else chosen),
+            selected=NEVER if begins is None else begins,
+        )
+
+    def pick_dim_until(self) -> None:
+        self.context.shell.dialogs.choose(
+            _("Bright again from"),
+            hours(),
+            lambda chosen: self.set("dim_until", chosen),
+            selected=self.vm.settings.dim_until,
+        )
 
     def set_alarm_sound(self, on: bool) -> None:
         """Play it when it is switched on."""

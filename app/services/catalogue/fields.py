@@ -188,6 +188,8 @@ DISPLAY: Fields = (
     Field(message("font_scale_percent"), choice(*FONT_SCALES)),
     Field(message("keyboard"), choice(*KEYBOARDS)),
     Field(message("alarm_sound"), checks.flag),
+    Field(message("dim_from"), optional(Number(0, 23))),
+    Field(message("dim_until"), Number(0, 23)),
 )
 DAY: Fields = (
     Field("name", checks.name, required="yes"),

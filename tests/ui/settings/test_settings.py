@@ -373,6 +373,20 @@ def test_the_language_changes_at_once_everywhere_and_back(site, app, ui):
     ui.wait(lambda: section_row(ui, "display").item.title == "Display")
 
 
+def test_the_hours_in_which_the_screen_is_dimmed_are_chosen(site, app, ui):
+    go(ui, "display")
+    for label, choice, kept in (
+        ("Dim the screen from", "21:00", (21, 6)),
+        ("Bright again from", "05:00", (21, 5)),
+        ("Dim the screen from", "Never", (None, 5)),
+    ):
+        ui.tap(ui.find(PickBox, root=ui.find(Field, label=label)))
+        ui.type(ui.find(SearchField), choice)
+        ui.tap(next(row for row in ui.find_all(OptionRow) if row.item.title == choice))
+        ui.wait(lambda kept=kept: (settings(site).dim_from, settings(site).dim_until) == kept)
+        ui.wait(lambda label=label, choice=choice: ui.find(Field, label=label).value == choice)
+
+
 # ---------------------------------------------------------------------- the screen itself
 def test_a_first_start_offers_the_other_language(site, app, ui):
     app.shell.go("home")

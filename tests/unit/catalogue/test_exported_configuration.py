@@ -55,6 +55,8 @@ SETTINGS: dict[str, st.SearchStrategy[Any]] = {
     "theme": st.sampled_from(THEMES),
     "gloves": st.booleans(),
     "alarm_sound": st.booleans(),
+    "dim_from": st.none() | st.integers(0, 23),
+    "dim_until": st.integers(0, 23),
     "font_scale_percent": st.sampled_from(FONT_SCALES),
     "keyboard": st.sampled_from(KEYBOARDS),
 }
@@ -237,6 +239,8 @@ def test_closed_and_extra_days_country_favourites_and_display_come_along(tablet,
         "font_scale_percent": 115,
         "keyboard": "on",
         "alarm_sound": True,
+        "dim_from": None,
+        "dim_until": 6,
     }
     assert {"name": "Fetch", "guid": "g", "favourite": True} in exported["missions"]
     assert other.take(exported) == []
