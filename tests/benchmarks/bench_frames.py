@@ -158,7 +158,9 @@ def main() -> None:
         for robot in robots:  # of the month: nothing answers at their addresses
             switch_robot(container.catalogue, robot.id, False)
         container.catalogue.change_settings(
-            poll_interval_seconds=2, selected_robot_id=r.robots.all(container.db.read())[-1].id
+            poll_interval_seconds=2,
+            timezone="UTC",  # else it is asked for, over Home
+            selected_robot_id=r.robots.all(container.db.read())[-1].id,
         )
         container.runner.start()
         app = SchedulerApp(container, animate=False)
@@ -174,7 +176,7 @@ def main() -> None:
             return app.shell.navigator.screen(screen)
 
         def lists(screen: Any, kind: type) -> list[Any]:
-            return [widget for widget in screen.walk() if isinstance(widget, kind)]
+            return [widget for widget in screen.walk(restrict=True) if isinstance(widget, kind)]
 
         headline()
         home = show("home", robot_id=container.settings().selected_robot_id)  # not all of them: bench_fleet
