@@ -2,7 +2,7 @@
 
 A dialog's kv adds its content and, as a ``DialogActions`` box, its buttons; the content scrolls when the window is low:
 
-    <NameDialog>:                       # class NameDialog(FormDialog)
+    <NameDialog>:                       # class NameDialog(Dialog)
         title: root.vm.title
         DialogText:
             text: root.vm.text
@@ -168,14 +168,14 @@ class DialogActions(OnlySeen, MDDialogButtonContainer):
 
 
 class Dialog(Overlay):
-    """Title, content, buttons. As high as ``body_height`` needs, at most as the window, or as the room above the on-screen keyboard."""
+    """Title, content, buttons. As high as its content, which is one column that scrolls, at most as the window, or as the room above the
+    on-screen keyboard."""
 
     low = BooleanProperty(False)  # the window has no height to spare
     head_height = NumericProperty(0)  # px, of the title
     room = NumericProperty(0)  # px of the window above the keyboard
     title = StringProperty()
     panel_width = NumericProperty("560dp")
-    body_height = NumericProperty(0)
     closable = BooleanProperty(False)  # a cross next to the title, for dialogs without buttons
 
     def __init__(self, **kwargs):
@@ -188,22 +188,11 @@ class Dialog(Overlay):
 
     def add_widget(self, widget, *args, **kwargs):
         if "button_container" in self.ids and not isinstance(widget, MDDialogButtonContainer):
-            return self.add_content(widget, *args, **kwargs)
+            return self.ids.page.add_widget(widget, *args, **kwargs)
         return super().add_widget(widget, *args, **kwargs)
 
-    def add_content(self, widget, *args, **kwargs):
-        return self.ids.content_container.add_widget(widget, *args, **kwargs)
 
-
-class FormDialog(Dialog):
-    """A dialog whose content is one column that scrolls when there isn't enough room."""
-
-    def add_content(self, widget, *args, **kwargs):
-        target = self.ids.page if "page" in self.ids else self.ids.content_container
-        return target.add_widget(widget, *args, **kwargs)
-
-
-class ConfirmDialog(FormDialog):
+class ConfirmDialog(Dialog):
     """A question about something that can't be undone: ``on_confirmed``, or ``on_declined`` if it is closed in another
     way."""
 

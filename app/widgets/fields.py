@@ -286,6 +286,15 @@ class SearchField(SeenBox):
     focus = BooleanProperty(False)
 
 
+class SlotSearch(SearchField):
+    """One in a slot. Its opening gives it the focus; a restored search does not. ``card`` is the slot's."""
+
+    card = ObjectProperty(None, allownone=True, rebind=True)
+
+    def on_kv_post(self, _base):
+        self.focus = not self.text
+
+
 class PickBox(Tap):
     """The tappable frame of a pick field."""
 

@@ -14,7 +14,6 @@ from kivy.uix.scrollview import ScrollView
 from kivy.uix.widget import Widget
 
 from app.widgets import finger, load_kv
-from app.widgets.dialogs import Dialog
 from app.widgets.dock import dock
 from app.widgets.fields import Field
 from app.widgets.rest import rest
@@ -183,14 +182,14 @@ class DockedKeyboard(Surface):
         self._raise()
 
     def _lift(self, _dt) -> None:
-        """Move up the screen of the field, so far that the field is above the keyboard; dialogs do that themselves."""
+        """Move up the screen of the field, so far that the field is above the keyboard."""
         self._put_down()
         field = dock.field
         if field is None or self.parent is None:
             return
         *_inner, top = self._around(field) or [field]
         up = self.height + dp(CLEARANCE) - field.to_window(field.x, field.y)[1]
-        if up > 0 and not isinstance(top, Dialog):
+        if up > 0:
             self._lifted = top, top.y
             top.y += up
 

@@ -17,7 +17,7 @@ from kivy.event import EventDispatcher
 from kivy.uix.behaviors import ButtonBehavior
 from kivy.uix.widget import Widget
 
-from app.widgets.dialogs import Dialog, FormDialog, Overlay
+from app.widgets.dialogs import Dialog, Overlay
 from app.widgets.rest import DOUBLE_TAP
 from tests.screenshots.registry import Picture
 from tests.ui.walk import Walk
@@ -26,7 +26,7 @@ GAPS = (0.15, 0.3, 0.45, 0.58)  # s from the beginning of a tap to that of the n
 ALIKE = 2  # of buttons of one class in a dialog
 GRID = 7  # points in each direction
 PARTS = 8
-NO_DIALOGS = {Dialog, FormDialog}  # what dialogs are made of
+NO_DIALOGS = {Dialog}  # what dialogs are made of
 
 
 class Beneath(ButtonBehavior, Widget):

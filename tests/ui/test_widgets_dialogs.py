@@ -9,13 +9,14 @@ import pytest
 from kivy.core.window import Window
 from kivy.lang import Builder
 from kivy.tests.common import UnitTestTouch
+from kivy.uix.widget import Widget
 from kivymd.uix.dialog.dialog import MDDialogScrim
 
 from app.screens.common.options import MenuItem, Option
 from app.screens.common.overlays import Dialogs
 from app.widgets.buttons import CommandButton
 from app.widgets.choices import ChoiceSheet, OptionRow
-from app.widgets.dialogs import ConfirmDialog, Dialog, FormDialog, Menu
+from app.widgets.dialogs import ConfirmDialog, Dialog, Menu
 from app.widgets.fields import Field
 from app.widgets.long_list import LongList
 from app.widgets.rest import DOUBLE_TAP
@@ -64,7 +65,7 @@ def test_every_other_way_out_is_a_no(ui, dialogs, way_out):
 
 
 def test_escape_closes_a_form(ui, dialogs):
-    dialog = FormDialog(title="Add robot")
+    dialog = Dialog(title="Add robot")
     dialog.add_widget(Field(label="Name", text="Aino"))
     dialogs.open(dialog)
     ui.advance()
@@ -128,7 +129,8 @@ MISSIONS = [Option(n, f"Mission {n}", note="on Aino only" if n == 7 else "") for
 
 @pytest.mark.parametrize("body", [100, 101, 102.5])
 def test_a_dialog_lies_on_whole_pixels(ui, dialogs, body):
-    dialog = dialogs.open(Dialog(title="Odd", body_height=body))
+    dialog = dialogs.open(Dialog(title="Odd"))
+    dialog.add_widget(Widget(size_hint_y=None, height=body))
     ui.advance(0.3)
     assert dialog.pos == [round(dialog.x), round(dialog.y)]
     assert abs(dialog.center_y - Window.height / 2) <= 1
@@ -219,7 +221,7 @@ def test_a_menu_hands_over_its_key(ui, dialogs):
 
 
 # ---------------------------------------------------------------------- size and memory
-class TallDialog(FormDialog):
+class TallDialog(Dialog):
     pass
 
 

@@ -12,7 +12,7 @@ from app.screens.common.overlays import Dialogs
 from app.screens.common.view_model import ScreenBase
 from app.widgets.buttons import CommandButton
 from app.widgets.choices import ChoiceSheet, OptionRow
-from app.widgets.dialogs import Dialog, FormDialog
+from app.widgets.dialogs import Dialog
 from app.widgets.fields import Field, FieldInput
 from app.widgets.frame import Frame
 from app.widgets.keyboard import DockedKeyboard
@@ -51,7 +51,7 @@ def page(ui) -> CommandButton:
 
 
 def opened(ui, dialogs: Dialogs, title: str = "Above") -> Dialog:
-    dialog = dialogs.open(Dialog(title=title, body_height=100))
+    dialog = dialogs.open(Dialog(title=title))
     ui.advance(2 * DOUBLE_TAP)
     return dialog
 
@@ -106,7 +106,7 @@ def test_ignored_touches_do_not_make_it_longer(ui, page, dialogs):
 
 
 def test_a_finger_that_came_down_before_and_leaves_after_presses_nothing(ui, page, dialogs):
-    dialog = dialogs.open(FormDialog(title="Gone soon"))
+    dialog = dialogs.open(Dialog(title="Gone soon"))
     dialog.add_widget(button := CommandButton(text="Clear"))
     done: list[str] = []
     button.bind(on_release=lambda _button: done.append("cleared"))
@@ -131,7 +131,7 @@ def test_a_tap_that_a_page_still_has_to_hand_on_is_lost_with_the_dialog(ui, page
 
 
 def test_a_dialog_behind_another_rests_too(ui, page, dialogs):
-    form = dialogs.open(FormDialog(title="Schedule"))
+    form = dialogs.open(Dialog(title="Schedule"))
     form.add_widget(button := CommandButton(text="Save"))
     saved: list[str] = []
     button.bind(on_release=lambda _button: saved.append("saved"))
@@ -188,7 +188,7 @@ def test_a_double_tap_on_a_page_that_scrolls_opens_one_dialog(ui, dialogs):
 def test_a_key_that_is_pressed_twice_presses_nothing_behind_what_it_closed(ui, keys, dialogs, page, code):
     ui.key(TAB)
     dialog = opened(ui, dialogs)
-    dialog.add_content(close := CommandButton(text="Close"))
+    dialog.add_widget(close := CommandButton(text="Close"))
     close.bind(on_release=dialog.dismiss)
     ui.advance()
     ui.key(TAB)

@@ -133,7 +133,7 @@ def test_a_dialog_that_opens_by_itself_takes_the_finger_off_the_map(ui, fields):
     chart = open_map(ui)
     finger = UnitTestTouch(*point(chart, 0.2, 0.5))
     finger.touch_down()
-    Dialogs(animate=False).open(dialog := Dialog(title="Late starts", body_height=100))
+    Dialogs(animate=False).open(dialog := Dialog(title="Late starts"))
     finger.touch_move(*point(chart, 0.7, 0.5))
     finger.touch_up()
     assert chart.chosen == "g-1"

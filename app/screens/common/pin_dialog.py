@@ -8,12 +8,12 @@ from kivy.properties import BooleanProperty, StringProperty
 
 from app.services.live.access import LONGEST, SHORTEST
 from app.widgets import load_kv
-from app.widgets.dialogs import FormDialog
+from app.widgets.dialogs import Dialog
 
 BACKSPACE, ENTER, KEYPAD_ENTER = 8, 13, 271
 
 
-class PinDialog(FormDialog):
+class PinDialog(Dialog):
     """Digits as dots; ``on_entered(pin)`` when they are complete. While ``busy`` or ``waiting`` none are accepted."""
 
     text = StringProperty()

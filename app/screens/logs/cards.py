@@ -6,21 +6,9 @@ from typing import Any
 
 from kivy.clock import Clock
 from kivy.properties import ObjectProperty
-from kivy.uix.widget import Widget
 
 from app.widgets import figure_charts, flow, lanes, list_row  # noqa: F401  (registers kivy classes)
-from app.widgets.fields import SearchField
 from app.widgets.long_list import LongList
-
-
-class RunsSearch(SearchField):
-    """The search field of the runs; ``card`` is the view model. Opening it gives it the focus; a restored search does
-    not."""
-
-    card = ObjectProperty(None, rebind=True)
-
-    def on_kv_post(self, _base: Widget) -> None:
-        self.focus = not self.text
 
 
 class RunsList(LongList):

@@ -10,7 +10,6 @@ from app.screens.scheduler.form_view import FormView
 from app.widgets import flow, lanes, list_row  # noqa: F401  (registers kivy classes)
 from app.widgets.buttons import CommandButton
 from app.widgets.display import EmptyState
-from app.widgets.fields import SearchField
 from app.widgets.lists import Row
 from app.widgets.scrolling import CalmScroll, top_of_page, turn_to
 from app.widgets.sheet import Sheet
@@ -44,15 +43,6 @@ class SchedulesPage(SlotPart):
 
 class ScheduleRow(list_row.ListRow):
     """One of them."""
-
-
-class SchedulesSearch(SearchField):
-    """The search field of the schedules. Opening it gives it the focus; a restored search does not."""
-
-    card = ObjectProperty(None, allownone=True, rebind=True)
-
-    def on_kv_post(self, _base: object) -> None:
-        self.focus = not self.text
 
 
 class SuggestionRow(list_row.ListRow):
