@@ -8,7 +8,7 @@ A dialog's kv adds its content and, as a ``DialogActions`` box, its buttons; the
             text: root.vm.text
         DialogActions:
             CommandButton:
-                text: tr._("Cancel")
+                text: tr._("Keep")
                 on_release: root.dismiss()
 """
 
@@ -199,7 +199,6 @@ class ConfirmDialog(Dialog):
     text = StringProperty()
     confirm = StringProperty()
     decline = StringProperty()
-    danger = BooleanProperty(False)
 
     __events__ = ("on_confirmed", "on_declined")
 

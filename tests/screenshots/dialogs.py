@@ -53,7 +53,6 @@ def question(studio: Any) -> Any:
         _("Missions of others go too. A running one is aborted."),
         _("Clear queue"),
         print,
-        danger=True,
     )
 
 

@@ -356,8 +356,7 @@ def robot_dialog_delete(context: PageContext):
         title=_("Delete {name}?").format(name=robot.name),
         text=robot_question(context.facts, robot),
         confirm=_("Delete"),
-        decline=_("Cancel"),
-        danger=True,
+        decline=_("Keep"),
     )
 
 

@@ -57,7 +57,7 @@ def test_every_other_way_out_is_a_no(ui, dialogs, way_out):
     )
     ui.advance()
     if way_out == "button":
-        press(ui, "Cancel")
+        press(ui, "Keep")
     else:
         ui.key(ESCAPE)
     ui.advance(0.3)

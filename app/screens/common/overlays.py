@@ -53,13 +53,11 @@ class Dialogs:
         action: str,
         done: Callable[[], object],
         *,
-        danger: bool = False,
         decline: str = "",
         declined: Callable[[], object] | None = None,
     ) -> Overlay:
         """Ask before an action that can't be undone; ``action`` is the word on its button."""
-        safe = decline or (_("Keep") if danger else _("Cancel"))
-        dialog = ConfirmDialog(title=title, text=text, confirm=action, decline=safe, danger=danger)
+        dialog = ConfirmDialog(title=title, text=text, confirm=action, decline=decline or _("Keep"))
         dialog.bind(on_confirmed=lambda *_args: done(), on_declined=lambda *_args: declined() if declined else None)
         return self.open(dialog)
 

@@ -213,7 +213,6 @@ class FrameController:
             doubt + ".\n" + _("If not, set the clock in the tablet's own settings."),
             _("This clock is right"),
             lambda: self._work(self._services.holds.confirm_clock),
-            danger=True,
             decline=_("No, send nothing"),
         )
 

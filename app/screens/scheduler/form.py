@@ -162,7 +162,7 @@ class FormModel(FormCore):
 
     def choose_mission(self) -> None:
         if not form_view.mission_options(self._facts, self._draft.target):
-            self._shell.dialogs.confirm(
+            self._shell.sheets.ask(
                 _("No missions yet"),
                 _("Missions are made on the robot. In Settings they are fetched from it."),
                 _("Open Settings"),

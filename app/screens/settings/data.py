@@ -185,7 +185,6 @@ class DataPage(SettingsPage):
             ),
             _("Restore"),
             lambda: sheet.run(self._checked, self._restore),
-            danger=True,
         )
 
     def _when(self, path: str) -> str:

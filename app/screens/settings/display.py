@@ -137,5 +137,4 @@ class DisplayPage(SettingsPage):
             _("Everyone can change Settings then."),
             _("Remove PIN"),
             lambda: self.context.run(self.context.services.access.remove, removed),
-            danger=True,
         )

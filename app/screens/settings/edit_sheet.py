@@ -35,7 +35,6 @@ def ask_and_delete(context: PageContext, it: Any, work: Callable[[], Removed], q
         question,
         _("Delete"),
         lambda: delete(context, it, work),
-        danger=True,
     )
 
 

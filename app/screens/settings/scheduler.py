@@ -107,7 +107,6 @@ class SchedulerPage(SettingsPage):
             _("The oldest ones beyond the last {limit} are deleted for ever.").format(limit=limit),
             _("Delete"),
             lambda: self.set("history_limit", limit),
-            danger=True,
             declined=declined,
         )
 

@@ -7,7 +7,7 @@ import threading
 import pytest
 
 from app.screens.scheduler.cards import FormSheet
-from app.widgets.buttons import IconButton
+from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.choices import Picker
 from app.widgets.sheet import AskSheet
 from tests.ui.planner import KITS, bring_back, choose, field, named, new, schedules, settle
@@ -66,3 +66,13 @@ def test_a_form_that_is_saved_under_a_question_does_not_come_back(screen, contai
     settle(screen, ui)
     ui.tap(ui.find(IconButton, ui.find(AskSheet), icon="arrow-left"))
     assert (screen.shell.sheets.top, screen.plan.form.is_open) == (None, False)
+
+
+def test_without_missions_the_form_leads_to_those_of_settings(screen, container, ui, monkeypatch):
+    monkeypatch.setattr("app.screens.scheduler.form_view.mission_options", lambda *_args: [])
+    new(screen, ui)
+    ui.tap(field(ui, "Mission"))
+    settle(screen, ui)
+    ui.tap(ui.find(CommandButton, ui.find(AskSheet), text="Open Settings"))
+    settle(screen, ui)
+    assert screen.shell.navigator.current == "settings"
