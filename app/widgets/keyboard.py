@@ -306,3 +306,9 @@ def has_keyboard(devices: str) -> bool:
     """Whether Linux's list of input devices (/proc/bus/input/devices) has one with keys that repeat and lights for the locks: power buttons
     and remote controls have neither."""
     return any("kbd" in device and "EV=120013" in device for device in devices.split("\n\n"))
+
+
+def lacks_keyboard(metric) -> bool:
+    """Whether a tablet with Windows has none, by its ``GetSystemMetrics``: a built-in touch screen, held as a slate, in no dock."""
+    has_touch, is_laptop, is_docked = metric(94) & 1, metric(0x2003), metric(0x2004)
+    return bool(has_touch) and not is_laptop and not is_docked

@@ -5,8 +5,10 @@ What services publish reaches the screens as ``Changed`` on the UI thread.
 
 from __future__ import annotations
 
+import ctypes
 import importlib
 import logging
+import sys
 import threading
 from collections.abc import Callable
 from functools import partial
@@ -37,7 +39,7 @@ from app.screens.frame.controller import FrameController
 from app.screens.rescue import Damage, RescuePage
 from app.screens.settings.gate import Gate
 from app.services.live.changes import Topic
-from app.widgets.keyboard import DockedKeyboard, has_keyboard
+from app.widgets.keyboard import DockedKeyboard, has_keyboard, lacks_keyboard
 from app.widgets.tokens import apply_theme
 from app.window.key_focus import KeyFocus
 
@@ -305,8 +307,11 @@ class SchedulerApp(MDApp):
             self._rebuild(self.shell, self._frame, self._keyboard)
 
     def _wants_keyboard(self) -> bool:
-        """On the screen. Linux says whether the tablet has one; other systems, Android among them, bring up their own."""
+        """On the screen. Linux and Windows say whether the tablet has one; Windows shows its own for no field of kivy. Other systems,
+        Android among them, bring up their own."""
         wanted = self._shown.keyboard if self._shown is not None else "off"
+        if wanted == "auto" and sys.platform == "win32":
+            return lacks_keyboard(ctypes.windll.user32.GetSystemMetrics)
         if wanted != "auto" or platform != "linux":
             return wanted == "on"
         try:

@@ -9,7 +9,7 @@ from app.screens.settings.robot_sheet import RobotSheet
 from app.widgets.buttons import CommandButton, Segment
 from app.widgets.dock import dock
 from app.widgets.fields import Field, FieldInput
-from app.widgets.keyboard import BoardKey, DockedKeyboard, has_keyboard
+from app.widgets.keyboard import BoardKey, DockedKeyboard, has_keyboard, lacks_keyboard
 from app.window import application
 from tests.ui import checks
 from tests.ui.integrator import go, key, keyboard, open_row, press, settings, tap_keys, titles
@@ -181,3 +181,11 @@ def test_a_keyboard_is_known_by_its_repeat_and_its_lights():
     assert has_keyboard(KEYBOARD)
     assert not has_keyboard(POWER_BUTTON)
     assert not has_keyboard("")
+
+
+@pytest.mark.parametrize(
+    ("digitizer", "laptop", "docked", "lacks"),
+    [(0xC1, 0, 0, True), (0xC1, 1, 0, False), (0xC1, 0, 1, False), (0, 0, 0, False), (2, 0, 0, False)],
+)
+def test_windows_says_whether_a_tablet_has_a_keyboard(digitizer, laptop, docked, lacks):
+    assert lacks_keyboard({94: digitizer, 0x2003: laptop, 0x2004: docked}.get) is lacks
