@@ -5,15 +5,18 @@ from __future__ import annotations
 import contextlib
 import itertools
 import os
+import re
 import shutil
 from pathlib import Path
 
 import pytest
 
+from app.command import quote
 from app.database import files
 from app.database.backups import BACKUPS, back_up, daily_backup, newest_good_backup, problem_of, restore
 from app.database.connection import Database, DatabaseDamaged, DatabaseRefused, DatabaseUnavailable
 from app.database.settings import WRONG_PINS, SettingsRepository
+from tests.support.modes import is_private
 
 SETTINGS = SettingsRepository()
 
@@ -67,7 +70,7 @@ def test_it_is_refused_now_and_at_later_starts_and_the_backup_is_named(backed_up
         error = damage_of(start)
         assert error.path == backed_up
         assert error.backup == backed_up.parent / BACKUPS / "daily-2026-11-23.db"
-        assert f"--restore-backup {error.backup}" in error.text
+        assert f"--restore-backup {quote(str(error.backup))}" in error.text
         assert "\n" not in error.text
         assert not backed_up.exists()
         if broken is not None:
@@ -88,7 +91,7 @@ def test_restoring_brings_back_the_backup_and_keeps_everything_else(backed_up, c
     assert SETTINGS.former_ran_until(db.read()) is None  # it can't be read
     assert damage.kept_as.exists()
     assert damage.backup.exists()
-    assert backed_up.stat().st_mode & 0o777 == 0o600
+    assert is_private(backed_up)
 
 
 def test_the_installations_id_comes_back_with_the_backup(path, clock, start):
@@ -131,7 +134,7 @@ def test_a_file_that_is_no_backup_is_refused_and_nothing_changes(backed_up, cloc
     ):
         with pytest.raises(
             DatabaseRefused,
-            match=rf"{bad} can't be restored \({problem}\)\. Nothing was changed, so choose another one",
+            match=rf"{re.escape(str(bad))} can't be restored \({problem}\)\. Nothing was changed, so choose another one",
         ):
             restore(bad, backed_up, clock.now())
     assert backed_up.read_bytes() == before
@@ -267,7 +270,7 @@ def test_a_backup_made_during_writes_is_one_private_file(path, start):
     back_up(path, target)
     assert problem_of(target) is None
     assert [file.name for file in target.parent.iterdir()] == ["manual.db"]
-    assert target.stat().st_mode & 0o777 == 0o600
+    assert is_private(target)
 
 
 def test_the_newest_good_backup_is_found_behind_a_bad_one(backed_up):

@@ -17,6 +17,7 @@ from app.database.schema import (
     MIGRATIONS,
 )
 from app.database.settings import SettingsRepository
+from tests.support.modes import is_private
 from tests.support.new_database import migrate_really
 
 ADD_A_TABLE = "CREATE TABLE extra (id INTEGER PRIMARY KEY) STRICT;"
@@ -114,7 +115,7 @@ def test_a_migration_leaves_a_verified_backup_of_what_there_was_before(path, sta
     assert SettingsRepository().get(db.read(), "a") == 1
     [backup] = (path.parent / BACKUPS).iterdir()
     assert problem_of(backup) is None
-    assert (mode(backup), mode(backup.parent)) == (0o600, 0o700)
+    assert is_private(backup, backup.parent)
     copy = sqlite3.connect(backup)
     assert pragma(copy, "user_version") == len(MIGRATIONS)
     copy.close()

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.command import quote
 from app.database.errors import DatabaseDamaged, DatabaseUnavailable, translated
 from app.domain.message import is_message, message, message_of, message_of_system, render
 from app.domain.models import InvalidInput
@@ -21,6 +22,7 @@ from app.screens.common.problems import sentence_of, words_of
 
 FINNISH = translation("fi").gettext
 REFUSED = "{address} refused the connection. Is the robot switched on and its address right?"
+X, Y = Path("/x"), Path("/x/y.db")
 ERRORS = [
     Unreachable(code="refused", address="10.1.1.1"),
     Rejected(status=400, reason="no such mission {x}", address="10.1.1.1"),
@@ -30,18 +32,18 @@ ERRORS = [
     InvalidInput(
         "path",
         "{path} can't be written: {problem}",
-        path=Path("/x"),
+        path=X,
         problem=message_of_system(OSError(errno.ENOSPC, "No space left on device")),
     ),
-    DatabaseUnavailable("{path} is closed", path=Path("/x/y.db")),
-    DatabaseDamaged(Path("/x/y.db"), message("its content is missing"), Path("/x/damaged.db"), Path("/x/good.db")),
+    DatabaseUnavailable("{path} is closed", path=Y),
+    DatabaseDamaged(Y, message("its content is missing"), X / "damaged.db", X / "good.db"),
 ]
 
 
 def test_a_sentence_is_plain_json_of_text_and_values():
-    assert message(REFUSED, address="10.1.1.1", n=3, at=Path("/x"), nothing=None) == {
+    assert message(REFUSED, address="10.1.1.1", n=3, at=X, nothing=None) == {
         "msgid": REFUSED,
-        "params": {"address": "10.1.1.1", "n": 3, "at": "/x", "nothing": None},
+        "params": {"address": "10.1.1.1", "n": 3, "at": str(X), "nothing": None},
     }
 
 
@@ -57,10 +59,10 @@ def test_a_sentence_inside_another_is_translated_too():
         render(message_of(ERRORS[2]), FINNISH)
         == "10.1.1.1 antoi vastauksen, jota ei voi lukea: tehtäväluettelo: yksi kohta"
     )
-    assert render(message_of(ERRORS[5]), FINNISH) == "/x: kirjoittaminen ei onnistu: levy on täynnä"
+    assert render(message_of(ERRORS[5]), FINNISH) == f"{X}: kirjoittaminen ei onnistu: levy on täynnä"
     damaged = render(message_of(ERRORS[7]), FINNISH)
     assert damaged.startswith(
-        "Tietokanta /x/y.db on vioittunut (sen sisältö puuttuu), säilytetty nimellä /x/damaged.db, "
+        f"Tietokanta {Y} on vioittunut (sen sisältö puuttuu), säilytetty nimellä {X / 'damaged.db'}, "
     )
 
 
@@ -75,10 +77,10 @@ def test_an_error_inside_another_is_kept_in_its_parts():
 def test_storage_errors_are_reported_in_the_language():
     full = sqlite3.OperationalError("database or disk is full")
     full.sqlite_errorcode = sqlite3.SQLITE_FULL
-    problem = translated(full, Path("/x.db"))
-    assert str(problem) == "The disk is full, so /x.db can't be written: free some space"
+    problem = translated(full, X)
+    assert str(problem) == f"The disk is full, so {X} can't be written: free some space"
     assert (
-        render(message_of(problem), FINNISH) == "Levy on täynnä, joten tiedostoa /x.db ei voi kirjoittaa: vapauta tilaa"
+        render(message_of(problem), FINNISH) == f"Levy on täynnä, joten tiedostoa {X} ei voi kirjoittaa: vapauta tilaa"
     )
     assert sentence_of(problem) == str(problem)
 
@@ -94,18 +96,17 @@ def test_numbers_are_written_as_the_language_does():
 def test_a_failed_command_is_reported_by_its_cause():
     failure = BadInput("The disk is full")
     failure.__cause__ = ERRORS[6]
-    assert sentence_of(failure) == "/x/y.db is closed"
+    assert sentence_of(failure) == f"{Y} is closed"
     assert sentence_of(BadInput("given whole")) == "given whole"
 
 
 def test_the_command_that_restores_can_be_copied():
+    data, good = quote(str(Path("/my data"))), quote(str(Path("/my data/backups/good.db")))
     damaged = DatabaseDamaged(Path("/my data/y.db"), "malformed", None, Path("/my data/backups/good.db"))
-    assert str(damaged).endswith(
-        "with: python main.py --data-dir '/my data' --restore-backup '/my data/backups/good.db'"
-    )
-    assert "komennolla: python main.py --data-dir '/my data' " in render(damaged.message, FINNISH)
-    assert str(DatabaseDamaged(Path("/data/y.db"), "malformed")).endswith(
-        "with: python main.py --data-dir /data --restore-backup FILE"
+    assert str(damaged).endswith(f"with: python main.py --data-dir {data} --restore-backup {good}")
+    assert f"komennolla: python main.py --data-dir {data} " in render(damaged.message, FINNISH)
+    assert str(DatabaseDamaged(Path("/my data/y.db"), "malformed")).endswith(
+        f"with: python main.py --data-dir {data} --restore-backup FILE"
     )
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from app.process.log_file import MOST_WAITING, RotatingFile, Sink, unbuffered
+from tests.support.modes import is_private
 
 WITHIN = 20.0
 
@@ -137,7 +138,7 @@ def test_a_full_file_is_followed_by_a_new_one_and_the_oldest_goes(tmp_path):
         "log.1": b"3 line",
         "log.2": b"2 line",
     }
-    assert {file.stat().st_mode & 0o777 for file in tmp_path.iterdir()} == {0o600}
+    assert is_private(*tmp_path.iterdir())
 
 
 def test_older_files_stay_while_no_new_one_can_be_opened(tmp_path, monkeypatch):

@@ -16,6 +16,7 @@ from app.mir.errors import RobotError, TimedOut, Unreachable, Unreadable
 from app.services.robots import maps as robot_maps
 from app.services.robots.maps import ASK_EVERY, REFRESH_AFTER, RobotMaps
 from tests.support.clock import VirtualClock
+from tests.support.modes import is_private
 from tests.unit.robots.test_map_picture import floor, hall
 
 AINO = Robot("Aino", "http://10.0.0.1", id=1, serial_number="201900042")
@@ -93,9 +94,7 @@ def test_files_are_private_and_written_whole(site: Site) -> None:
     site.maps.learn(1, "m")
     (file,) = site.directory.iterdir()
     assert file.suffix == ".json"
-    if os.name == "posix":
-        assert file.stat().st_mode & 0o777 == 0o600
-        assert site.directory.stat().st_mode & 0o777 == 0o700
+    assert is_private(file, site.directory)
 
 
 def test_another_machine_behind_the_same_name_does_not_get_this_map(site: Site) -> None:

@@ -306,7 +306,9 @@ ready.wait()
 """
 
 
-@pytest.mark.skipif(not hasattr(ctypes.CDLL(None), "malloc_info"), reason="another system's malloc")
+@pytest.mark.skipif(
+    sys.platform != "linux" or not hasattr(ctypes.CDLL(None), "malloc_info"), reason="another system's malloc"
+)
 @pytest.mark.parametrize(("first", "one"), [("", False), ("share_one_heap()", True)])
 def test_all_threads_share_one_heap(first: str, one: bool) -> None:
     said = subprocess.run(
