@@ -134,7 +134,7 @@ def size_within(usable: tuple[int, int] | None) -> dict[str, str]:
     """Kivy's settings of a window no larger than the ``usable`` part of the display, in px. A window without enough
     room is maximised: only the desktop knows the size of its frame."""
     width, height = usable or (WIDTH, HEIGHT)
-    fits = width >= WIDTH and height >= HEIGHT
+    fits = usable is None or (width > WIDTH and height > HEIGHT)
     return {
         "width": str(min(width, WIDTH)),
         "height": str(min(height, HEIGHT)),

@@ -49,6 +49,7 @@ def test_a_window_is_no_larger_than_the_display(tmp_path):
     [
         (None, ("1280", "800", "visible")),
         ((1920, 1040), ("1280", "800", "visible")),
+        ((1280, 800), ("1280", "800", "maximized")),  # its frame would be outside
         ((1366, 728), ("1280", "728", "maximized")),
         ((1024, 573), ("1024", "573", "maximized")),
     ],
