@@ -212,7 +212,7 @@ def units(windows: Windows, home: Path) -> None:
 
     def run(folder: str) -> str:
         began, words = time.monotonic(), ("-m", "pytest", "-n", "0", "--tb=short", "-p", "tests.windows.excused")
-        output = windows.finish(windows.python(*words, f"tests/unit/{folder}", screen=screen), within=300)
+        output = windows.finish(windows.python(*words, f"tests/unit/{folder}", screen=screen), within=600)
         print(f"{folder}: {output.splitlines()[-1]} ({time.monotonic() - began:.0f} s)", flush=True)
         return output
 
