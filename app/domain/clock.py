@@ -5,7 +5,9 @@ Everything that knows the time takes a ``Clock``, so a year of operation runs in
 
 from __future__ import annotations
 
+import ctypes
 import re
+import sys
 import time
 import zoneinfo
 from collections.abc import Iterator
@@ -43,6 +45,17 @@ class ClockReading:
     read_at: float
 
 
+if sys.platform == "win32":
+
+    def awake_seconds() -> float:
+        """Python's own monotonic clock counts the time that a machine with Windows slept."""
+        ticks = ctypes.c_ulonglong()  # of 100 ns
+        ctypes.windll.kernel32.QueryUnbiasedInterruptTime(ctypes.byref(ticks))
+        return ticks.value / 1e7
+else:
+    awake_seconds = time.monotonic
+
+
 class SystemClock:
     """The tablet's clocks."""
 
@@ -50,7 +63,7 @@ class SystemClock:
         return datetime.now(UTC)
 
     def monotonic(self) -> float:
-        return time.monotonic()
+        return awake_seconds()
 
     def sleep(self, seconds: float) -> None:
         time.sleep(seconds)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import time
 import uuid
 import winreg
 from collections.abc import Iterator
@@ -14,6 +15,7 @@ import pytest
 
 from app.database.backups import BACKUPS
 from app.database.connection import DATABASE_NAME
+from app.domain.clock import SystemClock
 from app.process.log_file import RotatingFile
 from app.services.files.places import Place, PlaceKind, found_in, mounted
 from app.services.live.tablet import machine_id
@@ -146,6 +148,13 @@ def test_sdl_knows_the_display():
     width, height = display_size()
     assert width >= 640
     assert height >= 480
+
+
+def test_the_monotonic_clock_runs_as_pythons_while_nothing_sleeps():
+    clock = SystemClock()
+    began, pythons = clock.monotonic(), time.monotonic()
+    time.sleep(1)
+    assert clock.monotonic() - began == pytest.approx(time.monotonic() - pythons, abs=0.2)
 
 
 def set_value(root: int, path: str, name: str, value: str) -> None:
