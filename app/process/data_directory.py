@@ -26,7 +26,7 @@ from app.process.log_file import FILE_NAME as LOG_NAME
 from app.services.catalogue.database_check import find_problem
 
 _OURS = (DATABASE_NAME, "scheduler.lock")
-_DIRECTORIES = ("backups", "inbox", "logs", "maps")
+_DIRECTORIES = ("backups", "before-update", "inbox", "logs", "maps")  # the second one by updates of the .deb
 
 
 @dataclass(frozen=True)
