@@ -10,38 +10,37 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from hatchling.builders.wheel import WheelBuilder
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-# What an installed launcher does, with the wheel's own list of commands.
+# What an installed launcher does, for both in one process.
 LAUNCH = """import sys
 from importlib.metadata import entry_points
-name, sys.path[:0], sys.argv = sys.argv[1], [sys.argv[2]], [f"/bin/{sys.argv[1]}", *sys.argv[3:]]
-(command,) = entry_points(group="console_scripts", name=name)
-start = command.load()
-print(start.__module__, flush=True)
-sys.exit(start())"""
+sys.path[:0] = [sys.argv[1]]
+for name in ("amr-scheduler", "mir-sim"):
+    (command,) = entry_points(group="console_scripts", name=name)
+    sys.argv = [f"/bin/{name}", "--wrong"]
+    try:
+        command.load()()
+    except SystemExit as end:
+        print(command.module, end.code)"""
 
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The wheel, unpacked as an installer does it."""
     out = tmp_path_factory.mktemp("wheel")
-    build = f"import hatchling.build; print(hatchling.build.build_wheel({str(out)!r}))"
-    name = subprocess.run([sys.executable, "-c", build], cwd=ROOT, check=True, capture_output=True, text=True).stdout
-    with zipfile.ZipFile(out / name.strip()) as wheel:
-        wheel.extractall(out / "site")
+    (wheel,) = WheelBuilder(str(ROOT)).build(directory=str(out), versions=["standard"])
+    with zipfile.ZipFile(wheel) as file:
+        file.extractall(out / "site")
     return out / "site"
 
 
-def started(installed: Path, name: str, *arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-I", "-c", LAUNCH, name, str(installed), *arguments],
-        cwd=installed.parent,
-        capture_output=True,
-        text=True,
-        timeout=60,
-    )
+def run(installed: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": str(installed)}
+    command = [sys.executable, *arguments]
+    return subprocess.run(command, cwd=installed.parent, env=environment, capture_output=True, text=True, timeout=60)
 
 
 def test_the_wheel_has_all_that_runs_and_nothing_else(installed: Path):
@@ -57,20 +56,16 @@ def test_the_wheel_has_all_that_runs_and_nothing_else(installed: Path):
 
 
 def test_both_commands_start_what_was_installed_and_go_by_their_name(installed: Path):
-    window, robots = (started(installed, name, "--wrong") for name in ("amr-scheduler", "mir-sim"))
-    assert window.stdout == robots.stdout == "amr_scheduler.__main__\n"
-    assert window.stderr == "amr-scheduler: unrecognized arguments: --wrong; see --help\n"
-    assert robots.stderr == "mir-sim: unrecognized arguments: --wrong\n"
+    done = run(installed, "-I", "-c", LAUNCH, str(installed))
+    assert done.stdout == "amr_scheduler.__main__ 2\n" * 2
+    assert done.stderr.splitlines() == [
+        "amr-scheduler: unrecognized arguments: --wrong; see --help",
+        "mir-sim: unrecognized arguments: --wrong",
+    ]
 
 
 def test_it_starts_as_a_module_too(installed: Path):
-    done = subprocess.run(
-        [sys.executable, "-m", "amr_scheduler", "--version"],
-        cwd=installed.parent,
-        env={**os.environ, "PYTHONPATH": str(installed)},
-        capture_output=True,
-        text=True,
-    )
+    done = run(installed, "-m", "amr_scheduler", "--version")
     assert (done.stdout, done.stderr) == (f"AMR Scheduler {PROJECT['project']['version']}\n", "")
 
 
