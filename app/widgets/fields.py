@@ -23,6 +23,8 @@ from kivymd.uix.textfield import MDTextField
 
 from app.widgets.buttons import CommandButton
 from app.widgets.dock import dock
+from app.widgets.scrolling import page_around, turn_to
+from app.widgets.slots import PartSlot
 from app.widgets.surfaces import SeenBox, Tap
 
 # kind -> (input_type, signs on the number pad besides digits). Typed signs are never dropped: "1.5" would become 15.
@@ -122,6 +124,28 @@ class FieldInput(MDTextField):
             self.is_cut = len(substring) > room
             substring = substring[:room]
         return super().insert_text(substring, from_undo)
+
+
+class FieldHelp(PartSlot):
+    """Help, or what is ``faulty``: then the first such on its page comes in sight, with what it is about."""
+
+    text = StringProperty()
+    faulty = BooleanProperty(False)
+
+    def on_text(self, *_):
+        if self.text and self.faulty:
+            Clock.schedule_once(self._bring_in_sight, 0.05)  # once it has its height
+
+    on_faulty = on_text
+
+    def _bring_in_sight(self, _dt):
+        page = page_around(self)
+        if page is None:
+            return
+        helps = (each for each in page.walk(restrict=True) if isinstance(each, FieldHelp))
+        if first := next((each for each in helps if each.text and each.faulty), None):
+            turn_to(first.parent)
+            turn_to(first)  # as that may be higher than the page
 
 
 class Field(BoxLayout):

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any, NamedTuple
 
-from kivy.clock import Clock
 from kivy.properties import ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.stacklayout import StackLayout
@@ -13,7 +12,6 @@ from app.widgets.buttons import ChoiceChip
 from app.widgets.choices import ChoiceSheet
 from app.widgets.fields import Field
 from app.widgets.positions import OnMap  # noqa: F401  (kv's Factory learns it)
-from app.widgets.scrolling import turn_to
 from app.widgets.sheet import sheet_around
 
 FINE = 50  # with up to this many numbers a step is 1, with more 5
@@ -218,5 +216,3 @@ class ParameterFields(BoxLayout):
     def _show_problems(self, *_):
         for name, view in self._views.items():
             view.problem = self.problems.get(name, "")
-        if faulty := [view for name, view in self._views.items() if self.problems.get(name)]:
-            Clock.schedule_once(lambda _dt: turn_to(faulty[0]), 0)

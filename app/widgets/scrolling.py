@@ -146,7 +146,8 @@ class ScrollPage(CalmScroll):
         self.ids.column.clear_widgets(*args, **kwargs)
 
 
-def _page_around(widget):
+def page_around(widget):
+    """The CalmScroll that it is on, or None."""
     page = widget.parent
     while page is not None and not isinstance(page, CalmScroll):
         page = page.parent if page.parent is not page else None  # the window is its own parent
@@ -155,14 +156,14 @@ def _page_around(widget):
 
 def turn_to(widget) -> None:
     """Scroll the page around ``widget`` until all of it is visible."""
-    page = _page_around(widget)
+    page = page_around(widget)
     if page is not None and page.do_scroll_y:
         page.scroll_to(widget, padding=0, animate=False)
 
 
 def top_of_page(widget) -> None:
     """Scroll the page around ``widget`` until it is at the upper edge, or the end of the page is in sight."""
-    page = _page_around(widget)
+    page = page_around(widget)
     if page.do_scroll_y:
         below = page.top - page.parent.to_widget(*widget.to_window(widget.x, widget.top))[1]
         page.scroll_y = min(max(page.scroll_y - page.convert_distance_to_scroll(0, below)[1], 0), 1)

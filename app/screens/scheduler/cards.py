@@ -50,35 +50,22 @@ class SuggestionRow(list_row.ListRow):
 
 
 class FormSheet(Sheet):
-    """The form beside the plan; ``card`` is its model. A field with a new problem comes in sight."""
+    """The form beside the plan; ``card`` is its model."""
 
     card = ObjectProperty(None, rebind=True, allownone=True)
     view = ObjectProperty(FormView(), rebind=True)
 
     def __init__(self, **kwargs: object) -> None:
-        self._wrong_field = ""
-        self._reveal = Clock.create_trigger(self._bring_in_sight, 0.05)  # once the field exists and shows it
         super().__init__(**kwargs)
         self.ids.foot.add_widget(FormWarning(sheet=self), index=len(self.ids.foot.children))
-        self.fbind("view", self._see_problem)
 
     def on_close(self) -> None:
         """The model closes it, and brings entries back."""
         self.card.put_aside()
 
-    def _see_problem(self, *_: object) -> None:
-        if self.view.wrong_field not in ("", self._wrong_field):
-            self._reveal()
-        self._wrong_field = self.view.wrong_field
-
     def show_warning(self) -> None:
         """The first of the notes."""
         turn_to(next(each for each in self.walk(restrict=True) if isinstance(each, FormNote)))
-
-    def _bring_in_sight(self, _dt: float) -> None:
-        faulty = (each for each in self.walk(restrict=True) if getattr(each, "faulty", False) and each.height)
-        if (said := next(faulty, None)) is not None:
-            turn_to(said)
 
 
 class FormWarning(Tap):

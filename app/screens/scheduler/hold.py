@@ -66,14 +66,16 @@ class HoldSheet(Sheet):
     def choose_end(self, end: str) -> None:
         if end == hold_view.CHOSEN:
             today = self._local_now().date()
-            self._shell.dialogs.pick_date(_("Hold until"), today, self._day_chosen, today=today, first=today)
+            self._shell.dialogs.pick_date(
+                _("Hold until"), self._proposed.date(), self._day_chosen, today=today, first=today
+            )
             return
         self._end = end
         self._show()
 
     def _day_chosen(self, day: date) -> None:
-        later = self._local_now() + timedelta(hours=2)
-        self._shell.dialogs.pick_time(_("Hold until"), time(later.hour, 0), lambda at: self._time_chosen(day, at))
+        at = min(self._proposed, datetime.combine(day, time(23, 59), self._proposed.tzinfo))  # if not past midnight
+        self._shell.dialogs.pick_time(_("Hold until"), at.time(), lambda at: self._time_chosen(day, at))
 
     def _time_chosen(self, day: date, at: time) -> None:
         self._end, self._chosen = (
@@ -82,6 +84,10 @@ class HoldSheet(Sheet):
         )
         self._show()
 
+    @property
+    def _proposed(self) -> datetime:
+        return (self._local_now() + timedelta(hours=2)).replace(minute=0, second=0, microsecond=0)
+
     def _local_now(self) -> datetime:
         return self._services.clock.now().astimezone(ZoneInfo(self._zone))
 
@@ -89,7 +95,7 @@ class HoldSheet(Sheet):
     def on_done(self) -> None:
         if self.busy:  # type: ignore[has-type]
             return
-        self.busy = True
+        self.busy, self.reason_problem, self.end_problem = True, "", ""
         robot_id, reason = int(self.robot_id) or None, hold_view.reason_of(self.reason)
         until = hold_view.end_of(self._end, self._chosen, self._zone, self._services.clock.now())
         self._shell.background.run(

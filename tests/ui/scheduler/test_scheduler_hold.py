@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from datetime import UTC, date, datetime, timedelta
+from datetime import UTC, date, datetime, time, timedelta
 
 from icalendar import Calendar
 
@@ -14,15 +14,17 @@ from app.services.live.tablet import IS_COPY
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton
 from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.dialogs import MenuRow
-from app.widgets.fields import Field
+from app.widgets.fields import Field, FieldHelp
 from app.widgets.frame import Frame
 from app.widgets.lanes import Lanes
 from app.widgets.long_list import LongList
 from app.widgets.month import MonthDay
 from app.widgets.pickers import DateSheet, TimeSheet
+from app.widgets.sheet import FOOT_RESTS
 from app.widgets.snackbar import Snackbar
 from tests.support.edits import add_days
 from tests.support.planner import insert_due
+from tests.ui.checks import is_seen
 from tests.ui.planner import (
     KITS,
     card_of,
@@ -91,6 +93,35 @@ def test_everything_is_held_with_a_reason_until_the_banner_releases_it(screen, c
     settle(screen, ui)
     assert screen.shell.snackbars.texts == []  # that nothing is sent is not true any more
     ui.wait(lambda: not container.holds.current() and line(screen, schedule) == "15:00")
+
+
+def test_late_in_the_evening_a_time_is_proposed_that_is_still_to_come(screen, container, ui):
+    container.clock.step((datetime(2026, 11, 20, 21, 16, tzinfo=UTC) - container.clock.now()).total_seconds())
+    hold_all(screen, ui)
+    chip(screen, ui, "Until a time")
+    press(screen, ui, "Set Sat 21 Nov")
+    press(screen, ui, "Set 01:00")
+    assert ui.find(ChoiceChip, text="Until Sat 21 Nov 01:00").active
+    chip(screen, ui, "Until Sat 21 Nov 01:00")
+    ui.tap(ui.find(CommandButton, root=ui.find(DateSheet), text="Today"))
+    press(screen, ui, "Set Fri 20 Nov")
+    assert ui.find(TimeSheet).text == "23:59"
+
+
+def test_an_end_that_has_passed_is_refused_in_sight_each_time(screen, container, ui):
+    hold_all(screen, ui)
+    sheet = ui.find(HoldSheet)
+    sheet._time_chosen(date(2026, 11, 20), time(14, 0))
+    sheet.padding = 0, 0, 0, 200  # a low window
+    ui.advance(0.3)
+    for _n in range(2):
+        sheet.ids.page.scroll_y = 1
+        ui.advance(FOOT_RESTS)
+        assert sheet.ids.page.do_scroll_y
+        ui.tap(ui.find(CommandButton, root=sheet, text="Hold"))
+        settle(screen, ui)
+        assert is_seen(ui.find(FieldHelp, sheet, text="Choose a time in the future"))
+    assert container.holds.current() == []
 
 
 def test_one_robot_is_held_until_a_time_that_is_picked(screen, container, ui):
