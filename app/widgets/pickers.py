@@ -56,8 +56,8 @@ class TimeCells(GridLayout):
 
 
 class TimeSheet(Picker):
-    """Picks a datetime.time: an hour, then a minute, which completes it; or by single minutes and the button. On a keyboard 0 6 3 0 is
-    06:30, and 7 4 5 is 07:45, as no hour begins with 7."""
+    """Picks a datetime.time: an hour, a minute, and the button. On a keyboard 0 6 3 0 is 06:30, and 7 4 5 is 07:45, as no hour begins
+    with 7."""
 
     hour = NumericProperty(0)
     minute = NumericProperty(0)
@@ -75,11 +75,6 @@ class TimeSheet(Picker):
         if self.ids.page.do_scroll_y:
             turn_to(self.ids.minutes.__self__)
             rest.after_moving()
-
-    def choose_minute(self, minute: int) -> None:
-        self.minute = minute
-        if self._has_hour:
-            self.on_done()
 
     def on_done(self):
         self.dispatch("on_pick", time(int(self.hour), int(self.minute)))

@@ -43,7 +43,7 @@ def test_digits_of_a_keyboard_make_a_time(ui, dialogs, digits, time_of_day):
     assert (picked, dialogs.top) == ([time_of_day], None)
 
 
-def test_a_time_by_its_minute_and_single_ones(ui, dialogs):
+def test_a_time_by_single_minutes(ui, dialogs):
     picked: list[time] = []
     dialogs.pick_time("Time", time(6, 30), picked.append)
     ui.tap(ui.find(TimeCell, text="55"))
@@ -54,11 +54,13 @@ def test_a_time_by_its_minute_and_single_ones(ui, dialogs):
     assert picked == [time(6, 0)]
 
 
-def test_an_hour_and_a_minute_are_a_time(ui, dialogs):
+def test_an_hour_and_a_minute_are_a_time_once_it_is_set(ui, dialogs):
     picked: list[time] = []
     dialogs.pick_time("Time", time(6, 30), picked.append)
     ui.tap(ui.find(TimeCell, text="07"))
     ui.tap(ui.find(TimeCell, text="45"))
+    assert picked == []
+    ui.tap(ui.find(CommandButton, text="Set 07:45"))
     assert (picked, dialogs.top) == ([time(7, 45)], None)
 
 
