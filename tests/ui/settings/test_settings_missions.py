@@ -61,7 +61,7 @@ def test_ticks_that_esc_closed_come_back(site, app, ui):
     site.add_robots()
     go(ui, "missions")
     dialog = fetch(ui, "Aino")
-    ui.tap(ui.find(OptionRow, root=dialog, text="Collect empties"))
+    ui.tap(ui.find(OptionRow, root=dialog, title="Collect empties"))
     ui.key(ESCAPE)
     ui.wait(lambda: not ui.find_all(ChoiceSheet))
     undo(ui)
