@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from kivy.clock import Clock
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
+from app.screens.scheduler.form import FormModel
 from app.screens.scheduler.form_view import FormView
 from app.widgets import flow, lanes, list_row  # noqa: F401  (registers kivy classes)
 from app.widgets.buttons import CommandButton
 from app.widgets.display import EmptyState
+from app.widgets.items import Item
 from app.widgets.lists import Row
 from app.widgets.scrolling import CalmScroll, top_of_page, turn_to
 from app.widgets.sheet import Sheet
@@ -39,6 +43,10 @@ class SchedulerEmpty(EmptyState):
 
 class SchedulesPage(SlotPart):
     """The list of schedules and its tools; ``card`` is the screen."""
+
+    def rows(self, rows: list[Item], form: FormModel, is_open: bool) -> list[Item]:
+        """The one that is being edited is marked."""
+        return [replace(row, look="chosen") if is_open and row.key == form.editing else row for row in rows]
 
 
 class ScheduleRow(list_row.ListRow):

@@ -143,7 +143,7 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
     has_end = draft.kind not in (Kind.ONCE, Kind.OTHER)
     return FormView(
         draft,
-        title=_("New schedule") if draft.is_new else _("Edit schedule"),
+        title=_("New schedule") if draft.base is None else mission.name if mission else draft.base.name,
         mission=mission.name if mission else _("Choose a mission"),
         robot=of_groups.target_text(target),
         day=dated(draft.day, now.astimezone(ZoneInfo(draft.timezone)).date()),

@@ -282,3 +282,4 @@ class SchedulerScreen(ScreenBase):
         dock.leave(self._sheet)
         self._sheets.close(self._sheets.picker)  # it asks for that of before
         self._sheet.card = form
+        self._sheet.ids.page.scroll_y = 1

@@ -47,7 +47,7 @@ def test_editing_keeps_identity_and_history(screen, container, ui):
     rows_before = container.history.last_of_schedule(schedule.id)
     screen.plan.edit(schedule.id)
     settle(screen, ui)
-    assert ui.find(FormSheet).view.title == "Edit schedule"
+    assert ui.find(FormSheet).view.title == WASTE
     pick_time(screen, ui, "Time", 18, 0)
     save(screen, ui)
     after = container.repositories.schedules.get(container.db.read(), schedule.id)
@@ -61,10 +61,22 @@ def test_a_row_opens_its_schedule_and_the_cross_leaves_it(screen, container, ui)
     line = ui.find_all(ScheduleRow)[0]
     ui.tap_at(*line.to_window(line.x + 200, line.center_y))
     settle(screen, ui)
-    assert screen.plan.form.editing == line.key
+    assert (screen.plan.form.editing, line.item.look) == (line.key, "chosen")
     ui.tap(ui.find(IconButton, ui.find(FormSheet), icon="close"))
     settle(screen, ui)
-    assert (screen.plan.form.editing, screen.plan.form.is_open) == (None, False)
+    assert (screen.plan.form.editing, screen.plan.form.is_open, line.item.look) == (None, False, "plain")
+
+
+def test_another_schedule_opens_at_the_top_of_its_sheet(screen, container, ui):
+    screen.plan.edit(named(container, WASTE, "Veikko").id)
+    screen.plan.form.more = True
+    settle(screen, ui)
+    sheet = ui.find(FormSheet)
+    sheet.ids.page.scroll_y = 0
+    screen.plan.edit(named(container, KITS, "Aino").id)
+    screen.plan.form.more = True
+    settle(screen, ui)
+    assert (sheet.view.title, sheet.ids.page.scroll_y) == (KITS, 1)
 
 
 def test_the_switch_turns_a_schedule_off_and_on(screen, container, ui):

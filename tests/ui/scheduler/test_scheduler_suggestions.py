@@ -74,7 +74,7 @@ def test_a_suggestion_says_why_and_fills_the_form_which_a_person_saves(app, cont
     ui.tap(ui.find(CommandButton, panel, text="Any of Hall 1"))
     settle(app, ui)
     assert ui.find(Field, label="Robot").value == "Any of Hall 1"
-    assert ui.find(FormSheet).view.title == "Edit schedule"
+    assert ui.find(FormSheet).view.title == "Kits to line 2"
     assert kits(container) == before  # nothing is changed before it is saved
     save(app, ui)
     ui.wait(lambda: kits(container).group_id is not None)
