@@ -1,8 +1,20 @@
-"""The focused text input (for the on-screen keyboard), the keyboard's height (for dialogs), and the room for messages.
-``dock`` is global: widgets built by kv have no other reference."""
+"""The window's shape, the focused text input (for the on-screen keyboard), the keyboard's height (for dialogs), and the room for
+messages. ``dock`` is global: widgets built by kv have no other reference."""
 
 from kivy.event import EventDispatcher
+from kivy.metrics import dp
 from kivy.properties import NumericProperty, ObjectProperty
+
+
+def is_tall(width, height) -> bool:
+    """Of a window in px: one column, above the bar with the screens. A window that lies on its side has it only where a rail would
+    leave too little."""
+    return width < dp(840 if height > width else 700)
+
+
+def is_low(height) -> bool:
+    """Of a window in px: there is no height to spare."""
+    return height < dp(700)
 
 
 class Dock(EventDispatcher):

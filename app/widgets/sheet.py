@@ -8,7 +8,7 @@ from kivy.uix.floatlayout import FloatLayout
 from kivymd.uix.card import MDCard
 
 from app.widgets.dialogs import ESCAPE
-from app.widgets.dock import dock
+from app.widgets.dock import dock, is_low, is_tall
 from app.widgets.rest import DOUBLE_TAP, rest
 from app.widgets.scrolling import ScrollPage
 from app.widgets.surfaces import Passive
@@ -163,18 +163,18 @@ class Sheet(Passive, MDCard):
         (x, y), (width, height) = ((0, 0), Window.size) if place is Window else (place.pos, place.size)
         spared = self.stack and self.stack.spared()
         self._follow_spared(spared)
-        is_tall, is_low = Window.width < dp(840), Window.height < dp(700)
-        self.at = self.tall_edge if is_tall else self.edge
+        narrow, low = is_tall(*Window.size), is_low(Window.height)
+        self.at = self.tall_edge if narrow else self.edge
         bottom = max(y, dock.height)
         top = y + height
         self.width = width
         if self.at == "right":
-            self.width = width - self.keeps if is_low and self.keeps else min(self.span, width)
+            self.width = width - self.keeps if low and self.keeps else min(self.span, width)
         self.height = top - bottom if self.at != "bottom" else min(top - bottom, self.around + self.content_height)
         self.bare = top - bottom < dp(BARE) and dock.height > 0
         self.pos = x + width - self.width, bottom
         if place is not Window:
-            beside = self.at == "right" and self.shrinks and not (is_low and self.keeps) and spared is None
+            beside = self.at == "right" and self.shrinks and not (low and self.keeps) and spared is None
             place.taken = self.width if beside else 0
         if spared is not None:
             self._spare(spared, place)

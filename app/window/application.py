@@ -16,6 +16,7 @@ from pathlib import Path
 
 from kivy.base import ExceptionHandler, ExceptionManager
 from kivy.clock import Clock, ClockEvent
+from kivy.core.window import Window
 from kivy.factory import Factory
 from kivy.metrics import Metrics
 from kivy.uix.widget import Widget
@@ -40,11 +41,12 @@ from app.screens.rescue import Damage, RescuePage
 from app.screens.settings.gate import Gate
 from app.services.live.changes import Topic
 from app.widgets.keyboard import DockedKeyboard, has_keyboard, lacks_keyboard
-from app.widgets.tokens import apply_theme
+from app.widgets.tokens import apply_theme, tk
 from app.window.key_focus import KeyFocus
 
 log = logging.getLogger(__name__)
 RESULT_SHOWN_FOR = 8.0  # s for the outcome of restoring a backup
+SETTLED = 0.3  # s without another size of the window
 INPUT_DEVICES = Path("/proc/bus/input/devices")
 
 
@@ -87,6 +89,7 @@ class SchedulerApp(MDApp):
         self._unsubscribe: Callable[[], object] = lambda: None  # from the services
         self._forget: Callable[[], object] = lambda: None  # unsubscribes from their changes
         self._shown: Settings | None = None  # as they look now
+        self._resized = Clock.create_trigger(self._fit_gloves, SETTLED)
         self._font_scale = Metrics.fontscale  # the system's own, that the setting multiplies
         self._exception_handler = UiExceptionHandler(self._show_unexpected)
         self.much_has_gone: Callable[[], object] = lambda: None  # to be called when all screens were thrown away
@@ -94,6 +97,7 @@ class SchedulerApp(MDApp):
     # ------------------------------------------------------------------ life
     def build(self) -> Widget:
         apply_theme(self.theme_cls, "light")
+        Window.bind(size=self._resized)
         self._bus = UiBus()
         self._forget = self._bus.subscribe(Changed, self._changed)
         self.root_box = Factory.BoxLayout()
@@ -146,8 +150,11 @@ class SchedulerApp(MDApp):
         self._keyboard = DockedKeyboard(self._wants_keyboard, lambda: formats.current().decimal)
         self._keyboard.start()
 
-    def _rebuild(self, shell: Shell, controller: FrameController, keyboard: DockedKeyboard) -> None:
+    def _rebuild(self) -> None:
         """Everything in the sizes of now. What it shows is in the view models. A picker stays where its form does."""
+        shell, controller, keyboard = self.shell, self._frame, self._keyboard
+        if shell is None or controller is None or keyboard is None:
+            return
         frame, picker = Factory.Frame(), shell.sheets.picker
         shell.snackbars.rebuild()
         keyboard.stop()
@@ -172,6 +179,8 @@ class SchedulerApp(MDApp):
         """Release the screens, then the background work; the host closes the services after the window."""
         ExceptionManager.remove_handler(self._exception_handler)
         threading.excepthook = threading.__excepthook__
+        Window.unbind(size=self._resized)
+        self._resized.cancel()
         self._forget()
         self._release()
         Metrics.fontscale = self._font_scale
@@ -303,8 +312,15 @@ class SchedulerApp(MDApp):
             translator.use(settings.language)
             if self.shell is not None:
                 self.shell.snackbars.clear()  # in the old one
-        if self.shell and self._frame and self._keyboard and len(set(sizes)) > 1:
-            self._rebuild(self.shell, self._frame, self._keyboard)
+        if len(set(sizes)) > 1:
+            self._rebuild()
+
+    def _fit_gloves(self, *_args: object) -> None:
+        """A window of another size may have room for less, or for more."""
+        before = tk.h_touch
+        apply_theme(self.theme_cls, tk.theme, gloves=tk.gloves)
+        if tk.h_touch != before:
+            self._rebuild()
 
     def _wants_keyboard(self) -> bool:
         """On the screen. Linux and Windows say whether the tablet has one; Windows shows its own for no field of kivy. Other systems,

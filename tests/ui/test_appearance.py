@@ -58,6 +58,15 @@ def test_what_gloves_enlarge_still_has_room(site, ui, size, touch):
         assert tk.h_touch == touch
 
 
+def test_gloves_fit_a_window_that_becomes_smaller(site, app, ui):
+    site.container.catalogue.change_settings(gloves=True)
+    ui.wait(lambda: tk.h_touch == 70)
+    with window((1024, 600)):
+        ui.wait(lambda: tk.h_touch == 56)
+        assert (ui.find(TopBar).height, ui.find(Frame).tall, ui.find(Frame).low) == (64, False, True)
+    ui.wait(lambda: tk.h_touch == 70)
+
+
 def test_a_section_stays_where_it_was_scrolled_to(site, app, ui):
     go(ui, "constraints")
     ui.find(ScrollPage).scroll_y = 0

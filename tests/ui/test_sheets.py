@@ -18,7 +18,7 @@ from app.widgets.dock import dock
 from app.widgets.fields import Field
 from app.widgets.sheet import Sheet, SheetPlace
 
-WIDE, LOW, TALL = (1280, 800), (1024, 600), (800, 1280)
+WIDE, LOW, SMALL, TALL = (1280, 800), (1024, 600), (819, 480), (800, 1280)
 
 
 class Page(ScreenBase):
@@ -52,6 +52,7 @@ def tall_body(height: float) -> Label:
         (WIDE, {"edge": "bottom"}, (0, 0, 1280, 308)),
         (WIDE, {"edge": "full"}, (0, 0, 1280, 800)),
         (LOW, {"keeps": 380}, (380, 0, 644, 600)),
+        (SMALL, {}, (399, 0, 420, 480)),
         (TALL, {}, (0, 0, 800, 1280)),
         (TALL, {"tall_edge": "bottom"}, (0, 0, 800, 308)),
     ],

@@ -157,7 +157,9 @@ def test_a_screen_with_a_way_back_has_an_arrow_in_front_of_its_tabs(ui):
     assert back == [1]
 
 
-@pytest.mark.parametrize(("size", "upright"), [((1280, 800), True), ((1024, 600), True), ((800, 1280), False)])
+@pytest.mark.parametrize(
+    ("size", "upright"), [((1280, 800), True), ((1024, 600), True), ((819, 480), True), ((800, 1280), False)]
+)
 def test_the_screens_are_at_the_side_where_the_window_is_wide(ui, size, upright):
     window = ui.show(Frame(items=ITEMS, current="home"), size)
     ui.advance()

@@ -78,7 +78,6 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from kivy.clock import Clock
 from kivy.core.window import Window
 from kivy.event import EventDispatcher
-from kivy.metrics import dp
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivymd.uix.screen import MDScreen
 from kivymd.uix.screenmanager import MDScreenManager
@@ -86,7 +85,7 @@ from kivymd.uix.screenmanager import MDScreenManager
 from app.i18n import translator
 from app.screens.common.overlays import Dialogs
 from app.screens.common.threads import Background, Changed, Job, UiBus
-from app.widgets.dock import dock
+from app.widgets.dock import dock, is_low, is_tall
 from app.widgets.snackbar import Snackbars
 
 if TYPE_CHECKING:
@@ -219,7 +218,7 @@ class ScreenBase(MDScreen):
     """A screen: a view model, and a widget that fills it. The navigator says when it is shown. The frame shows its ``tabs``, with the
     chosen ``tab`` marked, and an arrow if it ``can_go_back``; without tabs its name.
 
-    ``portrait``, ``tall`` (narrower than 840 dp) and ``low`` (below 700 dp) are the window's, whatever the frame takes of it.
+    ``portrait``, ``tall`` and ``low`` (as in app/widgets/dock.py) are the window's, whatever the frame takes of it.
     """
 
     vm = ObjectProperty(None, rebind=True, allownone=True)
@@ -251,7 +250,7 @@ class ScreenBase(MDScreen):
 
     def _turned(self, *_: Any) -> None:
         self.portrait = Window.height > Window.width
-        self.tall, self.low = Window.width < dp(840), Window.height < dp(700)
+        self.tall, self.low = is_tall(*Window.size), is_low(Window.height)
 
 
 class Navigator(EventDispatcher):

@@ -16,6 +16,7 @@ from app.screens.home.fleet_model import FleetState
 from app.screens.home.wall import WallView
 from app.widgets import load_kv
 from app.widgets.display import SectionCard
+from app.widgets.dock import is_low, is_tall
 from app.widgets.lists import Row
 from app.widgets.panel_grid import PanelGrid
 from app.widgets.rest import rest
@@ -25,7 +26,6 @@ from app.widgets.tokens import late_color, tk
 
 CLEAR = (0, 0, 0, 0)
 LONGEST_END = 5  # characters of a name's last word that are always shown
-LOW, NARROW = 700, 840  # dp of the window: the room is short, or one column is left
 
 
 class NameLine(BodyStrong):
@@ -166,7 +166,7 @@ class FleetPage(BoxLayout):
         self._fit()
 
     def _fit(self, *_: Any) -> None:
-        self.low, self.tall = Window.height < dp(LOW), Window.width < dp(NARROW)
+        self.low, self.tall = is_low(Window.height), is_tall(*Window.size)
         self.pane_width = self.width if self.tall else dp(392 if self.low else 472)
         self._choose_tightness()
 

@@ -319,9 +319,10 @@ class HomeScreen(ScreenBase):
     def _choose_layout(self, *_: Any) -> None:
         if not self.vm.loaded:
             return
-        (width, height), is_narrow = Window.size, Window.width < dp(1000)
-        is_small = height < dp(1000 if is_narrow else 580) or width < sp(610)
-        one = "small" if is_small else "tall" if is_narrow else "low" if self.low else "wide"
+        width, height = Window.size
+        is_upright = width < min(height, dp(1000))
+        is_small = height < (dp(1000) if is_upright else sp(460)) or width < sp(610 if is_upright else 750)
+        one = "small" if is_small else "tall" if is_upright else "low" if self.low else "wide"
         layout = NO_ROBOT if not self.vm.has_robots else ALL_ROBOTS if self.vm.fleet.is_shown else one
         if self.vm.shows_map and layout == one:
             layout = MAP

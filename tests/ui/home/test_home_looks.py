@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from app.screens.frame.late_starts import LateSheet
+from app.screens.home.cards import HomeLow
 from app.widgets.frame import Frame
 from tests.screenshots.home import home, late_starts
 from tests.support import home_facts as sample
@@ -55,3 +56,11 @@ def test_late_starts_keep_to_the_design(ui, size, language):
         assert (scrolls(sheet), targets(sheet)) == ([], [])
         assert len(filled(sheet)) == 1
         assert sizes(sheet) <= SIZES
+
+
+def test_a_small_window_on_its_side_has_today_and_send_beside_the_robot(ui):
+    with window(ui, (819, 480)) as rig:
+        home(rig, sample.FACTS)
+        ui.advance(0.5)
+        assert ui.find(HomeLow).width > 680
+        assert (scrolls(ui.find(Frame)), targets(ui.find(Frame))) == ([], [])
