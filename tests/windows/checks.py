@@ -7,7 +7,6 @@ import sys
 import time
 import uuid
 import winreg
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,21 +16,12 @@ from app.database.backups import BACKUPS
 from app.database.connection import DATABASE_NAME
 from app.domain.clock import SystemClock
 from app.process.log_file import RotatingFile
+from app.process.tablet_readings import battery
 from app.services.files.places import Place, PlaceKind, found_in, mounted
 from app.services.live.tablet import machine_id
 from app.services.live.tablet_zone import TabletZone, tablet_zone
 from app.window.display import display_size
-from tests.support import process
 from tests.support.process import ROOT, answer, refusal, running, wait_for
-
-
-@pytest.fixture(scope="module", autouse=True)
-def slow_machine() -> Iterator[None]:
-    """Under wine a process takes seconds to start."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(process, "PATIENCE", 90.0)
-        yield
-
 
 # ---------------------------------------------------------------------- processes
 BREAKS = """
@@ -148,6 +138,11 @@ def test_sdl_knows_the_display():
     width, height = display_size()
     assert width >= 640
     assert height >= 480
+
+
+def test_the_battery_is_there_or_not():
+    found = battery()
+    assert found is None or 0 <= found.percent <= 100
 
 
 def test_the_monotonic_clock_runs_as_pythons_while_nothing_sleeps():

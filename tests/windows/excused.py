@@ -1,38 +1,45 @@
-"""Tests of tests/unit that can't hold on Windows, or on wine, and why. One that holds after all fails, so that the list stays short."""
+"""Tests that can't hold on Windows, or on wine, and why. One that holds after all fails, so that the list stays short."""
 
 from __future__ import annotations
 
 import pytest
 
-ODD = "files/test_calendar_import.py::test_the_name_of_a_file_is_stored_and_shown_as_text"
+ODD = "unit/files/test_calendar_import.py::test_the_name_of_a_file_is_stored_and_shown_as_text"
 ODD_NAMES = r"kes\xe4.ics-kes\xe4.ics", r"ty\xc3\xb6 kes\xe4.ics-ty\xf6 kes\xe4.ics"
 ODD_CASES = [begin + name for begin in ("-", r"SUMMARY:Stop\r\n-") for name in ODD_NAMES]
 REASONS = {
     "Windows has no modes of files": (
-        "database/test_opening.py::test_everything_is_readable_by_its_owner_only",
-        "database/test_opening.py::test_permissions_that_were_too_open_are_tightened",
+        "unit/database/test_opening.py::test_everything_is_readable_by_its_owner_only",
+        "unit/database/test_opening.py::test_permissions_that_were_too_open_are_tightened",
     ),
     "Windows deletes no file that is open": (
-        "process/test_log_file.py::test_a_crash_is_reported_without_the_log_file",
-        "process/test_log_sink.py::test_a_directory_that_is_made_again_gets_a_file_again",
+        "unit/process/test_log_file.py::test_a_crash_is_reported_without_the_log_file",
+        "unit/process/test_log_sink.py::test_a_directory_that_is_made_again_gets_a_file_again",
     ),
     "Windows has no names of files in unknown encodings": (
         *(f"{ODD}[{case}]" for case in ODD_CASES),
-        "files/test_calendar_import.py::test_a_sentence_about_such_a_file_can_be_shown",
+        "unit/files/test_calendar_import.py::test_a_sentence_about_such_a_file_can_be_shown",
     ),
     "a broken or full pipe is another error there": (
-        "process/test_log_sink.py::test_a_pipe_gets_whole_lines_past_the_buffer_and_one_that_is_closed_is_an_error",
-        "process/test_log_sink.py::test_a_full_pipe_that_must_not_wait_is_an_error_too",
+        "unit/process/test_log_sink.py::test_a_pipe_gets_whole_lines_past_the_buffer_and_one_that_is_closed_is_an_error",
+        "unit/process/test_log_sink.py::test_a_full_pipe_that_must_not_wait_is_an_error_too",
     ),
+    "Windows has no SIGTERM": ("services/test_real_process.py::test_headless_says_ready_once_and_ends_with_0",),
     "the test dies in os.open and leaves its file open": (
-        "database/test_damage.py::test_a_restore_that_ends_anywhere_is_finished_or_was_never_begun[True-False]",
-        "database/test_damage.py::test_a_restore_that_ends_anywhere_is_finished_or_was_never_begun[True-True]",
+        "unit/database/test_damage.py::test_a_restore_that_ends_anywhere_is_finished_or_was_never_begun[True-False]",
+        "unit/database/test_damage.py::test_a_restore_that_ends_anywhere_is_finished_or_was_never_begun[True-True]",
     ),
 }
 
 
+def pytest_configure() -> None:
+    from tests.support import process  # not before tests/conftest.py
+
+    process.PATIENCE = 90.0  # under wine a process takes seconds to start
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    reasons = {f"tests/unit/{name}": reason for reason, names in REASONS.items() for name in names}
+    reasons = {f"tests/{name}": reason for reason, names in REASONS.items() for name in names}
     for item in items:
         if reason := reasons.get(item.nodeid) or reasons.get(item.nodeid.partition("[")[0]):
             item.add_marker(pytest.mark.xfail(reason=reason, strict=True))

@@ -28,7 +28,7 @@ from tests.windows.screen import Screen
 HERE, ROOT = Path(__file__).parent, Path(__file__).parents[2]
 SIZES = ((1366, 768), (1280, 800))  # px, of two tablets' displays
 NEEDED = ("wine", "wineserver", "Xvfb", "x86_64-w64-mingw32-gcc", "uv")
-LEAST_CHECKS, LEAST_UNITS = 13, 2800  # that have to pass
+LEAST_CHECKS, LEAST_KILLS, LEAST_UNITS = 15, 8, 3500  # that have to pass
 LEAST_COLOURS = 1000  # of a picture with text and icons; without the screens it has a hundred
 SLOW = ("catalogue", "database", "planning", "screens", "sim")  # are begun first
 INSTALL = (
@@ -168,8 +168,24 @@ def _copy_app(target: Path) -> None:
 def start(windows: Windows, home: Path) -> None:
     """Starts, stops, two processes, a restored backup, and what Windows says about itself: checks.py, on Windows."""
     with closing(Screen(SIZES[0], home / "screen")) as screen:
-        checks = windows.python("-m", "pytest", "-n", "0", "tests/windows/checks.py", screen=screen)
-        _at_least(LEAST_CHECKS, [windows.finish(checks, within=300)])
+        _at_least(LEAST_CHECKS, [_tested(windows, screen, "tests/windows/checks.py")])
+
+
+def kills(windows: Windows, home: Path) -> None:
+    """Kills at random moments, and the other quick tests of real processes."""
+    with closing(Screen(SIZES[0], home / "kills")) as screen:
+        _at_least(LEAST_KILLS, [_tested(windows, screen, "-m", "not long", "tests/services/test_real_process.py")])
+
+
+def _tested(windows: Windows, screen: Screen, *words: str) -> str:
+    """What pytest said. Raises Failed."""
+    began = time.monotonic()
+    tests = windows.python(
+        "-m", "pytest", "-n", "0", "--tb=short", "-p", "tests.windows.excused", *words, screen=screen
+    )
+    output = windows.finish(tests, within=600)
+    print(f"{words[-1]}: {output.splitlines()[-1]} ({time.monotonic() - began:.0f} s)", flush=True)
+    return output
 
 
 def window(windows: Windows, home: Path) -> None:
@@ -208,16 +224,12 @@ def _drawn(screen: Screen, within: float) -> Image.Image:
 
 def units(windows: Windows, home: Path) -> None:
     """tests/unit, a process for each folder, two at a time."""
-    folders = sorted(path.name for path in (ROOT / "tests" / "unit").iterdir() if any(path.glob("test_*.py")))
-
-    def run(folder: str) -> str:
-        began, words = time.monotonic(), ("-m", "pytest", "-n", "0", "--tb=short", "-p", "tests.windows.excused")
-        output = windows.finish(windows.python(*words, f"tests/unit/{folder}", screen=screen), within=600)
-        print(f"{folder}: {output.splitlines()[-1]} ({time.monotonic() - began:.0f} s)", flush=True)
-        return output
-
+    found = (
+        path for path in (ROOT / "tests" / "unit").iterdir() if path.match("test_*.py") or any(path.glob("test_*.py"))
+    )
+    names = sorted((path.name for path in found), key=lambda name: (name not in SLOW, name))
     with closing(Screen(SIZES[0], home / "units")) as screen, ThreadPoolExecutor(2) as pool:
-        results = [pool.submit(run, folder) for folder in sorted(folders, key=SLOW.__contains__, reverse=True)]
+        results = [pool.submit(_tested, windows, screen, f"tests/unit/{name}") for name in names]
     if failures := [str(failure) for result in results if (failure := result.exception())]:
         raise Failed("\n".join(failures))
     _at_least(LEAST_UNITS, [result.result() for result in results])
@@ -231,7 +243,7 @@ def _at_least(wanted: int, outputs: Sequence[str]) -> None:
     print(f"{passed} tests passed")
 
 
-PARTS: dict[str, Callable[[Windows, Path], None]] = {part.__name__: part for part in (start, window, units)}
+PARTS: dict[str, Callable[[Windows, Path], None]] = {part.__name__: part for part in (start, kills, window, units)}
 
 
 # ---------------------------------------------------------------------- the lane
