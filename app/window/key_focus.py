@@ -182,8 +182,8 @@ class KeyFocus:
         return True
 
     def _key_in_search(self, key) -> bool:
-        """In a choice: Down leads to the first hit, and so does Enter, which chooses the only one."""
-        choice = next((around for around in parents(dock.field) if isinstance(around, ChoiceSheet)), None)
+        """In a sheet with options: Down leads to the first hit, and so does Enter, which chooses the only one."""
+        choice = next((around for around in parents(dock.field) if hasattr(around, "found")), None)
         if choice is None or key not in (DOWN, ENTER, KEYPAD_ENTER):
             return False
         found = choice.found()

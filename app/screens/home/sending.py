@@ -11,13 +11,14 @@ from kivy.properties import BooleanProperty, ListProperty, NumericProperty, Obje
 
 from app.domain.models import DurationEstimate, Mission, Robot
 from app.domain.robot import MissionParameter
-from app.screens.common.missing_mission import or_fetch
+from app.screens.common.missing_mission import FETCH, or_fetch
 from app.screens.common.parameters_view import Problems, fields_of, values_of
 from app.screens.common.presses import OfRobot
 from app.screens.common.shell import Shell
 from app.screens.home.facts import HomeServices
 from app.screens.home.send import SendView, Target, all_missions, send_view, start
 from app.widgets.flow import Chip
+from app.widgets.items import Item
 from app.widgets.sheet import Sheet
 
 if TYPE_CHECKING:
@@ -71,6 +72,14 @@ class AllMissionsSheet(HomeSheet):
 
     def on_query(self, *_args: object) -> None:
         self.sending.show()
+
+    def found(self) -> list[Item]:
+        """What Enter may choose."""
+        return [row for row in self.rows if row.opens and row.key != FETCH]
+
+    def chosen(self, key: object) -> None:
+        """A row, by a tap or Enter."""
+        self.sending.choose(key)
 
 
 class Sending:

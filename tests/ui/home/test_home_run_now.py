@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from kivy.core.window import Window
+
 from app.domain.models import Group, Mission, State, Trigger
 from app.screens.home.cards import SendTile
 from app.screens.home.sending import AllMissionsSheet, SendSheet
 from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.choices import ChoiceSheet, OptionRow
+from app.widgets.dock import dock
+from app.widgets.fields import SearchField
 from app.widgets.flow import PositionRow
 from app.widgets.list_row import ListRow
 from app.widgets.positions import PositionsMap
 from app.widgets.snackbar import Snackbar
 from tests.support.history import last_ended
 from tests.ui.home.operator import choose, items, open_robot, press, rows, run
+from tests.ui.test_widgets_fields import ENTER
 from tests.ui.whole_app import GUIDS, api
 
 
@@ -158,11 +163,17 @@ def test_a_mission_is_searched_among_all_of_them(home, ui):
     ui.wait(lambda: len(home.root_vm.facts.missions) == len(GUIDS))
     ui.tap(ui.find(SendTile, text="All missions"))
     ui.wait(lambda: ui.find_all(AllMissionsSheet))
-    ui.find(AllMissionsSheet).query = "coils"
     ui.advance(0.7)
-    shown = ui.find_all(ListRow, ui.find(AllMissionsSheet))
-    assert [row.item.title for row in shown][:1] == ["Move coils to press"]
-    ui.tap(shown[0])
+    ui.tap(ui.find(SearchField, ui.find(AllMissionsSheet)))
+    Window.dispatch("on_textinput", "c")
+    ui.key(ENTER)
+    assert dock.field is None  # it goes to the first of several
+    ui.find(SearchField, ui.find(AllMissionsSheet)).text = ""
+    ui.tap(ui.find(SearchField, ui.find(AllMissionsSheet)))
+    Window.dispatch("on_textinput", "coils")
+    ui.advance(0.7)
+    assert [row.item.title for row in ui.find_all(ListRow, ui.find(AllMissionsSheet))][:1] == ["Move coils to press"]
+    ui.key(ENTER)
     ui.wait(lambda: ui.find_all(SendSheet) and sheet(ui).title == "Move coils to press")
 
 
