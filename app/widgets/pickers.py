@@ -6,11 +6,13 @@ What depends on the language comes from the caller; ``app.screens.common.overlay
 from calendar import Calendar
 from datetime import date, time
 
+from kivy.clock import Clock
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.gridlayout import GridLayout
 
 from app.widgets.choices import Picker
 from app.widgets.items import Day
+from app.widgets.month import MonthDay
 from app.widgets.rest import rest
 from app.widgets.scrolling import turn_to
 from app.widgets.surfaces import Tap
@@ -124,6 +126,7 @@ class DateSheet(Picker):
     days = ListProperty()
 
     def __init__(self, **kwargs):
+        self._reveal = Clock.create_trigger(self._bring_in_sight, 0.05)  # once the days have their places
         super().__init__(**kwargs)
         self.year, self.month = self.chosen.year, self.chosen.month
         for name in ("chosen", "first", "last", "year", "month"):
@@ -154,6 +157,13 @@ class DateSheet(Picker):
         self.month_title = f"{self.months[month - 1]} {year}"
         found = [date(year, month, number) if number else None for number in Calendar().itermonthdays(year, month)]
         self.days = [Day() if day is None else self._day(day) for day in [*found, *[None] * (42 - len(found))]]
+        self._reveal()
+
+    def _bring_in_sight(self, _dt):
+        """The chosen day, if it is of this month."""
+        for cell in self.walk(restrict=True):
+            if isinstance(cell, MonthDay) and cell.chosen:
+                turn_to(cell)
 
     def _day(self, day: date) -> Day:
         is_off = day < (self.first or date.min) or day > (self.last or date.max)

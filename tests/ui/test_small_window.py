@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from datetime import time
+from datetime import date, time
 from itertools import product
 
 import pytest
@@ -28,6 +28,7 @@ from app.widgets.buttons import CommandButton
 from app.widgets.fields import Field
 from app.widgets.frame import Frame
 from app.widgets.list_row import ListRow
+from app.widgets.month import MonthDay
 from app.widgets.number_pad import PadKey
 from app.widgets.pickers import TimeCell
 from app.widgets.scrolling import CalmScroll
@@ -188,6 +189,15 @@ def test_with_gloves_an_hour_brings_the_minutes_in_sight(ui, size, scale):
         dialog.choose_hour(7)
         ui.advance(0.3)
         assert checks.is_seen(ui.find_all(TimeCell, number=55)[-1])
+        dialogs.close_all()
+
+
+def test_with_gloves_the_chosen_day_is_seen_at_once(ui):
+    with window(ui, (1280, 800), gloves=True):
+        dialogs, day = Dialogs(animate=False), date(2026, 11, 30)  # in the last row
+        dialogs.pick_date("First day", day, lambda _day: None, today=day)
+        ui.advance(0.3)
+        assert checks.is_seen(ui.find(MonthDay, day=day))
         dialogs.close_all()
 
 
