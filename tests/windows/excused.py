@@ -24,6 +24,12 @@ REASONS = {
         "unit/process/test_log_sink.py::test_a_pipe_gets_whole_lines_past_the_buffer_and_one_that_is_closed_is_an_error",
         "unit/process/test_log_sink.py::test_a_full_pipe_that_must_not_wait_is_an_error_too",
     ),
+    "it is about paths and quotes of sh, and another test of that file about those of Windows": (
+        "unit/test_command.py::test_a_checkout_is_started_by_its_file",
+        "unit/test_command.py::test_an_installed_one_is_started_by_its_name",
+        "unit/test_command.py::test_a_shell_reads_the_command_back",
+        "unit/test_command.py::test_a_damaged_database_names_the_installed_command",
+    ),
     "Windows has no SIGTERM": ("services/test_real_process.py::test_headless_says_ready_once_and_ends_with_0",),
     "the test dies in os.open and leaves its file open": (
         "unit/database/test_damage.py::test_a_restore_that_ends_anywhere_is_finished_or_was_never_begun[True-False]",
