@@ -17,8 +17,8 @@ EDGES = ("right", "bottom", "full")
 PARTS = ("head", "body", "foot")
 BARE = 200  # dp of height, under which they would leave the body none
 GAP = dp(8)  # to what it spares
-# s without a press at the foot: after one there, and after a page of the sheet has opened or closed; when the sheet
-# goes, what it covered rests as long
+# s without a press at the foot: after one there, after the button that was touched last has another meaning now, and
+# after a page of the sheet has opened or closed; when the sheet goes, what it covered rests as long
 FOOT_RESTS = 1.0
 
 
@@ -76,6 +76,7 @@ class Sheet(Passive, MDCard):
     def __init__(self, **kwargs):
         self.stack = None  # the Sheets that show it
         self._rests_until = 0.0
+        self._is_at_foot = False  # the last touch or press
         self._spared = None
         self._arrange = Clock.create_trigger(self.arrange, -1)
         self._arrange_later = Clock.create_trigger(self.arrange)  # after the page, which may get another layout
@@ -98,16 +99,27 @@ class Sheet(Passive, MDCard):
         """X or Esc."""
         self.stack.dismiss(self)
 
-    def press_foot(self):
-        """A double tap is one press, though the button may mean something else by then."""
+    def press_button(self, event):
+        """A button of the foot. A double tap is one press, though the button may mean something else by then."""
         if Clock.get_time() >= self._rests_until:
-            self._rests_until = Clock.get_time() + FOOT_RESTS
-            self.dispatch("on_done")
+            self._is_at_foot = True
+            self._rest_foot()
+            self.dispatch(event)
+
+    def _rest_foot(self):
+        self._rests_until = Clock.get_time() + FOOT_RESTS
+
+    def on_foot(self, *_):
+        """What the finger was on last means something else: a late tap presses nothing."""
+        if self._is_at_foot:
+            self._rest_foot()
+
+    on_second = on_foot
 
     def on_can_go_back(self, *_):
         """A page of it has opened or closed, and its foot means something else: a late tap presses nothing."""
         if self.parent is not None:
-            self._rests_until = Clock.get_time() + FOOT_RESTS
+            self._rest_foot()
 
     def on_done(self):
         """The button at the foot."""
@@ -205,6 +217,7 @@ class Sheet(Passive, MDCard):
         return key == ESCAPE
 
     def on_touch_down(self, touch):
+        self._is_at_foot = self.ids.foot.collide_point(*touch.pos)
         return super().on_touch_down(touch) or self.collide_point(*touch.pos)
 
 

@@ -237,3 +237,40 @@ def test_a_double_tap_asks_once(ui, room):
     sheet.dispatch("on_other")
     assert done == [1]
     assert room.sheets.top is below
+
+
+def test_a_late_tap_at_the_foot_does_not_press_what_has_come_there(ui, room):
+    sheet, pressed = room.sheets.show(Sheet(foot="Save", second="Test")), []
+    sheet.bind(on_done=lambda *_args: pressed.append(sheet.foot), on_other=lambda *_args: pressed.append(sheet.second))
+    ui.advance(1)
+    test = ui.find(CommandButton, text="Test")
+    ui.tap(test)
+    ui.advance(1.2)
+    sheet.foot, sheet.second = "Test", "Save anyway"
+    ui.advance(0.1)
+    ui.tap(test)
+    assert pressed == ["Test"]
+    ui.advance(1)
+    ui.tap(test)
+    assert pressed == ["Test", "Save anyway"]
+
+
+def test_a_foot_that_changes_by_a_tap_elsewhere_takes_the_next_press(ui, room):
+    body, pressed = tall_body(300), []
+    sheet = Sheet(foot="Set 06:00", on_done=pressed.append)
+    sheet.add_widget(body)
+    room.sheets.show(sheet)
+    ui.advance(1)
+    ui.tap(body)
+    sheet.foot = "Set 07:00"
+    ui.tap(ui.find(CommandButton, text="Set 07:00"))
+    assert pressed == [sheet]
+
+
+def test_the_foot_alone_fills_the_place_of_both(ui, room):
+    sheet = room.sheets.show(Sheet(foot="Check up", second="Run trial"))
+    ui.advance(0.1)
+    sheet.foot, sheet.second = "Stop", ""
+    ui.advance(0.1)
+    stop = ui.find(CommandButton, text="Stop")
+    assert (stop.x, stop.right) == (sheet.x + 20, sheet.right - 20)

@@ -104,7 +104,7 @@ class CheckUp(EventDispatcher):
                 _("Only read") if self.wants_trial else _("Run trial"),
             ),
             "CheckUpRunning": (_("Stop"), ""),
-            "CheckUpReport": (_("Run trial"), _("Check again")),
+            "CheckUpReport": (_("Run trial"), _("Check again")) if self._was_heard else (_("Check again"), ""),
         }[self.part]
         self.foot_off = "" if self.can_begin or not is_before else self.outcome.text or asking_robot().text
         self.busy = self.stopping and self.part == "CheckUpRunning"
@@ -115,9 +115,11 @@ class CheckUp(EventDispatcher):
             self.begin()
         elif self.part == "CheckUpRunning":
             self.stop()
-        else:
+        elif self._was_heard:
             self.run_again()
             self.choose_trial(True)
+        else:
+            self.press_other()
 
     def press_other(self) -> None:
         """The button next to it."""
@@ -126,6 +128,11 @@ class CheckUp(EventDispatcher):
         else:
             self.run_again()
             self.begin()
+
+    @property
+    def _was_heard(self) -> bool:
+        """A robot that did not answer to the end is read again before it is tried."""
+        return self._report is not None and self._report.is_complete
 
     @property
     def is_running(self) -> bool:
