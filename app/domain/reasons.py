@@ -227,6 +227,8 @@ def waiting_sentence(
     if execution.state is State.WAITING:
         details = {**execution.wait_details, "attempts": execution.attempts, "closes_at": execution.closes_at}
         return _filled_in(_WAITS[execution.wait], details, zone or execution.timezone, translate)
+    if execution.state is State.SUBMITTING and execution.cancel_code is not None:
+        return translate("Not sent again, the robot is asked whether it has it, and cancelled there if so")
     if execution.state is State.SUBMITTING and execution.withdrawn is not None:
         return translate("Not sent again, the robot is asked whether it has it")
     if execution.state is State.SUBMITTING and "answer" in execution.wait_details:

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 from app.domain.models import Execution, State
 from app.i18n import _
-from app.screens.common.holding import about_start
-from app.screens.common.shell import Shell
+from app.screens.common.holding import about_start, waiting_words
+from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.undo import may_wait_again
 
@@ -48,6 +48,10 @@ def say_cancelled(
     if left is not None:
         shell.snackbars.end(about_start(left.id))
     said = _("{mission} is being cancelled") if left is not None and left.state.is_open else _("{mission} is cancelled")
+    if left is not None and left.state is State.SUBMITTING:  # its robot is silent, or slow
+        words = waiting_words(left, left.timezone)
+        shell.snackbars.show(f"{mission}: {words}", icon="close", seconds=PROBLEM_SECONDS)
+        return
     if left is None or not may_wait_again(left):
         shell.snackbars.show(said.format(mission=mission), icon="close")
         return

@@ -118,27 +118,21 @@ def _queue(facts: HomeFacts, robot: Robot, now: datetime) -> list[Item]:
             continue
         number += 1
         who = "" if ours else item.created_by_name or ""
-        rows.append(_waits(key, facts.name_of(item), number, who, goes, off=deaf))
+        rows.append(_waits(key, facts.name_of(item), number, who, goes, off="" if ours else deaf))
     if more := len(facts.snapshot.queue) - len(facts.queue):
         number += more
         words = ngettext("and {n} more", "and {n} more", more).format(n=more)
         rows.append(Item(("more", 0), words, icon="dots-horizontal", strong=False, opens=False))
     for run in facts.not_in_queue:
         number += 1
-        unsent = run.state is State.WAITING and not run.attempts and run.withdrawn is None
-        row = _waits(
-            (OURS, run.id),
-            facts.mission_names.run(run),
-            number,
-            "",
-            clears or run.cancel_code is not None,
-            off="" if unsent else deaf,
-        )
+        goes = clears or run.cancel_code is not None
+        row = _waits((OURS, run.id), facts.mission_names.run(run), number, "", goes)
         rows.append(_with_reason(row, facts, run, now) if row.actions else row)
     return rows
 
 
-def _waits(key: tuple[str, int], mission: str, number: int, meta: str, goes: bool, off: str) -> Item:
+def _waits(key: tuple[str, int], mission: str, number: int, meta: str, goes: bool, off: str = "") -> Item:
+    """``off``: why it can't be cancelled; what is the app's always can, its robot is asked until it answers."""
     if goes:
         return Item(key, mission, meta=_("Being cancelled"), number=str(number), strong=False, opens=False)
     cancel = Action("cancel", icon="close", off=off)

@@ -305,6 +305,22 @@ def test_a_start_that_could_not_be_cancelled_on_the_robot_is_not_cancelled_yet(h
     ui.wait(lambda: not rows(ui))
 
 
+def test_a_start_in_doubt_on_a_silent_robot_can_be_taken_back(home, ui):
+    before = api(home.aino, "GET", "/mission_queue").json()
+    home.aino.control({"fault": {"kind": "drop_response", "method": "POST", "path": "/mission_queue", "count": None}})
+    run(ui, "Deliver")
+    ui.wait(lambda: api(home.aino, "GET", "/mission_queue").json() != before)
+    home.aino.control({"fault": {"kind": "drop_request", "count": None}})
+    ui.wait(lambda: home.root_vm.card.old and rows(ui))
+    tap_cancel(ui)
+    press(ui, "Cancel mission")
+    asked = "Not sent again, the robot is asked whether it has it, and cancelled there if so"
+    ui.wait(lambda: home.shell.snackbars.texts == [f"Deliver: {asked}"])
+    home.aino.control({"fault": None})
+    ui.wait(lambda: not home.site.container.history.open())
+    assert last_ended(home.site.container, 1)[0].reason.code is ReasonCode.USER_CANCELLED
+
+
 def test_somebody_elses_item_shows_its_creator_and_can_be_cancelled(home, ui):
     pend(home)
     number = api(home.aino, "POST", "/mission_queue", mission_id=GUIDS["Home"]).json()["id"]

@@ -136,13 +136,18 @@ def test_the_row_of_now_has_the_tone_of_the_robot(status, icon, tone):
     assert (now.icon, now.tone, now.look, now.actions[0].text) == (icon, tone, "tint", "Cancel")
 
 
-def test_of_a_silent_robot_nothing_is_known_now_and_nothing_it_has_can_be_cancelled():
+def test_of_a_silent_robot_nothing_is_known_now_and_only_what_others_sent_can_not_be_cancelled():
     now, *others = queue(without_aino())
     assert (now.lead, now.meta, now.look, now.actions) == ("14:34", "not known now", "plain", ())
     assert [row.meta for row in others] == ["No answer", "No answer"]
-    silent = replace(FACTS, snapshots={**FACTS.snapshots, 1: replace(FACTS.snapshots[1], read_at=ago(minutes=9))})
+    in_doubt = replace(HELD, state=State.SUBMITTING, attempts=1)
+    silent = replace(
+        FACTS,
+        open=(RUNNING, QUEUED, in_doubt),
+        snapshots={**FACTS.snapshots, 1: replace(FACTS.snapshots[1], read_at=ago(minutes=9))},
+    )
     offs = {row.key: row.actions[0].off for row in queue(silent)[1:]}
-    assert offs == {("execution", 2): "Aino can't hear it", ("item", 103): "Aino can't hear it", ("execution", 3): ""}
+    assert offs == {("execution", 2): "", ("item", 103): "Aino can't hear it", ("execution", 3): ""}
 
 
 # ---------------------------------------------------------------------- the queue
