@@ -62,9 +62,14 @@ class FormSheet(Sheet):
 
     card = ObjectProperty(None, rebind=True, allownone=True)
     view = ObjectProperty(FormView(), rebind=True)
+    warning = StringProperty()  # above Save, while a note that says it is out of sight
 
     def __init__(self, **kwargs: object) -> None:
         super().__init__(**kwargs)
+        self._look = Clock.create_trigger(self._look_for_notes, 0.05)  # once they have their places
+        self.fbind("view", self._look)
+        for name in ("scroll_y", "height", "content_height"):
+            self.ids.page.fbind(name, self._look)
         self.ids.foot.add_widget(FormWarning(sheet=self), index=len(self.ids.foot.children))
 
     def on_close(self) -> None:
@@ -73,7 +78,18 @@ class FormSheet(Sheet):
 
     def show_warning(self) -> None:
         """The first of the notes."""
-        turn_to(next(each for each in self.walk(restrict=True) if isinstance(each, FormNote)))
+        turn_to(self._notes()[0])
+
+    def _notes(self) -> list[FormNote]:
+        return [each for each in self.walk(restrict=True) if isinstance(each, FormNote) and not each.quiet]
+
+    def _look_for_notes(self, _dt: float) -> None:
+        page = self.ids.page
+        low, high = (page.to_window(0, y)[1] for y in (page.y, page.top))
+        seen = all(
+            low <= note.to_window(0, note.y)[1] < note.to_window(0, note.top)[1] <= high for note in self._notes()
+        )
+        self.warning = "" if seen else self.view.warning
 
 
 class FormWarning(Tap):
