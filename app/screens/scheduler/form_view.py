@@ -20,7 +20,7 @@ from app.screens.scheduler import of_groups
 from app.screens.scheduler.draft import COMMON, LAST, Draft, Kind, Target, Unit
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.form_notes import NoteRow, Preview, closed_weekdays, dated, notes
-from app.screens.scheduler.view import days_word, rule_line, short_rule
+from app.screens.scheduler.view import days_word, rule_line, short_rule, zoned
 from app.services.catalogue.preview import STARTS, Forecast
 
 # field of a service's InvalidInput -> the form's field that shows it
@@ -226,7 +226,7 @@ def _sentence(facts: SchedulerFacts, draft: Draft, a_day: int) -> str:
     rule = rule_line(schedule) if draft.kind in (Kind.MONTHLY, Kind.OTHER) else short_rule(schedule)
     if draft.kind is Kind.EVERY and not draft.all_day:
         rule = ngettext("{rule}: {n} a day", "{rule}: {n} a day", a_day).format(rule=rule, n=a_day)
-    closed = closed_weekdays(facts, draft)
+    rule, closed = zoned(rule, draft.timezone, facts), closed_weekdays(facts, draft)
     return _("{rule}, not {days}").format(rule=rule, days=days_word(closed)) if closed else rule
 
 

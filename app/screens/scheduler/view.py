@@ -71,6 +71,11 @@ def short_rule(schedule: Schedule) -> str:
     return _("{rule} until {day}").format(rule=rule, day=formats.wall_day(draft.last_day)) if draft.last_day else rule
 
 
+def zoned(rule: str, timezone: str, facts: SchedulerFacts) -> str:
+    """With the time zone of the schedule, where it is not that of the times next to it."""
+    return rule if timezone == facts.settings.timezone else f"{rule} {timezone.replace('_', ' ')}"
+
+
 def _hour(at: time) -> str:
     return formats.wall_time(at) if at.minute else f"{at.hour:02d}"
 
@@ -139,7 +144,9 @@ def _schedule_row(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> I
     row = Item(
         schedule.id,
         facts.mission_names.mission(mission, schedule.parameters) if mission else schedule.name,
-        " · ".join(filter(None, (short_rule(schedule), of_groups.what_matters(schedule), why))),
+        " · ".join(
+            filter(None, (zoned(short_rule(schedule), schedule.timezone, facts), of_groups.what_matters(schedule), why))
+        ),
         lead=_next_time(facts, schedule, now),
         place=of_groups.whose(facts, schedule, last),
         on=schedule.enabled,

@@ -114,9 +114,24 @@ class SchedulerPage(SettingsPage):
         self.context.shell.dialogs.choose(
             _("Time zone"),
             zone_options(zone_names(), self.context.now()),
-            lambda name: self.set("timezone", name),
+            self._set_timezone,
             selected=self.vm.timezone,
         )
+
+    def _set_timezone(self, name: str) -> None:
+        """All times move: a tap on the wrong one can be undone."""
+        catalogue, before = self.context.services.catalogue, self.vm.timezone
+        if name != before:
+            self._show_problem("timezone", "")
+            self.context.change(
+                lambda: catalogue.change_settings(timezone=name),
+                lambda problem: self._show_problem("timezone", sentence_of(problem)),
+                undo=(
+                    _("The time zone is {zone}").format(zone=name.replace("_", " ")),
+                    lambda: catalogue.change_settings(timezone=before),
+                ),
+                timezone=name,
+            )
 
     def _show_problem(self, name: str, problem: str) -> None:
         self._fields[name].problem = problem

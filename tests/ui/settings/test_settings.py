@@ -343,7 +343,8 @@ def test_the_whole_history_can_be_kept(site, app, ui):
     ui.wait(lambda: settings(site).history_limit == 100_000)
 
 
-def test_the_time_zone_is_found_by_name(site, app, ui):
+def test_the_time_zone_is_found_by_name_and_its_change_undone(site, app, ui):
+    before = settings(site).timezone
     go(ui, "scheduler")
     ui.tap(ui.find(PickBox))
     ui.wait(lambda: ui.find_all(ChoiceSheet))
@@ -352,6 +353,9 @@ def test_the_time_zone_is_found_by_name(site, app, ui):
     ui.tap(ui.find(OptionRow))
     ui.wait(lambda: settings(site).timezone == "America/New_York")
     ui.wait(lambda: "America/New_York" in ui.texts())
+    ui.wait(lambda: says(ui, "The time zone is America/New York"))
+    ui.tap_text("Undo")
+    ui.wait(lambda: settings(site).timezone == before)
 
 
 # ---------------------------------------------------------------------- display

@@ -221,3 +221,9 @@ def test_a_rule_is_said_in_few_words(rule, words):
     if rule.startswith("FREQ=HOURLY"):
         between = replace(schedule, between=Between(time(6), time(18, 30)))
         assert view.short_rule(between) == "Hourly 06–18:30, Mon–Fri"
+
+
+def test_the_times_of_a_rule_in_another_zone_say_which():
+    there = replace(HOURLY, timezone="America/New_York")
+    row, other = view.schedule_rows(facts(schedules=(HOURLY, replace(there, id=99))), NOW)
+    assert ["America/New York" in each.support for each in (row, other)] == [each.key == 99 for each in (row, other)]
