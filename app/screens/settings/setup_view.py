@@ -9,6 +9,7 @@ from app.domain.check_up import Level
 from app.domain.models import Robot, Settings
 from app.i18n import _, ngettext
 from app.screens.common import formats
+from app.screens.common.robot_appearance import silence_word
 from app.screens.settings.check_up_view import counts, outdated
 from app.screens.settings.facts import SettingsFacts
 from app.screens.settings.view import days_phrase
@@ -21,7 +22,7 @@ OPTIONAL = ("favourites", "days", "backup", "pin")
 @dataclass(frozen=True)
 class Step:
     """``support`` says how it stands, ``action`` is the word of the button that leads to where it is done: to the ``section`` of Settings,
-    with ``intent``. ``is_wrong``: it was done, and something is wrong."""
+    with ``intent``. ``is_wrong``: it was done, and something is wrong now."""
 
     key: str
     title: str
@@ -51,10 +52,17 @@ def _named(robots: list[Robot]) -> str:
 
 def _robots(facts: SettingsFacts) -> Step:
     robots = _in_use(facts)
-    silent = [robot for robot in robots if robot.identified_by is None]
-    support = _("Not yet: {robots}").format(robots=_named(silent)) if silent else _named(robots)
-    is_done = bool(robots) and not silent
-    return Step("robots", _("Robots answer"), support, is_done, _("Show") if robots else _("Add"), "robots")
+    never = [robot for robot in robots if robot.identified_by is None]
+    silent = (
+        []
+        if never
+        else [(robot, word) for robot in robots if (word := silence_word(facts.snapshot(robot.id).connection))]
+    )
+    support = _("Not yet: {robots}").format(robots=_named(never)) if never else _named(robots)
+    for robot, word in silent[:1]:
+        support = f"{word}: {robot.name}"
+    is_done, action = bool(robots) and not never, _("Show") if robots else _("Add")
+    return Step("robots", _("Robots answer"), support, is_done, action, "robots", is_wrong=bool(silent))
 
 
 def _check_ups(facts: SettingsFacts) -> Step:
@@ -116,7 +124,7 @@ def step_items(taken: list[Step]) -> list[Item]:
 
 
 def _item(step: Step, *, is_first: bool) -> Item:
-    icon = "check" if step.is_done else "exclamation-thick" if step.is_wrong else "circle-outline"
+    icon = "exclamation-thick" if step.is_wrong else "check" if step.is_done else "circle-outline"
     arrow = Action("open", icon="chevron-right")
     later = (Action("later", _("Not now"), style="text"),) if step.key in OPTIONAL else ()
     button = Action("open", step.action, style="filled" if is_first else "outlined")

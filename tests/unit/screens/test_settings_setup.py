@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from app.domain.check_up import Finding, Level, Report, RobotProfile, Topic
-from app.domain.models import Mission, Robot, Settings
+from app.domain.models import Connection, Mission, Robot, RobotSnapshot, Settings
 from app.domain.robot import IdentifiedBy
 from app.screens.settings.facts import SettingsFacts
 from app.screens.settings.setup_view import setup_phrase, step_items, steps
@@ -64,6 +64,13 @@ def test_when_all_is_done_set_up_leaves_the_list():
     assert "setup" not in [row.key for row in section_items(READY, NOW, "robots")]
     [setup, *_others] = section_items(READY, NOW, "robots", "5 of 7")
     assert (setup.key, setup.support) == ("setup", "5 of 7")
+
+
+def test_a_robot_that_answered_once_is_not_said_to_answer_while_it_does_not():
+    away = replace(READY, snapshots={2: RobotSnapshot(2, Connection.UNREACHABLE)})
+    [robots, *_others] = step_items(steps(away))
+    assert (robots.icon, robots.tone, robots.support) == ("exclamation-thick", "attention", "No answer: Sisu")
+    assert setup_phrase(steps(away)) == ""  # Set-up does not come back for that
 
 
 @pytest.mark.parametrize(
