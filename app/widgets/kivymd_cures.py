@@ -1,4 +1,4 @@
-"""Cures for defects of the pinned KivyMD 2.0.0, and of kivy where KivyMD meets it. With them its components cost 4 to
+"""Cures for defects of the pinned KivyMD 2.0.0, and of kivy. With them its components cost 4 to
 30 times less, have smooth corners on every GL driver, and are freed. tests/ui/test_kivymd_cures.py says that each
 works.
 
@@ -12,6 +12,7 @@ from functools import partial
 from kivy.clock import Clock
 from kivy.core.text import LabelBase
 from kivy.graphics import Canvas, Color
+from kivy.input.motionevent import MotionEvent
 from kivy.lang import Builder, builder
 from kivy.lang.parser import global_idmap
 from kivy.properties import ObservableDict
@@ -22,6 +23,7 @@ from app.widgets.shapes import bordered, rounded
 from app.widgets.tokens import set_roles, tk
 
 KIVYMD_VERSION = "2.0.0"
+_MOVE, _DISPATCH_DONE = MotionEvent.move, MotionEvent.dispatch_done
 CLEAR, WHITE = (0, 0, 0, 0), (1, 1, 1, 1)
 # of kivy's labels, never changed here
 LEFT_AT_DEFAULTS = frozenset(
@@ -54,6 +56,7 @@ def apply() -> None:
     for cure in (
         ids_in_kv,
         touches,
+        moves,
         hover,
         ripple,
         shadow,
@@ -94,6 +97,24 @@ def touches() -> None:
 
     if isinstance(FocusBehavior.ignored_touch, list):
         FocusBehavior.ignored_touch = Touches()
+
+
+def moves() -> None:
+    """A touch that moves in the frame in which it begins would begin where it has moved to: a swipe pressed what it
+    ended on. Of these moves the last is made when the touch has begun."""
+
+    def move(touch, args):
+        if touch.is_touch and not touch._first_dispatch_done:
+            touch.moved_to = args
+        else:
+            _MOVE(touch, args)
+
+    def dispatch_done(touch):
+        _DISPATCH_DONE(touch)
+        if (args := touch.__dict__.pop("moved_to", None)) is not None:
+            _MOVE(touch, args)
+
+    MotionEvent.move, MotionEvent.dispatch_done = move, dispatch_done
 
 
 def hover() -> None:

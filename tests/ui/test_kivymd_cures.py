@@ -12,9 +12,11 @@ from types import SimpleNamespace
 
 import kivymd
 import pytest
+from kivy.base import EventLoop
 from kivy.core.window import Window
 from kivy.factory import Factory
 from kivy.graphics import BorderImage, CanvasBase, Color, Fbo, RoundedRectangle
+from kivy.input.providers.mouse import MouseMotionEventProvider
 from kivy.lang import Builder
 from kivy.metrics import sp
 from kivy.tests.common import UnitTestTouch
@@ -27,6 +29,8 @@ from kivymd.uix.card import MDCard
 from kivymd.uix.label import MDLabel
 
 from app.widgets import kivymd_cures, shapes
+from app.widgets.buttons import CommandButton
+from app.widgets.scrolling import ScrollPage
 from app.widgets.shapes import bordered_patch, over
 from app.widgets.tokens import apply_theme, tk
 
@@ -382,3 +386,36 @@ BoxLayout:
 
 def test_nothing_pulls_in_cairo(ui):
     assert "cairo" not in sys.modules
+
+
+@pytest.fixture
+def mouse():
+    provider = MouseMotionEventProvider("mouse", "disable_hover")
+    provider.start()
+    EventLoop.add_input_provider(provider)
+    yield
+    EventLoop.remove_input_provider(provider)
+    provider.stop()
+
+
+def test_a_swipe_within_one_frame_scrolls_and_presses_nothing(ui, mouse):
+    """As panels send it that act as a mouse."""
+    pressed, page = [], ScrollPage()
+    buttons = [CommandButton(text="Run", on_release=pressed.append) for _n in range(40)]
+    for button in buttons:
+        page.add_widget(button)
+    ui.show(page, Window.size)
+    ui.advance(0.5)
+
+    def at(button) -> tuple[float, float]:
+        """Its middle, from the top."""
+        x, y = button.to_window(*button.center)
+        return x, Window.height - y
+
+    (x, ends), (_x, begins) = at(buttons[2]), at(buttons[8])
+    Window.dispatch("on_mouse_down", x, begins, "left", [])
+    for y in (begins - 60, begins - 120, ends):
+        Window.dispatch("on_mouse_move", x, y, [])
+    Window.dispatch("on_mouse_up", x, ends, "left", [])
+    ui.advance(1)
+    assert (pressed, page.scroll_y < 1) == ([], True)
