@@ -18,7 +18,7 @@ _NOTHING = object()
 
 
 class Field:
-    """``name``: the key, as a message if sentences name it. ``attribute``: of the object, by default the key; "": none.
+    """``name``: the key in words, as a message if sentences name it. ``attribute``: of the object, by default the key; "": none.
 
     ``check`` takes a value and the field to name in a refusal, and returns its normal form; ``parse`` comes before it
     where a file writes the value in another way. ``required``: "yes", or "new": of a new object only. ``special``:
@@ -37,7 +37,8 @@ class Field:
         special: bool = False,
         omit: object = _NOTHING,
     ) -> None:
-        self.name, self.key, self.check, self.parse = name, render(name), check, parse
+        self.name, self.check, self.parse = name, check, parse
+        self.key = render(name).replace(" ", "_")
         self.attribute = self.key if attribute is None else attribute
         self.required, self.special, self.omit = required, special, omit
 
@@ -83,10 +84,10 @@ def checked(entity: T, fields: Fields, *only: str) -> T:
     return replace(entity, **values)  # type: ignore[type-var]
 
 
-def differing(before: object, after: object, fields: Fields) -> list[Message]:
-    """The names of the fields in which two objects differ, with references to other objects last."""
+def differing(before: object, after: object, fields: Fields) -> list[Field]:
+    """The fields in which two objects differ, with references to other objects last."""
     return [
-        field.name
+        field
         for field in sorted(fields, key=lambda field: field.special)
         if hasattr(after, field.attribute) and getattr(before, field.attribute) != getattr(after, field.attribute)
     ]
@@ -172,24 +173,24 @@ def _between(value: Any, path: str) -> Between:
 
 
 SETTINGS: Fields = (
-    Field(message("poll_interval_seconds"), Number(1, 3600)),
-    Field(message("retry_limit"), Number(0, 20)),
-    Field(message("minimum_battery_percent"), checks.battery),
-    Field(message("working_days"), checks.working_days),
+    Field(message("poll interval seconds"), Number(1, 3600)),
+    Field(message("retry limit"), Number(0, 20)),
+    Field(message("minimum battery percent"), checks.battery),
+    Field(message("working days"), checks.working_days),
     Field(message("timezone"), checks.timezone),
-    Field(message("start_window_minutes"), Number(0, 1440)),
-    Field(message("unknown_outcome_quiet_seconds"), Number(5, 600)),
-    Field(message("history_limit"), optional(Number(1, 2**63 - 1))),
+    Field(message("start window minutes"), Number(0, 1440)),
+    Field(message("unknown outcome quiet seconds"), Number(5, 600)),
+    Field(message("history limit"), optional(Number(1, 2**63 - 1))),
 )
 DISPLAY: Fields = (
     Field(message("language"), checks.language),
     Field(message("theme"), choice(*THEMES)),
     Field(message("gloves"), checks.flag),
-    Field(message("font_scale_percent"), choice(*FONT_SCALES)),
+    Field(message("font scale percent"), choice(*FONT_SCALES)),
     Field(message("keyboard"), choice(*KEYBOARDS)),
-    Field(message("alarm_sound"), checks.flag),
-    Field(message("dim_from"), optional(Number(0, 23))),
-    Field(message("dim_until"), Number(0, 23)),
+    Field(message("alarm sound"), checks.flag),
+    Field(message("dim from"), optional(Number(0, 23))),
+    Field(message("dim until"), Number(0, 23)),
 )
 DAY: Fields = (
     Field("name", checks.name, required="yes"),
@@ -215,15 +216,15 @@ ROBOT: Fields = (
     Field(message("username"), checks.username),
     Field(message("password"), optional(checks.password), "", special=True),
     Field(message("enabled"), checks.flag),
-    Field(message("certificate_sha256"), checks.fingerprint, parse=optional(checks.fingerprint_text), omit=None),
+    Field(message("certificate sha256"), checks.fingerprint, parse=optional(checks.fingerprint_text), omit=None),
     Field(message("idle"), optional(lambda value, path: read_object(path, value, IDLE)), special=True),
-    Field(message("hand_over"), choice(*HandOver), omit=HandOver.AT_ONCE),
+    Field(message("hand over"), choice(*HandOver), omit=HandOver.AT_ONCE),
 )
 GROUP: Fields = (
     Field("name", checks.name, required="yes"),
     Field(message("robots"), checks.name_list, "members", required="new", special=True),
-    Field(message("hand_over"), choice(*HandOver)),
-    Field(message("keep_free"), Number(0, 99)),
+    Field(message("hand over"), choice(*HandOver)),
+    Field(message("keep free"), Number(0, 99)),
 )
 PLACE: Fields = (
     Field("name", checks.name, required="yes"),
@@ -233,9 +234,9 @@ MISSION: Fields = (
     Field("name", checks.name, required="yes"),
     Field(message("guid"), checks.guid, required="new"),
     Field(message("robot"), optional(checks.name), "robot_id", special=True, omit=None),
-    Field(message("usual_minutes"), optional(Number(1, 1440)), omit=None),
+    Field(message("usual minutes"), optional(Number(1, 1440)), omit=None),
     Field(message("favourite"), checks.flag, omit=False),
-    Field(message("on_low_battery"), checks.flag, omit=False),
+    Field(message("on low battery"), checks.flag, omit=False),
     Field(message("places"), checks.name_list, "", special=True, omit=[]),
 )
 BETWEEN: Fields = (
@@ -251,11 +252,11 @@ SCHEDULE: Fields = (
     Field(message("timezone"), checks.timezone),
     Field(message("recurrence"), optional(checks.recurrence), parse=optional(checks.text)),
     Field(message("enabled"), checks.flag),
-    Field(message("minimum_battery_percent"), checks.battery),
-    Field(message("respect_working_days"), checks.flag),
+    Field(message("minimum battery percent"), checks.battery),
+    Field(message("respect working days"), checks.flag),
     Field(message("between"), optional(checks.between), parse=optional(_between)),
-    Field(message("start_window_minutes"), optional(Number(0, 1440))),
-    Field(message("finish_by_minutes"), optional(Number(1, 1440))),
+    Field(message("start window minutes"), optional(Number(0, 1440))),
+    Field(message("finish by minutes"), optional(Number(1, 1440))),
     Field(message("overlap"), choice(*Overlap)),
     Field(message("priority"), Number(-(2**31), 2**31 - 1)),
     Field(message("parameters"), checks.parameters),

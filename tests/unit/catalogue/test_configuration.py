@@ -35,14 +35,14 @@ def full(tablet):
 # ---------------------------------------------------------------------- what it does
 def test_everything_that_can_be_said_is_taken(tablet):
     assert tablet.take(FULL) == [
-        "setting poll_interval_seconds changed: 30 -> 20",
-        "setting retry_limit changed: 10 -> 5",
-        "setting minimum_battery_percent changed: none -> 15",
-        "setting working_days changed: MO TU WE TH FR -> MO TU",
-        "setting timezone changed: UTC -> Europe/Helsinki",
-        "setting start_window_minutes changed: 15 -> 30",
-        "setting unknown_outcome_quiet_seconds changed: 90 -> 60",
-        "setting history_limit changed: 100000 -> none",
+        "setting poll interval seconds changed from 30 to 20",
+        "setting retry limit changed from 10 to 5",
+        "setting minimum battery percent changed from none to 15",
+        "setting working days changed from MO TU WE TH FR to MO TU",
+        "setting timezone changed from UTC to Europe/Helsinki",
+        "setting start window minutes changed from 15 to 30",
+        "setting unknown outcome quiet seconds changed from 90 to 60",
+        "setting history limit changed from 100000 to none",
         "robot R1 added",
         "robot R2 added",
         "mission Deliver added",
@@ -101,7 +101,7 @@ def test_changes_by_an_import_are_reported_in_the_language_of_the_screen(tablet)
         ],
     }
     assert [render(line, finnish) for line in tablet.take_in_parts(again)] == [
-        "robotti R1 muuttui: osoite, käyttäjätunnus, käytössä. Se on poissa käytöstä ja tarvitsee salasanan",
+        "robotti R1 muuttui: osoite, käyttäjätunnus, käytössä kyllä → ei. Se on poissa käytöstä ja tarvitsee salasanan",
         "ajastus Morning muuttui: aloitusaika, päällekkäiset suoritukset",
     ]
 
@@ -175,7 +175,7 @@ def test_keys_in_the_file_are_set_and_the_others_stay(full):
             }
         ]
     )
-    assert lines == ["schedule Morning changed: between, priority, robot, mission"]
+    assert lines == ["schedule Morning changed: between, priority from 3 to 1, robot, mission"]
     after = full.schedules["Morning"]
     assert (after.priority, after.between, after.parameters, after.overlap) == (
         1,
@@ -194,17 +194,17 @@ GROUP_AND_PLACE = {"groups": [{"name": "Hall", "robots": ["R1", "R2"]}], "places
 @pytest.mark.parametrize(
     ("section", "item", "lines"),
     [
-        ("robots", {"name": "R2", "hand_over": "when_free"}, ["robot R2 changed: hand_over"]),
+        ("robots", {"name": "R2", "hand_over": "when_free"}, ["robot R2 changed: hand over"]),
         ("robots", {"name": "R1", "idle": {"after_minutes": 9}}, ["robot R1 changed: idle"]),
-        ("missions", {"name": "Deliver", "favourite": True}, ["mission Deliver changed: favourite"]),
+        ("missions", {"name": "Deliver", "favourite": True}, ["mission Deliver changed: favourite from no to yes"]),
         (
             "missions",
             {"name": "Home", "robot": "R1", "usual_minutes": 3},
-            ["mission Home of R1 changed: usual_minutes"],
+            ["mission Home of R1 changed: usual minutes from none to 3"],
         ),
-        ("groups", {"name": "Hall", "hand_over": "at_once"}, ["group Hall changed: hand_over"]),
+        ("groups", {"name": "Hall", "hand_over": "at_once"}, ["group Hall changed: hand over"]),
         ("places", {"name": "Dock"}, []),
-        ("schedules", {"name": "Morning", "enabled": False}, ["schedule Morning changed: enabled"]),
+        ("schedules", {"name": "Morning", "enabled": False}, ["schedule Morning changed: enabled from yes to no"]),
         ("schedules", {"name": "Morning", "mission": "Home"}, ["schedule Morning changed: mission"]),
         ("schedules", {"name": "Morning", "robot": "R2"}, ["schedule Morning changed: robot"]),
         (
@@ -298,10 +298,10 @@ def test_a_new_robot_or_user_without_a_password_is_off_and_needs_one(tablet):
     assert tablet.take(robots=[robot]) == ["robot R1 added, it is switched off and needs a password"]
     assert (tablet.robots["R1"].enabled, tablet.robots["R1"].needs_password) == (False, True)
     assert tablet.take(robots=[robot]) == []
-    assert tablet.take(robots=[{**robot, "password": "x"}]) == ["robot R1 changed: enabled, password"]
+    assert tablet.take(robots=[{**robot, "password": "x"}]) == ["robot R1 changed: enabled from no to yes, password"]
     assert (tablet.robots["R1"].enabled, tablet.robots["R1"].needs_password) == (True, False)
     assert tablet.take(robots=[{**robot, "username": "b"}]) == [
-        "robot R1 changed: username, enabled. It is switched off and needs a password"
+        "robot R1 changed: username, enabled from yes to no. It is switched off and needs a password"
     ]
     assert tablet.robots["R1"].token is None
     assert tablet.take(robots=[{**robot, "username": "b", "address": "10.0.0.2"}]) == [
@@ -376,7 +376,7 @@ def test_a_one_time_schedule_is_judged_by_the_working_days_of_the_same_file(tabl
         tablet.take(document)
     tablet.take({**document, "settings": {"working_days": ["SU"]}})
     assert tablet.take(settings={"working_days": ["MO"]}, schedules=[sunday]) == [
-        "setting working_days changed: SU -> MO"
+        "setting working days changed from SU to MO"
     ]  # an unchanged one is not judged again
 
 
@@ -414,7 +414,9 @@ def test_a_typed_duration_travels_and_is_omitted_where_there_is_none(tablet, tmp
     assert other.export()["missions"] == exported["missions"]
     other.db.close()
     assert tablet.take(FULL) == []  # not said: it stays
-    assert tablet.take(changed("missions.0.usual_minutes", None)) == ["mission Deliver changed: usual_minutes"]
+    assert tablet.take(changed("missions.0.usual_minutes", None)) == [
+        "mission Deliver changed: usual minutes from 25 to none"
+    ]
     assert tablet.export()["missions"] == FULL["missions"]
 
 

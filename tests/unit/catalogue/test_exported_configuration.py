@@ -204,9 +204,9 @@ def test_closed_and_extra_days_country_favourites_and_display_come_along(tablet,
     other = World(tmp_path / "other")
     lines = other.take(exported)  # a Saturday that would be refused without its day
     assert [line for line in lines if "days" in line or "region" in line or "gloves" in line] == [
-        "setting working_days changed: MO TU WE TH FR -> MO TU",
-        "setting gloves changed: False -> True",
-        "setting region changed: none -> BY",
+        "setting working days changed from MO TU WE TH FR to MO TU",
+        "setting gloves changed from no to yes",
+        "setting region changed from none to BY",
         "closed days added: Inventory",
         "extra working days added: Saturday",
     ]
@@ -262,8 +262,8 @@ def test_a_one_time_start_whose_day_was_closed_later_is_exported_as_it_will_run(
 def test_another_country_has_no_region_of_the_former(tablet):
     tablet.take({"format": FULL["format"], "calendar": {"country": "DE", "region": "BY"}})
     assert tablet.take({"format": FULL["format"], "calendar": {"country": "FI"}}) == [
-        "setting country changed: DE -> FI",
-        "setting region changed: BY -> none",
+        "setting country changed from DE to FI",
+        "setting region changed from BY to none",
     ]
     assert json.loads(export_configuration(tablet.db.read()))["calendar"] == {
         "country": "FI",

@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 from app.domain.message import Message, message, render
 from app.domain.models import Robot
-from app.services.catalogue.fields import SECTIONS, differing
+from app.services.catalogue.fields import SECTIONS, Fields, differing
 
 # By section of the file: for new objects, and for changed ones.
 SENTENCES: Mapping[str, tuple[str, str]] = MappingProxyType(
@@ -32,9 +32,19 @@ def line(kind: str, before: object, after: object, more: Sequence[Message] = (),
     added, changed = SENTENCES[kind]
     if before is None:
         yield message(added, **names)
-    elif words := [*differing(before, after, SECTIONS[kind.partition(".")[0]]), *more]:
+    elif words := [*_changes(before, after, SECTIONS[kind.partition(".")[0]]), *more]:
         what = reduce(lambda so_far, word: message("{words}, {word}", words=so_far, word=word), words)
         yield message(changed, what=what, **names)
+
+
+def _changes(before: object, after: object, fields: Fields) -> Iterator[Message]:
+    """Numbers and yes or no with both values; others are long, or names of the format."""
+    for field in differing(before, after, fields):
+        was, is_now = getattr(before, field.attribute), getattr(after, field.attribute)
+        if not field.special and all(value is None or isinstance(value, int | float) for value in (was, is_now)):
+            yield message("{name} from {before} to {after}", name=field.name, before=_shown(was), after=_shown(is_now))
+        else:
+            yield field.name
 
 
 def of_robot(before: Robot | None, after: Robot) -> Iterator[Message]:
@@ -50,12 +60,16 @@ def of_robot(before: Robot | None, after: Robot) -> Iterator[Message]:
 
 
 def of_setting(name: Message, before: object, after: object) -> Message:
-    return message("setting {name} changed: {before} -> {after}", name=name, before=_shown(before), after=_shown(after))
+    return message(
+        "setting {name} changed from {before} to {after}", name=name, before=_shown(before), after=_shown(after)
+    )
 
 
 def _shown(value: object) -> Message | int | float:
     if value is None or value == "":
         return message("none")
+    if isinstance(value, bool):
+        return message("yes") if value else message("no")
     return " ".join(value) if isinstance(value, tuple) else value if isinstance(value, int | float) else str(value)
 
 
