@@ -3,7 +3,7 @@ messages. ``dock`` is global: widgets built by kv have no other reference."""
 
 from kivy.event import EventDispatcher
 from kivy.metrics import dp
-from kivy.properties import NumericProperty, ObjectProperty
+from kivy.properties import BooleanProperty, NumericProperty, ObjectProperty
 
 
 def is_tall(width, height) -> bool:
@@ -21,7 +21,8 @@ class Dock(EventDispatcher):
     """``field`` is the focused text input, or None; ``height`` in px of the area under the on-screen keyboard, 0 without it; between
     ``free_left`` and ``free_right`` (px) nothing in the top bar can be pressed, 0 without a bar; ``floor`` is the
     height of the bar with the screens at the bottom of a tall window;
-    ``question`` is the sheet that asks, and has the keys alone."""
+    ``question`` is the sheet that asks, and has the keys alone; while there is any,
+    ``has_sheet``, the page has no filled button of its own."""
 
     field = ObjectProperty(None, allownone=True)
     height = NumericProperty(0)
@@ -29,6 +30,7 @@ class Dock(EventDispatcher):
     free_right = NumericProperty(0)
     floor = NumericProperty(0)
     question = ObjectProperty(None, allownone=True)
+    has_sheet = BooleanProperty(False)
 
     def entered(self, field) -> None:
         self.field = field

@@ -135,6 +135,7 @@ class Sheet(Passive, MDCard):
         self.stack.close(self)
 
     def on_parent(self, _sheet, place):
+        dock.has_sheet = place is not None
         if place is None:
             return
         for name in self._followed(place):

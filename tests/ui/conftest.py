@@ -119,7 +119,7 @@ def _window(stage: MDApp, user: str, session: pytest.Session) -> Iterator[Driver
     for _event in range(3):  # what was to happen, the animation that this began, and the caches
         driver.skip(PENDING)
     dock.free_left = dock.free_right = dock.floor = 0
-    dock.question = None
+    dock.question, dock.has_sheet = None, False
     App._running_app = None
     EventLoop.status = "idle"
 

@@ -10,11 +10,13 @@ from kivy.uix.label import Label
 from kivymd.icon_definitions import md_icons
 
 from app.domain.models import THEMES
+from app.screens.common.options import Option
+from app.screens.common.overlays import Dialogs
 from app.widgets.display import Disc, EmptyState
 from app.widgets.surfaces import Tap
 from app.widgets.text import Ico, Txt
 from app.widgets.tokens import COLOURS, TONES, apply_theme, tk
-from tests.ui import checks
+from tests.ui import checks, looks
 from tests.ui.drawing import fired, hex_of
 from tests.ui.headless import COMMON, MOCK
 
@@ -79,6 +81,16 @@ def test_an_empty_state_leads_on(ui):
     calls = fired(state, "on_release")
     ui.tap_text("Add robot")
     assert calls == [()]
+
+
+def test_the_way_out_of_an_empty_state_is_not_filled_beside_a_sheet(ui):
+    state, dialogs = ui.show(EmptyState(title="No missions yet", action="Fetch from robot")), Dialogs(animate=False)
+    assert looks.filled(state) == ["Fetch from robot"]
+    dialogs.choose_many("Missions of Aino", [Option(1, "Dock")], "Add chosen", print, can_all=True)
+    ui.advance(0.1)
+    assert looks.filled(state) + looks.filled(dialogs.top) == ["Add chosen"]
+    dialogs.close_all()
+    assert looks.filled(state) == ["Fetch from robot"]
 
 
 def test_an_empty_state_without_a_way_has_no_button(ui):

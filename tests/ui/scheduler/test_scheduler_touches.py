@@ -8,6 +8,7 @@ import pytest
 
 from app.domain.models import Between
 from app.i18n import translator
+from app.screens.common.options import Option
 from app.screens.scheduler.cards import FormFold, FormSheet, PlanPage, StepLine
 from app.screens.scheduler.draft import Kind
 from app.widgets.buttons import CommandButton, Segment
@@ -15,7 +16,7 @@ from app.widgets.choices import OptionRow
 from app.widgets.fields import RepeatButton
 from app.widgets.pickers import TimeCell
 from tests.ui import looks
-from tests.ui.planner import KITS, field, new, reveal, settle, tab
+from tests.ui.planner import KITS, field, new, press, reveal, settle, tab
 
 
 class Hand:
@@ -103,6 +104,18 @@ def test_the_pages_have_few_words_and_one_filled_button(screen, ui, language):
         assert len(looks.words(screen.root)) <= most, key
         assert len(looks.filled(screen.root)) <= 1
         assert looks.scrolls(screen.root) == []
+
+
+def test_beside_a_sheet_the_page_has_no_filled_button(screen, ui):
+    press(screen, ui, "Hold")
+    assert looks.filled(screen.root) == ["Hold"]
+    screen.shell.sheets.close(screen.shell.sheets.top)
+    assert looks.filled(screen.root) == ["New"]
+    options = [Option(n, str(n)) for n in range(3)]
+    screen.shell.dialogs.choose_many("Robots", options, "Show", print)
+    settle(screen, ui)
+    assert looks.filled(screen.root) == ["Show"]
+    screen.shell.dialogs.close_all()
 
 
 def test_the_form_has_few_words_and_one_filled_button(screen, container, ui, language):
