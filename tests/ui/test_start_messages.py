@@ -192,7 +192,7 @@ def test_a_start_is_not_said_to_be_held_when_its_robot_stops_answering(world, ui
     assert world.messages == []
     ui.advance(5.2)
     [message] = world.messages
-    assert message.startswith("Kits waits for an answer of Aino, until ")
+    assert message.startswith("Kits: no answer from Aino, tried until ")
 
 
 def test_a_sent_start_is_not_said_to_be_held_on_another_screen(world, ui):
@@ -250,7 +250,7 @@ def test_a_robot_is_no_longer_waited_for_once_it_answered_or_the_start_ended(wor
     world.row = SILENT
     world.reports.follow(SILENT, is_silent=True)
     [message] = world.messages
-    assert message.startswith("Kits waits for an answer of Aino, until ")
+    assert message.startswith("Kits: no answer from Aino, tried until ")
     ui.advance(1)
     world.becomes(becomes)
     assert world.messages == said
@@ -281,7 +281,7 @@ def test_a_start_on_a_silent_robot_says_that_it_waits_although_it_was_already_tr
     world.reports.follow(SILENT, is_silent=True)
     ui.advance()
     [message] = world.messages
-    assert message.startswith("Kits waits for an answer of Aino, until ")
+    assert message.startswith("Kits: no answer from Aino, tried until ")
 
 
 def test_an_assigned_start_of_a_group_is_said_to_wait_for_the_answer(world, ui):
@@ -290,7 +290,7 @@ def test_an_assigned_start_of_a_group_is_said_to_wait_for_the_answer(world, ui):
     world.becomes(BOUND)
     ui.advance(5.2)
     [message] = world.messages
-    assert message.startswith("Kits waits for an answer of Aino, until ")
+    assert message.startswith("Kits: no answer from Aino, tried until ")
 
 
 def test_a_start_that_is_being_cancelled_is_not_said_to_be_sent(world, ui):

@@ -19,7 +19,7 @@ from datetime import date, datetime, time, tzinfo
 from functools import lru_cache
 
 from app.domain.reasons import known_zone
-from app.i18n import SOURCE_LANGUAGE, translator
+from app.i18n import SOURCE_LANGUAGE, _, translator
 from app.services.planning import sentences
 
 NOTHING = "–"
@@ -248,6 +248,12 @@ def number(value: float | None, digits: int = 0, unit: str = "") -> str:
 def plain(value: float) -> str:
     """12 or 12.5 or 12,5: as many decimals as it has, at most six digits."""
     return f"{value:g}".replace(".", current().decimal)
+
+
+def file_size(size: int) -> str:
+    """3 kB or 80 MB of that many bytes, at least 1 kB."""
+    kilobytes = max(1, round(size / 1000))
+    return _("{n} kB").format(n=kilobytes) if kilobytes < 1000 else _("{n} MB").format(n=round(kilobytes / 1000))
 
 
 def percent(value: float | None, digits: int = 0) -> str:

@@ -74,7 +74,7 @@ def say_not_started(shell: Shell, mission: str, where: str, why: str) -> None:
 def unanswered(execution: Execution, mission_names: MissionNames) -> Words:
     """Nothing is known yet."""
     text = (
-        _("{mission} waits for an answer of {robot}, until {time} at most")
+        _("{mission}: no answer from {robot}, tried until {time}")
         if execution.robot
         else _("{mission} waits for a robot of {group}, until {time} at most")
     )

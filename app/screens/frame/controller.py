@@ -189,7 +189,9 @@ class FrameController:
                     held_back(self._facts.issues, about, services.clock.now()),
                     lambda: self._work(
                         lambda: services.holds.release(about),
-                        lambda _none: self._shell.snackbars.end(about_hold(about)),
+                        lambda _none: self._shell.snackbars.show(
+                            _("No longer on hold"), icon="play", about=about_hold(about)
+                        ),
                     ),
                 )
             case Act.CLOCK_IS_RIGHT:

@@ -354,9 +354,8 @@ def data_items(facts: SettingsFacts, now: datetime, *, can_restore: bool) -> lis
 
 def file_note(file: FoundFile, zone: str, now: datetime) -> str:
     """Day and size."""
-    return _("{when} · {size} kB").format(
-        when=formats.day_and_time(file.changed_at, zone, now), size=max(1, round(file.size / 1000))
-    )
+    size = formats.file_size(file.size)
+    return f"{formats.day_and_time(file.changed_at, zone, now)} · {size}"
 
 
 def import_items(lines: Sequence[Message], deletes: DeletesRuns | None = None) -> list[Item]:

@@ -28,7 +28,7 @@ def say_silent(home, ui) -> None:
     home.aino.control({"reboot_seconds": 3600})
     ui.wait(lambda: home.root_vm.card.old)
     run(ui, "Home")
-    ui.wait(lambda: are_said(home, "Home waits for an answer of Aino, until "))
+    ui.wait(lambda: are_said(home, "Home: no answer from Aino, tried until "))
 
 
 def are_said(home, words: str) -> list[str]:

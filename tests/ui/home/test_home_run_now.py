@@ -87,7 +87,7 @@ def test_to_a_silent_robot_it_is_sent_when_it_answers(home, ui):
     press(ui, "Run on Aino")
     ui.wait(lambda: home.shell.snackbars.texts)
     (message,) = home.shell.snackbars.texts
-    assert message.startswith("Home waits for an answer of Aino, until ")
+    assert message.startswith("Home: no answer from Aino, tried until ")
 
 
 def test_what_the_robot_refuses_says_why_and_nothing_else(home, ui):

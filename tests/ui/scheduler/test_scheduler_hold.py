@@ -91,7 +91,7 @@ def test_everything_is_held_with_a_reason_until_the_banner_releases_it(screen, c
     assert again.current() == [hold]
     ui.tap(ui.find(CommandButton, root=frame, text="Release"))
     settle(screen, ui)
-    assert screen.shell.snackbars.texts == []  # that nothing is sent is not true any more
+    assert screen.shell.snackbars.texts == ["No longer on hold"]  # and not that nothing is sent
     ui.wait(lambda: not container.holds.current() and line(screen, schedule) == "15:00")
 
 

@@ -101,6 +101,11 @@ def test_an_unknown_value_is_a_dash():
     } == {"–"}
 
 
+@pytest.mark.parametrize(("size", "words"), [(0, "1 kB"), (2_400, "2 kB"), (999_499, "999 kB"), (80_000_000, "80 MB")])
+def test_sizes_of_files(size, words):
+    assert formats.file_size(size) == words
+
+
 def test_numbers():
     assert formats.number(98.13, 1, "%") == "98.1 %"
     assert formats.number(46.6) == "47"
