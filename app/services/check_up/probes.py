@@ -269,17 +269,15 @@ def maps(session: CheckUpSession) -> Found:
     positions = session.robot.get(f"/maps/{map_id}/positions")
     if not positions.is_good:
         return amber(
-            "It drives on the map {name}, one of {n}. Its positions can't be read: {problem}",
+            "It drives on the map {name}. Its positions can't be read: {problem}",
             "Home shows no positions on it. Everything else works.",
             name=current,
-            n=len(answer.rows),
             problem=positions.problem,
         )
     return green(
-        "It drives on the map {name}, one of {n}, with {positions} positions",
+        "It drives on the map {name}, positions: {positions}",
         name=current,
         positions=len(positions.rows),
-        n=len(answer.rows),
     )
 
 
