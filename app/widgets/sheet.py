@@ -41,7 +41,8 @@ class Sheet(Passive, MDCard):
     keyboard. What its ``stack`` spares of the page it never covers: it lies beside that, or below or above it.
 
     X and Esc fire ``on_close``, the buttons ``on_done``, ``on_other``, ``on_dots(button)`` and, with ``can_go_back``, ``on_back``.
-    ``foot_off`` says why its button can't be pressed. With a ``draft`` its closing can be undone. One that ``is_question`` takes the place
+    ``foot_off`` says why its button can't be pressed. With a ``draft`` its closing can be undone, with the
+    message ``lost``. One that ``is_question`` takes the place
     of another one, and has the keys alone; one that ``is_picker`` asks for a value of the sheet below it.
     """
 
@@ -68,6 +69,7 @@ class Sheet(Passive, MDCard):
     closable = BooleanProperty(True)
     can_go_back = BooleanProperty(False)
     draft = BooleanProperty(False)
+    lost = StringProperty()
     content_height = NumericProperty(0)  # px of the body
     around = NumericProperty(0)  # px of head and foot
 

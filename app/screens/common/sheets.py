@@ -139,10 +139,11 @@ class Sheets:
         navigator, snackbars = self._navigator, self._snackbars
         if navigator is None or snackbars is None or not any(sheet.draft for sheet in stack):
             return
-        screen, about = navigator.current, _draft_of(next(sheet for sheet in stack if sheet.draft))
+        left = next(sheet for sheet in stack if sheet.draft)
+        screen, about, said = navigator.current, _draft_of(left), left.lost or _("Not saved")
 
         def offer() -> None:
-            snackbars.undo(_("Not saved"), _("Undo"), pressed, about=about)
+            snackbars.undo(said, _("Undo"), pressed, about=about)
 
         def pressed() -> None:
             offer()  # until the guard lets the user pass

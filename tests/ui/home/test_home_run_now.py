@@ -90,6 +90,13 @@ def test_to_a_silent_robot_it_is_sent_when_it_answers(home, ui):
     assert message.startswith("Home: no answer from Aino, tried until ")
 
 
+def test_what_was_entered_for_a_mission_and_closed_is_not_sent(home, ui):
+    choose(ui, "Home")
+    sheet(ui).draft = True
+    home.shell.sheets.dismiss(sheet(ui))
+    assert home.shell.snackbars.texts == ["Not sent"]
+
+
 def test_what_the_robot_refuses_says_why_and_nothing_else(home, ui):
     home.site.container.catalogue.save_mission(
         Mission("Removed on the robot", "00000000-0000-0000-0000-000000000000", favourite=True)
