@@ -300,14 +300,14 @@ def test_a_start_that_is_being_cancelled_is_not_said_to_be_sent(world, ui):
     say_cancelled(world.shell, None, "Kits", asked, lambda: None)
     world.becomes(asked)
     world.becomes(replace(asked, state=State.CANCELLED))
-    assert world.messages == ["Kits is being cancelled"]
+    assert world.messages == ["Asked to cancel Kits"]
 
 
 def test_a_cancelled_start_is_no_longer_said_to_be_sent(world, ui):
     world.row = SENT
     world.reports.follow(SENT)
     say_cancelled(world.shell, None, "Kits", SENT, lambda: None)
-    assert world.messages == ["Kits is being cancelled"]
+    assert world.messages == ["Asked to cancel Kits"]
 
 
 def test_two_starts_with_the_same_words_are_both_followed(world, ui):
@@ -407,7 +407,7 @@ def test_actions_on_a_start_name_its_values(world, starts, dock, ui):
     assert world.messages == ["Kits · Dock 3 is on hold"]
     ui.advance(1)
     starts.cancel(start)
-    assert world.messages == ["Kits · Dock 3 is being cancelled"]
+    assert world.messages == ["Asked to cancel Kits · Dock 3"]
     starts.give(start, [])
     assert ui.find(ChoiceSheet).title == "Give Kits · Dock 3 to"
     world.shell.dialogs.close_all()
@@ -417,7 +417,7 @@ def test_a_start_cancelled_at_once_is_not_said_to_be_held(world, starts, ui):
     starts.hold(UNBOUND, True)
     ui.advance(1)
     starts.cancel(UNBOUND)
-    assert world.messages == ["Kits is being cancelled"]
+    assert world.messages == ["Asked to cancel Kits"]
 
 
 def test_a_start_with_attempts_is_cancelled_only_after_a_question(world, starts, ui):
@@ -429,7 +429,7 @@ def test_a_start_with_attempts_is_cancelled_only_after_a_question(world, starts,
         "This can't be undone.",
     )
     ui.tap(ui.find(CommandButton, text="Cancel mission"))
-    assert world.messages == ["Kits is being cancelled"]
+    assert world.messages == ["Asked to cancel Kits"]
 
 
 def test_a_start_that_runs_when_its_cancellation_is_confirmed_asks_before_stopping(world, starts, ui):
@@ -441,7 +441,7 @@ def test_a_start_that_runs_when_its_cancellation_is_confirmed_asks_before_stoppi
     ui.advance(0.5)
     assert (world.messages, ui.find(AskSheet).title) == ([], "Cancel Kits?")
     ui.tap(ui.find(CommandButton, text="Cancel mission"))
-    assert world.messages == ["Kits is being cancelled"]
+    assert world.messages == ["Asked to cancel Kits"]
 
 
 def test_a_waiting_start_that_is_held_is_said_only_to_be_held(world, starts, ui):

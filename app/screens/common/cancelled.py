@@ -47,7 +47,7 @@ def say_cancelled(
     ``changed()`` is called after Undo."""
     if left is not None:
         shell.snackbars.end(about_start(left.id))
-    said = _("{mission} is being cancelled") if left is not None and left.state.is_open else _("{mission} is cancelled")
+    said = _("Asked to cancel {mission}") if left is not None and left.state.is_open else _("{mission} is cancelled")
     if left is not None and left.state is State.SUBMITTING:  # its robot is silent, or slow
         words = waiting_words(left, left.timezone)
         shell.snackbars.show(f"{mission}: {words}", icon="close", seconds=PROBLEM_SECONDS)

@@ -300,7 +300,7 @@ def test_a_start_that_could_not_be_cancelled_on_the_robot_is_not_cancelled_yet(h
     ui.wait(lambda: home.shell.snackbars.texts == ["Deliver is sent to Aino"])
     tap_cancel(ui)
     press(ui, "Cancel mission")
-    ui.wait(lambda: home.shell.snackbars.texts == ["Deliver is being cancelled"])
+    ui.wait(lambda: home.shell.snackbars.texts == ["Asked to cancel Deliver"])
     home.aino.control({"fault": None})
     ui.wait(lambda: not rows(ui))
 
