@@ -140,8 +140,9 @@ class InstanceLock:
             raise AlreadyRunning(self._directory, holder) from None
         file.seek(0)
         file.truncate()
-        file.write(f"{'' if serves else COMMAND}process {os.getpid()} ({Path(sys.argv[0]).name or 'python'})")
-        file.flush()
+        name = f"{'' if serves else COMMAND}process {os.getpid()} ({Path(sys.argv[0]).name or 'python'})"
+        with contextlib.suppress(OSError):  # on a full disk the lock holds without it
+            os.write(descriptor, name.encode(errors="backslashreplace"))  # a buffer would fail again when closed
         self._file = file
 
     def try_acquire(self) -> bool:
