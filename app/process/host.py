@@ -48,6 +48,7 @@ def host(
 ) -> Iterator[Container]:
     """Open the data and schedule until the block ends. Raises BadInput when another process does, or when the database is damaged."""
     began = time.time()
+    watchdog.rest()
     lock = InstanceLock(directory.path)
     lock.acquire()
     try:
@@ -68,8 +69,8 @@ def host(
             watchdog.watch(container)
             yield container
         finally:
-            container.close()
             watchdog.rest()
+            container.close()
             log.info("stopped")
     finally:
         lock.release()
@@ -110,8 +111,9 @@ def _say_ready(container: Container, stop: queue.SimpleQueue[int]) -> None:
     deadline = container.clock.monotonic() + 5.0
     while not container.engine.is_ready and container.clock.monotonic() < deadline and stop.empty():
         time.sleep(0.02)
-    print_without_waiting("ready")
-    notify("READY=1")
+    if stop.empty():
+        print_without_waiting("ready")
+        notify("READY=1")
 
 
 def watch(container: Container, lock: InstanceLock) -> None:

@@ -56,8 +56,8 @@ class Progress:
 
 
 class Watchdog:
-    """Feeds systemd's watchdog from a thread of its own: at any time before and after what is watched, such as while a backup is restored,
-    and otherwise only while that makes progress."""
+    """Feeds systemd's watchdog from a thread of its own: while nothing is watched, such as when a backup is asked for or restored, and
+    otherwise only while what is watched makes progress."""
 
     def __init__(self) -> None:
         self._is_fed: Callable[[], bool] = lambda: True
@@ -67,8 +67,8 @@ class Watchdog:
         self.feed_while(Progress(container).is_made)
 
     def rest(self) -> None:
-        """Nothing is watched any more."""
-        self._is_fed = lambda: True
+        """Nothing is watched, and it is fed."""
+        self.feed_while(lambda: True)
 
     def feed_while(self, is_fed: Callable[[], bool]) -> None:
         """``is_fed`` is called four times within the time-out that systemd has set."""

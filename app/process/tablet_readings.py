@@ -7,9 +7,12 @@ import ctypes
 import os
 import shutil
 import sys
+import threading
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from typing import Generic, TypeVar
 
 from app.services.live.tablet_troubles import Battery, Readings, Room
 
@@ -18,11 +21,39 @@ MAXERROR = 3  # place of that error in struct timex, counted in longs
 SYNCHRONISED = Path("run/systemd/timesync/synchronized")  # touched by timesyncd each time that a server answers
 TOO_LONG_AGO = 32_000.0  # s, after which the kernel's error is that large
 ROUTE_IS_UP = 1  # in the flags of a route
+PATIENCE = 0.1  # s for an answer; usual is less than 1 ms
+
+T = TypeVar("T")
 
 
 def readings(database: Path) -> Readings:
     """Of this tablet, whose database this is."""
-    return Readings(lambda: room(database), is_clock_synchronised, battery, has_network)
+    return Readings(
+        LastAnswer(lambda: room(database)),
+        LastAnswer(is_clock_synchronised),
+        LastAnswer(battery),
+        LastAnswer(has_network),
+    )
+
+
+class LastAnswer(Generic[T]):
+    """Asks on a thread of its own: a driver or a dead mount may never answer, and the scheduler must not wait for it."""
+
+    def __init__(self, ask: Callable[[], T | None]) -> None:
+        self._ask = ask
+        self._answer: T | None = None
+        self._asking: threading.Thread | None = None
+
+    def __call__(self) -> T | None:
+        """None if there was no answer yet."""
+        if self._asking is None or not self._asking.is_alive():
+            self._asking = threading.Thread(target=self._take, name="tablet", daemon=True)
+            self._asking.start()
+            self._asking.join(PATIENCE)
+        return self._answer
+
+    def _take(self) -> None:
+        self._answer = self._ask()
 
 
 def room(database: Path) -> Room | None:

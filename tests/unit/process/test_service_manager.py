@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import os
+import queue
 import socket
 import sys
 import threading
+from types import SimpleNamespace
 
 import pytest
 
 from app.container import Container
+from app.domain.clock import SystemClock
+from app.failures import BadInput
+from app.process.data_directory import DataDirectory
+from app.process.host import _say_ready, host
 from app.process.service_manager import Progress, Watchdog, notify
 from tests.support.process import running, wait_for
 
@@ -64,6 +70,17 @@ def test_the_app_says_that_it_is_ready_and_then_that_it_works(systemd, tmp_path,
         assert hears(systemd) == "WATCHDOG=1"
 
 
+def test_an_app_that_is_already_stopped_is_never_ready(systemd, monkeypatch):
+    said: list[str] = []
+    monkeypatch.setattr("app.process.host.notify", said.append)
+    monkeypatch.setattr("app.process.host.print_without_waiting", said.append)
+    container = SimpleNamespace(clock=SystemClock(), engine=SimpleNamespace(is_ready=False))
+    stop: queue.SimpleQueue[int] = queue.SimpleQueue()
+    stop.put(15)
+    _say_ready(container, stop)
+    assert said == []
+
+
 def test_without_a_time_out_nothing_is_fed(systemd, monkeypatch):
     monkeypatch.delenv("WATCHDOG_USEC", raising=False)
     before = threading.active_count()
@@ -94,6 +111,19 @@ def test_the_watchdog_is_fed_while_progress_is_made_and_when_nothing_is_watched(
     systemd.settimeout(WITHIN)
     watchdog.rest()
     assert hears(systemd) == "WATCHDOG=1"
+    watchdog.feed_while(lambda: False)
+
+
+def test_the_watchdog_is_fed_while_a_person_is_asked_for_a_backup(systemd, tmp_path, monkeypatch):
+    (tmp_path / "amr-scheduler.db").write_bytes(b"damaged" * 1000)
+    monkeypatch.setenv("WATCHDOG_USEC", FAST_TIMEOUT)
+    watchdog = Watchdog()
+    monkeypatch.setattr("app.process.host.watchdog", watchdog)
+    with pytest.raises(BadInput), host(DataDirectory.prepare(tmp_path)):
+        pass
+    drain(systemd)
+    assert hears(systemd) == "WATCHDOG=1"
+    watchdog.feed_while(lambda: False)
 
 
 def drain(listening: socket.socket) -> None:

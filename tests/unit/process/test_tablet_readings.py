@@ -4,13 +4,22 @@ from __future__ import annotations
 
 import os
 import shutil
+import threading
 import time
 from pathlib import Path
 
 import pytest
 
 from app.process import tablet_readings
-from app.process.tablet_readings import SYNCHRONISED, TOO_LONG_AGO, battery, has_network, is_clock_synchronised, room
+from app.process.tablet_readings import (
+    SYNCHRONISED,
+    TOO_LONG_AGO,
+    LastAnswer,
+    battery,
+    has_network,
+    is_clock_synchronised,
+    room,
+)
 from app.services.live.tablet_troubles import Battery
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="Linux's files")
@@ -111,3 +120,21 @@ def test_the_room_on_the_disk_of_the_database(tmp_path):
     assert found is not None
     assert found.database == 5000
     assert abs(found.free - shutil.disk_usage(tmp_path).free) < 100 * 2**20
+
+
+# ---------------------------------------------------------------------- what never answers
+def test_a_driver_that_hangs_is_asked_once_and_the_last_answer_stays():
+    answers, hangs, asked = iter([14, 13, 12]), threading.Event(), []
+
+    def ask() -> int:
+        asked.append(threading.current_thread())
+        if len(asked) == 2:
+            hangs.wait(20)
+        return next(answers)
+
+    last = LastAnswer(ask)
+    assert [last(), last(), last()] == [14, 14, 14]
+    assert len(asked) == 2
+    hangs.set()
+    asked[-1].join(20)
+    assert last() == 12
