@@ -15,6 +15,7 @@ from types import FrameType
 import platformdirs
 
 from app import NAME
+from app.command import quote
 from app.container import Container
 from app.database import backups
 from app.database.errors import DatabaseDamaged
@@ -80,7 +81,7 @@ def run(directory: DataDirectory, demo_robots: DemoFleet | None = None, kiosk: b
 
 # ---------------------------------------------------------------------- the window
 def configure(kiosk: bool) -> None:
-    """Configure kivy for a tablet, before its first import. Nothing is written to a file."""
+    """Configure kivy for a tablet, before its first import. Nothing is written to a file. Raises Failure without kivy."""
     home = platformdirs.user_cache_path("amr-scheduler", appauthor=False) / "kivy"
     with contextlib.suppress(OSError):
         home.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -93,8 +94,11 @@ def configure(kiosk: bool) -> None:
     }.items():
         os.environ.setdefault(name, value)
     logging.getLogger("kivy").addFilter(_is_no_optional_part)
-    from kivy.config import Config
-
+    try:
+        from kivy.config import Config
+    except ModuleNotFoundError as error:
+        get = f"pip install {quote('amr-scheduler[ui]')}"
+        raise Failure(f"the window is not installed ({error}): {get} adds it; --headless works without") from error
     for section, values in _settings(kiosk).items():
         for name, value in values.items():
             Config.set(section, name, value)
