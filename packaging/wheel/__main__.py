@@ -7,13 +7,14 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))  # before any other pac
 
 
 def scheduler() -> int:
-    sys.argv[0] = "amr-scheduler"  # `-m` has put the name of this file there
+    sys.argv[0] = "amr-scheduler"  # `-m` has put the name of this file there, the .deb `-c`
     import main
 
     return main.main()
 
 
 def simulator() -> int:
+    sys.argv[0] = "mir-sim"
     from mir_sim.__main__ import main
 
     return main()

@@ -14,13 +14,13 @@ from hatchling.builders.wheel import WheelBuilder
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-# What an installed launcher does, for both in one process.
+# What the launchers of the .deb do, for both in one process; others put the path of the command in argv.
 LAUNCH = """import sys
 from importlib.metadata import entry_points
 sys.path[:0] = [sys.argv[1]]
 for name in ("amr-scheduler", "mir-sim"):
     (command,) = entry_points(group="console_scripts", name=name)
-    sys.argv = [f"/bin/{name}", "--wrong"]
+    sys.argv = ["-c", "--wrong"]
     try:
         command.load()()
     except SystemExit as end:
