@@ -27,6 +27,12 @@ class _Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: {message}; see --help\n")
 
 
+def _directory(name: str) -> Path:
+    if not name:  # of a variable that is not set, in a script; a Path of it would be the current directory
+        raise argparse.ArgumentTypeError("needs the name of a directory")
+    return Path(name)
+
+
 def parser() -> argparse.ArgumentParser:
     p = _Parser(
         prog=program(),
@@ -36,7 +42,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--version", action="version", version=f"{NAME} {__version__}")
     p.add_argument(
         "--data-dir",
-        type=Path,
+        type=_directory,
         metavar="DIR",
         help="where database, backups and logs live (default: the user's data directory)",
     )

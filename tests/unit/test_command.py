@@ -67,6 +67,12 @@ def test_windows_quotes_with_double_quotes_and_names_the_python_that_prints(monk
     )
 
 
+def test_a_variable_that_is_not_set_names_no_data_directory(capsys: pytest.CaptureFixture[str]):
+    with pytest.raises(SystemExit, match="2"):
+        main.main(["--data-dir", ""])
+    assert capsys.readouterr().err.endswith(": argument --data-dir: needs the name of a directory; see --help\n")
+
+
 def test_a_shell_reads_the_command_back(monkeypatch: pytest.MonkeyPatch):
     words = ["it's", 'a "b"', "$HOME", "ä ö", "&;|", ""]
     monkeypatch.setattr(sys, "argv", ["main.py"])
