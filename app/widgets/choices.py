@@ -12,7 +12,7 @@ from kivy.properties import (
 
 from app.widgets.items import Item
 from app.widgets.list_row import ListRow
-from app.widgets.sheet import Sheet
+from app.widgets.sheet import Finds, Sheet
 
 
 class Picker(Sheet):
@@ -37,7 +37,7 @@ class OptionRow(ListRow):
     """An option; a tap chooses it."""
 
 
-class ChoiceSheet(Picker):
+class ChoiceSheet(Finds, Picker):
     """Choose one of many, or with ``multiple`` tick several and confirm. Long lists get a search field.
 
     ``options`` have ``key``, ``text``, ``note``, ``icon`` and ``tone``; ``selected`` the keys chosen. Picks the key, or with ``multiple``

@@ -231,6 +231,19 @@ def sheet_around(widget) -> Sheet:
     return widget
 
 
+class Finds:
+    """Mixin of a sheet with a search: Down leads from its field to the first of the rows that are ``found``, and Enter
+    to ``chosen`` of the only one."""
+
+    def found(self) -> list:
+        """The rows, each with its ``key``."""
+        raise NotImplementedError
+
+    def chosen(self, key) -> None:
+        """As by a tap on its row."""
+        raise NotImplementedError
+
+
 class AskSheet(Sheet):
     """A question before what can't be undone, as high as its ``text``: its foot is the safe answer, ``second`` does it."""
 

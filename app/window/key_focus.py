@@ -19,6 +19,7 @@ from app.widgets.keyboard import DockedKeyboard
 from app.widgets.long_list import LongList, Seat
 from app.widgets.month import MonthDay
 from app.widgets.rest import rest
+from app.widgets.sheet import Finds
 from app.widgets.surfaces import Passive
 from app.widgets.tokens import tk
 
@@ -183,7 +184,7 @@ class KeyFocus:
 
     def _key_in_search(self, key) -> bool:
         """In a sheet with options: Down leads to the first hit, and so does Enter, which chooses the only one."""
-        choice = next((around for around in parents(dock.field) if hasattr(around, "found")), None)
+        choice = next((around for around in parents(dock.field) if isinstance(around, Finds)), None)
         if choice is None or key not in (DOWN, ENTER, KEYPAD_ENTER):
             return False
         found = choice.found()

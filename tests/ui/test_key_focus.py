@@ -198,6 +198,7 @@ def test_a_key_that_is_held_presses_once(ui, keys):
 
 def test_enter_ends_a_field_and_leaves_its_place_in_the_round(ui, keys):
     page = page_of()
+    page.found = None  # a property of that name is no search
     for widget in (Field(label="Name"), CommandButton(text="Save")):
         page.add_widget(widget)
     ui.show(page, (300, 300))

@@ -19,7 +19,7 @@ from app.screens.home.facts import HomeServices
 from app.screens.home.send import SendView, Target, all_missions, send_view, start
 from app.widgets.flow import Chip
 from app.widgets.items import Item
-from app.widgets.sheet import Sheet
+from app.widgets.sheet import Finds, Sheet
 
 if TYPE_CHECKING:
     from app.screens.home.screen import HomeViewModel
@@ -63,7 +63,7 @@ class SendSheet(HomeSheet):
         return [Chip("first", words, "chevron-double-up", chosen)] if can_be else []
 
 
-class AllMissionsSheet(HomeSheet):
+class AllMissionsSheet(Finds, HomeSheet):
     """All missions of the robot, with a search."""
 
     scrolls = BooleanProperty(False)
