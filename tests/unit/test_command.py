@@ -1,4 +1,4 @@
-"""The commands that errors and hints name can be copied: as it was started, and quoted for the shell at hand."""
+"""The commands that errors and hints name can be copied: by the name that the app was started by, quoted for the shell at hand."""
 
 from __future__ import annotations
 

@@ -87,7 +87,7 @@ _READ_AND_SAVE: Mapping[type, tuple[Callable[[Edit, int], Any], Callable[[Edit, 
 
 def change(edit: Edit, before: T, after: T, *, must_be_unchanged: bool = False) -> T:
     """Write what differs between the two to what is stored now. ``must_be_unchanged``: raises InvalidInput if something
-    of that is no longer as it was ``before``."""
+    of that is another now than in ``before``."""
     read, save = _READ_AND_SAVE[type(before)]
     stored = read(edit, vars(before)["id"])
     differing = {
