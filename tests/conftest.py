@@ -54,10 +54,10 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:
     """The tests of one file run in this process: they answer sooner, and a debugger works. Others have one process per core, and all of
-    them one more, as those of threads, processes and windows wait a sixth of their time."""
+    them three, as those of threads, processes and windows wait: on two cores 2:22 instead of 3:06."""
     files = {argument.partition("::")[0] for argument in config.args}
     if files == {"tests"}:
-        return (os.cpu_count() or 1) + 1
+        return (os.cpu_count() or 1) * 3
     return 0 if len(files) == 1 and Path(*files).is_file() else None
 
 
