@@ -51,9 +51,10 @@ INPUT_DEVICES = Path("/proc/bus/input/devices")
 
 
 class SchedulerApp(MDApp):
-    """With a container the app, opened on the screen ``first``; with ``damage`` the screen that restores the database,
-    which then becomes the app. ``restore`` closes the services, puts a backup in place and opens them again, off the UI
-    thread; it returns the opened services with any problem, and raises Failure if it could open none.
+    """With a container the app, opened on the screen ``first`` (None: Home, or the steps of the set-up where there is no
+    robot); with ``damage`` the screen that restores the database, which then becomes the app. ``restore`` closes the
+    services, puts a backup in place and opens them again, off the UI thread; it returns the opened services with any
+    problem, and raises Failure if it could open none.
     """
 
     title = NAME
@@ -64,7 +65,7 @@ class SchedulerApp(MDApp):
         damage: Damage | None = None,
         animate: bool = True,
         restore: Callable[[Path], tuple[Container, Failure | None]] | None = None,
-        first: str = "home",
+        first: str | None = None,
         loudspeaker: Loudspeaker | None = None,
     ) -> None:
         app.widgets.load()  # before KivyMD's part of the start, which is repaired there
@@ -144,7 +145,9 @@ class SchedulerApp(MDApp):
         self._set_poll(container.settings())
         bus = self._bus
         container.runner.on_damage = lambda damage: bus.post(lambda: self._show_damage(damage))
-        self.shell.go(self._first)
+        self.shell.go(self._first or "home")
+        if self._first is None and not container.catalogue.robots():
+            self.shell.go("settings", section="setup")  # a PIN is asked for over Home
 
     def _start_keyboard(self) -> None:
         self._keyboard = DockedKeyboard(self._wants_keyboard, lambda: formats.current().decimal)

@@ -46,6 +46,26 @@ def site(tmp_path):
         yield site
 
 
+# ---------------------------------------------------------------------- the first screen
+def test_without_a_robot_it_opens_once_on_the_steps_of_the_set_up(site, ui):
+    with shown(site.container, ui, None) as app:
+        ui.wait(lambda: app.shell.navigator.current == "settings" and "Robots answer" in ui.texts())
+        app.shell.go("home")
+        ui.advance(2)
+        assert app.shell.navigator.current == "home"
+    site.add_robots()
+    with shown(site.container, ui, None) as app:
+        assert app.shell.navigator.current == "home"
+
+
+@pytest.mark.long
+def test_the_steps_of_the_set_up_are_behind_the_pin_too(site, ui):
+    site.container.access.set_pin("2580")
+    with shown(site.container, ui, None) as app:
+        ui.wait(lambda: "Enter the PIN" in ui.texts())
+        assert app.shell.navigator.current == "home"
+
+
 # ---------------------------------------------------------------------- polling
 def test_the_window_asks_for_a_cycle_every_poll_interval(tmp_path, ui, monkeypatch):
     asked = []

@@ -149,9 +149,10 @@ def plant(directory: Path, *, robots: int = 1, time_scale: float = 1.0, start: b
 
 @contextmanager
 def shown(
-    container: Container, ui: Driver, screen: str = "home", loudspeaker: Loudspeaker | None = None
+    container: Container, ui: Driver, screen: str | None = "home", loudspeaker: Loudspeaker | None = None
 ) -> Iterator[SchedulerApp]:
-    """The app on these services, in the window of ``ui``, opened on that screen; silent, unless it is given a loudspeaker."""
+    """The app on these services, in the window of ``ui``, opened on that screen (None: as the product is). Silent, unless
+    it is given a loudspeaker."""
     app = SchedulerApp(container, animate=False, first=screen, loudspeaker=loudspeaker)
     app._run_prepare()
     try:
