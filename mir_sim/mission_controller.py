@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import random
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import partial
 from typing import Protocol
 
 from mir_sim import world
+from mir_sim.machine import Event
 from mir_sim.mission_queue import USER_ABORT, ItemState, QueueAction, QueueItem
 from mir_sim.motion import Motion, Pose
 from mir_sim.power import STANDING
@@ -19,8 +20,6 @@ from mir_sim.steps import ChargeStep, Robot, Step, UnknownPosition, step_for
 START_DELAY = 1.0  # s from first in the queue to Executing: right after a POST, /status still says Ready
 TRANSIENT = 0.5  # s for which the states Completed, Aborted and Abort of an item last (guess: reported as short)
 WAITING_TEXT = "Waiting for new missions..."
-
-Event = tuple[float, Callable[[], object]]
 
 
 class MissionRobot(Robot, Protocol):

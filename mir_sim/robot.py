@@ -6,21 +6,19 @@ it was asked before. Times are simulated seconds since the model began unless a 
 
 from __future__ import annotations
 
-import heapq
-import itertools
 import random
-import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import datetime
 from typing import Any
 
 from mir_sim import definition, world
 from mir_sim.clock import RobotClock
 from mir_sim.faults import FaultList
 from mir_sim.history import fill
-from mir_sim.mission_controller import WAITING_TEXT, Event, MissionController
+from mir_sim.machine import MONDAY, Event, Machine
+from mir_sim.mission_controller import WAITING_TEXT, MissionController
 from mir_sim.mission_queue import ItemState, MissionQueue, QueueItem
 from mir_sim.motion import Motion, Pose
 from mir_sim.power import Battery
@@ -32,10 +30,9 @@ from mir_sim.state import BATTERY_EMPTY, MISSION_CONTROLLER, ModeId, Prompt, Rob
 GOING_DOWN = 1.0  # s in state ShuttingDown before a reboot (guess)
 STARTING_UP = 3.0  # s in state Starting after a reboot (guess)
 API_RESTART = 5.0  # s of 503 answers after the clock was set
-MONDAY = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)
 
 
-class SimulatedRobot:
+class SimulatedRobot(Machine):
     """One robot.
 
     ``handle``, ``exchange`` and ``control`` call ``catch_up`` by themselves; before calling its methods directly, call it first.
@@ -84,19 +81,22 @@ class SimulatedRobot:
             "clock_drift": clock_drift,
         }
         self.profile = profile = replace(profile, **{name: value for name, value in own.items() if value is not None})
-        self.lock = threading.RLock()
+        latency = profile.latency and (profile.latency[0] / time_scale, profile.latency[1] / time_scale)
+        super().__init__(
+            name,
+            RobotClock(start, profile.timezone, profile.clock_offset, profile.clock_drift),
+            FaultList(chaos, random.Random(f"{seed}/{name}/chaos"), latency),
+            clock,
+            time_scale,
+        )
         self.rng = random.Random(f"{seed}/{name}")
         self.definition = definition.load(profile.software)
-        self.name, self.software, self.model, self.time_scale = name, profile.software, profile.model, time_scale
+        self.software, self.model = profile.software, profile.model
         self.serial_number = f"2502{self.rng.randrange(10**11):011d}"
-        self.clock = RobotClock(start, profile.timezone, profile.clock_offset, profile.clock_drift)
         self.site = Site(self.rng, profile.software, profile.model)
         self.queue = MissionQueue()
-        latency = profile.latency and (profile.latency[0] / time_scale, profile.latency[1] / time_scale)
-        self.faults = FaultList(chaos, random.Random(f"{seed}/{name}/chaos"), latency)
         self.battery = Battery(self.rng.uniform(60, 95) if battery is None else battery)
         self.failure_rate = failure_rate
-        self.now = 0.0
         self.map_id, self.session_id = world.MAP_GUID, world.SESSION_GUID
         self.mode = ModeId.MISSION
         self.joystick_session = ""
@@ -105,17 +105,11 @@ class SimulatedRobot:
         self.error_causes: list[RobotError] = []
         self.fail_next: str | None = None
         self.prompt: Prompt | None = None
-        self.shutting_down = False
-        self.offline_until: float | None = None
-        self.api_down_until = 0.0
         self.reboots = 0
         self.switched_on = -float(self.rng.randrange(100_000, 4_000_000))
         self.controller = MissionController(
             self, world.BY_NAME["Home"].pose, round(self.rng.uniform(5_000, 900_000), 3)
         )
-        self._time_source = clock
-        self._calls: list[tuple[float, int, Callable[[], object]]] = []
-        self._call_order = itertools.count()
         self._battery_empty = False
         self._asked_at: deque[float] = deque()
         if profile.fleet is not None:
@@ -124,43 +118,13 @@ class SimulatedRobot:
 
     # Time
 
-    def catch_up(self) -> None:
-        """Advance to the clock's time; without a clock, only process events that are due."""
-        self.advance_to(self._time_source() if self._time_source is not None else self.now)
-
-    def advance_to(self, seconds: float) -> None:
-        """Process all events up to a simulated second. A time in the past does nothing."""
-        with self.lock:
-            while (event := self._next_event()) is not None and event[0] <= seconds:
-                self.now = max(self.now, event[0])
-                event[1]()
-                self._settle()
-            self.now = max(self.now, seconds)
-
-    def call_at(self, seconds: float, call: Callable[[], object]) -> None:
-        """Call a function when simulated time reaches ``seconds``."""
-        with self.lock:
-            heapq.heappush(self._calls, (seconds, next(self._call_order), call))
-
-    def in_real(self, seconds: float) -> float:
-        """The simulated second that is this many real seconds ahead."""
-        return self.now + seconds * self.time_scale
-
-    def _next_event(self) -> Event | None:
-        events: list[Event] = []
-        if self._calls:
-            events.append((self._calls[0][0], self._make_call))
-        if self.offline_until is not None:
-            events.append((self.offline_until, self._come_online))
+    def _events(self) -> Iterator[Event]:
+        yield from super()._events()
         if self.prompt is not None:
-            events.append((self.prompt.expires, self._expire_prompt))
+            yield self.prompt.expires, self._expire_prompt
         if not self._battery_empty and self.battery.rate < 0 and (empty := self.battery.time_of(0.0)) is not None:
-            events.append((empty, self._run_out_of_battery))
-        events.extend(self.controller.events())
-        return min(events, key=lambda event: event[0], default=None)
-
-    def _make_call(self) -> None:
-        heapq.heappop(self._calls)[2]()
+            yield empty, self._run_out_of_battery
+        yield from self.controller.events()
 
     def _settle(self) -> None:
         """Adapt missions and battery to the robot's state after any change."""
@@ -176,10 +140,6 @@ class SimulatedRobot:
         self.battery.set_rate(self.controller.battery_rate, self.now)
 
     # What the robot shows
-
-    @property
-    def online(self) -> bool:
-        return self.offline_until is None
 
     @property
     def state(self) -> StateId:
@@ -220,10 +180,6 @@ class SimulatedRobot:
     @property
     def pose(self) -> Pose:
         return self.motion.pose
-
-    def stamp(self) -> str:
-        """The robot's local time, as its records show it."""
-        return self.clock.stamp(self.now)
 
     def snapshot(self) -> dict[str, Any]:
         """What ``GET /sim`` shows: the state of the model, independent of the API."""
@@ -440,14 +396,14 @@ class SimulatedRobot:
             self.order(fleet.mission, administrator, fleet_schedule_guid=self.site.new_guid())
 
     def _go_offline(self, real_seconds: float) -> None:
-        self.shutting_down = False
+        super()._go_offline(real_seconds)
         self.prompt = None
         self.manual = False
         self.errors = list(self.error_causes)
-        self.offline_until = self.in_real(real_seconds)
 
     def _come_online(self) -> None:
-        self.switched_on, self.offline_until = self.now, None
+        super()._come_online()
+        self.switched_on = self.now
         self.reboots += 1
         self.call_at(self.now + STARTING_UP, self._settle)
 

@@ -41,6 +41,12 @@ KEYS = {
 }
 
 
+def new_guid(rng: random.Random) -> str:
+    """A guid as robots make them: version 1, with the robot's network address as its last part."""
+    bits = rng.getrandbits
+    return f"{bits(32):08x}-{bits(16):04x}-11ef-{0x8000 | bits(14):04x}-0001297b6e20"
+
+
 def password_hash(password: str) -> str:
     """What a client sends in place of the password: its SHA-256 in lower-case hexadecimal."""
     return hashlib.sha256(password.encode("utf-8", "surrogatepass")).hexdigest()
@@ -56,6 +62,19 @@ def _parameter(name: str, value: Any, new_guid: Callable[[], str]) -> Row:
     if isinstance(value, UserParameter):
         return {"guid": value.guid or new_guid(), "id": name, "value": value.default, "input_name": value.input_name}
     return {"guid": new_guid(), "id": name, "value": value, "input_name": None}
+
+
+# What a fleet keeps the same on all its robots.
+SYNCHRONISED = (
+    "/missions",
+    MISSION_ACTIONS,
+    "/mission_groups",
+    "/sessions",
+    "/maps",
+    "/positions",
+    "/users",
+    "/user_groups",
+)
 
 
 class Table:
@@ -147,14 +166,16 @@ class Site:
             self._tables[name] = Table(KEYS.get(name, "guid"))
         return self._tables[name]
 
+    def share(self, other: Site) -> None:
+        """Have the same missions, maps and users as another one from now on: a change here is a change there."""
+        self._tables.update({name: other.table(name) for name in SYNCHRONISED})
+
     def single(self, template: str, keys: tuple[str, ...]) -> dict[str, Any]:
         """The fields that were written to an object outside of all collections."""
         return self._singles.setdefault((template, keys), {})
 
     def new_guid(self) -> str:
-        """A guid as robots make them: version 1, with the robot's network address as its last part."""
-        bits = self._rng.getrandbits
-        return f"{bits(32):08x}-{bits(16):04x}-11ef-{0x8000 | bits(14):04x}-0001297b6e20"
+        return new_guid(self._rng)
 
     def _fill_world(self, image_field: str) -> None:
         self.table("/sessions").add(

@@ -1,0 +1,111 @@
+"""A simulated fleet: robots, a site that is the same on all of them, and orders that it looks after each second."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable, Iterator, Sequence
+
+from mir_sim.clock import RobotClock
+from mir_sim.faults import FaultList
+from mir_sim.fleets.orders import Order, OrderBook, Vehicle
+from mir_sim.machine import Event, Machine
+from mir_sim.robot import SimulatedRobot
+from mir_sim.site import new_guid
+
+LOOKS_EVERY = 1.0  # s between two looks at the robots (guess), at whole seconds, so that reading changes nothing
+
+
+class SimulatedFleet(Machine):
+    """What all fleets have in common.
+
+    The robots share the fleet's time, its lock and its missions, positions, maps and users. None of them may be advanced by itself.
+
+    Args:
+        robots: at least one, with the same start and software, and without orders.
+        seed: with the name, decides everything random.
+        clock, time_scale: as of robots.
+        chaos: share of API requests (0…1) that meet a random fault.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        robots: Sequence[SimulatedRobot],
+        *,
+        seed: int = 1,
+        clock: Callable[[], float] | None = None,
+        time_scale: float = 1.0,
+        chaos: float = 0.0,
+    ) -> None:
+        first = robots[0]
+        super().__init__(
+            name,
+            RobotClock(first.clock.start, first.clock.zone),
+            FaultList(chaos, random.Random(f"{seed}/{name}/chaos")),
+            clock,
+            time_scale,
+        )
+        self.rng = random.Random(f"{seed}/{name}")
+        self.serial_number = f"{self.rng.randrange(10**11):011d}"
+        self.site = first.site
+        self.vehicles = [
+            Vehicle(number, new_guid(self.rng), robot, f"192.0.2.{number}")
+            for number, robot in enumerate(robots, start=1)
+        ]
+        self.book = OrderBook(
+            self.vehicles, self.is_qualified, self.site.table("/missions").__contains__, self.description_on_robot
+        )
+        for robot in robots:
+            robot.lock, robot.time_source = self.lock, self._time_for_robots
+            robot.site.share(self.site)
+
+    # How fleets differ
+
+    def is_qualified(self, vehicle: Vehicle, order: Order) -> bool:
+        """Whether a robot may get an order that is for any."""
+        return True
+
+    def description_on_robot(self, order: Order) -> str:
+        """What the item in the robot's queue has as description."""
+        return order.description
+
+    @property
+    def assigns(self) -> bool:
+        """Whether waiting orders are given to robots."""
+        return True
+
+    def look(self) -> None:
+        """Called each second while the fleet is online and has orders. The robots have advanced to ``now``."""
+        self.book.look(self.now, assigns=self.assigns)
+
+    # Time
+
+    def advance_to(self, seconds: float) -> None:
+        with self.lock:
+            super().advance_to(seconds)
+            self._advance_robots()
+
+    def _events(self) -> Iterator[Event]:
+        yield from super()._events()
+        if self.online and self.book.open:
+            yield (math.floor(self.now / LOOKS_EVERY) + 1) * LOOKS_EVERY, self._look
+
+    def _look(self) -> None:
+        self._advance_robots()
+        self.look()
+
+    def _advance_robots(self) -> None:
+        for vehicle in self.vehicles:
+            vehicle.robot.advance_to(self.now)
+
+    def _time_for_robots(self) -> float:
+        """A robot that is asked by itself is where the fleet has let it come."""
+        self.catch_up()
+        return self.now
+
+    def restart(self, real_seconds: float, *, forgets_waiting: bool = False, reuses_numbers: bool = False) -> None:
+        """Be offline for a time. The robots continue, and what they have done is seen afterwards."""
+        if forgets_waiting:
+            self.book.forget_waiting(reuse_numbers=reuses_numbers)
+        self._go_offline(real_seconds)

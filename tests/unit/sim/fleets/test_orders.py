@@ -1,0 +1,208 @@
+"""The order book of a fleet: which robot gets an order and when, how its end is seen, cancelling, restarts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from mir_sim import SimulatedRobot
+from mir_sim.fleets.base import SimulatedFleet
+from mir_sim.fleets.orders import Order, OrderState, Vehicle
+from mir_sim.site import DISTRIBUTOR
+from tests.unit.sim.asking import GUIDS
+
+WAITING, SENT, RUNNING, STOPPING, DONE, ABORTED, INVALID = OrderState
+
+
+class Fleet(SimulatedFleet):
+    """Two robots, and orders for them."""
+
+    def __init__(self) -> None:
+        super().__init__("Fleet", [SimulatedRobot(name, battery=80.0) for name in ("Aino", "Veikko")])
+        self.disqualified: set[str] = set()
+
+    def is_qualified(self, vehicle: Vehicle, order: Order) -> bool:
+        return vehicle.robot.name not in self.disqualified
+
+    def order(self, mission: str = "Home", robot: int | None = None, **fields: Any) -> Order:
+        user = self.site.table("/users").get(DISTRIBUTOR)
+        assert user is not None
+        if robot is not None:
+            fields["wanted"] = self.vehicles[robot - 1]
+        return self.book.submit(f"guid-{len(self.book)}", GUIDS[mission], user, self.now, **fields)
+
+    def pass_time(self, seconds: float) -> None:
+        self.advance_to(self.now + seconds)
+
+    def end_of(self, order: Order) -> OrderState:
+        """The state in which an order ends, within ten minutes."""
+        ends = self.now + 600
+        while not order.state.is_end and self.now < ends:
+            self.pass_time(0.5)
+        return order.state
+
+
+@pytest.fixture
+def fleet() -> Fleet:
+    return Fleet()
+
+
+def name_of(order: Order) -> str | None:
+    return order.vehicle.robot.name if order.vehicle is not None else None
+
+
+def test_an_order_moves_through_its_states(fleet: Fleet) -> None:
+    order, seen = fleet.order(robot=2), []
+    while not order.state.is_end:
+        seen.append((order.state, name_of(order)))
+        fleet.pass_time(0.25)
+    assert list(dict.fromkeys(seen)) == [(WAITING, None), (SENT, "Veikko"), (RUNNING, "Veikko")]
+    assert order.state is DONE
+    assert order.started is not None
+    assert order.ended is not None
+    assert order.ordered < order.started < order.ended
+
+
+def test_what_is_seen_does_not_depend_on_how_often_one_looks() -> None:
+    often, seldom = Fleet(), Fleet()
+    orders = [often.order("Deliver"), seldom.order("Deliver")]
+    for _ in range(4000):
+        often.pass_time(0.125)
+        often.vehicles[0].robot.catch_up()
+    seldom.pass_time(500)
+    assert [one.state for one in orders] == [DONE, DONE]
+    assert (orders[0].started, orders[0].ended) == (orders[1].started, orders[1].ended)
+
+
+def test_the_order_is_in_the_robots_own_queue(fleet: Fleet) -> None:
+    order = fleet.order("Wait at home", parameters=[{"input_name": "Time", "value": "00:00:20"}], description="A1")
+    fleet.pass_time(1)
+    (item,) = fleet.vehicles[0].robot.queue
+    assert order.item is item
+    assert (item.fleet_schedule_guid, item.description, item.parameters) == (
+        order.guid,
+        "A1",
+        [{"input_name": "Time", "value": "00:00:20"}],
+    )
+
+
+def test_any_order_goes_to_a_free_qualified_robot_each_in_turn(fleet: Fleet) -> None:
+    orders = [fleet.order() for _ in range(3)]
+    fleet.pass_time(1)
+    assert [name_of(one) for one in orders] == ["Aino", "Veikko", None]
+    assert [fleet.end_of(one) for one in orders] == [DONE, DONE, DONE]
+    fleet.disqualified.add("Aino")
+    orders = [fleet.order() for _ in range(2)]
+    assert [(fleet.end_of(one), name_of(one)) for one in orders] == [(DONE, "Veikko")] * 2
+
+
+@pytest.mark.parametrize("prevents", ["pause", "own mission", "inactive", "offline"])
+def test_a_robot_that_is_not_free_gets_nothing_until_it_is(fleet: Fleet, prevents: str) -> None:
+    vehicle = fleet.vehicles[0]
+    robot = vehicle.robot
+    match prevents:
+        case "pause":
+            robot.pause()
+        case "own mission":
+            user = fleet.site.table("/users").get(DISTRIBUTOR)
+            assert user is not None
+            robot.order(GUIDS["Home"], user)
+        case "inactive":
+            vehicle.is_active = False
+        case "offline":
+            robot.reboot(30)
+    waits, other = fleet.order(robot=1), fleet.order()
+    fleet.pass_time(3)
+    assert (waits.state, other.vehicle) == (WAITING, fleet.vehicles[1])
+    robot.resume()
+    vehicle.is_active = True
+    assert fleet.end_of(waits) is DONE
+    assert waits.vehicle is vehicle
+
+
+def test_a_robot_has_one_order_at_a_time_urgent_and_important_ones_first(fleet: Fleet) -> None:
+    orders = [
+        fleet.order(robot=1, priority=one, is_urgent=urgent) for one, urgent in ((0, False), (5, False), (0, True))
+    ]
+    ended: list[int] = []
+    while len(ended) < 3:
+        fleet.pass_time(1)
+        assert sum(one.state in (SENT, RUNNING) for one in orders) <= 1
+        ended += [one.number for one in orders if one.state is DONE and one.number not in ended]
+    assert ended == [3, 2, 1]
+
+
+def test_an_order_waits_for_its_time(fleet: Fleet) -> None:
+    order = fleet.order(earliest=60.0)
+    fleet.pass_time(59)
+    assert order.state is WAITING
+    fleet.pass_time(1)
+    assert order.state is SENT
+
+
+def test_a_waiting_order_is_cancelled_at_once(fleet: Fleet) -> None:
+    order = fleet.order(earliest=60.0)
+    fleet.book.cancel(order, fleet.now)
+    assert (order.state, order.ended, fleet.book.open) == (ABORTED, 0.0, [])
+    fleet.pass_time(120)
+    assert order.item is None
+
+
+@pytest.mark.parametrize("after", [1.0, 8.0])
+def test_an_order_at_a_robot_is_cancelled_there(fleet: Fleet, after: float) -> None:
+    order = fleet.order("Deliver", robot=1)
+    fleet.pass_time(after)
+    assert order.state is (SENT if after == 1.0 else RUNNING)
+    fleet.book.cancel(order, fleet.now)
+    assert fleet.end_of(order) is ABORTED
+    assert order.item is not None
+    assert (str(order.item.state), order.message) == ("Aborted", "Aborted - User Request")
+    fleet.book.cancel(order, fleet.now)
+    assert order.state is ABORTED
+
+
+def test_a_robot_that_is_offline_is_cancelled_when_it_is_back(fleet: Fleet) -> None:
+    order, following = fleet.order("Deliver", robot=1), fleet.order(robot=1)
+    fleet.pass_time(1.2)
+    fleet.vehicles[0].robot.reboot(30)
+    fleet.pass_time(5)
+    fleet.book.cancel(order, fleet.now)
+    assert order.state is SENT
+    assert fleet.end_of(order) is ABORTED
+    assert fleet.end_of(following) is DONE
+
+
+def test_a_failed_mission_is_an_aborted_order_with_the_robots_message(fleet: Fleet) -> None:
+    fleet.vehicles[0].robot.fail_next = "Failed to reach goal"
+    order = fleet.order(robot=1)
+    assert fleet.end_of(order) is ABORTED
+    assert order.message == "Failed to reach goal"
+
+
+def test_an_order_whose_mission_was_deleted_is_invalid(fleet: Fleet) -> None:
+    order = fleet.order("Home", earliest=10.0)
+    fleet.vehicles[1].robot.site.table("/missions").remove(GUIDS["Home"])  # the robots' sites are the fleet's
+    assert fleet.end_of(order) is INVALID
+
+
+def test_a_restarted_fleet_sees_what_its_robots_have_done(fleet: Fleet) -> None:
+    order, waits = fleet.order("Deliver", robot=1), fleet.order("Home", robot=1)
+    fleet.pass_time(5)
+    fleet.restart(300)
+    fleet.pass_time(299)
+    assert fleet.vehicles[0].robot.run is None
+    assert (order.state, waits.state) == (RUNNING, WAITING)
+    assert fleet.end_of(order) is DONE
+    assert fleet.end_of(waits) is DONE
+
+
+@pytest.mark.parametrize(("reuses", "number"), [(False, 4), (True, 2)])
+def test_a_restarted_fleet_may_have_lost_what_waited(fleet: Fleet, reuses: bool, number: int) -> None:
+    kept = fleet.order(robot=1)
+    fleet.pass_time(1)
+    lost = [fleet.order(robot=1) for _ in range(2)]
+    fleet.restart(5, forgets_waiting=True, reuses_numbers=reuses)
+    fleet.pass_time(6)
+    assert [fleet.book.get(one.number) for one in (kept, *lost)] == [kept, None, None]
+    assert fleet.order().number == number
