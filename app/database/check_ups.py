@@ -37,7 +37,7 @@ class CheckUpRepository:
             robot_id,
             "report = excluded.report, profile = excluded.profile",
             report.profile.serial_number,
-            profile=json.dumps(_plain(report.profile)),
+            profile=profile_text(report.profile),
             report=json.dumps(_without_profile(report)),
         )
 
@@ -147,8 +147,9 @@ def _without_profile(report: Report) -> dict[str, Any]:
     }
 
 
-def _plain(profile: RobotProfile) -> dict[str, Any]:
-    return {**asdict(profile), "ignores": None if profile.ignores is None else sorted(profile.ignores)}
+def profile_text(profile: RobotProfile) -> str:
+    """JSON, for ``profile_of``."""
+    return json.dumps({**asdict(profile), "ignores": None if profile.ignores is None else sorted(profile.ignores)})
 
 
 def _left_behind(found: Any) -> LeftBehind:

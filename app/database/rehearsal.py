@@ -14,6 +14,7 @@ from app.database.settings import NAMES
 
 _TABLES = (
     "settings",
+    "fleets",
     "robots",
     "robot_groups",
     "group_members",
@@ -35,6 +36,7 @@ _WAITING = f"SELECT id, schedule_id, robot_id, * FROM {_UNSENT}"
 _COMPARED = {
     "settings": f"SELECT name, value FROM settings WHERE name IN ({', '.join(map(repr, NAMES))})",
     "robots": f"SELECT id, {', '.join(RobotRepository.columns)} FROM robots",
+    "fleets": "SELECT * FROM fleets",
     "groups": "SELECT * FROM robot_groups",
     "members": "SELECT group_id || ' ' || robot_id FROM group_members",
     "missions": "SELECT * FROM missions",
@@ -43,7 +45,7 @@ _COMPARED = {
     "idle_rules": "SELECT * FROM idle_rules",
     "calendar_days": "SELECT * FROM calendar_days",
     "ids": """SELECT name, seq FROM sqlite_sequence
-              WHERE name IN ('robots', 'robot_groups', 'missions', 'places', 'schedules', 'calendar_days')""",
+              WHERE name IN ('robots', 'fleets', 'robot_groups', 'missions', 'places', 'schedules', 'calendar_days')""",
     "skips": "SELECT schedule_id || ' ' || planned_at, held FROM skips",
 }
 _PLANNED = ("next_at", "planned_through", "started_through")

@@ -6,15 +6,24 @@ import sqlite3
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 from datetime import datetime
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from app.database.check_ups import profile_of
-from app.database.table import Table
+from app.database.fleets import COLUMNS_OF_FLEET, fleet_of
+from app.database.table import Table, to_column
 from app.database.values import placeholders, to_instant, to_optional_instant, to_optional_text
 from app.domain.models import HandOver, IdleRule, Robot
 from app.domain.robot import IdentifiedBy
 
 _IDENTITY = ("serial_number", "model", "software", "identified_by")
+_NOT_OF_FLEET: dict[str, Any] = {
+    "address": "",
+    "username": "",
+    "token": None,
+    "certificate_sha256": None,
+    "needs_password": False,
+}
+_OF_FLEET = tuple(_NOT_OF_FLEET)  # what its robots have of a fleet
 _MACHINE = ("id", "address", "username", "certificate_sha256", "serial_number")  # whom we ask, and as whom
 
 
@@ -37,11 +46,15 @@ class RobotRepository(Table[Robot]):
         "needs_password",
         "hand_over",
         *_IDENTITY,
+        "fleet_id",
+        "vehicle",
+        "off_with_fleet",
     )
-    query = """SELECT robots.*, idle.mission_id AS idle_mission_id, idle.after_minutes AS idle_after_minutes, idle.enabled AS idle_enabled,
-                      check_ups.profile
+    query = f"""SELECT robots.*, idle.mission_id AS idle_mission_id, idle.after_minutes AS idle_after_minutes, idle.enabled AS idle_enabled,
+                      check_ups.profile, {COLUMNS_OF_FLEET}
                FROM current_robots AS robots LEFT JOIN current_idle_rules AS idle ON idle.robot_id = robots.id
-                           LEFT JOIN check_ups ON check_ups.robot_id = robots.id"""
+                           LEFT JOIN check_ups ON check_ups.robot_id = robots.id
+                           LEFT JOIN fleets ON fleets.id = robots.fleet_id"""
     order = "robots.name"
 
     @staticmethod
@@ -49,15 +62,25 @@ class RobotRepository(Table[Robot]):
         idle = None
         if row["idle_mission_id"] is not None:
             idle = IdleRule(row["idle_mission_id"], row["idle_after_minutes"], bool(row["idle_enabled"]))
-        values = {name: row[name] for name in RobotRepository.columns} | {
+        values = {name: row[name] for name in RobotRepository.columns if name != "fleet_id"} | {
             "enabled": bool(row["enabled"]),
             "hand_over": HandOver(row["hand_over"]),
             "needs_password": bool(row["needs_password"]),
             "identified_by": row["identified_by"] and IdentifiedBy(row["identified_by"]),
+            "off_with_fleet": bool(row["off_with_fleet"]),
         }
+        if row["fleet_id"] is not None:
+            fleet = fleet_of(row, "fleet_")
+            values |= {"fleet": fleet} | {name: getattr(fleet, name) for name in _OF_FLEET}
         return Robot(
             id=row["id"], idle=idle, **values, profile=None if row["profile"] is None else profile_of(row["profile"])
         )
+
+    def values(self, robot: Robot) -> list[object]:
+        """What a robot of a fleet has of it stays with that."""
+        own = robot if robot.fleet is None else replace(robot, **_NOT_OF_FLEET)
+        fleet_id = robot.fleet and robot.fleet.id
+        return [fleet_id if name == "fleet_id" else to_column(getattr(own, name)) for name in self.columns]
 
     def add(self, c: sqlite3.Connection, robot: Robot) -> Robot:
         added = super().add(c, robot)
@@ -95,13 +118,13 @@ class RobotRepository(Table[Robot]):
         not if ``asked`` has been edited since so that it may be another machine. A known serial number stays."""
         if unknown := found.keys() - set(_IDENTITY):
             raise ValueError(f"not part of a robot's identity: {sorted(unknown)}")
+        stored = self.get(c, asked.id)
+        if stored is None or any(getattr(stored, name) != getattr(asked, name) for name in _MACHINE):
+            return False
         known = {"serial_number": "coalesce(serial_number, ?)"}
         changes = ", ".join(f"{name} = {known.get(name, '?')}" for name in found)
-        same = " AND ".join(f"{name} IS ?" for name in _MACHINE)
-        cursor = c.execute(
-            f"UPDATE robots SET {changes} WHERE {same}", (*found.values(), *(getattr(asked, name) for name in _MACHINE))
-        )
-        return cursor.rowcount == 1
+        c.execute(f"UPDATE robots SET {changes} WHERE id = ?", (*found.values(), asked.id))
+        return True
 
     def of_one_machine(self, c: sqlite3.Connection) -> dict[str, list[str]]:
         """Serial numbers that several robots have which are switched on, and the names of these."""

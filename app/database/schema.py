@@ -12,6 +12,7 @@ from app.database.schema_figures import _FIGURES
 from app.database.schema_groups import (
     _DRAIN,
     _FAILURES,
+    _FLEETS,
     _GROUPS,
     _MISSION_PARAMETERS,
     _RUN_DURATIONS,
@@ -371,6 +372,7 @@ MIGRATIONS: tuple[str, ...] = (
     _FIGURES,
     _DELETED,
     _MOVED_STARTS,
+    _FLEETS,
 )
 
 

@@ -245,3 +245,27 @@ CREATE INDEX executions_by_robot ON executions (robot_id, state, ended_at, durat
 CREATE INDEX executions_by_outcome ON executions (state, reason_code, ended_at, robot_id, starts)
     WHERE ended_at IS NOT NULL AND trigger = 'scheduled';
 """
+
+_FLEETS = """
+CREATE TABLE fleets (                         -- MiR Fleets, through which some of the robots are reached
+    id                 INTEGER PRIMARY KEY AUTOINCREMENT,
+    name               TEXT NOT NULL UNIQUE,
+    address            TEXT NOT NULL,
+    kind               TEXT NOT NULL,         -- classic, enterprise
+    username           TEXT NOT NULL DEFAULT '',
+    token              TEXT,                  -- value of the header with its credentials: the one place where it is kept
+    certificate_sha256 TEXT,
+    enabled            INTEGER NOT NULL DEFAULT 1,
+    needs_password     INTEGER NOT NULL DEFAULT 0,
+    identity           TEXT,                  -- its own name
+    software           TEXT,
+    profile            TEXT,                  -- JSON, as in check_ups
+    deleted_at         TEXT
+) STRICT;
+CREATE VIEW current_fleets AS SELECT * FROM fleets WHERE deleted_at IS NULL;
+ALTER TABLE robots ADD COLUMN fleet_id INTEGER REFERENCES fleets(id) ON DELETE CASCADE;       -- it has its address and credentials
+ALTER TABLE robots ADD COLUMN vehicle TEXT NOT NULL DEFAULT '';              -- its id at the fleet; any: whichever the fleet chooses
+ALTER TABLE robots ADD COLUMN off_with_fleet INTEGER NOT NULL DEFAULT 0;     -- on again with its fleet
+CREATE UNIQUE INDEX robots_of_fleets ON robots (fleet_id, vehicle) WHERE fleet_id IS NOT NULL AND deleted_at IS NULL;
+ALTER TABLE executions ADD COLUMN taken_by TEXT NOT NULL DEFAULT '';         -- the robot that the fleet chose
+"""

@@ -17,6 +17,7 @@ YEARS = range(1970, 9000)  # of instants: far from where adding to one fails
 FLAGS = {
     "enabled",
     "needs_password",
+    "off_with_fleet",
     "favourite",
     "on_low_battery",
     "charges",

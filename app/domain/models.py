@@ -165,9 +165,46 @@ class IdleRule:
     enabled: bool = True
 
 
+class FleetKind(StrEnum):
+    """Which of MiR's two products, each with an API of its own."""
+
+    CLASSIC = "classic"  # MiR Fleet, of software 2 and 3
+    ENTERPRISE = "enterprise"  # MiR Fleet Enterprise
+
+
+@dataclass(frozen=True)
+class Fleet:
+    """A MiR Fleet: a server that gives missions to its robots. ``token`` is the value of the header with the
+    credentials, a secret: never printed, logged or exported."""
+
+    name: str
+    address: str
+    kind: FleetKind = FleetKind.CLASSIC
+    username: str = ""
+    token: str | None = field(default=None, repr=False)
+    id: int = 0
+    enabled: bool = True
+    needs_password: bool = False
+    certificate_sha256: str | None = None
+    identity: str | None = None  # its own name, of the fleet that answered first: another one is a wrong fleet
+    software: str | None = None
+    profile: RobotProfile | None = field(default=None, hash=False, repr=False)  # by its last check-up
+
+    @property
+    def known(self) -> RobotProfile | None:
+        """Its profile, if that is of this fleet with this software. None: it has to be checked up."""
+        return self.profile if self.profile is not None and self.profile.is_of(self.identity, self.software) else None
+
+
+ANY_VEHICLE = "any"  # in the place of a robot's id at its fleet: whichever the fleet chooses
+
+
 @dataclass(frozen=True)
 class Robot:
-    """A configured robot. ``token`` is the Authorization header value, a secret: never printed, logged or exported."""
+    """A configured robot. ``token`` is the Authorization header value, a secret: never printed, logged or exported.
+
+    One that is reached through a fleet has the ``fleet``, and its id there in ``vehicle``; address, user, token and
+    certificate are then those of the fleet. One with ANY_VEHICLE stands for whichever robot the fleet chooses."""
 
     name: str
     address: str
@@ -184,10 +221,16 @@ class Robot:
     idle: IdleRule | None = None
     hand_over: HandOver = HandOver.AT_ONCE
     profile: RobotProfile | None = field(default=None, hash=False, repr=False)  # by its last check-up
+    fleet: Fleet | None = None
+    vehicle: str = ""
+    off_with_fleet: bool = False  # off only because the fleet is: on again with it
 
     @property
     def known(self) -> RobotProfile | None:
-        """Its profile, if that is of this machine with this software. None: nothing is known for certain."""
+        """Its profile, if that is of this machine with this software, or its fleet's. None: nothing is known for
+        certain."""
+        if self.fleet is not None:
+            return self.fleet.known
         return (
             self.profile if self.profile is not None and self.profile.is_of(self.serial_number, self.software) else None
         )
@@ -355,6 +398,7 @@ class Execution:
     duration_s: float | None = None  # by the robot's own clock
     robot_delay_s: float | None = None  # robot's started − ordered
     starts: int = 1  # in this row: those that a schedule missed in one absence are one row, that of the last
+    taken_by: str = ""  # of a start for any robot of a fleet: the name of the one that the fleet chose
 
     @property
     def was_never_sent(self) -> bool:

@@ -15,6 +15,7 @@ from app.database.alarms import AlarmRepository
 from app.database.check_ups import CheckUpRepository
 from app.database.errors import primary_code
 from app.database.executions import ExecutionFilter, ExecutionRepository
+from app.database.fleets import FleetRepository
 from app.database.groups import GroupRepository, PlaceRepository
 from app.database.missions import MissionRepository
 from app.database.robots import HoldRepository, RobotRepository
@@ -96,6 +97,7 @@ def _each(repository: Table[Any], check: Callable[[Any], object]) -> Callable[[s
 def _sizes(c: sqlite3.Connection) -> None:
     for table in (
         "settings",
+        "fleets",
         "current_robots",
         "missions",
         "idle_rules",
@@ -124,7 +126,9 @@ def _sizes(c: sqlite3.Connection) -> None:
             (SELECT deleted_at FROM missions WHERE id = mission_id), (SELECT deleted_at FROM robots WHERE id = robot_id),
             (SELECT deleted_at FROM robot_groups WHERE id = group_id)) IS NOT NULL
         UNION SELECT 'missions', id FROM current_missions
-            WHERE (SELECT deleted_at FROM robots WHERE id = robot_id) IS NOT NULL""")
+            WHERE (SELECT deleted_at FROM robots WHERE id = robot_id) IS NOT NULL
+        UNION SELECT 'robots', id FROM current_robots
+            WHERE (SELECT deleted_at FROM fleets WHERE id = fleet_id) IS NOT NULL""")
     for row in removed.fetchall():
         raise ValueError(f"{row[0]} {row[1]} → deleted_at")
 
@@ -133,6 +137,7 @@ def _sequences(c: sqlite3.Connection) -> None:
     for table, last in c.execute("SELECT name, seq FROM sqlite_sequence"):
         _require(isinstance(last, int) and 0 <= last <= LARGEST_IN_USE, f"{table}: {last!r}")
     for table in (
+        "fleets",
         "robots",
         "missions",
         "robot_groups",
@@ -250,6 +255,7 @@ _CHECKS: Mapping[str, Callable[[sqlite3.Connection], None]] = {
     "sqlite_schema": _sizes,
     "sqlite_sequence": _sequences,
     "settings": _settings,
+    "fleets": _each(FleetRepository(), lambda fleet: None),
     "robots": _each(RobotRepository(), lambda robot: robot.idle and checked(robot.idle, fields.IDLE)),
     "missions": _each(MissionRepository(), lambda mission: checked(mission, fields.MISSION, "guid", "usual_minutes")),
     "robot_groups": _each(GroupRepository(), partial(validation.group, may_be_empty=True)),
