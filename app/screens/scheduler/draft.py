@@ -14,6 +14,7 @@ from typing import Any
 from zoneinfo import ZoneInfo
 
 from app.domain.models import WEEKDAYS, Between, InvalidInput, Overlap, Schedule, Settings
+from app.services.catalogue.undo import TARGET, TASK
 from app.services.planning.recurrence import next_occurrence
 from app.services.planning.working_days import WorkingCalendar
 
@@ -44,13 +45,11 @@ BEGINS_AT = {Unit.MINUTES: 30, Unit.HOURS: 1}  # "every …" with that unit, unt
 MOST = {Unit.MINUTES: 720, Unit.HOURS: 24}  # "every …": what the form offers
 COMMON = {Unit.MINUTES: (5, 10, 15, 20, 30), Unit.HOURS: (1, 2, 3, 4, 6)}
 DAY_BEGINS = time(8, 0)  # a new "every …" does, until another time is chosen
-# the fields of the time, which change together, and those of robot and mission
+# the fields of the time, which change together
 TIMES = (
     *("kind", "every", "unit", "all_day", "by_weekday", "last_day", "other_rule", "day", "at", "timezone"),
     *("more_hours", "weekdays", "until_time", "month_day", "nth", "month_weekday", "origin"),
 )
-TARGET = ("robot_id", "group_id", "finish_by_minutes")
-TASK = ("mission_id", "parameters")
 # the fields that a schedule has, too
 SAME = (
     *("mission_id", "robot_id", "group_id", "finish_by_minutes", "minimum_battery_percent", "start_window_minutes"),

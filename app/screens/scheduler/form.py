@@ -101,10 +101,12 @@ class FormModel(FormCore):
                     _("{field}: {problem}").format(field=labels[name], problem=problem), icon="alert-circle-outline"
                 )
                 return
-        draft, schedule = self._draft, self._draft.schedule()
+        draft, schedule, catalogue = self._draft, self._draft.schedule(), self._services.catalogue
+        # what was generated is no entry
+        before = draft.base and replace(draft.base, name=self._facts.name(draft.base))
         self.saving = self._submitted = True
         self._shell.background.run(
-            lambda: self._services.catalogue.save_schedule(schedule),
+            lambda: catalogue.save_schedule(schedule) if before is None else catalogue.change(before, schedule),
             lambda saved: self._is_saved(saved, is_new=draft.is_new),
             lambda problem: self._not_saved(draft, problem),
         )

@@ -10,6 +10,7 @@ from kivy.uix.widget import Widget
 
 from app.domain.models import HandOver, Robot
 from app.i18n import _
+from app.screens.common import formats
 from app.screens.common.options import MenuItem, Option
 from app.screens.settings import removals
 from app.screens.settings.edit_sheet import EditForm, EditSheet, ask_and_delete
@@ -18,6 +19,12 @@ from app.services.catalogue import group_edit
 from app.services.catalogue.edit import Edit
 
 AT_ONCE = ("name", "enabled", "hand_over")
+ENDPOINT = ("address", "username", "fingerprint")
+
+
+def endpoint_of(robot: Robot) -> tuple[str, str, str]:
+    """What a stored password belongs to, as the sheet shows it."""
+    return formats.address(robot.address), robot.username, robot.certificate_sha256 or ""
 
 
 class RobotForm(EditForm):
@@ -51,8 +58,8 @@ class RobotForm(EditForm):
     is_https = AliasProperty(_is_https, None, bind=("address", "fingerprint_problem"))
 
     @property
-    def endpoint(self) -> tuple[str, ...]:
-        """What a stored password belongs to."""
+    def endpoint(self) -> tuple[str, str, str]:
+        """What is entered of ``endpoint_of``."""
         return self.address.strip(), self.username.strip(), self.fingerprint.strip()
 
     @property
@@ -76,7 +83,10 @@ class KnownRobotSheet(EditSheet):
             for name in AT_ONCE:
                 if getattr(robot, name) != getattr(self.stored, name):
                     setattr(form, name, getattr(robot, name))
-            self.stored = robot
+            before, self.stored = endpoint_of(self.stored), robot
+            for name, was, now in zip(ENDPOINT, before, endpoint_of(robot), strict=True):
+                if was != now and getattr(form, name).strip() == was:  # nothing else was entered
+                    setattr(form, name, now)
             form.about = robot_note(facts, robot, self.context.now())
             form.groups = ", ".join(group.name for group in facts.groups if robot.id in group.members)
             form.has_groups = bool(facts.groups)

@@ -23,7 +23,7 @@ from app.screens.common.problems import sentence_of
 from app.screens.settings import trust_view
 from app.screens.settings.groups_view import hand_over_names
 from app.screens.settings.page import PageContext
-from app.screens.settings.robot_known import KnownRobotSheet, RobotForm
+from app.screens.settings.robot_known import KnownRobotSheet, RobotForm, endpoint_of
 from app.screens.settings.trust import TrustSheet
 from app.screens.settings.view import (
     NoticeView,
@@ -57,12 +57,9 @@ class RobotSheet(KnownRobotSheet):
         self._may_be_open = robot is None or not robot.address.startswith("https:")
         form = RobotForm(hand_overs=[(str(key), word) for key, word in hand_over_names().items()])
         if robot is not None:
-            form.name, form.address, form.username = robot.name, formats.address(robot.address), robot.username
-            form.fingerprint = robot.certificate_sha256 or ""
+            form.name, form.enabled, form.hand_over = robot.name, robot.enabled or robot.needs_password, robot.hand_over
+            form.address, form.username, form.fingerprint = endpoint_of(robot)
             form.password_hint = self._password_hint(robot, True)
-            form.enabled, form.hand_over = robot.enabled or robot.needs_password, robot.hand_over
-        self._as_saved = form.connection if robot is not None and not robot.needs_password else None
-        self._saved_endpoint = form.endpoint if self._as_saved else None
         super().__init__(context, robot, form, **kwargs)
         if robot is not None and context.facts.snapshot(robot.id).connection is Connection.UNAUTHORIZED:
             form.password_problem = _("{robot} refuses this user or password").format(robot=robot.name)
@@ -73,14 +70,17 @@ class RobotSheet(KnownRobotSheet):
             form.fbind(
                 f"{name}_problem", self._reveal, "fingerprint_slot" if name == "fingerprint" else f"{name}_field"
             )
-        self._entered_first = self._values()
+        self._entered_first = form.name, *form.connection
         for name in FIELDS:
-            form.fbind(name, lambda *_args: setattr(self, "draft", self._values() != self._entered_first))
+            form.fbind(name, lambda *_args: setattr(self, "draft", self._would_be_lost()))
         self.show_facts()
 
-    def _values(self) -> tuple[str, ...]:
-        """What is lost when the sheet closes."""
-        return self.vm.connection if self.stored is not None else (self.vm.name, *self.vm.connection)
+    def _would_be_lost(self) -> bool:
+        """When the sheet closes."""
+        form, stored = self.vm, self.stored
+        if stored is None:
+            return (form.name, *form.connection) != self._entered_first
+        return bool(form.password) or form.endpoint != endpoint_of(stored)
 
     def show_facts(self) -> None:
         """What is known of the robot now."""
@@ -109,7 +109,7 @@ class RobotSheet(KnownRobotSheet):
             return
         self.vm.username_problem = self.vm.password_problem = ""  # they are about the connection as a whole
         if self.stored is not None:
-            self.vm.password_hint = self._password_hint(self.stored, self.vm.endpoint == self._saved_endpoint)
+            self.vm.password_hint = self._password_hint(self.stored, self._is_as_saved())
         if self._tested is not None:
             self._tested, self._found = None, None
             self.vm.outcome = NoticeView()
@@ -152,11 +152,16 @@ class RobotSheet(KnownRobotSheet):
         elif (
             not form.enabled
             or form.connection == self._tested
-            or (form.connection == self._as_saved and not self._needs_decision())
+            or (self._is_as_saved() and not form.password and not self._new_serial and not self._needs_decision())
         ):
             self._if_it_may_be_open(self._save)
         elif self._has_password():
             self._if_it_may_be_open(lambda: self._ask(self._save))
+
+    def _is_as_saved(self) -> bool:
+        """A stored password is for what is entered."""
+        stored = self.stored
+        return stored is not None and not stored.needs_password and self.vm.endpoint == endpoint_of(stored)
 
     def _is_taken(self, name: str) -> bool:
         return any(
@@ -240,10 +245,7 @@ class RobotSheet(KnownRobotSheet):
         """Say at the address when another robot is this machine, or when it can't be an address."""
         entered, stored = self.entered(), self.stored
         entered = replace(entered, serial_number=serial_number or entered.serial_number)
-        if stored is not None and (entered.address, entered.serial_number) == (
-            formats.address(stored.address),
-            stored.serial_number,
-        ):
+        if stored is not None and (entered.address, entered.serial_number) == (stored.address, stored.serial_number):
             return True
         try:
             validation.check_is_no_other(entered, self.context.facts.robots)
@@ -274,7 +276,7 @@ class RobotSheet(KnownRobotSheet):
     # ------------------------------------------------------------------ another machine, another certificate
     def _ask_about_robot(self, robot: Robot, problem: AnotherRobot, then: Callable[[], object]) -> None:
         def accepted() -> None:
-            self._new_serial, self._as_saved = problem.params["found"], None
+            self._new_serial = problem.params["found"]
             self._test_again(then)
 
         if not self._is_no_other(problem.params["found"]):
@@ -319,9 +321,11 @@ class RobotSheet(KnownRobotSheet):
 
     # ------------------------------------------------------------------ save
     def _save(self) -> None:
-        robot, password, is_tested = self.entered(), self.vm.password or None, self._has_answered()
-        save = self.context.services.catalogue.save_robot
-        self.store(lambda: save(robot, password, is_tested=is_tested))
+        robot, stored, catalogue = self.entered(), self.stored, self.context.services.catalogue
+        how: dict[str, Any] = {"password": self.vm.password or None, "is_tested": self._has_answered()}
+        self.store(
+            lambda: catalogue.save_robot(robot, **how) if stored is None else catalogue.change(stored, robot, **how)
+        )
 
     def _has_answered(self) -> bool:
         """Whether the connection as it is entered was tested with success."""
@@ -331,10 +335,11 @@ class RobotSheet(KnownRobotSheet):
         form = self.vm
         robot = self.stored or Robot("", "")
         pin = form.fingerprint.strip() or None if form.is_https else robot.certificate_sha256
+        address = form.address.strip()
         entered = replace(
             robot,
             name=form.name.strip(),
-            address=form.address.strip(),
+            address=robot.address if address == formats.address(robot.address) else address,
             username=form.username.strip(),
             enabled=form.enabled,
             certificate_sha256=pin,

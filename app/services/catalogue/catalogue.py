@@ -121,11 +121,13 @@ class Catalogue:
         self._publish(edits[0])
         return result
 
-    def change(self, before: T, after: T) -> T:
+    def change(self, before: T, after: T, **how: Any) -> T:
         """Write what differs between the two to the robot, group, place, mission, schedule or day as it is stored now:
-        of two changes at the same time both stay. Returns it as it is then."""
+        of two changes at the same time both stay. ``how`` a robot is saved: as in ``save_robot``. Returns it as it is then."""
+        if isinstance(before, Schedule) and isinstance(after, Schedule):
+            self._check_parameters(after, before)
         write = self.edit_rehearsed if isinstance(before, DayException) else self.edit
-        return write(lambda edit: undo.change(edit, before, after))
+        return write(lambda edit: undo.change(edit, before, after, **how))
 
     def change_back(self, before: T, changed: T) -> T:
         """Undo that ``before`` became ``changed``, and nothing else. Raises InvalidInput if one of these fields was
@@ -272,14 +274,15 @@ class Catalogue:
     def save_schedule(self, schedule: Schedule) -> Schedule:
         """Add (id 0) or change a schedule; a blank name becomes "<mission> on <robot>". Parameters are checked by what
         is known of the mission; callers that may ask robots do so before."""
-        c = self._db.read()
-        before = self._schedules.get(c, schedule.id) if schedule.id else None
+        self._check_parameters(schedule, self.schedule(schedule.id) if schedule.id else None)
+        return self.edit(lambda edit: schedule_edit.save(edit, schedule))
+
+    def _check_parameters(self, schedule: Schedule, before: Schedule | None) -> None:
         parameters = checks.parameters(schedule.parameters)
         if self.parameters is not None and parameter_check.needs_check(
             replace(schedule, parameters=parameters), before
         ):
-            _raise(parameter_check.Runners(c).check(schedule, self.known_parameters))
-        return self.edit(lambda edit: schedule_edit.save(edit, schedule))
+            _raise(parameter_check.Runners(self._db.read()).check(schedule, self.known_parameters))
 
     def switch_schedule(self, schedule_id: int, on: bool) -> Switched:
         """Switch it on or off, which cancels what waits of it; ``switch_back`` undoes that."""

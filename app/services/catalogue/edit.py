@@ -124,6 +124,10 @@ class Edit:
             )
         return meant
 
+    def has_generated_name(self, schedule: Schedule) -> bool:
+        mission, target = self.the_mission(schedule.mission_id), self.target_of(schedule)
+        return names.is_generated(schedule.name, mission.name, target.name)
+
     def with_moved(self, schedules: Iterable[Schedule]) -> list[Schedule]:
         """These, and their starts that a person moved."""
         return [each for one in schedules for each in (one, *self.schedules.moved_starts(self.c, one.id))]
@@ -131,13 +135,7 @@ class Edit:
     # ------------------------------------------------------------------ what follows from a change
     def hide(self, removed: Removed, schedules: Sequence[Schedule] = ()) -> Removed:
         """Hide what is named by its ids, and these schedules with it."""
-        made_names = {
-            schedule.id
-            for schedule in schedules
-            if names.is_generated(
-                schedule.name, self.the_mission(schedule.mission_id).name, self.target_of(schedule).name
-            )
-        }
+        made_names = {schedule.id for schedule in schedules if self.has_generated_name(schedule)}
         removed = replace(removed, schedules=sorted(schedule.id for schedule in schedules), made_names=made_names)
         for table, ids in (
             (self.robots, removed.robots),

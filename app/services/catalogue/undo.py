@@ -85,19 +85,31 @@ _READ_AND_SAVE: Mapping[type, tuple[Callable[[Edit, int], Any], Callable[[Edit, 
 )
 
 
-def change(edit: Edit, before: T, after: T, *, must_be_unchanged: bool = False) -> T:
-    """Write what differs between the two to what is stored now. ``must_be_unchanged``: raises InvalidInput if something
-    of that is another now than in ``before``."""
+# what a person chooses together, of a schedule
+TARGET = ("robot_id", "group_id", "finish_by_minutes")
+TASK = ("mission_id", "parameters")
+_TOGETHER: Mapping[type, Sequence[Sequence[str]]] = MappingProxyType(
+    {
+        Robot: (("address", "username", "certificate_sha256", "serial_number"),),
+        Schedule: (("start", "timezone", "recurrence", "between"), TARGET, TASK),
+    }
+)
+
+
+def change(edit: Edit, before: T, after: T, *, must_be_unchanged: bool = False, **how: Any) -> T:
+    """Write what differs between the two to what is stored now, and with it what belongs together with that. ``must_be_unchanged``: raises
+    InvalidInput if something of that is another now than in ``before``. ``how`` a robot is saved: as in ``robot_edit.save``."""
     read, save = _READ_AND_SAVE[type(before)]
     stored = read(edit, vars(before)["id"])
-    differing = {
-        name: value
-        for name, value in vars(after).items()
-        if value != getattr(before, name) and name not in schedule_edit.NOT_THE_RULE
-    }
+    differing = {name for name, value in vars(after).items() if value != getattr(before, name)}
+    differing = differing.union(*(each for each in _TOGETHER.get(type(before), ()) if differing & set(each)))
+    differing -= schedule_edit.NOT_THE_RULE.keys()
     if must_be_unchanged and any(getattr(stored, name) != getattr(before, name) for name in differing):
         raise changed_again(stored.name)
-    saved: T = save(edit, replace(stored, **differing))
+    values = {name: getattr(after, name) for name in differing}
+    if isinstance(stored, Schedule) and "name" not in differing and edit.has_generated_name(stored):
+        values["name"] = ""  # it follows the change
+    saved: T = save(edit, replace(stored, **values), **how)
     return saved
 
 

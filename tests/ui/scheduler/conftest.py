@@ -45,8 +45,13 @@ def screen(scheduler, container, stored, ui):
 @pytest.fixture
 def slow(container, monkeypatch):
     """Writing waits for this event."""
-    go, write = threading.Event(), container.catalogue.save_schedule
-    monkeypatch.setattr(container.catalogue, "save_schedule", lambda schedule: go.wait(30) and write(schedule))
+    go = threading.Event()
+
+    def late(write):
+        return lambda *schedules: go.wait(30) and write(*schedules)
+
+    for name in ("save_schedule", "change"):
+        monkeypatch.setattr(container.catalogue, name, late(getattr(container.catalogue, name)))
     yield go
     go.set()
 
@@ -56,11 +61,12 @@ def refused(container, monkeypatch):
     """Writing is refused, once this event is set."""
     go = threading.Event()
 
-    def refuse(_schedule):
+    def refuse(*_schedules):
         go.wait(30)
         raise InvalidInput("name", "Choose another name")
 
-    monkeypatch.setattr(container.catalogue, "save_schedule", refuse)
+    for name in ("save_schedule", "change"):
+        monkeypatch.setattr(container.catalogue, name, refuse)
     yield go
     go.set()
 

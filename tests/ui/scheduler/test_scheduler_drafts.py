@@ -76,9 +76,7 @@ def test_a_refusal_is_said_of_what_was_refused_which_is_put_aside(screen, contai
 
 def test_another_one_is_saved_while_the_first_is_still_being_written(screen, container, ui, monkeypatch):
     go, write = threading.Event(), container.catalogue.save_schedule
-    monkeypatch.setattr(
-        container.catalogue, "save_schedule", lambda schedule: (schedule.id or go.wait(30)) and write(schedule)
-    )
+    monkeypatch.setattr(container.catalogue, "save_schedule", lambda schedule: go.wait(30) and write(schedule))
     choose(screen, ui, "Mission", KITS)
     before = len(schedules(container))
     ui.tap(save_button(ui))
@@ -227,6 +225,18 @@ def test_a_mission_that_was_saved_elsewhere_asks_for_its_parameters(screen, cont
     save(screen, ui)
     after = stored(container, changed)
     assert (after.mission_id, after.parameters, after.priority) == (kits.id, {"count": 8}, 3)
+
+
+def test_what_was_changed_elsewhere_in_the_same_moment_stays(screen, container, ui):
+    before = stock(container)
+    screen.plan.edit(before.id)
+    screen.plan.form.set(priority=3)
+    settle(screen, ui)
+    container.catalogue.change(before, replace(before, name="Count", start_window_minutes=7))
+    screen.plan.form.save()  # before the change is read
+    settle(screen, ui)
+    after = stored(container, before)
+    assert (after.name, after.start_window_minutes, after.priority) == ("Count", 7, 3)
 
 
 def test_a_robot_that_was_renamed_takes_no_name_from_its_schedules(screen, container, ui):

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from app.domain.models import HandOver
 from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.trust import TrustSheet, marked
 from tests.hostile.capture import capture
@@ -48,6 +49,35 @@ def test_a_name_in_use_is_reported_first_and_cannot_be_saved_anyway(site, app, u
     assert (refused.vm.testing, refused.vm.saving) == (False, False)
     enter(ui, refused.ids.name_field, "Other")
     assert refused.ids.name_field.problem == ""
+
+
+@pytest.fixture
+def aino(site, app, ui) -> RobotSheet:
+    """Aino's sheet is open, and all is read."""
+    site.add_robots()
+    go(ui, "robots")
+    ui.wait(lambda: len(titles(ui)) == 2 and all(item_of(ui, name).icon == "wifi" for name in titles(ui)))
+    return open_row(ui, "Aino")
+
+
+def test_what_was_changed_elsewhere_in_the_same_moment_stays(site, ui, aino):
+    before = robots(site)[0]
+    site.container.catalogue.change(before, replace(before, hand_over=HandOver.WHEN_FREE))
+    aino.save()  # before the change is read
+    ui.wait(lambda: not ui.find_all(RobotSheet))
+    assert robots(site)[0].hand_over is HandOver.WHEN_FREE
+
+
+def test_a_connection_changed_elsewhere_is_shown_and_what_was_entered_is_kept(site, ui, aino):
+    enter(ui, aino.ids.username_field, "someone")
+    before, url = robots(site)[0], site.fleet.robots[0].url.replace("127.0.0.1", "localhost")
+    site.container.catalogue.change(before, replace(before, address=url), password=PASSWORD)
+    ui.wait(lambda: aino.vm.endpoint == (url.removeprefix("http://"), "someone", ""))
+    enter(ui, aino.ids.username_field, before.username)
+    assert (aino.vm.password_hint, aino.draft) == ("unchanged", False)
+    press(ui, "Save", aino)
+    ui.wait(lambda: not ui.find_all(RobotSheet))
+    assert (robots(site)[0].address, robots(site)[0].needs_password) == (url, False)
 
 
 def aino_at_veikkos_address(site, ui) -> RobotSheet:

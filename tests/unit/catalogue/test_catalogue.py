@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from datetime import date
+from types import SimpleNamespace
 
 import pytest
 
@@ -20,6 +21,8 @@ from app.domain.models import (
     Settings,
     State,
 )
+from app.domain.robot import MissionParameter
+from app.mir.credentials import Token
 from app.services.catalogue import mission_edit, robot_edit, settings_edit
 from app.services.live.changes import Topic
 from tests.unit.catalogue.world import MISSIONS, ROBOTS, SCHEDULES, refuses
@@ -311,6 +314,51 @@ def test_of_two_changes_at_the_same_time_both_stay_and_each_is_undone_alone(worl
     } | second
     with refuses("name", "was changed again, so nothing is undone"):
         catalogue.change_back(read, once)
+
+
+def test_what_was_chosen_together_stays_together(world):
+    """Of two changes at the same time of the robot, or of the times: the later one, whole."""
+    catalogue, read = world.catalogue, world.schedule()
+    group = catalogue.save_group(Group("Carts", (world.robot.id,)))
+    catalogue.change(read, replace(read, robot_id=None, group_id=group.id, finish_by_minutes=90))
+    catalogue.change(read, replace(read, recurrence="FREQ=WEEKLY;BYDAY=MO"))
+    later = catalogue.change(read, replace(read, mission_id=catalogue.save_mission(Mission("Home", "guid-2")).id))
+    assert (later.robot_id, later.group_id, later.finish_by_minutes) == (None, group.id, 90)
+    later = catalogue.change(read, replace(read, start=read.start.replace(hour=5)))
+    assert (later.start.hour, later.recurrence) == (5, read.recurrence)
+    other = catalogue.save_robot(Robot("Sisu", "http://10.0.0.9", "distributor"), "secret")
+    later = catalogue.change(read, replace(read, robot_id=other.id))
+    assert (later.robot_id, later.group_id, later.finish_by_minutes) == (other.id, None, None)
+
+
+def test_a_new_connection_is_written_whole_and_leaves_the_rest_as_it_is(world):
+    catalogue, read = world.catalogue, world.robot
+    catalogue.change(read, replace(read, name="Alma", username="someone"))
+    entered = replace(read, address="http://10.0.0.9", serial_number="7", model="MiR250")
+    later = catalogue.change(read, entered, password="new", is_tested=True)
+    assert (later.name, later.username, later.address, later.model) == (
+        "Alma",
+        read.username,
+        entered.address,
+        "MiR250",
+    )
+    assert later.token == Token.derive(read.username, "new").header
+    assert not later.needs_password
+
+
+def test_a_name_that_says_what_it_does_follows_a_change_of_the_robot(world):
+    catalogue, read = world.catalogue, world.catalogue.save_schedule(replace(world.schedule(), name=""))
+    other = catalogue.save_robot(Robot("Sisu", "http://10.0.0.9", "distributor"), "secret")
+    assert catalogue.change(read, replace(read, robot_id=other.id)).name == f"{world.mission.name} on Sisu"
+    typed = catalogue.change(read, replace(read, name="Early"))
+    assert catalogue.change(typed, replace(typed, robot_id=read.robot_id)).name == "Early"
+
+
+def test_a_changed_schedule_gets_no_parameters_that_its_robot_refuses(world):
+    read, asked = world.schedule(), (MissionParameter("battery", choices=(("high", "High"),)),)
+    world.catalogue.parameters = SimpleNamespace(known=lambda _robot, _guid: asked)
+    with refuses("parameters", "low"):
+        world.catalogue.change(read, replace(read, parameters={"battery": "low"}))
 
 
 def test_a_change_of_an_idle_rule_is_undone_alone_and_only_as_long_as_it_is_so(world):
