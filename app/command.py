@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import getpass
 import os
 import re
 import shlex
 import shutil
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 INSTALLED = "amr-scheduler"
+OWN_USER = "amr-scheduler"  # that the .deb makes for itself
 
 
 def is_installed() -> bool:
@@ -23,14 +26,20 @@ def program() -> str:
 
 
 def command(*arguments: object) -> str:
-    """A whole command to copy. An installed one that the shell does not find is named by its Python."""
+    """A whole command to copy. An installed one that the shell does not find is named by its Python. The user of the .deb has no shell."""
     if not is_installed():
         start = ["python", "main.py"]
     elif shutil.which(INSTALLED):
-        start = [INSTALLED]
+        start = ["sudo", "-u", OWN_USER, INSTALLED] if _user() == OWN_USER else [INSTALLED]
     else:  # on Windows the shortcut's pythonw prints nothing
         start = [re.sub(r"pythonw(?=\.exe$)", "python", sys.executable), "-m", "amr_scheduler"]
     return " ".join(quote(str(word)) for word in [*start, *arguments])
+
+
+def _user() -> str:
+    with suppress(KeyError, OSError, ImportError):  # a container may have no name for it
+        return getpass.getuser()
+    return ""
 
 
 def quote(word: str) -> str:

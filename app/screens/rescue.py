@@ -1,4 +1,6 @@
-"""The page shown instead of the app while its database is damaged: the newest good backup or another one, and Restore."""
+"""The pages shown instead of the app. While its database is damaged: the newest good backup or another one, and Restore. While it can't
+start for another reason: which one.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +10,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
+from kivy.clock import Clock
 from kivy.properties import BooleanProperty, ListProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
@@ -21,9 +24,11 @@ from app.screens.common.problems import sentence_of, words_of
 from app.screens.common.threads import Background, UiBus
 from app.services.files.places import FoundFile, Place, PlaceKind, found_in, mounted
 from app.widgets import load_kv
+from app.widgets.display import EmptyState
 from app.widgets.items import Action, Item
 
 T = TypeVar("T")
+TRIED_EVERY = 10.0  # s
 
 
 @dataclass(frozen=True)
@@ -45,6 +50,39 @@ class Damage(Generic[T]):
         return message(
             "The database {path} is damaged ({problem}){kept}", path=found.path, problem=found.problem, kept=kept
         )
+
+    def page(self, bus: UiBus, done: Callable[[T], object]) -> RescuePage[T]:
+        return RescuePage(self, bus, done)
+
+
+@dataclass(frozen=True)
+class NotStarted(Generic[T]):
+    """``start`` returns the services or raises, off the UI thread."""
+
+    problem: Exception
+    start: Callable[[], T]
+    language: str = SOURCE_LANGUAGE
+
+    def page(self, bus: UiBus, done: Callable[[T], object]) -> NotStartedPage[T]:
+        return NotStartedPage(self, bus, done)
+
+
+class NotStartedPage(EmptyState, Generic[T]):
+    """Tries again from time to time: a disk may have room again. ``done(services)`` when they run."""
+
+    def __init__(self, found: NotStarted[T], bus: UiBus, done: Callable[[T], object]) -> None:
+        super().__init__(icon="alert-circle-outline", title=_("The app can't start"))
+        self._start, self._done = found.start, done
+        self._background = Background(bus, workers=1)
+        self._failed(found.problem)
+
+    def _failed(self, problem: BaseException) -> None:
+        self.text = f"{sentence_of(problem)}\n\n{_('Nothing is sent. Robots continue with what they have.')}"
+        Clock.schedule_once(lambda _dt: self._background.run(self._start, self._started, self._failed), TRIED_EVERY)
+
+    def _started(self, services: T) -> None:
+        self._background.close()
+        self._done(services)
 
 
 class RescuePage(BoxLayout, Generic[T]):

@@ -37,7 +37,7 @@ from app.screens.common.shell import SCREENS, Loudspeaker, Shell, pick
 from app.screens.common.threads import Background, Changed, UiBus, forward
 from app.screens.common.view_model import Dialogs, Navigator, ScreenBase, Snackbars, ViewModel
 from app.screens.frame.controller import FrameController
-from app.screens.rescue import Damage, RescuePage
+from app.screens.rescue import Damage, NotStarted
 from app.screens.settings.gate import Gate
 from app.services.live.changes import Topic
 from app.widgets.keyboard import DockedKeyboard, has_keyboard, lacks_keyboard
@@ -52,9 +52,9 @@ INPUT_DEVICES = Path("/proc/bus/input/devices")
 
 class SchedulerApp(MDApp):
     """With a container the app, opened on the screen ``first`` (None: Home, or the steps of the set-up where there is no
-    robot); with ``damage`` the screen that restores the database, which then becomes the app. ``restore`` closes the
-    services, puts a backup in place and opens them again, off the UI thread; it returns the opened services with any
-    problem, and raises Failure if it could open none.
+    robot); with ``damage`` the screen that restores the database, or says why the app can't start, which then becomes the
+    app. ``restore`` closes the services, puts a backup in place and opens them again, off the UI thread; it returns the
+    opened services with any problem, and raises Failure if it could open none.
     """
 
     title = NAME
@@ -62,7 +62,7 @@ class SchedulerApp(MDApp):
     def __init__(
         self,
         container: Container | None,
-        damage: Damage | None = None,
+        damage: Damage | NotStarted | None = None,
         animate: bool = True,
         restore: Callable[[Path], tuple[Container, Failure | None]] | None = None,
         first: str | None = None,
@@ -97,7 +97,7 @@ class SchedulerApp(MDApp):
 
     # ------------------------------------------------------------------ life
     def build(self) -> Widget:
-        apply_theme(self.theme_cls, "light")
+        self._use("light")
         Window.bind(size=self._resized)
         self._bus = UiBus()
         self._forget = self._bus.subscribe(Changed, self._changed)
@@ -107,7 +107,7 @@ class SchedulerApp(MDApp):
         elif self._damage is not None:
             if translator.language != self._damage.language:
                 translator.use(self._damage.language)
-            self.root_box.add_widget(RescuePage(self._damage, self._bus, self.begin))
+            self.root_box.add_widget(self._damage.page(self._bus, self.begin))
             self._keys.start()
         return self.root_box
 
@@ -261,7 +261,7 @@ class SchedulerApp(MDApp):
         assert self._bus is not None
         self._release()
         self.root_box.clear_widgets()
-        self.root_box.add_widget(RescuePage(Damage(damage, restore, translator.language), self._bus, self.begin))
+        self.root_box.add_widget(Damage(damage, restore, translator.language).page(self._bus, self.begin))
         self._keys.start()
 
     def open_settings(self, *_args: object) -> bool:
@@ -307,7 +307,7 @@ class SchedulerApp(MDApp):
         before, self._shown = self._shown, settings
         sizes = [(seen.gloves, seen.font_scale_percent) for seen in (before, settings) if seen is not None]
         if before is None or before.theme != settings.theme or before.gloves != settings.gloves:
-            apply_theme(self.theme_cls, settings.theme, gloves=settings.gloves)
+            self._use(settings.theme, settings.gloves)
         scale = self._font_scale * settings.font_scale_percent / 100
         if Metrics.fontscale != scale:  # kivy announces it to every widget, changed or not
             Metrics.fontscale = scale
@@ -318,10 +318,14 @@ class SchedulerApp(MDApp):
         if len(set(sizes)) > 1:
             self._rebuild()
 
+    def _use(self, theme: str, gloves: bool | None = None) -> None:
+        apply_theme(self.theme_cls, theme, gloves=gloves)
+        Window.clearcolor = tk.bg  # behind pages that have no other ground
+
     def _fit_gloves(self, *_args: object) -> None:
         """A window of another size may have room for less, or for more."""
         before = tk.h_touch
-        apply_theme(self.theme_cls, tk.theme, gloves=tk.gloves)
+        self._use(tk.theme, tk.gloves)
         if tk.h_touch != before:
             self._rebuild()
 

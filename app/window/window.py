@@ -20,18 +20,20 @@ from app.container import Container
 from app.database import backups
 from app.database.errors import DatabaseDamaged
 from app.failures import BadInput, Failure
-from app.i18n import SOURCE_LANGUAGE
 from app.process import log_file
 from app.process.data_directory import DataDirectory, restore_backup
 from app.process.host import host
 from app.process.service_manager import notify
-from app.process.terminal import STOPPING
+from app.process.terminal import STOPPING, print_error
 from app.window.display import display_size
 from app.window.garbage import Garbage, share_one_heap
 from app.window.pace import IN_USE, slow_at_rest
 from app.window.sound import Loudspeaker
 
+log = logging.getLogger(__name__)
+
 DemoFleet = tuple[Sequence[tuple[str, str]], Mapping[str, str]]
+GoBack = Callable[[Path], tuple[Container, Failure | None]]
 
 WIDTH, HEIGHT = 1280, 800  # of the window where it does not fill the screen
 LEAST_WIDTH, LEAST_HEIGHT = 600, 480
@@ -39,7 +41,8 @@ LEAST_WIDTH, LEAST_HEIGHT = 600, 480
 
 def run(directory: DataDirectory, demo_robots: DemoFleet | None = None, kiosk: bool = False) -> int:
     """Returns the exit code 0 when the window was closed. Raises BadInput or Failure with one line. A damaged database
-    has its own screen with a Restore button; closed without restoring, it raises the same as the other commands.
+    has its own screen with a Restore button, and in a kiosk, which hides that line, so has all else that may keep the
+    services from starting; closed on it, it raises the same as the other commands.
     """
     share_one_heap()
     log_file.start(directory.logs, stderr=False)
@@ -53,19 +56,6 @@ def run(directory: DataDirectory, demo_robots: DemoFleet | None = None, kiosk: b
             has_begun = True
             return container
 
-        try:
-            container = begin()
-        except BadInput as problem:
-            if not isinstance(problem.__cause__, DatabaseDamaged):
-                raise
-            _open_window()
-            _run(_rescue_app(directory, problem.__cause__, begin))
-            if not has_begun:
-                raise
-            return 0
-        _open_window()
-        from app.window.application import SchedulerApp
-
         def go_back(backup: Path) -> tuple[Container, Failure | None]:
             """Close the services, put the backup in place, and open them again on it, or on the old database if that failed."""
             stack.close()
@@ -74,6 +64,22 @@ def run(directory: DataDirectory, demo_robots: DemoFleet | None = None, kiosk: b
             except BadInput as problem:
                 return begin(), problem
             return begin(), None
+
+        try:
+            container = begin()
+        except Exception as problem:
+            if kiosk:
+                print_error(str(problem))  # for systemd's journal, as the window stays
+            elif not isinstance(problem.__cause__, DatabaseDamaged):
+                raise
+            log.error("The app can't start", exc_info=problem)
+            _open_window()
+            _run(_app_without_services(directory, problem, begin, go_back))
+            if not has_begun:
+                raise
+            return 0
+        _open_window()
+        from app.window.application import SchedulerApp
 
         _run(SchedulerApp(container, restore=go_back, loudspeaker=Loudspeaker()))
     return 0
@@ -214,14 +220,21 @@ def quiet_garbage(app=None) -> Iterator[None]:  # type: ignore[no-untyped-def]
         garbage.end()
 
 
-# ---------------------------------------------------------------------- a damaged database
-def _rescue_app(directory: DataDirectory, damage: DatabaseDamaged, begin: Callable[[], Container]):  # type: ignore[no-untyped-def]
-    from app.screens.rescue import Damage
+# ---------------------------------------------------------------------- a start that fails
+def _app_without_services(
+    directory: DataDirectory, problem: Exception, begin: Callable[[], Container], go_back: GoBack
+):  # type: ignore[no-untyped-def]
+    from app.screens.rescue import Damage, NotStarted
     from app.window.application import SchedulerApp
 
     def restore(backup: Path) -> Container:
         restore_backup(directory, backup)
         return begin()
 
-    language = backups.settings_in(damage.backup).language if damage.backup else SOURCE_LANGUAGE
-    return SchedulerApp(None, loudspeaker=Loudspeaker(), damage=Damage(damage, restore, language))
+    found = problem.__cause__
+    damage: Damage | NotStarted
+    if isinstance(found, DatabaseDamaged):
+        damage = Damage(found, restore, backups.settings_in(found.backup or directory.database).language)
+    else:
+        damage = NotStarted(problem, begin, backups.settings_in(directory.database).language)
+    return SchedulerApp(None, damage, restore=go_back, loudspeaker=Loudspeaker())

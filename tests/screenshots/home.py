@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sqlite3
 from collections.abc import Mapping
 from dataclasses import replace
 from datetime import timedelta
@@ -9,7 +10,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from app.database.errors import DatabaseDamaged
+from app.database.errors import SENTENCES, DatabaseDamaged, DatabaseUnavailable
 from app.database.robots import Hold
 from app.domain import rules
 from app.domain.clock import zone_names
@@ -27,7 +28,7 @@ from app.screens.frame.late_starts import LateSheet
 from app.screens.frame.view import banner, open_lines, zone_asked
 from app.screens.home.facts import HomeFacts
 from app.screens.home.screen import HomeScreen, HomeViewModel
-from app.screens.rescue import Damage, RescuePage
+from app.screens.rescue import Damage, NotStarted
 from app.services.live.tablet import IS_COPY
 from app.widgets import load_kv
 from app.widgets.positions import PositionSheet, Spot
@@ -380,4 +381,11 @@ def damaged(studio: Any) -> None:
         directory / "backups" / "daily-2026-11-20.db",
     )
     damage = Damage(found, lambda: None)
-    studio.show(RescuePage(damage, UiBus(), lambda _services: None))
+    studio.show(damage.page(UiBus(), lambda _services: None))
+
+
+@picture("not-started", sizes=(LANDSCAPE,))
+def not_started(studio: Any) -> None:
+    path = Path("/var/lib/amr-scheduler/amr-scheduler.db")
+    found = NotStarted(DatabaseUnavailable(SENTENCES[sqlite3.SQLITE_FULL], path=path), lambda: None)
+    studio.show(found.page(UiBus(), lambda _services: None))

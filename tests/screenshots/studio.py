@@ -79,10 +79,13 @@ class Studio:
         return widget
 
     def use(self, theme: str) -> None:
-        from app.widgets.tokens import apply_theme
+        from kivy.core.window import Window
+
+        from app.widgets.tokens import apply_theme, tk
 
         self.theme = theme
         apply_theme(self.app.theme_cls, theme, gloves=self.size.gloves)
+        Window.clearcolor = tk.bg
 
     def afterwards(self, close: Callable[[], object]) -> None:
         """Called when the picture is taken."""

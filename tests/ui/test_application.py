@@ -12,24 +12,26 @@ from datetime import timedelta
 from pathlib import Path
 
 import pytest
+from kivy.core.window import Window
 
 from app.container import Container
 from app.database.backups import back_up
 from app.database.connection import Database, DatabaseDamaged
 from app.domain.message import render
 from app.domain.models import Robot, Schedule, State
-from app.failures import BadInput
+from app.failures import BadInput, Failure
 from app.i18n import translation, translator
 from app.process.data_directory import DataDirectory, restore_backup
 from app.screens.frame.late_starts import LateSheet
 from app.screens.home.sending import AllMissionsSheet
-from app.screens.rescue import Damage
+from app.screens.rescue import TRIED_EVERY, Damage, NotStarted
 from app.services.live.changes import Topic
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.frame import Banner
 from app.widgets.lanes import Lanes
 from app.widgets.list_row import ListRow, RowButton
 from app.widgets.sheet import AskSheet
+from app.widgets.tokens import tk
 from app.window import window
 from app.window.application import SchedulerApp, UiExceptionHandler
 from app.window.key_focus import ENTER, TAB
@@ -251,7 +253,9 @@ def test_a_damaged_database_is_a_screen_with_a_restore_button(tmp_path, ui, by):
 @pytest.mark.long
 def test_the_screen_of_a_damaged_database_speaks_the_language_that_was_set(tmp_path, ui):
     damage = damaged_directory(tmp_path, language="fi")
-    app = window._rescue_app(DataDirectory(tmp_path), damage, lambda: None)
+    problem = BadInput(damage.text)
+    problem.__cause__ = damage
+    app = window._app_without_services(DataDirectory(tmp_path), problem, lambda: None, lambda _backup: None)
     app._run_prepare()
     try:
         ui.advance(0.2)
@@ -290,6 +294,33 @@ def test_without_a_good_backup_another_is_chosen_and_a_failed_restore_says_why(t
     ui.wait(lambda: "the disk is full" in ui.texts())
     assert asked == [chosen]
     assert not restore_button(ui).busy
+
+
+# ---------------------------------------------------------------------- another reason not to start
+def test_what_keeps_the_app_from_starting_is_said_until_it_starts(tmp_path, ui):
+    problems = [Failure("the disk is full"), BadInput("in use by another process")]
+    with plant(tmp_path, start=False) as site:
+
+        def start() -> Container:
+            if problems:
+                raise problems.pop()
+            return site.container
+
+        app = SchedulerApp(None, damage=NotStarted(problems.pop(0), start), animate=False)
+        app._run_prepare()
+        try:
+            ui.advance(0.2)
+            assert "The app can't start" in ui.texts()
+            assert Window.clearcolor == tk.bg  # nothing else is behind the words
+            ui.wait(lambda: [text for text in ui.texts() if text.startswith("the disk is full\n")])
+            ui.advance(TRIED_EVERY)
+            ui.wait(lambda: [text for text in ui.texts() if text.startswith("in use by another process\n")])
+            assert app.container is None
+            ui.advance(TRIED_EVERY)
+            ui.wait(lambda: app.container is site.container and app.shell.navigator.current == "settings")
+        finally:
+            app.dispatch("on_stop")
+            ui.advance()
 
 
 def going_back(tmp_path):

@@ -24,6 +24,7 @@ def on_windows(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def installed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "argv", ["/opt/venv/bin/amr-scheduler", "--headless"])
+    monkeypatch.setenv("LOGNAME", "somebody")
     monkeypatch.setattr(shutil, "which", {"amr-scheduler": "/usr/bin/amr-scheduler"}.get)
 
 
@@ -55,6 +56,21 @@ def test_a_name_that_the_shell_does_not_find_is_replaced_by_its_python(monkeypat
     monkeypatch.setattr(shutil, "which", {}.get)
     monkeypatch.setattr(sys, "executable", "/opt/venv/bin/python")
     assert command("--remove-pin") == "/opt/venv/bin/python -m amr_scheduler --remove-pin"
+
+
+@pytest.mark.usefixtures("installed")
+def test_what_runs_as_the_packages_own_user_is_started_by_sudo(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("LOGNAME", "amr-scheduler")
+    assert command("--remove-pin") == "sudo -u amr-scheduler amr-scheduler --remove-pin"
+
+
+@pytest.mark.usefixtures("installed")
+def test_a_user_without_a_name_starts_it_as_it_is(monkeypatch: pytest.MonkeyPatch):
+    def fails() -> str:
+        raise KeyError("getpwuid(): uid not found: 1234")
+
+    monkeypatch.setattr("getpass.getuser", fails)
+    assert command("--remove-pin") == "amr-scheduler --remove-pin"
 
 
 @pytest.mark.usefixtures("installed", "on_windows")

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import socket
+import sqlite3
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from app.database.connection import Database
+from app.database.schema import MIGRATIONS
 from app.window.window import size_within
 from tests.support.process import PATIENCE, command
 
@@ -70,9 +75,9 @@ def test_parts_of_kivy_that_this_system_lacks_are_not_logged_as_errors(tmp_path)
     assert [line for line in lines.splitlines() if not line.startswith("INFO ")] == []
 
 
-@pytest.mark.long
-@pytest.mark.skipif(sys.platform != "linux", reason="systemd runs on Linux only")
-def test_systemd_hears_that_the_window_is_ready_once_it_has_drawn(tmp_path):
+@contextlib.contextmanager
+def drawn(tmp_path: Path, *arguments: str) -> Iterator[subprocess.Popen[str]]:
+    """The window, once systemd was notified that it has drawn."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd:
         systemd.bind(str(tmp_path / "notify"))
         systemd.settimeout(PATIENCE)
@@ -82,11 +87,35 @@ def test_systemd_hears_that_the_window_is_ready_once_it_has_drawn(tmp_path):
             "SDL_VIDEODRIVER": "offscreen",
             "XDG_CACHE_HOME": str(tmp_path / "cache"),
         }
-        window = subprocess.Popen(command(tmp_path / "data"), cwd=ROOT, env=environment)
+        window = subprocess.Popen(
+            command(tmp_path / "data", *arguments), cwd=ROOT, env=environment, stderr=subprocess.PIPE, text=True
+        )
         try:
             assert systemd.recv(100) == b"READY=1"
-            window.terminate()
-            assert window.wait(PATIENCE) == 0
+            yield window
         finally:
             window.kill()
-            window.wait()
+            window.communicate()
+
+
+@pytest.mark.long
+@pytest.mark.skipif(sys.platform != "linux", reason="systemd runs on Linux only")
+def test_systemd_hears_that_the_window_is_ready_once_it_has_drawn(tmp_path):
+    with drawn(tmp_path) as window:
+        window.terminate()
+        assert window.wait(PATIENCE) == 0
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="systemd runs on Linux only")
+def test_a_kiosk_that_may_not_start_shows_its_window_and_a_line(tmp_path):
+    path = tmp_path / "data" / "amr-scheduler.db"
+    Database.open(path).close()
+    with contextlib.closing(sqlite3.connect(path)) as database:
+        database.execute("PRAGMA user_version = 9999")
+    with drawn(tmp_path, "--kiosk") as window:
+        window.terminate()
+        _out, said = window.communicate(timeout=PATIENCE)
+    assert window.returncode == 2
+    assert {line.partition(": ")[2] for line in said.splitlines()} == {
+        f"{path} was written by a newer version (database version 9999, here {len(MIGRATIONS)}): update the app"
+    }
