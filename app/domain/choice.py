@@ -93,7 +93,8 @@ def stuck_since(execution: Execution, snapshot: RobotSnapshot) -> datetime | Non
     """Since when the robot that may have this start is silent, so that no other robot gets it; None: no such robot, or
     it is not sent again in any case."""
     is_silent = snapshot.connection not in (Connection.CONNECTED, Connection.SLOW, Connection.UNKNOWN)
-    return snapshot.since if execution.state is State.SUBMITTING and execution.withdrawn is None and is_silent else None
+    may_go_on = execution.state is State.SUBMITTING and not execution.is_called_off
+    return snapshot.since if may_go_on and is_silent else None
 
 
 def stuck(robot: str, since: datetime, zone: tzinfo | str, translate: Translate = lambda text: text) -> str:

@@ -401,6 +401,11 @@ class Execution:
     taken_by: str = ""  # of a start for any robot of a fleet: the name of the one that the fleet chose
 
     @property
+    def is_called_off(self) -> bool:
+        """It is not sent, or not again: a person cancelled it, or the plan no longer has it."""
+        return self.cancel_code is not None or self.withdrawn is not None
+
+    @property
     def was_never_sent(self) -> bool:
         """Whether it certainly was never on a robot: tries that found none, or were refused, leave no floor."""
         return self.attempts == 0 or (

@@ -14,17 +14,18 @@ from app.services.catalogue.undo import may_wait_again
 
 def is_undoable(row: Execution) -> bool:
     """Whether cancelling it can be undone, or needs no undo: an idle mission starts again automatically."""
-    return row.state is State.WAITING and not row.attempts and row.withdrawn is None
+    return row.state is State.WAITING and not row.attempts and not row.is_called_off
 
 
-def ask_to_cancel(shell: Shell, mission: str, robot: str, agreed: Callable[[], object]) -> None:
-    """Starts that wait in that robot's queue, or in none."""
-    text = (
-        _("It leaves the queue of {robot}. This can't be undone.").format(robot=robot)
-        if robot
-        else _("This can't be undone.")
-    )
-    _ask(shell, mission, text, agreed)
+def ask_to_cancel(shell: Shell, mission: str, robot: str, row: Execution | None, agreed: Callable[[], object]) -> None:
+    """What does not run yet. ``row``: the app's execution; None: an item of the robot's queue that others made."""
+    if row is None or row.queue_id is not None:
+        where = _("It leaves the queue of {robot}.")
+    elif row.state is State.SUBMITTING:
+        where = _("It is not sent again. If {robot} has it, it is cancelled there.")
+    else:
+        where = ""
+    _ask(shell, mission, f"{where} ".lstrip().format(robot=robot) + _("This can't be undone."), agreed)
 
 
 def ask_to_stop(shell: Shell, mission: str, robot: str, agreed: Callable[[], object], following: str = "") -> None:

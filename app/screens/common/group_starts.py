@@ -144,7 +144,7 @@ class GroupStarts:
         elif is_undoable(row):
             cancel()
         else:
-            ask_to_cancel(self._shell, self._name(row), row.robot, agreed)
+            ask_to_cancel(self._shell, self._name(row), row.robot, row, agreed)
 
     def hold(self, row: Execution, held: bool) -> None:
         """Hold or release it."""

@@ -185,18 +185,17 @@ class HomeCommands(HomeState):
         robot, row = self.facts.robot, self._row(key)
         if robot is None or row is None or self._presses.is_same(OfRobot(key, robot.id)):
             return  # without a row: it went in the frame of the press
+        name, ours = row.title, next((each for each in self.facts.open if key == ("execution", each.id)), None)
         if not row.number:
             following = next((each.title for each in self.today if each.number and each.actions), "")
             is_moving = row.tone == "accent"
-            name = row.title
             ask_to_stop(
                 self._shell, name, robot.name, lambda: self._cancel(robot, key, name), following if is_moving else ""
             )
-        elif any(key == ("execution", ours.id) and is_undoable(ours) for ours in self.facts.open):
-            self._cancel(robot, key, row.title)
+        elif ours is not None and is_undoable(ours):
+            self._cancel(robot, key, name)
         else:
-            name = row.title
-            ask_to_cancel(self._shell, name, robot.name, lambda: self._agreed(robot, key, name))
+            ask_to_cancel(self._shell, name, robot.name, ours, lambda: self._agreed(robot, key, name))
 
     def _row(self, key: tuple[str, int]) -> Item | None:
         return next((row for row in self.today if row.key == key), None)

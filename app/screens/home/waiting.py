@@ -64,10 +64,9 @@ def starts_with_a_robot(facts: HomeFacts, now: datetime) -> list[tuple[Execution
 
 
 def _is_being_sent(row: Execution) -> bool:
-    """Starts that wait for something else, such as the end of a hold, are in their robot's queue; withdrawn ones are
-    not sent again."""
+    """Starts that wait for something else, such as the end of a hold, are in their robot's queue."""
     if row.state is State.SUBMITTING:
-        return row.queue_id is None and row.withdrawn is None
+        return row.queue_id is None and not row.is_called_off
     return row.state is State.WAITING and row.wait in (Wait.DUE, Wait.RETRY)
 
 

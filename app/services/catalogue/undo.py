@@ -292,8 +292,7 @@ def may_wait_again(row: Execution) -> bool:
         and row.reason is not None
         and row.reason.code is ReasonCode.USER_CANCELLED
         and not row.attempts
-        and row.cancel_code is None
-        and row.withdrawn is None
+        and not row.is_called_off
         and row.trigger is not Trigger.IDLE
     )
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 from datetime import timedelta
+from types import SimpleNamespace
 
 import pytest
 
 from app.database.robots import Hold
 from app.domain.models import Connection, Group, Reason, ReasonCode, State, Wait
+from app.screens.common.cancelled import ask_to_cancel
 from app.screens.common.group_starts import robots_for
 from app.screens.home import waiting
 from tests.support.home_facts import AINO, FACTS, NOW, READY, SETTINGS, VEIKKO, execution, snapshot
@@ -130,6 +132,25 @@ def test_other_robots_are_offered_for_a_start_that_a_silent_robot_may_have():
     assert waiting.starts_with_a_robot(facts(replace(lost, group_id=None), snapshots={1: silent}), NOW) == []
 
 
+@pytest.mark.parametrize(
+    ("asked_of", "text"),
+    [
+        (None, "It leaves the queue of Aino. This can't be undone."),
+        (replace(row(), state=State.QUEUED, queue_id=7), "It leaves the queue of Aino. This can't be undone."),
+        (
+            replace(row(), state=State.SUBMITTING),
+            "It is not sent again. If Aino has it, it is cancelled there. This can't be undone.",
+        ),
+        (replace(row(), attempts=1), "This can't be undone."),
+    ],
+)
+def test_before_it_is_cancelled_only_what_is_known_is_said(asked_of, text):
+    asked = []
+    shell = SimpleNamespace(sheets=SimpleNamespace(ask=lambda _title, text, *_rest: asked.append(text)))
+    ask_to_cancel(shell, "Kits", "Aino", asked_of, lambda: None)
+    assert asked == [text]
+
+
 @pytest.mark.parametrize("state", [State.WAITING, State.SUBMITTING])
 def test_a_start_that_is_being_sent_to_a_robot_is_there_until_that_has_it(state):
     """Seen: it went from robot to robot for half a minute, and nothing was shown where it had been pressed."""
@@ -149,10 +170,12 @@ def test_a_start_assigned_by_hand_that_still_waits_is_not_said_to_be_sent(wait):
     assert waiting.starts_with_a_robot(facts(shown, snapshots={2: snapshot(2, READY)}), NOW) == []
 
 
-def test_a_start_that_is_not_sent_again_is_not_said_to_be_sent():
-    """It was started on another robot, while the first was silent."""
-    withdrawn = replace(
-        row(60), state=State.SUBMITTING, robot_id=1, robot="Aino", withdrawn=Reason(ReasonCode.USER_CANCELLED)
-    )
-    silent = snapshot(1, READY, connection=Connection.UNREACHABLE)
-    assert waiting.starts_with_a_robot(facts(withdrawn, snapshots={1: silent}), NOW) == []
+@pytest.mark.parametrize(
+    "why", [{"withdrawn": Reason(ReasonCode.USER_CANCELLED)}, {"cancel_code": ReasonCode.USER_CANCELLED}]
+)
+@pytest.mark.parametrize("connection", [Connection.UNREACHABLE, Connection.CONNECTED])
+def test_a_start_that_is_not_sent_again_is_offered_to_no_robot_and_not_said_to_be_sent(why, connection):
+    """It was cancelled, or started on another robot, while the first was silent."""
+    lost = replace(row(60), state=State.SUBMITTING, robot_id=1, robot="Aino", **why)
+    shown = facts(lost, snapshots={1: snapshot(1, READY, connection=connection)})
+    assert waiting.starts_with_a_robot(shown, NOW) == []
