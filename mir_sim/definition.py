@@ -105,7 +105,7 @@ class Definition:
         if missing := [name for name in schema.get("required", ()) if name not in body]:
             raise argument_error(*missing)
         known = {name: value for name, value in body.items() if name in properties}
-        if wrong := [name for name, value in known.items() if not _fits(value, properties[name])]:
+        if wrong := [name for name, value in known.items() if not fits(value, properties[name])]:
             raise argument_error(*wrong)
         return known
 
@@ -126,22 +126,25 @@ def is_number(value: Any) -> TypeGuard[int | float]:
         return False
 
 
-def _fits(value: Any, schema: Schema) -> bool:
+def fits(value: Any, schema: Schema) -> bool:
+    """Whether a value has the type of a schema, its length and one of its choices. Fields of objects are not looked at."""
     kind = schema.get("type")
     if kind == "string":
-        fits = isinstance(value, str) and schema.get("minLength", 0) <= len(value) <= schema.get("maxLength", math.inf)
+        of_type = isinstance(value, str) and schema.get("minLength", 0) <= len(value) <= schema.get(
+            "maxLength", math.inf
+        )
     elif kind == "boolean":
-        fits = isinstance(value, bool)
+        of_type = isinstance(value, bool)
     elif kind == "integer":
-        fits = isinstance(value, int) and is_number(value)
+        of_type = isinstance(value, int) and is_number(value)
     elif kind == "number":
-        fits = is_number(value)
+        of_type = is_number(value)
     elif kind == "array":
         items = schema.get("items", {})
-        fits = isinstance(value, list) and all(_fits(item, items) for item in value)
+        of_type = isinstance(value, list) and all(fits(item, items) for item in value)
     else:
-        fits = isinstance(value, dict) if kind == "object" else True
-    return fits and ("enum" not in schema or value in schema["enum"])
+        of_type = isinstance(value, dict) if kind == "object" else True
+    return of_type and ("enum" not in schema or value in schema["enum"])
 
 
 class Routes:

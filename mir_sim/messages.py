@@ -11,21 +11,26 @@ from urllib.parse import parse_qsl, unquote, urlsplit
 
 @dataclass(frozen=True)
 class Request:
-    """One HTTP request. ``path`` is decoded and has no query; header names are lower case."""
+    """One HTTP request. ``path`` is decoded and has no query; header names are lower case. ``pairs`` is the query with repeated names."""
 
     method: str
     path: str
     query: Mapping[str, str] = field(default_factory=dict)
     headers: Mapping[str, str] = field(default_factory=dict)
     body: bytes = b""
+    pairs: tuple[tuple[str, str], ...] = ()
 
     @classmethod
     def of(cls, method: str, target: str, headers: Mapping[str, str] | None = None, body: bytes = b"") -> Request:
         """Build a request from its parts as sent: ``target`` is path and query, or a whole URL."""
         parts = urlsplit(target)
-        query = dict(parse_qsl(parts.query, keep_blank_values=True))
+        pairs = tuple(parse_qsl(parts.query, keep_blank_values=True))
         lowered = {name.lower(): value for name, value in (headers or {}).items()}
-        return cls(method.upper(), unquote(parts.path) or "/", query, lowered, body)
+        return cls(method.upper(), unquote(parts.path) or "/", dict(pairs), lowered, body, pairs)
+
+    def values(self, name: str) -> list[str]:
+        """All values that a name has in the query."""
+        return [value for one, value in self.pairs if one == name]
 
 
 @dataclass(frozen=True)

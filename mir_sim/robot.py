@@ -329,7 +329,7 @@ class SimulatedRobot(Machine):
 
     def add_error(self, error: RobotError) -> None:
         """Enter the state Error and file a report of it."""
-        self.errors.append(error)
+        self.errors.append(replace(error, at=self.now))
         self.file_report(error.module, self.profile.text(error.description))
 
     def file_report(self, module: str, description: str) -> Row:

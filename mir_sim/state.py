@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any
 
@@ -45,12 +45,13 @@ MISSION_CONTROLLER = 10120  # the mission could not continue, for example becaus
 
 @dataclass(frozen=True)
 class RobotError:
-    """One entry of ``errors``."""
+    """One entry of ``errors``. ``at`` is the simulated second at which the robot had it."""
 
     code: int
     description: str
     module: str = "MissionController"
     non_resettable: bool = False
+    at: float = field(default=0.0, compare=False)
 
     def full(self) -> dict[str, Any]:
         return {

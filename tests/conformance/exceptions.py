@@ -1,4 +1,4 @@
-"""Known differences of robots from MiR's definition, each with its reason. The tests fail on one that isn't needed."""
+"""Known differences from MiR's definitions, each with its reason. The tests fail on one that isn't needed."""
 
 from __future__ import annotations
 
@@ -39,8 +39,6 @@ class Deviation:
         }[self.instead]()
 
 
-def load() -> list[Deviation]:
-    return [
-        Deviation(**entry)
-        for entry in json.loads((Path(__file__).parent / "exceptions.json").read_text(encoding="utf-8"))
-    ]
+def load(name: str = "exceptions.json") -> list[Deviation]:
+    """Those of robots, or those in another file beside it."""
+    return [Deviation(**entry) for entry in json.loads((Path(__file__).parent / name).read_text(encoding="utf-8"))]

@@ -1,0 +1,77 @@
+"""A client of a simulated Fleet Enterprise without a network, at simulated times that the test chooses."""
+
+from __future__ import annotations
+
+import json
+import uuid
+from typing import Any
+
+from mir_sim import Request, Response, SimulatedRobot
+from mir_sim.fleets.enterprise import EnterpriseFleet
+from mir_sim.fleets.enterprise_api import answer
+from mir_sim.fleets.knobs import EnterpriseKnobs
+from tests.unit.sim.asking import GUIDS
+
+KEY = {"x-api-key": "mir_scheduler", "Content-Type": "application/json", "Accept": "application/json"}
+
+
+def uuid_of(name: str) -> str:
+    """Some UUID, the same for the same name."""
+    return str(uuid.uuid5(uuid.NAMESPACE_URL, name))
+
+
+class EnterpriseAsker:
+    """A fleet of two robots, Aino and Veikko, and a client of it. Paths are those below /api/v1."""
+
+    def __init__(self, **knobs: Any) -> None:
+        robots = [SimulatedRobot(name, battery=80.0) for name in ("Aino", "Veikko")]
+        self.fleet = EnterpriseFleet(robots, knobs=EnterpriseKnobs(**knobs))
+        self.aino, self.veikko = self.fleet.vehicles
+
+    def pass_time(self, seconds: float) -> None:
+        self.fleet.advance_to(self.fleet.now + seconds)
+
+    def send(self, method: str, path: str, body: Any = None, headers: dict[str, str] | None = None) -> Response:
+        content = b"" if body is None else body if isinstance(body, bytes) else json.dumps(body).encode()
+        target = path if path == "/healthz" else f"/api/v1{path}"
+        return answer(self.fleet, Request.of(method, target, KEY if headers is None else headers, content))
+
+    def get(self, path: str) -> Any:
+        response = self.send("GET", path)
+        assert response.status == 200, response.body
+        return response.json()
+
+    def post(self, name: str = "one", *missions: str, phase: dict[str, Any] | None = None, **fields: Any) -> Response:
+        """Order missions, each a phase, as the order that is called so. ``phase`` are further fields of each phase."""
+        phases = [
+            {"mission-id": GUIDS[mission], "arguments": [], "order-id": uuid_of(f"{name} {number}"), **(phase or {})}
+            for number, mission in enumerate(missions or ("Home",))
+        ]
+        fields = {key.replace("_", "-"): value for key, value in fields.items()}
+        return self.send("POST", "/serial-order", {"serial-order": {"id": uuid_of(name), "phases": phases, **fields}})
+
+    def order(self, name: str = "one", number: int = 0) -> Any:
+        """A phase of the order that is called so."""
+        return self.get(f"/order/{uuid_of(f'{name} {number}')}")
+
+    def status(self, name: str = "one", number: int = 0) -> str:
+        return str(self.order(name, number)["order-status"])
+
+    def events(self, name: str = "one") -> dict[int | None, Any]:
+        """What the snapshot says of an order, by the index of the phase."""
+        events = self.get("/serial-order-status/snapshot")["serial-order-status-events"]
+        return {one["phase-index"]: one for one in events if one["serial-order-id"] == uuid_of(name)}
+
+    def run_until(self, *statuses: str, name: str = "one", number: int = 0) -> str:
+        """Let time pass until a phase has one of the statuses, for ten minutes at most."""
+        ends = self.fleet.now + 600
+        while (status := self.status(name, number)) not in statuses:
+            assert self.fleet.now < ends, status
+            self.pass_time(0.5)
+        return status
+
+    def run_to_end(self, name: str = "one", number: int = 0) -> str:
+        return self.run_until("Finished", "Aborted", "Invalid", name=name, number=number)
+
+    def robot(self, number: int = 0) -> Any:
+        return self.get(f"/robots/{self.fleet.vehicles[number].guid}")
