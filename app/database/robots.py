@@ -23,7 +23,6 @@ _NOT_OF_FLEET: dict[str, Any] = {
     "certificate_sha256": None,
     "needs_password": False,
 }
-_OF_FLEET = tuple(_NOT_OF_FLEET)  # what its robots have of a fleet
 _MACHINE = ("id", "address", "username", "certificate_sha256", "serial_number")  # whom we ask, and as whom
 
 
@@ -69,12 +68,9 @@ class RobotRepository(Table[Robot]):
             "identified_by": row["identified_by"] and IdentifiedBy(row["identified_by"]),
             "off_with_fleet": bool(row["off_with_fleet"]),
         }
-        if row["fleet_id"] is not None:
-            fleet = fleet_of(row, "fleet_")
-            values |= {"fleet": fleet} | {name: getattr(fleet, name) for name in _OF_FLEET}
-        return Robot(
-            id=row["id"], idle=idle, **values, profile=None if row["profile"] is None else profile_of(row["profile"])
-        )
+        profile = None if row["profile"] is None else profile_of(row["profile"])
+        robot = Robot(id=row["id"], idle=idle, **values, profile=profile)
+        return robot if row["fleet_id"] is None else robot.within(fleet_of(row, "fleet_"))
 
     def values(self, robot: Robot) -> list[object]:
         """What a robot of a fleet has of it stays with that."""

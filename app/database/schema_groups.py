@@ -266,6 +266,6 @@ CREATE VIEW current_fleets AS SELECT * FROM fleets WHERE deleted_at IS NULL;
 ALTER TABLE robots ADD COLUMN fleet_id INTEGER REFERENCES fleets(id) ON DELETE CASCADE;       -- it has its address and credentials
 ALTER TABLE robots ADD COLUMN vehicle TEXT NOT NULL DEFAULT '';              -- its id at the fleet; any: whichever the fleet chooses
 ALTER TABLE robots ADD COLUMN off_with_fleet INTEGER NOT NULL DEFAULT 0;     -- on again with its fleet
-CREATE UNIQUE INDEX robots_of_fleets ON robots (fleet_id, vehicle) WHERE fleet_id IS NOT NULL AND deleted_at IS NULL;
+CREATE INDEX robots_of_fleets ON robots (fleet_id) WHERE fleet_id IS NOT NULL;
 ALTER TABLE executions ADD COLUMN taken_by TEXT NOT NULL DEFAULT '';         -- the robot that the fleet chose
 """

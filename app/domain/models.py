@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import date, datetime, time, timedelta
 from enum import StrEnum
 from types import MappingProxyType
@@ -233,6 +233,21 @@ class Robot:
             return self.fleet.known
         return (
             self.profile if self.profile is not None and self.profile.is_of(self.serial_number, self.software) else None
+        )
+
+    def within(self, fleet: Fleet) -> Robot:
+        """The same with all that it has of its fleet; it is off while that is."""
+        is_wanted = self.enabled or self.off_with_fleet
+        return replace(
+            self,
+            fleet=fleet,
+            address=fleet.address,
+            username=fleet.username,
+            token=fleet.token,
+            certificate_sha256=fleet.certificate_sha256,
+            needs_password=fleet.needs_password,
+            enabled=is_wanted and fleet.enabled,
+            off_with_fleet=is_wanted and not fleet.enabled,
         )
 
 

@@ -9,16 +9,19 @@ import hashlib
 import re
 from dataclasses import dataclass, field
 
-from app.domain.models import InvalidInput, Robot
+from app.domain.models import Fleet, FleetKind, InvalidInput, Robot
 
 # Printed in MiR's manuals, each with the password that is the same in small letters; clients on robots send either spelling.
 _PUBLISHED = ("distributor", "Distributor", "admin", "Admin")
 
 
+API_KEY = "x-api-key"  # the header in which Fleet Enterprise wants its key, and what a token of such a key begins with
+
+
 @dataclass(frozen=True, slots=True)
 class Token:
-    """The Authorization header value of one robot user, never shown by accident: ask for ``header``. An empty value
-    sends no header."""
+    """The Authorization header value of one robot user, or API_KEY and a fleet's key, never shown by accident: ask for
+    ``header``. An empty value sends no header."""
 
     header: str = field(default="", repr=False)
 
@@ -34,11 +37,21 @@ class Token:
         return cls("Basic " + base64.b64encode(pair).decode("ascii"))
 
     @classmethod
+    def of_key(cls, key: str) -> Token:
+        """From an API key of Fleet Enterprise, which is sent in a header of its own. Raises InvalidInput for a text that
+        can't be one."""
+        if not re.fullmatch(r"[!-~]{1,500}", key.strip()):
+            raise InvalidInput("password", "an API key has letters, digits and signs, without spaces")
+        return cls(f"{API_KEY} {key.strip()}")
+
+    @classmethod
     def from_header(cls, header: str) -> Token:
         """From the stored header value; an empty one is the token of no user. Raises InvalidInput if the value is not
         valid."""
         if header:
             scheme, _, encoded = header.partition(" ")
+            if scheme == API_KEY:
+                return cls.of_key(encoded)
             try:
                 pair = base64.b64decode(encoded, validate=True)
             except (binascii.Error, ValueError):
@@ -66,6 +79,17 @@ def token_for(robot: Robot, password: str | None, stored: Robot | None) -> str |
     if password is not None:
         return Token.derive(robot.username, password).header
     return stored.token if stored is not None and is_same_endpoint(robot, stored) else None
+
+
+def token_for_fleet(fleet: Fleet, password: str | None, stored: Fleet | None) -> str | None:
+    """The same for a fleet; the ``password`` of Fleet Enterprise is an API key."""
+    if password is not None:
+        is_key = fleet.kind is FleetKind.ENTERPRISE
+        return (Token.of_key(password) if is_key else Token.derive(fleet.username, password)).header
+    is_same = stored is not None and all(
+        getattr(fleet, name) == getattr(stored, name) for name in ("username", "address", "certificate_sha256")
+    )
+    return stored.token if stored is not None and is_same else None
 
 
 def is_same_endpoint(robot: Robot, stored: Robot) -> bool:

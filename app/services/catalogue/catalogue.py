@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 
 from app.database.connection import Database
 from app.database.executions import ExecutionRepository
+from app.database.fleets import FleetRepository
 from app.database.group_executions import GroupExecutionRepository
 from app.database.groups import GroupRepository, PlaceRepository
 from app.database.missions import MissionRepository
@@ -22,10 +23,22 @@ from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import STEPS_LEFT_OUT, CalendarRepository, SettingsRepository
 from app.domain.clock import Clock
-from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule, Settings
+from app.domain.models import (
+    DayException,
+    Fleet,
+    Group,
+    IdleRule,
+    InvalidInput,
+    Mission,
+    Place,
+    Robot,
+    Schedule,
+    Settings,
+)
 from app.domain.robot import MissionParameter
 from app.services.catalogue import (
     checks,
+    fleet_edit,
     group_edit,
     mission_edit,
     parameter_check,
@@ -69,6 +82,10 @@ class Catalogue:
 
     def robot(self, robot_id: int) -> Robot | None:
         return self._robots.get(self._db.read(), robot_id)
+
+    def fleets(self) -> list[Fleet]:
+        """In order of name."""
+        return FleetRepository().all(self._db.read())
 
     def groups(self) -> list[Group]:
         """In order of name."""
@@ -122,8 +139,9 @@ class Catalogue:
         return result
 
     def change(self, before: T, after: T, **how: Any) -> T:
-        """Write what differs between the two to the robot, group, place, mission, schedule or day as it is stored now:
-        of two changes at the same time both stay. ``how`` a robot is saved: as in ``save_robot``. Returns it as it is then."""
+        """Write what differs between the two to the fleet, robot, group, place, mission, schedule or day as it is stored now:
+        of two changes at the same time both stay. ``how`` a robot or fleet is saved: as in ``save_robot``, ``save_fleet``. Returns it as
+        it is then."""
         if isinstance(before, Schedule) and isinstance(after, Schedule):
             self._check_parameters(after, before)
         write = self.edit_rehearsed if isinstance(before, DayException) else self.edit
@@ -211,6 +229,15 @@ class Catalogue:
     def remove_robot(self, robot_id: int) -> Removed:
         """With everything planned on it; ``restore`` puts all that back."""
         return self.edit(lambda edit: robot_edit.remove(edit, robot_id))
+
+    def save_fleet(self, fleet: Fleet, password: str | None = None) -> Fleet:
+        """Add (id 0) or change a fleet, and with it all of its robots; as ``save_robot``. The ``password`` of Fleet
+        Enterprise is an API key."""
+        return self.edit(lambda edit: fleet_edit.save(edit, fleet, password))
+
+    def remove_fleet(self, fleet_id: int) -> Removed:
+        """With its robots and everything planned on them; ``restore`` puts all that back."""
+        return self.edit(lambda edit: fleet_edit.remove(edit, fleet_id))
 
     def save_idle_rule(self, robot_id: int, mission_id: int, after_minutes: int = 10, enabled: bool = True) -> Robot:
         """The robot's idle automation: which mission after how many minutes (5–30)."""

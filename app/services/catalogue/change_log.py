@@ -7,10 +7,11 @@ from datetime import datetime
 from enum import StrEnum
 from typing import Any
 
-from app.domain.models import Between, DayException, Group, IdleRule, Mission, Robot, Schedule
-from app.services.catalogue.fields import MISSION, ROBOT, SCHEDULE, attributes
+from app.domain.models import Between, DayException, Fleet, Group, IdleRule, Mission, Robot, Schedule
+from app.services.catalogue.fields import FLEET, MISSION, ROBOT, SCHEDULE, attributes
 
 _OF_ROBOT = (*attributes(ROBOT), "needs_password", "serial_number")
+_OF_FLEET = (*attributes(FLEET), "needs_password", "identity")
 _OF_MISSION = (*attributes(MISSION), "charges")
 _OF_SCHEDULE = ("name", *attributes(SCHEDULE))
 
@@ -26,9 +27,10 @@ def parts(whole: object, names: Iterable[str]) -> dict[str, object]:
     return {name: getattr(whole, name) for name in names}
 
 
-def change_of_robot(before: Robot, after: Robot) -> str:
+def change_of_robot(before: Robot | Fleet, after: Robot | Fleet) -> str:
     """Of a password only that there is another one."""
-    changed = [differences(parts(before, _OF_ROBOT), parts(after, _OF_ROBOT))]
+    names = _OF_ROBOT if isinstance(after, Robot) else _OF_FLEET
+    changed = [differences(parts(before, names), parts(after, names))]
     if before.token and after.token and before.token != after.token:
         changed.append("another password")
     return ", ".join(filter(None, changed))

@@ -255,7 +255,7 @@ _CHECKS: Mapping[str, Callable[[sqlite3.Connection], None]] = {
     "sqlite_schema": _sizes,
     "sqlite_sequence": _sequences,
     "settings": _settings,
-    "fleets": _each(FleetRepository(), lambda fleet: None),
+    "fleets": _each(FleetRepository(), lambda fleet: checked(fleet, fields.FLEET, "name")),
     "robots": _each(RobotRepository(), lambda robot: robot.idle and checked(robot.idle, fields.IDLE)),
     "missions": _each(MissionRepository(), lambda mission: checked(mission, fields.MISSION, "guid", "usual_minutes")),
     "robot_groups": _each(GroupRepository(), partial(validation.group, may_be_empty=True)),

@@ -13,13 +13,14 @@ from datetime import datetime
 
 from app.database.alarms import AlarmRepository
 from app.database.executions import ExecutionRepository
+from app.database.fleets import FleetRepository
 from app.database.groups import GroupRepository, PlaceRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import CalendarRepository, SettingsRepository
 from app.domain import names
-from app.domain.models import Execution, Group, InvalidInput, Mission, Place, Reason, ReasonCode, Robot, Schedule
+from app.domain.models import Execution, Fleet, Group, InvalidInput, Mission, Place, Reason, ReasonCode, Robot, Schedule
 from app.services.executions import transitions
 from app.services.executions.apply import apply_in
 from app.services.executions.transitions import NOT_WITH_THE_ROBOT, Transition
@@ -32,6 +33,7 @@ class Removed:
     """What one deletion has hidden, by ids, and the starts that it ended, as they were: ``Catalogue.restore`` puts all that back."""
 
     at: datetime
+    fleets: Sequence[int] = ()
     robots: Sequence[int] = ()
     groups: Sequence[int] = ()
     places: Sequence[int] = ()
@@ -40,7 +42,7 @@ class Removed:
     days: Sequence[int] = ()
     made_names: Collection[int] = ()  # ids of those schedules whose names say what they do where
     starts: Sequence[Execution] = ()
-    token: str | None = field(default=None, repr=False)  # of the robot: here only, until it is put back
+    token: str | None = field(default=None, repr=False)  # of the robot or fleet: here only, until it is put back
 
 
 @dataclass
@@ -57,7 +59,7 @@ class Edit:
     def __post_init__(self) -> None:
         self.robots, self.missions, self.schedules = RobotRepository(), MissionRepository(), ScheduleRepository()
         self.executions, self.stored_settings = ExecutionRepository(), SettingsRepository()
-        self.groups, self.places = GroupRepository(), PlaceRepository()
+        self.fleets, self.groups, self.places = FleetRepository(), GroupRepository(), PlaceRepository()
         self.days, self.alarms = CalendarRepository(), AlarmRepository()
         self.settings = self.stored_settings.load(self.c)
 
@@ -72,6 +74,11 @@ class Edit:
         if robot := self.robots.get(self.c, robot_id):
             return robot
         raise InvalidInput("robot", "this robot no longer exists")
+
+    def the_fleet(self, fleet_id: int) -> Fleet:
+        if fleet := self.fleets.get(self.c, fleet_id):
+            return fleet
+        raise InvalidInput("fleet", "this fleet no longer exists")
 
     def the_group(self, group_id: int) -> Group:
         if group := self.groups.get(self.c, group_id):
@@ -138,6 +145,7 @@ class Edit:
         made_names = {schedule.id for schedule in schedules if self.has_generated_name(schedule)}
         removed = replace(removed, schedules=sorted(schedule.id for schedule in schedules), made_names=made_names)
         for table, ids in (
+            (self.fleets, removed.fleets),
             (self.robots, removed.robots),
             (self.groups, removed.groups),
             (self.places, removed.places),
@@ -151,7 +159,7 @@ class Edit:
 
     def purge(self) -> None:
         """Finally delete what was removed. Only when the app starts: what it can undo is in its memory."""
-        for table in (self.robots, self.groups, self.places, self.missions, self.schedules, self.days):
+        for table in (self.fleets, self.robots, self.groups, self.places, self.missions, self.schedules, self.days):
             table.purge(self.c)
 
     def apply(self, found: Iterable[Transition]) -> list[Execution]:

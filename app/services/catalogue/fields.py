@@ -9,7 +9,7 @@ from datetime import date, datetime
 from typing import Any, TypeVar
 
 from app.domain.message import Message, message, render
-from app.domain.models import FONT_SCALES, KEYBOARDS, THEMES, Between, HandOver, InvalidInput, Overlap
+from app.domain.models import FONT_SCALES, KEYBOARDS, THEMES, Between, FleetKind, HandOver, InvalidInput, Overlap
 from app.services.catalogue import checks
 from app.services.catalogue.checks import Check, Number, choice, optional
 
@@ -209,6 +209,15 @@ IDLE: Fields = (
     Field(message("mission"), checks.name, "mission_id", special=True),
     Field("after_minutes", Number(5, 30)),
     Field(message("enabled"), checks.flag),
+)
+FLEET: Fields = (
+    Field("name", checks.name, required="yes"),
+    Field(message("address"), checks.address, parse=checks.text, required="new"),
+    Field(message("kind"), choice(*FleetKind)),
+    Field(message("username"), checks.username),
+    Field(message("password"), optional(checks.password), "", special=True),
+    Field(message("enabled"), checks.flag),
+    Field(message("certificate sha256"), checks.fingerprint, parse=optional(checks.fingerprint_text), omit=None),
 )
 ROBOT: Fields = (
     Field("name", checks.name, required="yes"),

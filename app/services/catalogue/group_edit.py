@@ -8,7 +8,18 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
-from app.domain.models import Execution, Group, InvalidInput, Mission, Place, Reason, ReasonCode, State
+from app.domain.models import (
+    ANY_VEHICLE,
+    Execution,
+    Group,
+    InvalidInput,
+    Mission,
+    Place,
+    Reason,
+    ReasonCode,
+    Robot,
+    State,
+)
 from app.services.catalogue import fields, generated_names, validation
 from app.services.catalogue.edit import Edit, Removed
 from app.services.executions import transitions
@@ -22,8 +33,7 @@ def save(edit: Edit, group: Group, *, may_be_empty: bool = False) -> Group:
     stored = edit.the_group(group.id) if group.id else None
     group = validation.group(group, may_be_empty=may_be_empty)
     _check_name(edit, group, stored)
-    for robot_id in group.members:
-        edit.the_robot(robot_id)
+    check_members([edit.the_robot(robot_id) for robot_id in group.members])
     if group == stored:
         return group
     if stored is None:
@@ -39,6 +49,20 @@ def save(edit: Edit, group: Group, *, may_be_empty: bool = False) -> Group:
     )
     edit.topics.add(Topic.ROBOTS)
     return group
+
+
+def check_members(robots: Iterable[Robot]) -> None:
+    """A fleet that may choose any of its robots could choose one that the group has given something else."""
+    vehicles: dict[int, set[bool]] = {}
+    for robot in robots:
+        if robot.fleet is not None:
+            vehicles.setdefault(robot.fleet.id, set()).add(robot.vehicle == ANY_VEHICLE)
+            if len(vehicles[robot.fleet.id]) > 1:
+                raise InvalidInput(
+                    "members",
+                    "a group can't have single robots of {fleet} and any robot of it",
+                    fleet=robot.fleet.name,
+                )
 
 
 def _check_name(edit: Edit, group: Group, stored: Group | None) -> None:

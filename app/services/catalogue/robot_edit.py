@@ -26,27 +26,44 @@ def save(
     unless ``is_tested``: the caller has just read them from it. ``is_one_of_many``: others change too, and the
     caller calls ``check_is_no_other`` afterwards."""
     stored = edit.the_robot(robot.id) if robot.id else None
+    if robot.fleet is not None:
+        robot = robot.within(edit.the_fleet(robot.fleet.id))
     robot = fields.checked(robot, fields.ROBOT)
     _check_name(edit, robot)
-    if password == "":
-        raise InvalidInput("password", "enter a password")
+    _check_way(robot, stored, password)
     if stored is not None:
         robot = replace(robot, serial_number=robot.serial_number or stored.serial_number)
         if not is_tested:
             robot = replace(robot, model=stored.model, software=stored.software, identified_by=stored.identified_by)
     if not is_one_of_many:
         check_is_no_other(edit, robot, stored)
-    token = token_for(robot, password, stored)
-    was_waiting = password is not None and stored is not None and stored.needs_password
-    robot = replace(
-        robot,
-        token=token,
-        needs_password=token is None,
-        enabled=token is not None and (robot.enabled or was_waiting),
-    )
+    if robot.fleet is None:
+        token = token_for(robot, password, stored)
+        was_waiting = password is not None and stored is not None and stored.needs_password
+        enabled = token is not None and (robot.enabled or was_waiting)
+        robot = replace(robot, token=token, needs_password=token is None, enabled=enabled)
     if robot.idle is not None:
         robot = replace(robot, idle=_checked_idle(edit, robot.id, robot.idle))
     return _put(edit, robot, stored)
+
+
+def _check_way(robot: Robot, stored: Robot | None, password: str | None) -> None:
+    """It is reached directly or through a fleet, and stays what it is: its queue ids are those of its robot or fleet."""
+    if password == "":
+        raise InvalidInput("password", "enter a password")
+    if bool(robot.vehicle) is (robot.fleet is None):
+        raise InvalidInput("vehicle", "a robot of a fleet needs its id at the fleet, others have none")
+    if robot.fleet is not None and password is not None:
+        raise InvalidInput("password", "{fleet} has the password of this robot: enter it there", fleet=robot.fleet.name)
+    if stored is not None and way(robot) != way(stored):
+        raise InvalidInput(
+            "fleet", "{robot} can't be reached in another way: add that as another robot", robot=stored.name
+        )
+
+
+def way(robot: Robot) -> tuple[int | None, str]:
+    """How it is reached: the id of its fleet and its id there; or directly."""
+    return None if robot.fleet is None else robot.fleet.id, robot.vehicle
 
 
 def _check_name(edit: Edit, robot: Robot) -> None:
@@ -61,6 +78,8 @@ def check_is_no_other(edit: Edit, robot: Robot, before: Robot | None = None) -> 
     """Check that a machine is not configured twice. Duplicates stored by an older version can still be changed."""
     if before is None or (robot.address, robot.serial_number) != (before.address, before.serial_number):
         validation.check_is_no_other(robot, edit.robots.all(edit.c))
+        if robot.fleet is None:
+            validation.check_address_is_free(robot.address, edit.fleets.all(edit.c))
 
 
 def _put(edit: Edit, robot: Robot, stored: Robot | None) -> Robot:
@@ -68,18 +87,15 @@ def _put(edit: Edit, robot: Robot, stored: Robot | None) -> Robot:
         return robot
     if stored is None:
         robot = edit.robots.add(edit.c, robot)
-        edit.notes.append(f"robot {robot.name!r} added, at {robot.address}")
+        place = robot.address if robot.fleet is None else f"{robot.vehicle!r} of fleet {robot.fleet.name!r}"
+        edit.notes.append(f"robot {robot.name!r} added, at {place}")
     else:
         edit.robots.update(edit.c, robot)
         if changed := change_log.change_of_robot(stored, robot):
             edit.notes.append(f"robot {stored.name!r} changed: {changed}")
         generated_names.rename_for_robot(edit, stored.name, robot)
         if stored.enabled and not robot.enabled:
-            reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": stored.name})
-            group_edit.unassign(edit, robot.id)
-            unsent = edit.executions.open_for(edit.c, robot.id, NOT_WITH_THE_ROBOT)
-            edit.withdraw([row for row in unsent if row.group_id is None], reason)
-            _clear_alarms(edit, robot.id)
+            end_unsent(edit, stored)
         if robot.needs_password and stored.enabled:
             details = {"robot": robot.name, "robot_id": robot.id}
             edit.alarms.raise_once(edit.c, alarm_of("needs_password", f"robot:{robot.id}", edit.now, details))
@@ -91,6 +107,15 @@ def _put(edit: Edit, robot: Robot, stored: Robot | None) -> Robot:
         withdraw_idle(edit, robot)
     edit.topics.add(Topic.ROBOTS)
     return robot
+
+
+def end_unsent(edit: Edit, robot: Robot) -> None:
+    """It was switched off: its unsent starts end, or are for another robot of their group."""
+    reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": robot.name})
+    group_edit.unassign(edit, robot.id)
+    unsent = edit.executions.open_for(edit.c, robot.id, NOT_WITH_THE_ROBOT)
+    edit.withdraw([row for row in unsent if row.group_id is None], reason)
+    _clear_alarms(edit, robot.id)
 
 
 def withdraw_idle(edit: Edit, robot: Robot) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import datetime
 from types import MappingProxyType
@@ -14,6 +15,7 @@ from app.domain import names
 from app.domain.models import (
     DayException,
     Execution,
+    Fleet,
     Group,
     IdleRule,
     InvalidInput,
@@ -25,7 +27,15 @@ from app.domain.models import (
     State,
     Trigger,
 )
-from app.services.catalogue import change_log, group_edit, mission_edit, robot_edit, schedule_edit, settings_edit
+from app.services.catalogue import (
+    change_log,
+    fleet_edit,
+    group_edit,
+    mission_edit,
+    robot_edit,
+    schedule_edit,
+    settings_edit,
+)
 from app.services.catalogue.edit import Edit, Removed
 from app.services.executions import transitions
 from app.services.executions.wanted import wanted
@@ -75,6 +85,7 @@ def _days(edit: Edit, id_: int) -> DayException:
 
 _READ_AND_SAVE: Mapping[type, tuple[Callable[[Edit, int], Any], Callable[[Edit, Any], Any]]] = MappingProxyType(
     {
+        Fleet: (Edit.the_fleet, fleet_edit.save),
         Robot: (Edit.the_robot, robot_edit.save),
         Group: (Edit.the_group, group_edit.save),
         Place: (Edit.the_place, group_edit.save_place),
@@ -90,6 +101,7 @@ TARGET = ("robot_id", "group_id", "finish_by_minutes")
 TASK = ("mission_id", "parameters")
 _TOGETHER: Mapping[type, Sequence[Sequence[str]]] = MappingProxyType(
     {
+        Fleet: (("address", "username", "certificate_sha256"),),
         Robot: (("address", "username", "certificate_sha256", "serial_number"),),
         Schedule: (("start", "timezone", "recurrence", "between"), TARGET, TASK),
     }
@@ -128,19 +140,11 @@ def idle_rule_back(edit: Edit, robot_id: int, before: IdleRule | None, changes: 
 
 def restore(edit: Edit, removed: Removed) -> None:
     """Put back what a deletion hid, and what waited of it. What would have fallen due in between writes no row."""
+    for fleet in _put_back(edit, edit.fleets, removed.fleets, removed.at):
+        _restore_fleet(edit, fleet, removed)
     robots = _put_back(edit, edit.robots, removed.robots, removed.at)
     for robot in robots:
-        _check_name_is_free(edit, robot.name)
-        try:
-            robot_edit.check_is_no_other(edit, robot)
-        except InvalidInput as other:
-            raise InvalidInput(
-                other.field,
-                "not restored: {problem}. Change or delete that one, then undo again",
-                problem=other.message,
-            ) from None
-        edit.robots.update(edit.c, replace(robot, token=removed.token))
-        edit.notes.append(f"robot {robot.name!r} put back")
+        _restore_robot(edit, robot, removed)
     for group in _put_back(edit, edit.groups, removed.groups, removed.at):
         _check_name_is_free(edit, group.name)
         edit.groups.update(edit.c, group)
@@ -181,6 +185,42 @@ def restore(edit: Edit, removed: Removed) -> None:
         settings_edit.days_changed(edit)
     else:
         edit.topics |= {Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.HOLDS, Topic.EXECUTIONS}
+
+
+def _restore_fleet(edit: Edit, fleet: Fleet, removed: Removed) -> None:
+    if edit.fleets.by_name(edit.c, fleet.name):
+        raise InvalidInput(
+            "name", "there is another fleet {name} now: rename that one, then undo again", name=fleet.name
+        )
+    with _naming_the_other():
+        fleet_edit.check_is_no_other(edit, fleet)
+    edit.fleets.update(edit.c, replace(fleet, token=removed.token))
+    edit.notes.append(f"fleet {fleet.name!r} put back")
+
+
+def _restore_robot(edit: Edit, robot: Robot, removed: Removed) -> None:
+    _check_name_is_free(edit, robot.name)
+    if robot.fleet is not None:
+        robot = robot.within(edit.the_fleet(robot.fleet.id))
+    with _naming_the_other():
+        robot_edit.check_is_no_other(edit, robot)
+    edit.robots.update(edit.c, replace(robot, token=removed.token))
+    for group in edit.groups.of_robot(edit.c, robot.id):
+        group_edit.check_members([edit.the_robot(member) for member in group.members])
+    edit.notes.append(f"robot {robot.name!r} put back")
+
+
+@contextmanager
+def _naming_the_other() -> Iterator[None]:
+    """Of what was configured since, and prevents it."""
+    try:
+        yield
+    except InvalidInput as other:
+        raise InvalidInput(
+            other.field,
+            "not restored: {problem}. Change or delete that one, then undo again",
+            problem=other.message,
+        ) from None
 
 
 def _put_back(edit: Edit, table: Table[T], ids: Sequence[int], removed_at: datetime) -> list[T]:

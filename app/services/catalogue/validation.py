@@ -10,7 +10,7 @@ from datetime import timedelta
 from typing import Any
 
 from app.domain.message import message
-from app.domain.models import FEWEST_TO_KEEP_FREE, DayException, Group, InvalidInput, Overlap, Robot, Schedule
+from app.domain.models import FEWEST_TO_KEEP_FREE, DayException, Fleet, Group, InvalidInput, Overlap, Robot, Schedule
 from app.mir.address import machine
 from app.services.catalogue import fields
 from app.services.planning.recurrence import Recurrence, check_has_instants
@@ -66,21 +66,32 @@ def _machine(address: str) -> object:
 
 
 def check_is_no_other(robot: Robot, others: Iterable[Robot]) -> None:
-    """Raises InvalidInput for the address when one of ``others`` with another id is the same machine."""
-    at = _machine(robot.address)
+    """Raises InvalidInput for the address when one of ``others`` with another id is the same machine, or for the place
+    at a fleet. One machine may be reached directly and through a fleet, which is warned about."""
     for other in others:
-        if other.id == robot.id:
+        if other.id == robot.id or (robot.fleet is None) is not (other.fleet is None):
             continue
-        if _machine(other.address) == at:
-            raise InvalidInput(
-                "address", "this is the address of {robot}, which is configured already", robot=other.name
-            )
+        if robot.fleet is not None and other.fleet is not None:
+            if (robot.fleet.id, robot.vehicle) == (other.fleet.id, other.vehicle):
+                raise InvalidInput("vehicle", "this is {robot}, which is configured already", robot=other.name)
+            continue
+        check_address_is_free(robot.address, [other])
         if robot.serial_number and other.serial_number == robot.serial_number:
             raise InvalidInput(
                 "address",
                 "this is {robot}, which is configured already: serial number {serial}",
                 robot=other.name,
                 serial=other.serial_number,
+            )
+
+
+def check_address_is_free(address: str, others: Iterable[Robot | Fleet]) -> None:
+    """Raises InvalidInput if one of these has it."""
+    at = _machine(address)
+    for other in others:
+        if _machine(other.address) == at:
+            raise InvalidInput(
+                "address", "this is the address of {robot}, which is configured already", robot=other.name
             )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sqlite3
 from dataclasses import replace
 
 import pytest
@@ -14,6 +13,7 @@ from app.domain.check_up import RobotProfile
 from app.domain.models import ANY_VEHICLE, Fleet, FleetKind, Robot
 from app.services.catalogue.database_check import find_problem
 from tests.support.stored import brought_up_to_date
+from tests.unit.database.conftest import NOON
 
 FLEETS, ROBOTS = FleetRepository(), RobotRepository()
 FLEET = Fleet(
@@ -80,11 +80,11 @@ def test_a_known_fleet_keeps_its_identity(db, fleet):
     assert FLEETS.get(db.read(), fleet.id) == fleet
 
 
-def test_a_robot_of_a_fleet_is_there_once(db, fleet, robot):
-    with pytest.raises(sqlite3.IntegrityError):
-        db.write(lambda c: ROBOTS.add(c, replace(robot, id=0, name="Alma")))
-    db.write(lambda c: ROBOTS.add(c, replace(robot, id=0, name="Any", vehicle=ANY_VEHICLE)))
-    assert len(FLEETS.robot_ids(db.read(), fleet.id)) == 2
+def test_robots_of_a_fleet_are_those_in_the_plan(db, fleet, robot):
+    other = db.write(lambda c: ROBOTS.add(c, replace(robot, id=0, name="Any", vehicle=ANY_VEHICLE)))
+    assert FLEETS.robot_ids(db.read(), fleet.id) == [robot.id, other.id]
+    db.write(lambda c: ROBOTS.remove(c, robot.id, NOON))
+    assert FLEETS.robot_ids(db.read(), fleet.id) == [other.id]
 
 
 def test_a_database_without_fleets_is_brought_up_to_date(path, clock):

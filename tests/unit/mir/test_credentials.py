@@ -31,8 +31,21 @@ def test_a_stored_header_is_the_same_token() -> None:
     assert token != token.header
 
 
-def test_the_secret_shows_in_no_text() -> None:
-    token = Token.derive("admin", "secret")
+def test_the_key_of_a_fleet_is_a_token_too() -> None:
+    token = Token.of_key(" mir_abc-1 ")
+    assert (token.header, Token.from_header(token.header)) == ("x-api-key mir_abc-1", token)
+    assert not token.is_published_default
+
+
+@pytest.mark.parametrize("key", ["", " ", "two words", "a\r\nX: y", "ä", "x" * 501])
+def test_what_is_no_key_is_refused_without_showing_it(key: str) -> None:
+    with pytest.raises(InvalidInput) as refused:
+        Token.of_key(key)
+    assert key.strip() not in refused.value.text or not key.strip()
+
+
+@pytest.mark.parametrize("token", [Token.derive("admin", "secret"), Token.of_key("mir_abc")])
+def test_the_secret_shows_in_no_text(token: Token) -> None:
     for text in (repr(token), str(token), f"{token}", f"{token!r}", f"{[token]}"):
         assert text.strip("[]") == "Token()"
     assert not hasattr(token, "__dict__")

@@ -1,0 +1,110 @@
+"""MiR Fleets, through which robots are reached: the part of a change of the plan that is about them.
+
+Every function raises InvalidInput before it has written anything.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from app.domain.models import Fleet, InvalidInput
+from app.mir.credentials import token_for_fleet
+from app.services.catalogue import change_log, fields, robot_edit, validation
+from app.services.catalogue.edit import Edit, Removed
+from app.services.live.alarms import alarm_of
+from app.services.live.changes import Topic
+
+
+def save(edit: Edit, fleet: Fleet, password: str | None = None, *, is_one_of_many: bool = False) -> Fleet:
+    """Add (id 0) or change, with all of its robots. Credentials are as those of robots: without a ``password`` (of Fleet
+    Enterprise, an API key) a new fleet, or one with another user, address or certificate, is switched off and needs
+    one. ``is_one_of_many``: the caller checks later that no other has its address."""
+    stored = edit.the_fleet(fleet.id) if fleet.id else None
+    fleet = fields.checked(fleet, fields.FLEET)
+    _check_name(edit, fleet)
+    if password == "":
+        raise InvalidInput("password", "enter a password")
+    if stored is not None and fleet.kind is not stored.kind:
+        raise InvalidInput("kind", "a fleet of another kind is another fleet: add that, and remove this one")
+    if not is_one_of_many:
+        check_is_no_other(edit, fleet, stored)
+    token = token_for_fleet(fleet, password, stored)
+    was_waiting = password is not None and stored is not None and stored.needs_password
+    enabled = token is not None and (fleet.enabled or was_waiting)
+    return _put(edit, replace(fleet, token=token, needs_password=token is None, enabled=enabled), stored)
+
+
+def _check_name(edit: Edit, fleet: Fleet) -> None:
+    other = edit.fleets.by_name(edit.c, fleet.name)
+    if other is not None and other.id != fleet.id:
+        raise InvalidInput("name", "there is a fleet {name} already", name=fleet.name)
+
+
+def check_is_no_other(edit: Edit, fleet: Fleet, before: Fleet | None = None) -> None:
+    """Check that neither a fleet nor a robot has its address."""
+    if before is None or fleet.address != before.address:
+        fleets = [other for other in edit.fleets.all(edit.c) if other.id != fleet.id]
+        direct = [robot for robot in edit.robots.all(edit.c) if robot.fleet is None]
+        validation.check_address_is_free(fleet.address, [*fleets, *direct])
+
+
+def _put(edit: Edit, fleet: Fleet, stored: Fleet | None) -> Fleet:
+    if fleet == stored:
+        return fleet
+    if stored is None:
+        fleet = edit.fleets.add(edit.c, fleet)
+        edit.notes.append(f"fleet {fleet.name!r} added, at {fleet.address}")
+    else:
+        robots = [edit.the_robot(robot_id) for robot_id in edit.fleets.robot_ids(edit.c, fleet.id)]
+        edit.fleets.update(edit.c, fleet)
+        if changed := change_log.change_of_robot(stored, fleet):
+            edit.notes.append(f"fleet {stored.name!r} changed: {changed}")
+        for robot in robots:
+            now = robot.within(fleet)
+            edit.robots.update(edit.c, now)
+            if robot.enabled and not now.enabled:
+                robot_edit.end_unsent(edit, robot)
+        _note_password(edit, fleet, stored)
+    edit.topics.add(Topic.ROBOTS)
+    return fleet
+
+
+def _note_password(edit: Edit, fleet: Fleet, stored: Fleet) -> None:
+    if fleet.needs_password and stored.enabled:
+        alarm = alarm_of("needs_password", _key(fleet.id), edit.now, {"robot": fleet.name})
+        edit.alarms.raise_once(edit.c, alarm)
+        edit.topics.add(Topic.ALARMS)
+    elif stored.needs_password and not fleet.needs_password:
+        _clear_alarm(edit, fleet.id)
+
+
+def _clear_alarm(edit: Edit, fleet_id: int) -> None:
+    if edit.alarms.clear(edit.c, "needs_password", _key(fleet_id), edit.now):
+        edit.topics.add(Topic.ALARMS)
+
+
+def _key(fleet_id: int) -> str:
+    return f"fleet:{fleet_id}"
+
+
+def remove(edit: Edit, fleet_id: int) -> Removed:
+    """With its robots, and with each what is removed with a robot."""
+    fleet, robot_ids = edit.the_fleet(fleet_id), edit.fleets.robot_ids(edit.c, fleet_id)
+    of_robots = [robot_edit.remove(edit, robot_id) for robot_id in robot_ids]
+    _clear_alarm(edit, fleet_id)
+    edit.notes.append(f"fleet {fleet.name!r} removed, and {len(robot_ids)} robots with it")
+    edit.topics.add(Topic.ROBOTS)
+    own = edit.hide(Removed(edit.now, fleets=[fleet_id], token=fleet.token))
+    return replace(
+        own,
+        robots=robot_ids,
+        missions=_all([each.missions for each in of_robots]),
+        schedules=_all([each.schedules for each in of_robots]),
+        made_names=[id_ for each in of_robots for id_ in each.made_names],
+        starts=[start for each in of_robots for start in each.starts],
+    )
+
+
+def _all(ids: Sequence[Sequence[int]]) -> list[int]:
+    return [id_ for each in ids for id_ in each]
