@@ -8,7 +8,7 @@ from datetime import datetime
 from typing import Any
 
 from mir_sim.fleets import enterprise_definition
-from mir_sim.fleets.base import SimulatedFleet
+from mir_sim.fleets.base import LOOKS_EVERY, SimulatedFleet
 from mir_sim.fleets.enterprise_orders import PRIORITIES, Origin, Phase, SerialOrder, utc_text
 from mir_sim.fleets.knobs import EnterpriseKnobs
 from mir_sim.fleets.orders import Order, OrderState, Vehicle
@@ -23,21 +23,15 @@ class EnterpriseFleet(SimulatedFleet):
     """One Fleet Enterprise.
 
     Args:
-        robots: at least one, with the same start and software, and without orders.
-        knobs: how it differs from the faithful one.
         name: ``fleet-name``.
+        knobs: how it differs from the faithful one.
         options: as of other fleets.
     """
 
     base = "/api/v1"
 
     def __init__(
-        self,
-        robots: Sequence[SimulatedRobot],
-        *,
-        knobs: EnterpriseKnobs = FAITHFUL,
-        name: str = "MiR Fleet",
-        **options: Any,
+        self, name: str, robots: Sequence[SimulatedRobot], *, knobs: EnterpriseKnobs = FAITHFUL, **options: Any
     ) -> None:
         super().__init__(name, robots, **options)
         self.knobs = knobs
@@ -64,11 +58,14 @@ class EnterpriseFleet(SimulatedFleet):
         return next((one for one in self.vehicles if one.guid == guid), None)
 
     def at_robots(self, seconds: float, call: Callable[[], object]) -> None:
-        """Call a function at a simulated second to which the robots have advanced too."""
+        """Call a function at a simulated second to which the robots have advanced too, or once the fleet is online again."""
 
         def at_the_same_time() -> None:
-            self._advance_robots()
-            call()
+            if self.offline_until is None:
+                self._advance_robots()
+                call()
+            else:
+                self.at_robots(self.offline_until + LOOKS_EVERY, call)
 
         self.call_at(seconds, at_the_same_time)
 
@@ -161,6 +158,7 @@ class EnterpriseFleet(SimulatedFleet):
             phase.order.mission_id, phase.order.parameters = new.mission_id or "", parameters_of(phase)
         elif phase is serial.phase:
             self._begin(serial)
+        serial.note(self.now)
         return True
 
     @staticmethod

@@ -286,9 +286,8 @@ def change_phase(call: Call) -> Reply:
 
 
 def active_orders(call: Call) -> Reply:
+    """As of the fleet's last look at its robots."""
     fleet = call.fleet
-    for serial in fleet.active:
-        serial.note(fleet.now)
     events = [event for serial in fleet.active for event in serial.events(fleet.text_of)]
     return 200, {"serial-order-status-events": events}
 

@@ -25,7 +25,7 @@ class EnterpriseAsker:
 
     def __init__(self, **knobs: Any) -> None:
         robots = [SimulatedRobot(name, battery=80.0) for name in ("Aino", "Veikko")]
-        self.fleet = EnterpriseFleet(robots, knobs=EnterpriseKnobs(**knobs))
+        self.fleet = EnterpriseFleet("Hall", robots, knobs=EnterpriseKnobs(**knobs))
         self.aino, self.veikko = self.fleet.vehicles
 
     def pass_time(self, seconds: float) -> None:

@@ -168,7 +168,7 @@ def test_older_versions_have_less() -> None:
     }
     for version in ("1.3.1", "1.4.2", "1.5.0"):
         client = EnterpriseAsker(version=version)
-        assert client.get("/system/version") == {"version": version, "fleet-name": "MiR Fleet"}
+        assert client.get("/system/version") == {"version": version, "fleet-name": "Hall"}
         found = {path for path in paths if client.send("GET", path).status == 200}
         assert found == {path for path, since in paths.items() if since <= version}
 

@@ -264,11 +264,35 @@ def test_a_restart_keeps_or_forgets_what_no_robot_has(client: EnterpriseAsker) -
     assert client.post("two").status == 201
 
 
-def test_the_same_requests_give_the_same_answers() -> None:
+def test_a_change_that_comes_due_while_the_fleet_is_off_happens_when_it_is_back() -> None:
+    client = EnterpriseAsker(posted="accepted", abort_seconds=3.0)
+    client.post("one", "Deliver")
+    client.fleet.restart(30)
+    client.pass_time(29)
+    assert client.fleet.active == []
+    client.pass_time(10)
+    assert client.status() == "Executing"
+    client.send("DELETE", f"/serial-order/{uuid_of('one')}")
+    client.fleet.restart(30)
+    client.pass_time(29)
+    assert client.aino.robot.run is not None
+    client.pass_time(10)
+    assert client.status() == "Aborted"
+
+
+def test_the_same_requests_give_the_same_answers_whatever_is_read_between() -> None:
     answers = []
-    for _ in range(2):
+    for reads in (False, True):
         client = EnterpriseAsker(posted="accepted")
-        client.post(phase={"order-id": None})
-        client.pass_time(30)
-        answers.append(client.get("/order"))
-    assert answers[0] == answers[1] != []
+        client.post("one", "Deliver", phase={"order-id": None})
+        seen = []
+        for second in range(400):
+            client.pass_time(0.25)
+            if second == 99:
+                client.aino.robot.pause()
+            if reads or second % 50 == 49:
+                read = [client.get(path) for path in ("/order", "/serial-order-status/snapshot")]
+                seen += [read] if second % 50 == 49 else []
+        answers.append(seen)
+    assert answers[0] == answers[1]
+    assert {order["order-status"] for orders, _ in answers[0] for order in orders} == {"Executing"}
