@@ -17,8 +17,12 @@ from mir_sim import checks
 from mir_sim.checks import WrongValue
 from mir_sim.definition import SOFTWARE
 from mir_sim.fleet import Fleet, make_robots
+from mir_sim.fleets import KINDS, make_fleet
+from mir_sim.fleets.base import SimulatedFleet
+from mir_sim.fleets.knobs import changed
 from mir_sim.history import MAX_ITEMS
 from mir_sim.profile import DEVIANTS, FAITHFUL, deviant, read
+from mir_sim.robot import SimulatedRobot
 
 USAGE_ERROR = 2
 SEEDS = 10**9
@@ -64,13 +68,17 @@ def program() -> str:
 
 
 def parser() -> argparse.ArgumentParser:
-    options = Parser(prog=program(), description="Simulated MiR robots on consecutive ports.", allow_abbrev=False)
+    options = Parser(
+        prog=program(),
+        description="Simulated MiR robots on consecutive ports, with a fleet on request.",
+        allow_abbrev=False,
+    )
     options.add_argument("--host", default="127.0.0.1", help="address to listen on (default %(default)s)")
     options.add_argument(
         "--port",
         type=_number_from(0, 65535, int),
         default=8080,
-        help="port of the first robot, 0 = free ones (default %(default)s)",
+        help="port of the fleet or the first robot, 0 = free ones (default %(default)s)",
     )
     options.add_argument(
         "--key",
@@ -78,6 +86,16 @@ def parser() -> argparse.ArgumentParser:
         help="what /sim asks for from other machines, in the header X-Sim-Key (default: a random one)",
     )
     options.add_argument("--robots", type=_number_from(1, 500, int), default=3, help="how many (default %(default)s)")
+    options.add_argument(
+        "--fleet", choices=KINDS, help="a fleet that has these robots, on the first port (default: none)"
+    )
+    options.add_argument(
+        "--knobs",
+        type=_checked(lambda name: checks.read_json(Path(name), lambda document: document)),
+        default={},
+        metavar="FILE",
+        help="how the fleet differs from a faithful one",
+    )
     options.add_argument(
         "--time-scale", type=_number_from(1, 1000, float), default=1.0, help="simulated seconds per second, 1 to 1000"
     )
@@ -135,13 +153,40 @@ def parser() -> argparse.ArgumentParser:
     return options
 
 
+def machines_of(args: argparse.Namespace, seed: int) -> tuple[list[SimulatedRobot], SimulatedFleet | None]:
+    """The robots of the options, and the fleet above them if one is wanted. Ends the program when its knobs are wrong."""
+    kind = KINDS.get(args.fleet)
+    software = args.software or (kind.robots if kind is not None and args.profile is FAITHFUL else None)
+    robots = make_robots(
+        args.robots,
+        time_scale=args.time_scale,
+        seed=seed,
+        profile=args.profile,
+        software=software,
+        chaos=args.chaos,
+        failure_rate=args.failure_rate,
+        history=args.history,
+        timezone=args.timezone,
+        clock_offset=args.clock_offset,
+        clock_drift=args.clock_drift,
+    )
+    if kind is None:
+        if args.knobs:
+            parser().error("--knobs needs --fleet")
+        return robots, None
+    try:
+        knobs = changed(kind.knobs(), args.knobs)
+    except WrongValue as error:
+        parser().error(f"--knobs: {error}")
+    return robots, make_fleet(args.fleet, robots, seed=seed, chaos=args.chaos, knobs=knobs)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Serve until SIGINT or SIGTERM. Returns the exit code: 0 done, 2 when a port can't be opened."""
     args = parser().parse_args(arguments)
-    if args.port and args.port + args.robots - 1 > 65535:
-        parser().error(
-            f"--port {args.port}: {args.robots} robots need ports up to {args.port + args.robots - 1}, the last one is 65535"
-        )
+    last = args.port + args.robots - 1 + (args.fleet is not None)
+    if args.port and last > 65535:
+        parser().error(f"--port {args.port}: {args.robots} robots need ports up to {last}, the last one is 65535")
     stop: queue.SimpleQueue[int] = (
         queue.SimpleQueue()
     )  # setting an Event can deadlock with the wait that the signal interrupts
@@ -152,20 +197,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for name in STOPPING & set(dir(signal)):
         signal.signal(getattr(signal, name), end)
     seed = secrets.randbelow(SEEDS) if args.seed is None else args.seed
-    robots = make_robots(
-        args.robots,
-        time_scale=args.time_scale,
-        seed=seed,
-        profile=args.profile,
-        software=args.software,
-        chaos=args.chaos,
-        failure_rate=args.failure_rate,
-        history=args.history,
-        timezone=args.timezone,
-        clock_offset=args.clock_offset,
-        clock_drift=args.clock_drift,
-    )
-    fleet = Fleet(robots, args.host, args.port, args.key)
+    robots, above = machines_of(args, seed)
+    fleet = Fleet(robots, args.host, args.port, args.key, above)
     try:
         fleet.start()
     except OSError as error:
@@ -182,8 +215,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             file=sys.stderr,
             flush=True,
         )
-    for robot in fleet.robots:
-        print(f"ready {robot.name} {robot.url}", flush=True)
+    for one in ([] if fleet.above is None else [fleet.above]) + fleet.robots:
+        print(f"ready {one.name} {one.url}", flush=True)
     while True:  # a signal that arrives just before get() begins does not wake it: hence the timeout
         with contextlib.suppress(queue.Empty):
             stop.get(timeout=1.0)

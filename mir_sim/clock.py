@@ -23,11 +23,11 @@ class RobotClock:
         self.zone = zone
         self.offset = offset
         self.drift = drift
-        self._tz = ZoneInfo(zone)
+        self.tz = ZoneInfo(zone)
 
     def set_zone(self, zone: str) -> None:
         """Change the zone. Raises ZoneInfoNotFoundError or ValueError for a name that is not a zone."""
-        self._tz = ZoneInfo(zone)
+        self.tz = ZoneInfo(zone)
         self.zone = zone
 
     def error(self, seconds: float) -> float:
@@ -39,7 +39,7 @@ class RobotClock:
 
     def local(self, seconds: float) -> datetime:
         """Naive local time, as the robot shows it."""
-        return self.utc(seconds).astimezone(self._tz).replace(tzinfo=None)
+        return self.utc(seconds).astimezone(self.tz).replace(tzinfo=None)
 
     def stamp(self, seconds: float) -> str:
         """``YYYY-MM-DDTHH:MM:SS``: whole seconds, no zone, as recorded on robots."""
@@ -47,5 +47,5 @@ class RobotClock:
 
     def set_local(self, value: datetime, seconds: float) -> None:
         """Set the clock so that it shows ``value`` (naive: local time of the robot) at this simulated second."""
-        aware = value if value.tzinfo else value.replace(tzinfo=self._tz)
+        aware = value if value.tzinfo else value.replace(tzinfo=self.tz)
         self.offset += (aware - self.utc(seconds)).total_seconds()

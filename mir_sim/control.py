@@ -8,6 +8,7 @@ from __future__ import annotations
 import hmac
 import json
 from collections.abc import Callable
+from functools import singledispatch
 from ipaddress import ip_address
 from typing import Any
 
@@ -15,13 +16,15 @@ from mir_sim import checks
 from mir_sim.checks import WrongValue
 from mir_sim.faults import Fault, FaultKind
 from mir_sim.floor_plan import live_view
+from mir_sim.machine import Machine
 from mir_sim.messages import Request, Response
 from mir_sim.robot import SimulatedRobot
 from mir_sim.state import RobotError
 
 PATH, MAP_PATH = "/sim", "/sim/map.png"
 KEY_HEADER = "X-Sim-Key"
-Action = Callable[[SimulatedRobot], object]
+Action = Callable[[Any], object]  # gets the machine
+Commands = dict[str, Callable[[Any], Action]]  # by name: turns the value into what is to happen, or raises WrongValue
 
 
 def refusal(request: Request, peer: str, key: str) -> Response | None:
@@ -47,12 +50,12 @@ def _is_here(peer: str) -> bool:
     return (mapped or address).is_loopback
 
 
-def control(robot: SimulatedRobot, request: Request) -> Response:
-    """Answer GET and POST /sim, and GET /sim/map.png."""
-    if request.path == MAP_PATH:
-        return Response(200, {"Content-Type": "image/png"}, live_view(robot.pose))
+def control(machine: Machine, request: Request) -> Response:
+    """Answer GET and POST /sim, and of robots GET /sim/map.png."""
+    if request.path == MAP_PATH and isinstance(machine, SimulatedRobot):
+        return Response(200, {"Content-Type": "image/png"}, live_view(machine.pose))
     if request.method == "GET":
-        return Response.json_of(200, robot.snapshot())
+        return Response.json_of(200, machine.snapshot())
     if request.method != "POST":
         return _refusal(405, "Only GET and POST are possible here.")
     try:
@@ -60,10 +63,10 @@ def control(robot: SimulatedRobot, request: Request) -> Response:
     except (ValueError, RecursionError):
         return _refusal(400, "The body is not JSON.")
     try:
-        apply(robot, commands)
+        apply(machine, commands)
     except WrongValue as error:
         return _refusal(400, str(error))
-    return Response.json_of(200, robot.snapshot())
+    return Response.json_of(200, machine.snapshot())
 
 
 def _refusal(status: int, sentence: str) -> Response:
@@ -71,7 +74,7 @@ def _refusal(status: int, sentence: str) -> Response:
     return Response.json_of(status, {"error_code": code, "error_human": sentence})
 
 
-def apply(robot: SimulatedRobot, commands: Any) -> None:
+def apply(machine: Machine, commands: Any) -> None:
     """Execute the commands of a POST: all of them, or none when any is wrong.
 
     Args:
@@ -82,14 +85,15 @@ def apply(robot: SimulatedRobot, commands: Any) -> None:
     """
     if not isinstance(commands, dict) or not commands:
         raise WrongValue("The body must be an object with at least one command.")
+    known = commands_of(machine)
     for name in commands:
-        if name not in COMMANDS:
-            raise WrongValue(f"There is no command {name!r}; known are {', '.join(COMMANDS)}.")
-    actions = [COMMANDS[name](value) for name, value in commands.items()]
-    with robot.lock:
-        robot.catch_up()
+        if name not in known:
+            raise WrongValue(f"There is no command {name!r}; known are {', '.join(known)}.")
+    actions = [known[name](value) for name, value in commands.items()]
+    with machine.lock:
+        machine.catch_up()
         for action in actions:
-            action(robot)
+            action(machine)
 
 
 def _battery(value: Any) -> Action:
@@ -121,7 +125,7 @@ def _fail_next(value: Any) -> Action:
 
 def _reboot(value: Any) -> Action:
     seconds = checks.number(value, "reboot_seconds", 0, 3600)
-    return lambda robot: robot.reboot(seconds)
+    return lambda machine: machine.reboot(seconds)
 
 
 def _user_prompt(value: Any) -> Action:
@@ -139,7 +143,7 @@ def _user_prompt(value: Any) -> Action:
 
 def _fault(value: Any) -> Action:
     if value is None:
-        return lambda robot: robot.faults.clear()
+        return lambda machine: machine.faults.clear()
     if not isinstance(value, dict) or value.get("kind") not in set(FaultKind):
         raise WrongValue(f"fault must be null or an object whose kind is one of {', '.join(FaultKind)}.")
     unknown = set(value) - {"kind", "method", "path", "count", "seconds"}
@@ -153,15 +157,26 @@ def _fault(value: Any) -> Action:
         raise WrongValue('fault.path must be "*" or begin with a slash.')
     seconds = checks.number(value.get("seconds", 5), "fault.seconds", 0)
     kind, method = FaultKind(value["kind"]), checks.text(value.get("method", "*"), "fault.method").upper()
-    return lambda robot: robot.faults.add(Fault(kind, path.rstrip("/") or "/", method, count, seconds))
+    return lambda machine: machine.faults.add(Fault(kind, path.rstrip("/") or "/", method, count, seconds))
 
 
-COMMANDS: dict[str, Callable[[Any], Action]] = {
+SHARED: Commands = {"reboot_seconds": _reboot, "fault": _fault}
+COMMANDS: Commands = {
     "battery": _battery,
     "emergency_stop": _emergency_stop,
     "error": _error,
     "fail_next_mission": _fail_next,
-    "reboot_seconds": _reboot,
     "user_prompt": _user_prompt,
-    "fault": _fault,
+    **SHARED,
 }
+
+
+@singledispatch
+def commands_of(machine: Machine) -> Commands:
+    """The commands of a kind of machine; each kind registers its own."""
+    return SHARED
+
+
+@commands_of.register
+def _(robot: SimulatedRobot) -> Commands:
+    return COMMANDS

@@ -14,7 +14,8 @@ from typing import Any, TypeGuard
 
 from mir_sim.errors import argument_error
 
-SOFTWARE = ("2.14.7", "3.5.4", "3.8.1")
+SOFTWARE = ("2.14.7", "3.5.4", "3.8.1")  # of robots
+FLEET_SOFTWARE = "2.13.5.3"  # of classic fleets
 Schema = Mapping[str, Any]
 
 
@@ -177,17 +178,18 @@ def _shape(path: str) -> tuple[str, int]:
     return path.split("/", 2)[1] if "/" in path else "", path.count("/")
 
 
-@lru_cache(maxsize=len(SOFTWARE))
+@lru_cache(maxsize=len(SOFTWARE) + 1)
 def load(version: str) -> Definition:
-    """Read the definition of a software version. Raises ValueError for an unknown version."""
-    if version not in SOFTWARE:
+    """Read the definition of a software version of robots or fleets. Raises ValueError for an unknown version."""
+    if version not in (*SOFTWARE, FLEET_SOFTWARE):
         raise ValueError(f"unknown software {version}: choose one of {', '.join(SOFTWARE)}")
     return Definition(_document(version))
 
 
 def _document(version: str) -> dict[str, Any]:
     """The file of a version. One that names another as ``same_as`` holds only what is new in it or differs."""
-    text = (Path(__file__).parent / "definitions" / f"robot-{version}.json").read_text(encoding="utf-8")
+    kind = "fleet" if version == FLEET_SOFTWARE else "robot"
+    text = (Path(__file__).parent / "definitions" / f"{kind}-{version}.json").read_text(encoding="utf-8")
     document: dict[str, Any] = json.loads(text)
     older = document.pop("same_as", None)
     return document if older is None else _merged(_document(older), document)

@@ -1,4 +1,4 @@
-"""Sends a request through the robot's faults: it is handled or not, and answered now, late or never.
+"""Sends a request through the faults of a robot or fleet: it is handled or not, and answered now, late or never.
 
 The HTTP server and clients in the same process share this code, so that a fault does the same in both.
 """
@@ -12,15 +12,15 @@ from enum import Enum
 from mir_sim.api import below_base, handle, refuse
 from mir_sim.errors import ApiError
 from mir_sim.faults import Fault, FaultKind
+from mir_sim.machine import Machine
 from mir_sim.messages import Request, Response
-from mir_sim.robot import SimulatedRobot
 
 
 class Fate(Enum):
     """What the client sees."""
 
     ANSWERED = "answered"
-    REFUSED = "refused"  # no connection: the robot is offline
+    REFUSED = "refused"  # no connection: the machine is offline
     CLOSED = "closed"  # the connection ends without an answer
     CUT = "cut"  # the answer ends before its Content-Length
     HELD = "held"  # nothing ever comes
@@ -33,7 +33,7 @@ class Exchange:
     Attributes:
         response: what comes back, if anything does; for ``CUT`` the half of the body that arrives; its Content-Length is ``full_length``.
         seconds: real seconds that the client waits for it.
-        pending: the robot handles the request only after ``seconds``; ``response`` is None until then.
+        pending: the machine handles the request only after ``seconds``; ``response`` is None until then.
     """
 
     fate: Fate
@@ -43,32 +43,32 @@ class Exchange:
     pending: bool = False
 
 
-def exchange(robot: SimulatedRobot, request: Request) -> Exchange:
-    """Send one request through the robot's faults. A late request is handled when the robot's clock gets there."""
-    with robot.lock:
-        robot.catch_up()
-        if not robot.online:
+def exchange(machine: Machine, request: Request) -> Exchange:
+    """Send one request through the machine's faults. A late request is handled when the machine's clock gets there."""
+    with machine.lock:
+        machine.catch_up()
+        if not machine.online:
             return Exchange(Fate.REFUSED)
-        fault = take_fault(robot, request)
+        fault = take_fault(machine, request)
         if fault is not None and fault.kind is FaultKind.LATE:
             late = Exchange(Fate.ANSWERED, None, fault.seconds, pending=True)
 
             def arrive() -> None:
-                late.response, late.pending = handle(robot, request), False
+                late.response, late.pending = handle(machine, request), False
 
-            robot.call_at(robot.in_real(fault.seconds), arrive)
+            machine.call_at(machine.in_real(fault.seconds), arrive)
             return late
-        return handle_with_fault(robot, request, fault)
+        return handle_with_fault(machine, request, fault)
 
 
-def take_fault(robot: SimulatedRobot, request: Request) -> Fault | None:
+def take_fault(machine: Machine, request: Request) -> Fault | None:
     """Take the fault that hits this request, if any. Only requests to the API are hit."""
-    path = below_base(request.path)
-    with robot.lock:
-        return None if path is None else robot.faults.take(request.method, path)
+    path = below_base(machine, request.path)
+    with machine.lock:
+        return None if path is None else machine.faults.take(request.method, path)
 
 
-def handle_with_fault(robot: SimulatedRobot, request: Request, fault: Fault | None) -> Exchange:
+def handle_with_fault(machine: Machine, request: Request, fault: Fault | None) -> Exchange:
     """Handle a request as its fault demands. For ``late``, the caller waits before it calls this."""
     kind = fault.kind if fault is not None else None
     if kind is FaultKind.DROP_REQUEST:
@@ -76,10 +76,10 @@ def handle_with_fault(robot: SimulatedRobot, request: Request, fault: Fault | No
     if kind is FaultKind.HANG:
         return Exchange(Fate.HELD)
     if kind is FaultKind.STATUS_503:
-        return Exchange(Fate.ANSWERED, refuse(robot, ApiError(503)))
-    api_was_down_until = robot.api_down_until
-    response = handle(robot, request)
-    if robot.api_down_until > api_was_down_until:
+        return Exchange(Fate.ANSWERED, refuse(machine, ApiError(503)))
+    api_was_down_until = machine.api_down_until
+    response = handle(machine, request)
+    if machine.api_down_until > api_was_down_until:
         return Exchange(Fate.HELD)  # setting the clock restarts the API, and the answer is lost (reported)
     if kind is FaultKind.DROP_RESPONSE:
         return Exchange(Fate.CLOSED)
@@ -91,7 +91,7 @@ def handle_with_fault(robot: SimulatedRobot, request: Request, fault: Fault | No
         half = Response(response.status, response.headers, response.body[: len(response.body) // 2])
         return Exchange(Fate.CUT, half, full_length=max(1, len(response.body)))
     if kind is FaultKind.GARBAGE:
-        noise = random.Random(f"{robot.serial_number}/{robot.now}").randbytes(max(16, len(response.body)))
+        noise = random.Random(f"{machine.serial_number}/{machine.now}").randbytes(max(16, len(response.body)))
         return Exchange(
             Fate.ANSWERED, Response(200 if response.status == 204 else response.status, response.headers, noise)
         )

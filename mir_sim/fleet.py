@@ -1,4 +1,4 @@
-"""Serves a fleet of simulated robots on ports of this machine, for tests, demonstrations and the command line."""
+"""Serves simulated robots, and a fleet above them, on ports of this machine, for tests, demonstrations and the command line."""
 
 from __future__ import annotations
 
@@ -9,12 +9,16 @@ import threading
 import time
 from collections.abc import Iterator
 from datetime import UTC, datetime
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from mir_sim import control
+from mir_sim.fleets import KINDS, make_fleet
+from mir_sim.fleets.base import SimulatedFleet
+from mir_sim.machine import Machine
 from mir_sim.robot import SimulatedRobot
-from mir_sim.server import RobotServer, follow_robots
+from mir_sim.server import MachineServer, follow_all
 
+M = TypeVar("M", bound=Machine)
 NAMES = ("Aino", "Veikko", "Sisu", "Lempi", "Onni", "Helmi", "Eino", "Toivo", "Aava", "Urho", "Impi", "Sulo")
 
 
@@ -24,13 +28,13 @@ def robot_name(index: int) -> str:
     return NAMES[place] if turn == 0 else f"{NAMES[place]}-{turn + 1}"
 
 
-class FleetRobot:
-    """One served robot: its address, and control of it from any thread."""
+class Served(Generic[M]):
+    """A robot or fleet that is served: its address, and control of it from any thread."""
 
-    def __init__(self, server: RobotServer) -> None:
+    def __init__(self, server: MachineServer, model: M) -> None:
         self._server = server
-        self.name = server.robot.name
-        self.model = server.robot
+        self.name = model.name
+        self.model = model
 
     @property
     def port(self) -> int:
@@ -51,19 +55,37 @@ class FleetRobot:
         return self.model.snapshot()
 
 
-class Fleet:
-    """Robots that are served until ``stop``. All share one clock, one thread and one event loop. ``key``, a random one by default, is asked
-    for by /sim when a request comes from another machine."""
+FleetRobot = Served[SimulatedRobot]
 
-    def __init__(self, robots: list[SimulatedRobot], host: str = "127.0.0.1", port: int = 0, key: str = "") -> None:
+
+class Fleet:
+    """Robots that are served until ``stop``, on the ports after that of the fleet ``above`` them, if there is one. All share one clock, one
+    thread and one event loop. ``key``, a random one by default, is asked for by /sim when a request comes from another machine.
+
+    Attributes:
+        robots, above: what is served, from ``start`` on.
+    """
+
+    def __init__(
+        self,
+        robots: list[SimulatedRobot],
+        host: str = "127.0.0.1",
+        port: int = 0,
+        key: str = "",
+        above: SimulatedFleet | None = None,
+    ) -> None:
         self.key = key or secrets.token_urlsafe(12)
+        self._machines = (robots, above)
+        machines: list[Machine] = [*([] if above is None else [above]), *robots]
         self._servers = [
-            RobotServer(robot, host, port + number if port else 0, self.key) for number, robot in enumerate(robots)
+            MachineServer(machine, host, port + number if port else 0, self.key)
+            for number, machine in enumerate(machines)
         ]
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._run_loop, name="mir_sim", daemon=True)
         self._watch: asyncio.Task[None] | None = None
         self.robots: list[FleetRobot] = []
+        self.above: Served[SimulatedFleet] | None = None
 
     def start(self) -> None:
         """Open all ports and answer from now on. Raises OSError when one is taken; then none stays open."""
@@ -73,7 +95,14 @@ class Fleet:
         except OSError:
             self.stop()
             raise
-        self.robots = [FleetRobot(server) for server in self._servers]
+        robots, above = self._machines
+        self.robots = [
+            Served(server, robot) for server, robot in zip(self._servers[-len(robots) :], robots, strict=True)
+        ]
+        if above is not None:
+            self.above = Served(self._servers[0], above)
+            for vehicle, robot in zip(above.vehicles, self.robots, strict=True):
+                vehicle.address = robot.url.removeprefix("http://")
 
     def stop(self) -> None:
         """Close all ports and connections and end the thread."""
@@ -90,7 +119,7 @@ class Fleet:
     async def _open(self) -> None:
         for server in self._servers:
             await server.open()
-        self._watch = asyncio.create_task(follow_robots(self._servers))
+        self._watch = asyncio.create_task(follow_all(self._servers))
 
     async def _close(self) -> None:
         for server in self._servers:
@@ -117,20 +146,34 @@ def make_robots(count: int, *, time_scale: float = 1.0, seed: int = 1, **options
 
 @contextlib.contextmanager
 def serve(
-    robots: int = 3, *, time_scale: float = 1.0, seed: int = 1, host: str = "127.0.0.1", port: int = 0, **options: Any
+    robots: int = 3,
+    *,
+    fleet: str = "",
+    knobs: Any = None,
+    time_scale: float = 1.0,
+    seed: int = 1,
+    host: str = "127.0.0.1",
+    port: int = 0,
+    **options: Any,
 ) -> Iterator[Fleet]:
-    """Serve a fleet while the block runs.
+    """Serve robots while the block runs.
 
     Args:
         robots: how many.
+        fleet: a kind of fleet above them, of ``fleets.KINDS``; empty: none.
+        knobs: how the fleet differs, of the class for its kind; None: not at all.
         time_scale: simulated seconds per real second, 1 to 1000.
         seed: decides everything random.
-        port: first of the consecutive ports; 0 takes free ones.
+        port: first of the consecutive ports, that of the fleet if there is one; 0 takes free ones.
         options: passed to every :class:`SimulatedRobot`.
     """
-    fleet = Fleet(make_robots(robots, time_scale=time_scale, seed=seed, **options), host, port)
-    fleet.start()
+    if fleet:
+        options.setdefault("software", KINDS[fleet].robots)
+    machines = make_robots(robots, time_scale=time_scale, seed=seed, **options)
+    above = make_fleet(fleet, machines, seed=seed, knobs=knobs) if fleet else None
+    served = Fleet(machines, host, port, above=above)
+    served.start()
     try:
-        yield fleet
+        yield served
     finally:
-        fleet.stop()
+        served.stop()

@@ -10,7 +10,7 @@ import itertools
 import threading
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from mir_sim.clock import RobotClock
 from mir_sim.faults import FaultList
@@ -50,6 +50,7 @@ class Machine:
         self.offline_until: float | None = None
         self.offline_since = 0.0
         self.api_down_until = 0.0
+        self.goes_offline: Callable[[], object] = lambda: None  # called just before that
         self._calls: list[tuple[float, int, Callable[[], object]]] = []
         self._call_order = itertools.count()
 
@@ -96,7 +97,16 @@ class Machine:
     def _settle(self) -> None:
         """Called after every event."""
 
+    def snapshot(self) -> dict[str, Any]:
+        """What ``GET /sim`` shows: the state of the model, independent of the API."""
+        raise NotImplementedError
+
+    def reboot(self, real_seconds: float) -> None:
+        """Be offline for a time."""
+        self._go_offline(real_seconds)
+
     def _go_offline(self, real_seconds: float) -> None:
+        self.goes_offline()
         self.shutting_down = False
         self.offline_since, self.offline_until = self.now, self.in_real(real_seconds)
 

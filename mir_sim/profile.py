@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -135,15 +134,6 @@ def _seconds(least: float = 0.0, most: float = 1e6) -> Callable[[Any, str], floa
     return lambda value, name: checks.number(value, name, least, most)
 
 
-def _latency(value: Any, name: str) -> tuple[float, float]:
-    if not isinstance(value, list) or len(value) != 2:
-        raise WrongValue(f"{name} must be a list of the least and the most seconds.")
-    least, most = (checks.number(one, f"each of {name}", 0, 3600) for one in value)
-    if least > most:
-        raise WrongValue(f"{name} must begin with the smaller number.")
-    return least, most
-
-
 def _fields(value: Any, name: str) -> dict[str, frozenset[str]]:
     known: dict[str, Callable[[Any, str], Any]] = {
         kind: lambda one, its: _names(one, its, ITEM_FIELDS) for kind in ITEM_ANSWERS
@@ -219,7 +209,7 @@ KEYS: dict[str, Callable[[Any, str], Any]] = {
     "description_text": _any_text,
     "item_states": lambda value, name: _object(value, name, dict.fromkeys((*ItemState, CANCELLED), checks.text)),
     "texts": _phrases,
-    "latency": _latency,
+    "latency": checks.span,
     "reboots": _reboots,
     "fleet": _fleet,
     REPORT: lambda value, name: value,
@@ -233,16 +223,7 @@ def profile_of(document: Any) -> Profile:
 
 def read(path: Path) -> Profile:
     """Read a profile file. Raises WrongValue."""
-    try:
-        return profile_of(json.loads(path.read_text(encoding="utf-8-sig")))
-    except WrongValue as error:
-        raise WrongValue(f"{path}: {error}") from None
-    except OSError as error:
-        raise WrongValue(f"{path} cannot be read: {error.strerror or error}.") from None
-    except UnicodeDecodeError:
-        raise WrongValue(f"{path} is not UTF-8.") from None
-    except (ValueError, RecursionError) as error:
-        raise WrongValue(f"{path} is not JSON: {error}.") from None
+    return checks.read_json(path, profile_of)
 
 
 DEVIANTS = {path.stem: path for path in sorted((Path(__file__).parent / "profiles").glob("*.json"))}

@@ -17,12 +17,13 @@ from mir_sim import definition, world
 from mir_sim.clock import RobotClock
 from mir_sim.faults import FaultList
 from mir_sim.history import fill
-from mir_sim.machine import MONDAY, Event, Machine
+from mir_sim.machine import MONDAY, Event
 from mir_sim.mission_controller import WAITING_TEXT, MissionController
 from mir_sim.mission_queue import ItemState, MissionQueue, QueueItem
 from mir_sim.motion import Motion, Pose
 from mir_sim.power import Battery
 from mir_sim.profile import FAITHFUL, Profile
+from mir_sim.rest_machine import RestMachine
 from mir_sim.run import Run
 from mir_sim.site import ADMINISTRATOR, USER_GROUPS, Row, Site
 from mir_sim.state import BATTERY_EMPTY, MISSION_CONTROLLER, ModeId, Prompt, RobotError, StateId
@@ -32,7 +33,7 @@ STARTING_UP = 3.0  # s in state Starting after a reboot (guess)
 API_RESTART = 5.0  # s of 503 answers after the clock was set
 
 
-class SimulatedRobot(Machine):
+class SimulatedRobot(RestMachine):
     """One robot.
 
     ``handle``, ``exchange`` and ``control`` call ``catch_up`` by themselves; before calling its methods directly, call it first.
@@ -182,7 +183,6 @@ class SimulatedRobot(Machine):
         return self.motion.pose
 
     def snapshot(self) -> dict[str, Any]:
-        """What ``GET /sim`` shows: the state of the model, independent of the API."""
         with self.lock:
             self.catch_up()
             return {
@@ -331,22 +331,6 @@ class SimulatedRobot(Machine):
         """Enter the state Error and file a report of it."""
         self.errors.append(replace(error, at=self.now))
         self.file_report(error.module, self.profile.text(error.description))
-
-    def file_report(self, module: str, description: str) -> Row:
-        """Add to /log/error_reports."""
-        table = self.site.table("/log/error_reports")
-        number = max((int(row["id"]) for row in table), default=0) + 1
-        return table.add(
-            {
-                "id": number,
-                "ready": True,
-                "module": module,
-                "description": description,
-                "time": self.stamp(),
-                "download_url": f"/v2.0.0/log/error_reports/{number}/download",
-                "generating": False,
-            }
-        )
 
     def remove_error_causes(self) -> None:
         self.error_causes.clear()

@@ -1,4 +1,4 @@
-"""The HTTP server: any number of robots, each on its own port, in one event loop on one thread."""
+"""The HTTP server: any number of robots and a fleet above them, each on its own port, in one event loop on one thread."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from mir_sim.control import refusal
 from mir_sim.errors import ApiError
 from mir_sim.exchange import Exchange, Fate, handle_with_fault, take_fault
 from mir_sim.faults import FaultKind
+from mir_sim.machine import Machine
 from mir_sim.messages import Request, Response
-from mir_sim.robot import SimulatedRobot
 from mir_sim.wire import MAX_HEAD, BadRequest, encode, read_request
 
-ONLINE_CHECK = 0.02  # s between two checks for robots that are online
+ONLINE_CHECK = 0.02  # s between two checks for machines that are online
 BACKLOG = 512
 
 
-class RobotServer:
-    """One robot on its port: a listening socket, or only a reservation of the port while the robot is offline."""
+class MachineServer:
+    """One machine on its port: a listening socket, or only a reservation of the port while the machine is offline."""
 
-    def __init__(self, robot: SimulatedRobot, host: str, port: int, key: str) -> None:
-        self.robot, self.host, self.port, self._key = robot, host, port, key
+    def __init__(self, machine: Machine, host: str, port: int, key: str) -> None:
+        self.machine, self.host, self.port, self._key = machine, host, port, key
         self._listener: asyncio.Server | None = None
         self._reservation: socket.socket | None = None
         self._writers: set[asyncio.StreamWriter] = set()
@@ -56,15 +56,15 @@ class RobotServer:
             self._reservation.close()
             self._reservation = None
 
-    async def follow_robot(self) -> None:
-        """Listen while the robot is online. While it is not, the port stays reserved and connections are refused."""
-        if self.robot.shutting_down or not self.robot.online:
-            self.robot.catch_up()
-        if not self.robot.online and self._listener is not None:
+    async def follow(self) -> None:
+        """Listen while the machine is online. While it is not, the port stays reserved and connections are refused."""
+        if self.machine.shutting_down or not self.machine.online:
+            self.machine.catch_up()
+        if not self.machine.online and self._listener is not None:
             self.close()
             with contextlib.suppress(OSError):
                 self._reservation = _bound_socket(self.host, self.port)
-        elif self.robot.online and self._listener is None:
+        elif self.machine.online and self._listener is None:
             with contextlib.suppress(OSError):  # another process has taken the port; the next check tries again
                 await self.open()
 
@@ -88,15 +88,15 @@ class RobotServer:
         peer = (writer.get_extra_info("peername") or ("",))[0]
         if (refused := refusal(request, peer, self._key)) is not None:
             return await self._send(request, Exchange(Fate.ANSWERED, refused), writer)
-        fault = take_fault(self.robot, request)
+        fault = take_fault(self.machine, request)
         if fault is not None and fault.kind is FaultKind.LATE:
             await asyncio.sleep(fault.seconds)
         try:
-            result = handle_with_fault(self.robot, request, fault)
+            result = handle_with_fault(self.machine, request, fault)
         except Exception:
             logging.getLogger("mir_sim").exception("%s %s could not be answered", request.method, request.path)
-            result = Exchange(Fate.ANSWERED, refuse(self.robot, ApiError(500)))
-        if not self.robot.online:  # it went offline since the last check
+            result = Exchange(Fate.ANSWERED, refuse(self.machine, ApiError(500)))
+        if not self.machine.online:  # it went offline since the last check
             result = Exchange(Fate.REFUSED)
         if result.seconds:
             await asyncio.sleep(result.seconds)
@@ -119,17 +119,17 @@ class RobotServer:
         return not close
 
     def _date(self) -> str:
-        """The Date header: real time plus the error of the robot's clock. Not scaled, since clients compare it with their own clock."""
-        error = self.robot.clock.error(time.monotonic() - self._began)
+        """The Date header: real time plus the error of the machine's clock. Not scaled, since clients compare it with their own clock."""
+        error = self.machine.clock.error(time.monotonic() - self._began)
         return format_datetime(datetime.now(UTC) + timedelta(seconds=error), usegmt=True)
 
 
-async def follow_robots(servers: Iterable[RobotServer]) -> None:
-    """Open and close the ports as the robots go online and offline, until cancelled."""
+async def follow_all(servers: Iterable[MachineServer]) -> None:
+    """Open and close the ports as the machines go online and offline, until cancelled."""
     while True:
         await asyncio.sleep(ONLINE_CHECK)
         for server in servers:
-            await server.follow_robot()
+            await server.follow()
 
 
 def _bound_socket(host: str, port: int) -> socket.socket:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 from mir_sim.clock import RobotClock
 from mir_sim.faults import FaultList
 from mir_sim.fleets.orders import Order, OrderBook, Vehicle
 from mir_sim.machine import Event, Machine
 from mir_sim.robot import SimulatedRobot
-from mir_sim.site import new_guid
+from mir_sim.site import Site, new_guid
 
 LOOKS_EVERY = 1.0  # s between two looks at the robots (guess), at whole seconds, so that reading changes nothing
 
@@ -19,12 +19,12 @@ LOOKS_EVERY = 1.0  # s between two looks at the robots (guess), at whole seconds
 class SimulatedFleet(Machine):
     """What all fleets have in common.
 
-    The robots share the fleet's time, its lock and its missions, positions, maps and users. None of them may be advanced by itself.
+    Its clock is that of the first robot. The robots share its time, its lock and its missions, positions, maps and users, and are not
+    to be advanced by themselves.
 
     Args:
-        robots: at least one, with the same start and software, and without orders.
+        robots: at least one, all with the same clock and software, and without orders.
         seed: with the name, decides everything random.
-        clock, time_scale: as of robots.
         chaos: share of API requests (0…1) that meet a random fault.
     """
 
@@ -34,21 +34,20 @@ class SimulatedFleet(Machine):
         robots: Sequence[SimulatedRobot],
         *,
         seed: int = 1,
-        clock: Callable[[], float] | None = None,
-        time_scale: float = 1.0,
         chaos: float = 0.0,
     ) -> None:
         first = robots[0]
         super().__init__(
             name,
-            RobotClock(first.clock.start, first.clock.zone),
+            RobotClock(first.clock.start, first.clock.zone, first.clock.offset, first.clock.drift),
             FaultList(chaos, random.Random(f"{seed}/{name}/chaos")),
-            clock,
-            time_scale,
+            first.time_source,
+            first.time_scale,
         )
         self.rng = random.Random(f"{seed}/{name}")
         self.serial_number = f"{self.rng.randrange(10**11):011d}"
-        self.site = first.site
+        self.site = Site(self.rng, first.software, "Fleet")
+        self._robots = tuple(robots)
         self.vehicles = [
             Vehicle(number, new_guid(self.rng), robot, f"192.0.2.{number}")
             for number, robot in enumerate(robots, start=1)
@@ -71,12 +70,17 @@ class SimulatedFleet(Machine):
         return order.description
 
     @property
+    def is_busy(self) -> bool:
+        """Whether there is anything to look at."""
+        return self.book.has_open
+
+    @property
     def assigns(self) -> bool:
         """Whether waiting orders are given to robots."""
         return True
 
     def look(self) -> None:
-        """Called each second while the fleet is online and has orders. The robots have advanced to ``now``."""
+        """Called each second while the fleet is online and busy. The robots have advanced to ``now``."""
         self.book.look(self.now, assigns=self.assigns)
 
     # Time
@@ -88,7 +92,7 @@ class SimulatedFleet(Machine):
 
     def _events(self) -> Iterator[Event]:
         yield from super()._events()
-        if self.online and self.book.open:
+        if self.online and self.is_busy:
             yield (math.floor(self.now / LOOKS_EVERY) + 1) * LOOKS_EVERY, self._look
 
     def _look(self) -> None:
@@ -96,13 +100,19 @@ class SimulatedFleet(Machine):
         self.look()
 
     def _advance_robots(self) -> None:
-        for vehicle in self.vehicles:
-            vehicle.robot.advance_to(self.now)
+        for robot in self._robots:
+            robot.advance_to(self.now)
+
+    def new_guid(self) -> str:
+        return new_guid(self.rng)
 
     def _time_for_robots(self) -> float:
         """A robot that is asked by itself is where the fleet has let it come."""
         self.catch_up()
         return self.now
+
+    def reboot(self, real_seconds: float) -> None:
+        self.restart(real_seconds)
 
     def restart(self, real_seconds: float, *, forgets_waiting: bool = False, reuses_numbers: bool = False) -> None:
         """Be offline for a time. The robots continue, and what they have done is seen afterwards."""

@@ -14,6 +14,7 @@ from mir_sim.mission_queue import ItemState, QueueItem
 from mir_sim.robot import SimulatedRobot
 from mir_sim.site import Row
 from mir_sim.state import StateId
+from mir_sim.steps import ChargeStep
 
 
 class OrderState(Enum):
@@ -64,11 +65,18 @@ class Vehicle:
 
     @property
     def is_free(self) -> bool:
-        """Whether it would begin an order now (guess): it is online and Ready, and has no mission."""
+        """Whether it would begin an order now (guess): it is online and ready, and has no mission, or one that gives way to others."""
         robot = self.robot
-        has_work = robot.run is not None or bool(robot.queue.pending())
         is_ready = robot.state in (StateId.READY, StateId.COMPLETED, StateId.ABORTED)
+        is_ready = is_ready or (self.is_charging and robot.state in (StateId.DOCKED, StateId.EXECUTING))
+        has_work = (robot.run is not None and not self.is_charging) or bool(robot.queue.pending())
         return self.is_active and robot.online and is_ready and not has_work
+
+    @property
+    def is_charging(self) -> bool:
+        """Whether it is on a charger until it gets a mission."""
+        run = self.robot.run
+        return run is not None and isinstance(run.step, ChargeStep) and run.step.until_new_mission
 
 
 @dataclass(eq=False)
@@ -147,6 +155,10 @@ class OrderBook:
     def open(self) -> list[Order]:
         """The orders that have not ended, oldest first."""
         return list(self._open.values())
+
+    @property
+    def has_open(self) -> bool:
+        return bool(self._open)
 
     def get(self, number: int) -> Order | None:
         return self._orders.get(number)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 from mir_sim.definition import Operation
 from mir_sim.errors import ApiError
 from mir_sim.messages import Request, Response
+from mir_sim.rest_machine import RestMachine
 from mir_sim.robot import SimulatedRobot
 from mir_sim.site import Row
 
@@ -21,15 +22,20 @@ class Call:
     Attributes:
         params: values of the placeholders in the operation's path.
         user: row of the user who asks; None, anonymous, only on GET /status.
-        ask: sends another request to the same robot as the same user: method, path below /api/v2.0.0, body.
+        ask: sends another request to the same machine as the same user: method, path below /api/v2.0.0, body.
     """
 
-    robot: SimulatedRobot
+    machine: RestMachine
     request: Request
     operation: Operation
     params: dict[str, str]
     user: Row | None
     ask: Callable[[str, str, bytes], Response]
+
+    @property
+    def robot(self) -> SimulatedRobot:
+        """The machine, in operations that only robots have."""
+        return cast("SimulatedRobot", self.machine)
 
     @property
     def asker(self) -> Row:
@@ -49,7 +55,7 @@ class Call:
     def fields(self) -> dict[str, Any]:
         """The body's known fields, checked against the definition."""
         schema = self.operation.body_schema or {}
-        return self.robot.definition.check_body(schema, self.json())
+        return self.machine.definition.check_body(schema, self.json())
 
     def changes(self) -> dict[str, Any]:
         """As ``fields``, for a PUT, which must have at least one field."""

@@ -12,12 +12,12 @@ TABLE = "/log/error_reports"
 
 def list_reports(call: Call) -> list[dict[str, Any]]:
     """The recorded answer is ``[{id, url}]``; the definition has one full object."""
-    return [{"id": row["id"], "url": rows.url_of(TABLE, row["id"])} for row in call.robot.site.table(TABLE)]
+    return [{"id": row["id"], "url": rows.url_of(TABLE, row["id"])} for row in call.machine.site.table(TABLE)]
 
 
 def file_report(call: Call) -> dict[str, Any]:
-    row = call.robot.file_report("User", call.fields()["description"])
-    return rows.shown(call.robot, TABLE, row, call.robot.definition.properties(call.operation.schema))
+    row = call.machine.file_report("User", call.fields()["description"])
+    return rows.shown(call.machine, TABLE, row, call.machine.definition.properties(call.operation.schema))
 
 
 HANDLERS: Handlers = {("get", TABLE): list_reports, ("post", TABLE): file_report}

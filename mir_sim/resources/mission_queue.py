@@ -10,7 +10,7 @@ from mir_sim.messages import Response
 from mir_sim.mission_queue import PLAIN_FIELDS, ItemState, QueueAction, QueueItem
 from mir_sim.resources.call import Call, Handlers
 from mir_sim.robot import SimulatedRobot
-from mir_sim.site import Row
+from mir_sim.site import Row, Site
 
 IN_OWN_WORDS = ("state", "message", "description")
 
@@ -69,7 +69,7 @@ def order(call: Call) -> Response:
     if mission is None:
         raise argument_error("mission_id")
     parameters: list[Row] = fields.get("parameters", [])
-    _check_parameters(call, mission["guid"], parameters)
+    check_parameters(robot.site, mission["guid"], parameters)
     # As MiR's definition says, without a description of its own an item gets that of its mission.
     description: str = fields["description"] if "description" in fields else mission["description"]
     item = robot.order(
@@ -85,9 +85,13 @@ def order(call: Call) -> Response:
     return Response.json_of(robot.profile.order_status, Shown(robot, item, "order").only(usual))
 
 
-def _check_parameters(call: Call, mission_id: str, parameters: list[Row]) -> None:
-    """Clients name a parameter by ``input_name`` or by ``id``; robots accept both. An unknown name gives 500 (reported)."""
-    wanted = call.robot.site.user_parameters(mission_id)
+def check_parameters(site: Site, mission_id: str, parameters: list[Row]) -> None:
+    """Clients name a parameter by ``input_name`` or by ``id``; robots accept both. An unknown name gives 500 (reported).
+
+    Raises:
+        ApiError: 400 when a mission can't be ordered with these values.
+    """
+    wanted = site.user_parameters(mission_id)
     values: dict[str, Any] = {}
     for parameter in parameters:
         name = parameter.get("input_name") or parameter.get("id")
@@ -99,11 +103,7 @@ def _check_parameters(call: Call, mission_id: str, parameters: list[Row]) -> Non
     for name, asked in wanted.items():
         value = values.get(name, asked["value"])
         is_place = asked["id"] in ("position", "marker")
-        if (
-            value is None
-            or isinstance(value, dict | list)
-            or (is_place and value not in call.robot.site.table("/positions"))
-        ):
+        if value is None or isinstance(value, dict | list) or (is_place and value not in site.table("/positions")):
             raise argument_error(name)
 
 

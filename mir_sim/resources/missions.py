@@ -12,17 +12,17 @@ from mir_sim.resources.call import Call, Handlers
 def mission_definition(call: Call) -> list[dict[str, Any]]:
     """The mission as an action, with the parameters it asks for when queued. What the fields contain is a guess."""
     guid = call.params["guid"]
-    mission = call.robot.site.table("/missions").get(guid)
+    mission = call.machine.site.table("/missions").get(guid)
     if mission is None:
         raise ApiError(404)
     kinds = {
         parameter["guid"]: catalogue.parameter_type(row["action_type"], parameter["id"])
-        for row in call.robot.site.mission_actions(guid)
+        for row in call.machine.site.mission_actions(guid)
         for parameter in row["parameters"]
     }
     asked = [
         catalogue.parameter(name, name, kinds[parameter["guid"]], parameter["value"])
-        for name, parameter in call.robot.site.user_parameters(guid).items()
+        for name, parameter in call.machine.site.user_parameters(guid).items()
     ]
     return [
         {
@@ -41,7 +41,7 @@ def list_definitions(call: Call) -> list[dict[str, Any]]:
 
 def group_definitions(call: Call) -> list[dict[str, Any]]:
     group = call.params["mission_group_id"]
-    if group not in call.robot.site.table("/mission_groups"):
+    if group not in call.machine.site.table("/mission_groups"):
         raise ApiError(404)
     return [definition for definition in catalogue.definitions() if definition["mission_group_id"] == group]
 

@@ -8,7 +8,7 @@ from functools import lru_cache
 from typing import Any
 
 from mir_sim import definition, missions
-from mir_sim.robot import SimulatedRobot
+from mir_sim.rest_machine import RestMachine
 from mir_sim.site import MISSION_ACTIONS, Row
 
 # A field that links to a row of another table. The row holds the key in the field with the suffix "_id" or "_guid".
@@ -82,9 +82,9 @@ def _link_key(name: str, fields: Container[str]) -> str:
     return next((key for key in keys if key in fields), "")
 
 
-def shown(robot: SimulatedRobot, table: str, row: Row, fields: Mapping[str, definition.Schema]) -> dict[str, Any]:
+def shown(machine: RestMachine, table: str, row: Row, fields: Mapping[str, definition.Schema]) -> dict[str, Any]:
     """The row, reduced or extended to the given fields."""
-    key = row[robot.site.table(table).key]
+    key = row[machine.site.table(table).key]
     fields_shown: dict[str, Any] = {}
     for name, schema in fields.items():
         if name in row:
@@ -93,40 +93,40 @@ def shown(robot: SimulatedRobot, table: str, row: Row, fields: Mapping[str, defi
             fields_shown[name] = url_of(table, key, row)
         elif (target := row.get(_link_key(name, row))) is not None:
             fields_shown[name] = url_of(LINKS[name], target) if target != "" else ""
-        elif (segment := _child(robot.software, table, name)) is not None:
+        elif (segment := _child(machine.software, table, name)) is not None:
             fields_shown[name] = f"{url_of(table, key, row)}/{segment}"
         else:
-            fields_shown[name] = robot.definition.blank(schema)
+            fields_shown[name] = machine.definition.blank(schema)
     if table == "/missions" and "has_user_parameters" in fields:
-        fields_shown["has_user_parameters"] = bool(robot.site.user_parameters(row["guid"]))
+        fields_shown["has_user_parameters"] = bool(machine.site.user_parameters(row["guid"]))
     # Of mission actions lists were recorded; of other rows nothing, so that they are as the definition has them.
     return fields_shown if table == MISSION_ACTIONS else definition.declared(fields, fields_shown)
 
 
-def full(robot: SimulatedRobot, table: str, row: Row) -> dict[str, Any]:
+def full(machine: RestMachine, table: str, row: Row) -> dict[str, Any]:
     """One row as GET shows it: the fields of the definition, and further recorded ones."""
-    fields_shown = shown(robot, table, row, properties(robot.software, table))
-    template = item_template(robot.software, table) or table
+    fields_shown = shown(machine, table, row, properties(machine.software, table))
+    template = item_template(machine.software, table) or table
     built_in = row.get("guid") in missions.BUILT_IN
     fields_shown["allowed_methods"] = (
         ["GET"]
         if built_in
-        else [verb.upper() for verb in ("put", "get", "delete") if robot.definition.operation(verb, template)]
+        else [verb.upper() for verb in ("put", "get", "delete") if machine.definition.operation(verb, template)]
     )
     if "created_by" in fields_shown:
-        author = robot.site.table("/users").get(row.get("created_by_id"))
+        author = machine.site.table("/users").get(row.get("created_by_id"))
         fields_shown["created_by_name"] = author["name"] if author else ""
     return fields_shown
 
 
-def blank(robot: SimulatedRobot, table: str) -> Row:
+def blank(machine: RestMachine, table: str) -> Row:
     """A new row whose stored fields have empty values. Links and nested collections are not stored."""
-    fields = properties(robot.software, table)
+    fields = properties(machine.software, table)
     made = {
-        name: robot.definition.blank(schema)
+        name: machine.definition.blank(schema)
         for name, schema in fields.items()
         if name not in ("url", "created_by_id")
-        and _child(robot.software, table, name) is None
+        and _child(machine.software, table, name) is None
         and not _link_key(name, fields)
     }
     if "valid" in made:
@@ -138,16 +138,16 @@ def blank(robot: SimulatedRobot, table: str) -> Row:
 class Entry:
     """A row in a list."""
 
-    robot: SimulatedRobot
+    machine: RestMachine
     table: str
     row: Row
     brief: Mapping[str, definition.Schema]
 
     def summary(self) -> dict[str, Any]:
-        return shown(self.robot, self.table, self.row, self.brief)
+        return shown(self.machine, self.table, self.row, self.brief)
 
     def full(self) -> dict[str, Any]:
-        return shown(self.robot, self.table, self.row, properties(self.robot.software, self.table) or self.brief)
+        return shown(self.machine, self.table, self.row, properties(self.machine.software, self.table) or self.brief)
 
     def value(self, name: str) -> Any:
         return self.row[name] if name in self.row else (self.full() | self.summary())[name]

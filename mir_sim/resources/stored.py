@@ -44,7 +44,7 @@ def generic(call: Call) -> Any:
     table, field = NESTED.get(collection, (collection, None))
     if key is not None:
         return _item(call, table, field, call.params[key])
-    if field is not None or rows.item_template(call.robot.software, table) is not None or call.operation.is_list:
+    if field is not None or rows.item_template(call.machine.software, table) is not None or call.operation.is_list:
         return _collection(call, table, field)
     return _single(call)
 
@@ -52,7 +52,7 @@ def generic(call: Call) -> Any:
 def _check_parent(call: Call, collection: str) -> None:
     """Raise 404 when the row that the collection is inside of doesn't exist."""
     owner, placeholder, _ = collection.partition("/{")
-    if placeholder and _parent_key(call) not in call.robot.site.table(owner):
+    if placeholder and _parent_key(call) not in call.machine.site.table(owner):
         raise ApiError(404)
 
 
@@ -62,9 +62,9 @@ def _parent_key(call: Call) -> str:
 
 
 def _item(call: Call, table: str, field: str | None, key: str) -> dict[str, Any] | None:
-    rows_of, verb = call.robot.site.table(table), call.operation.verb
+    rows_of, verb = call.machine.site.table(table), call.operation.verb
     row = rows_of.get(key)
-    if row is None and rows_of.has_had(key) and verb == "get" and not call.robot.software.startswith("2."):
+    if row is None and rows_of.has_had(key) and verb == "get" and not call.machine.software.startswith("2."):
         raise ApiError(410)  # MiR's definition 3.5.4 lists this code; that it means "deleted" is a guess
     if row is None or (field is not None and row.get(field) != _parent_key(call)):
         raise ApiError(404)
@@ -78,19 +78,19 @@ def _item(call: Call, table: str, field: str | None, key: str) -> dict[str, Any]
         row.update(_with_parameters(call, changes) if table == MISSION_ACTIONS else changes)
     elif verb == "post" and call.operation.body_schema is not None:
         row.update(with_hashed_password(call.fields()))
-    return rows.full(call.robot, table, row)
+    return rows.full(call.machine, table, row)
 
 
 def _collection(call: Call, table: str, field: str | None) -> Any:
-    verb, rows_of = call.operation.verb, call.robot.site.table(table)
+    verb, rows_of = call.operation.verb, call.machine.site.table(table)
     if verb == "post":
         return _create(call, table, rows_of, field)
     if verb == "delete":
         rows_of.clear()
         return None
-    brief = call.robot.definition.properties(call.operation.schema)
+    brief = call.machine.definition.properties(call.operation.schema)
     return [
-        rows.Entry(call.robot, table, row, brief)
+        rows.Entry(call.machine, table, row, brief)
         for row in rows_of
         if field is None or row.get(field) == _parent_key(call)
     ]
@@ -98,13 +98,13 @@ def _collection(call: Call, table: str, field: str | None) -> Any:
 
 def _single(call: Call) -> Any:
     """An object outside of all collections, or a command, which only stores its body."""
-    verb, written = call.operation.verb, call.robot.site.single(call.operation.template, tuple(call.params.values()))
+    verb, written = call.operation.verb, call.machine.site.single(call.operation.template, tuple(call.params.values()))
     if verb == "delete":
         written.clear()
         return None
     if call.operation.body_schema is not None:
         written.update(call.changes() if verb == "put" else call.fields())
-    value = call.robot.definition.blank(call.operation.schema or {})
+    value = call.machine.definition.blank(call.operation.schema or {})
     return (
         {**value, **{name: inner for name, inner in written.items() if name in value}}
         if isinstance(value, dict)
@@ -113,16 +113,16 @@ def _single(call: Call) -> Any:
 
 
 def _create(call: Call, table_name: str, table: Table, field: str | None) -> dict[str, Any]:
-    robot = call.robot
+    machine = call.machine
     fields = with_hashed_password(call.fields() if call.operation.body_schema is not None else {})
     if field is not None and fields.setdefault(field, _parent_key(call)) != _parent_key(call):
         raise argument_error(field)
     if fields.get(table.key) in table:
         raise ApiError(409)
-    row: Row = {**rows.blank(robot, table_name), table.key: _new_key(call, table), **fields}
+    row: Row = {**rows.blank(machine, table_name), table.key: _new_key(call, table), **fields}
     row.setdefault("created_by_id", call.asker["guid"])
     table.add(_with_parameters(call, row) if table_name == MISSION_ACTIONS else row)
-    return rows.shown(robot, table_name, row, robot.definition.properties(call.operation.schema))
+    return rows.shown(machine, table_name, row, machine.definition.properties(call.operation.schema))
 
 
 def _with_parameters(call: Call, action: Row) -> Row:
@@ -138,10 +138,10 @@ def _with_parameters(call: Call, action: Row) -> Row:
         ):
             raise argument_error("parameters")
     complete = [
-        {"guid": call.robot.site.new_guid(), "value": None, "input_name": None, **one} for one in action["parameters"]
+        {"guid": call.machine.site.new_guid(), "value": None, "input_name": None, **one} for one in action["parameters"]
     ]
     return {**action, "parameters": complete}
 
 
 def _new_key(call: Call, table: Table) -> Any:
-    return max((int(row["id"]) for row in table), default=0) + 1 if table.key == "id" else call.robot.site.new_guid()
+    return max((int(row["id"]) for row in table), default=0) + 1 if table.key == "id" else call.machine.site.new_guid()

@@ -29,20 +29,20 @@ def put_me(call: Call) -> dict[str, Any]:
 
 
 def my_group(call: Call) -> list[dict[str, Any]]:
-    group = call.robot.site.table("/user_groups").get(call.asker["user_group_id"])
-    fields = call.robot.definition.properties(call.operation.schema)
-    return [rows.shown(call.robot, "/user_groups", group, fields)] if group else []
+    group = call.machine.site.table("/user_groups").get(call.asker["user_group_id"])
+    fields = call.machine.definition.properties(call.operation.schema)
+    return [rows.shown(call.machine, "/user_groups", group, fields)] if group else []
 
 
 def log_in(call: Call) -> dict[str, Any]:
     """Open a session of the web interface. Clients with Basic credentials don't need one."""
-    now = call.robot.clock.local(call.robot.now)
+    now = call.machine.clock.local(call.machine.now)
     return {
         "user_id": call.asker["guid"],
         "ip": "127.0.0.1",
         "login_time": now.isoformat(timespec="seconds"),
         "expiration_time": (now + timedelta(minutes=15)).isoformat(timespec="seconds"),
-        "token": call.robot.site.new_guid(),
+        "token": call.machine.site.new_guid(),
         "allowed_methods": None,
     }
 

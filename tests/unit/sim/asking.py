@@ -10,6 +10,7 @@ from typing import Any
 import mir_sim
 from mir_sim import MISSIONS, Exchange, Request, Response, SimulatedRobot
 from mir_sim.control import apply
+from mir_sim.machine import Machine
 
 GUIDS = {mission.name: mission.guid for mission in MISSIONS}
 
@@ -25,20 +26,25 @@ class Asker:
     """A robot and a client of it. ``pass_time`` advances the robot's time."""
 
     def __init__(self, **options: Any) -> None:
-        self.robot = SimulatedRobot("Aino", **{"seed": 1, "battery": 80.0, **options})
+        self.machine: Machine = SimulatedRobot("Aino", **{"seed": 1, "battery": 80.0, **options})
+
+    @property
+    def robot(self) -> SimulatedRobot:
+        assert isinstance(self.machine, SimulatedRobot)
+        return self.machine
 
     def pass_time(self, seconds: float) -> None:
-        self.robot.advance_to(self.robot.now + seconds)
+        self.machine.advance_to(self.machine.now + seconds)
 
     def request(self, method: str, path: str, body: Any = None, headers: dict[str, str] | None = None) -> Request:
         content = b"" if body is None else body if isinstance(body, bytes) else json.dumps(body).encode()
         return Request.of(method, f"/api/v2.0.0{path}", HEADERS if headers is None else headers, content)
 
     def send(self, method: str, path: str, body: Any = None, headers: dict[str, str] | None = None) -> Response:
-        return mir_sim.handle(self.robot, self.request(method, path, body, headers))
+        return mir_sim.handle(self.machine, self.request(method, path, body, headers))
 
     def exchange(self, method: str, path: str, body: Any = None) -> Exchange:
-        return mir_sim.exchange(self.robot, self.request(method, path, body))
+        return mir_sim.exchange(self.machine, self.request(method, path, body))
 
     def get(self, path: str) -> Any:
         response = self.send("GET", path)
@@ -71,14 +77,14 @@ class Asker:
         return str(self.item(number)["state"])
 
     def control(self, **commands: Any) -> None:
-        apply(self.robot, commands)
+        apply(self.machine, commands)
 
     def pass_until_done(self, number: int, most: float = 3600.0) -> None:
         self.pass_until(lambda: self.state_of(number) == "Done", most)
 
     def pass_until(self, condition: Any, most: float = 3600.0) -> None:
         """Advance time until a condition holds, checked every half second."""
-        ends = self.robot.now + most
+        ends = self.machine.now + most
         while not condition():
-            assert self.robot.now < ends
+            assert self.machine.now < ends
             self.pass_time(0.5)

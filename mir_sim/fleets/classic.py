@@ -1,0 +1,182 @@
+"""MiR's classic fleet of software 2.x and 3.x: /api/v2.0.0 with /mission_scheduler, /robots and groups, and stored data as on robots.
+
+What is said of fleets was recorded, is documented, or is read from clients in use, as far as no comment says "guess".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import datetime
+from functools import partial
+from typing import Any
+
+from mir_sim import api, control, definition
+from mir_sim.errors import ApiError
+from mir_sim.fleets import classic_orders, classic_robots, knobs
+from mir_sim.fleets.base import SimulatedFleet
+from mir_sim.fleets.knobs import ClassicKnobs
+from mir_sim.fleets.orders import Order, Vehicle
+from mir_sim.messages import Request, Response
+from mir_sim.missions import MISSIONS
+from mir_sim.profile import FAITHFUL
+from mir_sim.resources import registry
+from mir_sim.resources.call import Handlers
+from mir_sim.rest_machine import RestMachine
+from mir_sim.robot import SimulatedRobot
+from mir_sim.site import ADMINISTRATOR
+
+BOX_PAGE = b"<html><head><title>Blocked</title></head><body>Request blocked by policy.</body></html>\n"
+
+
+class ClassicFleet(SimulatedFleet, RestMachine):
+    """A classic fleet. ``knobs``: how it differs from the faithful one."""
+
+    profile = FAITHFUL
+    software = definition.FLEET_SOFTWARE
+    model = "Fleet"
+
+    def __init__(
+        self, name: str, robots: Sequence[SimulatedRobot], *, knobs: ClassicKnobs | None = None, **options: Any
+    ) -> None:
+        super().__init__(name, robots, **options)
+        self.definition = definition.load(self.software)
+        self.knobs = knobs or ClassicKnobs()
+        self.state = "normal"
+        self.is_evacuating = False
+        self.relations: dict[str, list[str]] = {}  # by path of a collection: keys of what belongs to its owner
+        self.site.table("/robot_groups").add(
+            {
+                "id": 1,
+                "name": "Default",
+                "description": "All robots",
+                "allow_all_mission_groups": True,
+                "created_by_id": ADMINISTRATOR,
+            }
+        )
+        self.last_status: dict[
+            int, dict[str, Any]
+        ] = {}  # by number of the robot: as it was when the robot went offline
+        for vehicle in self.vehicles:
+            vehicle.robot.goes_offline = partial(self._keep_status, vehicle)
+
+    @property
+    def search_status(self) -> int | None:
+        return None if self.knobs.search == 404 else self.knobs.search
+
+    def _keep_status(self, vehicle: Vehicle) -> None:
+        self.last_status[vehicle.number] = classic_robots.status_of(vehicle)
+
+    # Orders
+
+    def is_qualified(self, vehicle: Vehicle, order: Order) -> bool:
+        """By groups: that of the robot must allow that of the mission."""
+        return self.may_run(vehicle, order.mission_id)
+
+    def may_run(self, vehicle: Vehicle, mission_id: str) -> bool:
+        group = self.site.table("/robot_groups").get(vehicle.group)
+        mission = self.site.table("/missions").get(mission_id)
+        if group is None or mission is None:
+            return False
+        allowed = self.relations.get(f"/robot_groups/{vehicle.group}/mission_groups", [])
+        return bool(group["allow_all_mission_groups"]) or mission["group_id"] in allowed
+
+    def described(self, order: Order, kind: str) -> str:
+        """The description of an order as a knob has it: "posted", "mission" or "none"."""
+        mission = self.site.table("/missions").get(order.mission_id)
+        return {"posted": order.description, "mission": mission["description"] if mission else "", "none": ""}[kind]
+
+    def description_on_robot(self, order: Order) -> str:
+        return self.described(order, self.knobs.description_on_robot)
+
+    @property
+    def assigns(self) -> bool:
+        """Not in maintenance, nor while everything is evacuated (guess)."""
+        return self.state == "normal" and not self.is_evacuating
+
+    @property
+    def is_busy(self) -> bool:
+        return super().is_busy or self.knobs.charging_below is not None
+
+    def look(self) -> None:
+        super().look()
+        if self.knobs.charging_below is not None and self.assigns:
+            for vehicle in self.vehicles:
+                robot = vehicle.robot
+                if vehicle.is_free and robot.run is None and robot.battery.at(self.now) < self.knobs.charging_below:
+                    self._charge(vehicle)
+
+    def _charge(self, vehicle: Vehicle) -> None:
+        """Send a robot to the charger: an order of the administrator that gives way to any other (guess)."""
+        mission = next(one for one in MISSIONS if one.name == "Return to charger")
+        user = self.site.table("/users").get(ADMINISTRATOR)
+        if user is not None and not any(one.wanted is vehicle for one in self.book.open):
+            self.book.submit(self.new_guid(), mission.guid, user, self.now, wanted=vehicle)
+
+    # Restarts
+
+    def reboot(self, real_seconds: float) -> None:
+        self.restart(
+            real_seconds,
+            forgets_waiting=self.knobs.waiting_after_reboot == "lost",
+            reuses_numbers=self.knobs.ids_after_reboot == "reused",
+        )
+
+    def _come_online(self) -> None:
+        super()._come_online()
+        if self.knobs.order_of_robots == "changed":
+            self.vehicles.append(self.vehicles.pop(0))
+
+    def snapshot(self) -> dict[str, Any]:
+        with self.lock:
+            self.catch_up()
+            return {
+                "name": self.name,
+                "kind": "classic",
+                "now": self.stamp(),
+                "seconds": round(self.now, 3),
+                "state": self.state,
+                "online": self.online,
+                "orders": [classic_orders.Shown(self, order).full() for order in self.book],
+                "robots": [classic_robots.brief(vehicle) for vehicle in self.vehicles],
+                "knobs": knobs.shown(self.knobs),
+                "faults": self.faults.full(),
+            }
+
+    def moment(self, seconds: float | None) -> str:
+        """A time as answers have it: local, without zone, in whole seconds; 1970 for one that has not come."""
+        return "1970-01-01T00:00:00" if seconds is None else self.clock.stamp(seconds)
+
+    def seconds_of(self, moment: datetime) -> float:
+        """The simulated second of a time that a client has sent; naive ones are local (guess)."""
+        local = moment if moment.tzinfo is None else moment.astimezone(self.clock.tz).replace(tzinfo=None)
+        return self.now + (local - self.clock.local(self.now)).total_seconds()
+
+
+@api.answer.register
+def _(fleet: ClassicFleet, request: Request) -> Response:
+    if fleet.knobs.box is not None:
+        return Response(fleet.knobs.box, {"Content-Type": "text/html"}, BOX_PAGE)
+    if fleet.knobs.demands_language and "accept-language" not in request.headers:
+        return api.refuse(fleet, ApiError(400))
+    return api.answer_rest(fleet, request)
+
+
+@registry.handlers.register
+def _(fleet: ClassicFleet) -> Handlers:
+    return OPERATIONS
+
+
+OPERATIONS: Handlers = registry.SHARED | classic_orders.HANDLERS | classic_robots.HANDLERS
+
+
+@control.commands_of.register
+def _(fleet: ClassicFleet) -> control.Commands:
+    return COMMANDS
+
+
+def _turn(value: Any) -> control.Action:
+    knobs.changed(ClassicKnobs(), value)
+    return lambda fleet: setattr(fleet, "knobs", knobs.changed(fleet.knobs, value))
+
+
+COMMANDS: control.Commands = {"knobs": _turn, **control.SHARED}
