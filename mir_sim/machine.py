@@ -48,7 +48,6 @@ class Machine:
         self.now = 0.0
         self.shutting_down = False
         self.offline_until: float | None = None
-        self.offline_since = 0.0
         self.api_down_until = 0.0
         self.goes_offline: Callable[[], object] = lambda: None  # called just before that
         self._calls: list[tuple[float, int, Callable[[], object]]] = []
@@ -108,7 +107,7 @@ class Machine:
     def _go_offline(self, real_seconds: float) -> None:
         self.goes_offline()
         self.shutting_down = False
-        self.offline_since, self.offline_until = self.now, self.in_real(real_seconds)
+        self.offline_until = self.in_real(real_seconds)
 
     def _come_online(self) -> None:
         self.offline_until = None

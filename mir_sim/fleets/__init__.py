@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 
 from mir_sim.fleets.base import SimulatedFleet
 from mir_sim.fleets.classic import ClassicFleet
-from mir_sim.fleets.knobs import ClassicKnobs
+from mir_sim.fleets.enterprise import EnterpriseFleet
+from mir_sim.fleets.knobs import ClassicKnobs, EnterpriseKnobs
 from mir_sim.robot import SimulatedRobot
 
 
@@ -18,7 +19,10 @@ class Kind(NamedTuple):
     robots: str
 
 
-KINDS = {"classic": Kind(ClassicFleet, ClassicKnobs, "2.14.7")}
+KINDS = {
+    "classic": Kind(ClassicFleet, ClassicKnobs, "2.14.7"),
+    "enterprise": Kind(EnterpriseFleet, EnterpriseKnobs, "3.8.1"),
+}
 
 
 def make_fleet(kind: str, robots: list[SimulatedRobot], **options: Any) -> SimulatedFleet:

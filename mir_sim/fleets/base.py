@@ -10,10 +10,13 @@ from mir_sim.clock import RobotClock
 from mir_sim.faults import FaultList
 from mir_sim.fleets.orders import Order, OrderBook, Vehicle
 from mir_sim.machine import Event, Machine
+from mir_sim.missions import MISSIONS
 from mir_sim.robot import SimulatedRobot
 from mir_sim.site import Site, new_guid
 
 LOOKS_EVERY = 1.0  # s between two looks at the robots (guess), at whole seconds, so that reading changes nothing
+
+RETURN_TO_CHARGER = next(mission.guid for mission in MISSIONS if mission.name == "Return to charger")
 
 
 class SimulatedFleet(Machine):
@@ -70,9 +73,12 @@ class SimulatedFleet(Machine):
         return order.description
 
     @property
-    def is_busy(self) -> bool:
-        """Whether there is anything to look at."""
-        return self.book.has_open
+    def charging_below(self) -> float | None:
+        """Percent of battery below which a robot without orders is sent to the charger; None: never."""
+        return None
+
+    def charge(self, vehicle: Vehicle, mission_id: str) -> None:
+        """Make an order for charging, which gives way to any other (guess)."""
 
     @property
     def assigns(self) -> bool:
@@ -80,8 +86,16 @@ class SimulatedFleet(Machine):
         return True
 
     def look(self) -> None:
-        """Called each second while the fleet is online and busy. The robots have advanced to ``now``."""
+        """Called each second while the fleet is online and has something to do. The robots have advanced to ``now``."""
         self.book.look(self.now, assigns=self.assigns)
+        if self.charging_below is not None and self.assigns:
+            for vehicle in self.vehicles:
+                if self._is_idle(vehicle) and vehicle.robot.battery.at(self.now) < self.charging_below:
+                    self.charge(vehicle, RETURN_TO_CHARGER)
+
+    def _is_idle(self, vehicle: Vehicle) -> bool:
+        is_wanted = any(one.wanted is vehicle for one in self.book.open)
+        return vehicle.is_free and vehicle.robot.run is None and not is_wanted
 
     # Time
 
@@ -92,7 +106,7 @@ class SimulatedFleet(Machine):
 
     def _events(self) -> Iterator[Event]:
         yield from super()._events()
-        if self.online and self.is_busy:
+        if self.online and (self.book.has_open or self.charging_below is not None):
             yield (math.floor(self.now / LOOKS_EVERY) + 1) * LOOKS_EVERY, self._look
 
     def _look(self) -> None:

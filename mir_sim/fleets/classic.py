@@ -17,7 +17,6 @@ from mir_sim.fleets.base import SimulatedFleet
 from mir_sim.fleets.knobs import ClassicKnobs
 from mir_sim.fleets.orders import Order, Vehicle
 from mir_sim.messages import Request, Response
-from mir_sim.missions import MISSIONS
 from mir_sim.profile import FAITHFUL
 from mir_sim.resources import registry
 from mir_sim.resources.call import Handlers
@@ -94,23 +93,13 @@ class ClassicFleet(SimulatedFleet, RestMachine):
         return self.state == "normal" and not self.is_evacuating
 
     @property
-    def is_busy(self) -> bool:
-        return super().is_busy or self.knobs.charging_below is not None
+    def charging_below(self) -> float | None:
+        return self.knobs.charging_below
 
-    def look(self) -> None:
-        super().look()
-        if self.knobs.charging_below is not None and self.assigns:
-            for vehicle in self.vehicles:
-                robot = vehicle.robot
-                if vehicle.is_free and robot.run is None and robot.battery.at(self.now) < self.knobs.charging_below:
-                    self._charge(vehicle)
-
-    def _charge(self, vehicle: Vehicle) -> None:
-        """Send a robot to the charger: an order of the administrator that gives way to any other (guess)."""
-        mission = next(one for one in MISSIONS if one.name == "Return to charger")
+    def charge(self, vehicle: Vehicle, mission_id: str) -> None:
         user = self.site.table("/users").get(ADMINISTRATOR)
-        if user is not None and not any(one.wanted is vehicle for one in self.book.open):
-            self.book.submit(self.new_guid(), mission.guid, user, self.now, wanted=vehicle)
+        if user is not None:
+            self.book.submit(self.new_guid(), mission_id, user, self.now, wanted=vehicle)
 
     # Restarts
 

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-import uuid
 from collections.abc import Callable, Iterator, Sequence
 from datetime import datetime
+from functools import partial
 from typing import Any
 
-from mir_sim.fleets import enterprise_definition
+from mir_sim import api, control
+from mir_sim.errors import ApiError
+from mir_sim.fleets import enterprise_api, enterprise_definition, enterprise_robots, knobs
 from mir_sim.fleets.base import LOOKS_EVERY, SimulatedFleet
 from mir_sim.fleets.enterprise_orders import PRIORITIES, Origin, Phase, SerialOrder, utc_text
 from mir_sim.fleets.knobs import EnterpriseKnobs
 from mir_sim.fleets.orders import Order, OrderState, Vehicle
+from mir_sim.messages import Request, Response
 from mir_sim.robot import SimulatedRobot
 from mir_sim.site import Row
-
-API_KEYS = {"mir_scheduler": "Scheduler", "mir_other": "Other system"}  # the key, and the name that it has in the fleet
-FAITHFUL = EnterpriseKnobs()
 
 
 class EnterpriseFleet(SimulatedFleet):
@@ -31,13 +31,19 @@ class EnterpriseFleet(SimulatedFleet):
     base = "/api/v1"
 
     def __init__(
-        self, name: str, robots: Sequence[SimulatedRobot], *, knobs: EnterpriseKnobs = FAITHFUL, **options: Any
+        self, name: str, robots: Sequence[SimulatedRobot], *, knobs: EnterpriseKnobs | None = None, **options: Any
     ) -> None:
         super().__init__(name, robots, **options)
-        self.knobs = knobs
+        self.knobs = knobs or EnterpriseKnobs()
         self._orders: dict[str, SerialOrder] = {}  # by their ids; of two with the same, the newer one
         self._phases: dict[str, tuple[SerialOrder, Phase]] = {}
         self.active: list[SerialOrder] = []
+        self.last_shown: dict[int, Row] = {}  # by number of the robot: as it was when the robot went offline
+        for vehicle in self.vehicles:
+            vehicle.robot.goes_offline = partial(self._keep, vehicle)
+
+    def _keep(self, vehicle: Vehicle) -> None:
+        self.last_shown[vehicle.number] = enterprise_robots.shown(vehicle, self.text_of)
 
     @property
     def definition(self) -> enterprise_definition.Definition:
@@ -50,9 +56,6 @@ class EnterpriseFleet(SimulatedFleet):
     def seconds_of(self, moment: datetime) -> float:
         """The simulated second at which the fleet's clock shows a time."""
         return self.now + (moment - self.clock.utc(self.now)).total_seconds()
-
-    def new_id(self) -> str:
-        return str(uuid.UUID(int=self.rng.getrandbits(128), version=4))
 
     def vehicle(self, guid: str | None) -> Vehicle | None:
         return next((one for one in self.vehicles if one.guid == guid), None)
@@ -112,10 +115,10 @@ class EnterpriseFleet(SimulatedFleet):
     def order_of_somebody(self, mission_id: str, robot: Vehicle | None = None, kind: str = "User") -> SerialOrder:
         """An order that a person makes at the fleet's own screen, or of another kind one that the fleet itself makes."""
         origin = (
-            Origin(user_guid=self.new_id(), user_name="Operator", kind=kind) if kind == "User" else Origin(kind=kind)
+            Origin(user_guid=self.new_guid(), user_name="Operator", kind=kind) if kind == "User" else Origin(kind=kind)
         )
-        phase = Phase(mission_id, [], None, self.new_id())
-        serial = SerialOrder(self.new_id(), "Medium", (self.now, None), robot, [phase], self.now, origin)
+        phase = Phase(mission_id, [], None, self.new_guid())
+        serial = SerialOrder(self.new_guid(), "Medium", (self.now, None), robot, [phase], self.now, origin)
         self.add(serial)
         return serial
 
@@ -168,6 +171,13 @@ class EnterpriseFleet(SimulatedFleet):
 
     # What happens to orders
 
+    @property
+    def charging_below(self) -> float | None:
+        return self.knobs.charging_below
+
+    def charge(self, vehicle: Vehicle, mission_id: str) -> None:
+        self.order_of_somebody(mission_id, vehicle, "Charging")
+
     def _stop(self, serial: SerialOrder) -> None:
         order = serial.phase.order
         if serial.ended is None and order is not None:
@@ -213,7 +223,7 @@ class EnterpriseFleet(SimulatedFleet):
             return
         is_fallback = order is phase.fallback
         if order.state is OrderState.ABORTED and not is_fallback and order.item and phase.fallback_mission_id:
-            fallback = Phase(phase.fallback_mission_id, [], None, self.new_id())
+            fallback = Phase(phase.fallback_mission_id, [], None, self.new_guid())
             phase.fallback = self._submit(serial, fallback, is_next=True)
         elif (
             order.state is OrderState.DONE
@@ -230,6 +240,11 @@ class EnterpriseFleet(SimulatedFleet):
         serial.ended = self.now
         self.active.remove(serial)
 
+    # Restarts, and what /sim shows
+
+    def reboot(self, real_seconds: float) -> None:
+        self.restart(real_seconds, forgets_waiting=self.knobs.waiting_after_reboot == "lost")
+
     def restart(self, real_seconds: float, *, forgets_waiting: bool = False, reuses_numbers: bool = False) -> None:
         super().restart(real_seconds, forgets_waiting=forgets_waiting, reuses_numbers=reuses_numbers)
         for serial in list(self.active):
@@ -240,12 +255,45 @@ class EnterpriseFleet(SimulatedFleet):
                 for phase in serial.phases:
                     self._phases.pop(phase.order_id, None)
 
-
-def origin_of_key(name: str) -> Origin:
-    """Who an API key stands for."""
-    return Origin(api_key_guid=str(uuid.uuid5(uuid.NAMESPACE_OID, name)), api_key_name=name)
+    def snapshot(self) -> dict[str, Any]:
+        with self.lock:
+            self.catch_up()
+            return {
+                "name": self.name,
+                "kind": "enterprise",
+                "now": self.text_of(self.now),
+                "seconds": round(self.now, 3),
+                "online": self.online,
+                "orders": [enterprise_api.shown_order(self, *found) for found in self._phases.values()],
+                "robots": [enterprise_robots.shown(vehicle, self.text_of) for vehicle in self.vehicles],
+                "knobs": knobs.shown(self.knobs),
+                "faults": self.faults.full(),
+            }
 
 
 def parameters_of(phase: Phase) -> list[Row]:
     """The arguments of a phase as robots take them."""
     return [{"input_name": one["name"], "value": one["value"]} for one in phase.arguments]
+
+
+@api.answer.register
+def _(fleet: EnterpriseFleet, request: Request) -> Response:
+    return enterprise_api.answer(fleet, request)
+
+
+@api.refuse.register
+def _(fleet: EnterpriseFleet, error: ApiError) -> Response:
+    return enterprise_api.refuse(enterprise_api.Problem(error.status))
+
+
+@control.commands_of.register
+def _(fleet: EnterpriseFleet) -> control.Commands:
+    return COMMANDS
+
+
+def _turn(value: Any) -> control.Action:
+    knobs.changed(EnterpriseKnobs(), value)
+    return lambda fleet: setattr(fleet, "knobs", knobs.changed(fleet.knobs, value))
+
+
+COMMANDS: control.Commands = {"knobs": _turn, **control.SHARED}

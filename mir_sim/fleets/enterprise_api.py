@@ -6,16 +6,19 @@ import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from http import HTTPStatus
-from typing import Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 from mir_sim import catalogue
 from mir_sim.fleets import enterprise_robots
-from mir_sim.fleets.enterprise import API_KEYS, EnterpriseFleet, origin_of_key
 from mir_sim.fleets.enterprise_definition import JSON, is_uuid, moment
-from mir_sim.fleets.enterprise_orders import Phase, SerialOrder, order_shown
+from mir_sim.fleets.enterprise_orders import API_KEYS, Origin, Phase, SerialOrder, order_shown
 from mir_sim.fleets.orders import Vehicle
 from mir_sim.messages import Request, Response
 from mir_sim.site import Row
+
+if TYPE_CHECKING:
+    from mir_sim.fleets.enterprise import EnterpriseFleet
 
 PROBLEM = "application/problem+json"
 LOGGED = ("Executing", "Aborting", "Aborted", "Finished", "Invalid")  # in GET /order unless statuses are asked for
@@ -70,7 +73,7 @@ def answer(fleet: EnterpriseFleet, request: Request) -> Response:
     return _written(status, value, _content_type(operation, status, request.headers.get("accept", ""), JSON))
 
 
-def refuse(problem: Problem, operation: Mapping[str, Any], accept: str) -> Response:
+def refuse(problem: Problem, operation: Mapping[str, Any] = MappingProxyType({}), accept: str = "") -> Response:
     """``type`` and ``instance`` have the shape of MiR's example."""
     phrase = HTTPStatus(problem.status).phrase
     value = {
@@ -163,9 +166,11 @@ def _vehicle(call: Call, guid: str | None, status: int) -> Vehicle:
 def get_robot(call: Call) -> Reply:
     """While a robot is offline, the last that was heard of it, or who it is alone."""
     fleet, vehicle = call.fleet, _vehicle(call, call.params["id"], 404)
-    if not vehicle.robot.online and fleet.knobs.offline_robot == "identity":
+    if vehicle.robot.online:
+        return 200, enterprise_robots.shown(vehicle, fleet.text_of)
+    if fleet.knobs.offline_robot == "identity":
         return 200, {"robot-identity": enterprise_robots.identity(vehicle, fleet.text_of)}
-    return 200, enterprise_robots.shown(vehicle, fleet.text_of)
+    return 200, fleet.last_shown[vehicle.number]
 
 
 def change_robot(call: Call) -> Reply:
@@ -191,7 +196,7 @@ def change_robot(call: Call) -> Reply:
 def post_order(call: Call) -> Reply:
     """Take an order: at once, or later after 202. From 1.4.2 on a known id is 409; before, such an order is dropped."""
     fleet, fields = call.fleet, call.body["serial-order"]
-    serial_id = fields.get("id") or fleet.new_id()
+    serial_id = fields.get("id") or fleet.new_guid()
     phases = [_phase(call, one) for one in fields["phases"]]
     if not phases:
         raise Problem(400, "An order needs a phase.")
@@ -202,7 +207,7 @@ def post_order(call: Call) -> Reply:
         _vehicle(call, fields["robot-id"], 400) if fields.get("robot-id") else None,
         phases,
         fleet.now,
-        origin_of_key(call.key_name),
+        Origin.of_key(call.key_name),
     )
     answers_id = fleet.knobs.version == "1.3.1"
     if not answers_id and fleet.is_known(serial):
@@ -228,7 +233,7 @@ def _phase(call: Call, fields: Row) -> Phase:
         if name not in asked or not (sent.get(name) or asked[name]):
             raise Problem(400, f"The argument {name} is missing or unknown.")
     order_id = fields.get("order-id") if fleet.definition.has("phase", "order-id") else None
-    return Phase(mission_id, arguments, fields.get("fallback-mission-id"), order_id or fleet.new_id())
+    return Phase(mission_id, arguments, fields.get("fallback-mission-id"), order_id or fleet.new_guid())
 
 
 def _earliest(fleet: EnterpriseFleet, text: str | None) -> tuple[float, str | None]:
@@ -292,7 +297,7 @@ def active_orders(call: Call) -> Reply:
     return 200, {"serial-order-status-events": events}
 
 
-def _order(fleet: EnterpriseFleet, serial: SerialOrder, phase: Phase) -> Row:
+def shown_order(fleet: EnterpriseFleet, serial: SerialOrder, phase: Phase) -> Row:
     mission = fleet.site.table("/missions").get(phase.mission_id)
     return order_shown(serial, phase, fleet.now, mission["name"] if mission else "", fleet.text_of)
 
@@ -301,7 +306,7 @@ def get_order(call: Call) -> Reply:
     found = call.fleet.phase(call.params["id"])
     if found is None:
         raise Problem(404, "There is no such order.")
-    return 200, _order(call.fleet, *found)
+    return 200, shown_order(call.fleet, *found)
 
 
 def list_orders(call: Call) -> Reply:
@@ -310,7 +315,7 @@ def list_orders(call: Call) -> Reply:
     statuses = call.request.values("orderStatuses") or LOGGED
     created, ended = _after(call, "createdAfter", float("-inf")), _after(call, "terminatedAfter", fleet.now - HOUR)
     found = [
-        _order(fleet, serial, phase)
+        shown_order(fleet, serial, phase)
         for serial, phase in fleet.phases()
         if serial.created >= created
         and (serial.ended is None or serial.ended >= ended)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import uuid
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -23,6 +24,7 @@ ORDER_STATUS = {
     OrderState.INVALID: "Invalid",
 }
 ENDS = ("Finished", "Aborted", "Invalid")
+API_KEYS = {"mir_scheduler": "Scheduler", "mir_other": "Other system"}  # the key, and the name that it has in the fleet
 Stamp = Callable[[float], str]
 
 
@@ -35,6 +37,11 @@ class Origin:
     user_guid: str | None = None
     user_name: str | None = None
     kind: str = "User"
+
+    @classmethod
+    def of_key(cls, name: str) -> Origin:
+        """A client, by the name of its API key."""
+        return cls(api_key_guid=str(uuid.uuid5(uuid.NAMESPACE_OID, name)), api_key_name=name)
 
     @property
     def event_type(self) -> str:

@@ -60,10 +60,10 @@ def identity(vehicle: Vehicle, stamp: Stamp) -> Row:
 
 
 def shown(vehicle: Vehicle, stamp: Stamp) -> Row:
-    """A robot as GET /robots/{id} shows it. It reports each second; when offline, it is as it was when it went."""
+    """A robot as GET /robots/{id} shows it. It reports each second."""
     robot = vehicle.robot
-    seen = math.floor(robot.now) if robot.online else robot.offline_since
-    state, end_state = STATES[robot.state if robot.online else StateId.SHUTTING_DOWN]
+    seen = math.floor(robot.now)
+    state, end_state = STATES[robot.state]
     return {
         "robot-identity": identity(vehicle, stamp),
         "runtime-data": _runtime(robot, stamp, seen),

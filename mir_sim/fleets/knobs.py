@@ -114,7 +114,7 @@ class EnterpriseKnobs:
     """Knobs of Fleet Enterprise. Seconds are simulated ones.
 
     Attributes:
-        version: one of ``enterprise_definition.VERSIONS``; it decides which operations and fields there are.
+        version: decides which operations and fields there are.
         posted: what POST /serial-order does: "created" answers 201; "accepted" answers 202, and the order is there later;
             "lost" answers 202, and the order never comes. Version 1.3.1 never answers 201.
         appears_seconds: the least and the most seconds until an accepted order is there.
@@ -122,14 +122,18 @@ class EnterpriseKnobs:
         orders_kept: seconds for which an ended order can be read by its id; None: for ever.
         abort_seconds: for which an order is Aborting before the fleet ends it.
         patch_seconds: until a change of a robot takes effect.
-        offline_robot: what is shown of a robot that is offline: "last", the last that was heard of it, or "identity".
+        offline_robot: what is shown of a robot that is offline: the last that was heard of it, or only who it is.
+        waiting_after_reboot: whether orders that no robot has yet are there after a reboot.
+        charging_below: percent of battery below which the fleet sends a robot without orders to the charger.
     """
 
     version: str = choice("1.5.0", "1.4.2", "1.3.1")
     posted: str = choice("created", "accepted", "lost")
     appears_seconds: tuple[float, float] = field(default=(0.0, 5.0), metadata={"check": checks.span})
-    ids_kept: float | None = number(0, 1e9)
-    orders_kept: float | None = number(0, 1e9)
+    ids_kept: float | None = number(0, 1e7)
+    orders_kept: float | None = number(0, 1e7)
     abort_seconds: float = seconds(1.0)
     patch_seconds: float = seconds(1.0)
     offline_robot: str = choice("last", "identity")
+    waiting_after_reboot: str = choice("kept", "lost")
+    charging_below: float | None = number(0, 100)

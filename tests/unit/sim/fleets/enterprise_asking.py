@@ -6,9 +6,9 @@ import json
 import uuid
 from typing import Any
 
-from mir_sim import Request, Response, SimulatedRobot
+import mir_sim
+from mir_sim import Exchange, Request, Response, SimulatedRobot
 from mir_sim.fleets.enterprise import EnterpriseFleet
-from mir_sim.fleets.enterprise_api import answer
 from mir_sim.fleets.knobs import EnterpriseKnobs
 from tests.unit.sim.asking import GUIDS
 
@@ -31,10 +31,13 @@ class EnterpriseAsker:
     def pass_time(self, seconds: float) -> None:
         self.fleet.advance_to(self.fleet.now + seconds)
 
-    def send(self, method: str, path: str, body: Any = None, headers: dict[str, str] | None = None) -> Response:
+    def request(self, method: str, path: str, body: Any, headers: dict[str, str] | None = None) -> Request:
         content = b"" if body is None else body if isinstance(body, bytes) else json.dumps(body).encode()
         target = path if path == "/healthz" else f"/api/v1{path}"
-        return answer(self.fleet, Request.of(method, target, KEY if headers is None else headers, content))
+        return Request.of(method, target, KEY if headers is None else headers, content)
+
+    def send(self, method: str, path: str, body: Any = None, headers: dict[str, str] | None = None) -> Response:
+        return mir_sim.handle(self.fleet, self.request(method, path, body, headers))
 
     def get(self, path: str) -> Any:
         response = self.send("GET", path)
@@ -49,6 +52,12 @@ class EnterpriseAsker:
         ]
         fields = {key.replace("_", "-"): value for key, value in fields.items()}
         return self.send("POST", "/serial-order", {"serial-order": {"id": uuid_of(name), "phases": phases, **fields}})
+
+    def exchange_order(self) -> Exchange:
+        """Order Home as "one", through the faults of the network."""
+        phase = {"mission-id": GUIDS["Home"], "order-id": uuid_of("one 0")}
+        body = {"serial-order": {"id": uuid_of("one"), "phases": [phase]}}
+        return mir_sim.exchange(self.fleet, self.request("POST", "/serial-order", body))
 
     def order(self, name: str = "one", number: int = 0) -> Any:
         """A phase of the order that is called so."""
