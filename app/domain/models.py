@@ -15,6 +15,7 @@ from types import MappingProxyType
 from typing import Any
 
 from app.domain import names
+from app.domain.capabilities import OF_A_ROBOT, Capabilities
 from app.domain.check_up import RobotProfile
 from app.domain.message import Message, message, render
 from app.domain.robot import IdentifiedBy, QueueItem, RobotStatus
@@ -465,6 +466,7 @@ class RobotSnapshot:
     queue_read_at: datetime | None = None
     since: datetime | None = None  # of this connection state
     problem: Message = ""  # the last failure, empty if it answers
+    capabilities: Capabilities = OF_A_ROBOT
 
 
 THEMES = ("light", "dark", "contrast")

@@ -8,10 +8,11 @@ here.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any, TypeVar
 from urllib.parse import quote
 
+from app.domain.capabilities import OF_A_ROBOT, Capabilities
 from app.domain.check_up import RobotProfile
 from app.domain.message import message
 from app.domain.robot import (
@@ -50,7 +51,9 @@ T = TypeVar("T")
 
 
 class RobotClient(VerifiedRequests):
-    """The app's requests and commands to a robot."""
+    """The app's requests and commands to a robot. It is a ``Target``."""
+
+    capabilities: Capabilities = OF_A_ROBOT
 
     @functools.cached_property
     def _queue(self) -> QueueReader:
@@ -161,7 +164,7 @@ class RobotClient(VerifiedRequests):
         except (Unreadable, NotAMir):
             raise Unnumbered(address=self.address.netloc) from None
 
-    def queue_item(self, queue_id: int) -> QueueItem:
+    def queue_item(self, queue_id: int, token: str = "") -> QueueItem:
         """Raises Rejected with status 404 when the robot has no such item (any more)."""
         item = self._get(
             f"/mission_queue/{queue_id}", lambda found: parse.queue_item(in_mir_words(found, self._profile))
@@ -174,7 +177,11 @@ class RobotClient(VerifiedRequests):
         return self._queue.open_items()
 
     def items_after(
-        self, id_floor: int, known: dict[int, QueueItem | None] | None = None, highest: int = 0
+        self,
+        id_floor: int,
+        known: dict[int, QueueItem | None] | None = None,
+        highest: int = 0,
+        tokens: Collection[str] = (),
     ) -> list[QueueItem]:
         """Every item with a higher id, by ascending id. Returns all of them or raises, as a missing item is a reason to
         send again. ``known``: items (None: missing) that need not be read one by one; newly read ones are added to it,
@@ -187,7 +194,7 @@ class RobotClient(VerifiedRequests):
         from. None: empty."""
         return self._queue.highest_id()
 
-    def cancel(self, queue_id: int) -> None:
+    def cancel(self, queue_id: int, token: str = "") -> None:
         """Abort one item. It stays in the robot's list as Aborted."""
         self._order("DELETE", f"/mission_queue/{queue_id}")
 

@@ -140,10 +140,10 @@ def test_a_look_that_breaks_off_keeps_what_it_has_seen(site, plan, monkeypatch):
     site.machines["R1"].cancel_all()
     read = RobotClient.queue_item
 
-    def breaks_off(client, queue_id):
+    def breaks_off(client, queue_id, token):
         if queue_id == second.queue_id:
             raise Unreachable(address="r1")
-        return read(client, queue_id)
+        return read(client, queue_id, token)
 
     monkeypatch.setattr(RobotClient, "queue_item", breaks_off)
     site.run(2 * LIVE_EVERY)

@@ -62,8 +62,8 @@ GROUP_MUTANTS = (
     Mutant(
         "looked for above another robot's numbers",
         "services.dispatch.duplicates:Duplicates.of",
-        "self._client.items_after(row.queue_floor or 0)",
-        "self._client.items_after((row.queue_floor or 0) + (1000 if row.group_id else 0))",
+        "self._client.items_after(row.queue_floor or 0, ",
+        "self._client.items_after((row.queue_floor or 0) + (1000 if row.group_id else 0), ",
         "items with one token",
         LOST,
         hours=0.5,

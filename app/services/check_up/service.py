@@ -27,6 +27,7 @@ from app.domain.robot import Identity, RobotStatus
 from app.mir.client import RobotClient
 from app.mir.errors import RobotError
 from app.mir.raw_client import PATIENT, RawClient
+from app.mir.target import Target
 from app.mir.transport import Pace
 from app.services.check_up.probes import read_robot
 from app.services.check_up.session import Cancelled, CheckUpSession
@@ -61,7 +62,7 @@ class CheckUps:
         alarms: Alarms,
         changes: Changes,
         settings: Callable[[], Settings],
-        make_client: Callable[[Robot], RobotClient],
+        make_client: Callable[[Robot], Target],
     ) -> None:
         self._db, self._clock, self._changes = db, clock, changes
         self._settings, self._make_client = settings, make_client
@@ -229,6 +230,8 @@ class CheckUps:
                 "robot", "{robot} is switched off until its password is entered in Settings", robot=robot.name
             )
         with closing(self._make_client(replace(robot, profile=None))) as client:
+            if not isinstance(client, RobotClient):
+                raise InvalidInput("robot", "{robot} is a fleet's robot: its fleet is checked up", robot=robot.name)
             client.timeouts, client.pace = PATIENT, Pace(self._clock.monotonic, self._clock.sleep)
             yield client
 

@@ -15,8 +15,8 @@ from app.database.values import to_text
 from app.domain import rules
 from app.domain.message import Message, message
 from app.domain.models import Execution, Reason, ReasonCode, Robot, Settings
-from app.mir.client import RobotClient
 from app.mir.errors import NotAMir, Refusal, Rejected, RobotError, RobotFault, Unauthorized, Unreadable
+from app.mir.target import Target
 from app.services.allocation.situation import Ineligible
 from app.services.executions.transitions import Transition, is_other_machine
 
@@ -68,7 +68,7 @@ class Attempts(dict[int, Attempt]):
 
 
 # ---------------------------------------------------------------------- not taken: nothing of it is on the robot then
-def refusal(client: RobotClient, intent: Execution, error: RobotError) -> Reason | None:
+def refusal(client: Target, intent: Execution, error: RobotError) -> Reason | None:
     """The problem for the operator to solve. A 400 or 404 may mean the mission: the robot is asked whether it has it.
     None: a 404 that does not mean the mission; the robot's interface has only just come up."""
     if isinstance(error, Unauthorized):

@@ -15,8 +15,8 @@ from datetime import timedelta
 from app.domain.message import Message, message
 from app.domain.models import Execution, Reason, ReasonCode, State, Trigger
 from app.domain.robot import QueueItem, QueueState
-from app.mir.client import RobotClient
 from app.mir.errors import Refusal, Rejected, RobotError, RobotFault, Unreadable
+from app.mir.target import Target
 from app.services.dispatch.context import Context
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.timing import UNSEARCHED_AT_MOST
@@ -47,7 +47,7 @@ def looks_like_token(description: str) -> bool:
 class Duplicates:
     """Of one robot. Raises RobotError where it can't be asked."""
 
-    def __init__(self, client: RobotClient, context: Context, observation: Observation) -> None:
+    def __init__(self, client: Target, context: Context, observation: Observation) -> None:
         self._client, self._s, self._ledger, self._seen = client, context, context.ledger, observation
         self._watched: dict[str, tuple[int, float]] = {}  # by token: queue floor, and until when on the monotonic clock
         self._unsearched_since = math.inf  # the first of the searches for them that failed in a row, on the same clock
@@ -59,7 +59,7 @@ class Duplicates:
     # ------------------------------------------------------------------ which one is ours
     def of(self, row: Execution) -> list[QueueItem]:
         """Items that the attempts of this row put on the robot, oldest first."""
-        newer = sorted(self._client.items_after(row.queue_floor or 0), key=lambda item: item.id)
+        newer = sorted(self._client.items_after(row.queue_floor or 0, tokens=(row.token,)), key=lambda item: item.id)
         found = [item for item in newer if item.description == row.token]
         if found or not newer:
             return found
@@ -88,7 +88,7 @@ class Duplicates:
         if last is None:
             return None
         try:
-            item = self._client.queue_item(last.queue_id)
+            item = self._client.queue_item(last.queue_id, last.token)
         except Rejected:  # deleted, or its number is another item's now
             return None
         except (RobotFault, Unreadable):  # that one item, perhaps for long
@@ -271,7 +271,7 @@ class Duplicates:
         if item.state_text and item.id != row.queue_id:
             return item
         try:
-            return self._client.queue_item(item.id)
+            return self._client.queue_item(item.id, row.token)
         except (Rejected, RobotFault, Unreadable):
             is_extra = item.id != row.queue_id and (row.queue_id is not None or transitions.why_withdrawn(row))
             return item if is_extra else None  # an extra one must not run, whatever its state
@@ -281,7 +281,7 @@ class Duplicates:
         searched would make its robot unreadable for ever: after an hour, searches past their time are given up. Raises
         RobotError."""
         try:
-            newer = self._client.items_after(self._watched_from()) if self._watched else []
+            newer = self._client.items_after(self._watched_from(), tokens=self._watched) if self._watched else []
         except RobotError:
             self._unsearched_since = min(self._unsearched_since, mono)
             if mono - self._unsearched_since >= UNSEARCHED_AT_MOST:
@@ -354,9 +354,11 @@ class Duplicates:
             return
         now = self._s.clock.now()
         rows = self._ledger.planned_between(self._seen.robot.id, max(move.at, now - LOOKS_BACK), now)
-        theirs = {old_token(move, row) for row in rows}
+        theirs = {token for row in rows if (token := old_token(move, row))}
         floors = [row.queue_floor for row in rows if row.queue_floor is not None]
-        newer = self._client.items_after(min(floors)) if floors else open_items  # what is over already too
+        newer = (
+            self._client.items_after(min(floors), tokens=theirs) if floors else open_items
+        )  # what is over already too
         found = {("two_tablets", item.id) for item in newer if item.description in theirs}
         if found - self._alarmed:
             self._alarmed |= found
@@ -373,7 +375,7 @@ class Duplicates:
             return self._reopen(row, item)
         if item.id < row.queue_id and row.state.is_open:  # the earlier one is ours
             later = row.queue_id
-            return not self._reopen(row, item) or self.cancel_copy(self._client.queue_item(later), row)
+            return not self._reopen(row, item) or self.cancel_copy(self._client.queue_item(later, row.token), row)
         if row.cancel_code and item.may_be_open:  # cancelled, however often it comes
             return self._cancel_late(row, item)
         return self.cancel_copy(item, row)
@@ -410,7 +412,7 @@ class Duplicates:
         return bool(self._ledger.apply([found]))
 
     def _cancel_late(self, row: Execution, item: QueueItem) -> bool:
-        if is_cancelled := self.cancel(item.id):
+        if is_cancelled := self.cancel(item.id, row):
             self._alarm_once("late_cancelled", row, item)
         return is_cancelled
 
@@ -421,18 +423,18 @@ class Duplicates:
         if row.trigger is Trigger.IDLE:
             self._ledger.note_idle_copy(self._seen.robot.id, item.id, runs=runs)
         if item.is_pending:
-            if not self.cancel(item.id):
+            if not self.cancel(item.id, row):
                 return False
             self._alarm_once("duplicate_healed", row, item)
         elif runs:
             self._alarm_once("duplicate_running", row, item)
         return True
 
-    def cancel(self, queue_id: int) -> bool:
+    def cancel(self, queue_id: int, row: Execution) -> bool:
         """Returns whether the robot has done it. An item that can't be cancelled now is handled again at the next
         poll."""
         try:
-            self._client.cancel(queue_id)
+            self._client.cancel(queue_id, row.token)
         except RobotError as error:
             log.warning("Item %d of %r could not be cancelled yet: %s", queue_id, self._seen.robot.name, error.text)
             return False

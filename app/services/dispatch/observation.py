@@ -17,7 +17,6 @@ from app.domain.clock import ClockReading
 from app.domain.message import Message, message, message_of, render
 from app.domain.models import Connection, Execution, Robot
 from app.domain.robot import RobotState, RobotStatus, problems_in_words
-from app.mir.client import RobotClient
 from app.mir.errors import (
     AnotherRobot,
     CertificateMismatch,
@@ -29,6 +28,7 @@ from app.mir.errors import (
     Unauthorized,
     Unreadable,
 )
+from app.mir.target import Target
 from app.services.dispatch.context import Context
 from app.services.dispatch.timing import (
     CLOCKS_PART,
@@ -47,7 +47,7 @@ WRITES_TO_PRUNE = 200  # writes of its activity between two deletions of old one
 
 
 class Observation:
-    def __init__(self, robot: Robot, client: RobotClient, context: Context) -> None:
+    def __init__(self, robot: Robot, client: Target, context: Context) -> None:
         self._robot, self._client, self._s = robot, client, context
         self.clock: ClockReading | None = None
         self.gives_time = True  # as far as is known; robots behind some proxies don't
@@ -215,7 +215,7 @@ class Observation:
         if status.date is not None:
             self.clock = ClockReading((status.date - now).total_seconds(), self._s.clock.monotonic())
         self._observe(activity_of(status))
-        self._change_connection(connection, problem, status=status, read_at=now)
+        self._change_connection(connection, problem, status=status, read_at=now, capabilities=self._client.capabilities)
         trouble = problems_in_words(status.errors) or status.mission_text or message("an error")
         self._set_alarm("emergency_stop", status.state is RobotState.EMERGENCY_STOP)
         self._set_alarm("robot_error", status.state is RobotState.ERROR, problem=trouble)

@@ -28,8 +28,8 @@ from app.domain.choice import may_change_robot
 from app.domain.message import Message, message
 from app.domain.models import Execution, Reason, ReasonCode, State, Trigger, Wait
 from app.domain.robot import QueueItem
-from app.mir.client import RobotClient
 from app.mir.errors import AnotherRobot, Delivery, NotWanted, RobotError, Unauthorized, Unnumbered
+from app.mir.target import Target
 from app.services.allocation.situation import Ineligible
 from app.services.dispatch.attempt import Attempt, Attempts, Phase, answer_in_doubt, intent_of, refusal, tried_here
 from app.services.dispatch.context import Context
@@ -51,7 +51,7 @@ class Sending:
 
     def __init__(
         self,
-        client: RobotClient,
+        client: Target,
         context: Context,
         observation: Observation,
         duplicates: Duplicates,
@@ -139,7 +139,7 @@ class Sending:
             del self.attempts[each.row.id]
         for row in rows:
             if row.cancel_code and row.queue_id is not None:  # cancelled while it was being sent
-                self._duplicates.cancel(row.queue_id)
+                self._duplicates.cancel(row.queue_id, row)
 
     def close(self, untaken: Sequence[Execution] = ()) -> None:
         """Intents not sent yet wait again; those of a group for any of its robots."""

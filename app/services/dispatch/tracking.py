@@ -8,9 +8,9 @@ from collections.abc import Callable
 from app.domain.message import message
 from app.domain.models import Execution, Reason, ReasonCode, State
 from app.domain.robot import QueueItem, QueueState
-from app.mir.client import RobotClient
 from app.mir.errors import Rejected, RobotError, RobotFault, Unreadable
 from app.mir.robot_vocabulary import as_stored
+from app.mir.target import Target
 from app.services.dispatch.context import Context
 from app.services.dispatch.duplicates import Duplicates
 from app.services.dispatch.ledger import seconds_between
@@ -31,7 +31,7 @@ class Tracking:
 
     def __init__(
         self,
-        client: RobotClient,
+        client: Target,
         context: Context,
         observation: Observation,
         duplicates: Duplicates,
@@ -92,7 +92,7 @@ class Tracking:
         if item is None:
             self._on_pause()
             try:
-                item = self._client.queue_item(queue_id)
+                item = self._client.queue_item(queue_id, row.token)
             except (Rejected, RobotFault, Unreadable) as error:
                 if not isinstance(error, Rejected) or error.status not in (404, 410):
                     return self._not_readable(row, queue_id, error, open_ids)
@@ -100,7 +100,7 @@ class Tracking:
         if not self._duplicates.is_ours(row, item):
             return [self._vanished(row, queue_id)]
         if row.cancel_code and item.state.is_open:
-            self._duplicates.cancel(queue_id)  # the first request may have been lost
+            self._duplicates.cancel(queue_id, row)  # the first request may have been lost
         return self._transitions(row, item, open_ids)
 
     def _vanished(self, row: Execution, queue_id: int) -> Transition:

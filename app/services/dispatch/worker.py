@@ -21,8 +21,8 @@ from datetime import timedelta
 from app.domain import rules
 from app.domain.models import Execution, HandOver, Robot, Trigger
 from app.domain.robot import RobotStatus
-from app.mir.client import RobotClient
 from app.mir.errors import AnotherRobot, NotAMir, Rejected, RobotError, RobotFault, Unreadable
+from app.mir.target import Target
 from app.services.dispatch import messages
 from app.services.dispatch.context import Context
 from app.services.dispatch.duplicates import Duplicates
@@ -45,7 +45,7 @@ def phase_of(robot_id: int) -> float:
 
 
 class RobotWorker:
-    def __init__(self, robot: Robot, client: RobotClient, context: Context) -> None:
+    def __init__(self, robot: Robot, client: Target, context: Context) -> None:
         self._client, self._s, self._clock = client, context, context.clock
         self.polled = False  # the first poll is over, with or without an answer
         self.seen = Observation(robot, client, context)

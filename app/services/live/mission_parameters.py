@@ -21,8 +21,8 @@ from app.domain.clock import Clock
 from app.domain.models import Connection, Execution, InvalidInput, Reason, ReasonCode, Robot
 from app.domain.parameters import has_position_by_name, values_for
 from app.domain.robot import ENTRIES, MapPosition, MissionParameter
-from app.mir.client import RobotClient
 from app.mir.errors import AnotherRobot, Busy, NotAMir, Refusal, RobotError, SerialNumberHidden, Unreadable
+from app.mir.target import Target
 from app.services.live.changes import Changes, Topic
 from app.services.live.snapshots import Snapshots
 
@@ -52,7 +52,7 @@ class MissionParameters:
         self,
         db: Database,
         clock: Clock,
-        make_client: Callable[[Robot], RobotClient],
+        make_client: Callable[[Robot], Target],
         snapshots: Snapshots,
         changes: Changes,
     ) -> None:
@@ -110,7 +110,7 @@ class MissionParameters:
             self._answers.clear()
 
     # ------------------------------------------------------------------ asking
-    def learn(self, robot_id: int, guid: str, client: RobotClient) -> Sequence[MissionParameter] | None:
+    def learn(self, robot_id: int, guid: str, client: Target) -> Sequence[MissionParameter] | None:
         """Ask the robot. None: it does not say. Raises RobotError, Rejected with status 404 if it has no such
         mission."""
         map_id = self._map_of(robot_id)  # as known before: if it has changed since, names are read again
@@ -118,7 +118,7 @@ class MissionParameters:
         self.keep({(robot_id, guid): found}, map_id)
         return found
 
-    def ask_for_start(self, robot_id: int, guid: str, client: RobotClient) -> Sequence[MissionParameter] | None:
+    def ask_for_start(self, robot_id: int, guid: str, client: Target) -> Sequence[MissionParameter] | None:
         """Ask the robot. None: it does not say, or not to this user: then it checks the values itself. Raises
         RobotError if it can't be asked."""
         try:
@@ -129,7 +129,7 @@ class MissionParameters:
             self.keep({(robot_id, guid): None})
             return None
 
-    def refusal(self, start: Execution, robot_id: int, client: RobotClient) -> Reason | None:
+    def refusal(self, start: Execution, robot_id: int, client: Target) -> Reason | None:
         """Ask the robot what the mission needs; returns why it would refuse these values. Raises RobotError if it can't
         be asked."""
         found = self.ask_for_start(robot_id, start.mission_guid, client)
@@ -202,7 +202,7 @@ def _is_unsupported(error: RobotError) -> bool:
     )
 
 
-def _ask_client(client: RobotClient, guid: str) -> Sequence[MissionParameter] | None:
+def _ask_client(client: Target, guid: str) -> Sequence[MissionParameter] | None:
     found = client.parameters(guid)
     if found is None or not any(parameter.is_position for parameter in found):
         return found and tuple(found)

@@ -36,10 +36,10 @@ from app.domain.models import (
 )
 from app.domain.robot import IdentifiedBy, Identity, MissionInfo, RobotState
 from app.mir.address import Address
-from app.mir.client import RobotClient
 from app.mir.credentials import normalise_fingerprint, token_for
 from app.mir.errors import Delivery, RobotError
 from app.mir.http import presented_fingerprint
+from app.mir.target import Target
 from app.services.allocation.situation import HIGH
 from app.services.catalogue import checks
 from app.services.catalogue.parameter_check import Checked, check
@@ -55,7 +55,7 @@ MOST_LISTED = 20  # starts in one line of the log
 
 EMPTY: Mapping[str, Any] = MappingProxyType({})
 
-ClientFactory = Callable[[Robot], RobotClient]
+ClientFactory = Callable[[Robot], Target]
 
 
 class Operator:
@@ -273,11 +273,11 @@ class Operator:
 
     def cancel_item(self, robot_id: int, queue_id: int) -> None:
         """Cancel one item of the robot's queue, also of others. One that has just ended keeps its outcome."""
-        ours = [row.id for row in self._ledger.open_for(robot_id) if row.queue_id == queue_id]
-        asked = self._ledger.cancel(ours, ReasonCode.USER_CANCELLED)
+        ours = [row for row in self._ledger.open_for(robot_id) if row.queue_id == queue_id]
+        asked = self._ledger.cancel([row.id for row in ours], ReasonCode.USER_CANCELLED)
         try:
             with self._client(robot_id, f"Cancel of queue item {queue_id}") as client:
-                client.cancel(queue_id)
+                client.cancel(queue_id, ours[0].token if ours else "")
         except RobotError as error:
             if error.delivery is Delivery.REFUSED:
                 self._ledger.uncancel(asked)
@@ -360,7 +360,7 @@ class Operator:
 
     # ------------------------------------------------------------------ inside
     @contextmanager
-    def _client(self, robot_id: int, command: str = "") -> Iterator[RobotClient]:
+    def _client(self, robot_id: int, command: str = "") -> Iterator[Target]:
         """A connection of its own. A ``command`` that the robot has taken on it is noted."""
         robot = self._robot(robot_id)
         with closing(self._make_client(robot)) as client:

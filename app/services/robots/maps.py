@@ -20,8 +20,8 @@ from app.database.files import DIRECTORY_MODE, write_whole
 from app.domain.clock import Clock
 from app.domain.models import InvalidInput, Robot
 from app.domain.robot import MapPosition
-from app.mir.client import RobotClient
 from app.mir.errors import RobotError, Unreadable
+from app.mir.target import Target
 from app.services.robots.map_picture import MapPicture, from_bytes, picture_of, to_bytes
 
 log = logging.getLogger(__name__)
@@ -43,7 +43,7 @@ class RobotMaps:
         self,
         directory: Path,
         robot: Callable[[int], Robot | None],
-        make_client: Callable[[Robot], RobotClient],
+        make_client: Callable[[Robot], Target],
         clock: Clock,
     ) -> None:
         self._directory, self._robot, self._make_client, self._clock = directory, robot, make_client, clock

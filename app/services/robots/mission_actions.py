@@ -18,8 +18,8 @@ from app.database.robots import RobotRepository
 from app.domain.clock import Clock
 from app.domain.models import Connection, InvalidInput, Mission, Robot
 from app.domain.robot import ENTRIES, Stop
-from app.mir.client import RobotClient
 from app.mir.errors import Rejected, RobotError, Unreadable
+from app.mir.target import Target
 from app.services.catalogue import mission_edit
 from app.services.catalogue.catalogue import Catalogue
 from app.services.live.snapshots import Snapshots
@@ -48,7 +48,7 @@ class MissionActionsReader:
         db: Database,
         catalogue: Catalogue,
         snapshots: Snapshots,
-        make_client: Callable[[Robot], RobotClient],
+        make_client: Callable[[Robot], Target],
         clock: Clock,
     ) -> None:
         self._db, self._catalogue, self._snapshots = db, catalogue, snapshots
@@ -150,7 +150,7 @@ class MissionActionsReader:
             self._db.write(lambda c: self._stops.keep(c, stops))
 
 
-def _stops(client: RobotClient, drives_to: Sequence[str], known: dict[str, Stop]) -> Iterator[Stop]:
+def _stops(client: Target, drives_to: Sequence[str], known: dict[str, Stop]) -> Iterator[Stop]:
     for guid in drives_to:
         if guid and guid not in known:
             try:

@@ -15,8 +15,8 @@ from contextlib import closing
 from app.domain.clock import Clock
 from app.domain.models import InvalidInput, Mission, Robot
 from app.domain.robot import MissionParameter
-from app.mir.client import RobotClient
 from app.mir.errors import RobotError
+from app.mir.target import Target
 from app.services.live.mission_parameters import MissionParameters
 
 ASK_AGAIN_AFTER = 60.0  # s between two questions for names that the robot may not have either
@@ -30,7 +30,7 @@ class RobotMissions:
     def __init__(
         self,
         robot: Callable[[int], Robot | None],
-        make_client: Callable[[Robot], RobotClient],
+        make_client: Callable[[Robot], Target],
         clock: Clock,
         parameters: MissionParameters,
     ) -> None:
@@ -76,7 +76,7 @@ class RobotMissions:
         names = self.names(robot_id)
         return [mission for mission in missions if not names or mission.guid in names]
 
-    def _client(self, robot_id: int) -> closing[RobotClient]:
+    def _client(self, robot_id: int) -> closing[Target]:
         robot = self._robot(robot_id)
         if robot is None:
             raise InvalidInput("robot", "this robot has been removed")

@@ -152,9 +152,9 @@ def searches(monkeypatch):
     """The numbers above which a robot's items are asked for from now on."""
     search, floors = RobotClient.items_after, []
 
-    def noting(client, floor, *more):
+    def noting(client, floor, *more, **tokens):
         floors.append(floor)
-        return search(client, floor, *more)
+        return search(client, floor, *more, **tokens)
 
     monkeypatch.setattr(RobotClient, "items_after", noting)
     return floors

@@ -1,0 +1,44 @@
+"""What can be done with a robot through the connection that the app has to it: screens and dispatch ask this, never
+what kind of connection it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class FindBy(StrEnum):
+    """How a start whose answer was lost is found again."""
+
+    ID = "id"  # the app chooses the id of an order: ids don't grow
+    TOKEN = "token"  # noqa: S105  # the order gives back the text that was sent with it
+    MATCH = "match"  # neither: by mission, user and number
+    NONE = "none"  # not at all: nothing is sent automatically
+
+
+@dataclass(frozen=True)
+class Capabilities:
+    """A robot's own; a fleet's differ.
+
+    Attributes: any_vehicle: the fleet chooses the robot of an order. cancel_waiting, cancel_running: one order can be
+    cancelled before, and while, it runs. pause, clear_error, prompts: a person can pause and resume the robot, clear
+    its errors, answer its questions. failure_text: an order that failed says why. parameters: missions say what they
+    ask for. registers, maps: they can be read. clock: answers have the time. robot_ages: a status says how old it is.
+    """
+
+    find_by: FindBy = FindBy.TOKEN
+    any_vehicle: bool = False
+    cancel_waiting: bool = True
+    cancel_running: bool = True
+    pause: bool = True
+    clear_error: bool = True
+    prompts: bool = True
+    failure_text: bool = True
+    parameters: bool = True
+    registers: bool = True
+    maps: bool = True
+    clock: bool = True
+    robot_ages: bool = False
+
+
+OF_A_ROBOT = Capabilities()
