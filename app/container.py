@@ -16,7 +16,7 @@ from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain.activity import can_work, is_charging
 from app.domain.clock import Clock, SystemClock
-from app.domain.models import Connection, Robot
+from app.domain.models import Connection, InvalidInput, Robot
 from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
@@ -277,6 +277,8 @@ class Connector:
         self._paces: dict[str, Pace] = {}
 
     def __call__(self, robot: Robot) -> RobotClient:
+        if robot.fleet is not None:
+            raise InvalidInput("fleet", "robots of a fleet can't be asked yet")
         return RobotClient(
             Address.parse(robot.address),
             Token.from_header(robot.token or ""),

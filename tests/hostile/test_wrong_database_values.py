@@ -55,6 +55,7 @@ def checked_up(column: str, **values: object) -> str:
 FLAGS = [
     ("robots", "enabled"),
     ("robots", "needs_password"),
+    ("robots", "off_with_fleet"),
     ("idle_rules", "enabled"),
     ("missions", "favourite"),
     ("missions", "on_low_battery"),
@@ -65,12 +66,16 @@ FLAGS = [
     ("calendar_days", "yearly"),
     ("executions", "held"),
 ]
+FLEET = "INSERT INTO fleets (name, address, kind, enabled) VALUES ('Hall', 'http://127.0.0.1:11', '{}', {})"
 # table, statement
 WRONG = {
     "an unknown identity": ("robots", "UPDATE robots SET identified_by = 'nonsense' WHERE name = 'Bad'"),
     **{
         f"{table}.{flag} that is neither on nor off": (table, f"UPDATE {table} SET {flag} = 7") for table, flag in FLAGS
     },
+    "a fleet of an unknown kind": ("fleets", FLEET.format("other", 1)),
+    "a fleet that is neither on nor off": ("fleets", FLEET.format("classic", 7)),
+    "a robot of a fleet that never was": ("sqlite_schema", "UPDATE robots SET fleet_id = 77"),
     "idle minutes": ("robots", "UPDATE idle_rules SET after_minutes = 9223372036854775807"),
     "a guid that is a path": ("missions", "UPDATE missions SET guid = '../../users'"),
     "a rule that can't be read": ("schedules", "UPDATE schedules SET recurrence = 'FREQ=NONSENSE'"),
@@ -342,6 +347,7 @@ INSERT INTO executions (trigger, robot_id, robot, mission, mission_guid, timezon
                         queue_floor)
 VALUES ('manual', NULL, '', 'M', 'guid-1', 'UTC', 'old', '{SPANS[0]}', '{SPANS[1]}', '{SPANS[0]}', 'completed', '{SPANS[1]}', 60.0,
         '{SPANS[0]}', '{SPANS[0]}', 1.0, 2.0, 20.0, 7, 6);
+INSERT INTO fleets (name, address, kind) VALUES ('Hall', 'http://127.0.0.1:11', 'classic');
 INSERT INTO run_durations VALUES (1, 'guid-1', '{SPANS[1]}', 7, 60.0, 2.0);
 INSERT INTO skips SELECT id, '{SPANS[1]}', 0 FROM schedules;
 INSERT INTO holds (robot_id, started_at) VALUES (1, '{SPANS[0]}');

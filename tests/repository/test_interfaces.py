@@ -13,6 +13,7 @@ import main
 from app.domain.models import (
     STATE_OF_REASON,
     DayException,
+    Fleet,
     Group,
     Mission,
     Place,
@@ -65,6 +66,7 @@ TABLES: dict[str, tuple[type, Fields]] = {
     "display": (Settings, fields.DISPLAY),
     "calendar": (Settings, fields.CALENDAR),
     "calendar.days[]": (DayException, fields.DAY),
+    "fleets[]": (Fleet, fields.FLEET),
     "robots[]": (Robot, fields.ROBOT),
     "groups[]": (Group, fields.GROUP),
     "places[]": (Place, fields.PLACE),
@@ -80,8 +82,11 @@ WITHOUT_PLAIN_DEFAULT = {  # they depend on something else, or are written in an
     "calendar.days": "[]",
     "calendar.days[].last_day": "`first_day`",
     "calendar.days[].source": "null",
+    "fleets[].username": "empty",
+    "fleets[].password": "",
     "robots[].username": "empty",
     "robots[].password": "",
+    "robots[].vehicle": "empty",
     "groups[].robots": "",
     "missions[].places": "[]",
     "schedules[].name": '"<mission> on <robot>"',
@@ -90,7 +95,11 @@ WITHOUT_PLAIN_DEFAULT = {  # they depend on something else, or are written in an
     "schedules[].timezone": "`settings.timezone`",
     "schedules[].parameters": "{}",
 }
-ALTERNATIVES = {"schedules[].robot": "new, or `group`", "schedules[].group": "new, or `robot`"}
+ALTERNATIVES = {
+    "robots[].address": "new, or `fleet`",
+    "schedules[].robot": "new, or `group`",
+    "schedules[].group": "new, or `robot`",
+}
 
 
 def test_the_keys_of_the_configuration_file() -> None:

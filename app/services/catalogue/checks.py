@@ -224,6 +224,13 @@ def guid(value: object, field: str) -> str:
     return value.strip()
 
 
+def vehicle(value: object, field: str) -> str:
+    """A robot's id at its fleet; empty for one that is reached directly."""
+    if value == "" or (isinstance(value, str) and _GUID.fullmatch(value)):
+        return value
+    raise InvalidInput(field, "a robot's id at its fleet has letters, digits and hyphens only, such as 7 or any")
+
+
 # ---------------------------------------------------------------------- schedules
 def start(value: datetime, field: str) -> datetime:
     if value.tzinfo is not None or value.second or value.microsecond:

@@ -3,7 +3,8 @@ which attribute holds it. Files are read and written, entries checked and change
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import date, datetime
 from typing import Any, TypeVar
@@ -228,7 +229,11 @@ ROBOT: Fields = (
     Field(message("certificate sha256"), checks.fingerprint, parse=optional(checks.fingerprint_text), omit=None),
     Field(message("idle"), optional(lambda value, path: read_object(path, value, IDLE)), special=True),
     Field(message("hand over"), choice(*HandOver), omit=HandOver.AT_ONCE),
+    Field(message("fleet"), checks.name, special=True, omit=None),
+    Field("vehicle", checks.vehicle, omit=""),
 )
+# What a robot has of its fleet, so that no file says it of the robot.
+OF_FLEET = ("address", "username", "password", "certificate_sha256")
 GROUP: Fields = (
     Field("name", checks.name, required="yes"),
     Field(message("robots"), checks.name_list, "members", required="new", special=True),
@@ -275,6 +280,7 @@ SECTIONS: Mapping[str, Fields] = {
     "settings": SETTINGS,
     "display": DISPLAY,
     "calendar": CALENDAR,
+    "fleets": FLEET,
     "robots": ROBOT,
     "groups": GROUP,
     "places": PLACE,
@@ -284,3 +290,14 @@ SECTIONS: Mapping[str, Fields] = {
 KEY_OF = {
     field.attribute: field.key for fields in (*SECTIONS.values(), DAY, IDLE) for field in fields if field.attribute
 }
+
+
+@contextmanager
+def placed(item: Item) -> Iterator[None]:
+    """Problems found while applying get the place in the file, too."""
+    try:
+        yield
+    except InvalidInput as error:
+        if error.text.startswith(item.path):
+            raise
+        raise at(f"{item.path}.{KEY_OF.get(error.field, error.field)}", error) from None

@@ -39,6 +39,7 @@ COLUMNS = (
     "choice",
     "starts",
     "moved_from",
+    "taken_by",
 )
 BYTE_ORDER_MARK = "\ufeff"
 # The begin of a cell that a spreadsheet takes for a formula; inside a text, too, for spreadsheets that separate by semicolons or tabs.
@@ -86,6 +87,7 @@ def _cells(execution: Execution) -> list[object]:
         _text(chosen(execution.choice, zone) if execution.robot_id else ""),
         execution.starts,
         _instant(execution.moved_from, zone),
+        _text(execution.taken_by),
     ]
 
 

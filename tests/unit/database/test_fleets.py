@@ -101,3 +101,8 @@ def test_a_database_without_fleets_is_brought_up_to_date(path, clock):
 def test_a_fleet_of_an_unknown_kind_is_found_at_the_start(db, fleet):
     db.write(lambda c: c.execute("UPDATE fleets SET kind = 'other'"))
     assert find_problem(db.read()) is not None
+
+
+def test_a_robot_of_a_fleet_that_was_deleted_is_found_too(db, fleet, robot):
+    db.write(lambda c: FLEETS.remove(c, fleet.id, NOON))
+    assert "deleted_at" in str(find_problem(db.read()))

@@ -22,7 +22,7 @@ from tests.support.examples import examples
 NOON = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)
 HEADER = (
     "id,trigger,schedule,robot,mission,mission_guid,state,reason_code,reason,planned_at,created_at,submitted_at,started_at,ended_at,"
-    "duration_s,attempts,queue_id,group,choice,starts,moved_from"
+    "duration_s,attempts,queue_id,group,choice,starts,moved_from,taken_by"
 )
 PLAIN = Execution(
     Trigger.SCHEDULED,
@@ -90,14 +90,14 @@ def test_an_ended_row_in_full(db):
     )
     assert text_of(db).split("\r\n")[1] == (
         "1,scheduled,Morning,Aino,Deliver,guid-1,failed,robot_aborted,The robot ended it: no way,2026-11-23T14:00:00+02:00,"
-        "2026-11-23T14:00:00+02:00,2026-11-23T14:00:01+02:00,2026-11-23T14:00:20+02:00,2026-11-23T14:03:00+02:00,160,2,77,,,1,"
+        "2026-11-23T14:00:00+02:00,2026-11-23T14:00:01+02:00,2026-11-23T14:00:20+02:00,2026-11-23T14:03:00+02:00,160,2,77,,,1,,"
     )
 
 
 def test_an_open_row_has_empty_cells_where_there_is_nothing_yet(db):
     add(db, trigger=Trigger.MANUAL, schedule="", timezone="UTC")
     assert text_of(db).split("\r\n")[1:] == [
-        "1,manual,,Aino,Deliver,guid-1,waiting,,,2026-11-23T12:00:00+00:00,2026-11-23T12:00:00+00:00,,,,,0,,,,1,",
+        "1,manual,,Aino,Deliver,guid-1,waiting,,,2026-11-23T12:00:00+00:00,2026-11-23T12:00:00+00:00,,,,,0,,,,1,,",
         "",
     ]
 

@@ -27,6 +27,7 @@ class Document:
     settings: Item
     display: Item
     calendar: Item  # its "days" are a list of Item
+    fleets: Sequence[Item]
     robots: Sequence[Item]
     groups: Sequence[Item]
     places: Sequence[Item]

@@ -7,13 +7,14 @@ import sqlite3
 from dataclasses import replace
 from typing import Any
 
+from app.database.fleets import FleetRepository
 from app.database.groups import GroupRepository, PlaceRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import CalendarRepository, SettingsRepository
 from app.domain import names
-from app.domain.models import DayException, IdleRule, InvalidInput, Mission, Schedule
+from app.domain.models import DayException, IdleRule, InvalidInput, Mission, Robot, Schedule
 from app.services.catalogue import fields, validation
 from app.services.catalogue.configuration.document import FORMAT
 from app.services.catalogue.fields import written
@@ -32,6 +33,7 @@ class _Export:
             GroupRepository().all(c),
             MissionRepository().all(c),
         )
+        self._fleets = FleetRepository().all(c)
         self._places = PlaceRepository().all(c)
         self._schedules = [each for each in ScheduleRepository().all(c) if each.moved_of is None]
         self._settings, self._days = SettingsRepository().load(c), CalendarRepository().all(c)
@@ -53,7 +55,8 @@ class _Export:
                 # in the order of entry, as the later of two for the same day counts
                 days=[_day(each) for each in sorted(self._days, key=lambda each: each.id)],
             ),
-            "robots": [written(robot, fields.ROBOT, idle=self._idle(robot.idle)) for robot in self._robots],
+            "fleets": [written(fleet, fields.FLEET) for fleet in self._fleets],
+            "robots": [self._robot(robot) for robot in self._robots],
             "groups": [
                 written(group, fields.GROUP, robots=sorted(self._robot_names[id_] for id_ in group.members))
                 for group in self._groups
@@ -64,7 +67,16 @@ class _Export:
             ),
             "schedules": [self._schedule(schedule) for schedule in self._schedules],
         }
-        return {section: each for section, each in found.items() if each or section not in ("groups", "places")}
+        return {
+            section: each for section, each in found.items() if each or section not in ("fleets", "groups", "places")
+        }
+
+    def _robot(self, robot: Robot) -> dict[str, Any]:
+        """Of one of a fleet only what is its own."""
+        enabled = robot.enabled or robot.off_with_fleet
+        fleet = robot.fleet and robot.fleet.name
+        found = written(robot, fields.ROBOT, idle=self._idle(robot.idle), enabled=enabled, fleet=fleet)
+        return {key: value for key, value in found.items() if fleet is None or key not in fields.OF_FLEET}
 
     def _idle(self, rule: IdleRule | None) -> dict[str, Any] | None:
         return None if rule is None else written(rule, fields.IDLE, mission=self._mission_names[rule.mission_id])

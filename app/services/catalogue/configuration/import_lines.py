@@ -7,12 +7,17 @@ from functools import reduce
 from types import MappingProxyType
 
 from app.domain.message import Message, message, render
-from app.domain.models import Robot
+from app.domain.models import Fleet, Robot
 from app.services.catalogue.fields import SECTIONS, Fields, differing
 
 # By section of the file: for new objects, and for changed ones.
 SENTENCES: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
+        "fleets": ("fleet {name} added", "fleet {name} changed: {what}"),
+        "fleets.waiting": (
+            "fleet {name} added, it is switched off and needs a password",
+            "fleet {name} changed: {what}. It is switched off and needs a password",
+        ),
         "robots": ("robot {name} added", "robot {name} changed: {what}"),
         "robots.waiting": (
             "robot {name} added, it is switched off and needs a password",
@@ -48,15 +53,32 @@ def _changes(before: object, after: object, fields: Fields) -> Iterator[Message]
 
 
 def of_robot(before: Robot | None, after: Robot) -> Iterator[Message]:
+    if after.fleet is not None:  # what has changed of that is said of the fleet
+        yield from line("robots", before and before.within(after.fleet), after, name=after.name)
+        return
+    not_encrypted = message("the connection to robot {name} is no longer encrypted", name=after.name)
+    not_pinned = message("the certificate of robot {name} is no longer the only trusted one", name=after.name)
+    yield from _of_connection("robots", before, after, not_encrypted, not_pinned)
+
+
+def of_fleet(before: Fleet | None, after: Fleet) -> Iterator[Message]:
+    not_encrypted = message("the connection to fleet {name} is no longer encrypted", name=after.name)
+    not_pinned = message("the certificate of fleet {name} is no longer the only trusted one", name=after.name)
+    yield from _of_connection("fleets", before, after, not_encrypted, not_pinned)
+
+
+def _of_connection(
+    kind: str, before: Robot | Fleet | None, after: Robot | Fleet, not_encrypted: Message, not_pinned: Message
+) -> Iterator[Message]:
     has_new_password = after.token not in (None, before and before.token)
-    kind = "robots.waiting" if after.needs_password else "robots"
+    kind = f"{kind}.waiting" if after.needs_password else kind
     yield from line(kind, before, after, [message("password")] * has_new_password, name=after.name)
     if before is None:
         return
     if before.address.startswith("https:") and after.address.startswith("http:"):
-        yield message("the connection to robot {name} is no longer encrypted", name=after.name)
+        yield not_encrypted
     elif before.certificate_sha256 and not after.certificate_sha256:
-        yield message("the certificate of robot {name} is no longer the only trusted one", name=after.name)
+        yield not_pinned
 
 
 def of_setting(name: Message, before: object, after: object) -> Message:

@@ -4,8 +4,7 @@ or schedule is deleted, and runs only after a person has confirmed it."""
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -25,12 +24,13 @@ from app.services.catalogue.catalogue import Catalogue, Edit
 from app.services.catalogue.configuration import import_lines
 from app.services.catalogue.configuration.asked_robots import AskedRobots, MoreToAsk
 from app.services.catalogue.configuration.document import Document, read
-from app.services.catalogue.fields import KEY_OF, Item, at
+from app.services.catalogue.configuration.machines import Machines
+from app.services.catalogue.fields import Item, placed
 from app.services.catalogue.generated_names import Unnamed
 from app.services.catalogue.parameter_check import Checked
 
 # Written in some 200 ms, in which no one else can write.
-MOST_ROBOTS, MOST_GROUPS, MOST_PLACES, MOST_MISSIONS, MOST_SCHEDULES = 500, 100, 100, 2000, 2000
+MOST_FLEETS, MOST_ROBOTS, MOST_GROUPS, MOST_PLACES, MOST_MISSIONS, MOST_SCHEDULES = 20, 500, 100, 100, 2000, 2000
 
 
 class DeletesRuns(InvalidInput):
@@ -102,13 +102,8 @@ class _Import:
             *self._different(self._document.display, self._document.display.changes),
         ]
         setting_lines += self._calendar(self._document.calendar)
-        before = {
-            item.path: self._edit.robots.by_name(self._edit.c, item.values["name"]) for item in self._document.robots
-        }
-        for item in self._document.robots:
-            with _placed(item):
-                self._robot(item, before[item.path])
-        self._check_machines(before)
+        machines = Machines(self._edit, self._document)
+        machines.take()
         group_lines = self._each(self._document.groups, self._group)
         place_lines = self._each(self._document.places, self._place)
         self._place_ids = self._edit.places.ids(self._edit.c)
@@ -122,19 +117,13 @@ class _Import:
         self._asked.judge(
             [*self._idle, *((item, runners.check(schedule, self._asked.known)) for item, schedule in self._to_check)]
         )
-        robots = {robot.name: robot for robot in self._edit.robots.all(self._edit.c)}
-        robot_lines = [
-            line
-            for item in self._document.robots
-            for line in import_lines.of_robot(before[item.path], robots[item.values["name"]])
-        ]
-        return [*setting_lines, *robot_lines, *group_lines, *place_lines, *mission_lines, *schedule_lines]
+        return [*setting_lines, *machines.lines(), *group_lines, *place_lines, *mission_lines, *schedule_lines]
 
     @staticmethod
     def _each(items: Sequence[Item], take: Callable[[Item], Iterator[Message]]) -> list[Message]:
         lines: list[Message] = []
         for item in items:
-            with _placed(item):
+            with placed(item):
                 lines += take(item)
         return lines
 
@@ -142,6 +131,7 @@ class _Import:
         """Each robot takes a thread, and each schedule time at every change of working days."""
         edit, document = self._edit, self._document
         for section, items, repository, most in (
+            ("fleets", document.fleets, edit.fleets, MOST_FLEETS),
             ("robots", document.robots, edit.robots, MOST_ROBOTS),
             ("groups", document.groups, edit.groups, MOST_GROUPS),
             ("places", document.places, edit.places, MOST_PLACES),
@@ -160,7 +150,7 @@ class _Import:
     def _settings(self, item: Item, changes: Mapping[str, Any]) -> Iterator[Message]:
         """``changes``: by attribute."""
         before, words = self._edit.settings, {field.attribute: field.name for field in item.fields}
-        with _placed(item):
+        with placed(item):
             after = settings_edit.change(self._edit, **changes)
         for name in changes:
             if getattr(after, name) != getattr(before, name):
@@ -188,7 +178,7 @@ class _Import:
             else:
                 added.append(exception)
         if added:
-            with _placed(item):
+            with placed(item):
                 settings_edit.save_days(self._edit, added)
         for exception in added:
             yield (
@@ -197,44 +187,7 @@ class _Import:
                 else message("closed days added: {name}", name=exception.name)
             )
 
-    # ------------------------------------------------------------------ robots
-    def _robot(self, item: Item, stored: Robot | None) -> None:
-        password = item.values.get("password")
-        if stored is None:
-            item.check_new()
-        saved = robot_edit.save(
-            self._edit, replace(stored or Robot("", ""), **item.changes), password, is_one_of_many=True
-        )
-        if password is not None and item.values.get("enabled") is False and saved.enabled:
-            robot_edit.save(self._edit, replace(saved, enabled=False))
-
-    def _check_machines(self, before: Mapping[str, Robot | None]) -> None:
-        """Checked after all addresses are set: two robots may swap theirs."""
-        robots = {robot.name: robot for robot in self._edit.robots.all(self._edit.c)}
-        in_file = {item.values["name"] for item in self._document.robots}
-        for item in self._document.robots:
-            robot, stored = robots[item.values["name"]], before[item.path]
-            if stored is None or robot.address != stored.address:
-                with _placed(item):
-                    self._check_is_no_other(robot, robots.values(), in_file if stored is None else robots)
-
-    @staticmethod
-    def _check_is_no_other(robot: Robot, others: Iterable[Robot], known: Collection[str]) -> None:
-        """One that is not ``known`` by its name may be the same one, renamed."""
-        for other in others:
-            try:
-                validation.check_is_no_other(robot, [other])
-            except InvalidInput as problem:
-                if other.name in known:
-                    raise
-                raise InvalidInput(
-                    "address",
-                    "{name} has the address of {robot}, which is configured already: if it is the same one, "
-                    "write {robot} in the file",
-                    name=robot.name,
-                    robot=other.name,
-                ) from problem
-
+    # ------------------------------------------------------------------ robots when idle
     def _idle_rule(self, item: Item) -> None:
         if "idle" not in item.values:
             return
@@ -249,7 +202,7 @@ class _Import:
             rule = replace(rule, mission_id=mission.id) if rule else IdleRule(mission.id)
         if rule is None:
             raise InvalidInput(f"{path}.mission", "{path}: 'mission' is missing", path=path)
-        with _placed(entry):
+        with placed(entry):
             rule = replace(rule, **entry.changes)
             saved = robot_edit.set_idle_rule(self._edit, robot.id, rule)
         if parameter_check.is_mission_new(rule, robot.idle):
@@ -378,24 +331,14 @@ class _Import:
 
 
 def _day(item: Item) -> DayException:
-    with _placed(item):
+    with placed(item):
         return validation.day_exception(DayException(**{"last_day": item.values["first_day"], **item.changes}))
-
-
-@contextmanager
-def _placed(item: Item) -> Iterator[None]:
-    """Problems found while applying get the place in the file, too."""
-    try:
-        yield
-    except InvalidInput as error:
-        if error.text.startswith(item.path):
-            raise
-        raise at(f"{item.path}.{KEY_OF.get(error.field, error.field)}", error) from None
 
 
 def _check_no_doubles(document: Document) -> None:
     """Names are the identity, so one file can't describe the same object twice."""
     for items, keys in (
+        (document.fleets, ("name",)),
         (document.robots, ("name",)),
         (document.groups, ("name",)),
         (document.places, ("name",)),

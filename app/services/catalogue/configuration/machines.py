@@ -1,0 +1,123 @@
+"""The fleets and robots of a configuration file: added and changed first, then compared, as they may swap addresses."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from dataclasses import replace
+
+from app.domain.message import Message
+from app.domain.models import Fleet, InvalidInput, Robot
+from app.services.catalogue import fields, fleet_edit, robot_edit, validation
+from app.services.catalogue.configuration import import_lines
+from app.services.catalogue.configuration.document import Document
+from app.services.catalogue.edit import Edit
+from app.services.catalogue.fields import Item, placed
+
+
+class Machines:
+    def __init__(self, edit: Edit, document: Document) -> None:
+        self._edit = edit
+        self._fleets = [(item, edit.fleets.by_name(edit.c, item.values["name"])) for item in document.fleets]
+        self._robots = [(item, edit.robots.by_name(edit.c, item.values["name"])) for item in document.robots]
+
+    def take(self) -> None:
+        """Add and change all of them. Raises InvalidInput."""
+        for item, fleet in self._fleets:
+            with placed(item):
+                self._fleet(item, fleet)
+        for item, robot in self._robots:
+            with placed(item):
+                if "fleet" in item.values or (robot is not None and robot.fleet is not None):
+                    self._robot_of_fleet(item, robot)
+                else:
+                    self._robot(item, robot)
+        self._check_addresses()
+
+    def lines(self) -> list[Message]:
+        """What has changed of them."""
+        fleets = {fleet.name: fleet for fleet in self._edit.fleets.all(self._edit.c)}
+        robots = {robot.name: robot for robot in self._edit.robots.all(self._edit.c)}
+        return [
+            *(
+                line
+                for item, before in self._fleets
+                for line in import_lines.of_fleet(before, fleets[item.values["name"]])
+            ),
+            *(
+                line
+                for item, before in self._robots
+                for line in import_lines.of_robot(before, robots[item.values["name"]])
+            ),
+        ]
+
+    def _fleet(self, item: Item, stored: Fleet | None) -> None:
+        password = item.values.get("password")
+        if stored is None:
+            item.check_new()
+        entered = replace(stored or Fleet("", ""), **item.changes)
+        saved = fleet_edit.save(self._edit, entered, password, is_one_of_many=True)
+        if password is not None and item.values.get("enabled") is False and saved.enabled:
+            fleet_edit.save(self._edit, replace(saved, enabled=False))
+
+    def _robot(self, item: Item, stored: Robot | None) -> None:
+        password = item.values.get("password")
+        if stored is None:
+            item.check_new()
+        entered = replace(stored or Robot("", ""), **item.changes)
+        saved = robot_edit.save(self._edit, entered, password, is_one_of_many=True)
+        if password is not None and item.values.get("enabled") is False and saved.enabled:
+            robot_edit.save(self._edit, replace(saved, enabled=False))
+
+    def _robot_of_fleet(self, item: Item, stored: Robot | None) -> None:
+        """``enabled`` is its own switch, also while its fleet is off."""
+        for key in fields.OF_FLEET:
+            if key in item.values:
+                path = f"{item.path}.{key}"
+                raise InvalidInput(path, "{path}: a robot of a fleet has this from the fleet, leave it out", path=path)
+        robot = stored or Robot("", "")
+        if "fleet" in item.values:
+            robot = replace(robot, fleet=self._fleet_named(item.values["fleet"], f"{item.path}.fleet"))
+        if "enabled" in item.values:
+            robot = replace(robot, off_with_fleet=False)
+        robot_edit.save(self._edit, replace(robot, **item.changes), is_one_of_many=True)
+
+    def _fleet_named(self, name: str, path: str) -> Fleet:
+        if fleet := self._edit.fleets.by_name(self._edit.c, name):
+            return fleet
+        raise InvalidInput(
+            path, "{path}: there is no fleet {name}, add it or write the name that it has now", path=path, name=name
+        )
+
+    # ------------------------------------------------------------------ compared
+    def _check_addresses(self) -> None:
+        edit = self._edit
+        robots = {robot.name: robot for robot in edit.robots.all(edit.c)}
+        fleets = {fleet.name: fleet for fleet in edit.fleets.all(edit.c)}
+        in_file = {item.values["name"] for item, _stored in self._robots}
+        for item, before in self._fleets:
+            with placed(item):
+                fleet_edit.check_is_no_other(edit, fleets[item.values["name"]], before)
+        for item, stored in self._robots:
+            robot = robots[item.values["name"]]
+            if stored is None or robot.address != stored.address:
+                with placed(item):
+                    if robot.fleet is None:
+                        validation.check_address_is_free(robot.address, fleets.values())
+                    _check_is_no_other(robot, robots.values(), in_file if stored is None else robots)
+
+
+def _check_is_no_other(robot: Robot, others: Iterable[Robot], known: Collection[str]) -> None:
+    """One that is not ``known`` by its name may be the same one, renamed."""
+    for other in others:
+        try:
+            validation.check_is_no_other(robot, [other])
+        except InvalidInput as problem:
+            if other.name in known or problem.field != "address":
+                raise
+            raise InvalidInput(
+                "address",
+                "{name} has the address of {robot}, which is configured already: if it is the same one, "
+                "write {robot} in the file",
+                name=robot.name,
+                robot=other.name,
+            ) from problem
