@@ -7,6 +7,7 @@ import contextlib
 import queue
 import secrets
 import signal
+import ssl
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -62,6 +63,16 @@ def _checked(check: Callable[[str], T]) -> Callable[[str], T]:
     return parse
 
 
+def tls_of(name: str) -> ssl.SSLContext:
+    """A server with the certificate of a file. Raises WrongValue."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    try:
+        context.load_cert_chain(name)
+    except OSError as error:
+        raise WrongValue(f"{name} has no certificate with its key: {error.strerror or error}.") from None
+    return context
+
+
 def program() -> str:
     """The name it was started by: installed, or from a checkout."""
     return "mir-sim" if Path(sys.argv[0]).stem == "mir-sim" else "python -m mir_sim"
@@ -84,6 +95,12 @@ def parser() -> argparse.ArgumentParser:
         "--key",
         default="",
         help="what /sim asks for from other machines, in the header X-Sim-Key (default: a random one)",
+    )
+    options.add_argument(
+        "--certificate",
+        type=_checked(tls_of),
+        metavar="FILE",
+        help="PEM file with a certificate and its key, self-signed or not: serve HTTPS (default: HTTP)",
     )
     options.add_argument("--robots", type=_number_from(1, 500, int), default=3, help="how many (default %(default)s)")
     options.add_argument(
@@ -198,7 +215,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         signal.signal(getattr(signal, name), end)
     seed = secrets.randbelow(SEEDS) if args.seed is None else args.seed
     robots, above = machines_of(args, seed)
-    fleet = Fleet(robots, args.host, args.port, args.key, above)
+    fleet = Fleet(robots, args.host, args.port, args.key, above, args.certificate)
     try:
         fleet.start()
     except OSError as error:

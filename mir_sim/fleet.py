@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import secrets
+import ssl
 import threading
 import time
 from collections.abc import Iterator
@@ -43,7 +44,8 @@ class Served(Generic[M]):
     @property
     def url(self) -> str:
         host = self._server.host
-        return f"http://{f'[{host}]' if ':' in host else host}:{self.port}"
+        scheme = "http" if self._server.tls is None else "https"
+        return f"{scheme}://{f'[{host}]' if ':' in host else host}:{self.port}"
 
     def control(self, commands: dict[str, Any]) -> dict[str, Any]:
         """The same as POST /sim: execute the commands and return the new state. Raises WrongValue with a sentence."""
@@ -60,7 +62,8 @@ FleetRobot = Served[SimulatedRobot]
 
 class Fleet:
     """Robots that are served until ``stop``, on the ports after that of the fleet ``above`` them, if there is one. All share one clock, one
-    thread and one event loop. ``key``, a random one by default, is asked for by /sim when a request comes from another machine.
+    thread and one event loop. ``key``, a random one by default, is asked for by /sim when a request comes from another machine. With
+    ``tls`` they are reached by HTTPS.
 
     Attributes:
         robots, above: what is served, from ``start`` on.
@@ -73,12 +76,13 @@ class Fleet:
         port: int = 0,
         key: str = "",
         above: SimulatedFleet | None = None,
+        tls: ssl.SSLContext | None = None,
     ) -> None:
         self.key = key or secrets.token_urlsafe(12)
         self._machines = (robots, above)
         machines: list[Machine] = [*([] if above is None else [above]), *robots]
         self._servers = [
-            MachineServer(machine, host, port + number if port else 0, self.key)
+            MachineServer(machine, host, port + number if port else 0, self.key, tls)
             for number, machine in enumerate(machines)
         ]
         self._loop = asyncio.new_event_loop()
@@ -102,7 +106,7 @@ class Fleet:
         if above is not None:
             self.above = Served(self._servers[0], above)
             for vehicle, robot in zip(above.vehicles, self.robots, strict=True):
-                vehicle.address = robot.url.removeprefix("http://")
+                vehicle.address = robot.url.partition("//")[2]
 
     def stop(self) -> None:
         """Close all ports and connections and end the thread."""

@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import logging
 import socket
+import ssl
 import time
 from collections.abc import Iterable
 from datetime import UTC, datetime, timedelta
@@ -27,8 +28,8 @@ BACKLOG = 512
 class MachineServer:
     """One machine on its port: a listening socket, or only a reservation of the port while the machine is offline."""
 
-    def __init__(self, machine: Machine, host: str, port: int, key: str) -> None:
-        self.machine, self.host, self.port, self._key = machine, host, port, key
+    def __init__(self, machine: Machine, host: str, port: int, key: str, tls: ssl.SSLContext | None = None) -> None:
+        self.machine, self.host, self.port, self._key, self.tls = machine, host, port, key, tls
         self._listener: asyncio.Server | None = None
         self._reservation: socket.socket | None = None
         self._writers: set[asyncio.StreamWriter] = set()
@@ -40,7 +41,7 @@ class MachineServer:
         sock.listen(BACKLOG)
         self.port = sock.getsockname()[1]
         self._release()
-        self._listener = await asyncio.start_server(self._serve, sock=sock, limit=MAX_HEAD)
+        self._listener = await asyncio.start_server(self._serve, sock=sock, limit=MAX_HEAD, ssl=self.tls)
 
     def close(self) -> None:
         """Stop listening, abort all connections and free the port."""

@@ -93,6 +93,7 @@ def test_ports_follow_each_other() -> None:
         (["--history", "-1"], "--history"),
         (["--seed", "x"], "--seed"),
         (["--deviant", "odd"], "no-search"),
+        (["--certificate", "no-such-file"], "no-such-file"),
         (["--profile", "no-such-file"], "no-such-file"),
         (["--deviant", "fleet", "--profile", "x"], "--profile"),
     ],

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 import time
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
@@ -95,3 +96,9 @@ def test_the_page_names_every_option_and_every_fault() -> None:
     assert all(f"`{option}`" in TEXT for option in options)
     assert all(f"`{kind}`" in TEXT for kind in FaultKind)
     assert all(mission.name in TEXT for mission in mir_sim.MISSIONS)
+
+
+def test_the_page_names_every_knob_of_fleet_enterprise() -> None:
+    from mir_sim.fleets.knobs import EnterpriseKnobs
+
+    assert [one.name for one in fields(EnterpriseKnobs) if f"| `{one.name}` |" not in TEXT] == []
