@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import math
 import os
 import socket
 import threading
@@ -23,7 +24,11 @@ FED_PER_TIMEOUT = 4  # times: one round that takes long is no reason to start ag
 
 
 def notify(state: str) -> None:
-    """``state`` is one assignment, such as READY=1. A message that can't be delivered is a line in the log."""
+    """Without waiting. ``state`` is one assignment, such as READY=1. A message that can't be delivered is a line in the log."""
+    threading.Thread(target=_send, args=(state,), name="systemd", daemon=True).start()
+
+
+def _send(state: str) -> None:
     address = os.environ.get("NOTIFY_SOCKET", "")
     if not address:
         return
@@ -57,11 +62,16 @@ class Progress:
 
 class Watchdog:
     """Feeds systemd's watchdog from a thread of its own: while nothing is watched, such as when a backup is asked for or restored, and
-    otherwise only while what is watched makes progress."""
+    otherwise only while what is watched makes progress, and always only while the window works, if there is one."""
 
     def __init__(self) -> None:
         self._is_fed: Callable[[], bool] = lambda: True
         self._thread: threading.Thread | None = None
+        self._window_worked_at = math.inf  # there is none, or it is still being built
+
+    def window_works(self) -> None:
+        """The window calls it every second, from the loop that draws it and takes touches."""
+        self._window_worked_at = time.monotonic()
 
     def watch(self, container: Container) -> None:
         self.feed_while(Progress(container).is_made)
@@ -83,8 +93,9 @@ class Watchdog:
     def _run(self, every: float) -> None:
         while True:
             time.sleep(every)
-            if self._is_fed():
-                notify("WATCHDOG=1")
+            is_window_stuck = time.monotonic() - self._window_worked_at > every
+            if self._is_fed() and not is_window_stuck:
+                _send("WATCHDOG=1")
 
 
 watchdog = Watchdog()  # of this process

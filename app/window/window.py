@@ -9,6 +9,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 from types import FrameType
 
@@ -23,7 +24,7 @@ from app.failures import BadInput, Failure
 from app.process import log_file
 from app.process.data_directory import DataDirectory, restore_backup
 from app.process.host import host
-from app.process.service_manager import notify
+from app.process.service_manager import notify, watchdog
 from app.process.terminal import STOPPING, print_error
 from app.window.display import display_size
 from app.window.garbage import Garbage, share_one_heap
@@ -100,11 +101,11 @@ def configure(kiosk: bool) -> None:
     }.items():
         os.environ.setdefault(name, value)
     logging.getLogger("kivy").addFilter(_is_no_optional_part)
-    try:
-        from kivy.config import Config
-    except ModuleNotFoundError as error:
+    if missing := [name for name in ("kivy", "kivymd") if find_spec(name) is None]:
         get = f"pip install {quote('amr-scheduler[ui]')}"
-        raise Failure(f"the window is not installed ({error}): {get} adds it; --headless works without") from error
+        raise Failure(f"the window is not installed ({missing[0]} is missing): {get} adds it; --headless works without")
+    from kivy.config import Config
+
     for section, values in _settings(kiosk).items():
         for name, value in values.items():
             Config.set(section, name, value)
@@ -174,15 +175,15 @@ def _open_window() -> None:
 
 def _run(app) -> None:  # type: ignore[no-untyped-def]
     """Until the window is closed, or somebody asks the process to stop."""
+    from kivy.clock import Clock
 
     def stop(_number: int, _frame: FrameType | None) -> None:
-        from kivy.clock import Clock
-
         Clock.schedule_once(lambda _dt: app.stop(), 0)
 
     for number in STOPPING:
         signal.signal(number, stop)
     _after_first_frame(partial(notify, "READY=1"))
+    Clock.schedule_interval(lambda _dt: watchdog.window_works(), 1)
     with quiet_garbage(app), slow_at_rest():
         app.run()
 

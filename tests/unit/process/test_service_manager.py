@@ -7,6 +7,8 @@ import queue
 import socket
 import sys
 import threading
+import time
+from contextlib import suppress
 from types import SimpleNamespace
 
 import pytest
@@ -16,7 +18,7 @@ from app.domain.clock import SystemClock
 from app.failures import BadInput
 from app.process.data_directory import DataDirectory
 from app.process.host import _say_ready, host
-from app.process.service_manager import Progress, Watchdog, notify
+from app.process.service_manager import TAKEN_WITHIN, Progress, Watchdog, notify
 from tests.support.process import running, wait_for
 
 WITHIN = 20.0
@@ -105,13 +107,53 @@ def test_the_watchdog_is_fed_while_progress_is_made_and_when_nothing_is_watched(
     for _ in range(3):
         assert asked.acquire(timeout=WITHIN)
     drain(systemd)  # of the time before it was asked
-    systemd.settimeout(SILENCE)
-    with pytest.raises(TimeoutError):
-        hears(systemd)
-    systemd.settimeout(WITHIN)
+    assert is_silent(systemd)
     watchdog.rest()
     assert hears(systemd) == "WATCHDOG=1"
     watchdog.feed_while(lambda: False)
+
+
+def test_nothing_waits_for_a_systemd_that_takes_no_message(systemd):
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as full:
+        full.connect(systemd.getsockname())
+        full.setblocking(False)
+        with suppress(BlockingIOError):
+            while True:
+                full.send(b"x")
+        began = time.monotonic()
+        notify("READY=1")
+        assert time.monotonic() - began < TAKEN_WITHIN / 2
+        drain(systemd)
+        wait_for(lambda: hears(systemd) == "READY=1", what="the message, once there is room")
+
+
+def test_a_window_that_hangs_ends_the_feeding(systemd, monkeypatch):
+    monkeypatch.setenv("WATCHDOG_USEC", FAST_TIMEOUT)
+    watchdog = Watchdog()
+    watchdog.rest()
+    assert hears(systemd) == "WATCHDOG=1"  # there is no window yet
+    watchdog.window_works()
+    wait_for(lambda: is_silent(systemd), what="its hanging")
+    watchdog.window_works()
+
+    def works() -> bool:
+        watchdog.window_works()
+        return not is_silent(systemd, 0.001)
+
+    wait_for(works, what="its going on")
+    watchdog.feed_while(lambda: False)
+
+
+def is_silent(listening: socket.socket, seconds: float = SILENCE) -> bool:
+    drain(listening)
+    listening.settimeout(seconds)
+    try:
+        hears(listening)
+    except TimeoutError:
+        return True
+    finally:
+        listening.settimeout(WITHIN)
+    return False
 
 
 def test_the_watchdog_is_fed_while_a_person_is_asked_for_a_backup(systemd, tmp_path, monkeypatch):
