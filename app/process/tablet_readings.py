@@ -18,9 +18,11 @@ from app.services.live.tablet_troubles import Battery, Readings, Room
 
 LARGEST_ERROR = 16_000_000  # µs; the kernel adds 0.5 ms each second, and from here on its clock is on its own
 MAXERROR = 3  # place of that error in struct timex, counted in longs
+MAY_ASK_KERNEL = "AMR_SCHEDULER_MAY_ASK_KERNEL"  # set by the units of the .deb
 SYNCHRONISED = Path("run/systemd/timesync/synchronized")  # touched by timesyncd each time that a server answers
 TOO_LONG_AGO = 32_000.0  # s, after which the kernel's error is that large
 ROUTE_IS_UP = 1  # in the flags of a route
+TO_NO_ROBOT = ("fe8", "ff")  # IPv6: each interface has these routes to its own cable
 PATIENCE = 0.1  # s for an answer; usual is less than 1 ms
 
 T = TypeVar("T")
@@ -65,10 +67,10 @@ def room(database: Path) -> Room | None:
 # ---------------------------------------------------------------------- the clock
 def is_clock_synchronised(root: Path = Path("/")) -> bool | None:
     """Whether a time server sets it, judged as timedatectl does: by the kernel's largest error. A service of systemd
-    may be ended for asking the kernel: there timesyncd's file counts."""
+    may be ended for asking the kernel: unless its unit says that it may, timesyncd's file counts there."""
     if sys.platform != "linux":
         return None
-    if "Seccomp:\t0" in _text(root / "proc/self/status"):
+    if "Seccomp:\t0" in _text(root / "proc/self/status") or os.environ.get(MAY_ASK_KERNEL):
         error = _largest_error()
         return None if error is None else error < LARGEST_ERROR
     with suppress(OSError):
@@ -119,11 +121,15 @@ else:
 
 # ---------------------------------------------------------------------- the network
 def has_network(root: Path = Path("/")) -> bool | None:
-    """Whether there is a route over an interface that is connected, besides the one to itself."""
-    header, *routes = _text(root / "proc/net/route").splitlines() or [""]
+    """Whether there is a route to others over an interface that is connected."""
+    header, *lines = _text(root / "proc/net/route").splitlines() or [""]
     if not header.startswith("Iface"):
         return None
-    return any(_is_usable(root, *line.split()[:4:3]) for line in routes if len(line.split()) > 3)
+    ipv4 = [words for line in lines if len(words := line.split()) > 3]
+    ipv6 = [words for line in _text(root / "proc/net/ipv6_route").splitlines() if len(words := line.split()) == 10]
+    routes = [(words[0], words[3]) for words in ipv4]
+    routes += [(words[9], words[8]) for words in ipv6 if not words[0].startswith(TO_NO_ROBOT)]
+    return any(_is_usable(root, interface, flags) for interface, flags in routes)
 
 
 def _is_usable(root: Path, interface: str, flags: str) -> bool:

@@ -12,6 +12,7 @@ import pytest
 
 from app.process import tablet_readings
 from app.process.tablet_readings import (
+    MAY_ASK_KERNEL,
     SYNCHRONISED,
     TOO_LONG_AGO,
     LastAnswer,
@@ -80,6 +81,30 @@ def test_the_network(tmp_path, routes, state, expected):
     assert has_network(tmp_path) is expected
 
 
+@pytest.mark.parametrize(
+    ("destination", "interface", "state", "expected"),
+    [
+        ("00000000000000000000000000000000", "wlan0", "up", True),
+        ("fd000000000000000000000000000000", "wlan0", "up", True),
+        ("fd000000000000000000000000000000", "wlan0", "down", False),
+        ("00000000000000000000000000000001", "lo", "up", False),
+        ("fe800000000000000000000000000000", "wlan0", "up", False),  # to its own cable
+        ("ff000000000000000000000000000000", "wlan0", "up", False),
+        ("garbage", "", "up", False),
+    ],
+)
+def test_a_network_of_ipv6_alone(tmp_path, destination, interface, state, expected):
+    none = "0" * 32
+    write(tmp_path, "proc/net/route", HEADER)
+    write(
+        tmp_path,
+        "proc/net/ipv6_route",
+        f"{destination} 40 {none} 00 {none} 00000100 00000001 00000000 00000001 {interface}\n",
+    )
+    write(tmp_path, f"sys/class/net/{interface or 'wlan0'}/operstate", state + "\n")
+    assert has_network(tmp_path) is expected
+
+
 def test_without_a_list_of_routes_nothing_is_known_of_the_network(tmp_path):
     assert has_network(tmp_path) is None
 
@@ -104,6 +129,13 @@ def test_where_calls_of_the_system_are_filtered_the_kernel_is_not_asked(tmp_path
     assert is_clock_synchronised(tmp_path) is True
     os.utime(mark, (time.time() - TOO_LONG_AGO - 60,) * 2)
     assert is_clock_synchronised(tmp_path) is False
+
+
+def test_a_service_that_may_ask_the_kernel_does(tmp_path, monkeypatch):
+    write(tmp_path, "proc/self/status", "Name:\tpython\nSeccomp:\t2\n")
+    monkeypatch.setenv(MAY_ASK_KERNEL, "1")
+    monkeypatch.setattr(tablet_readings, "_largest_error", lambda: 1500)
+    assert is_clock_synchronised(tmp_path) is True
 
 
 def test_this_kernel_can_be_asked():
