@@ -223,12 +223,15 @@ def main() -> int:
     shutil.rmtree(part, ignore_errors=True)
     try:
         make(part)
+        part.rename(out)
     except subprocess.CalledProcessError as error:
         print(
             f"release.py: {re.sub(r'^.*/', '', error.cmd[0])} failed, see above; {part} is not whole", file=sys.stderr
         )
         return 1
-    part.rename(out)
+    except OSError as error:
+        print(f"release.py: {error}; {part} is not whole", file=sys.stderr)
+        return 1
     size = sum(path.stat().st_size for path in out.rglob("*"))
     print(f"{out}: {len(list((out / 'wheels').iterdir()))} wheels, {size / 1e6:.0f} MB")
     return 0

@@ -139,3 +139,27 @@ def test_a_folder_that_exists_is_left_alone(
     assert release.main() == 2
     assert capsys.readouterr().err == f"release.py: {tmp_path} exists: remove it, or name another folder\n"
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("problem", "sentence"),
+    [
+        (subprocess.CalledProcessError(1, ["/usr/bin/git", "log"]), "git failed, see above"),
+        (OSError(28, "No space left on device", "/stick/x"), "[Errno 28] No space left on device: '/stick/x'"),
+    ],
+)
+def test_a_folder_that_cant_be_made_is_one_sentence(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    problem: Exception,
+    sentence: str,
+):
+    def fails(_out: Path) -> None:
+        raise problem
+
+    monkeypatch.setattr(release, "make", fails)
+    monkeypatch.setattr(sys, "argv", ["release.py", str(tmp_path / "release")])
+    assert release.main() == 1
+    assert capsys.readouterr().err == f"release.py: {sentence}; {tmp_path / 'release.part'} is not whole\n"
+    assert not (tmp_path / "release").exists()
