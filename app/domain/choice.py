@@ -20,11 +20,12 @@ from app.domain.writing import Translate
 
 MOST_SHOWN = 4  # robots of a sentence; of more, how many
 # what waits so may wait for hours
-LEAVES_ROBOT_FREE = (Wait.HOLD, Wait.BATTERY, Wait.LATE_START, Wait.PLACE, Wait.ELSEWHERE)
+LEAVES_ROBOT_FREE = (Wait.HOLD, Wait.CHECK_UP, Wait.BATTERY, Wait.LATE_START, Wait.PLACE, Wait.ELSEWHERE)
 
 _OUT: Mapping[str, str] = MappingProxyType(
     {
         "off": "{robot} off",
+        "unchecked": "{robot}: its fleet has to be checked up",
         "silent": "{robot}: no answer",
         "wrong_robot": "{robot}: another robot",
         "held": "{robot} on hold",

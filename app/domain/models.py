@@ -137,6 +137,7 @@ class Wait(StrEnum):
     LATE_START = "late_start"  # the app came back late; sent when the operator's 30 s are over
     CLOCK = "clock"
     ROBOT = "robot"  # of a group: none is free yet
+    CHECK_UP = "check_up"  # its robot's fleet has to be checked up first
     PLACE = "place"  # as many missions as may be are at a place that it uses
     ELSEWHERE = "elsewhere"  # a robot may have it although a restored backup does not know: all are asked
 
@@ -235,6 +236,11 @@ class Robot:
         return (
             self.profile if self.profile is not None and self.profile.is_of(self.serial_number, self.software) else None
         )
+
+    @property
+    def needs_check_up(self) -> bool:
+        """Whether nothing is sent to it by itself: what its fleet does with orders is not known."""
+        return self.fleet is not None and self.fleet.known is None
 
     def within(self, fleet: Fleet) -> Robot:
         """The same with all that it has of its fleet; it is off while that is."""

@@ -148,6 +148,10 @@ _WAITS: Mapping[Wait, Sequence[Template]] = MappingProxyType(
         ),
         Wait.LATE_START: (((), "Starts late because the app was off, can still be put on hold"),),
         Wait.CLOCK: (((), "The tablet's clock can't be trusted, waits until {closes_at}"),),
+        Wait.CHECK_UP: (
+            (("fleet",), "The fleet {fleet} has to be checked up first, waits until {closes_at}"),
+            ((), "Its fleet has to be checked up first, waits until {closes_at}"),
+        ),
         Wait.ROBOT: (
             (("before",), "Waits for the end of the start of {before}, until {closes_at}"),
             (("group",), "Waits for a robot of {group} until {closes_at}"),

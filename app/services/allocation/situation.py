@@ -31,6 +31,7 @@ class Ineligible(StrEnum):
     """Why a robot gets nothing at present."""
 
     OFF = "off"  # switched off, or without its password
+    UNCHECKED = "unchecked"  # its fleet was not checked up
     SILENT = "silent"
     WRONG_ROBOT = "wrong_robot"
     HELD = "held"

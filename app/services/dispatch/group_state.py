@@ -183,6 +183,8 @@ class GroupState:
         robot, snapshot = worker.robot, self._s.snapshots.get(worker.robot.id)
         if not robot.enabled or robot.needs_password:
             return Ineligible.OFF
+        if robot.needs_check_up:
+            return Ineligible.UNCHECKED
         if self._s.holds.active(robot.id) or self._s.clearing.is_of(robot.id):
             return Ineligible.HELD
         if snapshot.connection is Connection.WRONG_ROBOT:

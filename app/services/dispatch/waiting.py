@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from app.domain import rules
 from app.domain.activity import is_free
+from app.domain.message import message
 from app.domain.models import Execution, HandOver, Reason, State, Trigger, Wait
 from app.domain.robot import RobotStatus
 from app.services.allocation.choose import LAST_CALL
@@ -87,9 +88,13 @@ class Waiting:
         return full and WaitsFor(Wait.PLACE, {"place": full.name, "robot": full.robot})
 
     def why_robot(self, row: Execution, seen: Observation, status: RobotStatus) -> WaitsFor | None:
-        """Its robot shows that the clock may be wrong (soon everything is held, where the whole app runs), or its battery is too low."""
+        """Its robot shows that the clock may be wrong (soon everything is held, where the whole app runs), or its battery
+        is too low; or its fleet was not checked up, unless a person starts it now."""
         if seen.contradicts_clock:
             return WaitsFor(Wait.CLOCK)
+        if seen.robot.needs_check_up and seen.robot.fleet and row.trigger is not Trigger.MANUAL:
+            problem = message("the fleet {fleet} was not checked up", fleet=seen.robot.fleet.name)
+            return WaitsFor(Wait.CHECK_UP, {"fleet": seen.robot.fleet.name, "problem": problem})
         battery, minimum = status.battery_percentage, row.minimum_battery_percent
         is_charged = rules.battery_allows(battery, minimum)
         return None if is_charged else WaitsFor(Wait.BATTERY, {"battery": battery, "minimum": minimum})

@@ -116,6 +116,8 @@ class RobotWorker:
         status, floor = self.seen.fresh_status, self.seen.highest
         if not self.polled or status is None or floor is None or not self.robot.enabled or self._expected:
             return None
+        if self.robot.needs_check_up:
+            return None
         if self._s.holds.active(self.robot.id) or self._s.clearing.is_of(self.robot.id):
             return None
         if self.robot.hand_over is HandOver.WHEN_FREE:  # seen at the instant
@@ -311,7 +313,7 @@ class RobotWorker:
     # ------------------------------------------------------------------ idle automation
     def _start_idle_mission(self) -> None:
         rule, db = self.robot.idle, self._s.db.read()
-        if rule is None:
+        if rule is None or self.robot.needs_check_up:
             return
         last, idle_seconds = (
             self._s.robots.idle_queue_id(db, self.robot.id),

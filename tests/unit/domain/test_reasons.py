@@ -233,6 +233,10 @@ def row(**values) -> Execution:
             "Battery unknown, at least 30 % needed, waits until 14:15",
         ),
         ({"wait": Wait.HOLD, "wait_details": {"hold": ""}}, "On hold, waits until 14:15"),
+        (
+            {"wait": Wait.CHECK_UP, "wait_details": {"fleet": "Hall"}},
+            "The fleet Hall has to be checked up first, waits until 14:15",
+        ),
         ({"wait": Wait.CLOCK}, "The tablet's clock can't be trusted, waits until 14:15"),
         (
             {"wait": Wait.ELSEWHERE, "wait_details": {"robots": "Aino"}},

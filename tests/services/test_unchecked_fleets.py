@@ -1,0 +1,88 @@
+"""A fleet that was not checked up gets nothing by itself: what it does with orders is not known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import timedelta
+
+import pytest
+
+from app.database.fleets import FleetRepository
+from app.domain.check_up import RobotProfile
+from app.domain.models import Fleet, Group, ReasonCode, Robot, Schedule, State, Wait
+from app.domain.reasons import sentence, waiting_sentence
+from app.services.live.changes import Topic
+from tests.support.site import PASSWORD, USER, Site
+
+
+@pytest.fixture
+def site(tmp_path):
+    site = Site(tmp_path, robots=1)
+    site.catalogue = site.container.catalogue
+    site.fleet = site.catalogue.save_fleet(Fleet("Hall", "http://r1", username=USER), password=PASSWORD)
+    site.robot = site.catalogue.save_robot(Robot("Bella", "", fleet=site.fleet, vehicle="7"))
+    site.mission = site.add_mission()
+    yield site
+    site.switch_off()
+
+
+def schedule(site, **target):
+    start = (site.clock.now() + timedelta(minutes=2)).replace(tzinfo=None, second=0, microsecond=0)
+    target = target or {"robot_id": site.robot.id}
+    new = Schedule("S", None, site.mission.id, start, "UTC", start_window_minutes=10, respect_working_days=False)
+    return site.catalogue.save_schedule(replace(new, **target))
+
+
+def check_up(site):
+    """As if a check-up had found something out."""
+    fleet = site.catalogue.fleets()[0]
+    profile = RobotProfile(fleet.identity, fleet.software)
+    site.container.db.write(lambda c: FleetRepository().update(c, replace(fleet, profile=profile)))
+    site.container.changes.publish(Topic.ROBOTS)
+
+
+def the_row(site):
+    (row,) = site.executions()
+    return row
+
+
+def test_a_start_waits_for_the_check_up_and_says_so(site):
+    schedule(site)
+    site.run(200)
+    row = the_row(site)
+    assert (row.state, row.wait) == (State.WAITING, Wait.CHECK_UP)
+    assert waiting_sentence(row, "UTC").startswith("The fleet Hall has to be checked up first, waits until")
+    check_up(site)
+    site.run_until(lambda: the_row(site).state is State.COMPLETED)
+    assert the_row(site).attempts == 1
+
+
+def test_one_that_waited_too_long_says_why(site):
+    schedule(site)
+    site.run(900)
+    row = the_row(site)
+    assert (row.state, row.reason.code) == (State.FAILED, ReasonCode.WINDOW_CLOSED)
+    assert sentence(row.reason, "UTC").endswith("the fleet Hall was not checked up")
+    assert row.attempts == 0
+
+
+def test_a_group_chooses_none_of_its_robots(site):
+    group = site.catalogue.save_group(Group("G", (site.robot.id,)))
+    schedule(site, group_id=group.id)
+    site.run(300)
+    assert the_row(site).wait is Wait.ROBOT
+    check_up(site)
+    site.run_until(lambda: the_row(site).state is State.COMPLETED)
+
+
+def test_nothing_starts_while_it_is_idle(site):
+    site.run(10)
+    site.catalogue.save_idle_rule(site.robot.id, site.mission.id, 5)
+    site.run(1200)
+    assert site.executions() == []
+
+
+def test_a_person_may_start_one_now(site):
+    site.run(10)
+    site.container.operator.run_now(site.robot.id, site.mission.id)
+    site.run_until(lambda: the_row(site).state is State.COMPLETED)
