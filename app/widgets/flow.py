@@ -12,6 +12,7 @@ from app.widgets.buttons import ChoiceChip
 from app.widgets.choices import ChoiceSheet
 from app.widgets.fields import Field
 from app.widgets.positions import OnMap  # noqa: F401  (kv's Factory learns it)
+from app.widgets.rest import rest
 from app.widgets.sheet import sheet_around
 
 FINE = 50  # with up to this many numbers a step is 1, with more 5
@@ -52,6 +53,8 @@ class ChipFlow(StackLayout):
 
     def _build(self, *_):
         if [option.key for option in self.data] != list(self._chips):
+            for chip in self.children:
+                rest.after_pressing(chip)
             self.clear_widgets()
             self._chips = {option.key: ChoiceChip(limit=self.width) for option in self.data}
             for key, chip in self._chips.items():

@@ -31,13 +31,15 @@ PRESSED_ACTION = "name of the button there; empty without one"
 class Standing:
     """Where the rows of a list are, so that none slides under a finger. After a touch they keep their order for a
     while, even if the data change; ``sort_again`` is called when that is over. When rows come, go, grow or are sorted, those
-    that are elsewhere than before rest: they take no touch for STILL s, and longer if the list is touched during it. While
-    the user types, rows come and go because of that."""
+    that are elsewhere than before rest: they take no touch for STILL s, and longer if the list is touched during it. So do
+    all, if something above the list moves it. While the user types, rows come and go because of that."""
 
     def __init__(self, sort_again: Callable[[], object]):
         self._ends = 0.0  # of the rest
         self._places = {}  # by key: where a row was before the last change, and until when it rests nevertheless
         self._keep = Clock.create_trigger(lambda _dt: sort_again(), KEPT)
+        self._began = Clock.get_time()
+        self._top = 0.0
 
     def touched(self) -> None:
         """A finger is on the list."""
@@ -79,6 +81,12 @@ class Standing:
         """The height of ``row`` has changed, and those below it are about to move."""
         if Clock.get_time() - row.came > MEASURED:
             self._move(rows)
+
+    def look(self, top: float) -> None:
+        """The upper edge of the list is there now (px of the window, as if nothing were scrolled)."""
+        if abs(top - self._top) > dp(8) and Clock.get_time() - self._began > MEASURED:
+            self._move([])
+        self._top = top
 
     def _move(self, rows) -> None:
         if dock.field is None:
@@ -190,7 +198,7 @@ class Rows(MDBoxLayout):
 
     def __init__(self, **kwargs):
         self._views = {}
-        self._standing = Standing(self._build)
+        self.standing = Standing(self._build)
         self._spare = []  # views whose rows were removed
         super().__init__(**kwargs)
         for name in ("data", "viewclass"):
@@ -202,25 +210,24 @@ class Rows(MDBoxLayout):
 
     def on_touch_down(self, touch):
         if self.collide_point(*touch.pos):
-            self._standing.touched()
+            self.standing.touched()
         return super().on_touch_down(touch)
 
     def _build(self, *_):
         if not self.viewclass:
             return
         rows = {
-            getattr(data, "key", n): data
-            for n, data in enumerate(self._standing.in_order(self.data, list(self._views)))
+            getattr(data, "key", n): data for n, data in enumerate(self.standing.in_order(self.data, list(self._views)))
         }
         if len(rows) != len(self.data):
             raise ValueError("two rows with one key")
-        self._standing.note(self._views, rows, self._views.values())
+        self.standing.note(self._views, rows, self._views.values())
         old, self._views = self._views, {}
         removed = [view for key, view in old.items() if key not in rows]
         self._spare += removed
         for key, data in rows.items():
             view = old.get(key) or (self._spare.pop() if self._spare else self._new_view())
-            view.host, view.standing = self.host or self, self._standing
+            view.host, view.standing = self.host or self, self.standing
             if key not in old:
                 view.came = Clock.get_time()
             view.take(data)
@@ -239,5 +246,5 @@ class Rows(MDBoxLayout):
 
     def _new_view(self):
         view = Factory.get(self.viewclass)()
-        view.fbind("height", lambda *_: self._standing.grown(view, self._views.values()))
+        view.fbind("height", lambda *_: self.standing.grown(view, self._views.values()))
         return view

@@ -1,11 +1,12 @@
 """Scrolling: a scroll view that handles touches as fingers expect, and a page of one column. No scroll view is inside another one."""
 
+from kivy.clock import Clock
 from kivy.effects.scroll import ScrollEffect
 from kivy.metrics import dp
 from kivy.properties import AliasProperty, NumericProperty, VariableListProperty
 from kivy.uix.scrollview import ScrollView
 
-from app.widgets.lists import PRESSED_ACTION, PRESSED_ROW, Row, RowPress
+from app.widgets.lists import PRESSED_ACTION, PRESSED_ROW, Row, RowPress, Rows
 
 WHEEL_WAYS = {"scrollup": 1, "scrolldown": -1}  # by kivy's names, which are the page's directions
 FAR = 1e6  # px, where nothing is
@@ -35,6 +36,18 @@ class CalmScroll(ScrollView):
             "always_overscroll", False
         )  # content that fits is at the upper edge, ignoring the scroll position
         super().__init__(**kwargs)
+        look = Clock.create_trigger(self._look)  # when all is in its place, before it can be touched there
+        for name in ("pos", "size", "viewport_size"):
+            self.fbind(name, look)
+
+    def _look(self, _dt):
+        """Something may have moved the lists on it."""
+        for widget in self.walk(restrict=True):
+            if isinstance(widget, Rows):
+                widget.standing.look(_top(self) + _top(widget) - _top(self._viewport))
+
+    def _bind_inactive_bar_color(self, *_):
+        """kivy's bar would fade, unseen and for 30 frames, after each scrolling: this page has none."""
 
     def on_do_scroll_y(self, *_):
         """Content that fits is shown from its top, ignoring the earlier scroll position."""
@@ -144,6 +157,10 @@ class ScrollPage(CalmScroll):
 
     def clear_widgets(self, *args, **kwargs):
         self.ids.column.clear_widgets(*args, **kwargs)
+
+
+def _top(widget) -> float:
+    return widget.to_window(widget.x, widget.top)[1]
 
 
 def page_around(widget):

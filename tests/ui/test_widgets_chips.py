@@ -13,6 +13,7 @@ from kivymd.uix.snackbar import MDSnackbar
 from app.domain.models import THEMES
 from app.widgets.buttons import ChoiceChip, CommandButton, MenuChip, Segment, Segments, SwitchFace, Toggle
 from app.widgets.chart import Meter, WorkingRing
+from app.widgets.flow import Chip, ChipFlow
 from app.widgets.snackbar import Snackbar, Snackbars
 from app.widgets.text import Ico, Txt
 from app.widgets.tokens import apply_theme, tk
@@ -45,6 +46,23 @@ def test_whether_a_chip_is_chosen_says_only_who_uses_it(ui):
     chip = ui.show(ChoiceChip(text="Aino", active=True))
     ui.tap(chip)
     assert chip.active
+
+
+def test_a_double_tap_on_a_chip_that_goes_presses_not_the_one_that_comes_in_its_place(ui):
+    flow = ui.show(ChipFlow(data=[Chip(key, key) for key in ("Failed", "Sisu", "Aino")]), (400, 100))
+    chosen: list[object] = []
+
+    def leave_out(_flow: ChipFlow, key: object) -> None:
+        chosen.append(key)
+        flow.data = [chip for chip in flow.data if chip.key != key]
+
+    flow.bind(on_choose=leave_out)
+    chip = ui.find(ChoiceChip, text="Failed")
+    ui.tap_twice(chip.to_window(*chip.center), 0.2)
+    assert chosen == ["Failed"]
+    ui.advance(1)
+    ui.tap(ui.find(ChoiceChip, text="Aino"))
+    assert chosen == ["Failed", "Aino"]
 
 
 def test_a_chip_that_is_chosen_looks_so_at_once_and_stays_so(ui):

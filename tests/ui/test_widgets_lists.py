@@ -9,7 +9,9 @@ from kivy.factory import Factory
 from kivy.properties import StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
+from app.widgets import load_kv
 from app.widgets.buttons import IconButton
+from app.widgets.flow import Chip, ChipFlow
 from app.widgets.items import Item
 from app.widgets.lists import KEPT, STILL, Row, Rows
 from app.widgets.long_list import LongList
@@ -118,6 +120,47 @@ def test_a_row_that_slides_under_the_finger_as_another_one_grows_is_not_pressed(
     ui.advance(STILL)
     ui.tap_at(*place)
     assert happened == [(2, "cancel")]
+
+
+def under_chips(ui, kind: str) -> tuple:
+    """A list of that kind below chips that come and go; and the chips."""
+    load_kv("widgets/flow")
+    rows, chips = Factory.get(kind)(viewclass="QueueRow", data=queue(1, 2, 3)), ChipFlow()
+    page = ScrollPage() if kind == "RowColumn" else BoxLayout(orientation="vertical")
+    page.add_widget(chips)
+    page.add_widget(rows)
+    ui.show(page, (400, 400))
+    ui.advance(STILL)
+    return rows, chips
+
+
+@pytest.mark.parametrize("kind", ["LongList", "RowColumn"])
+@pytest.mark.parametrize("come", [True, False])
+def test_a_row_that_slides_under_the_finger_as_chips_come_or_go_is_not_pressed(ui, kind, come):
+    rows, chips = under_chips(ui, kind)
+    shown = [Chip("failed", "4 failed")]
+    chips.data = [] if come else shown
+    ui.advance(2 * STILL)
+    happened = actions_of(rows)
+    chips.data = shown if come else []
+    ui.advance(0.1)
+    cross = ui.find(IconButton, root=ui.find(QueueRow, key=2))
+    place = cross.to_window(*cross.center)
+    ui.tap_at(*place)
+    assert happened == []
+    ui.advance(STILL)
+    ui.tap_at(*place)
+    assert happened == [(2, "cancel")]
+
+
+@pytest.mark.parametrize("kind", ["LongList", "RowColumn"])
+def test_chips_that_come_while_a_finger_is_down_make_it_press_no_other_row(ui, kind):
+    rows, chips = under_chips(ui, kind)
+    happened = actions_of(rows)
+    lift = ui.press(ui.find(IconButton, root=ui.find(QueueRow, key=2)))
+    chips.data = [Chip("failed", "4 failed")]
+    lift()
+    assert (1, "cancel") not in happened
 
 
 @dataclass(frozen=True)
