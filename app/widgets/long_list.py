@@ -5,7 +5,7 @@ Not kivy's RecycleView: that one reassigns its views whenever a height changes, 
 keys, heights are remembered per key, and the visible rows stay in place when rows are added above.
 
 A frame of scrolling costs only the rows that become visible, for any length of the list: each view is inside a ``Seat``
-that is moved without a new layout of its content, and positions are calculated only when the height of a row changes.
+that is moved without a new layout of its content, and positions are calculated only below a row whose height changes.
 """
 
 from bisect import bisect_left, bisect_right
@@ -63,7 +63,7 @@ class LongList(CalmScroll):
         self._places: dict = {}  # of keys in the list
         self._tops: list[float] = [0.0]  # of each row, from the top of the content; the last is the whole height
         self._heights: dict = {}
-        self._is_calculated = False  # whether the tops are calculated from the present heights
+        self._changed_from: int | None = 0  # from this row on the tops are not yet those of the present heights
         self._live: dict[object, Seat] = {}
         self._spare: list[Seat] = []
         self._anchor: tuple | None = None  # (key of the first visible row, px of it above the edge); None: at the top
@@ -150,6 +150,9 @@ class LongList(CalmScroll):
         self.standing.sort_at_once()
         self._sort_again()
 
+    def _look(self, _dt):
+        self.standing.look(self.to_window(self.x, self.top)[1])
+
     def on_touch_down(self, touch):
         if self.collide_point(*touch.pos):
             self.standing.touched()
@@ -174,7 +177,7 @@ class LongList(CalmScroll):
         self._recalculate()
 
     def _recalculate(self, *_):
-        self._is_calculated = False
+        self._changed_from = 0
         self._arrange()
 
     def _scrolled(self, *_):
@@ -217,7 +220,7 @@ class LongList(CalmScroll):
         if self.width != self._width:  # other line breaks, other heights
             self._width = self.width
             self._heights.clear()
-            self._is_calculated = False
+            self._changed_from = 0
         self._calculate()
         above = self._hold_place()
         first = max(0, bisect_right(self._tops, above) - 1)
@@ -228,13 +231,15 @@ class LongList(CalmScroll):
             self.dispatch("on_end")
 
     def _calculate(self):
-        if not self._is_calculated:
+        first = self._changed_from
+        if first is not None:
             known, guess, spacing = self._heights, self.row_height, self.spacing
-            self._tops = list(accumulate((known.get(key, guess) + spacing for key in self._keys), initial=0.0))
+            heights = (known.get(key, guess) + spacing for key in self._keys[first:])
+            self._tops[first:] = accumulate(heights, initial=self._tops[first])
             self._moving = True  # kivy adjusts scroll_y to the new height: this is not scrolling by the user
             self._content.height = max(0, self._tops[-1] - (spacing if self._keys else 0))
             self._moving = False
-            self._is_calculated = True
+            self._changed_from = None
 
     def _hold_place(self) -> float:
         """Keep the anchor row in place; returns the px of content above the upper edge."""
@@ -267,7 +272,8 @@ class LongList(CalmScroll):
                 if key in self._heights:
                     self.standing.grown(view, self.rows)
                 self._heights[key] = view.height
-                self._recalculate()
+                self._changed_from = n if self._changed_from is None else min(n, self._changed_from)
+                self._arrange()
         for seat in self._spare:
             if seat.parent is not None:
                 self._content.remove_widget(seat)

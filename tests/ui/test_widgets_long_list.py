@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import wraps
+from itertools import accumulate
 
 import pytest
 from kivy.uix.boxlayout import BoxLayout
 
+from app.widgets import long_list
 from app.widgets.choices import OptionRow
 from app.widgets.items import Item
 from app.widgets.list_row import ListRow
@@ -92,6 +94,24 @@ def test_scrolling_lays_out_and_writes_only_what_comes_into_sight(ui, monkeypatc
     assert laid_out == []
 
 
+def test_only_the_rows_below_one_that_grows_are_added_up_again(ui, monkeypatch):
+    rows = ui.show(LongList(viewclass="ListRow", data=runs(5000)), (800, 250))
+    rows.show(4900)
+    ui.advance(0.5)
+    added: list[float] = []
+
+    def noted(heights, initial: float):
+        added.extend(heights := list(heights))
+        return accumulate(heights, initial=initial)
+
+    monkeypatch.setattr(long_list, "accumulate", noted)
+    whole, row = rows.content_height, rows.whole_rows[0]
+    row.least += 40
+    ui.advance(0.5)
+    assert rows.content_height == whole + 40
+    assert 0 < len(added) <= 200
+
+
 def test_rows_of_a_long_list_take_their_own_height_and_do_not_overlap(ui):
     data = runs(200)
     data[1] = replace(
@@ -120,6 +140,13 @@ def test_a_row_opens_and_the_others_make_room(ui):
     rows.data = [replace(row, note="Planned\n13:30" if row.key == 1 else "") for row in data]
     ui.advance(0.1)
     assert place(ui.find(ListRow, key=2)) < before - 20
+
+
+def test_a_list_at_rest_draws_nothing(ui):
+    rows = ui.show(LongList(viewclass="ListRow", data=runs(300)), (700, 250))
+    rows.scroll_y = 0.5
+    ui.advance(0.4)  # it has come to rest
+    assert ui.frames_drawn(2) == 0
 
 
 def test_new_rows_at_the_top_leave_what_is_read_where_it_is(ui):
