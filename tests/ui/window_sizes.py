@@ -60,10 +60,12 @@ def window(
         yield rig
     finally:
         rig.close()
+        for child in list(Window.children):
+            Window.remove_widget(child)
+        ui.skip(1)  # what was to happen to it: that would keep it
+        gc.collect()  # or all of it would be laid out again for what follows
         translator.use("en")
         tk.use("light")
-        if scale != 1.0:
-            gc.collect()  # a module's tests keep what they showed, and all of that would be laid out for the new size of text
         Metrics.fontscale, Window.size = 1.0, before
 
 
