@@ -20,6 +20,7 @@ from app.i18n import translator
 from app.screens.common import threads
 from app.screens.common.threads import STAYING
 from app.screens.common.view_model import Background, Navigator, Refresher, ScreenBase, UiBus, ViewModel
+from app.widgets.buttons import CommandButton
 from app.widgets.frame import Screens
 
 
@@ -421,3 +422,16 @@ def test_closing_hides_the_present_screen(navigator, log):
     navigator.go("home")
     navigator.close()
     assert log[-1] == ("hidden", "home")
+
+
+@pytest.mark.parametrize("change", ["rebuild", "close"])
+def test_a_finger_on_a_screen_that_goes_presses_nothing(ui, navigator, change):
+    navigator.go("home")
+    home, pressed = navigator.screen("home"), []
+    button = CommandButton(text="Start", on_release=pressed.append)
+    home.add_widget(button)
+    ui.advance()
+    lift = ui.press(button)
+    getattr(navigator, change)()
+    lift()
+    assert pressed == []
