@@ -52,7 +52,9 @@ def _is_here(peer: str) -> bool:
 
 def control(machine: Machine, request: Request) -> Response:
     """Answer GET and POST /sim, and of robots GET /sim/map.png."""
-    if request.path == MAP_PATH and isinstance(machine, SimulatedRobot):
+    if request.path == MAP_PATH:
+        if not isinstance(machine, SimulatedRobot):
+            return _refusal(404, "Only robots have a map.")
         return Response(200, {"Content-Type": "image/png"}, live_view(machine.pose))
     if request.method == "GET":
         return Response.json_of(200, machine.snapshot())
@@ -70,7 +72,9 @@ def control(machine: Machine, request: Request) -> Response:
 
 
 def _refusal(status: int, sentence: str) -> Response:
-    code = {400: "bad_request", 401: "unauthorized", 403: "forbidden", 405: "method_not_allowed"}[status]
+    code = {400: "bad_request", 401: "unauthorized", 403: "forbidden", 404: "not_found", 405: "method_not_allowed"}[
+        status
+    ]
     return Response.json_of(status, {"error_code": code, "error_human": sentence})
 
 

@@ -77,6 +77,8 @@ def handle_with_fault(machine: Machine, request: Request, fault: Fault | None) -
         return Exchange(Fate.HELD)
     if kind is FaultKind.STATUS_503:
         return Exchange(Fate.ANSWERED, refuse(machine, ApiError(503)))
+    if kind is FaultKind.TWICE:
+        handle(machine, request)
     api_was_down_until = machine.api_down_until
     response = handle(machine, request)
     if machine.api_down_until > api_was_down_until:

@@ -1,4 +1,4 @@
-"""Faults of the network and of the robot's web server, injected between a request and its answer on demand or at random.
+"""Faults of the network and of a machine's web server, injected between a request and its answer on demand or at random.
 
 Each kind was reported by people who run robots: answers lost after the robot has queued the mission, stalls of many seconds while it
 drives, bursts of 503 while it docks, connections closed without an answer.
@@ -24,6 +24,10 @@ class FaultKind(StrEnum):
     HTML = "html"  # handled, then a web page
     TRUNCATE = "truncate"  # handled, then half a body
     GARBAGE = "garbage"  # handled, then noise
+    TWICE = "twice"  # handled twice, as if something on the way had repeated it
+
+
+AT_RANDOM = tuple(kind for kind in FaultKind if kind is not FaultKind.TWICE)  # of chaos
 
 
 @dataclass
@@ -90,7 +94,7 @@ class FaultList:
                         self._faults.remove(fault)
                 return fault
         if self._chaos and self._rng.random() < self._chaos:
-            return Fault(self._rng.choice(list(FaultKind)), path, method, seconds=round(self._rng.uniform(0.2, 8.0), 3))
+            return Fault(self._rng.choice(AT_RANDOM), path, method, seconds=round(self._rng.uniform(0.2, 8.0), 3))
         return (
             None
             if self._latency is None

@@ -12,7 +12,7 @@ from typing import Any
 
 from mir_sim import api, control, definition
 from mir_sim.errors import ApiError
-from mir_sim.fleets import classic_orders, classic_robots, knobs
+from mir_sim.fleets import classic_orders, classic_relations, classic_robots, knobs
 from mir_sim.fleets.base import SimulatedFleet
 from mir_sim.fleets.knobs import ClassicKnobs
 from mir_sim.fleets.orders import Order, Vehicle
@@ -41,8 +41,9 @@ class ClassicFleet(SimulatedFleet, RestMachine):
         self.definition = definition.load(self.software)
         self.knobs = knobs or ClassicKnobs()
         self.state = "normal"
+        self.removed: list[Vehicle] = []
         self.is_evacuating = False
-        self.relations: dict[str, list[str]] = {}  # by path of a collection: keys of what belongs to its owner
+        self.relations: dict[tuple[str, str], list[Any]] = {}  # by collection and group: keys of its members
         self.site.table("/robot_groups").add(
             {
                 "id": 1,
@@ -76,7 +77,7 @@ class ClassicFleet(SimulatedFleet, RestMachine):
         mission = self.site.table("/missions").get(mission_id)
         if group is None or mission is None:
             return False
-        allowed = self.relations.get(f"/robot_groups/{vehicle.group}/mission_groups", [])
+        allowed = classic_relations.members(self, "/robot_groups/{robot_group_id}/mission_groups", vehicle.group)
         return bool(group["allow_all_mission_groups"]) or mission["group_id"] in allowed
 
     def described(self, order: Order, kind: str) -> str:
@@ -155,7 +156,7 @@ def _(fleet: ClassicFleet) -> Handlers:
     return OPERATIONS
 
 
-OPERATIONS: Handlers = registry.SHARED | classic_orders.HANDLERS | classic_robots.HANDLERS
+OPERATIONS: Handlers = registry.SHARED | classic_orders.HANDLERS | classic_relations.HANDLERS | classic_robots.HANDLERS
 
 
 @control.commands_of.register

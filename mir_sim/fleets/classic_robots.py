@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 from mir_sim.errors import ApiError, argument_error
 from mir_sim.fleets.orders import Vehicle
 from mir_sim.footprints import footprint_of
+from mir_sim.messages import Response
 from mir_sim.resources import stored
 from mir_sim.resources.call import Call, Handlers
 from mir_sim.site import ADMINISTRATOR, USER_GROUPS
@@ -240,12 +241,67 @@ def get_robot(call: Call) -> dict[str, Any]:
 
 def put_robot(call: Call) -> dict[str, Any]:
     vehicle, fields = _vehicle(call), call.changes()
-    if fields.get("robot_group_id", vehicle.group) not in fleet_of(call).site.table("/robot_groups"):
+    _change(fleet_of(call), vehicle, fields)
+    return get_robot(call)
+
+
+def _change(fleet: ClassicFleet, vehicle: Vehicle, fields: dict[str, Any]) -> None:
+    if fields.get("robot_group_id", vehicle.group) not in fleet.site.table("/robot_groups"):
         raise argument_error("robot_group_id")
     vehicle.group = fields.get("robot_group_id", vehicle.group)
     vehicle.is_active = fields.get("active", vehicle.is_active)
     vehicle.description = fields.get("description", vehicle.description)
-    return get_robot(call)
+
+
+def remove_robot(call: Call) -> None:
+    """What it has from the fleet it still does."""
+    vehicle = _vehicle(call)
+    fleet_of(call).vehicles.remove(vehicle)
+    fleet_of(call).removed.append(vehicle)
+
+
+def add_robot(call: Call) -> dict[str, Any]:
+    """Only a robot that was removed can be added: no other answers at its address."""
+    fleet, fields = fleet_of(call), call.fields()
+    if any(vehicle.address == fields["ip"] for vehicle in fleet.vehicles):
+        raise ApiError(409)
+    found = next((vehicle for vehicle in fleet.removed if vehicle.address == fields["ip"]), None)
+    if found is None:
+        raise argument_error("ip")
+    _change(fleet, found, fields)
+    fleet.removed.remove(found)
+    fleet.vehicles.append(found)
+    return Entry(fleet, found, _methods(call)).full()
+
+
+def scan(call: Call) -> Any:
+    """The robots in the network, in the fleet or not; or the one at an address."""
+    fleet, fields = fleet_of(call), call.machine.definition.properties(call.operation.schema)
+    found = {
+        vehicle.address: {name: value for name, value in _scanned(fleet, vehicle).items() if name in fields}
+        for vehicle in (*fleet.vehicles, *fleet.removed)
+    }
+    if "ip" not in call.params:
+        return list(found.values())
+    if call.params["ip"] not in found:
+        raise ApiError(404)
+    return found[call.params["ip"]]
+
+
+def _scanned(fleet: ClassicFleet, vehicle: Vehicle) -> dict[str, Any]:
+    robot = vehicle.robot
+    return {
+        "already_exists": vehicle in fleet.vehicles,
+        "api_version": "v2.0.0",
+        "battery_percentage": round(robot.battery.at(robot.now), 2),
+        "ip": vehicle.address,
+        "model": robot.model,
+        "name": robot.name,
+        "serial_number": robot.serial_number,
+        "software_version": robot.software,
+        "url": f"/v2.0.0/robots/scan/{vehicle.address}",
+        "version_match": True,
+    }
 
 
 def qualified_robots(call: Call) -> list[dict[str, Any]]:
@@ -306,9 +362,21 @@ def prompt(call: Call) -> dict[str, Any]:
     raise ApiError(404)
 
 
+def metrics(call: Call) -> Response:
+    """OpenMetrics text; the names are a guess."""
+    robots = len(fleet_of(call).vehicles)
+    text = f"# TYPE mir_fleet_robots gauge\nmir_fleet_robots {robots}\n# EOF\n"
+    return Response(200, {"Content-Type": "application/openmetrics-text; version=1.0.0; charset=utf-8"}, text.encode())
+
+
 HANDLERS: Handlers = {
+    ("get", "/metrics"): metrics,
     ("get", "/robots"): list_robots,
+    ("post", "/robots"): add_robot,
+    ("get", "/robots/scan"): scan,
+    ("get", "/robots/scan/{ip}"): scan,
     ("get", "/robots/{id}"): get_robot,
+    ("delete", "/robots/{id}"): remove_robot,
     ("put", "/robots/{id}"): put_robot,
     ("get", "/missions/{guid}/qualified_robots"): qualified_robots,
     ("get", "/status"): get_status,

@@ -49,7 +49,10 @@ def _words(value: Any, name: str) -> dict[str, str]:
     known = ("Pending", "Outbound", "Executing", "Done", "Aborted", "Invalid")
     if not isinstance(value, dict):
         raise WrongValue(f"{name} must be an object of states and the words for them.")
-    return {checks.one_of(state, f"each key of {name}", known): checks.text(own, name) for state, own in value.items()}
+    return {
+        checks.one_of(state, f"each key of {name}", known): checks.text(own, f"{name}.{state}")
+        for state, own in value.items()
+    }
 
 
 def changed(knobs: K, document: Any) -> K:

@@ -1,11 +1,12 @@
-"""A client of one simulated robot that supplies what an operation needs: credentials, bodies, keys of existing rows."""
+"""A client of one simulated robot or classic fleet that supplies what an operation needs: credentials, bodies, keys of existing rows."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from mir_sim import MISSIONS
-from mir_sim.definition import load
+from mir_sim import MISSIONS, SimulatedRobot
+from mir_sim.definition import FLEET_SOFTWARE, load
+from mir_sim.fleets.classic import ClassicFleet
 from mir_sim.missions import DEFAULT_GROUP
 from mir_sim.site import USER_GROUPS
 from mir_sim.world import BY_NAME, MAP_GUID, SESSION_GUID
@@ -25,6 +26,10 @@ REFERENCES: dict[str, Any] = {
     "user_group_guid": USER_GROUPS["Distributors"],
     "type_id": 0,
     "parent_id": "",
+    "mission_group_id": DEFAULT_GROUP,
+    "earliest_start_time": "2026-11-23T07:00:00",
+    "ip": "192.0.2.1",
+    "charger_id": BY_NAME["Charger"].guid,
 }
 # Bodies that the definition alone doesn't describe well enough.
 BODIES: dict[tuple[str, str], Any] = {
@@ -34,20 +39,29 @@ BODIES: dict[tuple[str, str], Any] = {
     ("post", "/registers/{id}"): {"value": 7, "label": "Counter"},
     ("post", "/platform/timezone"): {"value": "Europe/Helsinki"},
 }
+BODIES_OF_FLEETS = {**BODIES, ("put", "/status"): {"state": "normal"}}
 KEYS = ("guid", "id", "uuid", "file_name", "action_type")
 
 
 class Client(Asker):
-    """Sends requests to a new robot, without a network."""
+    """Sends requests to a new robot, or to a new fleet, without a network."""
+
+    _bodies = BODIES
 
     def __init__(self, software: str) -> None:
-        super().__init__(software=software)
+        if software == FLEET_SOFTWARE:
+            self._bodies = BODIES_OF_FLEETS
+            self.machine = ClassicFleet("Fleet", [SimulatedRobot("Aino", battery=80.0, software="2.14.7")])
+        else:
+            super().__init__(software=software)
         self.document = load(software).document
 
     def body(self, verb: str, template: str, params: dict[str, str] | None = None) -> Any:
         """A body with every field of the definition, or None when the operation takes none."""
-        if (verb, template) in BODIES:
-            return BODIES[verb, template]
+        if (verb, template) == ("post", "/robots") and isinstance(self.machine, ClassicFleet):
+            self.send("DELETE", "/robots/1")  # only a robot that isn't there can be added
+        if (verb, template) in self._bodies:
+            return self._bodies[verb, template]
         for parameter in self.document["paths"][template][verb]["parameters"]:
             if parameter["in"] == "body":
                 return self._value("", parameter["schema"], params or {})
@@ -57,7 +71,7 @@ class Client(Asker):
         if "$ref" in schema:
             schema = self.document["definitions"][schema["$ref"].rsplit("/", 1)[-1]]
         if name in params:
-            return params[name]
+            return int(params[name]) if schema.get("type") == "integer" else params[name]
         if name in REFERENCES:
             return REFERENCES[name]
         if "enum" in schema:
@@ -100,7 +114,7 @@ class Client(Asker):
         verbs = self.document["paths"].get(template, {})
         if template == "/mission_queue":
             self.send("POST", path, {"mission_id": MISSIONS[0].guid})
-            self.robot.advance_to(self.robot.now + 30)  # some actions have started
+            self.pass_time(30)  # some actions have started
         if "get" in verbs:
             found = self.send("GET", path).json()
             if isinstance(found, list) and found:

@@ -35,6 +35,7 @@ class Deviation:
             "null": lambda: value is None,
             "array": lambda: isinstance(value, list),
             "object": lambda: isinstance(value, dict),
+            "number": lambda: isinstance(value, int | float),
             "string": lambda: isinstance(value, str),
         }[self.instead]()
 

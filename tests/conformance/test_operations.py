@@ -1,21 +1,23 @@
-"""Every operation of MiR's definitions, of every software version: codes, bodies, schemas, refusals."""
+"""Every operation of MiR's definitions, of every software version of robots and of classic fleets: codes, bodies, schemas, refusals."""
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import pytest
 
-from mir_sim.definition import SOFTWARE, load
+from mir_sim.definition import FLEET_SOFTWARE, SOFTWARE, load
 from tests.conformance import exceptions
 from tests.conformance.client import Client
 from tests.conformance.schema import differences
 from tests.unit.sim.asking import HEADERS
 
 DEVIATIONS = exceptions.load()
+ALL_SOFTWARE = (*SOFTWARE, FLEET_SOFTWARE)
 OPERATIONS = [
     (software, verb, template)
-    for software in SOFTWARE
+    for software in ALL_SOFTWARE
     for template, verbs in load(software).document["paths"].items()
     for verb in verbs
 ]
@@ -53,14 +55,20 @@ def path_of(template: str, params: dict[str, str]) -> str:
     return template
 
 
+@cache
+def shared(software: str, has_more: bool) -> Client:
+    """A machine for what only reads, or is refused. ``has_more``: rows are added to it, and missions run."""
+    return Client(software)
+
+
 def succeed(software: str, verb: str, template: str) -> tuple[list[str], set[int]]:
     """Perform the operation properly; return what is wrong with the answer and the exceptions that were needed."""
-    client = Client(software)
+    client = shared(software, "{" in template) if verb == "get" else Client(software)
     params = client.fill(template)
     if params is None:
         return nothing_there(client, verb, template)
     if template.startswith("/status"):
-        client.robot.advance_to(client.robot.now + 1)
+        client.pass_time(1)
     response = client.send(verb, path_of(template, params), client.body(verb, template, params))
     documented = client.document["paths"][template][verb]["responses"]
     success = next(code for code in documented if code.startswith("2"))
@@ -107,7 +115,7 @@ def test_every_exception_has_its_reason() -> None:
 
 
 def test_without_credentials_only_the_status_can_be_read() -> None:
-    clients = {software: Client(software) for software in SOFTWARE}  # nothing is done
+    clients = {software: Client(software) for software in ALL_SOFTWARE}  # nothing is done
     for software, verb, template in OPERATIONS:
         client = clients[software]
         response = client.send(verb, template, headers={"Content-Type": "application/json"})
@@ -118,7 +126,7 @@ def test_without_credentials_only_the_status_can_be_read() -> None:
 
 def test_what_does_not_exist_is_refused_as_documented() -> None:
     """The row that is asked for, or the one that a collection is inside of."""
-    clients = {software: Client(software) for software in SOFTWARE}
+    clients = {software: Client(software) for software in ALL_SOFTWARE}
     for software, verb, template in OPERATIONS:
         if "{" in template:
             nothing_there(clients[software], verb, template)
@@ -171,7 +179,7 @@ def test_bodies_are_checked() -> None:
 
 
 def check_bodies(software: str, verb: str, template: str) -> None:
-    client = Client(software)
+    client = shared(software, True)
     params = client.fill(template)
     if params is None:
         nothing_there(client, verb, template)

@@ -38,7 +38,7 @@ from app.widgets.fields import FieldInput  # noqa: E402
 from app.window.application import SchedulerApp  # noqa: E402
 from app.window.garbage import give_back, share_one_heap  # noqa: E402
 from app.window.window import quiet_garbage  # noqa: E402
-from mir_sim.faults import FaultKind  # noqa: E402
+from mir_sim.faults import AT_RANDOM  # noqa: E402
 from tests.support.stored import Stored  # noqa: E402
 from tests.ui.driver import Driver  # noqa: E402
 from tests.ui.wear import SECTIONS, Wear  # noqa: E402
@@ -159,7 +159,7 @@ class Monkey:
                     {"error": {"code": 7, "description": "Cart not found"}},
                     {"user_prompt": {"question": "May I go on?", "options": ["Yes", "No", "Later"], "timeout": 60}},
                     {"reboot_seconds": 2},
-                    {"fault": {"kind": self._rng.choice(list(FaultKind)), "count": 3, "seconds": 0.2}},
+                    {"fault": {"kind": self._rng.choice(AT_RANDOM), "count": 3, "seconds": 0.2}},
                     *[WELL] * 4,
                 )
             )

@@ -35,6 +35,7 @@ def orders(asker: Asker) -> int:
         ("html", 1, Fate.ANSWERED),
         ("truncate", 1, Fate.CUT),
         ("garbage", 1, Fate.ANSWERED),
+        ("twice", 2, Fate.ANSWERED),
     ],
 )
 def test_each_fault_handles_or_does_not(aino: Asker, kind: str, handled: int, fate: Fate) -> None:
@@ -172,4 +173,5 @@ def test_all_documented_kinds_of_faults_exist() -> None:
         "html",
         "truncate",
         "garbage",
+        "twice",
     }

@@ -13,9 +13,8 @@ from tests.unit.sim.asking import GUIDS, Asker
 class FleetAsker(Asker):
     """A fleet of two robots, and a client of it. ``knobs``: those that differ."""
 
-    def __init__(self, robots: int = 2, **knobs: Any) -> None:
-        names = ("Aino", "Veikko", "Sisu")[:robots]
-        self.robots = [SimulatedRobot(name, battery=80.0, software="2.14.7") for name in names]
+    def __init__(self, **knobs: Any) -> None:
+        self.robots = [SimulatedRobot(name, battery=80.0, software="2.14.7") for name in ("Aino", "Veikko")]
         self.fleet = ClassicFleet("Fleet", self.robots, knobs=changed(ClassicKnobs(), knobs))
         self.machine = self.fleet
 

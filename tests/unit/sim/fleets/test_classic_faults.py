@@ -1,0 +1,95 @@
+"""Faults and control of a classic fleet, by the same machinery as those of robots."""
+
+from __future__ import annotations
+
+import pytest
+
+from mir_sim import Fate, handle
+from mir_sim.checks import WrongValue
+from mir_sim.messages import Request
+from tests.unit.sim.asking import GUIDS
+from tests.unit.sim.fleets.classic import FleetAsker
+
+ORDER = {"mission_id": GUIDS["Home"]}
+PATH = "/mission_scheduler"
+
+
+@pytest.fixture
+def fleet() -> FleetAsker:
+    return FleetAsker()
+
+
+def arm(fleet: FleetAsker, kind: str, **more: object) -> None:
+    fleet.control(fault={"kind": kind, "method": "POST", "path": PATH, **more})
+
+
+@pytest.mark.parametrize(
+    ("kind", "handled", "fate"),
+    [
+        ("drop_request", 0, Fate.CLOSED),
+        ("drop_response", 1, Fate.CLOSED),
+        ("delay", 1, Fate.ANSWERED),
+        ("hang", 0, Fate.HELD),
+        ("status_503", 0, Fate.ANSWERED),
+        ("html", 1, Fate.ANSWERED),
+        ("truncate", 1, Fate.CUT),
+        ("garbage", 1, Fate.ANSWERED),
+        ("twice", 2, Fate.ANSWERED),
+    ],
+)
+def test_each_fault_leaves_the_orders_that_it_says(fleet: FleetAsker, kind: str, handled: int, fate: Fate) -> None:
+    arm(fleet, kind)
+    assert fleet.exchange("POST", PATH, ORDER).fate is fate
+    assert len(fleet.get(PATH)) == handled
+
+
+def test_a_late_order_arrives_a_minute_later(fleet: FleetAsker) -> None:
+    arm(fleet, "late", seconds=60)
+    late = fleet.exchange("POST", PATH, ORDER)
+    early = fleet.order()
+    fleet.pass_time(59.5)
+    assert [one["id"] for one in fleet.get(PATH)] == [early]
+    fleet.pass_time(0.5)
+    assert late.response is not None
+    assert (late.response.status, late.response.json()["id"]) == (201, early + 1)
+
+
+def test_without_credentials_only_the_status_can_be_read(fleet: FleetAsker) -> None:
+    assert fleet.send("GET", "/status", headers={}).status == 200
+    refused = fleet.send("GET", PATH, headers={})
+    assert (refused.status, refused.json()["error_code"]) == (401, "unauthorized")
+
+
+def test_the_state_of_the_model_is_shown(fleet: FleetAsker) -> None:
+    number = fleet.order(description="A 1")
+    state = fleet.fleet.snapshot()
+    assert (state["kind"], state["online"], state["knobs"]["answer"]) == ("classic", True, "short")
+    assert [(one["id"], one["description"]) for one in state["orders"]] == [(number, "A 1")]
+    assert state["robots"][1] == {"id": 2, "name": "Veikko", "ip": "192.0.2.2"}
+
+
+def test_a_fleet_has_no_battery_and_no_picture(fleet: FleetAsker) -> None:
+    with pytest.raises(WrongValue, match="There is no command 'battery'; known are knobs, reboot_seconds, fault"):
+        fleet.control(battery=3)
+    assert handle(fleet.fleet, Request.of("GET", "/sim/map.png")).status == 404
+
+
+def test_wrong_knobs_change_nothing(fleet: FleetAsker) -> None:
+    with pytest.raises(WrongValue, match="There is no knob 'colour'"):
+        fleet.control(knobs={"search": 404, "colour": 1})
+    assert fleet.search("state", "=", "Done").status == 200
+
+
+def test_the_same_requests_get_the_same_answers_also_with_others_between() -> None:
+    answers = []
+    for reads in (0, 7):
+        fleet = FleetAsker()
+        fleet.order("Deliver")
+        fleet.order("Deliver", robot_id=1)
+        for _ in range(40):
+            fleet.pass_time(10)
+            for _ in range(reads):
+                fleet.get("/robots")
+                fleet.robots[0].catch_up()
+        answers.append([fleet.send("GET", path).body for path in (f"{PATH}?whitelist=all", "/robots")])
+    assert answers[0] == answers[1]
