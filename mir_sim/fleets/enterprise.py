@@ -247,13 +247,21 @@ class EnterpriseFleet(SimulatedFleet):
 
     def restart(self, real_seconds: float, *, forgets_waiting: bool = False, reuses_numbers: bool = False) -> None:
         super().restart(real_seconds, forgets_waiting=forgets_waiting, reuses_numbers=reuses_numbers)
-        for serial in list(self.active):
-            order = serial.phase.order
-            if forgets_waiting and (order is None or self.book.get(order.number) is None):
-                self.active.remove(serial)
-                del self._orders[serial.id]
-                for phase in serial.phases:
-                    self._phases.pop(phase.order_id, None)
+        for serial in list(self.active) if forgets_waiting else ():
+            order = serial.phase.fallback or serial.phase.order
+            if order is None or self.book.get(order.number) is None:
+                self._lose(serial)
+
+    def _lose(self, serial: SerialOrder) -> None:
+        """Forget what no robot has: the rest of an order, or an order that has not begun."""
+        if serial.phase.fallback is None:
+            serial.phase.order = None
+        serial.phase.fallback = None
+        self._end(serial)
+        if all(phase.order is None for phase in serial.phases):
+            self._orders.pop(serial.id)
+            for phase in serial.phases:
+                self._phases.pop(phase.order_id)
 
     def snapshot(self) -> dict[str, Any]:
         with self.lock:
