@@ -45,7 +45,7 @@ class FleetRepository(Table[Fleet]):
         rows = c.execute("SELECT id FROM current_robots WHERE fleet_id = ? ORDER BY id", (fleet_id,))
         return [row[0] for row in rows]
 
-    def note_identity(self, c: sqlite3.Connection, asked: Fleet, identity: str, software: str) -> bool:
+    def note_identity(self, c: sqlite3.Connection, asked: Fleet, identity: str | None, software: str | None) -> bool:
         """Store what the fleet says of itself; returns whether it was stored: not if ``asked`` has been edited since,
         so that it may be another one. A known identity stays."""
         if self.get(c, asked.id) != asked:

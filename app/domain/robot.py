@@ -215,6 +215,26 @@ class IdentifiedBy(StrEnum):
 
 
 @dataclass(frozen=True)
+class Vehicle:
+    """A robot as its fleet lists it. ``id``: as orders name it there. ``ip``: as far as the fleet says."""
+
+    id: str
+    name: str
+    serial_number: str | None = None
+    model: str | None = None
+    ip: str = ""
+
+
+@dataclass(frozen=True)
+class FleetIdentity:
+    """What a fleet says of itself, and its robots; asked with credentials, so a wrong password is noticed."""
+
+    name: str | None
+    software: str | None
+    vehicles: tuple[Vehicle, ...] = ()
+
+
+@dataclass(frozen=True)
 class Identity:
     """Who answers at an address; asked with credentials, so a wrong password is noticed."""
 

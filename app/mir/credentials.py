@@ -89,7 +89,8 @@ def token_for_fleet(fleet: Fleet, password: str | None, stored: Fleet | None) ->
     is_same = stored is not None and all(
         getattr(fleet, name) == getattr(stored, name) for name in ("username", "address", "certificate_sha256")
     )
-    return stored.token if stored is not None and is_same else None
+    is_known = stored is not None and stored.identity in (None, fleet.identity)
+    return stored.token if stored is not None and is_same and is_known else None
 
 
 def is_same_endpoint(robot: Robot, stored: Robot) -> bool:

@@ -240,7 +240,7 @@ def test_one_wrong_value_is_refused_before_anything_is_changed(sound, tmp_path, 
     assert not target.exists()
 
 
-@pytest.mark.parametrize(("table", "statement"), first_of_each(WRONG, table_of))
+@pytest.mark.parametrize(("table", "statement"), first_of_each(WRONG))
 def test_nor_is_scheduled_with_a_database_that_has_one(sound, tmp_path, table, statement):
     database = spoilt(sound, tmp_path / "amr-scheduler.db", statement)
     good = spoilt(sound, tmp_path / "backups" / "daily-2026-11-22.db", "SELECT 1")

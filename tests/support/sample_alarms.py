@@ -7,6 +7,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
+from app.domain.capabilities import OF_A_ROBOT
 from app.domain.models import Alarm, Connection, Robot
 from app.domain.robot import RobotStatus
 from app.mir.errors import RobotError, Unreachable
@@ -65,7 +66,7 @@ def _observe(robot: Robot, connection: Connection, status: RobotStatus, shared: 
             raise Unreachable(code="no_answer", address=robot.address.removeprefix("http://"))
         return status
 
-    client: Any = SimpleNamespace(status=answer)
+    client: Any = SimpleNamespace(status=answer, capabilities=OF_A_ROBOT)
     observation = Observation(robot, client, shared)
     for _poll in range(2):
         with suppress(RobotError):

@@ -50,7 +50,7 @@ from app.services.catalogue import (
 )
 from app.services.catalogue.edit import Edit, Removed
 from app.services.catalogue.undo import Switched
-from app.services.live.changes import Changes
+from app.services.live.changes import Changes, Topic
 from app.services.live.mission_parameters import MissionParameters
 from app.services.planning import public_holidays
 
@@ -234,6 +234,14 @@ class Catalogue:
         """Add (id 0) or change a fleet, and with it all of its robots; as ``save_robot``. The ``password`` of Fleet
         Enterprise is an API key."""
         return self.edit(lambda edit: fleet_edit.save(edit, fleet, password))
+
+    def note_fleet(self, asked: Fleet, name: str | None, software: str | None) -> None:
+        """What a fleet said of itself when it was asked. A known name stays."""
+        if (asked.identity or name, software) == (asked.identity, asked.software):
+            return
+        is_noted = self._db.write(lambda c: FleetRepository().note_identity(c, asked, name, software))
+        if is_noted and self._changes is not None:
+            self._changes.publish(Topic.ROBOTS)
 
     def remove_fleet(self, fleet_id: int) -> Removed:
         """With its robots and everything planned on them; ``restore`` puts all that back."""

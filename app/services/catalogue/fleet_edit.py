@@ -27,6 +27,8 @@ def save(edit: Edit, fleet: Fleet, password: str | None = None, *, is_one_of_man
         raise InvalidInput("password", "enter a password")
     if stored is not None and fleet.kind is not stored.kind:
         raise InvalidInput("kind", "a fleet of another kind is another fleet: add that, and remove this one")
+    if stored is not None:
+        fleet = replace(fleet, identity=fleet.identity or stored.identity)
     if not is_one_of_many:
         check_is_no_other(edit, fleet, stored)
     token = token_for_fleet(fleet, password, stored)

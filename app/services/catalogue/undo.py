@@ -101,7 +101,7 @@ TARGET = ("robot_id", "group_id", "finish_by_minutes")
 TASK = ("mission_id", "parameters")
 _TOGETHER: Mapping[type, Sequence[Sequence[str]]] = MappingProxyType(
     {
-        Fleet: (("address", "username", "certificate_sha256"),),
+        Fleet: (("address", "username", "certificate_sha256", "identity"),),
         Robot: (("address", "username", "certificate_sha256", "serial_number"),),
         Schedule: (("start", "timezone", "recurrence", "between"), TARGET, TASK),
     }
