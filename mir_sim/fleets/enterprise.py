@@ -93,8 +93,9 @@ class EnterpriseFleet(SimulatedFleet):
 
     def is_known(self, serial: SerialOrder) -> bool:
         """Whether its id or the order id of one of its phases is in use already."""
-        others = [self._orders.get(serial.id), *(self._phases.get(one.order_id, (None,))[0] for one in serial.phases)]
-        return any(one is not None and self._is_kept(one, self.knobs.ids_kept) for one in others)
+        same = [self._orders[serial.id]] if serial.id in self._orders else []
+        same += [self._phases[one.order_id][0] for one in serial.phases if one.order_id in self._phases]
+        return any(self._is_kept(one, self.knobs.ids_kept) for one in same)
 
     # What clients request
 
@@ -291,7 +292,7 @@ def _(fleet: EnterpriseFleet, request: Request) -> Response:
 
 @api.refuse.register
 def _(fleet: EnterpriseFleet, error: ApiError) -> Response:
-    return enterprise_api.refuse(enterprise_api.Problem(error.status))
+    return enterprise_api.refuse(enterprise_api.Problem(error.status), {}, "")
 
 
 @control.commands_of.register

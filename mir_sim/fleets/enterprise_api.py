@@ -6,7 +6,6 @@ import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from http import HTTPStatus
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from mir_sim import catalogue
@@ -50,11 +49,11 @@ Reply = tuple[int, Any]  # the status; the value, None for no body
 
 def answer(fleet: EnterpriseFleet, request: Request) -> Response:
     """Answer one request. 401 and its body are a guess, as is that a wrong id counts as an unknown one."""
+    if request.path == "/healthz":
+        return Response(200, {"Content-Type": "text/plain"}, b"Healthy")
     found = fleet.definition.find(request.method.lower(), request.path)
     operation: Mapping[str, Any] = found[2] if found is not None else {}
     try:
-        if request.path == "/healthz":
-            return Response(200, {"Content-Type": "text/plain"}, b"Healthy")
         name = API_KEYS.get(request.headers.get("x-api-key", ""))
         if name is None:
             raise Problem(401, "The API key is missing or wrong.")
@@ -73,7 +72,7 @@ def answer(fleet: EnterpriseFleet, request: Request) -> Response:
     return _written(status, value, _content_type(operation, status, request.headers.get("accept", ""), JSON))
 
 
-def refuse(problem: Problem, operation: Mapping[str, Any] = MappingProxyType({}), accept: str = "") -> Response:
+def refuse(problem: Problem, operation: Mapping[str, Any], accept: str) -> Response:
     """``type`` and ``instance`` have the shape of MiR's example."""
     phrase = HTTPStatus(problem.status).phrase
     value = {
@@ -198,8 +197,8 @@ def post_order(call: Call) -> Reply:
     fleet, fields = call.fleet, call.body["serial-order"]
     serial_id = fields.get("id") or fleet.new_guid()
     phases = [_phase(call, one) for one in fields["phases"]]
-    if not phases:
-        raise Problem(400, "An order needs a phase.")
+    if not phases or len({phase.order_id for phase in phases}) < len(phases):
+        raise Problem(400, "An order needs phases, and each an order id of its own.")
     serial = SerialOrder(
         serial_id,
         fields.get("priority", "Medium"),
@@ -318,7 +317,7 @@ def list_orders(call: Call) -> Reply:
         shown_order(fleet, serial, phase)
         for serial, phase in fleet.phases()
         if serial.created >= created
-        and (serial.ended is None or serial.ended >= ended)
+        and ((finished := serial.finished(phase)) is None or finished >= ended)
         and serial.status(phase, fleet.now) in statuses
     ]
     return 200, found

@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 from zoneinfo import ZoneInfo
 
 from mir_sim.fleets.orders import Order, OrderState, Vehicle
-from mir_sim.mission_queue import QueueAction
+from mir_sim.mission_queue import USER_ABORT, QueueAction
 from mir_sim.site import Row
 
 PRIORITIES = {"Low": -1, "Medium": 0, "High": 1}
@@ -23,12 +23,11 @@ ORDER_STATUS = {
     OrderState.ABORTED: "Aborted",
     OrderState.INVALID: "Invalid",
 }
-ENDS = ("Finished", "Aborted", "Invalid")
 API_KEYS = {"mir_scheduler": "Scheduler", "mir_other": "Other system"}  # the key, and the name that it has in the fleet
 Stamp = Callable[[float], str]
 
 
-@dataclass
+@dataclass(frozen=True)
 class Origin:
     """Who has made an order, and what kind of order it is: User, Staging, Charging, Evacuation or GoTo."""
 
@@ -124,6 +123,10 @@ class SerialOrder:
             return "Aborting"
         return "Waiting" if order.state is OrderState.WAITING and order.earliest > now else ORDER_STATUS[order.state]
 
+    def finished(self, phase: Phase) -> float | None:
+        """When a phase has ended; one that didn't come any more, with the order."""
+        return phase.order.ended if phase.order is not None else self.ended
+
     def state(self, phase: Phase, now: float) -> str:
         """``state`` of a phase in events, which have other words: the robot's pauses and questions are among them."""
         status = self.status(phase, now)
@@ -138,8 +141,8 @@ class SerialOrder:
         """Remember since when the states of events are as they are."""
         for phase in self.phases:
             phase.event = _since(phase.event, self.state(phase, now), now)
-        running = self.phase.fallback is not None and not self.phase.fallback.state.is_end
-        self.event = _since(self.event, "Aborting" if running else self.phase.event[0], now)
+        falls_back = self.phase.fallback is not None  # until that has ended too
+        self.event = _since(self.event, "Aborting" if falls_back else self.phase.event[0], now)
 
     def shown(self) -> Row:
         """As GET /serial-order/{id} shows it: what was posted, without any state."""
@@ -205,7 +208,7 @@ def order_shown(serial: SerialOrder, phase: Phase, now: float, mission_name: str
         "order-created": stamp(serial.created),
         "order-queued": at(order.ordered if order is not None else None),
         "order-started": at(order.started if order is not None else None),
-        "order-finished": at(order.ended if order is not None else serial.ended),
+        "order-finished": at(serial.finished(phase)),
         "robot-id": vehicle.guid if vehicle is not None else None,
         "robot-name": vehicle.robot.name if vehicle is not None else None,
         "order-priority": serial.priority,
@@ -238,7 +241,9 @@ def _actions(order: Order | None) -> Iterator[Row]:
 def _action_status(action: QueueAction, state: OrderState) -> str:
     if action.finished is None:
         return "Executing"
-    return "Failed" if state is OrderState.ABORTED and action.message else "Succeeded"
+    if state is not OrderState.ABORTED or not action.message:
+        return "Succeeded"
+    return "Aborted" if action.message == USER_ABORT else "Failed"
 
 
 def _utc(local: str | None, zone: ZoneInfo) -> datetime | None:

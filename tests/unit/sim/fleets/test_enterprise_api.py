@@ -59,6 +59,10 @@ def test_a_wrong_order_is_refused(client: EnterpriseAsker, wrong: str) -> None:
     assert client.fleet.active == []
 
 
+def test_two_phases_with_one_order_id_are_refused(client: EnterpriseAsker) -> None:
+    assert client.post("one", "Home", "Home", phase={"order-id": uuid_of("same")}).status == 400
+
+
 def test_a_missing_argument_is_refused_and_a_given_one_reaches_the_robot(client: EnterpriseAsker) -> None:
     assert client.post("one", "Go to position").status == 400
     mission = client.get(f"/site/mission/{GUIDS['Go to position']}")

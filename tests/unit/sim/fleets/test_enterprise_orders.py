@@ -137,6 +137,15 @@ def test_a_failed_phase_ends_the_order_and_its_robot_says_why(client: Enterprise
     assert (last["action-status"], last["action-text"]) == ("Failed", "Failed to reach goal position 'Home'")
 
 
+def test_a_cancelled_mission_has_an_aborted_action(client: EnterpriseAsker) -> None:
+    client.post("one", "Deliver")
+    client.run_until("Executing")
+    client.pass_time(15)
+    client.send("DELETE", f"/serial-order/{uuid_of('one')}")
+    client.run_to_end()
+    assert [one["action-status"] for one in client.order()["actions"]] == ["Aborted"]
+
+
 def test_a_fallback_mission_runs_after_an_aborted_phase(client: EnterpriseAsker) -> None:
     client.post(phase={"fallback-mission-id": GUIDS["Wait at home"]}, robot_id=client.aino.guid)
     client.run_until("Executing")
