@@ -154,7 +154,7 @@ def parser() -> argparse.ArgumentParser:
         type=_number_from(0, MAX_ITEMS, int),
         default=0,
         metavar="ITEMS",
-        help="ended items that each queue begins with",
+        help="ended items that each queue begins with, and ended orders of a classic fleet",
     )
     options.add_argument(
         "--timezone",
@@ -195,7 +195,7 @@ def machines_of(args: argparse.Namespace, seed: int) -> tuple[list[SimulatedRobo
         knobs = changed(kind.knobs(), args.knobs)
     except WrongValue as error:
         parser().error(f"--knobs: {error}")
-    return robots, make_fleet(args.fleet, robots, seed=seed, chaos=args.chaos, knobs=knobs)
+    return robots, make_fleet(args.fleet, robots, seed=seed, chaos=args.chaos, history=args.history, knobs=knobs)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

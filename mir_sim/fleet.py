@@ -174,7 +174,8 @@ def serve(
     if fleet:
         options.setdefault("software", KINDS[fleet].robots)
     machines = make_robots(robots, time_scale=time_scale, seed=seed, **options)
-    above = make_fleet(fleet, machines, seed=seed, knobs=knobs) if fleet else None
+    history = options.get("history", 0)
+    above = make_fleet(fleet, machines, seed=seed, knobs=knobs, history=history) if fleet else None
     served = Fleet(machines, host, port, above=above)
     served.start()
     try:

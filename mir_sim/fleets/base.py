@@ -8,7 +8,8 @@ from collections.abc import Iterator, Sequence
 
 from mir_sim.clock import RobotClock
 from mir_sim.faults import FaultList
-from mir_sim.fleets.orders import Order, OrderBook, Vehicle
+from mir_sim.fleets.orders import STATE_OF_ITEM, Order, OrderBook, Vehicle
+from mir_sim.history import past
 from mir_sim.machine import Event, Machine
 from mir_sim.missions import MISSIONS
 from mir_sim.robot import SimulatedRobot
@@ -29,6 +30,7 @@ class SimulatedFleet(Machine):
         robots: at least one, all with the same clock and software, and without orders.
         seed: with the name, decides everything random.
         chaos: share of API requests (0…1) that meet a random fault.
+        history: ended orders that the book begins with.
     """
 
     def __init__(
@@ -38,6 +40,7 @@ class SimulatedFleet(Machine):
         *,
         seed: int = 1,
         chaos: float = 0.0,
+        history: int = 0,
     ) -> None:
         first = robots[0]
         super().__init__(
@@ -58,9 +61,18 @@ class SimulatedFleet(Machine):
         self.book = OrderBook(
             self.vehicles, self.is_qualified, self.site.table("/missions").__contains__, self.description_on_robot
         )
+        self._remember(history, random.Random(f"{seed}/{name}/history"))
         for robot in robots:
             robot.lock, robot.time_source = self.lock, self._time_for_robots
             robot.site.share(self.site)
+
+    def _remember(self, count: int, rng: random.Random) -> None:
+        user = next(iter(self.site.table("/users")))
+        for number, one in enumerate(past(count, rng), start=1):
+            order = Order(number, new_guid(rng), one.mission.guid, user, one.started - 2, earliest=one.started - 2)
+            order.state, order.vehicle = STATE_OF_ITEM[one.state], rng.choice(self.vehicles)
+            order.started, order.ended = one.started, one.finished
+            self.book.remember(order)
 
     # How fleets differ
 
@@ -121,8 +133,8 @@ class SimulatedFleet(Machine):
         return new_guid(self.rng)
 
     def _time_for_robots(self) -> float:
-        """A robot that is asked by itself is where the fleet has let it come."""
-        self.catch_up()
+        """A robot that is asked by itself is where the fleet has let it come. The other robots follow when they are needed."""
+        super().advance_to(self.time_source() if self.time_source is not None else self.now)
         return self.now
 
     def reboot(self, real_seconds: float) -> None:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from mir_sim.fleets.classic import ClassicFleet
 
 LOW_BATTERY = 10.0  # percent (guess)
+RESTART = 30.0  # real s that a fleet is offline when it is asked to restart (guess)
 ACTIVE_MODE = {
     "synchronization_enabled": True,
     "mission_scheduling_enabled": True,
@@ -369,7 +370,15 @@ def metrics(call: Call) -> Response:
     return Response(200, {"Content-Type": "application/openmetrics-text; version=1.0.0; charset=utf-8"}, text.encode())
 
 
+def restart(call: Call) -> Any:
+    """Answer, then be offline for a while (guess)."""
+    fleet = fleet_of(call)
+    fleet.call_at(fleet.now + 1.0, lambda: fleet.reboot(RESTART))
+    return stored.generic(call)
+
+
 HANDLERS: Handlers = {
+    ("post", "/restart"): restart,
     ("get", "/metrics"): metrics,
     ("get", "/robots"): list_robots,
     ("post", "/robots"): add_robot,

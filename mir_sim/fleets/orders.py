@@ -177,6 +177,11 @@ class OrderBook:
         self._orders[order.number] = self._open[order.number] = order
         return order
 
+    def remember(self, order: Order) -> None:
+        """Add an order that has ended before the others."""
+        self._last_number = order.number
+        self._orders[order.number] = order
+
     def cancel(self, order: Order, now: float) -> None:
         """End an order on request: a waiting one at once, any other when its robot is reached and has stopped."""
         if order.state is OrderState.WAITING:

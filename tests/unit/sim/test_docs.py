@@ -32,10 +32,10 @@ def commands() -> list[tuple[str, list[str]]]:
     return found
 
 
-def run(command: str, robot: str, login: str) -> str:
+def run(command: str, robot: str, fleet: str, login: str) -> str:
     """What curl does with the few options that the page uses."""
     assert not re.search(r"'[^']*\$[^']*'", command), "a shell puts nothing in place of a name within single quotes"
-    words = shlex.split(command.replace("$ROBOT", robot).replace("$LOGIN", login))
+    words = shlex.split(command.replace("$ROBOT", robot).replace("$FLEET", fleet).replace("$LOGIN", login))
     assert words.pop(0) == "curl"
     method, headers, data, auth, url = "", {}, None, None, ""
     while words:
@@ -62,17 +62,17 @@ def run(command: str, robot: str, login: str) -> str:
 def test_the_curl_lines_answer_as_the_page_says() -> None:
     login = re.search(r"^LOGIN=(.*)$", TEXT, re.MULTILINE)
     assert login is not None
-    with mir_sim.serve(robots=1) as fleet:
+    with mir_sim.serve(robots=1, fleet="classic", software="3.5.4") as served:
+        assert served.above is not None
+        addresses = served.robots[0].url, served.above.url, login[1]
         for command, expected in commands():
-            answer, ends = run(command, fleet.robots[0].url, login[1]), time.monotonic() + 5
+            answer, ends = run(command, *addresses), time.monotonic() + 5
             while (
                 " -d " not in command
                 and not all(fragment in answer for fragment in expected)
                 and time.monotonic() < ends
             ):
-                answer = run(
-                    command, fleet.robots[0].url, login[1]
-                )  # what was cancelled while it ran ends a moment later
+                answer = run(command, *addresses)  # what was cancelled while it ran ends a moment later
             for fragment in expected:
                 assert fragment in answer, command
     assert len(commands()) > 15
@@ -98,7 +98,8 @@ def test_the_page_names_every_option_and_every_fault() -> None:
     assert all(mission.name in TEXT for mission in mir_sim.MISSIONS)
 
 
-def test_the_page_names_every_knob_of_fleet_enterprise() -> None:
-    from mir_sim.fleets.knobs import EnterpriseKnobs
+def test_the_page_names_every_knob_of_fleets() -> None:
+    from mir_sim.fleets.knobs import ClassicKnobs, EnterpriseKnobs
 
-    assert [one.name for one in fields(EnterpriseKnobs) if f"| `{one.name}` |" not in TEXT] == []
+    known = (*fields(ClassicKnobs), *fields(EnterpriseKnobs))
+    assert [one.name for one in known if f"| `{one.name}` |" not in TEXT] == []

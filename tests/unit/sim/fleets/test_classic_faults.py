@@ -93,3 +93,11 @@ def test_the_same_requests_get_the_same_answers_also_with_others_between() -> No
                 fleet.robots[0].catch_up()
         answers.append([fleet.send("GET", path).body for path in (f"{PATH}?whitelist=all", "/robots")])
     assert answers[0] == answers[1]
+
+
+def test_a_fleet_restarts_when_it_is_asked_to(fleet: FleetAsker) -> None:
+    assert fleet.send("POST", "/restart").status == 201
+    fleet.pass_time(2)
+    assert fleet.exchange("GET", "/status").fate is Fate.REFUSED
+    fleet.pass_time(30)
+    assert fleet.exchange("GET", "/status").fate is Fate.ANSWERED

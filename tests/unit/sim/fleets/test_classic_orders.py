@@ -6,6 +6,8 @@ from typing import Any
 
 import pytest
 
+from mir_sim import SimulatedRobot
+from mir_sim.fleets.classic import ClassicFleet
 from tests.unit.sim.asking import GUIDS, HEADERS, credentials
 from tests.unit.sim.fleets.classic import FleetAsker
 
@@ -189,3 +191,16 @@ def test_in_maintenance_orders_wait(fleet: FleetAsker) -> None:
     assert (fleet.status()["state"], fleet.state_of(number)) == ("maintenance", "Pending")
     fleet.put_status(state="normal")
     fleet.pass_until_done(number)
+
+
+def test_a_long_past_can_be_asked_for_in_pieces() -> None:
+    robots = [SimulatedRobot(name, software="2.14.7") for name in ("Aino", "Veikko")]
+    fleet = FleetAsker()
+    fleet.machine = ClassicFleet("Fleet", robots, history=5_000)
+    assert len(fleet.get("/mission_scheduler")) == 5_000
+    newest = fleet.get("/mission_scheduler?sort_by=id,desc&limit=2&whitelist=id,state,finish_time")
+    assert [one["id"] for one in newest] == [5_000, 4_999]
+    assert all(NOT_YET < one["finish_time"] < "2026-11-23T07:00:00" for one in newest)
+    assert fleet.search("state", "=", "Pending").json() == []
+    assert fleet.order() == 5_001
+    assert [one["id"] for one in fleet.search("id", ">", 4_999).json()] == [5_001, 5_000]

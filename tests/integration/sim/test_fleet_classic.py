@@ -1,0 +1,94 @@
+"""A classic fleet over HTTP, as a client reaches it, and the command that serves it."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import requests
+
+import mir_sim
+from mir_sim.__main__ import main
+from tests.integration.sim.test_command import started
+from tests.unit.sim.asking import GUIDS, HEADERS
+
+BOUND = 20.0
+
+
+def wait_until(condition: Callable[[], bool]) -> None:
+    ends = time.monotonic() + BOUND
+    while not condition():
+        assert time.monotonic() < ends
+        time.sleep(0.01)
+
+
+def test_an_order_is_run_by_a_robot_that_can_be_reached_at_its_address() -> None:
+    with mir_sim.serve(robots=2, fleet="classic", time_scale=100) as served:
+        assert served.above is not None
+        base = f"{served.above.url}/api/v2.0.0"
+        body = {"mission_id": GUIDS["Home"], "description": "A 1"}
+        answer = requests.post(f"{base}/mission_scheduler", json=body, headers=HEADERS, timeout=BOUND)
+        assert (answer.status_code, set(answer.json())) == (201, {"id", "state", "url"})
+        url = f"{base}/mission_scheduler/{answer.json()['id']}"
+
+        def order() -> dict[str, object]:
+            return requests.get(url, headers=HEADERS, timeout=BOUND).json()  # type: ignore[no-any-return]
+
+        wait_until(lambda: order()["state"] == "Done")
+        robot = requests.get(f"{base}/robots/{order()['robot_id']}", headers=HEADERS, timeout=BOUND).json()
+        queue = requests.get(f"http://{robot['ip']}/api/v2.0.0/mission_queue/1", headers=HEADERS, timeout=BOUND)
+        assert queue.json()["fleet_schedule_guid"] == order()["fleet_schedule_guid"]
+
+
+def test_a_fleet_that_restarts_refuses_connections_and_its_robots_do_not() -> None:
+    with mir_sim.serve(robots=1, fleet="classic") as served:
+        assert served.above is not None
+        served.above.control({"reboot_seconds": 0.5})
+        url = f"{served.above.url}/api/v2.0.0/status"
+
+        def is_reached() -> bool:
+            try:
+                return requests.get(url, timeout=BOUND).status_code == 200
+            except requests.ConnectionError:
+                return False
+
+        wait_until(lambda: not is_reached())
+        assert requests.get(f"{served.robots[0].url}/api/v2.0.0/status", timeout=BOUND).status_code == 200
+        wait_until(is_reached)
+
+
+def test_the_command_serves_a_fleet_before_its_robots(tmp_path: Path) -> None:
+    knobs = tmp_path / "knobs.json"
+    knobs.write_text(json.dumps({"status": "list"}), encoding="utf-8")
+    options = ("--port", "0", "--seed", "1", "--fleet", "classic", "--knobs", str(knobs), "--history", "3")
+    with started(*options, robots=1) as (process, [[_ready, name, url]]):
+        assert (name, process.poll()) == ("Fleet", None)
+        assert requests.get(f"{url}/api/v2.0.0/status", timeout=BOUND).json()[0]["state"] == "normal"
+        listed = requests.get(f"{url}/api/v2.0.0/mission_scheduler", headers=HEADERS, timeout=BOUND).json()
+        assert [one["id"] for one in listed] == [3, 2, 1]
+        assert process.stdout is not None
+        _ready, robot, address = process.stdout.readline().split()
+        status = requests.get(f"{address}/api/v2.0.0/status", timeout=BOUND)
+        assert (robot, status.headers["Robot-Version"]) == ("Aino", "2.14.7")
+
+
+@pytest.mark.parametrize(
+    ("content", "options", "says"),
+    [
+        ('{"search": 500}', ("--fleet", "classic"), "search must be one of 200, 201, 404."),
+        ("{", ("--fleet", "classic"), "is not JSON"),
+        ('{"search": 404}', (), "--knobs needs --fleet"),
+    ],
+)
+def test_wrong_knobs_are_an_error_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], content: str, options: tuple[str, ...], says: str
+) -> None:
+    knobs = tmp_path / "knobs.json"
+    knobs.write_text(content, encoding="utf-8")
+    with pytest.raises(SystemExit) as ended:
+        main([*options, "--knobs", str(knobs)])
+    error = capsys.readouterr().err
+    assert (ended.value.code, says in error, error.count("\n")) == (2, True, 1)
