@@ -257,7 +257,7 @@ CREATE TABLE fleets (                         -- MiR Fleets, through which some 
     certificate_sha256 TEXT,
     enabled            INTEGER NOT NULL DEFAULT 1,
     needs_password     INTEGER NOT NULL DEFAULT 0,
-    identity           TEXT,                  -- its own name
+    identity           TEXT,                  -- what tells it from other fleets
     software           TEXT,
     profile            TEXT,                  -- JSON, as in check_ups
     deleted_at         TEXT

@@ -188,7 +188,7 @@ class Fleet:
     enabled: bool = True
     needs_password: bool = False
     certificate_sha256: str | None = None
-    identity: str | None = None  # its own name, of the fleet that answered first: another one is a wrong fleet
+    identity: str | None = None  # what told the fleet that answered first from others: another one is a wrong fleet
     software: str | None = None
     profile: RobotProfile | None = field(default=None, hash=False, repr=False)  # by its last check-up
 
@@ -438,6 +438,11 @@ class Execution:
     def label(self) -> str:
         """Its name on the robot: its schedule's, else its mission's."""
         return self.schedule or self.mission
+
+    @property
+    def ran_on(self) -> str:
+        """Its robot, and of any robot of a fleet which one it was: "Any of Hall (Bella)"; "" without one."""
+        return f"{self.robot} ({self.taken_by})" if self.taken_by else self.robot
 
     @property
     def own_name(self) -> str:

@@ -144,6 +144,8 @@ class QueueItem:
     started: datetime | None = None
     finished: datetime | None = None
     created_by_name: str = ""
+    vehicle: str = ""  # of a fleet's order: the id and name of the robot that has it; "" for none yet
+    vehicle_name: str = ""
 
     @property
     def is_pending(self) -> bool:
@@ -229,7 +231,7 @@ class Vehicle:
 class FleetIdentity:
     """What a fleet says of itself, and its robots; asked with credentials, so a wrong password is noticed."""
 
-    name: str | None
+    identity: str | None  # what tells it from others
     software: str | None
     vehicles: tuple[Vehicle, ...] = ()
 

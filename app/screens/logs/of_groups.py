@@ -43,7 +43,7 @@ def target_options(groups: Sequence[Group], robots: Sequence[Robot]) -> list[Opt
 
 def whose(execution: Execution) -> str:
     """The robot, or the group of a run without one."""
-    return execution.robot or any_of(execution)
+    return execution.ran_on or any_of(execution)
 
 
 def any_of(execution: Execution) -> str:

@@ -77,7 +77,7 @@ def _run_in_short(run: Execution, report: ShiftReport, mission_names: MissionNam
         formats.day_and_time(run.planned_at, zone, report.made_at),
         sentence(run.reason, zone, _) if run.reason else "",
     )
-    said = " · ".join(filter(None, (when, run.robot, why)))
+    said = " · ".join(filter(None, (when, run.ran_on, why)))
     return FactLine(mission_names.run(run), execution_appearance.word(run.state), said)
 
 
@@ -259,7 +259,7 @@ def _run(run: Execution, report: ShiftReport, mission_names: MissionNames) -> Se
     reason = unbroken(sentence(run.reason, report.settings.timezone, _)) if run.reason else ""
     return (
         _when(run.planned_at, report),
-        escape(run.robot),
+        escape(run.ran_on),
         escape(mission_names.run(run)),
         escape(execution_appearance.word(run.state)),
         escape(reason),

@@ -48,7 +48,7 @@ def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> Card
     if has_no_robot(execution) and execution.group_id is not None:
         items = [*_waiting_items(execution), *items]
     name = facts.name(facts.schedule(execution.schedule_id))
-    whose = execution.robot or _("any of {group}").format(group=execution.robot_group)
+    whose = execution.ran_on or _("any of {group}").format(group=execution.robot_group)
     chosen = choice.chosen(execution.choice, facts.zone, _)
     return Card(
         facts.mission_names.run(execution),

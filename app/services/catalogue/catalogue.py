@@ -235,11 +235,11 @@ class Catalogue:
         Enterprise is an API key."""
         return self.edit(lambda edit: fleet_edit.save(edit, fleet, password))
 
-    def note_fleet(self, asked: Fleet, name: str | None, software: str | None) -> None:
-        """What a fleet said of itself when it was asked. A known name stays."""
-        if (asked.identity or name, software) == (asked.identity, asked.software):
+    def note_fleet(self, asked: Fleet, identity: str | None, software: str | None) -> None:
+        """What a fleet said of itself when it was asked. A known identity stays."""
+        if (asked.identity or identity, software) == (asked.identity, asked.software):
             return
-        is_noted = self._db.write(lambda c: FleetRepository().note_identity(c, asked, name, software))
+        is_noted = self._db.write(lambda c: FleetRepository().note_identity(c, asked, identity, software))
         if is_noted and self._changes is not None:
             self._changes.publish(Topic.ROBOTS)
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from dataclasses import replace
 
 from app.domain.message import message
-from app.domain.models import Execution, Reason, ReasonCode, State
+from app.domain.models import ANY_VEHICLE, Execution, Reason, ReasonCode, State
 from app.domain.robot import QueueItem, QueueState
 from app.mir.errors import Rejected, RobotError, RobotFault, Unreadable
 from app.mir.robot_vocabulary import as_stored
@@ -131,6 +132,13 @@ class Tracking:
         return []
 
     def _transitions(self, row: Execution, item: QueueItem, open_ids: set[int] | None) -> list[Transition]:
+        """With the robot that a fleet has chosen, written once."""
+        found = self._states(row, item, open_ids)
+        if self._seen.robot.vehicle != ANY_VEHICLE or row.taken_by or not item.vehicle_name:
+            return found
+        return [replace(each, columns={**each.columns, "taken_by": item.vehicle_name}) for each in found]
+
+    def _states(self, row: Execution, item: QueueItem, open_ids: set[int] | None) -> list[Transition]:
         """What brings the execution to the state of its queue item."""
         now, delay = self._s.clock.now(), seconds_between(item.ordered, item.started)
         duration = seconds_between(item.started, item.finished)

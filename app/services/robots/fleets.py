@@ -76,14 +76,14 @@ class Fleets:
                 "fleet", "{fleet} is switched off until its password is entered in Settings", fleet=fleet.name
             )
         said = self._ask(fleet)
-        if fleet.identity and said.name and said.name != fleet.identity:
+        if fleet.identity and said.identity and said.identity != fleet.identity:
             raise InvalidInput(
                 "address",
                 "another fleet answers at this address: {found} instead of {expected}",
-                found=said.name,
+                found=said.identity,
                 expected=fleet.identity,
             )
-        self._catalogue.note_fleet(fleet, said.name, said.software)
+        self._catalogue.note_fleet(fleet, said.identity, said.software)
         robots = self._catalogue.robots()
         either = Vehicle(ANY_VEHICLE, f"Any of {fleet.name}")
         vehicles = sorted(said.vehicles, key=lambda vehicle: (vehicle.name.casefold(), vehicle.id))

@@ -97,7 +97,7 @@ def test_a_robot_of_two_fleets_is_warned_about(hall):
 
 def test_another_fleet_at_the_address_is_refused(hall):
     hall.fleets.find(hall.id)
-    hall.says = replace(hall.says, name="Hall 2")
+    hall.says = replace(hall.says, identity="Hall 2")
     with pytest.raises(InvalidInput, match="another fleet answers at this address: Hall 2 instead of Hall 1"):
         hall.fleets.find(hall.id)
     assert hall.fleet.identity == "Hall 1"
