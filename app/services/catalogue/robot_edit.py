@@ -128,7 +128,7 @@ def withdraw_idle(edit: Edit, robot: Robot) -> None:
 
 def withdraw_idle_of(edit: Edit, mission_id: int) -> bool:
     """The same of all robots that have this mission when idle; whether there are any."""
-    robots = [robot for robot in edit.robots.all(edit.c) if robot.idle and robot.idle.mission_id == mission_id]
+    robots = edit.robots.select(edit.c, "WHERE idle.mission_id = ?", mission_id)
     for robot in robots:
         withdraw_idle(edit, robot)
     return bool(robots)
